@@ -1,0 +1,1 @@
+"""The station's core: no Textual anywhere below this package."""

@@ -1,0 +1,167 @@
+"""The bus: one small interface, an in-memory implementation for lock-step runs and tests.
+
+`zenoh_bus.py` is the other implementation. Payloads are bytes (see `messages.py`). Keys are
+slash-separated; `*` in a subscription stands for one segment.
+
+Who may write what stands in the key, never in the payload: a principal asks under
+`gcs/req/<principal>`, a planner worker publishes under `gcs/planner/<team>` and nothing else.
+"""
+
+from collections.abc import Callable
+from fnmatch import fnmatchcase
+from typing import Any, Protocol
+
+FLEET = "gcs/fleet"
+STATUS = "gcs/status"
+EVENT = "gcs/event"
+SCENARIO = "gcs/scenario"
+TASK = "gcs/team/{team}/task"
+PLAN = "gcs/planner/{team}/plan"
+REQUEST = "gcs/req/{principal}"
+ALIVE = "gcs/alive/{principal}"
+
+OnSample = Callable[[str, bytes], None]
+"""Called with (key, payload), possibly on a thread of the bus: hand over and return."""
+OnQuestion = Callable[[str, bytes, Callable[[bytes], None]], None]
+"""Called with (key, payload, reply); `reply` may be called later and from another thread, once."""
+OnAlive = Callable[[str, bool], None]
+"""Called with (key, present) when a principal comes or goes."""
+
+
+class BusError(Exception):
+    """The other side is not there, or did not answer in time."""
+
+
+class Closable(Protocol):
+    """A subscription, an answering, a token: ends with `close`."""
+
+    def close(self) -> None:
+        """End it; a second call does nothing."""
+        ...
+
+
+class Bus(Protocol):
+    """What all parts of the system talk through."""
+
+    def publish(self, key: str, payload: bytes) -> None:
+        """Send to all subscribers of `key`; never blocks, may be dropped when a receiver is slow."""
+        ...
+
+    def subscribe(self, key: str, on_sample: OnSample) -> Closable:
+        """Call `on_sample` for every sample whose key matches."""
+        ...
+
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
+        """Ask and wait for one answer. Raises `BusError`."""
+        ...
+
+    def answer(self, key: str, on_question: OnQuestion) -> Closable:
+        """Answer questions whose key matches."""
+        ...
+
+    def alive(self, key: str) -> Closable:
+        """Show `key` as present until closed, or until this process is gone."""
+        ...
+
+    def watch(self, key: str, on_alive: OnAlive) -> Closable:
+        """Call `on_alive` for everything present that matches, now and as it comes and goes."""
+        ...
+
+    def close(self) -> None:
+        """Leave the bus."""
+        ...
+
+
+def matches(pattern: str, key: str) -> bool:
+    """Whether `key` matches `pattern`, where `*` is one whole segment."""
+    parts, wanted = key.split("/"), pattern.split("/")
+    return len(parts) == len(wanted) and all(fnmatchcase(p, w) for p, w in zip(parts, wanted, strict=True))
+
+
+class MemoryBus:
+    """All parts in one process: calls happen at once, in order of registration, on the caller's stack."""
+
+    def __init__(self) -> None:
+        """An empty bus."""
+        self._subscribers: list[tuple[str, OnSample]] = []
+        self._answerers: list[tuple[str, OnQuestion]] = []
+        self._watchers: list[tuple[str, OnAlive]] = []
+        self._present: list[str] = []
+
+    def publish(self, key: str, payload: bytes) -> None:
+        """See `Bus.publish`."""
+        for pattern, on_sample in list(self._subscribers):
+            if matches(pattern, key):
+                on_sample(key, payload)
+
+    def subscribe(self, key: str, on_sample: OnSample) -> Closable:
+        """See `Bus.subscribe`."""
+        entry = (key, on_sample)
+        self._subscribers.append(entry)
+        return _Registration(lambda: _discard(self._subscribers, entry))
+
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
+        """See `Bus.ask`; the answer must come before the answerer returns."""
+        answers: list[bytes] = []
+        for pattern, on_question in list(self._answerers):
+            if matches(pattern, key):
+                on_question(key, payload, answers.append)
+                break
+        if not answers:
+            raise BusError(f"nobody answers {key}")
+        return answers[0]
+
+    def answer(self, key: str, on_question: OnQuestion) -> Closable:
+        """See `Bus.answer`."""
+        entry = (key, on_question)
+        self._answerers.append(entry)
+        return _Registration(lambda: _discard(self._answerers, entry))
+
+    def alive(self, key: str) -> Closable:
+        """See `Bus.alive`."""
+        self._present.append(key)
+        self._tell(key, True)
+
+        def leave() -> None:
+            self._present.remove(key)
+            self._tell(key, False)
+
+        return _Registration(leave)
+
+    def watch(self, key: str, on_alive: OnAlive) -> Closable:
+        """See `Bus.watch`."""
+        entry = (key, on_alive)
+        self._watchers.append(entry)
+        for present in list(self._present):
+            if matches(key, present):
+                on_alive(present, True)
+        return _Registration(lambda: _discard(self._watchers, entry))
+
+    def close(self) -> None:
+        """Forget everybody."""
+        self._subscribers.clear()
+        self._answerers.clear()
+        self._watchers.clear()
+
+    def _tell(self, key: str, present: bool) -> None:
+        for pattern, on_alive in list(self._watchers):
+            if matches(pattern, key):
+                on_alive(key, present)
+
+
+def _discard(entries: list[Any], entry: object) -> None:
+    """Remove `entry` if the bus was not closed before."""
+    if entry in entries:
+        entries.remove(entry)
+
+
+class _Registration:
+    """Runs `undo` once."""
+
+    def __init__(self, undo: Callable[[], None]) -> None:
+        self._undo: Callable[[], None] | None = undo
+
+    def close(self) -> None:
+        undo, self._undo = self._undo, None
+        if undo is not None:
+            undo()

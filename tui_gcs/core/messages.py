@@ -1,0 +1,458 @@
+"""Everything that travels on the bus: msgspec structs, msgpack on the wire, declared once.
+
+Unknown fields and wrong types are errors. Positions are ENU metres about the scenario origin (x east, y north,
+z up above home), times `*_s` are the station's monotonic seconds unless the name says `wall`.
+Unknown numbers are NaN.
+"""
+
+from enum import StrEnum
+from typing import Any, Literal, NamedTuple, TypeVar
+
+import msgspec
+
+from tui_gcs.core.scenario import Limits, OperatingArea, Scenario
+from tui_gcs.core.zones import Zone
+
+PROTOCOL = 1
+"""Version of this file's contract; consoles and workers say it first (`Hello`)."""
+
+Vec3 = tuple[float, float, float]
+
+
+class Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Base of all bus messages."""
+
+
+class Kind(StrEnum):
+    """Whether vehicles are ours and simulated, real, or recorded. They never mix."""
+
+    SIM = "SIM"
+    LIVE = "LIVE"
+    REPLAY = "REPLAY"
+
+
+class Phase(StrEnum):
+    """What the station is doing with a vehicle."""
+
+    GROUND = "ground"
+    """Disarmed on the ground, or nothing to do with us."""
+    ARMING = "arming"
+    TAKEOFF = "take-off"
+    FLYING = "flying"
+    """Airborne and following its team's planner."""
+    HOLDING = "holding"
+    RETURNING = "returning"
+    LANDING = "landing"
+    TAKEN_OUT = "taken out"
+    """Airborne but not ours to steer: lost, or in a mode that does not take set-points."""
+
+
+class Freshness(StrEnum):
+    """Stale: no position for 3 s. LOST: no frame at all for 3.5 s."""
+
+    OK = "ok"
+    STALE = "stale"
+    LOST = "lost"
+
+
+class RunPhase(StrEnum):
+    """What the station is doing with the fleet."""
+
+    IDLE = "idle"
+    STARTING = "starting"
+    RUNNING = "running"
+    HOLD = "hold"
+    RETURNING = "returning"
+
+
+class VehicleRow(NamedTuple):
+    """One vehicle of a fleet frame; the columns of `FleetFrame` in the same order."""
+
+    id: int
+    team: str
+    autopilot: str
+    vehicle_type: str
+    mode: str
+    armed: bool
+    phase: Phase
+    freshness: Freshness
+    position_m: Vec3
+    velocity_m_s: Vec3
+    heading_deg: float
+    lat_deg: float
+    lon_deg: float
+    alt_amsl_m: float
+    battery_pct: float
+    battery_v: float
+    gps_fix: int
+    satellites: int
+    age_s: float
+    heard_age_s: float
+    loss_pct: float
+    slot: str
+    slot_error_m: float
+    link: str
+
+
+class FleetFrame(Message, frozen=True):
+    """One immutable snapshot of all vehicles, struct of arrays; published at 10 Hz."""
+
+    seq: int
+    t_s: float
+    wall_s: float
+    kind: Kind
+    ids: tuple[int, ...] = ()
+    team: tuple[str, ...] = ()
+    autopilot: tuple[str, ...] = ()
+    vehicle_type: tuple[str, ...] = ()
+    mode: tuple[str, ...] = ()
+    armed: tuple[bool, ...] = ()
+    phase: tuple[Phase, ...] = ()
+    freshness: tuple[Freshness, ...] = ()
+    position_m: tuple[Vec3, ...] = ()
+    velocity_m_s: tuple[Vec3, ...] = ()
+    heading_deg: tuple[float, ...] = ()
+    lat_deg: tuple[float, ...] = ()
+    lon_deg: tuple[float, ...] = ()
+    alt_amsl_m: tuple[float, ...] = ()
+    battery_pct: tuple[float, ...] = ()
+    battery_v: tuple[float, ...] = ()
+    gps_fix: tuple[int, ...] = ()
+    """MAVLink GPS_FIX_TYPE."""
+    satellites: tuple[int, ...] = ()
+    """-1 when unknown."""
+    age_s: tuple[float, ...] = ()
+    """Age of the newest position."""
+    heard_age_s: tuple[float, ...] = ()
+    """Age of the newest frame of any kind."""
+    loss_pct: tuple[float, ...] = ()
+    slot: tuple[str, ...] = ()
+    """What the planner calls this vehicle's place, e.g. "2/4"; empty without one."""
+    slot_error_m: tuple[float, ...] = ()
+    """Distance from the planned place now."""
+    link: tuple[str, ...] = ()
+
+    def rows(self) -> list[VehicleRow]:
+        """The vehicles one by one."""
+        return [
+            VehicleRow(*row)
+            for row in zip(*(getattr(self, _COLUMN.get(f, f)) for f in VehicleRow._fields), strict=True)
+        ]
+
+
+_COLUMN = {"id": "ids"}
+
+
+class EventClass(StrEnum):
+    """The paper's three classes of error, and the things that are not errors."""
+
+    CONNECTION = "connection"
+    SENSOR = "sensor"
+    PROCESSING = "processing"
+    OPERATOR = "operator"
+    PLANNER = "planner"
+    MISSION = "mission"
+    VEHICLE = "vehicle"
+
+
+class Event(Message, frozen=True):
+    """Something that happened. `seq` has no gaps: a console that sees one asks for what it missed."""
+
+    seq: int
+    t_s: float
+    wall_s: float
+    cls: EventClass
+    severity: int
+    """MAV_SEVERITY: 0 emergency … 4 warning, 5 notice, 6 info, 7 debug."""
+    source: str
+    text: str
+
+
+class TeamStatus(Message, frozen=True):
+    """How a team and its planner are doing."""
+
+    name: str
+    zone: str
+    role: str
+    planner: str
+    members: tuple[int, ...]
+    worker: Literal["absent", "ready", "running", "late", "dead"]
+    plan_age_s: float
+    rate_hz: float
+    on_slot: int
+    slots: int
+    worst_idleness_s: float
+    average_idleness_s: float
+    coverage: float
+    """0…1 of the zone's cells seen since the round began."""
+    bound_s: float
+    ratio: float
+    """Worst idleness over the sweep bound B1 = A / (n v 2r); NaN until every cell was seen."""
+    metrics: dict[str, float] = {}
+
+
+class LinkStatus(Message, frozen=True):
+    """A link as the operator sees it."""
+
+    name: str
+    up: bool
+    datagrams: int
+    frames: int
+    bad: int
+    """Datagrams or bytes that were no valid frame."""
+    error: str = ""
+
+
+class StationStatus(Message, frozen=True):
+    """The station in one message: published at 2 Hz and on every change."""
+
+    seq: int
+    t_s: float
+    wall_s: float
+    kind: Kind
+    scenario: str
+    revision: int
+    run: RunPhase
+    round_index: int
+    rounds: tuple[str, ...]
+    mission_time_s: float
+    heard: int
+    vehicles: int
+    armed: int
+    in_control: str
+    teams: tuple[TeamStatus, ...] = ()
+    links: tuple[LinkStatus, ...] = ()
+    min_separation_m: float = float("nan")
+    outside_area_m: float = 0.0
+    vetoes: dict[str, int] = {}
+    """Guard vetoes since start, by reason."""
+    dropped: dict[str, int] = {}
+    """What was received and not used, by reason."""
+    recording: str = ""
+    alarm: str = ""
+    """The worst thing the operator must act on, with the key that answers it; empty if none."""
+
+
+class ScenarioChanged(Message, frozen=True):
+    """The scenario the station flies: parsed, and the text it came from."""
+
+    revision: int
+    path: str
+    toml: str
+    scenario: Scenario
+
+
+# ---------------------------------------------------------------- planner
+
+
+class PlannerTask(Message, frozen=True):
+    """What a team's planner is asked to do. A new revision means: configure again."""
+
+    team: str
+    revision: int
+    t_s: float
+    planner: str
+    zone: Zone
+    area: OperatingArea
+    no_fly: tuple[Zone, ...]
+    limits: Limits
+    footprint_radius_m: float
+    parameters: dict[str, float | int | bool | str]
+    seed: int
+    members: tuple[int, ...]
+    """System ids of the whole team, flying or not."""
+    layers_m: dict[int, float]
+    """Altitude layer of each member, metres above home."""
+
+
+class Intent(Message, frozen=True):
+    """What a planner wants of one vehicle.
+
+    hold: stop here. goto: fly to `position_m` and stay. track: be at `positions_m[i]` with
+    `velocities_m_s[i]` at time `t0_s + i * dt_s`; after the last sample the vehicle holds there.
+    return: fly home and land.
+    """
+
+    vehicle: int
+    kind: Literal["hold", "goto", "track", "return"]
+    position_m: Vec3 | None = None
+    t0_s: float = 0.0
+    dt_s: float = 0.0
+    positions_m: tuple[Vec3, ...] = ()
+    velocities_m_s: tuple[Vec3, ...] = ()
+    slot: str = ""
+    joined: bool = False
+    """True once the vehicle is on its slot by the planner's own judgement."""
+    reason: str = ""
+
+
+class Annotation(Message, frozen=True):
+    """Something a planner draws on the map. Points are ENU metres."""
+
+    kind: Literal["polyline", "polygon", "marker", "text"]
+    points_m: tuple[tuple[float, float], ...]
+    text: str = ""
+
+
+class Plan(Message, frozen=True):
+    """A planner's answer for one step: intents for its team, drawings and named numbers."""
+
+    team: str
+    revision: int
+    seq: int
+    t_s: float
+    """`t_s` of the fleet frame this plan was made from."""
+    intents: tuple[Intent, ...] = ()
+    annotations: tuple[Annotation, ...] | None = None
+    """None: as before."""
+    metrics: dict[str, float] = {}
+    step_ms: float = 0.0
+    error: str = ""
+    """Traceback of a step that failed; then there are no intents."""
+
+
+# ---------------------------------------------------------------- requests
+
+
+class Request(Message, frozen=True, tag_field="request"):
+    """Base of what a console, a worker or a script asks of the station."""
+
+
+class Hello(Request, frozen=True, tag="hello"):
+    """First exchange: protocol version and who asks."""
+
+    protocol: int
+    who: str
+
+
+class GetScenario(Request, frozen=True, tag="get-scenario"):
+    """The present scenario (`Reply.scenario`)."""
+
+
+class GetEvents(Request, frozen=True, tag="get-events"):
+    """Events with seq > `after` (`Reply.events`), newest 500 at most."""
+
+    after: int
+
+
+class GetTask(Request, frozen=True, tag="get-task"):
+    """A team's planner task (`Reply.task`)."""
+
+    team: str
+
+
+class GetPlan(Request, frozen=True, tag="get-plan"):
+    """The newest annotations of every team (`Reply.annotations`)."""
+
+
+class Start(Request, frozen=True, tag="start"):
+    """Arm, take off and run the present round with exactly these vehicles (what the operator saw and confirmed)."""
+
+    vehicles: tuple[int, ...]
+
+
+class Hold(Request, frozen=True, tag="hold"):
+    """Hold at once: all vehicles, or only these."""
+
+    vehicles: tuple[int, ...] = ()
+
+
+class Resume(Request, frozen=True, tag="resume"):
+    """Go on with the planner after a hold."""
+
+
+class Return(Request, frozen=True, tag="return"):
+    """Return and land: all vehicles, or only these."""
+
+    vehicles: tuple[int, ...] = ()
+
+
+class Land(Request, frozen=True, tag="land"):
+    """Land where they are: all vehicles, or only these."""
+
+    vehicles: tuple[int, ...] = ()
+
+
+class SwitchRound(Request, frozen=True, tag="switch-round"):
+    """Make another round the present one, on the ground or in flight."""
+
+    index: int
+
+
+class ApplyScenario(Request, frozen=True, tag="apply-scenario"):
+    """Replace the scenario by this TOML text, edited from `base_revision`."""
+
+    base_revision: int
+    toml: str
+
+
+class Shutdown(Request, frozen=True, tag="shutdown"):
+    """End the station; refused while anything is armed."""
+
+
+AnyRequest = (
+    Hello
+    | GetScenario
+    | GetEvents
+    | GetTask
+    | GetPlan
+    | Start
+    | Hold
+    | Resume
+    | Return
+    | Land
+    | SwitchRound
+    | ApplyScenario
+    | Shutdown
+)
+
+
+class VehicleResult(Message, frozen=True):
+    """What became of a request for one vehicle."""
+
+    vehicle: int
+    ok: bool
+    text: str
+
+
+class Reply(Message, frozen=True):
+    """The station's answer: accepted or why not, per vehicle where it concerns vehicles.
+
+    Accepted means begun; how it ends is told by events and by telemetry.
+    """
+
+    ok: bool
+    text: str = ""
+    results: tuple[VehicleResult, ...] = ()
+    scenario: ScenarioChanged | None = None
+    events: tuple[Event, ...] = ()
+    task: PlannerTask | None = None
+    annotations: dict[str, tuple[Annotation, ...]] = {}
+
+
+T = TypeVar("T")
+_encoder = msgspec.msgpack.Encoder()
+_decoders: dict[Any, msgspec.msgpack.Decoder[Any]] = {}
+
+
+def encode(message: Message) -> bytes:
+    """Bytes for the bus."""
+    return _encoder.encode(message)
+
+
+def decode(data: bytes, kind: type[T]) -> T:
+    """The message in `data`.
+
+    Raises:
+        msgspec.MsgspecError: not such a message (unknown field, wrong type, not msgpack).
+    """
+    decoder = _decoders.get(kind)
+    if decoder is None:
+        decoder = _decoders[kind] = msgspec.msgpack.Decoder(kind)
+    result: T = decoder.decode(data)
+    return result
+
+
+def decode_request(data: bytes) -> AnyRequest:
+    """The request in `data`; raises `msgspec.MsgspecError` if it is none."""
+    return decode(data, AnyRequest)  # type: ignore[arg-type]

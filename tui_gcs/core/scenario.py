@@ -1,0 +1,98 @@
+"""The scenario: rounds, zones, teams, take-off places and limits; one TOML file, one `Scenario` value."""
+
+import msgspec
+
+from tui_gcs.core.zones import Shape, Zone
+
+
+class Origin(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Where ENU (0, 0) lies. Heights are metres above `ground_amsl_m`."""
+
+    lat_deg: float
+    lon_deg: float
+    ground_amsl_m: float
+
+
+class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What no vehicle may exceed, and what the guard keeps."""
+
+    speed_m_s: float = 8.0
+    accel_m_s2: float = 2.5
+    separation_horizontal_m: float = 10.0
+    separation_vertical_m: float = 5.0
+    geofence_margin_m: float = 5.0
+
+
+class ResultLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a run must reach to be called good."""
+
+    worst_ratio_max: float = 2.0
+    coverage_min: float = 1.0
+    on_slot_max_s: float = 120.0
+    measured_s: float = 180.0
+    landing_error_max_m: float = 10.0
+
+
+class OperatingArea(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Where a round may be flown: a shape and an altitude band above ground."""
+
+    shape: Shape
+    alt_min_m: float
+    alt_max_m: float
+
+
+class Round(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A named set of zones and the operating area around them."""
+
+    name: str
+    duration_s: float
+    area: OperatingArea
+    zones: tuple[Zone, ...]
+
+
+class Team(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Vehicles, the zone they serve (by name, in every round) and their planner.
+
+    Either `vehicles` names system ids or `count` takes the lowest free ids at start and keeps them.
+    """
+
+    name: str
+    zone: str
+    planner: str
+    vehicles: tuple[int, ...] = ()
+    count: int = 0
+    parameters: dict[str, float | int | bool | str] = {}
+
+
+class TakeOffPlace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A spot on the ground and the altitude layer of the vehicle that starts there.
+
+    `vehicle` is a system id, or None: then ids without a place of their own take the free places in order.
+    """
+
+    place_m: tuple[float, float]
+    layer_m: float
+    vehicle: int | None = None
+
+
+class LinkLoss(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What happens when links, planners or the station are lost (the safe hold of the scenario)."""
+
+    planner: str = "hold"
+    vehicle: str = "respace"
+    resume: bool = False
+
+
+class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Everything about one mission. Built by `load`; immutable."""
+
+    name: str
+    seed: int
+    origin: Origin
+    footprint_radius_m: float
+    limits: Limits
+    results: ResultLimits
+    link_loss: LinkLoss
+    rounds: tuple[Round, ...]
+    teams: tuple[Team, ...]
+    places: tuple[TakeOffPlace, ...]

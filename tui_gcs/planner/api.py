@@ -1,0 +1,153 @@
+"""What the author of a planner imports. Small and stable.
+
+A planner is one class in one file:
+
+    class Circle(Planner):
+        name = "circle"
+        params = (Param("speed_m_s", float, 5.0, minimum=1.0, maximum=8.0, unit="m/s", help="ground speed"),)
+
+        def step(self, ctx):
+            return Output(intents=[...])
+
+`step` is a pure function of the planner's state and `ctx`: time, fleet and random numbers come with it, a
+planner asks for none of them. Positions are ENU metres about the scenario origin, z above home.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.core.messages import Annotation, Intent, PlannerTask
+from tui_gcs.core.scenario import Limits, OperatingArea
+from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
+
+__all__ = [
+    "Annotation",
+    "Circle",
+    "Context",
+    "Fleet",
+    "Intent",
+    "Limits",
+    "OperatingArea",
+    "Output",
+    "Param",
+    "Planner",
+    "PlannerTask",
+    "Polygon",
+    "Rectangle",
+    "Role",
+    "Shape",
+    "Zone",
+]
+
+API_VERSION = 1
+
+ParamValue = float | int | bool | str
+
+
+@dataclass(frozen=True)
+class Param:
+    """A declared parameter; the plan screen draws its form from it."""
+
+    name: str
+    type: type
+    default: ParamValue
+    minimum: float | None = None
+    maximum: float | None = None
+    unit: str = ""
+    help: str = ""
+    choices: tuple[str, ...] = ()
+
+    def problem(self, value: object) -> str:
+        """Why `value` is not allowed, or "" if it is."""
+        allowed: tuple[type, ...] = (int, float) if self.type is float else (self.type,)
+        if not isinstance(value, allowed) or (isinstance(value, bool) and self.type is not bool):
+            return f"{self.name} must be {self.type.__name__}, not {type(value).__name__}"
+        if self.choices and value not in self.choices:
+            return f"{self.name} must be one of {', '.join(self.choices)}"
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            if not np.isfinite(value):
+                return f"{self.name} must be a finite number"
+            if self.minimum is not None and value < self.minimum:
+                return f"{self.name} must be at least {self.minimum:g} {self.unit}".rstrip()
+            if self.maximum is not None and value > self.maximum:
+                return f"{self.name} must be at most {self.maximum:g} {self.unit}".rstrip()
+        return ""
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """The team as struct of arrays, ordered by id; read only. n vehicles."""
+
+    id: NDArray[np.int64]
+    """(n,) system ids."""
+    active: NDArray[np.bool_]
+    """(n,) True: airborne and following this planner. Only these may get intents."""
+    position_m: NDArray[np.float64]
+    """(n, 3) ENU; NaN when never known."""
+    velocity_m_s: NDArray[np.float64]
+    """(n, 3) ENU."""
+    heading_deg: NDArray[np.float64]
+    age_s: NDArray[np.float64]
+    """(n,) age of the position."""
+    layer_m: NDArray[np.float64]
+    """(n,) each vehicle's own altitude layer."""
+
+
+@dataclass(frozen=True)
+class Context:
+    """What a step may know."""
+
+    t_s: float
+    """Time of the fleet view, seconds; only differences mean something."""
+    fleet: Fleet
+    rng: np.random.Generator
+    """Seeded by the host."""
+    iterations: int
+    """Units of background work granted for this step (per mission second: `Planner.iterations_per_s`)."""
+    deadline_s: float
+    """Advisory: seconds this step may take."""
+
+
+@dataclass
+class Output:
+    """What a step wants."""
+
+    intents: list[Intent] = field(default_factory=list)
+    annotations: list[Annotation] | None = None
+    """None: as before."""
+    metrics: dict[str, float] = field(default_factory=dict)
+
+
+class Planner:
+    """Base class. `configure` may be slow; `step` is called `rate_hz` times a second."""
+
+    name: ClassVar[str] = ""
+    version: ClassVar[str] = "1"
+    params: ClassVar[tuple[Param, ...]] = ()
+    rate_hz: ClassVar[float] = 5.0
+    iterations_per_s: ClassVar[float] = 0.0
+
+    def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
+        """Take zone, limits and validated parameters. Called before `start` and again for each new task revision."""
+        self.task = task
+
+    def start(self, t_s: float, fleet: Fleet) -> None:
+        """The first step follows."""
+
+    def step(self, ctx: Context) -> Output:
+        """Intents for active vehicles."""
+        raise NotImplementedError
+
+    def stop(self, reason: str) -> None:
+        """No more steps."""
+
+    def snapshot(self) -> bytes:
+        """State for `restore`, so that a restarted worker goes on where this one was."""
+        return b""
+
+    def restore(self, data: bytes) -> None:
+        """Take over a snapshot of the same version."""
