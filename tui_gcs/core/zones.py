@@ -3,9 +3,16 @@
 Positions are ENU metres about the scenario origin (x east, y north).
 """
 
+import math
 from enum import StrEnum
 
 import msgspec
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike, NDArray
+
+CIRCLE_QUADRANT_SEGMENTS = 32
+"""A circle is drawn with this many chords per quadrant: at radius 100 m they stay within 0.03 m of it."""
 
 
 class Role(StrEnum):
@@ -49,3 +56,68 @@ class Zone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     shape: Shape
     alt_min_m: float | None = None
     alt_max_m: float | None = None
+
+
+def outline_m(shape: Shape) -> list[tuple[float, float]]:
+    """The shape's corners in order, not closed; a circle as a regular 128-gon on its rim."""
+    match shape:
+        case Circle():
+            return _circle_outline(shape)
+        case Rectangle():
+            return _rectangle_outline(shape)
+        case Polygon():
+            return [(float(x), float(y)) for x, y in shape.vertices_m]
+
+
+def polygon_of(shape: Shape) -> shapely.Polygon:
+    """The shape as a shapely polygon (metres); a circle as `outline_m` draws it."""
+    return shapely.Polygon(outline_m(shape))
+
+
+def area_m2(shape: Shape) -> float:
+    """Area in square metres; exact, for circles too."""
+    match shape:
+        case Circle():
+            return math.pi * shape.radius_m**2
+        case Rectangle():
+            return shape.width_m * shape.height_m
+        case Polygon():
+            return float(polygon_of(shape).area)
+
+
+def bounds(shape: Shape) -> tuple[float, float, float, float]:
+    """(min x, min y, max x, max y) in metres."""
+    if isinstance(shape, Circle):
+        (x, y), r = shape.centre_m, shape.radius_m
+        return x - r, y - r, x + r, y + r
+    xs, ys = zip(*outline_m(shape), strict=True)
+    return min(xs), min(ys), max(xs), max(ys)
+
+
+def contains(shape: Shape, xy: ArrayLike) -> NDArray[np.bool_]:
+    """Which of the points (n, 2) lie in the shape or on its border. A circle is judged by its radius."""
+    points = np.asarray(xy, dtype=float).reshape(-1, 2)
+    if isinstance(shape, Circle):
+        dx, dy = (points - shape.centre_m).T
+        return np.asarray(np.hypot(dx, dy) <= shape.radius_m)
+    return np.asarray(shapely.intersects_xy(polygon_of(shape), points[:, 0], points[:, 1]))
+
+
+def _circle_outline(circle: Circle) -> list[tuple[float, float]]:
+    (x, y), r = circle.centre_m, circle.radius_m
+    step_rad = math.pi / 2 / CIRCLE_QUADRANT_SEGMENTS
+    return [
+        (x + r * math.cos(i * step_rad), y + r * math.sin(i * step_rad)) for i in range(4 * CIRCLE_QUADRANT_SEGMENTS)
+    ]
+
+
+def _rectangle_outline(rectangle: Rectangle) -> list[tuple[float, float]]:
+    """South-west corner first (at heading 0), then counter-clockwise."""
+    (x, y), heading_rad = rectangle.centre_m, math.radians(rectangle.heading_deg)
+    cos, sin = math.cos(heading_rad), math.sin(heading_rad)
+    corners = []
+    for side_e, side_n in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)):
+        east, north = side_e * rectangle.width_m, side_n * rectangle.height_m
+        # A compass heading turns clockwise: north goes towards east.
+        corners.append((x + east * cos + north * sin, y - east * sin + north * cos))
+    return corners
