@@ -1,0 +1,54 @@
+"""The event log: everything worth telling, numbered without gaps, kept for those who join later."""
+
+from collections import deque
+from collections.abc import Callable
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.messages import Event, EventClass
+
+KEPT = 2000
+"""Events in memory; older ones are in the journal."""
+
+EMERGENCY, ALERT, CRITICAL, ERROR, WARNING, NOTICE, INFO, DEBUG = range(8)
+"""MAV_SEVERITY."""
+
+
+class EventLog:
+    """Numbers events, keeps the newest, hands each to listeners."""
+
+    def __init__(self, clock: Clock) -> None:
+        """An empty log."""
+        self._clock = clock
+        self._events: deque[Event] = deque(maxlen=KEPT)
+        self._seq = 0
+        self._listeners: list[Callable[[Event], None]] = []
+        self._last_said: dict[tuple[str, str], float] = {}
+        self.suppressed = 0
+        """Repeats that `say` did not tell because of `every_s`."""
+
+    def listen(self, listener: Callable[[Event], None]) -> None:
+        """Call `listener` for every event from now on."""
+        self._listeners.append(listener)
+
+    def say(self, cls: EventClass, source: str, text: str, severity: int = INFO, *, every_s: float = 0.0) -> None:
+        """Record an event; the same text of the same source at most once per `every_s` seconds."""
+        now = self._clock.now()
+        if every_s > 0:
+            last = self._last_said.get((source, text))
+            if last is not None and now - last < every_s:
+                self.suppressed += 1
+                return
+            if len(self._last_said) > KEPT:
+                self._last_said.clear()
+            self._last_said[(source, text)] = now
+        self._seq += 1
+        event = Event(
+            seq=self._seq, t_s=now, wall_s=self._clock.wall(), cls=cls, severity=severity, source=source, text=text
+        )
+        self._events.append(event)
+        for listener in self._listeners:
+            listener(event)
+
+    def since(self, seq: int, most: int = 500) -> tuple[Event, ...]:
+        """Events after `seq`, the newest `most`."""
+        return tuple(event for event in self._events if event.seq > seq)[-most:]

@@ -1,0 +1,193 @@
+"""Actions on one vehicle: sent, repeated by class, acknowledged, confirmed by telemetry.
+
+The three retry classes of architecture.md (security.md C.4):
+
+* start: at most 3 copies within 2 s, then expired; never repeated later.
+* stop: every 400 ms for 10 s until telemetry confirms, then an alarm and every 2 s until confirmed or superseded;
+  it cancels what is queued for that vehicle.
+* set: 4 tries, 0.6 s apart; idempotent; dropped when superseded.
+
+Success is what telemetry shows; an ACK only ends the copies. A refusal collects the vehicle's own words for 0.5 s.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.events import ALERT, INFO, WARNING, EventLog
+from tui_gcs.core.messages import EventClass
+from tui_gcs.core.vehicle import Vehicle
+
+ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS, CANCELLED = range(7)
+"""MAV_RESULT."""
+RESULT_WORDS = {1: "temporarily rejected", 2: "denied", 3: "unsupported", 4: "failed", 6: "cancelled"}
+REASON_WAIT_S = 0.5
+"""STATUSTEXT is queued by the autopilot: reasons come up to this long after a refusing ACK (ardupilot.md)."""
+
+
+class Retry(Enum):
+    """How an action is repeated: (copies, gap s, slow gap s after the copies or 0)."""
+
+    START = (3, 0.9, 0.0)
+    STOP = (25, 0.4, 2.0)
+    SET = (4, 0.6, 0.0)
+
+    @property
+    def copies(self) -> int:
+        """How many are sent at most before it is given up (stop: before the alarm)."""
+        return int(self.value[0])
+
+    @property
+    def gap_s(self) -> float:
+        """Time between copies."""
+        return float(self.value[1])
+
+
+class Outcome(Enum):
+    """How an action ended."""
+
+    CONFIRMED = "confirmed"
+    REFUSED = "refused"
+    EXPIRED = "no answer"
+    NOT_CONFIRMED = "accepted, not confirmed"
+    SUPERSEDED = "superseded"
+
+
+@dataclass
+class Action:
+    """One thing asked of one vehicle."""
+
+    vehicle: int
+    name: str
+    """For the operator and the journal, e.g. "arm"; a newer action of the same name supersedes this one."""
+    retry: Retry
+    send: Callable[[int], None]
+    """Sends copy number 0, 1, …"""
+    confirmed: Callable[[Vehicle], bool]
+    """Whether telemetry shows it done."""
+    command: int | None = None
+    """MAV_CMD whose COMMAND_ACK belongs to this action; None if it has none (set-points, heartbeat-confirmed modes)."""
+    confirm_s: float = 5.0
+    """After an accepting ACK, or the last copy, wait this long for telemetry."""
+    on_done: Callable[["Action", Outcome, str], None] | None = None
+    sent: int = 0
+    next_s: float = 0.0
+    acked_s: float | None = None
+    refused_s: float | None = None
+    result: int | None = None
+    alarmed: bool = False
+
+
+class CommandService:
+    """Runs all pending actions; at most one per vehicle and name."""
+
+    def __init__(self, clock: Clock, events: EventLog) -> None:
+        """Nothing pending."""
+        self._clock = clock
+        self._events = events
+        self._pending: dict[tuple[int, str], Action] = {}
+        self.unanswered: list[str] = []
+        """Actions that expired without any answer."""
+        self.ignored: Counter[str] = Counter()
+        """ACKs that belonged to nothing, by reason."""
+
+    def submit(self, action: Action) -> None:
+        """Begin `action` at the next tick; a stop cancels everything else queued for that vehicle."""
+        if action.retry is Retry.STOP:
+            self.cancel(action.vehicle)
+        else:
+            self._end(self._pending.get((action.vehicle, action.name)), Outcome.SUPERSEDED, "")
+        action.next_s = self._clock.now()
+        self._pending[(action.vehicle, action.name)] = action
+        self._run(action, None)
+
+    def cancel(self, vehicle: int, name: str | None = None) -> None:
+        """Drop what is pending for `vehicle` (all, or the one called `name`)."""
+        for key, action in list(self._pending.items()):
+            if key[0] == vehicle and (name is None or key[1] == name):
+                self._end(action, Outcome.SUPERSEDED, "")
+
+    def pending(self, vehicle: int, name: str) -> bool:
+        """Whether such an action is under way."""
+        return (vehicle, name) in self._pending
+
+    def tick(self, vehicles: dict[int, Vehicle]) -> None:
+        """Send what is due, end what is confirmed, refused or out of time."""
+        for action in list(self._pending.values()):
+            self._run(action, vehicles.get(action.vehicle))
+
+    def on_ack(self, vehicle: Vehicle, command: int, result: int) -> None:
+        """A COMMAND_ACK arrived."""
+        action = self._waiting_for(vehicle.id, command)
+        if action is None:
+            self.ignored["ack for nothing asked"] += 1
+            return
+        now = self._clock.now()
+        if result in (ACCEPTED, IN_PROGRESS):
+            action.acked_s, action.result = now, result
+            action.refused_s = None
+        elif action.acked_s is None and action.refused_s is None:
+            action.refused_s, action.result = now, result
+
+    def _waiting_for(self, vehicle: int, command: int) -> Action | None:
+        for (vehicle_id, _), action in self._pending.items():
+            if vehicle_id == vehicle and action.command == command:
+                return action
+        return None
+
+    def _run(self, action: Action, vehicle: Vehicle | None) -> None:
+        now = self._clock.now()
+        if vehicle is not None and action.sent and action.confirmed(vehicle):
+            self._end(action, Outcome.CONFIRMED, "")
+        elif action.refused_s is not None and action.retry is not Retry.STOP:
+            if now - action.refused_s >= REASON_WAIT_S:
+                self._end(action, Outcome.REFUSED, self._why(action, vehicle))
+        elif action.acked_s is not None and action.retry is not Retry.STOP:
+            if now - action.acked_s > action.confirm_s:
+                self._end(action, Outcome.NOT_CONFIRMED, self._why(action, vehicle))
+        elif now >= action.next_s - 1e-9:
+            self._send_or_expire(action, now)
+
+    def _send_or_expire(self, action: Action, now: float) -> None:
+        if action.sent < action.retry.copies:
+            action.send(action.sent)
+            action.sent += 1
+            last = action.sent == action.retry.copies
+            wait_s = action.confirm_s if last and action.command is None else action.retry.gap_s
+            action.next_s = now + (action.retry.gap_s if action.retry is Retry.STOP else wait_s)
+        elif action.retry is Retry.STOP:
+            self._keep_stopping(action, now)
+        elif action.command is None:
+            self._end(action, Outcome.NOT_CONFIRMED, "")
+        else:
+            self.unanswered.append(f"vehicle {action.vehicle}: {action.name}")
+            self._end(action, Outcome.EXPIRED, "")
+
+    def _keep_stopping(self, action: Action, now: float) -> None:
+        if not action.alarmed:
+            action.alarmed = True
+            text = f"{action.name} not confirmed after 10 s: still trying"
+            self._events.say(EventClass.CONNECTION, f"vehicle {action.vehicle}", text, ALERT)
+        action.send(action.sent)
+        action.sent += 1
+        action.next_s = now + float(action.retry.value[2])
+
+    def _why(self, action: Action, vehicle: Vehicle | None) -> str:
+        word = RESULT_WORDS.get(action.result or 0, "" if action.result == ACCEPTED else f"result {action.result}")
+        since = min(t for t in (action.refused_s, action.acked_s, self._clock.now()) if t is not None) - 1.0
+        reasons = vehicle.reasons_since(since) if vehicle is not None else []
+        return ": ".join(part for part in (word, "; ".join(reasons)) if part)
+
+    def _end(self, action: Action | None, outcome: Outcome, why: str) -> None:
+        if action is None or self._pending.get((action.vehicle, action.name)) is not action:
+            return
+        del self._pending[(action.vehicle, action.name)]
+        if outcome is not Outcome.SUPERSEDED:
+            text = f"{action.name}: {outcome.value}" + (f" ({why})" if why else "")
+            severity = INFO if outcome is Outcome.CONFIRMED else WARNING
+            if action.retry is not Retry.SET or severity == WARNING:
+                self._events.say(EventClass.MISSION, f"vehicle {action.vehicle}", text, severity)
+        if action.on_done is not None:
+            action.on_done(action, outcome, why)
