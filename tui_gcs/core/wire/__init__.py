@@ -1,0 +1,1 @@
+"""MAVLink on the wire: frames, messages, encoding. The only code that touches pymavlink's dialect tables."""

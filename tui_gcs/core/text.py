@@ -1,0 +1,93 @@
+"""Text from a vehicle is hostile: `clean` is the one door through which it becomes `SafeText`.
+
+Measured: Textual writes escape sequences in any string verbatim to the terminal, and 50 bytes of STATUSTEXT are
+enough to write the operator's clipboard. What comes out of here is one line of visible characters whose width in
+cells is known. It is still never markup, a format string, a path or a URL.
+"""
+
+import unicodedata
+from typing import NewType
+
+from rich.cells import get_character_cell_size
+
+SafeText = NewType("SafeText", str)
+"""A string that went through `clean`."""
+
+REPLACEMENT = "\ufffd"
+ELLIPSIS = "…"
+_MAX_COMBINING = 2
+_FORBIDDEN_RANGES = (
+    (0x1160, 0x11FF),  # conjoining Hangul jamo: width depends on the neighbours
+    (0xFE00, 0xFE0F),  # variation selectors
+    (0xFDFA, 0xFDFD),  # single characters as wide as a sentence
+    (0x1F1E6, 0x1F1FF),  # regional indicators: two of them make one flag
+    (0x1F3FB, 0x1F3FF),  # skin tones: merge with the character before
+    (0xE0000, 0xE0FFF),  # tags and more variation selectors
+)
+
+
+def clean(raw: str | bytes, max_cells: int = 200) -> SafeText:
+    """One safe line of `raw`, at most `max_cells` terminal cells wide; never raises.
+
+    Bytes are read as UTF-8. Control characters become their pictures (ESC is shown as ␛), everything that changes
+    direction, is invisible, private or unassigned becomes U+FFFD, and so do piled-up combining marks. Text that was
+    cut ends in an ellipsis.
+    """
+    limit = 8 * max(max_cells, 0) + 8  # what is beyond cannot be seen: bounds the work for any input
+    text = raw[: 4 * limit].decode("utf-8", "replace") if isinstance(raw, bytes) else raw
+    if text.isascii() and text.isprintable() and len(text) <= max_cells:
+        return SafeText(text)
+    return SafeText(_fit(_visible(text[:limit]), max_cells))
+
+
+def _visible(text: str) -> str:
+    """`text` with every dangerous character replaced."""
+    out: list[str] = []
+    marks = _MAX_COMBINING  # a mark at the start would sit on whatever stands before the text
+    for char in text:
+        if unicodedata.category(char) in ("Mn", "Me") and not _forbidden(ord(char)):
+            marks += 1
+            if marks <= _MAX_COMBINING:
+                out.append(char)
+            elif marks == _MAX_COMBINING + 1:
+                out.append(REPLACEMENT)
+            continue
+        marks = 0
+        out.append(_visible_char(char))
+    return "".join(out)
+
+
+def _visible_char(char: str) -> str:
+    """What is shown for one character that is no combining mark."""
+    code = ord(char)
+    if 0x20 <= code < 0x7F:
+        return char
+    if code < 0x20:
+        return chr(0x2400 + code)
+    if code == 0x7F:
+        return "\u2421"
+    category = unicodedata.category(char)
+    if category == "Zs":
+        return " "
+    if category[0] in "CMZ" or _forbidden(code) or get_character_cell_size(char) not in (1, 2):
+        return REPLACEMENT
+    return char
+
+
+def _forbidden(code: int) -> bool:
+    return any(first <= code <= last for first, last in _FORBIDDEN_RANGES)
+
+
+def _fit(text: str, max_cells: int) -> str:
+    """`text`, cut to `max_cells`."""
+    widths = [0 if unicodedata.category(char) in ("Mn", "Me") else get_character_cell_size(char) for char in text]
+    if sum(widths) <= max_cells:
+        return text
+    if max_cells < 1:
+        return ""
+    used = 0
+    for index, width in enumerate(widths):
+        if used + width > max_cells - 1:
+            return text[:index] + ELLIPSIS
+        used += width
+    return text

@@ -1,0 +1,187 @@
+"""Cutting bytes into MAVLink frames, version 1 and 2, with the CRC checked.
+
+Framing: https://mavlink.io/en/guide/serialization.html. A frame whose message id the dialect does not know cannot be
+checked (its CRC includes a number from the dialect). Such a frame is kept, so that it can be counted and recorded,
+but only where a frame is expected: at the start or directly behind a good frame, and ending where the data ends or
+another frame begins. Frames with incompatibility flags other than "signed" are dropped, as the standard demands.
+"""
+
+import re
+import struct
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from fastcrc.crc16 import mcrf4xx
+
+from tui_gcs.core.wire import dialect
+
+MAGIC_V1 = 0xFE
+MAGIC_V2 = 0xFD
+SIGNED = 0x01
+"""Incompatibility flag: 13 bytes of signature follow the CRC."""
+SIGNATURE_BYTES = 13
+_OVERHEAD_V1 = 8  # 6 header, 2 CRC
+_OVERHEAD_V2 = 12  # 10 header, 2 CRC
+_TRAILER_V2 = {0: 0, SIGNED: SIGNATURE_BYTES}  # by incompatibility flags
+_HEADER_V2 = struct.Struct("<xBBxBBBHB").unpack_from  # length, flags, seq, system, component, message id 16 + 8 bits
+_MAGIC = re.compile(rb"[\xfd\xfe]")
+_NOT_TEXT = re.compile(rb"[^\t\n\r -~]")
+
+
+class Frame(NamedTuple):
+    """One MAVLink frame as it was on the wire. `payload` may be shorter than the message (zeros are cut off)."""
+
+    version: int
+    """1 or 2."""
+    seq: int
+    system: int
+    component: int
+    msgid: int
+    payload: bytes
+    raw: bytes
+    """The whole frame, signature included."""
+    signed: bool
+    """Carries a signature. Nobody checked it: PX4 signs with a zero key when it has none."""
+
+
+class Cut(NamedTuple):
+    """What was in a datagram."""
+
+    frames: list[Frame]
+    junk_bytes: int
+    """Bytes that belong to no good frame."""
+    bad_crc: int
+    """Complete frames of known messages whose CRC is wrong."""
+    text_bytes: int = 0
+    """ArduPilot's boot banner comes as plain text datagrams: no frames, and no error either."""
+
+
+@dataclass(slots=True)
+class Scan:
+    """Progress through a piece of a byte stream; see `scan`."""
+
+    frames: list[Frame] = field(default_factory=list)
+    used: int = 0
+    junk_bytes: int = 0
+    bad_crc: int = 0
+    in_sync: bool = True
+
+
+def cut_datagram(data: bytes) -> Cut:
+    """The frames of one UDP datagram. A frame lies wholly in one datagram, so nothing is carried over."""
+    size = len(data)
+    if size >= _OVERHEAD_V2 and data[0] == MAGIC_V2 and size == _OVERHEAD_V2 + data[1] + _TRAILER_V2.get(data[2], size):
+        frame = _frame_v2(data)
+        if frame is not None:  # nearly always: one good frame per datagram
+            return Cut([frame], 0, 0)
+    done = Scan()
+    scan(data, done, final=True)
+    if not done.frames and done.junk_bytes and not _NOT_TEXT.search(data):
+        return Cut([], 0, 0, len(data))
+    return Cut(done.frames, done.junk_bytes, done.bad_crc)
+
+
+class StreamCutter:
+    """Cuts a byte stream (TCP, serial line) that arrives in pieces of any size.
+
+    Holds back at most one incomplete frame. A frame of an unknown message is given out when the byte behind it is
+    there, because what follows is the only check it can have.
+    """
+
+    def __init__(self) -> None:
+        """A stream from its beginning."""
+        self.junk_bytes = 0
+        self.bad_crc = 0
+        self._rest = b""
+        self._in_sync = True
+
+    def feed(self, data: bytes) -> list[Frame]:
+        """The frames that `data` completes."""
+        return self._cut(self._rest + data, final=False)
+
+    def flush(self) -> list[Frame]:
+        """Give up waiting (end of the stream, or silence): what is held back is cut as it stands."""
+        return self._cut(self._rest, final=True)
+
+    def _cut(self, data: bytes, *, final: bool) -> list[Frame]:
+        done = Scan(in_sync=self._in_sync)
+        scan(data, done, final=final)
+        self._rest = data[done.used :]
+        self._in_sync = done.in_sync
+        self.junk_bytes += done.junk_bytes
+        self.bad_crc += done.bad_crc
+        return done.frames
+
+
+def scan(data: bytes, done: Scan, *, final: bool) -> None:
+    """Cut `data` from `done.used` on and add the frames to `done`.
+
+    With `final` nothing follows `data`; without, it stops where more bytes are needed to decide.
+    """
+    size = len(data)
+    while done.used < size:
+        start = done.used
+        end = _frame_end(data, start, size)
+        if end > size and not final:
+            return
+        frame = None
+        if start < end <= size:
+            frame = _frame(data[start:end])
+            if frame is None:
+                done.bad_crc += 1
+            elif not dialect.is_known(frame.msgid):
+                if end == size and not final and done.in_sync:
+                    return
+                if not (done.in_sync and (end == size or data[end] in (MAGIC_V1, MAGIC_V2))):
+                    frame = None
+        if frame is not None:
+            done.frames.append(frame)
+            done.used = end
+            done.in_sync = True
+        else:
+            following = _MAGIC.search(data, start + 1)
+            done.used = following.start() if following else size
+            done.junk_bytes += done.used - start
+            done.in_sync = False
+
+
+def _frame_end(data: bytes, start: int, size: int) -> int:
+    """Where the frame beginning at `start` ends: `start` if none can begin there, beyond `size` if not all is here."""
+    magic = data[start]
+    if magic == MAGIC_V2:
+        if size - start < 3:
+            return size + 1
+        trailer = _TRAILER_V2.get(data[start + 2])
+        return start if trailer is None else start + _OVERHEAD_V2 + data[start + 1] + trailer
+    if magic == MAGIC_V1:
+        return start + _OVERHEAD_V1 + data[start + 1] if size - start > 1 else size + 1
+    return start
+
+
+def _frame(raw: bytes) -> Frame | None:
+    """The complete frame `raw`; None if its CRC is wrong."""
+    if raw[0] == MAGIC_V2:
+        return _frame_v2(raw)
+    _, length, seq, system, component, msgid = raw[:6]
+    crc_at = 6 + length
+    if not _crc_is_good(raw, crc_at, msgid):
+        return None
+    return Frame(1, seq, system, component, msgid, raw[6:crc_at], raw, False)
+
+
+def _frame_v2(raw: bytes) -> Frame | None:
+    length, flags, seq, system, component, low, high = _HEADER_V2(raw)
+    msgid = low | high << 16
+    crc_at = 10 + length
+    if not _crc_is_good(raw, crc_at, msgid):
+        return None
+    return Frame(2, seq, system, component, msgid, raw[10:crc_at], raw, flags == SIGNED)
+
+
+def _crc_is_good(raw: bytes, crc_at: int, msgid: int) -> bool:
+    """Whether the CRC at `crc_at` matches; True if the dialect does not know the message."""
+    extra = dialect.CRC_EXTRA.get(msgid) or dialect.crc_extra(msgid)
+    if extra is None:
+        return True
+    expected: int = mcrf4xx(raw[1:crc_at] + extra)
+    return expected == raw[crc_at] | raw[crc_at + 1] << 8
