@@ -1,0 +1,102 @@
+"""Putting vehicles and words into the cells of a map without one hiding another."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.cells import cell_len
+
+from tui_gcs.core.messages import Freshness, VehicleRow
+from tui_gcs.widgets.glyphs import GlyphSet, heading_glyph
+from tui_gcs.widgets.levels import INKS, MARKS, SELECTED_INKS, Level, level_of, on_ground
+from tui_gcs.widgets.map_scene import Word
+from tui_gcs.widgets.map_viewport import Viewport
+from tui_gcs.widgets.palette import Ink
+
+MAX_LABELLED = 60
+"""Beyond so many vehicles only the selected and the alarmed ones have labels."""
+
+
+class Cells:
+    """Code points and inks of a map, and which cells hold text already."""
+
+    def __init__(self, codes: NDArray[np.uint32], inks: NDArray[np.uint8]) -> None:
+        """Write upon `codes` and `inks`, both (rows, columns)."""
+        self.codes = codes
+        self.inks = inks
+        self.taken: NDArray[np.bool_] = np.zeros(codes.shape, dtype=np.bool_)
+
+    def fits(self, column: int, row: int, width: int) -> bool:
+        """Whether so many cells from here on are in view and free of text."""
+        rows, columns = self.codes.shape
+        inside = 0 <= row < rows and column >= 0 and column + width <= columns
+        return inside and not self.taken[row, column : column + width].any()
+
+    def write(self, column: int, row: int, text: str, ink: Ink) -> None:
+        """Write text of single-width characters; what is out of view is cut off."""
+        rows, columns = self.codes.shape
+        if not 0 <= row < rows:
+            return
+        for offset, character in enumerate(text):
+            if 0 <= column + offset < columns:
+                self.codes[row, column + offset] = ord(character)
+                self.inks[row, column + offset] = ink
+                self.taken[row, column + offset] = True
+
+    def place(self, word: Word) -> None:
+        """Write a word if nothing is in its way; pushed into the view sideways, not hidden."""
+        text = word.text if cell_len(word.text) == len(word.text) else word.text.encode("ascii", "replace").decode()
+        columns = self.codes.shape[1]
+        column = max(0, min(word.column, columns - len(text)))
+        if abs(column - word.column) < len(text) and self.fits(column, word.row, min(len(text), columns)):
+            self.write(column, word.row, text, word.ink)
+
+
+def vehicle_glyph(glyphs: GlyphSet, row: VehicleRow) -> str:
+    """The vehicle's shape: an arrow in flight, else what state it stands in."""
+    if row.freshness is Freshness.LOST:
+        return glyphs.lost
+    if not row.armed:
+        return glyphs.disarmed
+    return glyphs.armed_on_ground if on_ground(row) else heading_glyph(glyphs, row.heading_deg)
+
+
+class VehicleLabels:
+    """Draws vehicles with their ids; a label keeps its side of the vehicle while it can."""
+
+    def __init__(self) -> None:
+        """No label has a side yet."""
+        self._side: dict[int, int] = {}
+
+    def draw(
+        self, cells: Cells, view: Viewport, vehicles: Sequence[VehicleRow], selected: int | None, glyphs: GlyphSet
+    ) -> None:
+        """All vehicles in view, the selected and the alarmed first."""
+        levels = {row.id: level_of(row) for row in vehicles}
+        order = sorted(vehicles, key=lambda row: (row.id != selected, -levels[row.id], row.id))
+        seen: list[tuple[VehicleRow, tuple[int, int]]] = []
+        for row in order:
+            cell = view.world_to_cell(row.position_m[0], row.position_m[1])
+            if cell is not None and view.contains(cell):
+                seen.append((row, cell))
+        for row, (x, y) in reversed(seen):
+            cells.write(x, y, vehicle_glyph(glyphs, row), _ink(levels[row.id], row.id == selected))
+        for row, (x, y) in seen:
+            level, chosen = levels[row.id], row.id == selected
+            if len(seen) <= MAX_LABELLED or chosen or level > Level.GREY:
+                mark = MARKS[level] or (glyphs.selected if chosen else "")
+                self._label(cells, row.id, x, y, f"{mark}{row.id}", _ink(level, chosen))
+
+    def _label(self, cells: Cells, vehicle: int, x: int, y: int, text: str, ink: Ink) -> None:
+        sides = ((x + 1, y), (x - len(text), y), (x, y - 1), (x, y + 1), (x + 1, y - 1), (x + 1, y + 1))
+        kept = self._side.get(vehicle, 0)
+        for side in (kept, *(side for side in range(len(sides)) if side != kept)):
+            column, row = sides[side]
+            if cells.fits(column, row, len(text)):
+                self._side[vehicle] = side
+                cells.write(column, row, text, ink)
+                return
+
+
+def _ink(level: Level, selected: bool) -> Ink:
+    return SELECTED_INKS[level] if selected else INKS[level]

@@ -1,0 +1,279 @@
+"""The map: operating area, zones, tours, trails and vehicles, in braille or ASCII.
+
+Line API with its own picture of what is on the screen: only rows that changed are written again.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from rich.style import Style
+from textual import events
+from textual.geometry import Region
+from textual.strip import Strip
+from textual.widget import Widget
+
+from tui_gcs.core.messages import Annotation, FleetFrame
+from tui_gcs.core.scenario import Origin, Round, TakeOffPlace
+from tui_gcs.widgets import map_scene
+from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.map_labels import Cells, VehicleLabels
+from tui_gcs.widgets.map_raster import DotRaster
+from tui_gcs.widgets.map_trails import Trails
+from tui_gcs.widgets.map_viewport import Viewport
+from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.strips import cells_to_strip
+from tui_gcs.widgets.titles import set_title
+
+ASCII_LETTERS = {
+    Ink.AREA: ".",
+    Ink.PLAN: ":",
+    Ink.TRAIL: ",",
+    Ink.NO_FLY: "x",
+    Ink.DEFEND: "#",
+    Ink.ATTACK: "=",
+    Ink.EDITED: "*",
+}
+FOLLOW_MIDDLE = 0.25
+"""A followed vehicle may move within this fraction of the view about the centre before the map moves."""
+_LETTERS = np.array([ord(ASCII_LETTERS.get(ink, " ")) for ink in Ink], dtype=np.uint32)
+
+
+class MapView(Widget):
+    """A map of the present round and the fleet; draws state, decides nothing.
+
+    Setters may be called at any time and repaint only what changed. `world_to_cell` and `cell_to_world` use cells of
+    the widget's content, (0, 0) top left.
+    """
+
+    DEFAULT_CSS = """
+    MapView { border: solid #4a5560; border-title-color: #d8dee4; }
+    MapView.-ascii { border: ascii #4a5560; }
+    """
+
+    def __init__(self, *, glyphs: GlyphSet = UNICODE, classes: str | None = None) -> None:
+        """An empty map; `glyphs` decides between braille and ASCII."""
+        super().__init__(classes=classes)
+        self.set_class(not glyphs.braille, "-ascii")
+        self.view = Viewport()
+        self._glyphs = glyphs
+        self._round: Round | None = None
+        self._places: tuple[TakeOffPlace, ...] = ()
+        self._origin: Origin | None = None
+        self._frame: FleetFrame | None = None
+        self._annotations: dict[str, tuple[Annotation, ...]] = {}
+        self._selected: int | None = None
+        self._edited_zone: str | None = None
+        self._follow = False
+        self._fitted = True
+        self._heading = "map"
+        self._trails = Trails()
+        self._labels = VehicleLabels()
+        self._still: DotRaster | None = None
+        self._cells: Cells | None = None
+        self._strips: dict[int, Strip] = {}
+        self._title = ""
+
+    # ------------------------------------------------------------ what is shown
+
+    def set_scenario(
+        self, current: Round | None, places: Sequence[TakeOffPlace] = (), origin: Origin | None = None
+    ) -> None:
+        """Show this round and these take-off places; the view fits them again unless the operator moved it."""
+        new = (current, tuple(places), origin)
+        if new == (self._round, self._places, self._origin):
+            return
+        self._round, self._places, self._origin = new
+        if self._fitted:
+            self._fit_view()
+        self._redraw(still=True)
+
+    def set_fleet(self, frame: FleetFrame | None) -> None:
+        """Show this fleet frame."""
+        self._frame = frame
+        if frame is not None:
+            self._trails.update(frame)
+            self._keep_in_view()
+        self._redraw()
+
+    def set_annotations(self, annotations: Mapping[str, Sequence[Annotation]]) -> None:
+        """Show what the planners draw, by team."""
+        new = {team: tuple(drawings) for team, drawings in annotations.items()}
+        if new != self._annotations:
+            self._annotations = new
+            self._redraw(still=True)
+
+    @property
+    def selected(self) -> int | None:
+        """System id of the selected vehicle."""
+        return self._selected
+
+    @selected.setter
+    def selected(self, vehicle: int | None) -> None:
+        if vehicle != self._selected:
+            self._selected = vehicle
+            self._keep_in_view()
+            self._redraw()
+
+    @property
+    def edited_zone(self) -> str | None:
+        """Name of the zone drawn as being edited."""
+        return self._edited_zone
+
+    @edited_zone.setter
+    def edited_zone(self, name: str | None) -> None:
+        if name != self._edited_zone:
+            self._edited_zone = name
+            self._redraw(still=True)
+
+    @property
+    def heading(self) -> str:
+        """First words of the border title, e.g. "map" or "map  editing: north field"."""
+        return self._heading
+
+    @heading.setter
+    def heading(self, text: str) -> None:
+        self._heading = text
+        self._retitle()
+
+    # ------------------------------------------------------------ view
+
+    def pan(self, dx: float, dy: float) -> None:
+        """Move the view by fractions of itself: +1 is one whole view right (east) or up (north)."""
+        self._follow, self._fitted = False, False
+        self._set_view(self.view.panned(round(dx * self.view.columns), -round(dy * self.view.rows)))
+
+    def zoom(self, factor: float) -> None:
+        """Closer for factors above 1."""
+        self._fitted = False
+        self._set_view(self.view.zoomed(factor))
+        self._keep_in_view()
+
+    def fit(self) -> None:
+        """Everything in view again, and so it stays as the round changes."""
+        self._follow, self._fitted = False, True
+        self._fit_view()
+        self._redraw(still=True)
+
+    def follow(self, on: bool) -> None:
+        """Keep the selected vehicle near the middle."""
+        self._follow = on
+        if on:
+            self._fitted = False
+        self._keep_in_view()
+        self._retitle()
+
+    @property
+    def following(self) -> bool:
+        """Whether the view follows the selected vehicle."""
+        return self._follow
+
+    def world_to_cell(self, x_m: float, y_m: float) -> tuple[int, int] | None:
+        """(column, row) of a point; may lie outside the view; None if it is not finite."""
+        return self.view.world_to_cell(x_m, y_m)
+
+    def cell_to_world(self, column: float, row: float) -> tuple[float, float]:
+        """ENU metres of the middle of a cell."""
+        return self.view.cell_to_world(column, row)
+
+    # ------------------------------------------------------------ drawing
+
+    def on_resize(self, event: events.Resize) -> None:
+        """Take the new size."""
+        columns, rows = self.content_size
+        self.view = Viewport(self.view.centre_m, self.view.m_per_dot, max(columns, 1), max(rows, 1))
+        if self._fitted:
+            self._fit_view()
+        self._redraw(still=True)
+
+    def notify_style_update(self) -> None:
+        """Colours changed: all strips are old."""
+        super().notify_style_update()
+        self._strips.clear()
+
+    def render_line(self, y: int) -> Strip:
+        """One row of the picture."""
+        strip = self._strips.get(y)
+        if strip is None:
+            base: Style = self.rich_style
+            if self._cells is None or y >= self._cells.codes.shape[0]:
+                return Strip.blank(self.size.width, base)
+            strip = self._strips[y] = cells_to_strip(self._cells.codes[y], self._cells.inks[y], base)
+        return strip
+
+    def _set_view(self, view: Viewport) -> None:
+        if view != self.view:
+            self.view = view
+            self._redraw(still=True)
+
+    def _fit_view(self) -> None:
+        box = map_scene.round_bounds(self._round, self._places)
+        if box is not None:
+            self.view = self.view.fitted(box)
+
+    def _keep_in_view(self) -> None:
+        """Re-centre on the followed vehicle once it leaves the middle of the view."""
+        if not self._follow or self._frame is None or self._selected not in self._frame.ids:
+            return
+        x_m, y_m, _ = self._frame.position_m[self._frame.ids.index(self._selected)]
+        if not (math.isfinite(x_m) and math.isfinite(y_m)):
+            return
+        column, row = self.view.to_dots((x_m, y_m))[0] / (2.0 * self.view.columns, 4.0 * self.view.rows)
+        if abs(column - 0.5) > FOLLOW_MIDDLE or abs(row - 0.5) > FOLLOW_MIDDLE:
+            self._set_view(Viewport((x_m, y_m), self.view.m_per_dot, self.view.columns, self.view.rows))
+
+    def _redraw(self, *, still: bool = False) -> None:
+        """Make the picture anew and have the changed rows written; `still` also redraws what does not move."""
+        if still:
+            self._still = None
+            self._retitle()
+        if not self.is_attached or self.content_size.area == 0:
+            return
+        cells = self._picture()
+        old, self._cells = self._cells, cells
+        if old is None or old.codes.shape != cells.codes.shape:
+            self._strips.clear()
+            self.refresh()
+            return
+        changed = (old.codes != cells.codes) | (old.inks != cells.inks)
+        for y in np.flatnonzero(changed.any(axis=1)):
+            self._strips.pop(int(y), None)
+            columns = np.flatnonzero(changed[y])
+            first, last = int(columns[0]), int(columns[-1])
+            self.refresh(Region(first, int(y), last - first + 1, 1))
+
+    def _picture(self) -> Cells:
+        view = self.view
+        if self._still is None:
+            self._still = DotRaster(view.columns, view.rows)
+            if self._round is not None:
+                map_scene.draw_round(self._still, view, self._round, self._edited_zone)
+            map_scene.draw_annotations(self._still, view, self._annotations)
+        raster = self._still.copy()
+        raster.plot(view.to_dots(self._trails.points_m()), Ink.TRAIL)
+        cells = Cells(raster.codes(None if self._glyphs.braille else _LETTERS), raster.inks)
+        if self._frame is not None:
+            self._labels.draw(cells, view, self._frame.rows(), self._selected, self._glyphs)
+        words = list(map_scene.annotation_words(view, self._annotations, self._glyphs))
+        if self._round is not None:
+            words = map_scene.zone_words(view, self._round, self._edited_zone) + words
+        for word in (*words, *map_scene.place_words(view, self._places, self._glyphs)):
+            cells.place(word)
+        return cells
+
+    def _retitle(self) -> None:
+        scale = f"{self.view.m_per_dot:.3g} m/dot"
+        parts = [self._heading, scale if self._round is not None or self._frame is not None else ""]
+        if self._origin is not None and self.view.columns >= 60:
+            parts.append(_degrees(self._origin))
+        parts += [f"follow {self._selected}" if self._follow and self._selected is not None else "", self._glyphs.north]
+        title = "  ".join(part for part in parts if part)
+        if title != self._title:
+            self._title = title
+            set_title(self, title)
+
+
+def _degrees(origin: Origin) -> str:
+    """Where (0, 0) lies."""
+    north, east = "NS"[origin.lat_deg < 0], "EW"[origin.lon_deg < 0]
+    return f"{abs(origin.lat_deg):.4f} {north} {abs(origin.lon_deg):.4f} {east}"

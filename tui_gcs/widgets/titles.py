@@ -1,0 +1,13 @@
+"""Border titles from plain text."""
+
+from rich.text import Text
+from textual.widget import Widget
+
+
+def set_title(widget: Widget, text: str) -> None:
+    """Title a widget's border; brackets in `text` are letters, not markup.
+
+    A plain string given to `border_title` would be parsed as markup, and Textual's own escaping does not survive an
+    unclosed bracket.
+    """
+    widget.border_title = Text(text)
