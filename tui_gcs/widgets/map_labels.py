@@ -71,7 +71,7 @@ class VehicleLabels:
     def draw(
         self, cells: Cells, view: Viewport, vehicles: Sequence[VehicleRow], selected: int | None, glyphs: GlyphSet
     ) -> None:
-        """All vehicles in view, the selected and the alarmed first."""
+        """All vehicles in view, the selected (reversed) and the alarmed (marked) first."""
         levels = {row.id: level_of(row) for row in vehicles}
         order = sorted(vehicles, key=lambda row: (row.id != selected, -levels[row.id], row.id))
         seen: list[tuple[VehicleRow, tuple[int, int]]] = []
@@ -84,8 +84,7 @@ class VehicleLabels:
         for row, (x, y) in seen:
             level, chosen = levels[row.id], row.id == selected
             if len(seen) <= MAX_LABELLED or chosen or level > Level.GREY:
-                mark = MARKS[level] or (glyphs.selected if chosen else "")
-                self._label(cells, row.id, x, y, f"{mark}{row.id}", _ink(level, chosen))
+                self._label(cells, row.id, x, y, f"{MARKS[level]}{row.id}", _ink(level, chosen))
 
     def _label(self, cells: Cells, vehicle: int, x: int, y: int, text: str, ink: Ink) -> None:
         sides = ((x + 1, y), (x - len(text), y), (x, y - 1), (x, y + 1), (x + 1, y - 1), (x + 1, y + 1))

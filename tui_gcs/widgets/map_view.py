@@ -53,8 +53,8 @@ class MapView(Widget):
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE, classes: str | None = None) -> None:
         """An empty map; `glyphs` decides between braille and ASCII."""
+        self._strips: dict[int, Strip] = {}
         super().__init__(classes=classes)
-        self.set_class(not glyphs.braille, "-ascii")
         self.view = Viewport()
         self._glyphs = glyphs
         self._round: Round | None = None
@@ -71,8 +71,8 @@ class MapView(Widget):
         self._labels = VehicleLabels()
         self._still: DotRaster | None = None
         self._cells: Cells | None = None
-        self._strips: dict[int, Strip] = {}
         self._title = ""
+        self.set_class(not glyphs.braille, "-ascii")
 
     # ------------------------------------------------------------ what is shown
 
