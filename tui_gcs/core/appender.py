@@ -1,0 +1,82 @@
+"""A file that records are appended to, and that may fail: the flight goes on, and so does the file when it can."""
+
+import os
+from collections import deque
+from pathlib import Path
+
+WRITE_AT_BYTES = 64 * 1024
+MOST_WAITING_BYTES = 16 * 1024 * 1024
+"""What is kept while the disk refuses: minutes of eight vehicles. Then the oldest records go."""
+
+
+class Appender:
+    """Queues records in memory and writes them in whole pieces; never raises.
+
+    A disk that is full or gone is told in `error` and tried again at every flush. A record of which a part reached the
+    disk is completed first, so the file is torn nowhere but at its very end.
+    """
+
+    def __init__(self, path: Path | str, most_waiting_bytes: int = MOST_WAITING_BYTES) -> None:
+        """Append to `path`; directories are made as needed."""
+        self.path = Path(path)
+        self.error = ""
+        """Why the file cannot be written just now; empty if it can."""
+        self.dropped = 0
+        """Records lost because the disk failed for too long."""
+        self._most_waiting_bytes = most_waiting_bytes
+        self._waiting: deque[bytes] = deque()
+        self._waiting_bytes = 0
+        self._begun = b""
+        """Rest of a record that is partly on disk: cannot be dropped any more."""
+        self._file: int | None = None
+        self._closed = False
+
+    def put(self, record: bytes) -> None:
+        """Append one record; on disk after the next `flush` at the latest."""
+        if self._closed:
+            self.dropped += 1
+            return
+        self._waiting.append(record)
+        self._waiting_bytes += len(record)
+        if self._waiting_bytes >= WRITE_AT_BYTES and not self.error:
+            self.flush()
+        while self._waiting_bytes > self._most_waiting_bytes:
+            self._waiting_bytes -= len(self._waiting.popleft())
+            self.dropped += 1
+
+    def flush(self) -> None:
+        """Hand everything to the operating system, or say in `error` why not."""
+        try:
+            while self._begun or self._waiting:
+                self._write_some()
+        except OSError as error:
+            self.error = f"{self.path}: {error.strerror or error}"
+        else:
+            self.error = ""
+
+    def close(self) -> None:
+        """Flush and let go of the file."""
+        if self._closed:
+            return
+        self.flush()
+        self._closed = True
+        if self._file is not None:
+            os.close(self._file)
+            self._file = None
+
+    def _write_some(self) -> None:
+        """Write what waits in one piece, and keep what did not fit. Raises OSError."""
+        if self._file is None:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+        written = os.write(self._file, b"".join((self._begun, *self._waiting)))
+        if written < len(self._begun):
+            self._begun = self._begun[written:]
+            return
+        written -= len(self._begun)
+        self._begun = b""
+        while written > 0:
+            record = self._waiting.popleft()
+            self._waiting_bytes -= len(record)
+            self._begun = record[written:]
+            written -= len(record)

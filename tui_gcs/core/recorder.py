@@ -1,0 +1,54 @@
+"""The telemetry log: every frame of a run, both directions, as all ground stations write it.
+
+Format: 8 bytes big-endian microseconds since 1970, then the raw frame; repeated, no header
+(what Mission Planner, MAVProxy and QGroundControl call .tlog).
+"""
+
+import struct
+from pathlib import Path
+
+from tui_gcs.core.appender import Appender
+
+_SETUP_SIGNING = b"\x00\x01\x00"  # message id 256, little endian; version 1 frames cannot carry it
+_MAX_WALL_S = 4e9
+_TIME = struct.Struct(">Q")
+
+
+class TlogWriter:
+    """Writes a .tlog; disk errors never raise, they are told in `error` and cost only the oldest frames."""
+
+    def __init__(self, path: Path | str) -> None:
+        """Write to `path`; an existing log is continued."""
+        self._file = Appender(path)
+        self.frames = 0
+
+    @property
+    def path(self) -> Path:
+        """Where the log is."""
+        return self._file.path
+
+    @property
+    def error(self) -> str:
+        """Why nothing can be written just now; empty if all is well."""
+        return self._file.error
+
+    @property
+    def dropped(self) -> int:
+        """Frames lost because the disk failed for too long."""
+        return self._file.dropped
+
+    def write(self, wall_s: float, raw: bytes) -> None:
+        """Record one frame at Unix time `wall_s`. SETUP_SIGNING holds a secret key and is never written."""
+        if raw[:1] == b"\xfd" and raw[7:10] == _SETUP_SIGNING:
+            return
+        self.frames += 1
+        time_us = int(min(max(0.0, wall_s), _MAX_WALL_S) * 1e6)
+        self._file.put(_TIME.pack(time_us) + raw)
+
+    def flush(self) -> None:
+        """Hand everything to the operating system."""
+        self._file.flush()
+
+    def close(self) -> None:
+        """Flush and close."""
+        self._file.close()
