@@ -31,7 +31,8 @@ class Stand:
         if distance < 1e-6:
             return np.repeat(here[None, :], len(times_s), axis=0)
         share = np.minimum(times_s * self.speed_m_s / distance, 1.0)
-        return here + share[:, None] * (there - here)
+        path: Samples = here + share[:, None] * (there - here)
+        return path
 
 
 @dataclass(frozen=True)

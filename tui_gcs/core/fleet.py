@@ -63,6 +63,7 @@ class Fleet:
             "EKF_STATUS_REPORT": self._ekf,
             "STATUSTEXT": self._status_text,
             "AUTOPILOT_VERSION": self._version,
+            "HOME_POSITION": self._home,
         }
 
     def on_new(self, listener: Callable[[Vehicle], None]) -> None:
@@ -251,6 +252,11 @@ class Fleet:
     def _version(self, vehicle: Vehicle, fields: Fields) -> None:
         vehicle.identified = True
         vehicle.firmware_token = bytes(fields["flight_custom_version"]).hex()
+
+    def _home(self, vehicle: Vehicle, fields: Fields) -> None:
+        if fields["latitude"] or fields["longitude"]:
+            x, y = self.frame.to_enu(fields["latitude"] / 1e7, fields["longitude"] / 1e7)
+            vehicle.home_m = (float(x), float(y), 0.0)
 
     def _status_text(self, vehicle: Vehicle, fields: Fields) -> None:
         whole = self._texts.add(vehicle.id, fields, self._clock.now())

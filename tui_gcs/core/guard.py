@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 from shapely.geometry import LineString, Point
 from shapely.geometry.base import BaseGeometry
 
@@ -53,18 +54,18 @@ class Mover:
 
     id: int
     position_m: Vec3
-    velocity_m_s: Vec3
-    course: Course | None
+    path_m: Samples
+    """(k, 3) predicted positions at `PREDICTED_S` from now."""
     in_column: bool = False
-    """Taking off or landing vertically: exempt from band and separation."""
+    """Taking off or landing vertically: exempt from separation."""
 
-    def predict(self, now: float) -> Samples:
-        """(k, 3) positions at `PREDICTED_S` after `now`."""
-        if self.course is not None:
-            return self.course.predict(now, self.position_m, PREDICTED_S)
-        here, speed = np.array(self.position_m), np.nan_to_num(np.array(self.velocity_m_s))
-        ahead: Samples = here + PREDICTED_S[:, None] * speed
-        return ahead
+
+def predict(position_m: Vec3, velocity_m_s: Vec3, course: Course | None, now: float) -> Samples:
+    """(k, 3) positions at `PREDICTED_S` from now: along the course, or straight on without one."""
+    if course is not None:
+        return course.predict(now, position_m, PREDICTED_S)
+    ahead: Samples = np.array(position_m) + PREDICTED_S[:, None] * np.nan_to_num(np.array(velocity_m_s))
+    return ahead
 
 
 class Guard:
@@ -97,12 +98,12 @@ class Guard:
         return float(self._allowed.distance(Point(position_m[0], position_m[1])))
 
     def judge(self, me: Mover, course: Course, others: list[Mover], now: float) -> Verdict:
-        """Judge the set-point that `course` gives now for `me`; vetoes are counted."""
+        """Judge the set-point that `course` gives now for `me`, whose path follows it; vetoes are counted."""
         verdict = (
             self._rate(me, now)
             or self._speed(course, now)
             or self._region(me, course, now)
-            or self._separation(me, course, others, now)
+            or self._separation(me, others)
             or PASS
         )
         if verdict.ok:
@@ -134,7 +135,9 @@ class Guard:
             if not shapely.intersects_xy(self._inner, place[0], place[1]):
                 if self._leads_back(me, place):
                     continue
-                return Verdict("area", f"({place[0]:.0f}, {place[1]:.0f}) is outside the operating area less its margin")
+                return Verdict(
+                    "area", f"({place[0]:.0f}, {place[1]:.0f}) is outside the operating area less its margin"
+                )
             if not self.area.alt_min_m - 0.5 <= place[2] <= self.area.alt_max_m + 0.5:
                 band = f"{self.area.alt_min_m:.0f}-{self.area.alt_max_m:.0f} m"
                 if not self._returns_to_band(me, place):
@@ -157,14 +160,13 @@ class Guard:
 
         return miss(me.position_m[2]) > miss(place[2])
 
-    def _separation(self, me: Mover, course: Course, others: list[Mover], now: float) -> Verdict | None:
+    def _separation(self, me: Mover, others: list[Mover]) -> Verdict | None:
         if me.in_column or me.position_m[2] < GROUND_M:
             return None
-        mine = course.predict(now, me.position_m, PREDICTED_S)
         for other in others:
             if other.id == me.id or other.in_column or other.position_m[2] < GROUND_M:
                 continue
-            gap = mine - other.predict(now)
+            gap = me.path_m - other.path_m
             level = np.hypot(gap[:, 0], gap[:, 1])
             upright = np.abs(gap[:, 2])
             close = (level < self.limits.separation_horizontal_m) & (upright < self.limits.separation_vertical_m)
@@ -173,7 +175,7 @@ class Guard:
                 return Verdict("separation", f"too close to vehicle {other.id} in {when:.1f} s")
         return None
 
-    def _moves_apart(self, level: Samples, upright: Samples, close: Samples) -> bool:
+    def _moves_apart(self, level: Samples, upright: Samples, close: NDArray[np.bool_]) -> bool:
         """Already too close, and never closer than now: leading apart is always allowed."""
         if not close[0]:
             return False
@@ -185,5 +187,3 @@ def _without(region: BaseGeometry, no_fly: tuple[Zone, ...], margin_m: float) ->
     for zone in no_fly:
         region = region.difference(polygon_of(zone.shape).buffer(margin_m))
     return region
-
-

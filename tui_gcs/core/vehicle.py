@@ -65,11 +65,18 @@ class Vehicle:
     """(time, text) of the newest status texts that may explain a refusal."""
     suspect_jumps: int = 0
     reboots: int = 0
+    home_m: Vec3 | None = None
+    """Where the autopilot says home is (HOME_POSITION), ENU."""
 
     @property
     def on_ground(self) -> bool:
         """True if landed for all we know: said so, or disarmed."""
         return not self.armed or self.landed_state == LANDED_ON_GROUND
+
+    @property
+    def airborne(self) -> bool:
+        """Armed and off the ground."""
+        return self.armed and (self.alt_rel_m > 2.0 or self.landed_state in (2, 3, 4))
 
     @property
     def ground_speed_m_s(self) -> float:

@@ -147,8 +147,19 @@ class CommandService:
         elif action.acked_s is not None and action.retry is not Retry.STOP:
             if now - action.acked_s > action.confirm_s:
                 self._end(action, Outcome.NOT_CONFIRMED, self._why(action, vehicle))
-        elif now >= action.next_s - 1e-9:
+        elif now >= action.next_s - 1e-9 and not self._waits_its_turn(action):
             self._send_or_expire(action, now)
+
+    def _waits_its_turn(self, action: Action) -> bool:
+        """An ACK names only the command: so one of a kind is under way per vehicle, in order of submission."""
+        if action.command is None or action.sent:
+            return False
+        for (vehicle, _), other in self._pending.items():
+            if other is action:
+                return False
+            if vehicle == action.vehicle and other.command == action.command:
+                return True
+        return False
 
     def _send_or_expire(self, action: Action, now: float) -> None:
         if action.sent < action.retry.copies:

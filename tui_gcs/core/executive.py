@@ -1,0 +1,355 @@
+"""The mission executive: takes the fleet from the ground to the planner and back again.
+
+Start: every vehicle in its own column to its own layer; nobody moves sideways before all are up. Return: each on its
+layer to above its take-off place; nobody descends before all are there, then one after the other. Hold comes first:
+it interrupts everything and is never queued.
+"""
+
+import math
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.course import Stand, stopping_point
+from tui_gcs.core.events import ALERT, INFO, NOTICE, WARNING, EventLog
+from tui_gcs.core.firmware.ardupilot import GUIDED, LAND, ArduCopter
+from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.flights import IN_THE_AIR, Flight, FlightBook
+from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, Vec3, VehicleResult
+from tui_gcs.core.services.command import Action, CommandService, Outcome
+from tui_gcs.core.steering import Steering
+from tui_gcs.core.vehicle import Vehicle
+
+PREARM_WAIT_S = 15.0
+"""In GUIDED the pre-arm checks are other ones than in STABILIZE: wait this long for them to pass."""
+CLIMB_LIMIT_S = 120.0
+LAYER_TOLERANCE_M = 1.0
+OVER_HOME_M = 1.5
+OVER_HOME_SPEED_M_S = 0.7
+LANDING_GAP_S = 2.0
+TARGET_GAP_S = 1.0
+"""Return targets are said again this often."""
+OUT_MODE_GRACE_S = 3.0
+"""A mode change we asked for may show this much later in the heartbeat."""
+
+
+class Executive:
+    """Phases of all flights; the station's only commander."""
+
+    def __init__(
+        self,
+        fleet: Fleet,
+        book: FlightBook,
+        firmware: ArduCopter,
+        commands: CommandService,
+        steering: Steering,
+        events: EventLog,
+        clock: Clock,
+        speed_m_s: float,
+    ) -> None:
+        """`speed_m_s` limits flights to a place (transfer, return)."""
+        self.run = RunPhase.IDLE
+        self.started_s = math.nan
+        """When the mission clock began; NaN before the first start."""
+        self._fleet = fleet
+        self._book = book
+        self._firmware = firmware
+        self._commands = commands
+        self._steering = steering
+        self._events = events
+        self._clock = clock
+        self._next_target_s: dict[int, float] = {}
+        self._last_landing_s = -math.inf
+        self.speed_m_s = speed_m_s
+
+    # ---------------------------------------------------------------- what operators ask
+
+    def start(self, vehicles: tuple[int, ...]) -> None:
+        """Arm and take off with these vehicles; the caller has checked that each may."""
+        now = self._clock.now()
+        if math.isnan(self.started_s):
+            self.started_s = now
+        self.run = RunPhase.STARTING
+        for vehicle_id in vehicles:
+            flight = self._book.flights[vehicle_id]
+            flight.enter(Phase.ARMING, now, "mode")
+            flight.touchdown_m = None
+            self._commands.submit(self._firmware.guided(vehicle_id, self._on_step))
+            self._commands.submit(self._firmware.speed(vehicle_id, self.speed_m_s))
+
+    def hold(self, vehicles: tuple[int, ...], why: str = "") -> tuple[VehicleResult, ...]:
+        """Hold at once: these, or everybody in the air. What was being armed is disarmed."""
+        now = self._clock.now()
+        results = []
+        for vehicle in self._fleet.vehicles.values():
+            flight = self._book.get(vehicle.id)
+            starting = flight is not None and flight.phase is Phase.ARMING
+            known_flying = flight is not None and flight.phase in IN_THE_AIR
+            if (vehicles and vehicle.id not in vehicles) or not (vehicle.airborne or known_flying or starting):
+                continue
+            results.append(self._hold_one(vehicle, flight, now))
+        if not vehicles and self.run is not RunPhase.IDLE:
+            self.run = RunPhase.HOLD
+        if why:
+            self._events.say(EventClass.MISSION, "station", why, WARNING)
+        return tuple(results)
+
+    def resume(self) -> Reply:
+        """Give holding vehicles back to their planners."""
+        now = self._clock.now()
+        holding = self._book.in_phase(Phase.HOLDING)
+        if not holding:
+            return Reply(ok=False, text="no vehicle is holding")
+        for flight in holding:
+            self._commands.cancel(flight.vehicle, "hold")
+            self._take_over(flight, now)
+        self.run = RunPhase.STARTING
+        ids = tuple(VehicleResult(vehicle=f.vehicle, ok=True, text="resumes") for f in holding)
+        return Reply(ok=True, text=f"{len(ids)} vehicles resume", results=ids)
+
+    def go_home(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
+        """Return and land: these, or every vehicle of a team that is in the air."""
+        now = self._clock.now()
+        results = []
+        for flight in self._book:
+            vehicle = self._fleet.vehicles.get(flight.vehicle)
+            wanted = flight.vehicle in vehicles if vehicles else flight.phase in IN_THE_AIR
+            if not wanted or vehicle is None:
+                continue
+            results.append(self._return_one(flight, vehicle, bool(vehicles), now))
+        if results and not vehicles:
+            self.run = RunPhase.RETURNING
+        return tuple(results)
+
+    def land(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
+        """Land where they are."""
+        now = self._clock.now()
+        results = []
+        for vehicle in self._fleet.vehicles.values():
+            if (not vehicles or vehicle.id in vehicles) and vehicle.airborne:
+                flight = self._book.get(vehicle.id)
+                if flight is not None:
+                    flight.enter(Phase.LANDING, now, "in place")
+                self._commands.submit(self._firmware.land(vehicle.id))
+                results.append(VehicleResult(vehicle=vehicle.id, ok=True, text="lands"))
+        if results and not vehicles:
+            self.run = RunPhase.RETURNING
+        return tuple(results)
+
+    # ---------------------------------------------------------------- time
+
+    def tick(self) -> None:
+        """Move every flight on by what telemetry shows."""
+        now = self._clock.now()
+        for flight in self._book:
+            vehicle = self._fleet.vehicles.get(flight.vehicle)
+            if vehicle is not None:
+                self._follow(flight, vehicle, now)
+        self._land_in_turn(now)
+        self._follow_run()
+
+    def _follow(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
+        if flight.phase is Phase.ARMING:
+            self._follow_arming(flight, vehicle, now)
+        elif flight.phase in IN_THE_AIR and not vehicle.armed and now - flight.since_s > 1.0:
+            self._down(flight, vehicle, now)
+        elif flight.phase is Phase.GROUND:
+            self._find_flying(flight, vehicle, now)
+        elif flight.phase is Phase.TAKEN_OUT:
+            self._take_back(flight, vehicle, now)
+        elif flight.phase in IN_THE_AIR:
+            if self._notice_loss(flight, vehicle, now):
+                return
+            if flight.phase is Phase.TAKEOFF:
+                self._follow_climb(flight, vehicle, now)
+            elif flight.phase is Phase.RETURNING:
+                self._follow_return(flight, vehicle, now)
+
+    def _follow_run(self) -> None:
+        """The run's phase follows its flights."""
+        up = (Phase.ARMING, Phase.TAKEOFF)
+        if self.run is RunPhase.STARTING and not self._book.in_phase(*up):
+            ready = [f for f in self._book.in_phase(Phase.TAKEOFF, Phase.HOLDING, Phase.FLYING) if f.step == "ready"]
+            for flight in ready:
+                flight.enter(Phase.FLYING, self._clock.now())
+            self.run = RunPhase.RUNNING if self._book.in_phase(Phase.FLYING) else RunPhase.HOLD
+        if self.run is not RunPhase.IDLE and not self._book.any_in_the_air():
+            self.run = RunPhase.IDLE
+            self._events.say(EventClass.MISSION, "station", "all landed and disarmed", NOTICE)
+
+    # ---------------------------------------------------------------- start
+
+    def _on_step(self, action: Action, outcome: Outcome, why: str) -> None:
+        """An arming step ended."""
+        flight = self._book.get(action.vehicle)
+        now = self._clock.now()
+        if flight is None or flight.phase is not Phase.ARMING or outcome is Outcome.SUPERSEDED:
+            return
+        if outcome is not Outcome.CONFIRMED:
+            self._fail_start(flight, f"{action.name} {outcome.value}" + (f": {why}" if why else ""), now)
+        elif action.name == "arm":
+            flight.go_to_step("take-off", now)
+            self._commands.submit(self._firmware.take_off(flight.vehicle, flight.layer_m, self._on_step))
+        elif action.name == "take-off":
+            flight.enter(Phase.TAKEOFF, now, "climb")
+        else:
+            flight.go_to_step("prearm", now)
+
+    def _follow_arming(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
+        if vehicle.freshness(now) is Freshness.LOST:
+            self._fail_start(flight, "not heard any more", now)
+        elif flight.step == "prearm" and vehicle.prearm_ok and vehicle.custom_mode == GUIDED:
+            flight.home_m = vehicle.position_m
+            flight.go_to_step("arm", now)
+            self._commands.submit(self._firmware.arm(flight.vehicle, self._on_step))
+        elif flight.step == "prearm" and now - flight.since_s > PREARM_WAIT_S:
+            reasons = "; ".join(vehicle.reasons_since(now - 35.0)) or "it does not say why"
+            self._fail_start(flight, f"pre-arm checks do not pass: {reasons}", now)
+
+    def _fail_start(self, flight: Flight, why: str, now: float) -> None:
+        self._events.say(EventClass.MISSION, f"vehicle {flight.vehicle}", f"not started: {why}", ALERT)
+        flight.enter(Phase.GROUND, now)
+        vehicle = self._fleet.vehicles.get(flight.vehicle)
+        if vehicle is not None and vehicle.airborne:
+            self._hold_one(vehicle, flight, now)
+        else:
+            self._commands.submit(self._firmware.disarm(flight.vehicle))
+
+    def _follow_climb(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
+        """Up its column; `ready` at its layer, and there it waits for the others."""
+        if flight.step == "climb" and abs(vehicle.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M:
+            flight.enter(Phase.HOLDING, now, "ready")
+        elif flight.step == "climb" and now - flight.since_s > CLIMB_LIMIT_S:
+            self._events.say(EventClass.MISSION, f"vehicle {flight.vehicle}", "does not reach its layer: holds", ALERT)
+            self._hold_one(vehicle, flight, now)
+        elif flight.course is not None and now >= self._next_target_s.get(flight.vehicle, 0.0):
+            self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
+            self._firmware.position(flight.vehicle, flight.course.at(now)[0])
+
+    # ---------------------------------------------------------------- hold, lost, found
+
+    def _hold_one(self, vehicle: Vehicle, flight: Flight | None, now: float) -> VehicleResult:
+        self._commands.cancel(vehicle.id)
+        if flight is not None and flight.phase is Phase.ARMING and not vehicle.airborne:
+            flight.enter(Phase.GROUND, now)
+            self._commands.submit(self._firmware.disarm(vehicle.id))
+            return VehicleResult(vehicle=vehicle.id, ok=True, text="start cancelled")
+        if flight is not None:
+            flight.enter(Phase.HOLDING, now)
+        self._steering.hold(vehicle)
+        return VehicleResult(vehicle=vehicle.id, ok=True, text="holds")
+
+    def _take_over(self, flight: Flight, now: float) -> None:
+        """From a hold back to the planner: GUIDED, then up or down to its own layer, then ready."""
+        vehicle = self._fleet.vehicles[flight.vehicle]
+        if vehicle.custom_mode != GUIDED:
+            self._commands.submit(self._firmware.guided(flight.vehicle))
+        flight.enter(Phase.TAKEOFF, now, "climb")
+        x, y, _ = stopping_point(vehicle.position_m, vehicle.velocity_m_s, 2.5)
+        flight.course = self._stand((x, y, flight.layer_m))
+
+    def _notice_loss(self, flight: Flight, vehicle: Vehicle, now: float) -> bool:
+        """LOST, or in a mode nobody here asked for: out of the team until it is back."""
+        if vehicle.freshness(now) is Freshness.LOST:
+            flight.enter(Phase.TAKEN_OUT, now, "lost")
+            self._commands.cancel(vehicle.id)
+            return True
+        wanted = LAND if flight.phase is Phase.LANDING else GUIDED
+        settled = now - flight.since_s > OUT_MODE_GRACE_S
+        if flight.phase is Phase.HOLDING or vehicle.custom_mode == wanted or not settled:
+            return False
+        text = f"left its mode (now {vehicle.custom_mode}): taken out of the mission"
+        self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
+        flight.enter(Phase.TAKEN_OUT, now, "mode")
+        self._commands.cancel(vehicle.id)
+        return True
+
+    def _take_back(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
+        """A lost vehicle heard again, still in GUIDED, rejoins a running mission; others wait for an operator."""
+        if flight.step != "lost" or vehicle.freshness(now) is not Freshness.OK:
+            return
+        if not vehicle.airborne:
+            return
+        flight.enter(Phase.HOLDING, now)
+        on_layer = abs(vehicle.alt_rel_m - flight.layer_m) <= 2 * LAYER_TOLERANCE_M
+        if self.run is RunPhase.RUNNING and vehicle.custom_mode == GUIDED and on_layer:
+            flight.enter(Phase.FLYING, now)
+            self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", "is back in its team", NOTICE)
+        else:
+            text = "is back and holds: resume to take it in again"
+            self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
+
+    def _find_flying(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
+        """A vehicle in the air that this station did not start (it was restarted): shown as holding, left alone."""
+        if vehicle.airborne and vehicle.freshness(now) is Freshness.OK:
+            flight.enter(Phase.HOLDING, now)
+            if self.run is RunPhase.IDLE:
+                self.run = RunPhase.HOLD
+                self.started_s = now
+            self._events.say(
+                EventClass.MISSION,
+                f"vehicle {vehicle.id}",
+                "found in the air: nothing is sent to it until resume or return",
+                WARNING,
+            )
+
+    def _down(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
+        landed = flight.phase is Phase.LANDING
+        flight.touchdown_m = vehicle.position_m
+        self._commands.cancel(vehicle.id)
+        flight.enter(Phase.GROUND, now)
+        text = "landed and disarmed" if landed else "DISARMED outside a landing of ours"
+        self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, INFO if landed else ALERT)
+
+    # ---------------------------------------------------------------- return
+
+    def _return_one(self, flight: Flight, vehicle: Vehicle, by_name: bool, now: float) -> VehicleResult:
+        if flight.phase is Phase.LANDING:
+            return VehicleResult(vehicle=vehicle.id, ok=True, text="is landing already")
+        if flight.phase is Phase.TAKEN_OUT and not by_name:
+            text = "is lost" if flight.step == "lost" else "is in somebody else's hands"
+            return VehicleResult(vehicle=vehicle.id, ok=False, text=f"{text}: not returned")
+        home = flight.home_m or vehicle.home_m
+        if not vehicle.airborne or home is None:
+            return VehicleResult(vehicle=vehicle.id, ok=False, text="is not in the air" if home else "has no home")
+        flight.home_m = home
+        self._commands.cancel(vehicle.id)
+        if vehicle.custom_mode != GUIDED:
+            self._commands.submit(self._firmware.guided(vehicle.id))
+        flight.enter(Phase.RETURNING, now, "layer")
+        x, y, _ = self._steering.stop_place(vehicle)
+        flight.course = self._stand((x, y, flight.layer_m))
+        self._next_target_s[vehicle.id] = now
+        return VehicleResult(vehicle=vehicle.id, ok=True, text="returns")
+
+    def _follow_return(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
+        """To its layer, then above home, then wait for its turn."""
+        home = flight.home_m
+        if home is None or flight.course is None:
+            return
+        if flight.step == "layer" and abs(vehicle.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M:
+            flight.go_to_step("home", now)
+            flight.course = self._stand((home[0], home[1], flight.layer_m))
+            self._next_target_s[flight.vehicle] = now
+        elif flight.step == "home" and self._is_over_home(flight, vehicle, home):
+            flight.go_to_step("over home", now)
+        if now >= self._next_target_s.get(flight.vehicle, 0.0):
+            self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
+            self._firmware.position(flight.vehicle, flight.course.at(now)[0])
+
+    def _is_over_home(self, flight: Flight, vehicle: Vehicle, home: Vec3) -> bool:
+        miss = math.hypot(vehicle.position_m[0] - home[0], vehicle.position_m[1] - home[1])
+        return miss <= OVER_HOME_M and vehicle.ground_speed_m_s <= OVER_HOME_SPEED_M_S
+
+    def _land_in_turn(self, now: float) -> None:
+        """When every returning vehicle is above its home, they land, lowest layer first, one every few seconds."""
+        returning = self._book.in_phase(Phase.RETURNING)
+        if not returning or any(flight.step != "over home" for flight in returning):
+            return
+        if now - self._last_landing_s < LANDING_GAP_S:
+            return
+        self._last_landing_s = now
+        flight = min(returning, key=lambda f: f.layer_m)
+        flight.enter(Phase.LANDING, now)
+        self._commands.submit(self._firmware.land(flight.vehicle))
+
+    def _stand(self, point_m: Vec3) -> Stand:
+        return Stand(point_m, self.speed_m_s)

@@ -1,0 +1,114 @@
+"""What the station is doing with each vehicle: phase, layer, place, course. Plain records and their book."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from tui_gcs.core.course import Course
+from tui_gcs.core.guard import Mover, predict
+from tui_gcs.core.messages import Phase, Vec3
+from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.vehicle import Vehicle
+
+IN_THE_AIR = frozenset({Phase.TAKEOFF, Phase.FLYING, Phase.HOLDING, Phase.RETURNING, Phase.LANDING, Phase.TAKEN_OUT})
+
+
+@dataclass
+class Flight:
+    """One vehicle's part in the mission."""
+
+    vehicle: int
+    team: str
+    layer_m: float
+    phase: Phase = Phase.GROUND
+    step: str = ""
+    """Where it is inside its phase, e.g. "arm", "climb", "over home"."""
+    since_s: float = 0.0
+    """When phase or step last changed."""
+    home_m: Vec3 | None = None
+    """Where it took off: there it lands."""
+    course: Course | None = None
+    next_setpoint_s: float = 0.0
+    slot: str = ""
+    joined: bool = False
+    vetoed: str = ""
+    """Why the guard vetoed its newest set-point; empty if it passed."""
+    touchdown_m: Vec3 | None = None
+    """Where it disarmed after a landing."""
+
+    def enter(self, phase: Phase, now: float, step: str = "") -> None:
+        """Change phase; what belonged to the last one is forgotten."""
+        self.phase, self.step, self.since_s = phase, step, now
+        self.course = None
+        if phase is not Phase.FLYING:
+            self.slot, self.joined, self.vetoed = "", False, ""
+
+    def go_to_step(self, step: str, now: float) -> None:
+        """Next step of the same phase."""
+        self.step, self.since_s = step, now
+
+    def mover(self, vehicle: Vehicle, now: float) -> Mover:
+        """This flight as the guard sees it."""
+        vertical = self.phase in (Phase.TAKEOFF, Phase.LANDING, Phase.ARMING)
+        path = predict(vehicle.position_m, vehicle.velocity_m_s, self.course, now)
+        return Mover(vehicle.id, vehicle.position_m, path, in_column=vertical)
+
+
+@dataclass
+class FlightBook:
+    """All flights by vehicle id. Vehicles without a team have none."""
+
+    flights: dict[int, Flight] = field(default_factory=dict)
+
+    def __iter__(self) -> Iterator[Flight]:
+        """Flights in order of vehicle id."""
+        return iter([self.flights[i] for i in sorted(self.flights)])
+
+    def get(self, vehicle: int) -> Flight | None:
+        """The flight of `vehicle`, if it is in a team."""
+        return self.flights.get(vehicle)
+
+    def in_phase(self, *phases: Phase) -> list[Flight]:
+        """Flights in one of `phases`."""
+        return [flight for flight in self if flight.phase in phases]
+
+    def any_in_the_air(self) -> bool:
+        """Whether any is past arming and not yet down."""
+        return any(flight.phase in IN_THE_AIR or flight.phase is Phase.ARMING for flight in self)
+
+    def members(self, team: str) -> tuple[int, ...]:
+        """Vehicle ids of a team."""
+        return tuple(flight.vehicle for flight in self if flight.team == team)
+
+    def assign(self, scenario: Scenario, heard: list[int]) -> None:
+        """Give every vehicle its team and layer; flights already known keep their state.
+
+        Teams with ids have those vehicles, heard or not. Teams with a count take the lowest free ids heard.
+        """
+        teams = _teams_of(scenario, heard)
+        layers = _layers_of(scenario, sorted(teams))
+        self.flights = {
+            vehicle: self.flights.get(vehicle) or Flight(vehicle, team, layers[vehicle])
+            for vehicle, team in teams.items()
+            if vehicle in layers
+        }
+        for vehicle, flight in self.flights.items():
+            flight.team = teams[vehicle]
+            flight.layer_m = layers[vehicle]
+
+
+def _teams_of(scenario: Scenario, heard: list[int]) -> dict[int, str]:
+    teams = {vehicle: team.name for team in scenario.teams for vehicle in team.vehicles}
+    free = [vehicle for vehicle in sorted(heard) if vehicle not in teams]
+    for team in scenario.teams:
+        taken, free = free[: team.count], free[team.count :]
+        teams |= dict.fromkeys(taken, team.name)
+    return teams
+
+
+def _layers_of(scenario: Scenario, vehicles: list[int]) -> dict[int, float]:
+    """Places that name a vehicle are its own; the others go to the remaining vehicles in order."""
+    layers = {place.vehicle: place.layer_m for place in scenario.places if place.vehicle is not None}
+    free = [place.layer_m for place in scenario.places if place.vehicle is None]
+    rest = [vehicle for vehicle in vehicles if vehicle not in layers]
+    layers |= dict(zip(rest, free, strict=False))
+    return {vehicle: layer for vehicle, layer in layers.items() if vehicle is not None}

@@ -1,0 +1,109 @@
+"""Steering: streams the set-points of flying vehicles, each judged by the guard at the door.
+
+A vetoed vehicle brakes and holds; the next good set-point lets it go on. Holds and returns are sent from here too,
+but nobody judges them.
+"""
+
+import math
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.course import Course, Stand, stopping_point
+from tui_gcs.core.events import WARNING, EventLog
+from tui_gcs.core.firmware.ardupilot import GUIDED, ArduCopter
+from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.flights import Flight, FlightBook
+from tui_gcs.core.guard import Guard, Mover
+from tui_gcs.core.messages import EventClass, Phase, Vec3
+from tui_gcs.core.services.command import CommandService
+from tui_gcs.core.vehicle import Vehicle
+
+SETPOINT_GAP_S = 0.2
+"""5 Hz: ArduCopter needs one within 3 s, PX4 two a second; a patrol slot moves 1.6 m between two."""
+
+
+class Steering:
+    """Turns courses into set-points."""
+
+    def __init__(
+        self,
+        fleet: Fleet,
+        book: FlightBook,
+        guard: Guard,
+        firmware: ArduCopter,
+        commands: CommandService,
+        events: EventLog,
+        clock: Clock,
+    ) -> None:
+        """Wire it up."""
+        self._fleet = fleet
+        self._book = book
+        self._guard = guard
+        self._firmware = firmware
+        self._commands = commands
+        self._events = events
+        self._clock = clock
+        self.vetoed_on_slot = 0
+        """Set-points refused for vehicles that were on their slot: a planner fault."""
+
+    def tick(self) -> None:
+        """Send every set-point that is due."""
+        now = self._clock.now()
+        due = [f for f in self._book.in_phase(Phase.FLYING) if f.course is not None and now >= f.next_setpoint_s - 1e-9]
+        if not due:
+            return
+        movers = self._movers(now)
+        for flight in due:
+            vehicle = self._fleet.vehicles.get(flight.vehicle)
+            if vehicle is not None and flight.course is not None:
+                self._steer(flight, flight.course, vehicle, movers)
+
+    def _movers(self, now: float) -> list[Mover]:
+        """Everybody in the air, in a team or not, as the guard sees them."""
+        movers = []
+        for vehicle in self._fleet.vehicles.values():
+            if vehicle.airborne and vehicle.has_position():
+                flight = self._book.get(vehicle.id) or Flight(vehicle.id, "", 0.0, Phase.TAKEN_OUT)
+                movers.append(flight.mover(vehicle, now))
+        return movers
+
+    def hold(self, vehicle: Vehicle) -> None:
+        """Brake and stay: a position target at the stopping point, or BRAKE outside GUIDED. Never judged."""
+        if vehicle.custom_mode == GUIDED and vehicle.has_position():
+            self._commands.submit(self._firmware.hold(vehicle.id, self.stop_place(vehicle)))
+        else:
+            self._commands.submit(self._firmware.brake(vehicle.id))
+
+    def stop_place(self, vehicle: Vehicle) -> Vec3:
+        """Where `vehicle` comes to rest when it brakes now."""
+        return stopping_point(vehicle.position_m, vehicle.velocity_m_s, self._guard.limits.accel_m_s2)
+
+    def slot_error_m(self, flight: Flight, vehicle: Vehicle) -> float:
+        """Distance from where the course wants it now; NaN without a course."""
+        if flight.course is None or not vehicle.has_position():
+            return math.nan
+        return math.dist(flight.course.at(self._clock.now())[0], vehicle.position_m)
+
+    def _steer(self, flight: Flight, course: Course, vehicle: Vehicle, movers: list[Mover]) -> None:
+        now = self._clock.now()
+        flight.next_setpoint_s = now + SETPOINT_GAP_S
+        verdict = self._guard.judge(flight.mover(vehicle, now), course, movers, now)
+        if not verdict.ok:
+            self._brake_for_veto(flight, vehicle, verdict.text)
+            return
+        if flight.vetoed:
+            flight.vetoed = ""
+            self._commands.cancel(vehicle.id, "hold")
+        point, velocity = course.at(now)
+        if isinstance(course, Stand):
+            self._firmware.position(vehicle.id, point)
+        else:
+            self._firmware.moving(vehicle.id, point, velocity)
+
+    def _brake_for_veto(self, flight: Flight, vehicle: Vehicle, why: str) -> None:
+        if flight.joined:
+            self.vetoed_on_slot += 1
+        if not flight.vetoed:
+            self.hold(vehicle)
+        flight.vetoed = why
+        text = f"guard veto, holding: {why}"
+        self._events.say(EventClass.PLANNER, f"vehicle {vehicle.id}", text, WARNING, every_s=5)
