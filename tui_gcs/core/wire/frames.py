@@ -24,7 +24,7 @@ _OVERHEAD_V1 = 8  # 6 header, 2 CRC
 _OVERHEAD_V2 = 12  # 10 header, 2 CRC
 _TRAILER_V2 = {0: 0, SIGNED: SIGNATURE_BYTES}  # by incompatibility flags
 _HEADER_V2 = struct.Struct("<xBBxBBBHB").unpack_from  # length, flags, seq, system, component, message id 16 + 8 bits
-_MAGIC = re.compile(rb"[\xfd\xfe]")
+MAGIC = re.compile(rb"[\xfd\xfe]")
 _NOT_TEXT = re.compile(rb"[^\t\n\r -~]")
 
 
@@ -121,12 +121,12 @@ def scan(data: bytes, done: Scan, *, final: bool) -> None:
     size = len(data)
     while done.used < size:
         start = done.used
-        end = _frame_end(data, start, size)
+        end = frame_end(data, start, size)
         if end > size and not final:
             return
         frame = None
         if start < end <= size:
-            frame = _frame(data[start:end])
+            frame = check_frame(data[start:end])
             if frame is None:
                 done.bad_crc += 1
             elif not dialect.is_known(frame.msgid):
@@ -139,13 +139,13 @@ def scan(data: bytes, done: Scan, *, final: bool) -> None:
             done.used = end
             done.in_sync = True
         else:
-            following = _MAGIC.search(data, start + 1)
+            following = MAGIC.search(data, start + 1)
             done.used = following.start() if following else size
             done.junk_bytes += done.used - start
             done.in_sync = False
 
 
-def _frame_end(data: bytes, start: int, size: int) -> int:
+def frame_end(data: bytes, start: int, size: int) -> int:
     """Where the frame beginning at `start` ends: `start` if none can begin there, beyond `size` if not all is here."""
     magic = data[start]
     if magic == MAGIC_V2:
@@ -158,7 +158,7 @@ def _frame_end(data: bytes, start: int, size: int) -> int:
     return start
 
 
-def _frame(raw: bytes) -> Frame | None:
+def check_frame(raw: bytes) -> Frame | None:
     """The complete frame `raw`; None if its CRC is wrong."""
     if raw[0] == MAGIC_V2:
         return _frame_v2(raw)

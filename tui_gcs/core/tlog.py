@@ -1,0 +1,136 @@
+"""Reading telemetry logs (.tlog): 8 bytes big-endian microseconds since 1970, one raw frame, repeated; no header.
+
+Logs end in a torn record after a crash, and have damaged places. The reader gives every frame that is good and counts
+what it skipped. MAVProxy keeps a link number in the two lowest bits of the time: 3 µs, harmless.
+"""
+
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+
+from tui_gcs.core.wire import dialect
+from tui_gcs.core.wire.frames import MAGIC, MAGIC_V1, MAGIC_V2, Frame, check_frame, frame_end
+
+JUMP_US = 3 * 24 * 3600 * 1_000_000
+"""A time farther than this from both neighbours is damaged (Mission Planner and pymavlink use three days, too)."""
+_TIME = struct.Struct(">Q")
+_TIME_BYTES = 8
+_CHUNK_BYTES = 1 << 20
+_MARGIN_BYTES = 512
+"""A record (8 + 280 bytes at most) and the beginning of the next always fit."""
+_HOPELESS_BYTES = 16 << 20
+"""A file without one good frame in its first 16 MiB is no log."""
+
+
+class TlogError(Exception):
+    """The file cannot be read as a telemetry log: one line with file and reason."""
+
+
+class TlogReader:
+    """Iterates over (Unix seconds, frame). After the end the counters say what was skipped.
+
+    Raises (while iterating):
+        TlogError: the file cannot be read, is empty, or holds not one good frame.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        """Read `path`; it is opened at the first `next`."""
+        self.path = Path(path)
+        self.frames = 0
+        self.skipped_bytes = 0
+        """Bytes that belong to no good record."""
+        self.truncated = False
+        """The file ends inside a record."""
+        self._iterator = self._iterate()
+
+    def __iter__(self) -> Iterator[tuple[float, Frame]]:
+        """The frames not yet read."""
+        return self._iterator
+
+    def __next__(self) -> tuple[float, Frame]:
+        """The next frame."""
+        return next(self._iterator)
+
+    def _iterate(self) -> Iterator[tuple[float, Frame]]:
+        try:
+            for time_us, frame in _trusted_times(self._records()):
+                yield time_us / 1e6, frame
+        except OSError as error:
+            raise TlogError(f"{self.path}: cannot be read: {error.strerror or error}") from None
+        if not self.frames:
+            raise TlogError(
+                f"{self.path}: not a telemetry log, no MAVLink frame in it"
+                if self.skipped_bytes
+                else f"{self.path}: empty, no telemetry in it"
+            )
+
+    def _records(self) -> Iterator[tuple[int, Frame]]:
+        """Good records, with their times as they stand in the file."""
+        with self.path.open("rb") as file:
+            data, at, ended, in_sync = b"", 0, False, True
+            while True:
+                if not ended and len(data) - at < _MARGIN_BYTES:
+                    more = file.read(_CHUNK_BYTES)
+                    data, at, ended = data[at:] + more, 0, not more
+                    continue
+                if at >= len(data):
+                    break
+                frame = _frame_at(data, at + _TIME_BYTES, in_sync=in_sync)
+                if frame is not None:
+                    self.frames += 1
+                    yield _TIME.unpack_from(data, at)[0], frame
+                    at += _TIME_BYTES + len(frame.raw)
+                else:
+                    skipped = _to_next_candidate(data, at)
+                    self.skipped_bytes += skipped
+                    at += skipped
+                in_sync = frame is not None
+                if not self.frames and self.skipped_bytes > _HOPELESS_BYTES:
+                    break
+            self.truncated = not in_sync
+
+
+def read_tlog(path: Path | str) -> TlogReader:
+    """The frames of a telemetry log with their times; see `TlogReader`."""
+    return TlogReader(path)
+
+
+def _frame_at(data: bytes, start: int, *, in_sync: bool) -> Frame | None:
+    """The good frame at `start`, or None. Of an unknown message: only where one is expected and another follows."""
+    size = len(data)
+    if start >= size:
+        return None
+    end = frame_end(data, start, size)
+    if not start < end <= size:
+        return None
+    frame = check_frame(data[start:end])
+    if frame is None or dialect.is_known(frame.msgid):
+        return frame
+    following = end + _TIME_BYTES
+    fits = following >= size or data[following] in (MAGIC_V1, MAGIC_V2)
+    return frame if in_sync and fits else None
+
+
+def _to_next_candidate(data: bytes, at: int) -> int:
+    """How many bytes to skip from a bad record at `at` to the next place where one may begin."""
+    magic = MAGIC.search(data, at + _TIME_BYTES + 1)
+    if magic is not None:
+        return magic.start() - _TIME_BYTES - at
+    return max(1, len(data) - _TIME_BYTES - at)
+
+
+def _trusted_times(records: Iterator[tuple[int, Frame]]) -> Iterator[tuple[int, Frame]]:
+    """Replace a time that fits neither neighbour by the one before (or behind, at the start of the file).
+
+    A clock that was set while recording is no damage: its new time fits the record behind.
+    """
+    before: int | None = None
+    current = next(records, None)
+    while current is not None:
+        behind = next(records, None)
+        time_us, frame = current
+        neighbours = [t for t in (before, behind[0] if behind else None) if t is not None]
+        if neighbours and all(abs(time_us - t) > JUMP_US for t in neighbours):
+            time_us = neighbours[0]
+        yield time_us, frame
+        before, current = time_us, behind
