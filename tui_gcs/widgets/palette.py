@@ -45,6 +45,8 @@ class Ink(IntEnum):
     SELECTED_CAUTION = 17
     SELECTED_WARNING = 18
     BOLD = 19
+    LIVE = 20
+    REPLAY = 21
 
 
 STYLES: dict[int, Style] = {
@@ -68,4 +70,6 @@ STYLES: dict[int, Style] = {
     Ink.SELECTED_CAUTION: Style(color=CAUTION, bold=True, reverse=True),
     Ink.SELECTED_WARNING: Style(color=WARNING, bold=True, reverse=True),
     Ink.BOLD: Style(color=TEXT, bold=True),
+    Ink.LIVE: Style(color="#ffffff", bold=True, reverse=True),
+    Ink.REPLAY: Style(color=ADVISORY, bold=True, reverse=True),
 }

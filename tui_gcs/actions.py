@@ -1,0 +1,95 @@
+"""What an operator can do, declared once: bindings, footer and `?` help are made from these tables.
+
+A screen lists its own actions in `ACTIONS`; `APP_ACTIONS` work everywhere but in dialogs.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from textual.binding import Binding, BindingType
+
+
+@dataclass(frozen=True)
+class Action:
+    """One thing to do.
+
+    `id` names the method (`action_<id>`) of the app or screen. `keys` are Textual key names, none if the key is handled
+    elsewhere; `shown` is the key as a human reads it. `label` stands in the footer (empty: only in the help), and higher
+    `weight` stays longest in a narrow one.
+    """
+
+    id: str
+    keys: tuple[str, ...]
+    shown: str
+    label: str
+    help: str
+    group: str
+    weight: int = 0
+
+
+COMMAND, VIEW, SCREENS, SELECT = "Fly", "Map", "Screens", "Select"
+
+APP_ACTIONS = (
+    Action(
+        "start_stop",
+        ("space",),
+        "Space",
+        "start/stop",
+        "on the ground: start the round (asks). In flight: HOLD all at once, no question",
+        COMMAND,
+        9,
+    ),
+    Action("return_and_land", ("r",), "r", "return", "return and land, from flight or hold", COMMAND, 7),
+    Action("hold_all", (), "!h", "HOLD ALL", "hold all vehicles, from anywhere: dialogs and forms too", COMMAND, 10),
+    Action("choose_round", ("o",), "o", "round", "make another round the present one, in flight too", COMMAND, 5),
+    Action("show_fly", ("f",), "f", "Fly", "map, fleet, events", SCREENS, 4),
+    Action("show_plan", ("p",), "p", "Plan", "zones, rounds, teams", SCREENS, 4),
+    Action("show_help", ("question_mark",), "?", "help", "this page", SCREENS, 8),
+    Action("detach", ("q",), "q", "detach", "leave; station and vehicles go on", SCREENS, 8),
+)
+
+FLY_ACTIONS = (
+    Action(
+        "enter",
+        ("enter",),
+        "Enter",
+        "resume",
+        "in hold: go on with the planner. After digits: select that vehicle",
+        COMMAND,
+        6,
+    ),
+    Action("select_next", ("n",), "n/N", "select", "next and previous vehicle", SELECT, 3),
+    Action("select_previous", ("N", "upper_n"), "N", "", "previous vehicle", SELECT),
+    Action("digit", tuple("0123456789"), "1..9", "", "number, then Enter: select that vehicle", SELECT),
+    Action("cancel", ("escape",), "Esc", "", "forget typed digits, end follow", SELECT),
+    Action("pan_left", ("left", "h"), "left h", "", "move the map west", VIEW),
+    Action("pan_down", ("down", "j"), "down j", "", "move the map south", VIEW),
+    Action("pan_up", ("up", "k"), "up k", "", "move the map north", VIEW),
+    Action("pan_right", ("right", "l"), "right l", "", "move the map east", VIEW),
+    Action("zoom_in", ("plus", "equals_sign"), "+ -", "zoom", "closer", VIEW, 2),
+    Action("zoom_out", ("minus",), "-", "", "farther", VIEW),
+    Action("fit", ("z",), "z", "fit", "everything in view", VIEW, 2),
+    Action("follow", ("F", "upper_f"), "F", "follow", "keep the selected vehicle in view, or stop it", VIEW, 1),
+)
+
+
+def bindings(actions: Iterable[Action]) -> list[BindingType]:
+    """Textual bindings of the actions that have keys."""
+    return [
+        Binding(key, f"digit('{key}')" if action.id == "digit" else action.id, action.label or action.help, show=False)
+        for action in actions
+        for key in action.keys
+    ]
+
+
+def footer_actions(actions: Iterable[Action], width: int) -> list[Action]:
+    """The actions with a label that fit into `width` cells, by weight, in the order they were declared."""
+    labelled = [action for action in actions if action.label]
+    kept: set[str] = set()
+    used = 1
+    for action in sorted(labelled, key=lambda action: -action.weight):
+        cells = len(action.shown) + 1 + len(action.label) + 2
+        if used + cells <= width + 1:
+            kept.add(action.id)
+            used += cells
+    return [action for action in labelled if action.id in kept]

@@ -1,0 +1,351 @@
+"""The console's one background feed: what the bus brings becomes Textual messages, requests become replies.
+
+Bus callbacks come on any thread, so they only fill mailboxes (the latest frame and status, all events) and wake the
+event loop once. At most five times a second the loop empties them and posts messages to whoever listens. Widgets
+handle messages; nobody polls, and nothing is posted when nothing visible changed.
+"""
+
+import asyncio
+from collections import deque
+from collections.abc import Callable, Coroutine
+from copy import copy
+from typing import Any, TypeVar
+
+import msgspec
+from textual.message import Message
+from textual.message_pump import MessagePump
+
+from tui_gcs.core import bus as keys
+from tui_gcs.core import messages as wire
+from tui_gcs.core.bus import Bus, BusError, Closable
+from tui_gcs.core.clock import Clock, MonotonicClock
+from tui_gcs.widgets.visible import visible_fleet, visible_status
+
+PERIOD_S = 0.2
+STATION_LOST_S = 3.0
+CHECK_S = 1.0
+EVENTS_KEPT = 500
+NO_EVENT = -1
+NO_ANSWER = "the station does not answer"
+T = TypeVar("T")
+
+
+class FleetUpdated(Message, bubble=False):
+    """A fleet frame in which something visible changed."""
+
+    def __init__(self, frame: wire.FleetFrame) -> None:
+        super().__init__()
+        self.frame = frame
+
+    def can_replace(self, message: Message) -> bool:
+        """Only the newest frame matters."""
+        return isinstance(message, FleetUpdated)
+
+
+class StatusUpdated(Message, bubble=False):
+    """A station status in which something visible changed."""
+
+    def __init__(self, status: wire.StationStatus) -> None:
+        super().__init__()
+        self.status = status
+
+    def can_replace(self, message: Message) -> bool:
+        """Only the newest status matters."""
+        return isinstance(message, StatusUpdated)
+
+
+class EventRaised(Message, bubble=False):
+    """Events, oldest first, none missing."""
+
+    def __init__(self, events: tuple[wire.Event, ...]) -> None:
+        super().__init__()
+        self.events = events
+
+
+class ScenarioChanged(Message, bubble=False):
+    """The station flies another scenario, or another version of it."""
+
+    def __init__(self, change: wire.ScenarioChanged) -> None:
+        super().__init__()
+        self.change = change
+
+
+class PlannerUpdated(Message, bubble=False):
+    """What the planners draw, by team."""
+
+    def __init__(self, annotations: dict[str, tuple[wire.Annotation, ...]]) -> None:
+        super().__init__()
+        self.annotations = annotations
+
+
+class StationLost(Message, bubble=False):
+    """No status for three seconds; posted again each second with the growing age."""
+
+    def __init__(self, silent_s: float) -> None:
+        super().__init__()
+        self.silent_s = silent_s
+
+
+class StationBack(Message, bubble=False):
+    """The station is heard (again)."""
+
+
+class Feed:
+    """The console's view of the bus. Everything but the bus callbacks runs on the event loop."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        principal: str,
+        *,
+        clock: Clock | None = None,
+        period_s: float = PERIOD_S,
+        may_paint: Callable[[], bool] = lambda: True,
+    ) -> None:
+        """Ask as `principal`; while `may_paint` is false (stalled terminal) nothing is posted, only the latest kept."""
+        self.principal = principal
+        self.frame: wire.FleetFrame | None = None
+        self.status: wire.StationStatus | None = None
+        self.scenario: wire.ScenarioChanged | None = None
+        self.annotations: dict[str, tuple[wire.Annotation, ...]] = {}
+        self.events: deque[wire.Event] = deque(maxlen=EVENTS_KEPT)
+        self.station_lost = False
+        self.read_only = ""
+        """Why nothing may be commanded from here; empty if it may."""
+        self.unreadable = 0
+        """Samples that were no such message."""
+        self._bus = bus
+        self._clock = clock or MonotonicClock()
+        self._period_s = period_s
+        self._may_paint = may_paint
+        self._listeners: list[MessagePump] = []
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._subscriptions: list[Closable] = []
+        self._timers: dict[str, asyncio.TimerHandle] = {}
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._boxes: dict[str, bytes] = {}
+        self._event_box: deque[bytes] = deque()
+        self._plan_box: deque[bytes] = deque(maxlen=1000)
+        self._woken = False
+        self._last_delivery = float("-inf")
+        self._heard_at = self._clock.now()
+        self._shown: dict[str, object] = {}
+        self._waiting_events: list[wire.Event] = []
+        self._last_event = NO_EVENT
+        self._filling = True
+
+    # ------------------------------------------------------------ life
+
+    def listen(self, node: MessagePump) -> None:
+        """Post all messages to `node` too."""
+        self._listeners.append(node)
+
+    def open(self) -> None:
+        """Subscribe and say hello; call on the running event loop."""
+        self._loop = asyncio.get_running_loop()
+        self._heard_at = self._clock.now()
+        subscribe = self._bus.subscribe
+        self._subscriptions = [
+            subscribe(keys.FLEET, self._on_latest),
+            subscribe(keys.STATUS, self._on_status),
+            subscribe(keys.SCENARIO, self._on_latest),
+            subscribe(keys.EVENT, lambda _key, data: self._on_queued(self._event_box, data)),
+            subscribe(keys.PLAN.format(team="*"), lambda _key, data: self._on_queued(self._plan_box, data)),
+        ]
+        self._timers["check"] = self._loop.call_later(CHECK_S, self._check_again)
+        self._spawn(self._attach())
+
+    def close(self) -> None:
+        """Leave the bus; what comes later is ignored."""
+        for subscription in self._subscriptions:
+            subscription.close()
+        for timer in self._timers.values():
+            timer.cancel()
+        for task in self._tasks:
+            task.cancel()
+        self._loop = None
+
+    # ------------------------------------------------------------ from any thread
+
+    def _on_latest(self, key: str, payload: bytes) -> None:
+        self._boxes[key] = payload
+        self._wake()
+
+    def _on_status(self, key: str, payload: bytes) -> None:
+        self._heard_at = self._clock.now()
+        self._on_latest(key, payload)
+
+    def _on_queued(self, box: deque[bytes], payload: bytes) -> None:
+        box.append(payload)
+        self._wake()
+
+    def _wake(self) -> None:
+        loop = self._loop
+        if loop is None or self._woken or loop.is_closed():
+            return
+        self._woken = True
+        loop.call_soon_threadsafe(self._schedule)
+
+    # ------------------------------------------------------------ on the loop
+
+    def _schedule(self) -> None:
+        if self._loop is None:
+            return
+        delay_s = max(0.0, self._last_delivery + self._period_s - self._loop.time())
+        self._timers["deliver"] = self._loop.call_later(delay_s, self.deliver)
+
+    def deliver(self) -> None:
+        """Empty the mailboxes and post what changed."""
+        if self._loop is None:
+            return
+        self._last_delivery = self._loop.time()
+        if not self._may_paint():
+            self._schedule()
+            return
+        self._woken = False
+        boxes, self._boxes = self._boxes, {}
+        if (change := self._decoded(boxes.get(keys.SCENARIO), wire.ScenarioChanged)) is not None:
+            self._take_scenario(change)
+        if (status := self._decoded(boxes.get(keys.STATUS), wire.StationStatus)) is not None:
+            self._take_status(status)
+        if (frame := self._decoded(boxes.get(keys.FLEET), wire.FleetFrame)) is not None:
+            self.frame = frame
+            self._post_if_new("fleet", visible_fleet(frame), FleetUpdated(frame))
+        self._take_plans()
+        self._take_events([event for data in _drain(self._event_box) if (event := self._decoded(data, wire.Event))])
+
+    def check(self) -> None:
+        """Notice a silent station. Called once a second."""
+        silent_s = self._clock.now() - self._heard_at
+        if silent_s > STATION_LOST_S:
+            self.station_lost = True
+            self._post(StationLost(silent_s))
+
+    def _check_again(self) -> None:
+        if self._loop is not None:
+            self.check()
+            self._timers["check"] = self._loop.call_later(CHECK_S, self._check_again)
+
+    def _take_scenario(self, change: wire.ScenarioChanged) -> None:
+        self.scenario = change
+        self._post_if_new("scenario", change, ScenarioChanged(change))
+
+    def _take_status(self, status: wire.StationStatus) -> None:
+        restarted = self.status is not None and status.seq < self.status.seq
+        was_lost, self.station_lost = self.station_lost, False
+        self.status = status
+        if was_lost or restarted:
+            self._shown.clear()
+            self._post(StationBack())
+            self._filling = True
+            self._last_event = NO_EVENT if restarted else self._last_event
+            self._spawn(self._attach())
+        self._post_if_new("status", visible_status(status), StatusUpdated(status))
+
+    def _take_plans(self) -> None:
+        new = dict(self.annotations)
+        for data in _drain(self._plan_box):
+            plan = self._decoded(data, wire.Plan)
+            if plan is not None and plan.annotations is not None:
+                new[plan.team] = plan.annotations
+        self._take_annotations(new)
+
+    def _take_annotations(self, annotations: dict[str, tuple[wire.Annotation, ...]]) -> None:
+        if annotations != self.annotations:
+            self.annotations = annotations
+            self._post(PlannerUpdated(annotations))
+
+    def _take_events(self, events: list[wire.Event]) -> None:
+        """Post events in order; where one is missing, all wait until it was asked for."""
+        self._waiting_events += events
+        if self._filling or not self._waiting_events:
+            return
+        fresh = {event.seq: event for event in self._waiting_events if event.seq > self._last_event}
+        if fresh and max(fresh) - self._last_event != len(fresh):
+            self._filling = True
+            self._spawn(self._fill())
+            return
+        self._waiting_events = []
+        self._raise(fresh)
+
+    def _raise(self, events: dict[int, wire.Event]) -> None:
+        if events:
+            ordered = tuple(events[seq] for seq in sorted(events))
+            self._last_event = ordered[-1].seq
+            self.events.extend(ordered)
+            self._post(EventRaised(ordered))
+
+    # ------------------------------------------------------------ requests
+
+    async def request(self, request: wire.Request, *, tries: int = 1, timeout_s: float = 2.0) -> wire.Reply:
+        """Ask the station; a reply always comes back, and says in words when nobody answered."""
+        if self.read_only and not isinstance(request, _READING):
+            return wire.Reply(ok=False, text=self.read_only)
+        key = keys.REQUEST.format(principal=self.principal)
+        problem = ""
+        for _ in range(tries):
+            try:
+                data = await asyncio.to_thread(self._bus.ask, key, wire.encode(request), timeout_s)
+                return wire.decode(data, wire.Reply)
+            except BusError as error:
+                problem = f"{NO_ANSWER} ({error})"
+            except msgspec.MsgspecError:
+                return wire.Reply(ok=False, text="the station's answer cannot be read: another version of tui-gcs?")
+        return wire.Reply(ok=False, text=problem)
+
+    async def _attach(self) -> None:
+        """First exchange: protocol version, then everything that was published before we came."""
+        hello = await self.request(wire.Hello(protocol=wire.PROTOCOL, who=self.principal))
+        if not hello.ok and not hello.text.startswith(NO_ANSWER):
+            self.read_only = f"read-only: {hello.text}"
+            self._post_status_again()
+        scenario = (await self.request(wire.GetScenario())).scenario
+        if scenario is not None:
+            self._take_scenario(scenario)
+        self._take_annotations((await self.request(wire.GetPlan())).annotations or self.annotations)
+        await self._fill()
+
+    async def _fill(self) -> None:
+        """Ask for missed events, then go on with what waited; what the station no longer has is skipped."""
+        reply = await self.request(wire.GetEvents(after=self._last_event))
+        merged = {event.seq: event for event in (*reply.events, *self._waiting_events) if event.seq > self._last_event}
+        self._waiting_events = []
+        self._filling = False
+        self._raise(merged)
+
+    # ------------------------------------------------------------ small things
+
+    def _post_status_again(self) -> None:
+        if self.status is not None:
+            self._post(StatusUpdated(self.status))
+
+    def _post_if_new(self, what: str, visible: object, message: Message) -> None:
+        if self._shown.get(what) != visible:
+            self._shown[what] = visible
+            self._post(message)
+
+    def _post(self, message: Message) -> None:
+        for node in self._listeners:
+            node.post_message(copy(message))
+
+    def _decoded(self, data: bytes | None, kind: type[T]) -> T | None:
+        if data is None:
+            return None
+        try:
+            return wire.decode(data, kind)
+        except msgspec.MsgspecError:
+            self.unreadable += 1
+            return None
+
+    def _spawn(self, job: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.get_running_loop().create_task(job)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+
+_READING = (wire.Hello, wire.GetScenario, wire.GetEvents, wire.GetTask, wire.GetPlan)
+
+
+def _drain(box: deque[bytes]) -> list[bytes]:
+    """All that is in the box now; more may come from another thread meanwhile."""
+    return [box.popleft() for _ in range(len(box))]

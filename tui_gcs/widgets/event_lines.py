@@ -1,0 +1,64 @@
+"""What happened, newest first."""
+
+from collections.abc import Sequence
+
+from tui_gcs.core.messages import Event, EventClass
+from tui_gcs.widgets.lines import Line, LinesView
+from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.strips import Run
+from tui_gcs.widgets.titles import set_title
+from tui_gcs.widgets.words import clock
+
+TAGS = {EventClass.CONNECTION: "connection", EventClass.SENSOR: "sensor", EventClass.PROCESSING: "processing"}
+"""The three classes of error; other events need no tag."""
+SHORT_TAGS = {EventClass.CONNECTION: "con", EventClass.SENSOR: "sen", EventClass.PROCESSING: "pro"}
+WIDE = 100
+
+
+class EventLines(LinesView):
+    """The newest events that fit."""
+
+    DEFAULT_CSS = """
+    EventLines { border: solid #4a5560; border-title-color: #d8dee4; }
+    EventLines.-ascii { border: ascii #4a5560; }
+    """
+
+    _events: Sequence[Event] = ()
+    _mission_offset_s = float("nan")
+
+    def show(self, events: Sequence[Event], mission_offset_s: float) -> None:
+        """Show these (oldest first); `mission_offset_s` added to `t_s` gives mission time, NaN shows wall time."""
+        self._events, self._mission_offset_s = events, mission_offset_s
+        set_title(self, "events")
+        self.update_lines()
+
+    def lines(self, width: int, height: int) -> list[Line]:
+        """See `LinesView.lines`."""
+        newest = list(self._events)[-height:][::-1] if height > 0 else []
+        return [event_line(event, width, self._mission_offset_s) for event in newest]
+
+
+def severity_mark(severity: int) -> tuple[str, Ink]:
+    """Glyph and ink of a MAV_SEVERITY (facts/terminal.md D7)."""
+    if severity <= 2:
+        return "!", Ink.WARNING
+    if severity <= 4:
+        return "^", Ink.CAUTION
+    if severity == 5:
+        return "i", Ink.ADVISORY
+    return " ", Ink.TEXT
+
+
+def event_line(event: Event, width: int, mission_offset_s: float) -> list[Run]:
+    """Time, severity, source, class of error, text."""
+    mark, ink = severity_mark(event.severity)
+    tags = TAGS if width >= WIDE else SHORT_TAGS
+    tag = tags.get(event.cls, "")
+    tag_text = f"{tag:<{12 if width >= WIDE else 4}}"
+    return [
+        (f"{clock(event.t_s + mission_offset_s)[2:]:>5} ", Ink.MUTED),
+        (f"{mark} ", ink),
+        (f"{event.source[:14]:<{14 if width >= WIDE else 10}} ", Ink.TEXT),
+        (tag_text, Ink.MUTED),
+        (event.text, ink),
+    ]

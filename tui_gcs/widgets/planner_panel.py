@@ -1,0 +1,137 @@
+"""How well each team does its job: worst idleness beside the bound, coverage, slots."""
+
+from tui_gcs.core.messages import StationStatus, TeamStatus, VehicleRow
+from tui_gcs.widgets.glyphs import GlyphSet
+from tui_gcs.widgets.lines import Line, LinesView
+from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.selected import brief_lines
+from tui_gcs.widgets.strips import Run
+from tui_gcs.widgets.titles import set_title
+from tui_gcs.widgets.words import number
+
+ROLE_INKS = {"defend": Ink.DEFEND, "attack": Ink.ATTACK}
+WORKER_INKS = {"absent": Ink.MUTED, "late": Ink.WARNING, "dead": Ink.WARNING}
+
+
+class PlannerPanel(LinesView):
+    """Three lines a team, then what concerns all."""
+
+    DEFAULT_CSS = """
+    PlannerPanel { border: solid #4a5560; border-title-color: #d8dee4; height: 1fr; }
+    PlannerPanel.-ascii { border: ascii #4a5560; }
+    """
+
+    _status: StationStatus | None = None
+
+    def show(self, status: StationStatus | None) -> None:
+        """Show this status; None when nothing is known."""
+        self._status = status
+        set_title(self, "planner")
+        self.update_lines()
+
+    def lines(self, width: int, height: int) -> list[Line]:
+        """See `LinesView.lines`."""
+        if self._status is None:
+            return [[("--", Ink.MUTED)]]
+        lines: list[Line] = []
+        for team in self._status.teams:
+            lines += team_lines(team, self.glyphs)
+        return [*lines, *fleet_lines(self._status)]
+
+
+class BriefPanel(LinesView):
+    """Selected vehicle and planner together, for small terminals."""
+
+    DEFAULT_CSS = """
+    BriefPanel { border: solid #4a5560; border-title-color: #d8dee4; height: 1fr; }
+    BriefPanel.-ascii { border: ascii #4a5560; }
+    """
+
+    _status: StationStatus | None = None
+    _row: VehicleRow | None = None
+
+    def show(self, status: StationStatus | None, row: VehicleRow | None) -> None:
+        """Show this vehicle and this status."""
+        self._status, self._row = status, row
+        set_title(self, f"{row.id} · planner" if row is not None else "planner")
+        self.update_lines()
+
+    def lines(self, width: int, height: int) -> list[Line]:
+        """See `LinesView.lines`."""
+        lines: list[Line] = list(brief_lines(self._row, self.glyphs))
+        if self._status is not None:
+            lines += [team_brief(team, self.glyphs) for team in self._status.teams]
+            lines.append(fleet_brief(self._status))
+        return lines
+
+
+def team_lines(team: TeamStatus, glyphs: GlyphSet) -> list[list[Run]]:
+    """The wide form."""
+    worker = "" if team.worker == "running" else f"  {team.worker}"
+    return [
+        [
+            (f"{team.role.upper()} {team.zone}", ROLE_INKS.get(team.role, Ink.TEXT)),
+            (f"   {team.planner}", Ink.MUTED),
+            (worker, WORKER_INKS.get(team.worker, Ink.MUTED)),
+        ],
+        [
+            ("  worst ", Ink.MUTED),
+            (number(team.worst_idleness_s, 1, " s"), Ink.BOLD),
+            ("   ", Ink.MUTED),
+            (number(team.ratio, 2), _ratio_ink(team)),
+            (f" x bound {number(team.bound_s, 1, ' s')}   avg {number(team.average_idleness_s, 1, ' s')}", Ink.MUTED),
+        ],
+        [
+            (f"  cover {number(team.coverage * 100.0, 0, ' %')}   on slot {team.on_slot}/{team.slots}", Ink.TEXT),
+            (f"   plan {number(team.plan_age_s, 1, ' s')} old", _plan_ink(team)),
+        ],
+    ]
+
+
+def team_brief(team: TeamStatus, glyphs: GlyphSet) -> list[Run]:
+    """One line."""
+    ink = ROLE_INKS.get(team.role, Ink.TEXT)
+    state = "" if team.worker == "running" else f" {team.worker}"
+    cover = number(team.coverage * 100.0)
+    text = f" {number(team.worst_idleness_s, 1, 's')} {number(team.ratio, 2)}x cov{cover} {team.on_slot}/{team.slots}"
+    return [(team.role[:3].upper(), ink), (text, Ink.TEXT), (state, WORKER_INKS.get(team.worker, Ink.MUTED))]
+
+
+def fleet_lines(status: StationStatus) -> list[list[Run]]:
+    """Separation, distance outside the area, guard vetoes, recording."""
+    vetoes = sum(status.vetoes.values())
+    lines: list[list[Run]] = [
+        [
+            (f"separation min {number(status.min_separation_m, 1, ' m')}", Ink.TEXT),
+            ("   ", Ink.TEXT),
+            (f"outside area {number(status.outside_area_m, 0, ' m')}", _outside_ink(status)),
+        ]
+    ]
+    if vetoes:
+        worst = max(status.vetoes, key=lambda reason: status.vetoes[reason])
+        lines.append([(f"guard: {vetoes} vetoes, most: {worst}", Ink.CAUTION)])
+    if status.recording:
+        lines.append([(f"recording {status.recording}", Ink.MUTED)])
+    return lines
+
+
+def fleet_brief(status: StationStatus) -> list[Run]:
+    """One line."""
+    vetoes = sum(status.vetoes.values())
+    return [
+        (f"sep {number(status.min_separation_m, 1, 'm')} ", Ink.TEXT),
+        (f"out {number(status.outside_area_m, 0, 'm')}", _outside_ink(status)),
+        (f" veto {vetoes}" if vetoes else "", Ink.CAUTION),
+    ]
+
+
+def _ratio_ink(team: TeamStatus) -> Ink:
+    return Ink.CAUTION if team.ratio > 2.0 else Ink.BOLD  # NaN is not above
+
+
+def _plan_ink(team: TeamStatus) -> Ink:
+    return WORKER_INKS.get(team.worker, Ink.MUTED)
+
+
+def _outside_ink(status: StationStatus) -> Ink:
+    return Ink.WARNING if status.outside_area_m > 0.0 else Ink.TEXT

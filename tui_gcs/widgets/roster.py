@@ -1,0 +1,147 @@
+"""The fleet as a table: narrow terminals drop columns, never rows."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from textual import events
+from textual.message import Message
+
+from tui_gcs.core.messages import FleetFrame, Freshness, VehicleRow
+from tui_gcs.widgets.glyphs import GlyphSet
+from tui_gcs.widgets.levels import INKS, MARKS, Level, level_of
+from tui_gcs.widgets.lines import Line, LinesView
+from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.strips import Run
+from tui_gcs.widgets.titles import set_title
+from tui_gcs.widgets.visible import whole_age_s
+from tui_gcs.widgets.words import UNKNOWN, autopilot_short, gps, number, speed_m_s
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: right-aligned unless `left`; the lowest `keep` goes first when there is no room."""
+
+    title: str
+    width: int
+    keep: int
+    cell: Callable[[VehicleRow, int], str]
+    left: bool = False
+
+
+def _mode(row: VehicleRow, width: int) -> str:
+    """The mode, or how long ago the vehicle was last heard."""
+    if row.freshness is Freshness.OK:
+        return row.mode
+    age_s = whole_age_s(row.heard_age_s if row.freshness is Freshness.LOST else row.age_s)
+    word = "LOST" if row.freshness is Freshness.LOST else "old"
+    return f"{word} {UNKNOWN if age_s is None else min(age_s, 999)}s"
+
+
+def _known(text: Callable[[VehicleRow, int], str]) -> Callable[[VehicleRow, int], str]:
+    """Values of a lost vehicle are not shown as if they were still true."""
+    return lambda row, width: UNKNOWN if row.freshness is Freshness.LOST else text(row, width)
+
+
+def _age(row: VehicleRow, _width: int) -> str:
+    age_s = whole_age_s(row.age_s)
+    return UNKNOWN if age_s is None else "" if age_s == 0 else f"{min(age_s, 999)}"
+
+
+COLUMNS = (
+    Column("ID", 3, 100, lambda row, _: str(row.id)),
+    Column("TEAM", 7, 30, lambda row, _: row.team, left=True),
+    Column("AP", 4, 10, lambda row, _: autopilot_short(row.autopilot), left=True),
+    Column("MODE", 8, 90, _mode, left=True),
+    Column("A", 1, 80, lambda row, _: "A" if row.armed else "-", left=True),
+    Column("ALT", 5, 70, _known(lambda row, _: number(row.position_m[2], 1))),
+    Column("SPD", 4, 50, _known(lambda row, _: number(speed_m_s(row.velocity_m_s), 1))),
+    Column("BAT", 4, 60, _known(lambda row, _: number(row.battery_pct, 0, "%"))),
+    Column("GPS", 5, 20, _known(lambda row, _: gps(row.gps_fix, row.satellites)), left=True),
+    Column("AGE", 3, 15, _age),
+)
+MARK_CELLS = 2
+
+
+class Roster(LinesView):
+    """One line per vehicle; the selected one stays in view."""
+
+    DEFAULT_CSS = """
+    Roster { border: solid #4a5560; border-title-color: #d8dee4; }
+    Roster.-ascii { border: ascii #4a5560; }
+    """
+
+    _frame: FleetFrame | None = None
+    _selected: int | None = None
+    _first = 0
+
+    class Picked(Message):
+        """A vehicle was clicked."""
+
+        def __init__(self, vehicle: int) -> None:
+            super().__init__()
+            self.vehicle = vehicle
+
+    def show(self, frame: FleetFrame | None, selected: int | None) -> None:
+        """Show these vehicles; `None` when nothing is known."""
+        self._frame, self._selected = frame, selected
+        count = len(frame.ids) if frame is not None else 0
+        set_title(self, f"fleet  {count}")
+        self.update_lines()
+
+    def lines(self, width: int, height: int) -> list[Line]:
+        """See `LinesView.lines`."""
+        if self._frame is None or not self._frame.ids:
+            return [[(" no vehicle yet", Ink.MUTED)]]
+        columns = fitting_columns(width)
+        rows = self._frame.rows()
+        room = max(1, height - 1)
+        self._first = _first_shown(self._first, room, rows, self._selected)
+        shown = rows[self._first : self._first + room]
+        return [header(columns), *(roster_line(row, columns, row.id == self._selected, self.glyphs) for row in shown)]
+
+    def on_click(self, event: events.Click) -> None:
+        """Pick the clicked vehicle."""
+        offset = event.get_content_offset(self)
+        if offset is None or self._frame is None or offset.y < 1:
+            return
+        index = self._first + offset.y - 1
+        if index < len(self._frame.ids):
+            self.post_message(self.Picked(self._frame.ids[index]))
+
+
+def fitting_columns(width: int) -> list[Column]:
+    """The columns that fit, in their order."""
+    kept = list(COLUMNS)
+    while len(kept) > 1 and MARK_CELLS + sum(column.width + 1 for column in kept) - 1 > width:
+        kept.remove(min(kept, key=lambda column: column.keep))
+    return kept
+
+
+def header(columns: list[Column]) -> list[Run]:
+    """Column titles."""
+    return [(" " * MARK_CELLS + " ".join(_cell(column, column.title) for column in columns), Ink.MUTED)]
+
+
+def roster_line(row: VehicleRow, columns: list[Column], selected: bool, glyphs: GlyphSet) -> list[Run]:
+    """One vehicle: alarm mark, selection mark, values."""
+    level = level_of(row)
+    ink = INKS[level]
+    if selected and level is Level.NORMAL:
+        ink = Ink.BOLD
+    mark = MARKS[level] or " "
+    text = " ".join(_cell(column, column.cell(row, column.width)) for column in columns)
+    return [(f"{mark}{glyphs.selected if selected else ' '}{text}", ink)]
+
+
+def _cell(column: Column, text: str) -> str:
+    cut = text[: column.width]
+    return cut.ljust(column.width) if column.left else cut.rjust(column.width)
+
+
+def _first_shown(first: int, room: int, rows: list[VehicleRow], selected: int | None) -> int:
+    """Scroll as little as needed to keep the selected vehicle in view."""
+    first = max(0, min(first, len(rows) - room))
+    index = next((i for i, row in enumerate(rows) if row.id == selected), None)
+    if index is None:
+        return first
+    return max(index - room + 1, min(first, index))

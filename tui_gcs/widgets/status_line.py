@@ -1,0 +1,110 @@
+"""The top line: SIM/LIVE/REPLAY, what flies, is everybody heard, how many are armed, who is in control."""
+
+import time
+
+from tui_gcs.core.messages import Kind, RunPhase, StationStatus
+from tui_gcs.widgets.glyphs import GlyphSet
+from tui_gcs.widgets.lines import Line, LinesView
+from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.strips import Run
+from tui_gcs.widgets.words import clock
+
+WIDE = 100
+KIND_INKS = {Kind.SIM: Ink.SELECTED, Kind.LIVE: Ink.LIVE, Kind.REPLAY: Ink.REPLAY}
+RUN_WORDS = {
+    RunPhase.IDLE: "not started",
+    RunPhase.STARTING: "starting",
+    RunPhase.HOLD: "HOLD",
+    RunPhase.RETURNING: "returning",
+}
+
+
+class StatusLine(LinesView):
+    """One line that passes the one-second test."""
+
+    DEFAULT_CSS = "StatusLine { height: 1; }"
+
+    _status: StationStatus | None = None
+    _wall_s = float("nan")
+    _principal = ""
+    _lost = False
+
+    def show(self, status: StationStatus | None, *, wall_s: float, principal: str, lost: bool) -> None:
+        """Show this status; `lost` when the station is silent, then the values are `--`."""
+        self._status, self._wall_s, self._principal, self._lost = status, wall_s, principal, lost
+        self.update_lines()
+
+    def lines(self, width: int, height: int) -> list[Line]:
+        """See `LinesView.lines`."""
+        if self._status is None:
+            return [[(" tui-gcs ", Ink.SELECTED), ("  waiting for the station", Ink.MUTED)]]
+        if self._lost:
+            return [lost_runs(self._status, width)]
+        return [status_runs(self._status, width, self._wall_s, self._principal, self.glyphs)]
+
+
+def lost_runs(status: StationStatus, width: int) -> list[Run]:
+    """The line while the station is silent: nothing in it is known any more."""
+    kind = (f" {status.kind} ", KIND_INKS[status.kind])
+    words = f" {status.scenario}  --  links --  -- heard  armed --  control --"
+    return [kind, (" STATION LOST ", Ink.ALARM), (words[: max(0, width)], Ink.MUTED)]
+
+
+def status_runs(status: StationStatus, width: int, wall_s: float, principal: str, glyphs: GlyphSet) -> list[Run]:
+    """The line in normal times; narrow terminals get shorter words, not fewer facts."""
+    wide = width >= WIDE
+    gap = ("   " if width >= WIDE + 15 else "  ", Ink.TEXT)
+    runs: list[Run] = [(f" {status.kind} ", KIND_INKS[status.kind])]
+    if status.scenario:
+        limit = 20 if wide else 15
+        runs.append((f" {status.scenario[:limit]}", Ink.BOLD))
+        number = f"{status.round_index + 1}/{len(status.rounds)}"
+        runs += [gap, (f"Round {number}" if wide else f"R{number}", Ink.TEXT)]
+        running = status.run is RunPhase.RUNNING
+        word = clock(status.mission_time_s) if running else RUN_WORDS[status.run]
+        runs += [("  ", Ink.TEXT), (word, Ink.CAUTION if status.run is RunPhase.HOLD else Ink.TEXT)]
+    runs += [gap, *_links(status, glyphs), ("  ", Ink.TEXT), *_heard(status, wide)]
+    runs += [gap, (f"armed {status.armed}", Ink.BOLD if status.armed else Ink.TEXT)]
+    planner = _planner(status, wide, glyphs)
+    if planner:
+        runs += [gap, *planner]
+    control = "you" if status.in_control == principal else status.in_control or "nobody"
+    runs += [gap, (f"control: {control}" if wide else f"ctl {control}", Ink.TEXT)]
+    if wide:
+        runs += [gap, (_utc(wall_s), Ink.MUTED)]
+    return runs
+
+
+def _links(status: StationStatus, glyphs: GlyphSet) -> list[Run]:
+    up = sum(link.up for link in status.links)
+    if up < len(status.links):
+        return [(f"links {glyphs.lost} {up}/{len(status.links)}", Ink.WARNING)]
+    return [("links ", Ink.TEXT), (glyphs.bullet, Ink.NORMAL if up else Ink.MUTED), (f" {up}", Ink.TEXT)]
+
+
+def _heard(status: StationStatus, wide: bool) -> list[Run]:
+    ink = Ink.TEXT if status.heard >= status.vehicles else Ink.CAUTION
+    return [(f"{status.heard}/{status.vehicles}" + (" heard" if wide else ""), ink)]
+
+
+def _planner(status: StationStatus, wide: bool, glyphs: GlyphSet) -> list[Run]:
+    """The planners' names and the worst of their states."""
+    if not status.teams:
+        return []
+    names = "+".join(dict.fromkeys(team.planner for team in status.teams))
+    workers = {team.worker for team in status.teams}
+    name = names[: 20 if wide else 8]
+    for bad in ("dead", "late"):
+        if bad in workers:
+            return [(f"{name} ! {bad}", Ink.WARNING)]
+    if "absent" in workers:
+        return [(f"{name} {glyphs.stopped}", Ink.TEXT), (" absent" if wide else " none", Ink.MUTED)]
+    if "running" in workers:
+        rate_hz = min(team.rate_hz for team in status.teams)
+        rate = f" {rate_hz:.0f} Hz" if wide and rate_hz == rate_hz else ""
+        return [(f"{name} ", Ink.TEXT), (glyphs.running, Ink.NORMAL), (rate, Ink.TEXT)]
+    return [(f"{name} {glyphs.stopped}", Ink.TEXT)]
+
+
+def _utc(wall_s: float) -> str:
+    return time.strftime("%H:%M:%SZ", time.gmtime(wall_s)) if wall_s == wall_s else ""

@@ -1,0 +1,65 @@
+"""What of a fleet frame or a status anybody can see: equal values look the same on every screen."""
+
+import math
+
+from tui_gcs.core.messages import FleetFrame, StationStatus
+
+Key = tuple[object, ...]
+
+
+def steps(value: float, step: float) -> int | None:
+    """`value` in whole steps; None when it is not known."""
+    return round(value / step) if math.isfinite(value) else None
+
+
+def whole_age_s(age_s: float) -> int | None:
+    """Age as it is shown: nothing below one second, then whole seconds; None when never heard."""
+    if not math.isfinite(age_s):
+        return None
+    return int(age_s) if age_s >= 1.0 else 0
+
+
+def visible_fleet(frame: FleetFrame) -> Key:
+    """All rows, rounded to what a map and a roster can show."""
+    return (
+        frame.kind,
+        int(frame.wall_s),
+        *(
+            (
+                *row[:8],
+                *(steps(value, 0.1) for value in (*row.position_m, *row.velocity_m_s)),
+                steps(row.heading_deg, 2.0),
+                steps(row.battery_pct, 1.0),
+                steps(row.battery_v, 0.1),
+                row.gps_fix,
+                row.satellites,
+                whole_age_s(row.age_s),
+                whole_age_s(row.heard_age_s),
+                steps(row.loss_pct, 0.1),
+                row.slot,
+                steps(row.slot_error_m, 0.1),
+                row.link,
+            )
+            for row in frame.rows()
+        ),
+    )
+
+
+def visible_status(status: StationStatus) -> Key:
+    """Everything but counters that only grow, rounded."""
+    teams = tuple(
+        (
+            *(team.name, team.zone, team.role, team.planner, team.members, team.worker, team.on_slot, team.slots),
+            whole_age_s(team.plan_age_s),
+            *(steps(team.rate_hz, 1.0), steps(team.worst_idleness_s, 0.1), steps(team.average_idleness_s, 0.1)),
+            *(steps(team.coverage, 0.01), steps(team.bound_s, 0.1), steps(team.ratio, 0.01)),
+        )
+        for team in status.teams
+    )
+    return (
+        *(status.kind, status.scenario, status.revision, status.run, status.round_index, status.rounds),
+        *(int(status.mission_time_s), status.heard, status.vehicles, status.armed, status.in_control, teams),
+        tuple((link.name, link.up, link.error) for link in status.links),
+        *(steps(status.min_separation_m, 0.1), steps(status.outside_area_m, 1.0), tuple(status.vetoes.items())),
+        *(status.recording, status.alarm),
+    )

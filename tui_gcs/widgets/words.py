@@ -1,0 +1,58 @@
+"""Numbers as an operator reads them; `--` when not known."""
+
+import math
+from collections.abc import Iterable
+
+UNKNOWN = "--"
+
+GPS_FIX = {0: "none", 1: "no", 2: "2D", 3: "3D", 4: "DG", 5: "Flt", 6: "RTK", 7: "Sta", 8: "PPP"}
+"""MAVLink GPS_FIX_TYPE in three letters at most."""
+
+AUTOPILOTS = {"ArduPilot": "Ardu", "ArduCopter": "Ardu", "PX4": "PX4"}
+
+
+def number(value: float, digits: int = 0, unit: str = "") -> str:
+    """`value` with its unit, or `--`. Minus zero is zero."""
+    if not math.isfinite(value):
+        return UNKNOWN
+    return f"{round(value, digits) + 0.0:.{digits}f}{unit}"
+
+
+def clock(seconds: float) -> str:
+    """`T+mm:ss`; hours where there are any."""
+    if not math.isfinite(seconds):
+        return "T+--:--"
+    whole = max(0, int(seconds))
+    hours, minutes = divmod(whole // 60, 60)
+    return f"T+{hours}:{minutes:02d}:{whole % 60:02d}" if hours else f"T+{minutes:02d}:{whole % 60:02d}"
+
+
+def gps(fix: int, satellites: int) -> str:
+    """Fix and satellites in at most five cells: `3D12`, `RTK14`."""
+    return f"{GPS_FIX.get(fix, '?')}{satellites if satellites >= 0 else ''}"
+
+
+def autopilot_short(name: str) -> str:
+    """At most four cells."""
+    return AUTOPILOTS.get(name, name)[:4]
+
+
+def speed_m_s(velocity_m_s: tuple[float, float, float]) -> float:
+    """Ground speed."""
+    return math.hypot(velocity_m_s[0], velocity_m_s[1])
+
+
+def heading(value_deg: float, degree: str) -> str:
+    """Three digits, 000 to 359."""
+    return f"{round(value_deg) % 360:03d}{degree}" if math.isfinite(value_deg) else UNKNOWN
+
+
+def ids(vehicles: Iterable[int]) -> str:
+    """Ids with ranges: `1-4 7`."""
+    parts: list[list[int]] = []
+    for vehicle in sorted(vehicles):
+        if parts and vehicle == parts[-1][1] + 1:
+            parts[-1][1] = vehicle
+        else:
+            parts.append([vehicle, vehicle])
+    return " ".join(str(low) if low == high else f"{low}-{high}" for low, high in parts)
