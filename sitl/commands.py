@@ -1,0 +1,240 @@
+"""COMMAND_LONG / COMMAND_INT: what is done, and with which result it is acknowledged."""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from sitl import guided
+from sitl.autopilot import MAX_SPEED_M_S, Autopilot
+from sitl.modes import GUIDED, LAND, LOITER, RTL, Result, Severity, Stage
+from sitl.streams import MIN_INTERVAL_MS, OFF
+from sitl.telemetry import BUILDERS, report
+from sitl.wire import LAYOUTS
+
+FORCE = 21196
+CUSTOM_MODE_ENABLED = 1
+CHANGE_MODE = 1
+"""DO_REPOSITION flag: go to GUIDED from any mode."""
+
+
+class Command(NamedTuple):
+    """Either form. For COMMAND_INT p5 and p6 are x and y (1e-7 degrees) and `frame` is set."""
+
+    number: int
+    p: tuple[float, float, float, float, float, float, float]
+    """param1 … param7."""
+    frame: int | None
+
+
+def execute(ap: Autopilot, command: Command, system: int, component: int) -> None:
+    """Do it and acknowledge it to `system`/`component`.
+
+    Texts follow the acknowledgement; before 'ArduPilot Ready' they come first (both measured).
+    """
+    handler = _HANDLERS.get(command.number)
+    first = len(ap.out)
+    result = Result.UNSUPPORTED if handler is None else handler(ap, command)
+    before = ap.stage < Stage.READY
+    said = [] if before else ap.out[first:]
+    if not before:
+        del ap.out[first:]
+    ap.send(
+        "COMMAND_ACK",
+        command=command.number,
+        result=int(result),
+        target_system=system,
+        target_component=component,
+    )
+    ap.out.extend(said)
+    if command.number == _REBOOT and result == Result.ACCEPTED:
+        ap.restart(ap.now_us)
+
+
+def _result(done: bool) -> Result:
+    return Result.ACCEPTED if done else Result.FAILED
+
+
+def _do_set_mode(ap: Autopilot, command: Command) -> Result:
+    if not int(_number(command.p[0])) & CUSTOM_MODE_ENABLED:
+        return Result.DENIED
+    return _result(ap.set_mode(int(_number(command.p[1])) & 0xFF))
+
+
+def _number(value: float) -> float:
+    """NaN and infinity count as 0."""
+    return value if math.isfinite(value) else 0.0
+
+
+def _arm_disarm(ap: Autopilot, command: Command) -> Result:
+    forced = command.p[1] == FORCE
+    if command.p[0] == 1:
+        return _arm(ap, forced=forced)
+    if command.p[0] != 0:
+        return Result.UNSUPPORTED
+    if ap.armed:
+        if not ap.landed and not forced:
+            return Result.FAILED
+        ap.disarm()
+    return Result.ACCEPTED
+
+
+def _arm(ap: Autopilot, *, forced: bool) -> Result:
+    if ap.armed:
+        return Result.ACCEPTED
+    problems = [] if forced and ap.stage >= Stage.READY else ap.arming_problems()
+    for problem in problems:
+        ap.text(Severity.CRITICAL, f"Arm: {problem}")
+    if problems:
+        return Result.FAILED
+    ap.arm()
+    return Result.ACCEPTED
+
+
+def _take_off(ap: Autopilot, command: Command) -> Result:
+    return _result(ap.take_off(command.p[6]))
+
+
+def _mode_command(mode: int) -> Callable[[Autopilot, Command], Result]:
+    return lambda ap, _: _result(ap.set_mode(mode))
+
+
+def _reposition(ap: Autopilot, command: Command) -> Result:
+    """Only as COMMAND_INT; speed and yaw are ignored."""
+    if command.frame is None:
+        return Result.UNSUPPORTED
+    place = guided.place(ap, command.frame, int(command.p[4]), int(command.p[5]), command.p[6])
+    if place is None or command.frame not in (0, 3, 6, 11):
+        return Result.DENIED
+    may_change_mode = int(_number(command.p[1])) & CHANGE_MODE
+    if ap.mode != GUIDED and not (may_change_mode and ap.set_mode(GUIDED)):
+        return Result.DENIED
+    if guided.flies_guided(ap):
+        guided.fly(ap, place, None)
+    return Result.ACCEPTED
+
+
+def _change_speed(ap: Autopilot, command: Command) -> Result:
+    kind, speed_m_s = command.p[0], command.p[1]
+    if not speed_m_s > 0.0:
+        return Result.FAILED
+    if kind in (0, 1):
+        ap.vehicles.speed_m_s[ap.index] = min(speed_m_s, MAX_SPEED_M_S)
+    return Result.ACCEPTED
+
+
+def _pause(ap: Autopilot, command: Command) -> Result:
+    if ap.mode != GUIDED:
+        return Result.DENIED
+    if not guided.flies_guided(ap):
+        return Result.FAILED
+    target = ap.shown_target_m
+    if command.p[0] == 0:
+        ap.hold()
+    elif target is not None:
+        guided.fly(ap, target, None)
+    return Result.ACCEPTED
+
+
+def _condition_yaw(ap: Autopilot, command: Command) -> Result:
+    yaw = math.radians(_number(command.p[0]))
+    if command.p[3] == 1:
+        yaw = float(ap.vehicles.yaw_rad[ap.index]) + math.copysign(1.0, command.p[2]) * yaw
+    if guided.flies_guided(ap):
+        ap.vehicles.yaw_target_rad[ap.index] = yaw % (2.0 * math.pi)
+    return Result.ACCEPTED
+
+
+def _set_home(ap: Autopilot, command: Command) -> Result:
+    """Here only: p1=1. It moves the zero of relative altitude, in flight too."""
+    if command.p[0] != 1 or ap.stage < Stage.HOME_SET:
+        return Result.FAILED
+    ap.set_home()
+    return Result.ACCEPTED
+
+
+def _message_name(msgid: float) -> str | None:
+    layout = LAYOUTS.get(int(_number(msgid)))
+    return layout.name if layout is not None and layout.name in BUILDERS else None
+
+
+def _set_message_interval(ap: Autopilot, command: Command) -> Result:
+    name = _message_name(command.p[0])
+    interval_us = command.p[1]
+    if name is None or not math.isfinite(interval_us):
+        return Result.DENIED
+    if interval_us == 0:
+        if name == "HEARTBEAT":
+            ap.streams.ask(name, 1000, ap.now_us)
+        else:
+            ap.streams.ask(name, None, ap.now_us)
+    elif interval_us < 0:
+        ap.streams.ask(name, OFF, ap.now_us)
+    else:
+        interval_ms = int(interval_us) // 1000
+        if interval_ms < MIN_INTERVAL_MS:
+            return Result.DENIED
+        ap.streams.ask(name, interval_ms, ap.now_us)
+    return Result.ACCEPTED
+
+
+def _get_message_interval(ap: Autopilot, command: Command) -> Result:
+    name = _message_name(command.p[0])
+    interval_ms = 0 if name is None else ap.streams.interval_ms(name)
+    interval_us = 0 if name is None else interval_ms * 1000 if interval_ms else -1
+    ap.send("MESSAGE_INTERVAL", message_id=int(_number(command.p[0])) & 0xFFFF, interval_us=interval_us)
+    return Result.ACCEPTED
+
+
+def _request_message(ap: Autopilot, command: Command) -> Result:
+    name = _message_name(command.p[0])
+    return _result(name is not None and report(ap, name))
+
+
+def _run_prearm_checks(ap: Autopilot, _: Command) -> Result:
+    if ap.armed:
+        return Result.FAILED
+    ap.say_prearm()
+    return Result.ACCEPTED
+
+
+def _calibrate(ap: Autopilot, command: Command) -> Result:
+    if ap.armed:
+        ap.text(Severity.NOTICE, "Disarm to allow calibration")
+        return Result.FAILED
+    return Result.ACCEPTED if any(command.p[k] for k in (0, 1, 2, 4)) else Result.UNSUPPORTED
+
+
+def _reboot(ap: Autopilot, command: Command) -> Result:
+    if command.p[0] not in (1, 3):
+        return Result.UNSUPPORTED
+    return _result(not ap.armed)
+
+
+def _reset_battery(ap: Autopilot, command: Command) -> Result:
+    ap.consumed_mah = ap.params["BATT_CAPACITY"] * (1.0 - min(max(_number(command.p[1]), 0.0), 100.0) / 100.0)
+    ap.failsafes.discard("battery")
+    return Result.ACCEPTED
+
+
+_REBOOT = 246
+_HANDLERS: dict[int, Callable[[Autopilot, Command], Result]] = {
+    17: _mode_command(LOITER),
+    20: _mode_command(RTL),
+    21: _mode_command(LAND),
+    22: _take_off,
+    115: _condition_yaw,
+    176: _do_set_mode,
+    178: _change_speed,
+    179: _set_home,
+    192: _reposition,
+    193: _pause,
+    241: _calibrate,
+    _REBOOT: _reboot,
+    300: lambda ap, _: Result.FAILED,
+    400: _arm_disarm,
+    401: _run_prearm_checks,
+    510: _get_message_interval,
+    511: _set_message_interval,
+    512: _request_message,
+    42651: _reset_battery,
+}

@@ -1,0 +1,136 @@
+"""A vehicle's MAVLink endpoint: datagrams in, to the autopilot; everything else is ignored."""
+
+from collections.abc import Callable
+from typing import Any
+
+from sitl import commands, guided
+from sitl.autopilot import Autopilot
+from sitl.parameters import Entry
+from sitl.wire import Received, cut
+
+_MISSION_UNSUPPORTED = 3
+
+
+def receive(ap: Autopilot, datagram: bytes) -> None:
+    """Handle all frames of one datagram; junk is skipped."""
+    for frame in cut(datagram):
+        handler = _HANDLERS.get(frame.name)
+        if handler is None or frame.fields.get("target_system", 0) not in (0, ap.spec.system_id):
+            continue
+        handler(ap, frame)
+
+
+def _heartbeat(ap: Autopilot, frame: Received) -> None:
+    ap.hear_gcs(frame.system)
+
+
+def _command_long(ap: Autopilot, frame: Received) -> None:
+    f = frame.fields
+    p = (f["param1"], f["param2"], f["param3"], f["param4"], f["param5"], f["param6"], f["param7"])
+    commands.execute(ap, commands.Command(f["command"], p, None), frame.system, frame.component)
+
+
+def _command_int(ap: Autopilot, frame: Received) -> None:
+    f = frame.fields
+    p = (f["param1"], f["param2"], f["param3"], f["param4"], f["x"], f["y"], f["z"])
+    commands.execute(ap, commands.Command(f["command"], p, f["frame"]), frame.system, frame.component)
+
+
+def _set_mode(ap: Autopilot, frame: Received) -> None:
+    """SET_MODE (11): obeyed, never acknowledged."""
+    if frame.fields["base_mode"] & commands.CUSTOM_MODE_ENABLED:
+        ap.set_mode(frame.fields["custom_mode"] & 0xFF)
+
+
+def _global_target(ap: Autopilot, frame: Received) -> None:
+    guided.global_target(ap, frame.fields)
+
+
+def _local_target(ap: Autopilot, frame: Received) -> None:
+    guided.local_target(ap, frame.fields)
+
+
+def _request_data_stream(ap: Autopilot, frame: Received) -> None:
+    f = frame.fields
+    ap.streams.ask_stream(f["req_stream_id"], f["req_message_rate"] if f["start_stop"] else 0, ap.now_us)
+
+
+def _timesync(ap: Autopilot, frame: Received) -> None:
+    if frame.fields["tc1"] == 0:
+        ap.send("TIMESYNC", tc1=(ap.now_us - ap.power_on_us) * 1000, ts1=frame.fields["ts1"])
+
+
+def _send_parameter(ap: Autopilot, entry: Entry, index: int) -> None:
+    ap.send(
+        "PARAM_VALUE",
+        param_id=entry.name.encode("ascii"),
+        param_value=entry.value,
+        param_type=entry.kind,
+        param_count=len(ap.params),
+        param_index=index,
+    )
+
+
+_BY_NAME = 65535
+"""param_index of answers by name and to PARAM_SET."""
+
+
+def _name(raw: Any) -> str:
+    return bytes(raw).split(b"\0", 1)[0].decode("ascii", "replace")
+
+
+def _param_request_read(ap: Autopilot, frame: Received) -> None:
+    index = frame.fields["param_index"]
+    entry = ap.params.by_index(index) if index >= 0 else ap.params.by_name(_name(frame.fields["param_id"]))
+    if entry is not None:
+        _send_parameter(ap, entry, index if index >= 0 else _BY_NAME)
+
+
+def _param_request_list(ap: Autopilot, _: Received) -> None:
+    ap.banner()
+    for entry in ap.params:
+        _send_parameter(ap, entry, entry.position)
+
+
+def _param_set(ap: Autopilot, frame: Received) -> None:
+    entry = ap.params.set(_name(frame.fields["param_id"]), frame.fields["param_value"])
+    if entry is not None:
+        _send_parameter(ap, entry, _BY_NAME)
+
+
+def _mission_request_list(ap: Autopilot, frame: Received) -> None:
+    ap.send(
+        "MISSION_COUNT",
+        target_system=frame.system,
+        target_component=frame.component,
+        count=0,
+        mission_type=frame.fields["mission_type"],
+    )
+
+
+def _mission_refused(ap: Autopilot, frame: Received) -> None:
+    """This simulator stores no missions."""
+    ap.send(
+        "MISSION_ACK",
+        target_system=frame.system,
+        target_component=frame.component,
+        type=_MISSION_UNSUPPORTED,
+        mission_type=frame.fields["mission_type"],
+    )
+
+
+_HANDLERS: dict[str, Callable[[Autopilot, Received], None]] = {
+    "HEARTBEAT": _heartbeat,
+    "COMMAND_LONG": _command_long,
+    "COMMAND_INT": _command_int,
+    "SET_MODE": _set_mode,
+    "SET_POSITION_TARGET_GLOBAL_INT": _global_target,
+    "SET_POSITION_TARGET_LOCAL_NED": _local_target,
+    "REQUEST_DATA_STREAM": _request_data_stream,
+    "TIMESYNC": _timesync,
+    "PARAM_REQUEST_READ": _param_request_read,
+    "PARAM_REQUEST_LIST": _param_request_list,
+    "PARAM_SET": _param_set,
+    "MISSION_REQUEST_LIST": _mission_request_list,
+    "MISSION_COUNT": _mission_refused,
+}

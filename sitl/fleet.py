@@ -1,0 +1,163 @@
+"""All simulated vehicles of a run, stepped together. `step` is the only source of time."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitl import endpoint, telemetry
+from sitl.autopilot import Autopilot
+from sitl.vehicle import Array, Vehicles, VehicleSpec
+
+__all__ = ["SimFleet", "VehicleSpec"]
+
+TOKEN_BYTES = 8
+DEFAULT_VERSION = b"cef8bcef"
+JITTER_US = 100_000
+"""Vehicles are switched on within this time of each other, so that they do not beat in step."""
+
+
+class SimFleet:
+    """n vehicles as MAVLink endpoints. The same calls give the same bytes.
+
+    Args:
+        vehicles: Who stands where. System ids must differ.
+        seed: Of everything random (switch-on times, board ids).
+        token: 16 hex digits, reported in AUTOPILOT_VERSION.flight_custom_version: proves whose vehicles these are.
+        boot_s: Simulated time from power-on to readiness for arming in GUIDED (really 42 s).
+
+    Raises:
+        ValueError: Bad ids, places, token.
+    """
+
+    def __init__(self, vehicles: Sequence[VehicleSpec], *, seed: int = 0, token: str = "", boot_s: float = 3.0) -> None:
+        _check(vehicles)
+        rng = np.random.default_rng(seed)
+        version = _token_bytes(token)
+        self.specs = tuple(vehicles)
+        self._vehicles = Vehicles(vehicles)
+        self._now_us = 0
+        self._pilots = [
+            Autopilot(
+                index,
+                spec,
+                self._vehicles,
+                boot_us=round(boot_s * 1e6) - JITTER_US,
+                jitter_us=int(rng.integers(JITTER_US)),
+                token=version,
+                uid=rng.bytes(16).hex(),
+            )
+            for index, spec in enumerate(vehicles)
+        ]
+
+    def __len__(self) -> int:
+        return len(self.specs)
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time."""
+        return self._now_us / 1e6
+
+    def step(self, dt_s: float) -> None:
+        """Advance simulated time by up to 0.1 s (longer steps make autopilots late, not physics wrong)."""
+        self._now_us += round(dt_s * 1e6)
+        self._vehicles.step(dt_s)
+        for pilot in self._pilots:
+            for name in pilot.tick(self._now_us):
+                telemetry.report(pilot, name)
+
+    def receive(self, index: int, data: bytes) -> None:
+        """One datagram for vehicle `index`; answers are in the next `drain`."""
+        pilot = self._pilots[index]
+        if not (pilot.silent or pilot.dead):
+            endpoint.receive(pilot, data)
+
+    def drain(self) -> list[tuple[int, bytes]]:
+        """Datagrams since the last call: vehicle index and one frame each (plain text while booting)."""
+        sent: list[tuple[int, bytes]] = []
+        for pilot in self._pilots:
+            if pilot.out:
+                sent.extend((pilot.index, datagram) for datagram in pilot.out)
+                pilot.out = []
+        return sent
+
+    def silence(self, index: int) -> None:
+        """The link is dead: nothing in, nothing out. The vehicle flies on."""
+        self._pilots[index].silent = True
+
+    def unsilence(self, index: int) -> None:
+        """The link is back."""
+        self._pilots[index].silent = False
+
+    def kill(self, index: int) -> None:
+        """The autopilot dies: silent for ever; in the air it falls."""
+        pilot = self._pilots[index]
+        pilot.silent = pilot.dead = True
+        pilot.armed = False
+        self._vehicles.rest(index)
+
+    # Truth, for referees
+
+    @property
+    def position_m(self) -> Array:
+        """(n, 3) ENU about the first vehicle's start place; z above each vehicle's own ground."""
+        v = self._vehicles
+        x = (v.lon_deg - v.origin_lon_deg[0]) * v.m_per_deg_lon[0]
+        y = (v.lat_deg - v.origin_lat_deg[0]) * v.m_per_deg_lat[0]
+        return np.stack((x, y, v.position_m[:, 2]), axis=1)
+
+    @property
+    def velocity_m_s(self) -> Array:
+        """(n, 3) ENU."""
+        return self._vehicles.velocity_m_s.copy()
+
+    @property
+    def lat_deg(self) -> Array:
+        """(n,) degrees."""
+        return self._vehicles.lat_deg
+
+    @property
+    def lon_deg(self) -> Array:
+        """(n,) degrees."""
+        return self._vehicles.lon_deg
+
+    @property
+    def alt_rel_m(self) -> Array:
+        """(n,) height above the ground at the start place."""
+        return self._vehicles.position_m[:, 2].copy()
+
+    @property
+    def armed(self) -> NDArray[np.bool_]:
+        """(n,) motors on."""
+        return np.array([pilot.armed for pilot in self._pilots], dtype=bool)
+
+    @property
+    def mode(self) -> NDArray[np.int64]:
+        """(n,) ArduCopter mode numbers."""
+        return np.array([pilot.mode for pilot in self._pilots], dtype=np.int64)
+
+
+def _token_bytes(token: str) -> bytes:
+    if not token:
+        return DEFAULT_VERSION
+    try:
+        raw = bytes.fromhex(token)
+    except ValueError:
+        raw = b""
+    if len(raw) != TOKEN_BYTES:
+        raise ValueError(f"token must be {2 * TOKEN_BYTES} hex digits, not {token!r}")
+    return raw
+
+
+def _check(vehicles: Sequence[VehicleSpec]) -> None:
+    if not vehicles:
+        raise ValueError("vehicles: at least one is needed")
+    seen: set[int] = set()
+    for spec in vehicles:
+        if not 1 <= spec.system_id <= 255 or spec.system_id in seen:
+            raise ValueError(f"system_id {spec.system_id}: must be 1..255 and used once")
+        seen.add(spec.system_id)
+        if not (abs(spec.lat_deg) < 89.0 and abs(spec.lon_deg) <= 180.0):
+            raise ValueError(f"system_id {spec.system_id}: lat_deg must be within ±89, lon_deg within ±180")
+        if not all(np.isfinite((spec.ground_amsl_m, spec.heading_deg))):
+            raise ValueError(f"system_id {spec.system_id}: ground_amsl_m and heading_deg must be finite")

@@ -1,0 +1,109 @@
+"""GUIDED set-points: SET_POSITION_TARGET_GLOBAL_INT / _LOCAL_NED and DO_REPOSITION.
+
+As measured: nothing is ever acknowledged, and what cannot be flown is dropped without a word.
+"""
+
+import math
+from typing import Any
+
+from sitl.autopilot import Autopilot
+from sitl.modes import GUIDED, Phase
+
+Point = tuple[float, float, float]
+
+FRAMES_AMSL = frozenset({0, 5})
+FRAMES_RELATIVE = frozenset({3, 6})
+FRAMES_TERRAIN = frozenset({10, 11})
+LOCAL_NED, LOCAL_OFFSET_NED, BODY_NED, BODY_OFFSET_NED = 1, 7, 8, 9
+
+_IGNORE_POSITION, _IGNORE_VELOCITY, _IGNORE_ACCEL, _IGNORE_YAW = 0x007, 0x038, 0x1C0, 0x400
+
+
+def global_target(ap: Autopilot, fields: dict[str, Any]) -> None:
+    """SET_POSITION_TARGET_GLOBAL_INT."""
+    velocity = _velocity(ap, fields, body=False)
+    if fields["type_mask"] & _IGNORE_POSITION:
+        _take(ap, fields, None, velocity)
+        return
+    position = place(ap, fields["coordinate_frame"], fields["lat_int"], fields["lon_int"], fields["alt"])
+    if position is not None:
+        _take(ap, fields, position, velocity)
+
+
+def local_target(ap: Autopilot, fields: dict[str, Any]) -> None:
+    """SET_POSITION_TARGET_LOCAL_NED: about the EKF origin, or offsets along NED or body axes."""
+    frame = fields["coordinate_frame"]
+    if frame not in (LOCAL_NED, LOCAL_OFFSET_NED, BODY_NED, BODY_OFFSET_NED):
+        return
+    body = frame in (BODY_NED, BODY_OFFSET_NED)
+    velocity = _velocity(ap, fields, body=body)
+    if fields["type_mask"] & _IGNORE_POSITION:
+        _take(ap, fields, None, velocity)
+        return
+    east, north = _rotated(ap, fields["x"], fields["y"]) if body else (fields["y"], fields["x"])
+    x0, y0, z0 = (0.0, 0.0, 0.0) if frame == LOCAL_NED else ap.vehicles.position_m[ap.index].tolist()
+    _take(ap, fields, (x0 + east, y0 + north, z0 - fields["z"]), velocity)
+
+
+def place(ap: Autopilot, frame: int, lat_1e7: int, lon_1e7: int, alt_m: float) -> Point | None:
+    """Place in the vehicle's frame; None for frames and coordinates it does not take."""
+    if abs(lat_1e7) > 900_000_000 or abs(lon_1e7) > 1_800_000_000 or not math.isfinite(alt_m):
+        return None
+    x, y = ap.vehicles.to_local(ap.index, lat_1e7 / 1e7, lon_1e7 / 1e7)
+    if frame in FRAMES_AMSL:
+        return x, y, alt_m - ap.spec.ground_amsl_m
+    if frame in FRAMES_RELATIVE:
+        return x, y, alt_m + ap.home_m[2]
+    if frame in FRAMES_TERRAIN:
+        # Measured: without terrain data it believes the ground to be at sea level, stays and sinks.
+        here = ap.vehicles.position_m[ap.index].tolist()
+        return here[0], here[1], alt_m - ap.spec.ground_amsl_m
+    return None
+
+
+def _rotated(ap: Autopilot, forward: float, right: float) -> tuple[float, float]:
+    """East and north of body axes."""
+    yaw = float(ap.vehicles.yaw_rad[ap.index])
+    sin, cos = math.sin(yaw), math.cos(yaw)
+    return forward * sin + right * cos, forward * cos - right * sin
+
+
+def _velocity(ap: Autopilot, fields: dict[str, Any], *, body: bool) -> Point | None:
+    if fields["type_mask"] & _IGNORE_VELOCITY:
+        return None
+    if body:
+        east, north = _rotated(ap, fields["vx"], fields["vy"])
+    else:
+        east, north = fields["vy"], fields["vx"]
+    return east, north, -fields["vz"]
+
+
+def _take(ap: Autopilot, fields: dict[str, Any], position: Point | None, velocity: Point | None) -> None:
+    """Follow a target, if mode and state allow it."""
+    if (position is None and velocity is None) or not all(map(math.isfinite, (position or ()) + (velocity or ()))):
+        return
+    if not flies_guided(ap):
+        return
+    if not fields["type_mask"] & _IGNORE_YAW and math.isfinite(fields["yaw"]):
+        ap.vehicles.yaw_target_rad[ap.index] = fields["yaw"] % (2.0 * math.pi)
+    elif position is not None:
+        ap.vehicles.yaw_target_rad[ap.index] = math.nan
+    fly(ap, position, velocity)
+
+
+def flies_guided(ap: Autopilot) -> bool:
+    """Set-points are obeyed only in GUIDED and off the ground."""
+    return ap.mode == GUIDED and ap.armed and ap.phase in (Phase.TAKEOFF, Phase.AIRBORNE)
+
+
+def fly(ap: Autopilot, position: Point | None, velocity: Point | None) -> None:
+    """Hand a target to the position controller. Only velocities expire (GUID_TIMEOUT)."""
+    ap.fly_target()
+    ap.target_expires_us = None
+    if velocity is not None:
+        ap.target_expires_us = ap.now_us + round(ap.params["GUID_TIMEOUT"] * 1e6)
+    if position is None:
+        ap.vehicles.set_velocity(ap.index, velocity or (0.0, 0.0, 0.0))
+        return
+    ap.vehicles.set_target(ap.index, position, velocity or (0.0, 0.0, 0.0))
+    ap.shown_target_m = position

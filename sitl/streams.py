@@ -1,0 +1,72 @@
+"""Which message is due when. Rates are exact: the next due time is the last one plus the interval."""
+
+# REQUEST_DATA_STREAM groups, of the messages this simulator has (facts: ArduCopter, "Groups").
+STREAMS: dict[int, tuple[str, ...]] = {
+    2: ("SYS_STATUS", "MISSION_CURRENT", "GPS_RAW_INT", "POSITION_TARGET_GLOBAL_INT"),
+    6: ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"),
+    10: ("ATTITUDE",),
+    11: ("VFR_HUD",),
+    12: ("SYSTEM_TIME", "BATTERY_STATUS", "EKF_STATUS_REPORT"),
+}
+ALL_STREAMS = tuple(name for group in STREAMS.values() for name in group)
+OFF = 0
+MIN_INTERVAL_MS = 3
+"""At most 0.8 messages per 400 Hz loop: 2500 us is refused."""
+
+
+class Streams:
+    """Intervals of one link: set per message, else by its stream."""
+
+    def __init__(self) -> None:
+        self._stream_ms: dict[str, int] = {}
+        self._asked_ms: dict[str, int] = {}
+        self._due_us: dict[str, int] = {}
+        self._next_us: int | None = None
+
+    def interval_ms(self, name: str) -> int:
+        """Interval in force; OFF if not sent."""
+        return self._asked_ms.get(name, self._stream_ms.get(name, OFF))
+
+    def ask(self, name: str, interval_ms: int | None, now_us: int) -> None:
+        """Set one message's interval; None returns to its stream's rate."""
+        if interval_ms is None:
+            self._asked_ms.pop(name, None)
+        else:
+            self._asked_ms[name] = interval_ms
+        self._schedule(name, now_us)
+
+    def ask_stream(self, stream: int, rate_hz: int, now_us: int) -> None:
+        """REQUEST_DATA_STREAM; stream 0 is all, rate 0 is off."""
+        interval_ms = 1000 // rate_hz if rate_hz > 0 else OFF
+        for name in ALL_STREAMS if stream == 0 else STREAMS.get(stream, ()):
+            self._stream_ms[name] = interval_ms
+            self._schedule(name, now_us)
+
+    def _schedule(self, name: str, now_us: int) -> None:
+        interval_ms = self.interval_ms(name)
+        if interval_ms == OFF:
+            self._due_us.pop(name, None)
+        else:
+            self._due_us[name] = now_us + interval_ms * 1000
+        self._next_us = min(self._due_us.values(), default=None)
+
+    def start(self, name: str, interval_ms: int, first_us: int) -> None:
+        """A message that is sent unasked, at first at `first_us`."""
+        self._asked_ms[name] = interval_ms
+        self._due_us[name] = first_us
+        self._next_us = min(self._due_us.values())
+
+    def due(self, now_us: int) -> list[str]:
+        """Names to be sent now, one entry per message."""
+        if self._next_us is None or now_us < self._next_us:
+            return []
+        names: list[str] = []
+        for name, due_us in self._due_us.items():
+            interval_us = self.interval_ms(name) * 1000
+            at = due_us
+            while at <= now_us:
+                names.append(name)
+                at += interval_us
+            self._due_us[name] = at
+        self._next_us = min(self._due_us.values())
+        return names

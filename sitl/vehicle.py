@@ -1,0 +1,206 @@
+"""Physics: acceleration-limited point masses, all vehicles stepped together.
+
+Each vehicle has its own frame: ENU metres about the place where it was put down, z = 0 on the ground.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+GRAVITY_M_S2 = 9.80665
+SPEED_M_S = 10.0  # WPNAV_SPEED
+CLIMB_M_S = 2.5  # WPNAV_SPEED_UP
+DESCENT_M_S = 1.5  # WPNAV_SPEED_DN
+ACCEL_M_S2 = 2.5  # WPNAV_ACCEL: never exceeded horizontally
+ACCEL_Z_M_S2 = 2.0
+BRAKE_M_S2 = 2.0  # planned deceleration: below ACCEL_M_S2, so that there is something left to correct with
+BRAKE_Z_M_S2 = 1.0  # WPNAV_ACCEL_Z
+POSITION_GAIN_HZ = 1.5
+YAW_RATE_RAD_S = np.deg2rad(60.0)
+YAW_SPEED_M_S = 1.0  # slower than this a vehicle keeps its heading
+MAX_STEP_S = 0.05
+FALL_M_S = 10.7  # measured: thrust lost, 20 m to the ground in 3.2 s
+
+WGS84_A_M = 6378137.0
+WGS84_E2 = 6.69437999014e-3
+
+
+@dataclass(frozen=True)
+class VehicleSpec:
+    """One simulated vehicle and where it stands."""
+
+    system_id: int
+    lat_deg: float
+    lon_deg: float
+    ground_amsl_m: float
+    heading_deg: float = 0.0
+
+
+def approach_speed(distance_m: Array, decel_m_s2: float) -> Array:
+    """Speed from which a stop at `distance_m` is still possible.
+
+    Square-root profile with a linear end, as ArduPilot's `sqrt_controller`: the deceleration is at most
+    `decel_m_s2` and the end is an exponential, so there is no overshoot.
+    """
+    linear_m = decel_m_s2 / POSITION_GAIN_HZ**2
+    far = np.sqrt(np.maximum(2.0 * decel_m_s2 * (distance_m - 0.5 * linear_m), 0.0))
+    return np.where(distance_m < linear_m, distance_m * POSITION_GAIN_HZ, far)
+
+
+def stopping_distance_m(speed_m_s: float, decel_m_s2: float) -> float:
+    """Distance at which `approach_speed` equals `speed_m_s`: where braking now would end."""
+    if speed_m_s <= decel_m_s2 / POSITION_GAIN_HZ:
+        return speed_m_s / POSITION_GAIN_HZ
+    return speed_m_s**2 / (2.0 * decel_m_s2) + decel_m_s2 / (2.0 * POSITION_GAIN_HZ**2)
+
+
+class Vehicles:
+    """State and targets of n vehicles (struct of arrays). The autopilots write the targets."""
+
+    def __init__(self, specs: Sequence[VehicleSpec]) -> None:
+        n = len(specs)
+        lat_rad = np.deg2rad([s.lat_deg for s in specs])
+        bend = 1.0 - WGS84_E2 * np.sin(lat_rad) ** 2
+        self.origin_lat_deg: Array = np.array([s.lat_deg for s in specs], dtype=np.float64)
+        self.origin_lon_deg: Array = np.array([s.lon_deg for s in specs], dtype=np.float64)
+        self.ground_amsl_m: Array = np.array([s.ground_amsl_m for s in specs], dtype=np.float64)
+        self.m_per_deg_lat: Array = np.deg2rad(WGS84_A_M * (1.0 - WGS84_E2) / bend**1.5)
+        self.m_per_deg_lon: Array = np.deg2rad(WGS84_A_M * np.cos(lat_rad) / np.sqrt(bend))
+
+        self.position_m: Array = np.zeros((n, 3))
+        self.velocity_m_s: Array = np.zeros((n, 3))
+        self.accel_m_s2: Array = np.zeros((n, 3))
+        self.yaw_rad: Array = np.deg2rad([s.heading_deg % 360.0 for s in specs])
+
+        self.flying: Flags = np.zeros(n, dtype=bool)
+        """Motors lift; False on the ground."""
+        self.falling: Flags = np.zeros(n, dtype=bool)
+        """No thrust."""
+        self.target_m: Array = np.zeros((n, 3))
+        """Moves on with `target_velocity_m_s` by itself."""
+        self.target_velocity_m_s: Array = np.zeros((n, 3))
+        """Fed forward. Without position control this is the demanded velocity."""
+        self.hold_xy: Array = np.ones(n)
+        """1.0: position controlled horizontally, 0.0: velocity only."""
+        self.hold_z: Array = np.ones(n)
+        self.yaw_target_rad: Array = np.full(n, np.nan)
+        """NaN: nose to the direction of travel."""
+        self.speed_m_s: Array = np.full(n, SPEED_M_S)
+        self.climb_m_s: Array = np.full(n, CLIMB_M_S)
+        self.descent_m_s: Array = np.full(n, DESCENT_M_S)
+
+    def step(self, dt_s: float) -> None:
+        """Advance by `dt_s`, in equal substeps of at most MAX_STEP_S."""
+        substeps = max(1, int(np.ceil(dt_s / MAX_STEP_S - 1e-9)))
+        if not (self.flying.any() or self.falling.any()):
+            return
+        for _ in range(substeps):
+            self._substep(dt_s / substeps)
+
+    def _substep(self, dt: float) -> None:
+        before = self.velocity_m_s
+        self.target_m += self.target_velocity_m_s * (self.flying[:, None] * dt)
+        change = np.empty_like(before)
+        change[:, :2] = self._horizontal_change(dt)
+        change[:, 2] = self._vertical_change(dt)
+        velocity = np.where(self.flying[:, None], before + change, before)
+        if self.falling.any():
+            velocity[self.falling, 2] = np.maximum(before[self.falling, 2] - GRAVITY_M_S2 * dt, -FALL_M_S)
+        position = self.position_m + (before + velocity) * (0.5 * dt)
+        ground = (position[:, 2] <= 0.0) & (velocity[:, 2] <= 0.0)
+        position[ground, 2] = 0.0
+        velocity[ground] = 0.0
+        self.accel_m_s2 = (velocity - before) / dt
+        self.position_m, self.velocity_m_s = position, velocity
+        self._turn(dt)
+
+    def _horizontal_change(self, dt: float) -> Array:
+        error = self.target_m[:, :2] - self.position_m[:, :2]
+        distance = np.maximum(np.hypot(error[:, 0], error[:, 1]), 1e-9)
+        correction = self.hold_xy * approach_speed(distance, BRAKE_M_S2) / distance
+        wanted = self.target_velocity_m_s[:, :2] + error * correction[:, None]
+        speed = np.hypot(wanted[:, 0], wanted[:, 1])
+        wanted *= np.minimum(1.0, self.speed_m_s / np.maximum(speed, 1e-9))[:, None]
+        change = wanted - self.velocity_m_s[:, :2]
+        size = np.hypot(change[:, 0], change[:, 1])
+        change *= np.minimum(1.0, ACCEL_M_S2 * dt / np.maximum(size, 1e-9))[:, None]
+        return change
+
+    def _vertical_change(self, dt: float) -> Array:
+        error = self.target_m[:, 2] - self.position_m[:, 2]
+        correction = self.hold_z * np.copysign(approach_speed(np.abs(error), BRAKE_Z_M_S2), error)
+        # A demanded velocity is not limited: measured, ArduCopter flies vz = -6 with WPNAV_SPEED_UP 250.
+        wanted = self.target_velocity_m_s[:, 2] + np.clip(correction, -self.descent_m_s, self.climb_m_s)
+        limit = ACCEL_Z_M_S2 * dt
+        return np.clip(wanted - self.velocity_m_s[:, 2], -limit, limit)
+
+    def _turn(self, dt: float) -> None:
+        v = self.velocity_m_s
+        course = np.arctan2(v[:, 0], v[:, 1])
+        moving = np.hypot(v[:, 0], v[:, 1]) > YAW_SPEED_M_S
+        wanted = np.where(np.isnan(self.yaw_target_rad), np.where(moving, course, self.yaw_rad), self.yaw_target_rad)
+        turn = (wanted - self.yaw_rad + np.pi) % (2.0 * np.pi) - np.pi
+        limit = YAW_RATE_RAD_S * dt * self.flying
+        self.yaw_rad = (self.yaw_rad + np.clip(turn, -limit, limit)) % (2.0 * np.pi)
+
+    def hold_here(self, i: int) -> None:
+        """Target = the place where braking now ends."""
+        vx, vy, vz = (float(v) for v in self.velocity_m_s[i])
+        speed = float(np.hypot(vx, vy))
+        ahead = stopping_distance_m(speed, BRAKE_M_S2) / speed if speed > 1e-6 else 0.0
+        rise = np.copysign(stopping_distance_m(abs(vz), BRAKE_Z_M_S2), vz)
+        x, y, z = self.position_m[i]
+        self.set_target(i, (x + vx * ahead, y + vy * ahead, max(z + rise, 0.0)))
+
+    def set_target(
+        self, i: int, position_m: tuple[float, float, float], velocity_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    ) -> None:
+        """Fly to a place that moves on with `velocity_m_s`."""
+        self.target_m[i] = position_m
+        self.target_velocity_m_s[i] = velocity_m_s
+        self.hold_xy[i] = self.hold_z[i] = 1.0
+
+    def set_velocity(self, i: int, velocity_m_s: tuple[float, float, float]) -> None:
+        """Fly with a velocity; positions are not held."""
+        self.target_velocity_m_s[i] = velocity_m_s
+        self.hold_xy[i] = self.hold_z[i] = 0.0
+
+    def sink(self, i: int, rate_m_s: float) -> None:
+        """Keep the place where braking now ends, go down at `rate_m_s`."""
+        self.hold_here(i)
+        self.hold_z[i] = 0.0
+        self.target_velocity_m_s[i, 2] = -rate_m_s
+
+    def rest(self, i: int) -> None:
+        """Motors off or idle. In the air it falls."""
+        self.flying[i] = False
+        self.falling[i] = bool(self.position_m[i, 2] > 0.0)
+        self.target_velocity_m_s[i] = 0.0
+        if not self.falling[i]:
+            self.velocity_m_s[i] = 0.0
+            self.accel_m_s2[i] = 0.0
+
+    @property
+    def lat_deg(self) -> Array:
+        """(n,) true latitudes."""
+        return self.origin_lat_deg + self.position_m[:, 1] / self.m_per_deg_lat
+
+    @property
+    def lon_deg(self) -> Array:
+        """(n,) true longitudes."""
+        return self.origin_lon_deg + self.position_m[:, 0] / self.m_per_deg_lon
+
+    def to_geodetic(self, i: int, x_m: float, y_m: float) -> tuple[float, float]:
+        """Latitude and longitude (degrees) of a place in vehicle i's frame."""
+        lat = float(self.origin_lat_deg[i] + y_m / self.m_per_deg_lat[i])
+        return lat, float(self.origin_lon_deg[i] + x_m / self.m_per_deg_lon[i])
+
+    def to_local(self, i: int, lat_deg: float, lon_deg: float) -> tuple[float, float]:
+        """Place in vehicle i's frame, metres east and north."""
+        x = (lon_deg - self.origin_lon_deg[i]) * self.m_per_deg_lon[i]
+        return float(x), float((lat_deg - self.origin_lat_deg[i]) * self.m_per_deg_lat[i])

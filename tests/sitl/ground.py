@@ -1,0 +1,126 @@
+"""A minimal ground station for the simulator's tests: says things to vehicles and keeps what they answer."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from sitl.fleet import SimFleet, VehicleSpec
+from sitl.wire import Encoder, Received, cut
+
+TICK_S = 0.05
+GUIDED, RTL, LAND = 4, 6, 9
+POSITION_ONLY, POSITION_VELOCITY, VELOCITY_ONLY = 0xDF8, 0xDC0, 0xDC7
+LAT_DEG, LON_DEG = 52.0720, -0.6280
+
+
+def specs(n: int = 1) -> list[VehicleSpec]:
+    return [VehicleSpec(i + 1, LAT_DEG + 0.0002 * i, LON_DEG, 110.0, 90.0) for i in range(n)]
+
+
+@dataclass
+class Ground:
+    fleet: SimFleet
+    encoder: Encoder = field(default_factory=lambda: Encoder(255, 190))
+    heard: list[tuple[float, int, Received]] = field(default_factory=list)
+    plain: list[bytes] = field(default_factory=list)
+
+    def run(self, seconds: float, tick_s: float = TICK_S) -> None:
+        for _ in range(round(seconds / tick_s)):
+            self.fleet.step(tick_s)
+            self.listen()
+
+    def listen(self) -> None:
+        for index, datagram in self.fleet.drain():
+            frames = cut(datagram)
+            if not frames:
+                self.plain.append(datagram)
+            self.heard += [(self.fleet.now_s, index, frame) for frame in frames]
+
+    def say(self, name: str, index: int = 0, **fields: Any) -> None:
+        target = {"target_system": self.fleet.specs[index].system_id} if name != "HEARTBEAT" else {}
+        self.fleet.receive(index, self.encoder.frame(name, {**target, **fields}))
+
+    def command(self, number: int, *p: float, index: int = 0, form: str = "LONG", frame: int = 6) -> int | None:
+        """Result of the acknowledgement; None if there is none."""
+        values = (*p, *(0.0,) * (7 - len(p)))
+        fields: dict[str, Any] = {f"param{k + 1}": values[k] for k in range(4)}
+        if form == "LONG":
+            fields |= {f"param{k + 1}": values[k] for k in range(4, 7)}
+        else:
+            fields |= {"x": int(values[4]), "y": int(values[5]), "z": values[6], "frame": frame}
+        since = len(self.heard)
+        self.say(f"COMMAND_{form}", index, command=number, **fields)
+        self.listen()
+        acks = [f.fields["result"] for _, i, f in self.heard[since:] if f.name == "COMMAND_ACK" and i == index]
+        return acks[-1] if acks else None
+
+    def answers(self, number: int, *p: float, index: int = 0) -> list[str]:
+        """What comes back at once, in order: 'ack 4' and status texts."""
+        since = len(self.heard)
+        self.command(number, *p, index=index)
+        said = []
+        for _, _, frame in self.heard[since:]:
+            if frame.name == "COMMAND_ACK":
+                said.append(f"ack {frame.fields['result']}")
+            elif frame.name == "STATUSTEXT":
+                said.append(f"{frame.fields['severity']} {text_of(frame)}")
+        return said
+
+    def of(self, name: str, index: int = 0, since_s: float = 0.0) -> list[dict[str, Any]]:
+        return [f.fields for t, i, f in self.heard if f.name == name and i == index and t >= since_s]
+
+    def times(self, name: str, index: int = 0) -> list[float]:
+        return [t for t, i, f in self.heard if f.name == name and i == index]
+
+    def texts(self, index: int = 0, since_s: float = 0.0) -> list[str]:
+        return [text_of(f) for t, i, f in self.heard if f.name == "STATUSTEXT" and i == index and t >= since_s]
+
+    def ask(self, name: str, hz: float, index: int = 0) -> int | None:
+        from sitl.wire import LAYOUT_BY_NAME
+
+        return self.command(511, LAYOUT_BY_NAME[name].msgid, 1e6 / hz, index=index)
+
+    def mode(self, mode: int, index: int = 0) -> int | None:
+        return self.command(176, 1, mode, index=index)
+
+    def target(
+        self,
+        east_m: float,
+        north_m: float,
+        alt_m: float,
+        velocity_enu: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        mask: int = POSITION_ONLY,
+        index: int = 0,
+    ) -> None:
+        """SET_POSITION_TARGET_GLOBAL_INT about the vehicle's own start place."""
+        lat, lon = self.fleet._vehicles.to_geodetic(index, east_m, north_m)
+        east, north, up = velocity_enu
+        self.say(
+            "SET_POSITION_TARGET_GLOBAL_INT",
+            index,
+            coordinate_frame=6,
+            type_mask=mask,
+            lat_int=round(lat * 1e7),
+            lon_int=round(lon * 1e7),
+            alt=alt_m,
+            vx=north,
+            vy=east,
+            vz=-up,
+        )
+
+    def take_off(self, alt_m: float = 15.0, index: int = 0) -> None:
+        """Ready, armed and at `alt_m`."""
+        assert self.mode(GUIDED, index) == 0
+        assert self.command(400, 1, index=index) == 0
+        assert self.command(22, 0, 0, 0, 0, 0, 0, alt_m, index=index) == 0
+        self.run(4.0 + alt_m / 2.0)
+        assert abs(self.fleet.alt_rel_m[index] - alt_m) < 0.3
+
+
+def text_of(frame: Received) -> str:
+    return frame.fields["text"].rstrip(b"\0").decode("ascii")
+
+
+def booted(n: int = 1, **options: Any) -> Ground:
+    ground = Ground(SimFleet(specs(n), **options))
+    ground.run(3.2)
+    return ground
