@@ -42,7 +42,7 @@ class TlogWriter:
         if raw[:1] == b"\xfd" and raw[7:10] == _SETUP_SIGNING:
             return
         self.frames += 1
-        time_us = int(min(max(0.0, wall_s), _MAX_WALL_S) * 1e6)
+        time_us = round(min(max(0.0, wall_s), _MAX_WALL_S) * 1e6)
         self._file.put(_TIME.pack(time_us) + raw)
 
     def flush(self) -> None:

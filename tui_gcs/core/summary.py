@@ -118,7 +118,7 @@ def _warnings(reader: TlogReader) -> tuple[str, ...]:
     if not reader.skipped_bytes:
         return ()
     what = "ends inside a record" if reader.truncated else "is damaged"
-    return (f"{clean(str(reader.path), 500)} {what}: {reader.skipped_bytes} bytes skipped, all else is here",)
+    return (f"{clean(str(reader.path), 500)} {what}: {reader.skipped_bytes} byte(s) skipped, all else is here",)
 
 
 class _System:
