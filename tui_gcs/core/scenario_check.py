@@ -1,0 +1,155 @@
+"""Whether the parts of a scenario fit together: names, ids, geometry, altitude layers. Pure; notes problems.
+
+Parts that could not even be read are None and were told before; the checks go on with the others.
+"""
+
+import math
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+from itertools import combinations
+
+import shapely
+
+from tui_gcs.core.geo import distance_m
+from tui_gcs.core.scenario import Limits, Round, TakeOffPlace, Team
+from tui_gcs.core.scenario_fields import Problems, nearest, one_of, shown
+from tui_gcs.core.zones import Polygon, Role, Shape, area_m2, contains, polygon_of
+
+MIN_AREA_M2 = 1.0
+TOUCH_M = 1e-6
+"""Zones may touch the border of their area; degrees turned into metres are not exact."""
+
+
+@dataclass
+class Parts:
+    """What was read: (key path, value or None if it could not be read)."""
+
+    limits: Limits
+    rounds: list[tuple[str, Round | None]]
+    teams: list[tuple[str, Team | None]]
+    places: list[tuple[str, TakeOffPlace | None]]
+
+
+def check(parts: Parts, problems: Problems, known_planners: Collection[str] | None) -> None:
+    """Note everything that does not fit together."""
+    rounds = [(path, r) for path, r in parts.rounds if r is not None]
+    teams = [(path, t) for path, t in parts.teams if t is not None]
+    places = [(path, p) for path, p in parts.places if p is not None]
+    _unique(problems, ((f"{path}.name", r.name) for path, r in rounds), "round")
+    _unique(problems, ((f"{path}.name", t.name) for path, t in teams), "team")
+    _unique(problems, ((f"{path}.vehicle", p.vehicle) for path, p in places if p.vehicle), "take-off place for vehicle")
+    ids = ((f"{path}.vehicles[{i + 1}]", v) for path, t in teams for i, v in enumerate(t.vehicles))
+    _unique(problems, ids, "use of vehicle")
+    for path, round_ in rounds:
+        _check_round(problems, path, round_)
+    for path, team in teams:
+        _check_team(problems, path, team, rounds, known_planners)
+    _check_places(problems, places, rounds, parts.limits)
+    if len(teams) == len(parts.teams) and len(places) == len(parts.places):
+        _check_who_starts_where(problems, teams, places)
+
+
+def _unique(problems: Problems, items: Iterable[tuple[str, object]], what: str) -> None:
+    seen: dict[object, str] = {}
+    for path, value in items:
+        if value in seen:
+            problems.add(path, f"a second {what} {shown(value)}", f"the first is {seen[value]}")
+        seen.setdefault(value, path)
+
+
+def _check_round(problems: Problems, path: str, round_: Round) -> None:
+    _unique(problems, ((f"{path}.zone[{i + 1}].name", z.name) for i, z in enumerate(round_.zones)), "zone")
+    area_is_sound = _check_shape(problems, f"{path}.area", round_.area.shape)
+    area = polygon_of(round_.area.shape).buffer(TOUCH_M) if area_is_sound else None
+    for i, zone in enumerate(round_.zones):
+        at = f"{path}.zone[{i + 1}]"
+        sound = _check_shape(problems, at, zone.shape)
+        # A no-fly zone may reach beyond the area: what lies outside is not flown anyway.
+        if sound and area is not None and zone.role is not Role.NO_FLY and not area.covers(polygon_of(zone.shape)):
+            outside_m2 = polygon_of(zone.shape).difference(area).area
+            wrong = f"zone {shown(zone.name)} reaches outside the operating area ({outside_m2:.0f} m2 of it)"
+            problems.add(at, wrong, f"must lie within {path}.area")
+
+
+def _check_shape(problems: Problems, path: str, shape: Shape) -> bool:
+    if isinstance(shape, Polygon):
+        polygon = polygon_of(shape)
+        if area_m2(shape) < MIN_AREA_M2 and polygon.minimum_rotated_rectangle.area < MIN_AREA_M2:
+            problems.add(path, "the polygon has no area", f"must be at least {MIN_AREA_M2:g} m2")
+            return False
+        if not polygon.is_valid:
+            reason = shapely.is_valid_reason(polygon).replace("Self-intersection", "the border crosses itself near ")
+            problems.add(path, reason, "give the vertices in order around the polygon")
+            return False
+    if area_m2(shape) < MIN_AREA_M2:
+        problems.add(path, f"the area is {area_m2(shape):.3g} m2", f"must be at least {MIN_AREA_M2:g} m2")
+        return False
+    return True
+
+
+def _check_team(
+    problems: Problems,
+    path: str,
+    team: Team,
+    rounds: list[tuple[str, Round]],
+    known_planners: Collection[str] | None,
+) -> None:
+    for _, round_ in rounds:
+        zones = {zone.name: zone for zone in round_.zones}
+        if team.zone not in zones:
+            wrong = f"zone {shown(team.zone)} is not in round {shown(round_.name)}{nearest(team.zone, zones)}"
+            problems.add(f"{path}.zone", wrong, "a team's zone must exist in every round")
+        elif zones[team.zone].role is Role.NO_FLY:
+            wrong = f"zone {shown(team.zone)} is no-fly in round {shown(round_.name)}"
+            problems.add(f"{path}.zone", wrong, "a team serves a defend or attack zone")
+    if known_planners is not None and team.planner not in known_planners:
+        wrong = f"there is no planner {shown(team.planner)}{nearest(team.planner, known_planners)}"
+        problems.add(f"{path}.planner", wrong, f"must be {one_of(sorted(known_planners))}")
+
+
+def _check_places(
+    problems: Problems, places: list[tuple[str, TakeOffPlace]], rounds: list[tuple[str, Round]], limits: Limits
+) -> None:
+    for path, place in places:
+        for _, round_ in rounds:
+            band = round_.area
+            if not band.alt_min_m <= place.layer_m <= band.alt_max_m:
+                wrong = f"layer {place.layer_m:g} m is outside the altitude band of round {shown(round_.name)}"
+                problems.add(f"{path}.layer_m", wrong, f"must be {band.alt_min_m:g} to {band.alt_max_m:g} m")
+                break
+        for _, round_ in rounds:
+            if not contains(round_.area.shape, [place.place_m])[0]:
+                wrong = f"the place is outside the operating area of round {shown(round_.name)}"
+                problems.add(path, wrong, "vehicles start and land inside every round's area")
+                break
+    for (a_path, a), (b_path, b) in combinations(places, 2):
+        apart_m = distance_m(a.place_m, b.place_m)
+        if apart_m < limits.separation_horizontal_m:
+            allowed = f"must be at least separation_horizontal_m = {limits.separation_horizontal_m:g} m"
+            problems.add(b_path, f"is {apart_m:.1f} m from {a_path}", allowed)
+        layers_m = abs(a.layer_m - b.layer_m)
+        # The last digit of a decimal number is not an error of the file's author.
+        if layers_m + 1e-9 < limits.separation_vertical_m or math.isclose(layers_m, 0, abs_tol=1e-9):
+            allowed = f"must be at least separation_vertical_m = {limits.separation_vertical_m:g} m"
+            problems.add(f"{b_path}.layer_m", f"is {layers_m:.1f} m from the layer of {a_path}", allowed)
+
+
+def _check_who_starts_where(
+    problems: Problems, teams: list[tuple[str, Team]], places: list[tuple[str, TakeOffPlace]]
+) -> None:
+    """Every vehicle needs a place: its own, or one of the free ones."""
+    if not teams or not places:
+        return
+    named = {vehicle for _, team in teams for vehicle in team.vehicles}
+    counted = sum(team.count for _, team in teams)
+    if not counted:
+        for path, place in places:
+            if place.vehicle is not None and place.vehicle not in named:
+                wrong = f"vehicle {place.vehicle} is in no team"
+                problems.add(f"{path}.vehicle", wrong, "name a team's vehicle, or leave the key out")
+    own = {place.vehicle for _, place in places if place.vehicle in named}
+    free = sum(place.vehicle is None or counted > 0 for _, place in places if place.vehicle not in own)
+    need = len(named - own) + counted
+    if need > free:
+        wrong = f"{need} vehicles have no take-off place of their own, and {free} places are free"
+        problems.add("place", wrong, "give every vehicle a [[place]]")

@@ -1,0 +1,231 @@
+"""Reading one TOML table key by key, noting everything that is wrong instead of stopping at the first."""
+
+import difflib
+import math
+import re
+from collections.abc import Collection
+from typing import Any
+
+from tui_gcs.core.scenario_lines import Span, find_line
+
+Point = tuple[float, float]
+
+MAX_DISTANCE_M = 100_000.0
+"""Positions and sizes beyond this are mistakes: the local frame is no map of a country."""
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]{1,40}")
+_PLAIN_TYPES = {str: "text", bool: "true or false", int: "a whole number", float: "a number"}
+
+
+class Problems:
+    """What is wrong with a file, one line each: `FILE: KEYPATH (line N): what is wrong; what is allowed`."""
+
+    def __init__(self, where: str, spans: dict[str, Span] | None = None) -> None:
+        self.where = printable(where, 200)
+        self._spans = spans or {}
+        self.lines: list[str] = []
+
+    def add(self, path: str, wrong: str, allowed: str = "") -> None:
+        """Note one problem at key path `path` ("" for the file)."""
+        line = find_line(self._spans, path)
+        place = f" (line {line})" if line is not None else ""
+        key = f"{path}{place}: " if path else ""
+        self.lines.append(f"{self.where}: {key}{wrong}" + (f"; {allowed}" if allowed else ""))
+
+
+class Table:
+    """One TOML table. Every getter notes a problem and returns a stand-in where the value is not allowed.
+
+    After all getters, `done()` notes keys nobody asked for; `ok` tells whether anything was wrong.
+    """
+
+    def __init__(self, problems: Problems, path: str, data: dict[str, Any]) -> None:
+        self.problems = problems
+        self.path = path
+        self.data = data
+        self.ok = True
+        self._asked: set[str] = set()
+
+    def at(self, key: str) -> str:
+        """Key path of `key`."""
+        return f"{self.path}.{key}" if self.path else key
+
+    def wrong(self, key: str, wrong: str, allowed: str = "") -> None:
+        """Note a problem with `key` ("" for the table itself)."""
+        self.ok = False
+        self.problems.add(self.at(key) if key else self.path, wrong, allowed)
+
+    def has(self, key: str) -> bool:
+        """Whether the key is there; asking makes it a known key."""
+        self._asked.add(key)
+        return key in self.data
+
+    def number(
+        self, key: str, default: float | None = None, *, above: float = -math.inf, low: float = -math.inf, high: float
+    ) -> float:
+        """A finite number > `above`, from `low` to `high`."""
+        value = self._take(key, default)
+        if value is None:
+            return math.nan
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            self.wrong(key, f"{shown(value)} is {kind_of(value)}", "must be a number")
+        elif not (above < value and low <= value <= high):  # NaN fails too
+            least = f"more than {above:g}" if above > low else f"{low:g}"
+            self.wrong(key, f"{shown(value)} is out of range", f"must be a number from {least} to {high:g}")
+        else:
+            return float(value)
+        return math.nan
+
+    def integer(self, key: str, default: int | None = None, *, low: int, high: int) -> int:
+        """A whole number from `low` to `high`."""
+        value = self._take(key, default)
+        if value is None:
+            return low
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            self.wrong(key, f"{shown(value)} is not allowed", f"must be a whole number from {low} to {high}")
+            return low
+        return value
+
+    def boolean(self, key: str, default: bool) -> bool:
+        """True or false."""
+        value = self._take(key, default)
+        if isinstance(value, bool):
+            return value
+        self.wrong(key, f"{shown(value)} is {kind_of(value)}", "must be true or false")
+        return default
+
+    def name(self, key: str, longest: int = 32) -> str:
+        """Printable text of 1 to `longest` characters without blanks at its ends."""
+        value = self._take(key, None)
+        if value is None:
+            return ""
+        if isinstance(value, str) and 0 < len(value) <= longest and value.isprintable() and value == value.strip():
+            return value
+        allowed = f"must be 1 to {longest} printable characters, no blanks at the ends"
+        self.wrong(key, f"{shown(value)} is not a name", allowed)
+        return ""
+
+    def simple_name(self, key: str, longest: int = 32) -> str:
+        """Letters, digits, `_` and `-`: safe as a part of a bus key or of a file name."""
+        value = self._take(key, None)
+        if value is None:
+            return ""
+        if isinstance(value, str) and re.fullmatch(rf"[A-Za-z0-9_-]{{1,{longest}}}", value):
+            return value
+        self.wrong(key, f"{shown(value)} is not a simple name", f"must be 1 to {longest} of A-Z a-z 0-9 _ -")
+        return ""
+
+    def choice(self, key: str, choices: Collection[str], default: str | None = None) -> str:
+        """One of `choices`."""
+        value = self._take(key, default)
+        if value is None:
+            return ""
+        if isinstance(value, str) and value in choices:
+            return value
+        self.wrong(key, f"{shown(value)} is not known{nearest(value, choices)}", f"must be {one_of(choices)}")
+        return ""
+
+    def pairs(self, key: str, most: int) -> list[Point]:
+        """A list of pairs of finite numbers."""
+        value = self._take(key, None)
+        if value is None:
+            return []
+        if not isinstance(value, list) or len(value) > most:
+            self.wrong(key, f"{shown(value)} is not a list of points", f"must be up to {most} pairs of numbers")
+            return []
+        good = [self._as_pair(f"{key}[{i + 1}]", item) for i, item in enumerate(value)]
+        return [pair for pair in good if pair is not None]
+
+    def pair(self, key: str) -> Point | None:
+        """Two finite numbers."""
+        return self._as_pair(key, self._take(key, None))
+
+    def table(self, key: str, *, required: bool = False) -> "Table":
+        """A sub-table; an empty one where it is missing and not required."""
+        if not self.has(key):
+            if required:
+                self.wrong(key, "is missing", "must be a table")
+            return Table(self.problems, self.at(key), {})
+        value = self.data[key]
+        if isinstance(value, dict):
+            return Table(self.problems, self.at(key), value)
+        self.wrong(key, f"{shown(value)} is {kind_of(value)}", f"must be a table: [{key}]")
+        return Table(self.problems, self.at(key), {})
+
+    def tables(self, key: str, most: int, *, least: int = 1) -> list["Table"]:
+        """An array of tables."""
+        value = self.data[key] if self.has(key) else []
+        if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
+            self.wrong(key, f"{kind_of(value)} is not allowed", f"must be tables: [[{key}]]")
+            return []
+        if not least <= len(value) <= most:
+            self.wrong(key, f"{len(value)} of them", f"must be {least} to {most} tables [[{key}]]")
+            return []
+        return [Table(self.problems, f"{self.at(key)}[{i + 1}]", item) for i, item in enumerate(value)]
+
+    def done(self) -> None:
+        """Note the keys nobody asked for, with the nearest one that is known."""
+        for key in self.data:
+            if key not in self._asked:
+                allowed = f"known here: {', '.join(sorted(self._asked))}"
+                self.wrong(shown_key(key), f"unknown key{nearest(key, self._asked)}", allowed)
+
+    def _take(self, key: str, default: Any) -> Any:
+        if self.has(key):
+            return self.data[key]
+        if default is None:
+            self.wrong(key, "is missing", "this key is required")
+        return default
+
+    def _as_pair(self, key: str, value: Any) -> Point | None:
+        if isinstance(value, list) and len(value) == 2 and all(_is_coordinate(v) for v in value):
+            return float(value[0]), float(value[1])
+        if value is not None:
+            allowed = f"must be two numbers between -{MAX_DISTANCE_M:g} and {MAX_DISTANCE_M:g}"
+            self.wrong(key, f"{shown(value)} is not a point", allowed)
+        return None
+
+
+def _is_coordinate(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MAX_DISTANCE_M
+
+
+def shown(value: Any) -> str:
+    """A value as it may stand in an error message: one line, short, nothing unprintable."""
+    if isinstance(value, int) and abs(value) > 10**18:
+        return "a huge number"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, dict | list):
+        return kind_of(value)
+    return printable(repr(value) if isinstance(value, str) else str(value), 60)
+
+
+def shown_key(key: str) -> str:
+    """A key, quoted unless it is a bare one."""
+    return key if _BARE_KEY.fullmatch(key) else printable(repr(key), 60)
+
+
+def printable(text: str, most: int) -> str:
+    """`text` cut to `most` characters, anything that could disturb a terminal escaped."""
+    clean = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    return clean if len(clean) <= most else clean[: most - 1] + "…"
+
+
+def kind_of(value: Any) -> str:
+    """What a TOML value is, in words."""
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, list):
+        return "a list"
+    return _PLAIN_TYPES.get(type(value), "a date or time")
+
+
+def nearest(word: Any, known: Collection[str]) -> str:
+    """`, did you mean X?` or nothing."""
+    close = difflib.get_close_matches(word, sorted(known), n=1) if isinstance(word, str) and len(word) < 100 else []
+    return f" (did you mean {close[0]}?)" if close else ""
+
+
+def one_of(choices: Collection[str]) -> str:
+    """The choices as text."""
+    return ", ".join(choices) if len(choices) < 3 else "one of " + ", ".join(choices)

@@ -1,0 +1,332 @@
+"""Scenario files: TOML text -> `Scenario`, strictly. Every problem of a file is told, one line each.
+
+    FILE: KEYPATH (line N): what is wrong; what is allowed
+
+The form of each value is checked here, what it means together with the others in `scenario_check`.
+"""
+
+import re
+import tomllib
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any
+
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.scenario import (
+    Limits,
+    LinkLoss,
+    OperatingArea,
+    Origin,
+    ResultLimits,
+    Round,
+    Scenario,
+    TakeOffPlace,
+    Team,
+)
+from tui_gcs.core.scenario_check import Parts, check
+from tui_gcs.core.scenario_fields import MAX_DISTANCE_M, Point, Problems, Table, kind_of, printable, shown, shown_key
+from tui_gcs.core.scenario_lines import map_lines
+from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
+
+FORMAT = 1
+"""Version of the file format, the file's `format` key."""
+MAX_BYTES = 256 * 1024
+MAX_PROBLEMS_TOLD = 50
+MAX_ALTITUDE_M = 10_000.0
+MAX_ROUNDS, MAX_ZONES, MAX_TEAMS, MAX_VEHICLES, MAX_VERTICES = 64, 64, 32, 254, 1000
+MAX_VEHICLE_ID = 254
+"""255 is a ground station's (MAVLink convention)."""
+
+
+class ScenarioError(ValueError):
+    """A scenario that cannot be used. `problems` holds one line each; the text is all of them."""
+
+    def __init__(self, problems: list[str]) -> None:
+        told = problems[:MAX_PROBLEMS_TOLD]
+        if len(problems) > len(told):
+            told = [*told, f"... and {len(problems) - len(told)} more problems"]
+        super().__init__("\n".join(told))
+        self.problems = problems
+
+
+def load(path: Path | str, known_planners: Collection[str] | None = None) -> Scenario:
+    """Read and parse a file. Raises `ScenarioError`, also when there is no such file."""
+    return parse(read_text(path), str(path), known_planners)
+
+
+def read_text(path: Path | str) -> str:
+    """A scenario file's text with its line ends as they are. Raises `ScenarioError`."""
+    where = printable(str(path), 200)
+    try:
+        with Path(path).open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise ScenarioError([f"{where}: no such file; give the path of a scenario (TOML)"]) from None
+    except IsADirectoryError:
+        raise ScenarioError([f"{where}: is a directory; give the path of a scenario (TOML)"]) from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise ScenarioError([f"{where}: cannot be read: {reason}"]) from None
+    if len(data) > MAX_BYTES:
+        raise ScenarioError([f"{where}: is larger than {MAX_BYTES // 1024} KiB; a scenario is a small text file"])
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise ScenarioError([f"{where}: line {line}: is not UTF-8 text; save the file as UTF-8"]) from None
+
+
+def parse(text: str, where: str = "scenario", known_planners: Collection[str] | None = None) -> Scenario:
+    """The scenario in a TOML text. `where` names it in errors.
+
+    `known_planners`: names the teams' planners must be among, if given. Raises `ScenarioError`.
+    """
+    data = _toml(text, printable(where, 200))
+    problems = Problems(where, map_lines(text))
+    root = Table(problems, "", data)
+    root.integer("format", low=FORMAT, high=FORMAT)
+    name, seed = root.name("name", 64), root.integer("seed", low=0, high=2**63 - 1)
+    footprint_m = root.number("footprint_radius_m", above=0, high=MAX_DISTANCE_M)
+    origin = _origin(root.table("origin", required=True))
+    frame = LocalFrame(origin) if origin is not None else None
+    parts = Parts(
+        limits=_limits(root.table("limits")),
+        rounds=[(t.path, _round(t, frame)) for t in root.tables("round", MAX_ROUNDS)],
+        teams=[(t.path, _team(t)) for t in root.tables("team", MAX_TEAMS)],
+        places=[(t.path, _place(t, frame)) for t in root.tables("place", MAX_VEHICLES)],
+    )
+    results, link_loss = _results(root.table("results")), _link_loss(root.table("link_loss"))
+    root.done()
+    check(parts, problems, known_planners)
+    if problems.lines or origin is None:
+        raise ScenarioError(problems.lines)
+    return Scenario(
+        name=name,
+        seed=seed,
+        origin=origin,
+        footprint_radius_m=footprint_m,
+        limits=parts.limits,
+        results=results,
+        link_loss=link_loss,
+        rounds=tuple(r for _, r in parts.rounds if r is not None),
+        teams=tuple(t for _, t in parts.teams if t is not None),
+        places=tuple(p for _, p in parts.places if p is not None),
+    )
+
+
+def _toml(text: str, where: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ScenarioError([f"{where}: not valid TOML: nested too deep"]) from None
+    except ValueError as error:  # TOMLDecodeError, or a number too long for Python
+        reason = printable(str(error), 200)
+        if found := re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", reason):
+            reason = f"{found[1]} (column {found[3]})"
+            where = f"{where}: line {found[2]}"
+        raise ScenarioError([f"{where}: not valid TOML: {reason}"]) from None
+
+
+def _origin(table: Table) -> Origin | None:
+    # Nearer to a pole a metre of east is no steady number of degrees.
+    lat_deg = table.number("lat_deg", low=-89, high=89)
+    lon_deg = table.number("lon_deg", low=-180, high=180)
+    ground_amsl_m = table.number("ground_amsl_m", low=-500, high=9000)
+    table.done()
+    return Origin(lat_deg, lon_deg, ground_amsl_m) if table.ok else None
+
+
+def _limits(table: Table) -> Limits:
+    """The limits; the defaults stand in for wrong ones, so that the other checks can go on."""
+    preset = Limits()
+    limits = Limits(
+        speed_m_s=table.number("speed_m_s", preset.speed_m_s, above=0, high=100),
+        accel_m_s2=table.number("accel_m_s2", preset.accel_m_s2, above=0, high=100),
+        separation_horizontal_m=table.number(
+            "separation_horizontal_m", preset.separation_horizontal_m, low=0, high=1000
+        ),
+        separation_vertical_m=table.number("separation_vertical_m", preset.separation_vertical_m, low=0, high=1000),
+        geofence_margin_m=table.number("geofence_margin_m", preset.geofence_margin_m, low=0, high=1000),
+    )
+    table.done()
+    return limits if table.ok else preset
+
+
+def _results(table: Table) -> ResultLimits:
+    preset = ResultLimits()
+    results = ResultLimits(
+        worst_ratio_max=table.number("worst_ratio_max", preset.worst_ratio_max, above=0, high=1000),
+        coverage_min=table.number("coverage_min", preset.coverage_min, low=0, high=1),
+        on_slot_max_s=table.number("on_slot_max_s", preset.on_slot_max_s, above=0, high=86_400),
+        measured_s=table.number("measured_s", preset.measured_s, above=0, high=86_400),
+        landing_error_max_m=table.number("landing_error_max_m", preset.landing_error_max_m, above=0, high=1000),
+    )
+    table.done()
+    return results
+
+
+def _link_loss(table: Table) -> LinkLoss:
+    preset = LinkLoss()
+    link_loss = LinkLoss(
+        planner=table.choice("planner", ("hold",), preset.planner),
+        vehicle=table.choice("vehicle", ("respace",), preset.vehicle),
+        resume=table.boolean("resume", preset.resume),
+    )
+    table.done()
+    return link_loss
+
+
+def _round(table: Table, frame: LocalFrame | None) -> Round | None:
+    name = table.name("name")
+    duration_s = table.number("duration_s", above=0, high=86_400)
+    area = _area(table.table("area", required=True), frame)
+    zones = [_zone(t, frame) for t in table.tables("zone", MAX_ZONES)]
+    table.done()
+    good = [zone for zone in zones if zone is not None]
+    if not table.ok or area is None or len(good) < len(zones):
+        return None
+    return Round(name, duration_s, area, tuple(good))
+
+
+def _area(table: Table, frame: LocalFrame | None) -> OperatingArea | None:
+    shape = _shape(table, frame) if table.data else None
+    alt_min_m = table.number("alt_min_m", low=0, high=MAX_ALTITUDE_M)
+    alt_max_m = table.number("alt_max_m", above=0, high=MAX_ALTITUDE_M)
+    if alt_min_m >= alt_max_m:
+        table.wrong("alt_max_m", f"{alt_max_m:g} is not above alt_min_m", f"must be more than {alt_min_m:g}")
+    table.done()
+    return OperatingArea(shape, alt_min_m, alt_max_m) if table.ok and shape is not None else None
+
+
+def _zone(table: Table, frame: LocalFrame | None) -> Zone | None:
+    name, role = table.name("name"), table.choice("role", [r.value for r in Role])
+    shape = _shape(table, frame)
+    alt_min_m, alt_max_m = (
+        table.number(key, low=0, high=MAX_ALTITUDE_M) if table.has(key) else None for key in ("alt_min_m", "alt_max_m")
+    )
+    if alt_min_m is not None and alt_max_m is not None and alt_min_m >= alt_max_m:
+        table.wrong("alt_max_m", f"{alt_max_m:g} is not above alt_min_m", f"must be more than {alt_min_m:g}")
+    table.done()
+    if not table.ok or shape is None:
+        return None
+    return Zone(name, Role(role), shape, alt_min_m, alt_max_m)
+
+
+def _shape(table: Table, frame: LocalFrame | None) -> Shape | None:
+    kind = table.choice("shape", ("circle", "rectangle", "polygon"))
+    shape: Shape | None = None
+    if kind == "circle":
+        centre_m, radius_m = _point(table, "centre", frame), table.number("radius_m", above=0, high=MAX_DISTANCE_M)
+        shape = Circle(centre_m, radius_m) if centre_m is not None else None
+    elif kind == "rectangle":
+        centre_m = _point(table, "centre", frame)
+        sides = [table.number(key, above=0, high=MAX_DISTANCE_M) for key in ("width_m", "height_m")]
+        heading_deg = table.number("heading_deg", 0.0, low=-360, high=360)
+        shape = Rectangle(centre_m, *sides, heading_deg) if centre_m is not None else None
+    elif kind == "polygon":
+        shape = Polygon(tuple(_vertices(table, frame)))
+    else:  # no further complaints about keys that some shape would know
+        for key in _SHAPE_KEYS:
+            table.has(key)
+    return shape if table.ok else None
+
+
+_SHAPE_KEYS = (
+    *("centre_m", "centre_deg", "vertices_m", "vertices_deg"),
+    *("radius_m", "width_m", "height_m", "heading_deg"),
+)
+
+
+def _which(table: Table, stem: str) -> str:
+    """The key that gives a position, `stem` + `_m` or `_deg`; "" if not exactly one is there."""
+    found = [key for key in (f"{stem}_m", f"{stem}_deg") if table.has(key)]
+    if len(found) == 1:
+        return found[0]
+    wrong = f"both {stem}_m and {stem}_deg are given" if found else f"{stem}_m is missing"
+    table.wrong("", wrong, f"give {stem}_m (metres east, north) or {stem}_deg (latitude, longitude)")
+    return ""
+
+
+def _point(table: Table, stem: str, frame: LocalFrame | None) -> Point | None:
+    key = _which(table, stem)
+    point = table.pair(key) if key else None
+    return _in_metres(table, key, point, frame) if point is not None else None
+
+
+def _vertices(table: Table, frame: LocalFrame | None) -> list[Point]:
+    key = _which(table, "vertices")
+    points = table.pairs(key, MAX_VERTICES) if key else []
+    if key and table.ok and len(points) < 3:
+        table.wrong(key, f"{len(points)} vertices", "a polygon has at least 3")
+    elif len(points) > 3 and points[0] == points[-1]:
+        table.wrong(key, "the last vertex is the first again", "leave the last one out: polygons close by themselves")
+    vertices = [_in_metres(table, f"{key}[{i + 1}]", point, frame) for i, point in enumerate(points)]
+    return [vertex for vertex in vertices if vertex is not None]
+
+
+def _in_metres(table: Table, key: str, point: Point, frame: LocalFrame | None) -> Point | None:
+    """`point` as ENU metres; keys in degrees are checked against the globe and the origin."""
+    if not key.split("[")[0].endswith("_deg"):
+        return point
+    if abs(point[0]) > 90 or abs(point[1]) > 180:
+        table.wrong(key, f"{list(point)} is not on the globe", "must be [latitude -90 to 90, longitude -180 to 180]")
+        return None
+    if frame is None:  # the origin's own error is told
+        table.ok = False
+        return None
+    x_m, y_m = frame.to_enu(*point)
+    if max(abs(x_m), abs(y_m)) > MAX_DISTANCE_M:
+        table.wrong(key, f"{list(point)} is far from the origin", f"must be within {MAX_DISTANCE_M / 1000:g} km of it")
+        return None
+    return x_m, y_m
+
+
+def _team(table: Table) -> Team | None:
+    name, zone = table.simple_name("name"), table.name("zone")
+    planner = table.simple_name("planner", 64)
+    vehicles = tuple(_vehicles(table))
+    count = table.integer("count", low=1, high=MAX_VEHICLES) if table.has("count") else 0
+    if table.has("vehicles") == table.has("count"):
+        wrong = "vehicles and count are both given" if table.has("count") else "neither vehicles nor count is given"
+        table.wrong("", wrong, "give vehicles = [ids] or count = n")
+    parameters = _parameters(table.table("parameters"))
+    table.done()
+    if not table.ok or parameters is None:
+        return None
+    return Team(name, zone, planner, vehicles, count, parameters)
+
+
+def _vehicles(table: Table) -> list[int]:
+    value = table.data["vehicles"] if table.has("vehicles") else []
+    if "vehicles" in table.data and (not isinstance(value, list) or not 1 <= len(value) <= MAX_VEHICLES):
+        table.wrong("vehicles", f"{kind_of(value)} is not allowed here", f"must be a list of 1 to {MAX_VEHICLES} ids")
+        return []
+    good = []
+    for i, item in enumerate(value):
+        if isinstance(item, int) and not isinstance(item, bool) and 1 <= item <= MAX_VEHICLE_ID:
+            good.append(item)
+        else:
+            allowed = f"must be a whole number from 1 to {MAX_VEHICLE_ID}"
+            table.wrong(f"vehicles[{i + 1}]", f"{shown(item)} is not a system id", allowed)
+    return good
+
+
+def _parameters(table: Table) -> dict[str, float | int | bool | str] | None:
+    """A planner's parameters as they are: what they may be is the planner's to say."""
+    parameters: dict[str, float | int | bool | str] = {}
+    for key, value in table.data.items():
+        if (table.has(key) and isinstance(value, str | bool)) or (
+            isinstance(value, int | float) and abs(value) <= 1e12
+        ):
+            parameters[key] = value
+        else:
+            table.wrong(shown_key(key), f"{shown(value)} is not allowed", "must be a number, true, false or text")
+    return parameters if table.ok else None
+
+
+def _place(table: Table, frame: LocalFrame | None) -> TakeOffPlace | None:
+    place_m = _point(table, "place", frame)
+    layer_m = table.number("layer_m", above=0, high=MAX_ALTITUDE_M)
+    vehicle = table.integer("vehicle", low=1, high=MAX_VEHICLE_ID) if table.has("vehicle") else None
+    table.done()
+    return TakeOffPlace(place_m, layer_m, vehicle) if table.ok and place_m is not None else None
