@@ -226,6 +226,8 @@ class StationStatus(Message, frozen=True):
     outside_area_m: float = 0.0
     vetoes: dict[str, int] = {}
     """Guard vetoes since start, by reason."""
+    faults: dict[str, int] = {}
+    """What should never happen, counted since start: "planner", "unanswered commands", "refused on slot", "link"."""
     dropped: dict[str, int] = {}
     """What was received and not used, by reason."""
     recording: str = ""

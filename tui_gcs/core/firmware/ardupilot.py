@@ -149,6 +149,7 @@ class ArduCopter:
             send=lambda copy: self._ask(vehicle, CMD_SET_MESSAGE_INTERVAL, copy, message, 1e6 / hz),
             confirmed=lambda v: action.acked_s is not None,
             command=CMD_SET_MESSAGE_INTERVAL,
+            housekeeping=True,
         )
         return action
 
@@ -161,6 +162,7 @@ class ArduCopter:
             send=lambda copy: self._ask(vehicle, CMD_REQUEST_MESSAGE, copy, AUTOPILOT_VERSION),
             confirmed=lambda v: v.identified,
             command=CMD_REQUEST_MESSAGE,
+            housekeeping=True,
         )
 
     def position(self, vehicle: int, point_m: Vec3) -> None:

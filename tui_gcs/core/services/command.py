@@ -72,6 +72,8 @@ class Action:
     confirm_s: float = 5.0
     """After an accepting ACK, or the last copy, wait this long for telemetry."""
     on_done: Callable[["Action", Outcome, str], None] | None = None
+    housekeeping: bool = False
+    """A request for information or rates: no stop needs to cancel it."""
     sent: int = 0
     next_s: float = 0.0
     acked_s: float | None = None
@@ -104,9 +106,9 @@ class CommandService:
         self._run(action, None)
 
     def cancel(self, vehicle: int, name: str | None = None) -> None:
-        """Drop what is pending for `vehicle` (all, or the one called `name`)."""
+        """Drop the actions pending for `vehicle` (all, or the one called `name`)."""
         for key, action in list(self._pending.items()):
-            if key[0] == vehicle and (name is None or key[1] == name):
+            if key[0] == vehicle and (key[1] == name if name else not action.housekeeping):
                 self._end(action, Outcome.SUPERSEDED, "")
 
     def pending(self, vehicle: int, name: str) -> bool:

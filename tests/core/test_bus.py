@@ -1,0 +1,71 @@
+"""Both buses keep the same promises."""
+
+import queue
+from pathlib import Path
+
+import pytest
+
+from tui_gcs.core.bus import Bus, BusError, MemoryBus, matches
+from tui_gcs.core.zenoh_bus import connect, serve
+
+
+@pytest.fixture(params=["memory", "zenoh"])
+def ends(request: pytest.FixtureRequest, tmp_path: Path):
+    """(station's end, console's end)"""
+    if request.param == "memory":
+        bus = MemoryBus()
+        yield bus, bus
+        return
+    station = serve(tmp_path / "s")
+    console = connect(tmp_path / "s")
+    yield station, console
+    console.close()
+    station.close()
+
+
+def test_a_question_is_answered_with_its_key_and_payload(ends: tuple[Bus, Bus]):
+    station, console = ends
+    station.answer("gcs/req/*", lambda key, data, reply: reply(f"{key}:{data.decode()}".encode()))
+    assert console.ask("gcs/req/me", b"hello") == b"gcs/req/me:hello"
+
+
+def test_samples_reach_subscribers_of_their_key_only(ends: tuple[Bus, Bus]):
+    station, console = ends
+    got: queue.Queue[tuple[str, bytes]] = queue.Queue()
+    console.subscribe("gcs/planner/*/plan", lambda key, data: got.put((key, data)))
+    # a round trip: Zenoh has told the station of the subscription before it answers
+    station.answer("gcs/req/*", lambda key, data, reply: reply(b""))
+    console.ask("gcs/req/me", b"")
+    station.publish("gcs/planner/plan", b"no")
+    station.publish("gcs/planner/red/plan", b"yes")
+    assert got.get(timeout=5) == ("gcs/planner/red/plan", b"yes")
+    assert got.empty()
+
+
+def test_nobody_answers(ends: tuple[Bus, Bus]):
+    _, console = ends
+    with pytest.raises(BusError):
+        console.ask("gcs/req/nobody", b"", timeout_s=0.3)
+
+
+def test_presence_is_seen_coming_and_going(ends: tuple[Bus, Bus]):
+    station, console = ends
+    token = console.alive("gcs/alive/planner-red")
+    seen: queue.Queue[tuple[str, bool]] = queue.Queue()
+    station.watch("gcs/alive/*", lambda key, present: seen.put((key, present)))
+    assert seen.get(timeout=5) == ("gcs/alive/planner-red", True)
+    token.close()
+    assert seen.get(timeout=5) == ("gcs/alive/planner-red", False)
+
+
+def test_connecting_to_no_station_is_one_clear_error(tmp_path: Path):
+    with pytest.raises(BusError, match="cannot connect"):
+        connect(tmp_path / "nothing")
+
+
+@pytest.mark.parametrize(
+    ("pattern", "key", "expected"),
+    [("a/*/c", "a/b/c", True), ("a/*", "a/b/c", False), ("a/b", "a/b", True), ("a/*/c", "a//c", True)],
+)
+def test_matching(pattern: str, key: str, expected: bool):
+    assert matches(pattern, key) is expected

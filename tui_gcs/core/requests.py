@@ -1,0 +1,236 @@
+"""What consoles, workers and scripts may ask of the station, and the checks before it is done.
+
+The principal comes from the bus key, never from the payload.
+"""
+
+import math
+from typing import TYPE_CHECKING
+
+import msgspec
+
+from tui_gcs.core import messages as m
+from tui_gcs.core.events import NOTICE, WARNING
+from tui_gcs.core.firmware.ardupilot import supports
+from tui_gcs.core.guard import Guard
+from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
+from tui_gcs.core.scenario import Round, Scenario
+from tui_gcs.core.scenario_load import ScenarioError, parse
+
+if TYPE_CHECKING:
+    from tui_gcs.core.station import Station
+
+GPS_3D = 3
+"""MAVLink GPS_FIX_TYPE_3D_FIX."""
+OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan)
+
+
+class RequestDesk:
+    """Answers requests, one at a time."""
+
+    def __init__(self, station: "Station") -> None:
+        """Serve `station`."""
+        self._station = station
+        self.in_control = ""
+        """The principal whose command came last."""
+
+    def answer(self, principal: str, payload: bytes) -> Reply:
+        """Do what is asked, or say why not."""
+        try:
+            request = m.decode_request(payload)
+        except msgspec.MsgspecError as error:
+            self._station.dropped["request not understood"] += 1
+            return Reply(ok=False, text=f"request not understood: {error}")
+        if isinstance(request, OBSERVE):
+            return self._observe(request)
+        if principal.startswith("planner-"):
+            return Reply(ok=False, text="a planner worker may not command")
+        self.in_control = principal
+        reply = self._command(request)
+        self._tell(principal, request, reply)
+        return reply
+
+    def _tell(self, principal: str, request: m.AnyRequest, reply: Reply) -> None:
+        name = type(request).__name__
+        refused = "; ".join(f"vehicle {r.vehicle}: {r.text}" for r in reply.results if not r.ok)
+        text = reply.text + (f" ({refused})" if refused else "")
+        severity = NOTICE if reply.ok else WARNING
+        self._station.events.say(EventClass.OPERATOR, principal, f"{name}: {text or 'done'}", severity)
+
+    def _observe(self, request: m.AnyRequest) -> Reply:
+        station = self._station
+        if isinstance(request, m.Hello):
+            same = request.protocol == m.PROTOCOL
+            text = f"protocol {m.PROTOCOL}" if same else f"station speaks protocol {m.PROTOCOL}, you {request.protocol}"
+            return Reply(ok=same, text=text)
+        if isinstance(request, m.GetScenario):
+            return Reply(ok=True, scenario=station.scenario_changed())
+        if isinstance(request, m.GetEvents):
+            return Reply(ok=True, events=station.events.since(request.after))
+        if isinstance(request, m.GetTask):
+            desk = station.desks.get(request.team)
+            if desk is None:
+                return Reply(ok=False, text=f"no team {request.team}")
+            return Reply(ok=True, task=desk.task)
+        return Reply(ok=True, annotations={name: desk.annotations for name, desk in station.desks.items()})
+
+    def _command(self, request: m.AnyRequest) -> Reply:
+        executive = self._station.executive
+        if isinstance(request, m.Start):
+            return self._start(request)
+        if isinstance(request, m.Hold):
+            return _done(executive.hold(request.vehicles), "hold", "nobody is in the air")
+        if isinstance(request, m.Resume):
+            return executive.resume()
+        if isinstance(request, m.Return):
+            return _done(executive.go_home(request.vehicles), "return", "nobody is in the air")
+        if isinstance(request, m.Land):
+            return _done(executive.land(request.vehicles), "land", "nobody is in the air")
+        if isinstance(request, m.SwitchRound):
+            return self._switch_round(request.index)
+        if isinstance(request, m.ApplyScenario):
+            return self._apply(request)
+        return self._shutdown()
+
+    # ---------------------------------------------------------------- start
+
+    def _start(self, request: m.Start) -> Reply:
+        station = self._station
+        if station.executive.run is RunPhase.RETURNING:
+            return Reply(ok=False, text="the fleet is returning: wait until all have landed")
+        if not request.vehicles or len(set(request.vehicles)) != len(request.vehicles):
+            return Reply(ok=False, text="name each vehicle once")
+        results = [VehicleResult(vehicle=v, ok=not (why := self.why_not_start(v)), text=why) for v in request.vehicles]
+        results = _too_close(station, results)
+        bad = [r.vehicle for r in results if not r.ok]
+        if bad:
+            text = f"not started: vehicle {', '.join(map(str, bad))} not ready"
+            return Reply(ok=False, text=text, results=tuple(results))
+        station.executive.start(request.vehicles)
+        ids = ", ".join(map(str, request.vehicles))
+        return Reply(
+            ok=True, text=f"{station.round.name} started: {len(results)} vehicles ({ids})", results=tuple(results)
+        )
+
+    def why_not_start(self, vehicle_id: int) -> str:
+        """Why this vehicle cannot start now, or ""."""
+        station = self._station
+        vehicle = station.fleet.vehicles.get(vehicle_id)
+        flight = station.book.get(vehicle_id)
+        now = station.clock.now()
+        if vehicle is None:
+            return "never heard"
+        if flight is None:
+            return "in no team, or without a take-off place"
+        if vehicle.freshness(now) is not Freshness.OK:
+            return f"{vehicle.freshness(now)}: last heard {now - vehicle.heard_s:.0f} s ago"
+        if unsupported := supports(vehicle):
+            return unsupported
+        if not station.door.is_ours(vehicle):
+            return "not one of our simulated vehicles: this station is SIM"
+        if vehicle.armed or flight.phase is not Phase.GROUND:
+            return "already armed" if vehicle.armed else f"busy: {flight.phase}"
+        if vehicle.gps_fix < GPS_3D:
+            return f"no 3-D position fix (fix type {vehicle.gps_fix})"
+        if not station.guard.inside(vehicle.position_m):
+            away_m = station.guard.outside_m(vehicle.position_m)
+            return f"{away_m:.0f} m outside the operating area of {station.round.name}"
+        return ""
+
+    # ---------------------------------------------------------------- rounds and scenario
+
+    def _switch_round(self, index: int) -> Reply:
+        station = self._station
+        rounds = station.scenario.rounds
+        if not 0 <= index < len(rounds):
+            return Reply(ok=False, text=f"there is no round {index + 1}; there are {len(rounds)}")
+        if station.executive.run in (RunPhase.RETURNING, RunPhase.STARTING):
+            return Reply(ok=False, text=f"not while the fleet is {station.executive.run}")
+        outside = self._outside(station.scenario, rounds[index])
+        if outside:
+            text = f"{rounds[index].name} not started: outside its operating area"
+            return Reply(ok=False, text=text, results=outside)
+        station.set_round(index)
+        return Reply(ok=True, text=f"{rounds[index].name} is the present round")
+
+    def _outside(self, scenario: Scenario, round_: Round) -> tuple[VehicleResult, ...]:
+        """Vehicles of teams that are outside the round's area, or in the air outside its band."""
+        station = self._station
+        no_fly = tuple(zone for zone in round_.zones if zone.role == "no-fly")
+        guard = Guard(scenario.limits, round_.area, no_fly)
+        results = []
+        for flight in station.book:
+            vehicle = station.fleet.vehicles.get(flight.vehicle)
+            if vehicle is None or not vehicle.has_position():
+                continue
+            away = guard.outside_m(vehicle.position_m)
+            band = round_.area
+            if away > 0:
+                results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{away:.0f} m outside"))
+            elif flight.phase is Phase.FLYING and not band.alt_min_m <= flight.layer_m <= band.alt_max_m:
+                results.append(VehicleResult(vehicle=vehicle.id, ok=False, text="its layer is outside the band"))
+        return tuple(results)
+
+    def _apply(self, request: m.ApplyScenario) -> Reply:
+        station = self._station
+        if request.base_revision != station.revision:
+            return Reply(ok=False, text="the scenario has changed since you began to edit: look at it and apply again")
+        try:
+            scenario = parse(request.toml, where="edited scenario")
+        except ScenarioError as error:
+            return Reply(ok=False, text=str(error))
+        if station.book.any_in_the_air():
+            problem = self._why_not_in_flight(scenario)
+            if problem:
+                return Reply(ok=False, text=problem)
+        index = min(station.round_index, len(scenario.rounds) - 1)
+        outside = self._outside(scenario, scenario.rounds[index])
+        if outside:
+            return Reply(ok=False, text="not applied: vehicles outside the new operating area", results=outside)
+        station.set_scenario(scenario, request.toml)
+        return Reply(ok=True, text="scenario applied", scenario=station.scenario_changed())
+
+    def _why_not_in_flight(self, scenario: Scenario) -> str:
+        """In flight, zones and parameters may change; who flies where at what height may not."""
+        now = self._station.scenario
+        if scenario.origin != now.origin:
+            return "not applied: the origin cannot change in flight"
+        if scenario.places != now.places:
+            return "not applied: take-off places and layers cannot change in flight"
+        if [(t.name, t.vehicles, t.count) for t in scenario.teams] != [
+            (t.name, t.vehicles, t.count) for t in now.teams
+        ]:
+            return "not applied: who is in which team cannot change in flight"
+        return ""
+
+    def _shutdown(self) -> Reply:
+        armed = [v.id for v in self._station.fleet.vehicles.values() if v.armed]
+        if armed:
+            return Reply(ok=False, text=f"not while vehicles are armed: {', '.join(map(str, armed))}")
+        self._station.ending = True
+        return Reply(ok=True, text="station ends")
+
+
+def _too_close(station: "Station", results: list[VehicleResult]) -> list[VehicleResult]:
+    """Refuse vehicles that stand closer together than the separation: their columns would touch."""
+    limit = station.scenario.limits.separation_horizontal_m
+    places = {r.vehicle: station.fleet.vehicles[r.vehicle].position_m[:2] for r in results if r.ok}
+    checked = []
+    for result in results:
+        near = [
+            other
+            for other, place in places.items()
+            if other != result.vehicle and result.ok and math.dist(place, places[result.vehicle]) < limit
+        ]
+        if near:
+            text = f"stands closer than {limit:.0f} m to vehicle {near[0]}"
+            result = VehicleResult(vehicle=result.vehicle, ok=False, text=text)
+        checked.append(result)
+    return checked
+
+
+def _done(results: tuple[VehicleResult, ...], what: str, nobody: str) -> Reply:
+    """A reply for a stop-class request: ok if everybody concerned got it."""
+    if not results:
+        return Reply(ok=False, text=nobody)
+    good = sum(1 for r in results if r.ok)
+    return Reply(ok=good == len(results), text=f"{what}: {good} of {len(results)} vehicles", results=results)

@@ -1,0 +1,259 @@
+"""The referee: judges a flight from what the station publishes, and nothing else.
+
+Measuring, per round and team: from when every vehicle is on its slot; warm-up until every cell was seen once and two
+slot periods (2 T / n) have passed, whichever is later; then the measured time. Idleness = time since a cell was last
+inside a footprint, over 2.5 m cells whose centre is in the zone (planning.md A1). Worst idleness is compared with the
+sweep bound B1 = A / (n v 2r).
+"""
+
+import math
+from itertools import combinations
+
+import msgspec
+import numpy as np
+import shapely
+
+from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
+from tui_gcs.core.messages import FleetFrame, Phase, StationStatus, TeamStatus, Vec3, VehicleRow
+from tui_gcs.core.scenario import Round, Scenario
+from tui_gcs.core.zones import Zone, area_m2, polygon_of
+
+GROUND_M = 2.0
+"""Band and separation count from this height on."""
+
+
+class Check(msgspec.Struct):
+    """One thing that must hold."""
+
+    name: str
+    ok: bool
+    value: float | None
+    limit: float | None
+
+
+class RoundResult(msgspec.Struct):
+    """What one team reached in one round. None: not measured."""
+
+    round: str
+    zone: str
+    role: str
+    team: str
+    n: int
+    on_slot_after_s: float | None
+    measured_s: float
+    worst_idleness_s: float | None
+    avg_idleness_s: float | None
+    coverage: float
+    bound_s: float
+    ratio: float | None
+    period_s: float | None
+
+
+class Result(msgspec.Struct):
+    """A whole flight."""
+
+    scenario: str
+    seed: int
+    checks: list[Check]
+    rounds: list[RoundResult]
+
+    @property
+    def ok(self) -> bool:
+        """Whether every check holds."""
+        return all(check.ok for check in self.checks)
+
+
+class ZoneMeasure:
+    """One team in one round."""
+
+    def __init__(self, scenario: Scenario, round_: Round, zone: Zone, team: str, t_s: float) -> None:
+        """The round begins at `t_s`."""
+        self._scenario = scenario
+        self._round = round_
+        self._zone = zone
+        self.team = team
+        self._begin_s = t_s
+        self._grid = IdlenessGrid(zone.shape, scenario.footprint_radius_m)
+        self._on_slot_s: float | None = None
+        self._window_s: float | None = None
+        self._last_s = t_s
+        self._period_s = math.nan
+        self._n = 0
+
+    @property
+    def done(self) -> bool:
+        """Measured long enough, or hopeless: never on slot within the limit."""
+        limits = self._scenario.results
+        if self._window_s is not None:
+            return self._last_s - self._window_s >= limits.measured_s
+        return self._on_slot_s is None and self._last_s - self._begin_s > limits.on_slot_max_s
+
+    def on_status(self, status: TeamStatus, wanted: int) -> None:
+        """Take the team's own word: how many are on their slot, and the tour's period."""
+        self._period_s = status.metrics.get("period_s", self._period_s)
+        if self._on_slot_s is None and status.slots == wanted and status.on_slot == wanted:
+            self._on_slot_s = self._last_s
+            self._n = wanted
+
+    def on_frame(self, frame: FleetFrame, rows: list[VehicleRow]) -> None:
+        """Take the vehicles' positions."""
+        if self.done:
+            return
+        self._last_s = frame.t_s
+        if self._on_slot_s is None:
+            return
+        flying = [r.position_m[:2] for r in rows if r.team == self.team and r.phase is Phase.FLYING]
+        if flying:
+            self._grid.update(frame.t_s, np.array(flying))
+        if self._window_s is None and self._warmed_up(frame.t_s):
+            self._window_s = frame.t_s
+            self._grid.begin_window(frame.t_s)
+
+    def _warmed_up(self, t_s: float) -> bool:
+        if self._on_slot_s is None or math.isnan(self._period_s) or self._grid.full_cover_t is None:
+            return False
+        return t_s - self._on_slot_s >= 2 * self._period_s / max(self._n, 1)
+
+    def result(self) -> RoundResult:
+        """What was reached so far."""
+        limits = self._scenario.limits
+        bound = sweep_bound_s(area_m2(self._zone.shape), self._n, limits.speed_m_s, self._scenario.footprint_radius_m)
+        worst = self._grid.worst_idleness_s if self._window_s is not None else math.nan
+        average = self._grid.average_idleness_s if self._window_s is not None else math.nan
+        return RoundResult(
+            round=self._round.name,
+            zone=self._zone.name,
+            role=str(self._zone.role),
+            team=self.team,
+            n=self._n,
+            on_slot_after_s=None if self._on_slot_s is None else round(self._on_slot_s - self._begin_s, 1),
+            measured_s=0.0 if self._window_s is None else round(self._last_s - self._window_s, 1),
+            worst_idleness_s=_rounded(worst),
+            avg_idleness_s=_rounded(average),
+            coverage=round(self._grid.coverage, 4),
+            bound_s=round(bound, 2) if math.isfinite(bound) else 0.0,
+            ratio=_rounded(worst / bound if bound else math.nan),
+            period_s=_rounded(self._period_s),
+        )
+
+
+class Referee:
+    """Watches a whole flight and judges it."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        """Before the start."""
+        self._scenario = scenario
+        self.measures: list[ZoneMeasure] = []
+        self._area: Round | None = None
+        self._separation = math.inf
+        """Least of max(horizontal / limit, vertical / limit) over airborne pairs; 1 is the limit."""
+        self._outside_m = 0.0
+        self._band_m = 0.0
+        self._places: dict[int, Vec3] = {}
+        self._landed_at: dict[int, Vec3] = {}
+        self._flew: set[int] = set()
+        self._status: StationStatus | None = None
+        self.started: tuple[int, ...] = ()
+
+    def begin_round(self, round_: Round, t_s: float) -> None:
+        """A round begins."""
+        self._area = round_
+        zones = {zone.name: zone for zone in round_.zones}
+        self.measures += [
+            ZoneMeasure(self._scenario, round_, zones[team.zone], team.name, t_s) for team in self._scenario.teams
+        ]
+
+    def present(self) -> list[ZoneMeasure]:
+        """The measures of the present round."""
+        return self.measures[-len(self._scenario.teams) :]
+
+    def on_status(self, status: StationStatus) -> None:
+        """A station status arrived."""
+        self._status = status
+        by_name = {team.name: team for team in status.teams}
+        for measure in self.present():
+            team = by_name[measure.team]
+            measure.on_status(team, sum(1 for v in team.members if v in self.started))
+
+    def on_frame(self, frame: FleetFrame) -> None:
+        """A fleet frame arrived."""
+        rows = [row for row in frame.rows() if row.team]
+        for measure in self.present():
+            measure.on_frame(frame, rows)
+        for row in rows:
+            if row.armed and row.position_m[2] > GROUND_M:
+                self._flew.add(row.id)
+            elif not row.armed and row.id in self._flew:
+                self._landed_at[row.id] = row.position_m
+            elif not row.armed:
+                self._places[row.id] = row.position_m
+        self._judge_region([r for r in rows if r.armed and r.position_m[2] > GROUND_M])
+
+    def _judge_region(self, flying: list[VehicleRow]) -> None:
+        if self._area is not None:
+            area = self._area.area
+            shape = polygon_of(area.shape)
+            for row in flying:
+                x, y, z = row.position_m
+                self._outside_m = max(self._outside_m, _outside(shape, x, y))
+                if row.phase is Phase.FLYING:
+                    self._band_m = max(self._band_m, area.alt_min_m - z, z - area.alt_max_m)
+        free = [r for r in flying if r.phase not in (Phase.TAKEOFF, Phase.LANDING, Phase.ARMING)]
+        limits = self._scenario.limits
+        for a, b in combinations(free, 2):
+            level = math.dist(a.position_m[:2], b.position_m[:2]) / limits.separation_horizontal_m
+            upright = abs(a.position_m[2] - b.position_m[2]) / limits.separation_vertical_m
+            self._separation = min(self._separation, max(level, upright))
+
+    def result(self) -> Result:
+        """The judgement."""
+        rounds = [measure.result() for measure in self.measures]
+        return Result(self._scenario.name, self._scenario.seed, self._checks(rounds), rounds)
+
+    def _checks(self, rounds: list[RoundResult]) -> list[Check]:
+        limits = self._scenario.results
+        checks = []
+        for r in rounds:
+            where = f"{r.round} {r.zone}"
+            slot = r.on_slot_after_s
+            checks.append(_at_most(f"{where}: all on slot, s", slot, limits.on_slot_max_s))
+            checks.append(_at_least(f"{where}: coverage", r.coverage, limits.coverage_min))
+            checks.append(_at_most(f"{where}: worst / bound", r.ratio, limits.worst_ratio_max))
+        faults = self._status.faults if self._status is not None else {"no status": 1}
+        vetoes = sum(self._status.vetoes.values()) if self._status is not None else 0
+        missing = [v for v in self.started if v not in self._landed_at]
+        misses = [math.dist(self._landed_at[v][:2], self._places[v][:2]) for v in self.started if v not in missing]
+        separation = self._separation if math.isfinite(self._separation) else None
+        checks += [
+            _at_least("vehicles flown", float(len(self._flew)), float(self._wanted())),
+            _at_least("separation, x limit", separation, 1.0),
+            _at_most("outside operating area, m", self._outside_m, 0.0),
+            _at_most("outside altitude band, m", max(self._band_m, 0.0), 0.0),
+            _at_most("not landed and disarmed", float(len(missing)), 0.0),
+            _at_most("landing error, m", max(misses, default=None), limits.landing_error_max_m),
+            _at_most("unanswered commands", float(faults.get("unanswered commands", 0)), 0.0),
+            _at_most("planner intents refused on slot", float(faults.get("refused on slot", 0)), 0.0),
+            _at_most("guard vetoes", float(vetoes), 0.0),
+            _at_most("planner faults", float(faults.get("planner", 0)), 0.0),
+            _at_most("link faults", float(faults.get("link", 0)), 0.0),
+        ]
+        return checks
+
+    def _wanted(self) -> int:
+        return sum(len(team.vehicles) or team.count for team in self._scenario.teams)
+
+
+def _outside(shape: shapely.Geometry, x: float, y: float) -> float:
+    return 0.0 if shapely.intersects_xy(shape, x, y) else float(shapely.distance(shape, shapely.Point(x, y)))
+
+
+def _rounded(value: float) -> float | None:
+    return round(value, 2) if math.isfinite(value) else None
+
+
+def _at_most(name: str, value: float | None, limit: float) -> Check:
+    return Check(name, value is not None and value <= limit + 1e-9, None if value is None else round(value, 2), limit)
+
+
+def _at_least(name: str, value: float | None, limit: float) -> Check:
+    return Check(name, value is not None and value >= limit - 1e-9, None if value is None else round(value, 2), limit)

@@ -1,0 +1,186 @@
+"""A whole flight without a person: start, each round, hold, return, land, result.
+
+Talks to the station over the bus as a console does, so it flies the lock-step demo and a live fleet alike.
+"""
+
+import math
+from enum import StrEnum
+
+from tui_gcs.core import bus as keys
+from tui_gcs.core import messages as m
+from tui_gcs.core.bus import Bus, BusError
+from tui_gcs.core.messages import FleetFrame, Freshness, Phase, Reply, RunPhase, StationStatus, decode, encode
+from tui_gcs.core.results import Referee
+from tui_gcs.core.scenario import Scenario
+
+READY_LIMIT_S = 90.0
+"""Vehicles that are not heard, ready and started after this long end the flight before it begins."""
+TRY_AGAIN_S = 2.0
+TAKE_OFF_LIMIT_S = 150.0
+HOLD_S = 3.0
+RETURN_LIMIT_S = 300.0
+
+
+class Step(StrEnum):
+    """Where the flight is."""
+
+    WAIT = "waiting for vehicles"
+    TAKE_OFF = "take-off"
+    ROUND = "round"
+    HOLD = "hold"
+    RETURN = "return"
+    DONE = "done"
+
+
+class Script:
+    """Drives one flight; `tick` after every change of time."""
+
+    def __init__(self, scenario: Scenario, bus: Bus, *, principal: str, whole_duration: bool) -> None:
+        """`whole_duration`: each round lasts its `duration_s`; else until everything is measured."""
+        self.step = Step.WAIT
+        self.problem = ""
+        """Why the flight ended early; empty if it did not."""
+        self.referee = Referee(scenario)
+        self.round_index = 0
+        self._scenario = scenario
+        self._bus = bus
+        self._key = keys.REQUEST.format(principal=principal)
+        self._whole_duration = whole_duration
+        self._frame: FleetFrame | None = None
+        self._status: StationStatus | None = None
+        self._since_s = math.nan
+        self._try_s = -math.inf
+        self._refusal = ""
+        bus.subscribe(keys.FLEET, lambda _, data: self.on_frame(decode(data, FleetFrame)))
+        bus.subscribe(keys.STATUS, lambda _, data: self.on_status(decode(data, StationStatus)))
+
+    @property
+    def done(self) -> bool:
+        """Whether it is over."""
+        return self.step is Step.DONE
+
+    @property
+    def progress(self) -> float:
+        """0…1, roughly."""
+        steps = len(self._scenario.rounds) + 2
+        done = {Step.WAIT: 0, Step.TAKE_OFF: 0, Step.ROUND: 1 + self.round_index, Step.DONE: steps}
+        return min(1.0, done.get(self.step, steps - 1) / steps)
+
+    def on_frame(self, frame: FleetFrame) -> None:
+        """A fleet frame arrived."""
+        self._frame = frame
+        self.referee.on_frame(frame)
+
+    def on_status(self, status: StationStatus) -> None:
+        """A station status arrived."""
+        self._status = status
+        self.referee.on_status(status)
+
+    def abort(self, why: str) -> None:
+        """End the rounds: return and land now."""
+        if self.step in (Step.TAKE_OFF, Step.ROUND, Step.HOLD):
+            self.problem = self.problem or why
+            self._begin_return()
+        elif self.step is Step.WAIT:
+            self._end(why)
+
+    def tick(self) -> None:
+        """Do what is due."""
+        if self._frame is None or self._status is None or self.done:
+            return
+        now = self._frame.t_s
+        if math.isnan(self._since_s):
+            self._since_s = now
+        {
+            Step.WAIT: self._wait,
+            Step.TAKE_OFF: self._take_off,
+            Step.ROUND: self._fly_round,
+            Step.HOLD: self._hold,
+            Step.RETURN: self._return,
+        }[self.step](now, self._frame, self._status)
+
+    def _enter(self, step: Step) -> None:
+        self.step, self._since_s, self._try_s = step, math.nan, -math.inf
+
+    def _end(self, problem: str) -> None:
+        self.problem = self.problem or problem
+        self._enter(Step.DONE)
+
+    def _ask(self, request: m.AnyRequest) -> Reply:
+        try:
+            return decode(self._bus.ask(self._key, encode(request)), Reply)
+        except BusError as error:
+            return Reply(ok=False, text=str(error))
+
+    # ---------------------------------------------------------------- steps
+
+    def _wait(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
+        wanted = {v for team in status.teams for v in team.members}
+        rows = [row for row in frame.rows() if row.id in wanted]
+        ready = [r.id for r in rows if r.freshness is Freshness.OK and r.gps_fix >= 3]
+        missing = sorted(wanted - set(ready))
+        expected = sum(len(team.vehicles) or team.count for team in self._scenario.teams)
+        if len(ready) == expected and now - self._try_s >= TRY_AGAIN_S:
+            self._try_s = now
+            reply = self._ask(m.Start(vehicles=tuple(sorted(ready))))
+            if reply.ok:
+                self.referee.started = tuple(sorted(ready))
+                self._enter(Step.TAKE_OFF)
+                return
+            self._refusal = _why(reply)
+        if now - self._since_s > READY_LIMIT_S:
+            names = ", ".join(map(str, missing)) or "all heard"
+            text = f"{len(ready)} of {expected} vehicles (missing: {names}) {self._refusal}"
+            self._end(f"not ready after {READY_LIMIT_S:.0f} s: {text}".strip())
+
+    def _take_off(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
+        if status.run is RunPhase.RUNNING:
+            self._begin_round(now)
+        elif status.run in (RunPhase.IDLE, RunPhase.HOLD) and now - self._since_s > 2.0:
+            self.abort(f"take-off ended in {status.run}")
+        elif now - self._since_s > TAKE_OFF_LIMIT_S:
+            self.abort(f"take-off not finished after {TAKE_OFF_LIMIT_S:.0f} s")
+
+    def _begin_round(self, now: float) -> None:
+        self._enter(Step.ROUND)
+        self._since_s = now
+        self.referee.begin_round(self._scenario.rounds[self.round_index], now)
+
+    def _fly_round(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
+        if not any(row.phase in (Phase.FLYING, Phase.HOLDING) for row in frame.rows()):
+            self.abort("no vehicle is flying any more")
+            return
+        flown = now - self._since_s
+        measured = all(measure.done for measure in self.referee.present())
+        over = flown >= self._scenario.rounds[self.round_index].duration_s if self._whole_duration else measured
+        if not over:
+            return
+        if self.round_index + 1 == len(self._scenario.rounds):
+            self._enter(Step.HOLD)
+            self._ask(m.Hold())
+            return
+        reply = self._ask(m.SwitchRound(index=self.round_index + 1))
+        if not reply.ok:
+            self.abort(_why(reply))
+            return
+        self.round_index += 1
+        self._begin_round(now)
+
+    def _hold(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
+        if now - self._since_s >= HOLD_S:
+            self._begin_return()
+
+    def _begin_return(self) -> None:
+        self._enter(Step.RETURN)
+        self._ask(m.Return())
+
+    def _return(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
+        if not any(row.armed for row in frame.rows()) and status.run is RunPhase.IDLE:
+            self._end("")
+        elif now - self._since_s > RETURN_LIMIT_S:
+            self._end(f"not all landed after {RETURN_LIMIT_S:.0f} s")
+
+
+def _why(reply: Reply) -> str:
+    reasons = "; ".join(f"vehicle {r.vehicle}: {r.text}" for r in reply.results if not r.ok)
+    return f"{reply.text} ({reasons})" if reasons else reply.text

@@ -1,0 +1,318 @@
+"""The station: wires links, fleet, services, guard, teams and recorder together; the one place that knows them all.
+
+It has no loop of its own and never waits: `tick` does everything that is due. A process calls it 20 times a second;
+a lock-step run calls it as time is moved on.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import msgspec
+
+from tui_gcs.core import bus as keys
+from tui_gcs.core.bus import Bus
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.door import Door
+from tui_gcs.core.events import ERROR, NOTICE, WARNING, EventLog
+from tui_gcs.core.executive import Executive
+from tui_gcs.core.firmware.ardupilot import STREAMS_HZ, ArduCopter
+from tui_gcs.core.fleet import Fields, Fleet
+from tui_gcs.core.flights import FlightBook
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.guard import Guard
+from tui_gcs.core.journal import Journal
+from tui_gcs.core.links import Link
+from tui_gcs.core.messages import Event, EventClass, Kind, Plan, RunPhase, ScenarioChanged, decode, encode
+from tui_gcs.core.monitor import FleetMonitor
+from tui_gcs.core.recorder import TlogWriter
+from tui_gcs.core.requests import RequestDesk
+from tui_gcs.core.scenario import Round, Scenario
+from tui_gcs.core.services.command import CommandService
+from tui_gcs.core.snapshot import fleet_frame
+from tui_gcs.core.status import station_status
+from tui_gcs.core.steering import Steering
+from tui_gcs.core.teams import TeamDesk
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.encode import Encoder
+from tui_gcs.core.wire.frames import cut_datagram
+from tui_gcs.core.zones import Role, Zone
+
+FRAME_GAP_S = 0.1
+STATUS_GAP_S = 0.5
+HEARTBEAT_GAP_S = 1.0
+ASK_AGAIN_S = 5.0
+"""A vehicle that is heard but shows no position is asked for its messages again this often."""
+SYSTEM_ID = {Kind.SIM: 254, Kind.LIVE: 255}
+"""SIM and LIVE stations never speak with the same id (architecture.md)."""
+COMPONENT_ID = 190
+"""MAV_COMP_ID_MISSIONPLANNER, by convention any ground station."""
+
+
+@dataclass
+class StationConfig:
+    """What a station is started with."""
+
+    kind: Kind
+    scenario: Scenario
+    toml: str
+    scenario_path: str
+    token: str = ""
+    judge_steps: bool = True
+
+
+@dataclass
+class LinkCounts:
+    """What came in on a link."""
+
+    datagrams: int = 0
+    frames: int = 0
+    bad: int = 0
+
+
+class Station:
+    """One station of one kind. Everything happens on the caller's thread."""
+
+    def __init__(
+        self, config: StationConfig, clock: Clock, bus: Bus, links: list[Link], recorder: TlogWriter, journal: Journal
+    ) -> None:
+        """Wire the parts; nothing is sent before the first `tick`."""
+        self.config = config
+        self.clock = clock
+        self.bus = bus
+        self.links = {link.name: link for link in links}
+        self.counts = {link.name: LinkCounts() for link in links}
+        self.recorder = recorder
+        self.journal = journal
+        self.scenario, self.toml, self.path = config.scenario, config.toml, config.scenario_path
+        self.revision = 1
+        self.round_index = 0
+        self.ending = False
+        self.events = EventLog(clock)
+        self.events.listen(self._publish_event)
+        frame = LocalFrame(self.scenario.origin)
+        self.fleet = Fleet(clock, self.events, frame, SYSTEM_ID[config.kind])
+        self.book = FlightBook()
+        self.book.assign(self.scenario, [])
+        self.guard = Guard(self.scenario.limits, self.round.area, self.no_fly())
+        self.commands = CommandService(clock, self.events)
+        encoder = Encoder(SYSTEM_ID[config.kind], COMPONENT_ID)
+        self.door = Door(self.links, self.fleet, encoder, recorder, journal, clock, config.kind, config.token)
+        self.firmware = ArduCopter(self.door, frame)
+        self.steering = Steering(self.fleet, self.book, self.guard, self.firmware, self.commands, self.events, clock)
+        speed = self.scenario.limits.speed_m_s
+        self.executive = Executive(
+            self.fleet, self.book, self.firmware, self.commands, self.steering, self.events, clock, speed
+        )
+        self.monitor = FleetMonitor(self.guard, self.book)
+        self.desks: dict[str, TeamDesk] = {}
+        self.requests = RequestDesk(self)
+        self.dropped: Counter[str] = Counter()
+        self.link_faults = 0
+        """How often a link went down."""
+        self._links_down: set[str] = set()
+        self._assigned_for: tuple[int, ...] = ()
+        self._frame_seq = self._status_seq = 0
+        self._next_frame_s = self._next_status_s = self._next_heartbeat_s = -math.inf
+        self._asked_s: dict[int, float] = {}
+        self._last_state: object = None
+        self._listen()
+        self._make_desks()
+
+    @property
+    def round(self) -> Round:
+        """The present round."""
+        return self.scenario.rounds[self.round_index]
+
+    def no_fly(self) -> tuple[Zone, ...]:
+        """No-fly zones of the present round."""
+        return tuple(zone for zone in self.round.zones if zone.role is Role.NO_FLY)
+
+    # ---------------------------------------------------------------- time
+
+    def tick(self) -> None:
+        """Everything that is due now."""
+        self._receive()
+        self.fleet.tick()
+        self._assign_when_idle()
+        self._ask_for_telemetry()
+        self.commands.tick(self.fleet.vehicles)
+        self.executive.tick()
+        for desk in self.desks.values():
+            silent = desk.tick()
+            if silent:
+                self.executive.hold(tuple(silent))
+        self.steering.tick()
+        self.door.tick()
+        self._publish_due()
+
+    def _receive(self) -> None:
+        wall_s = self.clock.wall()
+        for name, link in self.links.items():
+            counts = self.counts[name]
+            for data, address in link.receive():
+                counts.datagrams += 1
+                cut = cut_datagram(data)
+                if cut.junk_bytes:
+                    counts.bad += 1
+                for frame in cut.frames:
+                    counts.frames += 1
+                    self.recorder.write(wall_s, frame.raw)
+                    self.fleet.receive(name, address, frame)
+            self._watch_link(name, link.error)
+
+    def _watch_link(self, name: str, error: str) -> None:
+        if bool(error) == (name in self._links_down):
+            return
+        if error:
+            self._links_down.add(name)
+            self.link_faults += 1
+            self.events.say(EventClass.CONNECTION, f"link {name}", error, ERROR)
+        else:
+            self._links_down.discard(name)
+            self.events.say(EventClass.CONNECTION, f"link {name}", "works again", NOTICE)
+
+    def _publish_due(self) -> None:
+        now = self.clock.now()
+        if now >= self._next_heartbeat_s - 1e-9:
+            self._next_heartbeat_s = now + HEARTBEAT_GAP_S
+            self.door.heartbeat()
+        if now >= self._next_frame_s - 1e-9:
+            self._next_frame_s = now + FRAME_GAP_S
+            self._publish_frame()
+        state = (self.executive.run, self.round_index, self.revision, self.door.refused.total())
+        if now >= self._next_status_s - 1e-9 or state != self._last_state:
+            self._next_status_s = now + STATUS_GAP_S
+            self._last_state = state
+            self._status_seq += 1
+            self.bus.publish(keys.STATUS, encode(station_status(self, self._status_seq)))
+            self.recorder.flush()
+
+    def _publish_frame(self) -> None:
+        self._frame_seq += 1
+        for desk in self.desks.values():
+            desk.measure()
+        self.monitor.watch(self.fleet.vehicles.values())
+        frame = fleet_frame(self._frame_seq, self.config.kind, self.fleet, self.book, self.steering, self.clock)
+        self.bus.publish(keys.FLEET, encode(frame))
+
+    # ---------------------------------------------------------------- vehicles
+
+    def _assign_when_idle(self) -> None:
+        """Teams with a count take the lowest ids heard, until the first start; then everybody keeps his place."""
+        heard = tuple(sorted(self.fleet.vehicles))
+        if heard != self._assigned_for and self.executive.run is RunPhase.IDLE and math.isnan(self.executive.started_s):
+            self._assigned_for = heard
+            before = {flight.vehicle: flight.team for flight in self.book}
+            self.book.assign(self.scenario, list(heard))
+            if {flight.vehicle: flight.team for flight in self.book} != before:
+                self.new_tasks()
+
+    def _ask_for_telemetry(self) -> None:
+        """Autopilots forget message intervals at reboot: a vehicle that shows no position is asked again."""
+        now = self.clock.now()
+        for vehicle in self.fleet.vehicles.values():
+            silent = now - vehicle.position_s > 3.0 and now - vehicle.heard_s < 2.0
+            if silent and now - self._asked_s.get(vehicle.id, -math.inf) >= ASK_AGAIN_S:
+                self._ask(vehicle)
+
+    def _ask(self, vehicle: Vehicle) -> None:
+        self._asked_s[vehicle.id] = self.clock.now()
+        if not vehicle.identified:
+            self.commands.submit(self.firmware.version(vehicle.id))
+        for message, hz in STREAMS_HZ.items():
+            self.commands.submit(self.firmware.interval(vehicle.id, message, hz))
+
+    # ---------------------------------------------------------------- rounds and teams
+
+    def set_round(self, index: int) -> None:
+        """Make round `index` the present one; the caller has checked that everybody is inside its area."""
+        self.round_index = index
+        self.guard.set_round(self.scenario.limits, self.round.area, self.no_fly())
+        self.new_tasks()
+
+    def set_scenario(self, scenario: Scenario, toml: str) -> None:
+        """Fly another scenario from now on; the caller has checked that this may be done."""
+        self.scenario, self.toml = scenario, toml
+        self.round_index = min(self.round_index, len(scenario.rounds) - 1)
+        frame = LocalFrame(scenario.origin)
+        self.fleet.reframe(frame)
+        self.firmware.frame = frame
+        self.executive.speed_m_s = scenario.limits.speed_m_s
+        self.book.assign(scenario, sorted(self.fleet.vehicles))
+        self.guard.set_round(scenario.limits, self.round.area, self.no_fly())
+        self._make_desks()
+        self.bus.publish(keys.SCENARIO, encode(self.scenario_changed()))
+
+    def new_tasks(self) -> None:
+        """Give every planner its task anew, under a new revision."""
+        self.revision += 1
+        for name, desk in self.desks.items():
+            task = desk.set_round(self.scenario, self.round, self.revision)
+            self.bus.publish(keys.TASK.format(team=name), encode(task))
+
+    def scenario_changed(self) -> ScenarioChanged:
+        """The present scenario for the bus."""
+        return ScenarioChanged(revision=self.revision, path=self.path, toml=self.toml, scenario=self.scenario)
+
+    def _make_desks(self) -> None:
+        self.desks = {
+            team.name: self.desks.get(team.name)
+            or TeamDesk(
+                self.fleet,
+                self.book,
+                self.guard,
+                self.steering,
+                self.events,
+                self.clock,
+                judge_steps=self.config.judge_steps,
+                team=team,
+            )
+            for team in self.scenario.teams
+        }
+        for team in self.scenario.teams:
+            self.desks[team.name].team = team
+        self.new_tasks()
+
+    # ---------------------------------------------------------------- bus
+
+    def _listen(self) -> None:
+        self.fleet.on_message("COMMAND_ACK", self._on_ack)
+        self.fleet.on_reboot(self._ask)
+        self.bus.subscribe(keys.PLAN.format(team="*"), self._on_plan)
+        self.bus.answer(keys.REQUEST.format(principal="*"), self._on_question)
+        self.bus.watch(keys.ALIVE.format(principal="*"), self._on_alive)
+
+    def _on_ack(self, vehicle: Vehicle, fields: Fields) -> None:
+        if fields.get("target_system", 0) in (0, SYSTEM_ID[self.config.kind]):
+            self.commands.on_ack(vehicle, fields["command"], fields["result"])
+        else:
+            self.commands.ignored["ack for another station"] += 1
+
+    def _on_plan(self, key: str, payload: bytes) -> None:
+        team = key.split("/")[2]
+        desk = self.desks.get(team)
+        if desk is None:
+            self.dropped["plan of an unknown team"] += 1
+            return
+        try:
+            plan = decode(payload, Plan)
+        except msgspec.MsgspecError as error:
+            self.dropped["plan not understood"] += 1
+            text = f"plan not understood: {error}"
+            self.events.say(EventClass.PLANNER, f"planner {team}", text, WARNING, every_s=10)
+            return
+        desk.take(plan)
+
+    def _on_question(self, key: str, payload: bytes, reply: Callable[[bytes], None]) -> None:
+        reply(encode(self.requests.answer(key.rsplit("/", 1)[1], payload)))
+
+    def _on_alive(self, key: str, present: bool) -> None:
+        principal = key.rsplit("/", 1)[1]
+        if principal.startswith("planner-") and principal[8:] in self.desks:
+            self.desks[principal[8:]].on_alive(present)
+
+    def _publish_event(self, event: Event) -> None:
+        self.bus.publish(keys.EVENT, encode(event))
+        self.journal.write(msgspec.to_builtins(event))

@@ -1,0 +1,107 @@
+"""The station's status message, put together from its parts."""
+
+import math
+from typing import TYPE_CHECKING
+
+from tui_gcs.core.messages import Freshness, LinkStatus, Phase, RunPhase, StationStatus
+
+if TYPE_CHECKING:
+    from tui_gcs.core.station import Station
+
+
+def station_status(station: "Station", seq: int) -> StationStatus:
+    """The station in one message."""
+    now = station.clock.now()
+    vehicles = station.fleet.vehicles.values()
+    started = station.executive.started_s
+    separation = station.monitor.min_separation_m
+    return StationStatus(
+        seq=seq,
+        t_s=now,
+        wall_s=station.clock.wall(),
+        kind=station.config.kind,
+        scenario=station.scenario.name,
+        revision=station.revision,
+        run=station.executive.run,
+        round_index=station.round_index,
+        rounds=tuple(round_.name for round_ in station.scenario.rounds),
+        mission_time_s=0.0 if math.isnan(started) else now - started,
+        heard=sum(1 for v in vehicles if v.freshness(now) is not Freshness.LOST),
+        vehicles=len({flight.vehicle for flight in station.book} | set(station.fleet.vehicles)),
+        armed=sum(1 for v in vehicles if v.armed),
+        in_control=station.requests.in_control,
+        teams=tuple(desk.status() for desk in station.desks.values()),
+        links=_links(station),
+        min_separation_m=separation if math.isfinite(separation) else math.nan,
+        outside_area_m=station.monitor.outside_area_m,
+        vetoes=dict(station.guard.vetoes),
+        faults=_faults(station),
+        dropped=_dropped(station),
+        recording=_recording(station),
+        alarm=_alarm(station, now),
+    )
+
+
+def _links(station: "Station") -> tuple[LinkStatus, ...]:
+    return tuple(
+        LinkStatus(
+            name=name,
+            up=not link.error,
+            datagrams=station.counts[name].datagrams,
+            frames=station.counts[name].frames,
+            bad=station.counts[name].bad,
+            error=link.error,
+        )
+        for name, link in station.links.items()
+    )
+
+
+def _faults(station: "Station") -> dict[str, int]:
+    counts = {
+        "planner": sum(desk.fault_count for desk in station.desks.values()),
+        "unanswered commands": len(station.commands.unanswered),
+        "refused on slot": station.steering.vetoed_on_slot,
+        "link": station.link_faults,
+    }
+    return {name: count for name, count in counts.items() if count}
+
+
+def _dropped(station: "Station") -> dict[str, int]:
+    counts = station.fleet.dropped + station.commands.ignored + station.door.refused + station.dropped
+    if station.recorder.dropped:
+        counts["frames not recorded"] = station.recorder.dropped
+    return dict(counts)
+
+
+def _recording(station: "Station") -> str:
+    return f"NOT RECORDING: {station.recorder.error}" if station.recorder.error else station.recorder.path.name
+
+
+def _alarm(station: "Station", now: float) -> str:
+    """The worst thing an operator must act on, with the key that answers it."""
+    lost = [
+        flight.vehicle
+        for flight in station.book
+        if (v := station.fleet.vehicles.get(flight.vehicle)) is not None
+        and v.freshness(now) is Freshness.LOST
+        and (v.armed or flight.phase is not Phase.GROUND)
+    ]
+    if lost:
+        return f"LOST in the air: vehicle {_ids(lost)}   → !h hold all, r return the others"
+    taken = [flight.vehicle for flight in station.book.in_phase(Phase.TAKEN_OUT)]
+    if taken:
+        return f"vehicle {_ids(taken)} left the mission   → !h hold all"
+    if station.executive.run is RunPhase.RUNNING:
+        held = [flight.vehicle for flight in station.book.in_phase(Phase.HOLDING)]
+        if held:
+            return f"vehicle {_ids(held)} holding   → Enter resume, r return and land"
+    if station.executive.run is RunPhase.HOLD and station.book.in_phase(Phase.HOLDING):
+        return "HOLD   → Enter resume, r return and land"
+    if station.recorder.error:
+        return f"not recording: {station.recorder.error}"
+    down = [name for name, link in station.links.items() if link.error]
+    return f"link {down[0]}: {station.links[down[0]].error}" if down else ""
+
+
+def _ids(vehicles: list[int]) -> str:
+    return ", ".join(map(str, sorted(vehicles)))

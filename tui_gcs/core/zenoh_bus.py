@@ -1,0 +1,181 @@
+"""The bus between processes: Zenoh over a Unix socket in a directory that only its owner can enter.
+
+The station serves (Zenoh mode "router", so that consoles and workers also reach each other through it), everybody
+else connects. Nothing listens on the network and nothing is scouted for.
+"""
+
+import contextlib
+import threading
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from tui_gcs.core.bus import BusError, Closable, OnAlive, OnQuestion, OnSample
+
+CONNECT_TIMEOUT_MS = 2000
+
+
+def serve(socket: Path) -> "ZenohBus":
+    """Open the station's end. Raises `BusError` if the socket cannot be made."""
+    return ZenohBus(_open("router", "listen", socket))
+
+
+def connect(socket: Path) -> "ZenohBus":
+    """Join a station's bus; after a restart of the station the session is back by itself. Raises `BusError`."""
+    return ZenohBus(_open("client", "connect", socket))
+
+
+def _open(mode: str, way: str, socket: Path) -> zenoh.Session:
+    config = zenoh.Config()
+    config.insert_json5("mode", f'"{mode}"')
+    config.insert_json5(f"{way}/endpoints", f'["unixsock-stream/{socket}"]')
+    config.insert_json5("scouting/multicast/enabled", "false")
+    config.insert_json5("scouting/gossip/enabled", "false")
+    if way == "listen":
+        config.insert_json5("connect/endpoints", "[]")
+    else:
+        config.insert_json5("connect/timeout_ms", str(CONNECT_TIMEOUT_MS))
+        config.insert_json5("connect/exit_on_failure", "true")
+    try:
+        return zenoh.open(config)
+    except zenoh.ZError as error:
+        raise BusError(f"cannot {way} on {socket}: {str(error).splitlines()[0][:200]}") from None
+
+
+class _Ending:
+    """Undeclares something of Zenoh's once."""
+
+    def __init__(self, thing: Any) -> None:
+        self._thing: Any = thing
+
+    def close(self) -> None:
+        thing, self._thing = self._thing, None
+        if thing is not None:
+            with contextlib.suppress(zenoh.ZError):
+                thing.undeclare()
+
+
+class ZenohBus:
+    """See `core.bus.Bus`. Callbacks run on Zenoh's threads; `QueuedBus` brings them to one."""
+
+    def __init__(self, session: zenoh.Session) -> None:
+        """Own `session`."""
+        self._session = session
+        self._publishers: dict[str, Any] = {}
+        self._lock = threading.Lock()
+        self._held: list[Any] = []
+
+    def publish(self, key: str, payload: bytes) -> None:
+        """Never waits: with a stalled subscriber samples are dropped (architecture.md)."""
+        with self._lock:
+            publisher = self._publishers.get(key)
+            if publisher is None:
+                drop = zenoh.CongestionControl.DROP
+                publisher = self._publishers[key] = self._session.declare_publisher(key, congestion_control=drop)
+        publisher.put(payload)
+
+    def subscribe(self, key: str, on_sample: OnSample) -> Closable:
+        """See `Bus.subscribe`."""
+        return self._hold(
+            self._session.declare_subscriber(key, lambda s: on_sample(str(s.key_expr), s.payload.to_bytes()))
+        )
+
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
+        """See `Bus.ask`."""
+        try:
+            for answer in self._session.get(key, payload=payload, timeout=timeout_s):
+                if answer.ok is not None:
+                    data: bytes = answer.ok.payload.to_bytes()
+                    return data
+        except zenoh.ZError as error:
+            raise BusError(f"{key}: {error}") from None
+        raise BusError(f"the station did not answer within {timeout_s:.0f} s")
+
+    def answer(self, key: str, on_question: OnQuestion) -> Closable:
+        """See `Bus.answer`."""
+
+        def handle(query: Any) -> None:
+            payload = query.payload.to_bytes() if query.payload is not None else b""
+            asked = str(query.key_expr)
+
+            def reply(data: bytes) -> None:
+                query.reply(asked, data)
+                query.drop()
+
+            on_question(asked, payload, reply)
+
+        return self._hold(self._session.declare_queryable(key, handle))
+
+    def alive(self, key: str) -> Closable:
+        """See `Bus.alive`: gone within half a second of `kill -9`."""
+        return self._hold(self._session.liveliness().declare_token(key))
+
+    def watch(self, key: str, on_alive: OnAlive) -> Closable:
+        """See `Bus.watch`."""
+
+        def handle(sample: Any) -> None:
+            on_alive(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
+
+        return self._hold(self._session.liveliness().declare_subscriber(key, handle, history=True))
+
+    def close(self) -> None:
+        """Leave; a Python process that exits with an open session can hang."""
+        self._held.clear()
+        with contextlib.suppress(zenoh.ZError):
+            self._session.close()  # type: ignore[no-untyped-call]
+
+    def _hold(self, thing: Any) -> Closable:
+        """Keep a reference: Zenoh undeclares what is garbage collected."""
+        ending = _Ending(thing)
+        self._held.append(ending)
+        return ending
+
+
+class QueuedBus:
+    """Wraps a bus so that callbacks run where `run_pending` is called: on the owner's one thread."""
+
+    def __init__(self, bus: ZenohBus, wake: Callable[[], None]) -> None:
+        """`wake` is called from any thread when something waits."""
+        self._bus = bus
+        self._wake = wake
+        self._pending: deque[Callable[[], None]] = deque()
+
+    def run_pending(self) -> None:
+        """Run what arrived."""
+        for _ in range(len(self._pending)):
+            self._pending.popleft()()
+
+    def publish(self, key: str, payload: bytes) -> None:
+        """See `Bus.publish`."""
+        self._bus.publish(key, payload)
+
+    def subscribe(self, key: str, on_sample: OnSample) -> Closable:
+        """See `Bus.subscribe`."""
+        return self._bus.subscribe(key, lambda k, data: self._later(lambda: on_sample(k, data)))
+
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
+        """See `Bus.ask`."""
+        return self._bus.ask(key, payload, timeout_s)
+
+    def answer(self, key: str, on_question: OnQuestion) -> Closable:
+        """See `Bus.answer`."""
+        return self._bus.answer(key, lambda k, data, reply: self._later(lambda: on_question(k, data, reply)))
+
+    def alive(self, key: str) -> Closable:
+        """See `Bus.alive`."""
+        return self._bus.alive(key)
+
+    def watch(self, key: str, on_alive: OnAlive) -> Closable:
+        """See `Bus.watch`."""
+        return self._bus.watch(key, lambda k, present: self._later(lambda: on_alive(k, present)))
+
+    def close(self) -> None:
+        """See `Bus.close`."""
+        self._bus.close()
+
+    def _later(self, call: Callable[[], None]) -> None:
+        self._pending.append(call)
+        self._wake()
