@@ -5,14 +5,17 @@ what it skipped. MAVProxy keeps a link number in the two lowest bits of the time
 """
 
 import struct
+from collections import deque
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 
 from tui_gcs.core.wire import dialect
 from tui_gcs.core.wire.frames import MAGIC, MAGIC_V1, MAGIC_V2, Frame, check_frame, frame_end
 
 JUMP_US = 3 * 24 * 3600 * 1_000_000
-"""A time farther than this from both neighbours is damaged (Mission Planner and pymavlink use three days, too)."""
+"""A time farther than this from its neighbours is damaged (Mission Planner and pymavlink use three days, too)."""
+_LOOK_AHEAD = 2
 _TIME = struct.Struct(">Q")
 _TIME_BYTES = 8
 _CHUNK_BYTES = 1 << 20
@@ -120,17 +123,17 @@ def _to_next_candidate(data: bytes, at: int) -> int:
 
 
 def _trusted_times(records: Iterator[tuple[int, Frame]]) -> Iterator[tuple[int, Frame]]:
-    """Replace a time that fits neither neighbour by the one before (or behind, at the start of the file).
+    """Replace a time that fits neither the one before nor the two behind.
 
-    A clock that was set while recording is no damage: its new time fits the record behind.
+    A clock that was set while recording is no damage: its new time fits the records behind.
     """
-    before: int | None = None
-    current = next(records, None)
-    while current is not None:
-        behind = next(records, None)
-        time_us, frame = current
-        neighbours = [t for t in (before, behind[0] if behind else None) if t is not None]
-        if neighbours and all(abs(time_us - t) > JUMP_US for t in neighbours):
+    before: list[int] = []
+    waiting = deque(islice(records, _LOOK_AHEAD + 1))
+    while waiting:
+        time_us, frame = waiting.popleft()
+        neighbours = before + [behind_us for behind_us, _ in waiting]
+        if neighbours and all(abs(time_us - other_us) > JUMP_US for other_us in neighbours):
             time_us = neighbours[0]
         yield time_us, frame
-        before, current = time_us, behind
+        before = [time_us]
+        waiting.extend(islice(records, 1))
