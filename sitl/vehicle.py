@@ -21,6 +21,9 @@ ACCEL_Z_M_S2 = 2.0
 BRAKE_M_S2 = 2.0  # planned deceleration: below ACCEL_M_S2, so that there is something left to correct with
 BRAKE_Z_M_S2 = 1.0  # WPNAV_ACCEL_Z
 POSITION_GAIN_HZ = 1.5
+MIN_FOLLOW_S, MAX_FOLLOW_S = 0.04, 0.5  # time between set-points that follow a moving target
+FOLLOW_S = 1.0
+GENTLE_M_S = 2.0  # a target this fast is approached with half the deceleration
 YAW_RATE_RAD_S = np.deg2rad(60.0)
 YAW_SPEED_M_S = 1.0  # slower than this a vehicle keeps its heading
 MAX_STEP_S = 0.05
@@ -41,7 +44,7 @@ class VehicleSpec:
     heading_deg: float = 0.0
 
 
-def approach_speed(distance_m: Array, decel_m_s2: float) -> Array:
+def approach_speed(distance_m: Array, decel_m_s2: Array | float) -> Array:
     """Speed from which a stop at `distance_m` is still possible.
 
     Square-root profile with a linear end, as ArduPilot's `sqrt_controller`: the deceleration is at most
@@ -85,6 +88,11 @@ class Vehicles:
         """Moves on with `target_velocity_m_s` by itself."""
         self.target_velocity_m_s: Array = np.zeros((n, 3))
         """Fed forward. Without position control this is the demanded velocity."""
+        self.target_accel_m_s2: Array = np.zeros((n, 2))
+        """How the target's velocity changed over the last two set-points; believed for `turning_s` more."""
+        self.turning_s: Array = np.zeros(n)
+        self.target_age_s: Array = np.full(n, np.inf)
+        self._said_velocity_m_s: Array = np.zeros((n, 2))
         self.hold_xy: Array = np.ones(n)
         """1.0: position controlled horizontally, 0.0: velocity only."""
         self.hold_z: Array = np.ones(n)
@@ -104,10 +112,10 @@ class Vehicles:
 
     def _substep(self, dt: float) -> None:
         before = self.velocity_m_s
-        self.target_m += self.target_velocity_m_s * (self.flying[:, None] * dt)
         change = np.empty_like(before)
         change[:, :2] = self._horizontal_change(dt)
         change[:, 2] = self._vertical_change(dt)
+        self._move_targets(dt)
         velocity = np.where(self.flying[:, None], before + change, before)
         if self.falling.any():
             velocity[self.falling, 2] = np.maximum(before[self.falling, 2] - GRAVITY_M_S2 * dt, -FALL_M_S)
@@ -119,14 +127,30 @@ class Vehicles:
         self.position_m, self.velocity_m_s = position, velocity
         self._turn(dt)
 
+    def _move_targets(self, dt: float) -> None:
+        turning = self.flying * np.clip(self.turning_s, 0.0, dt)
+        gained = self.target_accel_m_s2 * turning[:, None]
+        self.target_m += self.target_velocity_m_s * (self.flying[:, None] * dt)
+        self.target_m[:, :2] += gained * (0.5 * dt)
+        self.target_velocity_m_s[:, :2] += gained
+        self.turning_s -= dt
+        self.target_age_s += dt
+
     def _horizontal_change(self, dt: float) -> Array:
         error = self.target_m[:, :2] - self.position_m[:, :2]
         distance = np.maximum(np.hypot(error[:, 0], error[:, 1]), 1e-9)
-        correction = self.hold_xy * approach_speed(distance, BRAKE_M_S2) / distance
-        wanted = self.target_velocity_m_s[:, :2] + error * correction[:, None]
+        carried = self.target_velocity_m_s[:, :2]
+        # A moving target is closed in on gently: what its turns need of the acceleration limit is not ours to use.
+        decel = BRAKE_M_S2 / (1.0 + np.hypot(carried[:, 0], carried[:, 1]) / GENTLE_M_S)
+        correction = self.hold_xy * approach_speed(distance, decel) / distance
+        wanted = carried + error * correction[:, None]
         speed = np.hypot(wanted[:, 0], wanted[:, 1])
         wanted *= np.minimum(1.0, self.speed_m_s / np.maximum(speed, 1e-9))[:, None]
-        change = wanted - self.velocity_m_s[:, :2]
+        # Following a turning target, its own acceleration comes first and errors are worked off over FOLLOW_S:
+        # spending the whole limit on errors would never find back to a target that turns close to the limit.
+        turning = self.turning_s > 0.0
+        share = np.where(turning, dt / FOLLOW_S, 1.0)[:, None]
+        change = (wanted - self.velocity_m_s[:, :2]) * share + self.target_accel_m_s2 * (turning * dt)[:, None]
         size = np.hypot(change[:, 0], change[:, 1])
         change *= np.minimum(1.0, ACCEL_M_S2 * dt / np.maximum(size, 1e-9))[:, None]
         return change
@@ -160,7 +184,19 @@ class Vehicles:
     def set_target(
         self, i: int, position_m: tuple[float, float, float], velocity_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
     ) -> None:
-        """Fly to a place that moves on with `velocity_m_s`."""
+        """Fly to a place that moves on with `velocity_m_s`.
+
+        Velocities of set-points that follow each other closely also tell how the target turns between them.
+        """
+        age_s = float(self.target_age_s[i])
+        said = np.array(velocity_m_s[:2])
+        self.turning_s[i] = 0.0
+        if MIN_FOLLOW_S < age_s <= MAX_FOLLOW_S and self.hold_xy[i] and said.any() and self._said_velocity_m_s[i].any():
+            accel = (said - self._said_velocity_m_s[i]) / age_s
+            self.target_accel_m_s2[i] = accel * min(1.0, ACCEL_M_S2 / max(float(np.hypot(*accel)), 1e-9))
+            self.turning_s[i] = 1.5 * age_s
+        self._said_velocity_m_s[i] = said
+        self.target_age_s[i] = 0.0
         self.target_m[i] = position_m
         self.target_velocity_m_s[i] = velocity_m_s
         self.hold_xy[i] = self.hold_z[i] = 1.0

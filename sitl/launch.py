@@ -1,0 +1,196 @@
+"""Simulated vehicles in real time over UDP: python -m sitl.launch --spec FILE --target HOST:PORT.
+
+FILE is JSON: {"seed": 0, "token": "16 hex digits", "vehicles": [{"system_id": 1, "lat_deg": …, "lon_deg": …,
+"ground_amsl_m": …, "heading_deg": …}]}. Each vehicle has its own socket and source port, as ArduPilot's SITL has.
+"""
+
+import argparse
+import json
+import os
+import signal
+import socket
+import sys
+import time
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from sitl.fleet import SimFleet, VehicleSpec
+
+TICK_S = 0.05
+MAX_BEHIND_S = 1.0
+"""A machine further behind than this is not caught up with: simulated time then runs slower."""
+PARENT_CHECK_S = 1.0
+RECEIVE_BUFFER_BYTES = 1 << 20
+MAX_DATAGRAM_BYTES = 2048
+EXIT_BAD_INPUT = 2
+
+
+class LaunchError(Exception):
+    """One line for the user."""
+
+
+def load_spec(path: Path, boot_s: float) -> SimFleet:
+    """The fleet described by a spec file.
+
+    Raises:
+        LaunchError: Unreadable file, bad JSON, missing or wrong values.
+    """
+    try:
+        raw = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise LaunchError(f"{path}: {error.strerror}") from error
+    except ValueError as error:
+        raise LaunchError(f"{path}: not JSON: {error}") from error
+    try:
+        vehicles = [_vehicle(entry) for entry in raw["vehicles"]]
+        return SimFleet(vehicles, seed=int(raw.get("seed", 0)), token=str(raw.get("token", "")), boot_s=boot_s)
+    except KeyError as error:
+        raise LaunchError(f"{path}: {error.args[0]} is missing") from error
+    except (TypeError, ValueError, AttributeError) as error:
+        raise LaunchError(f"{path}: {error}") from error
+
+
+def _vehicle(entry: dict[str, Any]) -> VehicleSpec:
+    return VehicleSpec(
+        system_id=int(entry["system_id"]),
+        lat_deg=float(entry["lat_deg"]),
+        lon_deg=float(entry["lon_deg"]),
+        ground_amsl_m=float(entry["ground_amsl_m"]),
+        heading_deg=float(entry.get("heading_deg", 0.0)),
+    )
+
+
+def parse_target(text: str) -> tuple[str, int]:
+    """HOST:PORT.
+
+    Raises:
+        LaunchError: It is not.
+    """
+    host, _, port = text.rpartition(":")
+    if not host or not port.isdigit() or not 0 < int(port) < 65536:
+        raise LaunchError(f"--target {text}: must be HOST:PORT, for example 127.0.0.1:14550")
+    return host, int(port)
+
+
+def open_sockets(n: int, target: tuple[str, int]) -> list[socket.socket]:
+    """One connected socket per vehicle: it hears nobody but the target.
+
+    Raises:
+        LaunchError: Unknown host, no sockets.
+    """
+    sockets: list[socket.socket] = []
+    try:
+        for _ in range(n):
+            sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            sockets.append(sock)
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
+            sock.setblocking(False)
+            sock.connect(target)
+    except OSError as error:
+        for sock in sockets:
+            sock.close()
+        raise LaunchError(f"--target {target[0]}:{target[1]}: {error.strerror or error}") from error
+    return sockets
+
+
+class Loop:
+    """Steps the fleet at 20 Hz of simulated time, `speed` times real time."""
+
+    def __init__(self, fleet: SimFleet, sockets: list[socket.socket], *, speed: float, parent: int | None) -> None:
+        self.fleet = fleet
+        self.sockets = sockets
+        self.period_s = TICK_S / speed
+        self.parent = parent
+        self.running = True
+
+    def stop(self, _signal: int, _frame: FrameType | None) -> None:
+        """Signal handler: end after this tick."""
+        self.running = False
+
+    def run(self) -> None:
+        """Until a signal comes or the parent process is gone."""
+        due_s = time.monotonic()
+        check_s = due_s
+        while self.running:
+            now_s = time.monotonic()
+            if now_s < due_s:
+                time.sleep(due_s - now_s)
+            elif now_s - due_s > MAX_BEHIND_S:
+                due_s = now_s
+            due_s += self.period_s
+            self._exchange()
+            if self.parent is not None and now_s >= check_s:
+                check_s = now_s + PARENT_CHECK_S
+                self.running = self.running and _alive(self.parent)
+
+    def _exchange(self) -> None:
+        for index, sock in enumerate(self.sockets):
+            while (data := _receive(sock)) is not None:
+                self.fleet.receive(index, data)
+        self.fleet.step(TICK_S)
+        for index, datagram in self.fleet.drain():
+            try:
+                self.sockets[index].send(datagram)
+            except OSError:
+                continue  # nobody listens (yet), or the buffer is full: a radio would lose it too
+
+
+def _receive(sock: socket.socket) -> bytes | None:
+    """One datagram; None when there is none."""
+    while True:
+        try:
+            return sock.recv(MAX_DATAGRAM_BYTES)
+        except BlockingIOError:
+            return None
+        except ConnectionRefusedError:
+            continue  # the echo of an earlier send nobody heard
+        except OSError:
+            return None
+
+
+def _alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True
+
+
+def _arguments(argv: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m sitl.launch", description="Simulated ArduCopters over UDP.")
+    parser.add_argument("--spec", type=Path, required=True, help="JSON file: seed, token, vehicles")
+    parser.add_argument("--target", required=True, metavar="HOST:PORT", help="where the ground station listens")
+    parser.add_argument("--speed", type=float, default=1.0, help="times real time (default 1)")
+    parser.add_argument("--boot-s", type=float, default=3.0, help="seconds from power-on to readiness (default 3)")
+    parser.add_argument("--parent", type=int, metavar="PID", help="end when this process is gone")
+    return parser.parse_args(argv)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Exit status: 0 after a signal or the parent's end, 2 for bad input."""
+    args = _arguments(argv)
+    try:
+        if not 0.01 <= args.speed <= 100.0:
+            raise LaunchError(f"--speed {args.speed:g}: must be 0.01 to 100")
+        target = parse_target(args.target)
+        fleet = load_spec(args.spec, args.boot_s)
+        sockets = open_sockets(len(fleet), target)
+    except LaunchError as error:
+        sys.stderr.write(f"sitl: {error}\n")
+        return EXIT_BAD_INPUT
+    loop = Loop(fleet, sockets, speed=args.speed, parent=args.parent)
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, loop.stop)
+    try:
+        loop.run()
+    finally:
+        for sock in sockets:
+            sock.close()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
