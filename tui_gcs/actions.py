@@ -14,8 +14,8 @@ class Action:
     """One thing to do.
 
     `id` names the method (`action_<id>`) of the app or screen. `keys` are Textual key names, none if the key is handled
-    elsewhere; `shown` is the key as a human reads it. `label` stands in the footer (empty: only in the help), and higher
-    `weight` stays longest in a narrow one.
+    elsewhere; `shown` is the key as a human reads it. `label` stands in the footer (empty: only in the help), and a
+    higher `weight` stays longest in a narrow one.
     """
 
     id: str
@@ -59,7 +59,7 @@ FLY_ACTIONS = (
         6,
     ),
     Action("select_next", ("n",), "n/N", "select", "next and previous vehicle", SELECT, 3),
-    Action("select_previous", ("N", "upper_n"), "N", "", "previous vehicle", SELECT),
+    Action("select_previous", ("N", "shift+n"), "N", "", "previous vehicle", SELECT),
     Action("digit", tuple("0123456789"), "1..9", "", "number, then Enter: select that vehicle", SELECT),
     Action("cancel", ("escape",), "Esc", "", "forget typed digits, end follow", SELECT),
     Action("pan_left", ("left", "h"), "left h", "", "move the map west", VIEW),
@@ -69,7 +69,7 @@ FLY_ACTIONS = (
     Action("zoom_in", ("plus", "equals_sign"), "+ -", "zoom", "closer", VIEW, 2),
     Action("zoom_out", ("minus",), "-", "", "farther", VIEW),
     Action("fit", ("z",), "z", "fit", "everything in view", VIEW, 2),
-    Action("follow", ("F", "upper_f"), "F", "follow", "keep the selected vehicle in view, or stop it", VIEW, 1),
+    Action("follow", ("F", "shift+f"), "F", "follow", "keep the selected vehicle in view, or stop it", VIEW, 1),
 )
 
 

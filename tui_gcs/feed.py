@@ -79,11 +79,7 @@ class PlannerUpdated(Message, bubble=False):
 
 
 class StationLost(Message, bubble=False):
-    """No status for three seconds; posted again each second with the growing age."""
-
-    def __init__(self, silent_s: float) -> None:
-        super().__init__()
-        self.silent_s = silent_s
+    """No status for three seconds; posted again each second while `Feed.silent_s` grows."""
 
 
 class StationBack(Message, bubble=False):
@@ -139,6 +135,11 @@ class Feed:
     def listen(self, node: MessagePump) -> None:
         """Post all messages to `node` too."""
         self._listeners.append(node)
+
+    def leave(self, node: MessagePump) -> None:
+        """No more messages to `node`."""
+        if node in self._listeners:
+            self._listeners.remove(node)
 
     def open(self) -> None:
         """Subscribe and say hello; call on the running event loop."""
@@ -216,10 +217,14 @@ class Feed:
 
     def check(self) -> None:
         """Notice a silent station. Called once a second."""
-        silent_s = self._clock.now() - self._heard_at
-        if silent_s > STATION_LOST_S:
+        if self.silent_s > STATION_LOST_S:
             self.station_lost = True
-            self._post(StationLost(silent_s))
+            self._post(StationLost())
+
+    @property
+    def silent_s(self) -> float:
+        """Time since the last status."""
+        return self._clock.now() - self._heard_at
 
     def _check_again(self) -> None:
         if self._loop is not None:

@@ -1,5 +1,6 @@
 """What happened, newest first."""
 
+import time
 from collections.abc import Sequence
 
 from tui_gcs.core.messages import Event, EventClass
@@ -49,6 +50,14 @@ def severity_mark(severity: int) -> tuple[str, Ink]:
     return " ", Ink.TEXT
 
 
+def event_time(event: Event, mission_offset_s: float) -> str:
+    """Mission time once there is one, else UTC hours and minutes."""
+    mission_s = event.t_s + mission_offset_s
+    if mission_s >= 0.0:  # NaN is not
+        return clock(mission_s)[2:]
+    return time.strftime("%H:%MZ", time.gmtime(event.wall_s)) if event.wall_s == event.wall_s else "--:--"
+
+
 def event_line(event: Event, width: int, mission_offset_s: float) -> list[Run]:
     """Time, severity, source, class of error, text."""
     mark, ink = severity_mark(event.severity)
@@ -56,7 +65,7 @@ def event_line(event: Event, width: int, mission_offset_s: float) -> list[Run]:
     tag = tags.get(event.cls, "")
     tag_text = f"{tag:<{12 if width >= WIDE else 4}}"
     return [
-        (f"{clock(event.t_s + mission_offset_s)[2:]:>5} ", Ink.MUTED),
+        (f"{event_time(event, mission_offset_s):<6} ", Ink.MUTED),
         (f"{mark} ", ink),
         (f"{event.source[:14]:<{14 if width >= WIDE else 10}} ", Ink.TEXT),
         (tag_text, Ink.MUTED),

@@ -13,7 +13,7 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from tui_gcs.core.messages import Annotation, FleetFrame
+from tui_gcs.core.messages import Annotation, FleetFrame, Freshness
 from tui_gcs.core.scenario import Origin, Round, TakeOffPlace
 from tui_gcs.widgets import map_scene
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
@@ -61,6 +61,7 @@ class MapView(Widget):
         self._places: tuple[TakeOffPlace, ...] = ()
         self._origin: Origin | None = None
         self._frame: FleetFrame | None = None
+        self._known = True
         self._annotations: dict[str, tuple[Annotation, ...]] = {}
         self._selected: int | None = None
         self._edited_zone: str | None = None
@@ -88,9 +89,9 @@ class MapView(Widget):
             self._fit_view()
         self._redraw(still=True)
 
-    def set_fleet(self, frame: FleetFrame | None) -> None:
-        """Show this fleet frame."""
-        self._frame = frame
+    def set_fleet(self, frame: FleetFrame | None, *, known: bool = True) -> None:
+        """Show this fleet frame; `known` false (station silent): every vehicle is drawn as lost."""
+        self._frame, self._known = frame, known
         if frame is not None:
             self._trails.update(frame)
             self._keep_in_view()
@@ -253,7 +254,10 @@ class MapView(Widget):
         raster.plot(view.to_dots(self._trails.points_m()), Ink.TRAIL)
         cells = Cells(raster.codes(None if self._glyphs.braille else _LETTERS), raster.inks)
         if self._frame is not None:
-            self._labels.draw(cells, view, self._frame.rows(), self._selected, self._glyphs)
+            rows = self._frame.rows()
+            if not self._known:
+                rows = [row._replace(freshness=Freshness.LOST) for row in rows]
+            self._labels.draw(cells, view, rows, self._selected, self._glyphs)
         words = list(map_scene.annotation_words(view, self._annotations, self._glyphs))
         if self._round is not None:
             words = map_scene.zone_words(view, self._round, self._edited_zone) + words

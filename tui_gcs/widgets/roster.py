@@ -73,6 +73,7 @@ class Roster(LinesView):
     _frame: FleetFrame | None = None
     _selected: int | None = None
     _first = 0
+    _waiting = ""
 
     class Picked(Message):
         """A vehicle was clicked."""
@@ -81,9 +82,9 @@ class Roster(LinesView):
             super().__init__()
             self.vehicle = vehicle
 
-    def show(self, frame: FleetFrame | None, selected: int | None) -> None:
-        """Show these vehicles; `None` when nothing is known."""
-        self._frame, self._selected = frame, selected
+    def show(self, frame: FleetFrame | None, selected: int | None, *, waiting: str = "") -> None:
+        """Show these vehicles; `None` when nothing is known; `waiting` says what an empty fleet waits for."""
+        self._frame, self._selected, self._waiting = frame, selected, waiting
         count = len(frame.ids) if frame is not None else 0
         set_title(self, f"fleet  {count}")
         self.update_lines()
@@ -91,7 +92,7 @@ class Roster(LinesView):
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
         if self._frame is None or not self._frame.ids:
-            return [[(" no vehicle yet", Ink.MUTED)]]
+            return [[("no vehicle yet", Ink.MUTED)], [(self._waiting, Ink.MUTED)]]
         columns = fitting_columns(width)
         rows = self._frame.rows()
         room = max(1, height - 1)

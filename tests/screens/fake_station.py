@@ -1,0 +1,289 @@
+"""A station made of paper: publishes plausible frames on a bus and answers requests, driven by `tick`.
+
+Also a program for looking at the console: `python tests/screens/fake_station.py [scene]` runs it in a terminal.
+"""
+
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import tui_gcs
+from tui_gcs.core import bus as keys
+from tui_gcs.core import messages as m
+from tui_gcs.core.bus import MemoryBus
+from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario_load import load
+from tui_gcs.core.zones import bounds
+
+SCENARIO_FILE = Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml"
+WALL_START_S = 1_790_000_000.0
+SPEED_M_S = 8.0
+NAN = float("nan")
+
+
+@dataclass
+class FakeStation:
+    """Eight vehicles on two rings, or on the ground; fields may be changed between ticks."""
+
+    bus: MemoryBus
+    kind: m.Kind = m.Kind.SIM
+    run: m.RunPhase = m.RunPhase.IDLE
+    count: int = 8
+    t_s: float = 100.0
+    round_index: int = 0
+    alarm: str = ""
+    silent: bool = False
+    """Neither publishes nor answers."""
+    refuse: tuple[int, ...] = ()
+    protocol_answer: str = ""
+    """Why Hello is refused; empty: it is not."""
+    changes: dict[int, dict[str, object]] = field(default_factory=dict)
+    """Values of single vehicles that differ from the usual."""
+    requests: list[m.AnyRequest] = field(default_factory=list)
+    events: list[m.Event] = field(default_factory=list)
+    seq: int = 0
+    started_s: float = NAN
+
+    def __post_init__(self) -> None:
+        self.scenario: Scenario = load(SCENARIO_FILE)
+        self.bus.answer(keys.REQUEST.format(principal="*"), self._answer)
+
+    # ------------------------------------------------------------ time
+
+    def fly(self, mission_s: float = 252.0) -> None:
+        """All in the air since `mission_s` seconds."""
+        self.run, self.started_s = m.RunPhase.RUNNING, self.t_s - mission_s
+
+    def tick(self, dt_s: float = 0.1) -> None:
+        """Move on and publish."""
+        self.t_s += dt_s
+        self.seq += 1
+        if self.silent:
+            return
+        self.bus.publish(keys.FLEET, m.encode(self.frame()))
+        self.bus.publish(keys.STATUS, m.encode(self.status()))
+        if self.flying:
+            for team in self.scenario.teams:
+                self.bus.publish(keys.PLAN.format(team=team.name), m.encode(self.plan(team.name)))
+
+    def event(self, text: str, *, source: str = "station", severity: int = 6, cls: str = "mission") -> m.Event:
+        """Raise an event and publish it."""
+        event = m.Event(
+            seq=len(self.events),
+            t_s=self.t_s,
+            wall_s=WALL_START_S + self.t_s,
+            cls=m.EventClass(cls),
+            severity=severity,
+            source=source,
+            text=text,
+        )
+        self.events.append(event)
+        if not self.silent:
+            self.bus.publish(keys.EVENT, m.encode(event))
+        return event
+
+    @property
+    def flying(self) -> bool:
+        return self.run is not m.RunPhase.IDLE
+
+    # ------------------------------------------------------------ what is published
+
+    def frame(self) -> m.FleetFrame:
+        rows = [self._row(index) for index in range(self.count)]
+        columns = {name: tuple(getattr(row, name) for row in rows) for name in m.VehicleRow._fields}
+        columns["ids"] = columns.pop("id")
+        return m.FleetFrame(seq=self.seq, t_s=self.t_s, wall_s=WALL_START_S + self.t_s, kind=self.kind, **columns)
+
+    def status(self) -> m.StationStatus:
+        frame = self.frame()
+        return m.StationStatus(
+            seq=self.seq,
+            t_s=self.t_s,
+            wall_s=WALL_START_S + self.t_s,
+            kind=self.kind,
+            scenario=self.scenario.name,
+            revision=1,
+            run=self.run,
+            round_index=self.round_index,
+            rounds=tuple(r.name for r in self.scenario.rounds),
+            mission_time_s=self.t_s - self.started_s if self.flying else 0.0,
+            heard=sum(f is not m.Freshness.LOST for f in frame.freshness),
+            vehicles=self.count,
+            armed=sum(frame.armed),
+            in_control="console-test",
+            teams=tuple(self._team(team.name) for team in self.scenario.teams),
+            links=(m.LinkStatus(name="udpin:127.0.0.1:14550", up=True, datagrams=9000, frames=9000, bad=0),),
+            min_separation_m=21.4 if self.flying else NAN,
+            recording="2026-09-21T14-13.tlog" if self.flying else "",
+            alarm=self.alarm,
+        )
+
+    def plan(self, team: str) -> m.Plan:
+        x, y, rx, ry = self._ring(team)
+        ring = tuple((x + rx * math.sin(a), y + ry * math.cos(a)) for a in (math.tau * i / 64 for i in range(64)))
+        tour = m.Annotation(kind="polygon", points_m=ring)
+        return m.Plan(team=team, revision=1, seq=self.seq, t_s=self.t_s, annotations=(tour,))
+
+    def _ring(self, team: str) -> tuple[float, float, float, float]:
+        served = next(t.zone for t in self.scenario.teams if t.name == team)
+        zone = next(z for z in self.scenario.rounds[self.round_index].zones if z.name == served)
+        x0, y0, x1, y1 = bounds(zone.shape)
+        return (x0 + x1) / 2, (y0 + y1) / 2, (x1 - x0) / 2 - 20, (y1 - y0) / 2 - 20
+
+    def _row(self, index: int) -> m.VehicleRow:
+        team = self.scenario.teams[(index // 4) % 2].name
+        place = self.scenario.places[index % len(self.scenario.places)]
+        position = (*place.place_m, 0.0)
+        velocity, heading = (0.0, 0.0, 0.0), 0.0
+        if self.flying:
+            x, y, rx, ry = self._ring(team)
+            angle = math.tau * (index % 4) / 4 + (self.t_s - 100.0) * SPEED_M_S / max(rx, ry)
+            position = (x + rx * math.sin(angle), y + ry * math.cos(angle), place.layer_m)
+            speed = 0.0 if self.run is m.RunPhase.HOLD else SPEED_M_S
+            velocity = (speed * math.cos(angle), -speed * math.sin(angle), 0.0)
+            heading = math.degrees(math.atan2(math.cos(angle), -math.sin(angle))) % 360.0
+        row = m.VehicleRow(
+            id=index + 1,
+            team=team,
+            autopilot="ArduPilot",
+            vehicle_type="quadrotor",
+            mode="GUIDED" if self.flying else "STABILIZE",
+            armed=self.flying,
+            phase=m.Phase.FLYING if self.flying else m.Phase.GROUND,
+            freshness=m.Freshness.OK,
+            position_m=position,
+            velocity_m_s=velocity,
+            heading_deg=heading,
+            lat_deg=52.0720 + position[1] / 111_000,
+            lon_deg=-0.6280 + position[0] / 68_000,
+            alt_amsl_m=110.0 + position[2],
+            battery_pct=82.0 - index,
+            battery_v=15.4,
+            gps_fix=3,
+            satellites=12,
+            age_s=0.1,
+            heard_age_s=0.05,
+            loss_pct=0.0,
+            slot=f"{index % 4 + 1}/4" if self.flying else "",
+            slot_error_m=0.8 if self.flying else NAN,
+            link="udpin:127.0.0.1:14550",
+        )
+        return row._replace(**self.changes.get(row.id, {}))
+
+    def _team(self, name: str) -> m.TeamStatus:
+        team = next(t for t in self.scenario.teams if t.name == name)
+        zone = next(z for z in self.scenario.rounds[self.round_index].zones if z.name == team.zone)
+        known = 1.0 if self.flying else NAN
+        return m.TeamStatus(
+            name=name,
+            zone=team.zone,
+            role=str(zone.role),
+            planner=team.planner,
+            members=team.vehicles,
+            worker="running" if self.flying else "ready",
+            plan_age_s=0.1,
+            rate_hz=5.0,
+            on_slot=4 if self.flying else 0,
+            slots=4,
+            worst_idleness_s=24.1 * known,
+            average_idleness_s=9.1 * known,
+            coverage=1.0 * known,
+            bound_s=20.9,
+            ratio=1.15 * known,
+        )
+
+    # ------------------------------------------------------------ what is answered
+
+    def _answer(self, _key: str, payload: bytes, reply: Callable[[bytes], None]) -> None:
+        if self.silent:
+            return
+        request = m.decode_request(payload)
+        self.requests.append(request)
+        reply(m.encode(self._reply(request)))
+
+    def _reply(self, request: m.AnyRequest) -> m.Reply:
+        match request:
+            case m.Hello():
+                return m.Reply(ok=not self.protocol_answer, text=self.protocol_answer)
+            case m.GetScenario():
+                change = m.ScenarioChanged(revision=1, path="swarm-challenge.toml", toml="", scenario=self.scenario)
+                return m.Reply(ok=True, scenario=change)
+            case m.GetEvents():
+                return m.Reply(ok=True, events=tuple(e for e in self.events if e.seq > request.after))
+            case m.GetPlan():
+                return m.Reply(ok=True)
+            case m.Start():
+                self.fly(0.0)
+                return self._results(request.vehicles)
+            case m.Hold():
+                self.run = m.RunPhase.HOLD if self.flying else self.run
+                return self._results(tuple(range(1, self.count + 1)))
+            case m.Resume():
+                self.run = m.RunPhase.RUNNING
+                return m.Reply(ok=True)
+            case m.Return():
+                self.run = m.RunPhase.RETURNING
+                return self._results(tuple(range(1, self.count + 1)))
+            case m.SwitchRound():
+                self.round_index = request.index
+                return m.Reply(ok=True)
+        return m.Reply(ok=False, text="not on paper")
+
+    def _results(self, vehicles: tuple[int, ...]) -> m.Reply:
+        results = tuple(
+            m.VehicleResult(vehicle=v, ok=v not in self.refuse, text="prearm: compass" if v in self.refuse else "")
+            for v in vehicles
+        )
+        return m.Reply(ok=not self.refuse, results=results)
+
+    def commands(self) -> list[m.AnyRequest]:
+        """What was asked beyond looking."""
+        looking = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan)
+        return [request for request in self.requests if not isinstance(request, looking)]
+
+
+def trouble(station: FakeStation) -> None:
+    """In flight with a low battery and a lost vehicle."""
+    station.fly()
+    station.changes[7] = {"battery_pct": 24.0}
+    station.changes[5] = {"freshness": m.Freshness.LOST, "heard_age_s": 12.4, "age_s": 12.4}
+    station.event("ARMED, take-off to 40 m", source="vehicle 5", cls="vehicle")
+    station.event("Round 1 started: 8 vehicles (1-8)", source="you", cls="operator")
+    station.event("GPS glitch", source="vehicle 3", severity=4, cls="sensor")
+    station.event("vehicle 5 LOST: no frame for 3.5 s", source="station", severity=2, cls="connection")
+
+
+SCENES: dict[str, Callable[[FakeStation], None]] = {
+    "ground": lambda station: None,
+    "flight": lambda station: station.fly(),
+    "trouble": trouble,
+}
+
+
+def main(argv: list[str]) -> None:
+    """Run the console on a fake station at 10 Hz."""
+    import threading
+    import time
+
+    from tui_gcs.app import ConsoleApp
+
+    bus = MemoryBus()
+    station = FakeStation(bus)
+    SCENES[argv[0] if argv else "flight"](station)
+    stopped = threading.Event()
+
+    def publish() -> None:
+        while not stopped.is_set():
+            station.tick(0.1)
+            time.sleep(0.1)
+
+    thread = threading.Thread(target=publish, daemon=True)
+    thread.start()
+    ConsoleApp(bus, "console-test").run()
+    stopped.set()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

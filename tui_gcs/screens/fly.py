@@ -1,0 +1,301 @@
+"""The fly screen: map, fleet, selected vehicle, planners, events.
+
+A screen is layout and message handlers: the feed's messages go to the panels, keys move the view and the selection.
+Commands for the fleet belong to the app, so that they work on every screen.
+"""
+
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import BindingType
+from textual.containers import Horizontal, Vertical
+from textual.message import Message
+from textual.screen import Screen
+
+from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, Action, bindings
+from tui_gcs.core.messages import FleetFrame, StationStatus
+from tui_gcs.core.scenario import Round
+from tui_gcs.feed import (
+    EventRaised,
+    Feed,
+    FleetUpdated,
+    PlannerUpdated,
+    ScenarioChanged,
+    StationBack,
+    StationLost,
+    StatusUpdated,
+)
+from tui_gcs.widgets.event_lines import EventLines
+from tui_gcs.widgets.footer import FooterLine
+from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.map_view import MapView
+from tui_gcs.widgets.planner_panel import BriefPanel, PlannerPanel
+from tui_gcs.widgets.roster import Roster
+from tui_gcs.widgets.selected import SelectedPanel, row_of
+from tui_gcs.widgets.top_lines import TopLines
+
+PAN = 0.125
+ZOOM = 2.0**0.5
+MAX_DIGITS = 3
+
+
+class FlyScreen(Screen[None]):
+    """What an operator looks at while vehicles fly."""
+
+    ACTIONS: ClassVar[tuple[Action, ...]] = FLY_ACTIONS
+    BINDINGS: ClassVar[list[BindingType]] = bindings(FLY_ACTIONS)
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]
+    AUTO_FOCUS = None
+    CSS = """
+    FlyScreen { layout: vertical; }
+    FlyScreen #middle { height: 1fr; }
+    FlyScreen MapView { width: 1fr; height: 1fr; }
+    FlyScreen #side { width: 55; height: 1fr; }
+    FlyScreen EventLines { height: 8; }
+    FlyScreen BriefPanel { display: none; }
+    FlyScreen.-narrow #side { width: 30; }
+    FlyScreen.-narrow BriefPanel, FlyScreen.-short BriefPanel { display: block; }
+    FlyScreen.-narrow SelectedPanel, FlyScreen.-short SelectedPanel { display: none; }
+    FlyScreen.-narrow PlannerPanel, FlyScreen.-short PlannerPanel { display: none; }
+    FlyScreen.-short EventLines { height: 2; border: none; }
+    """
+
+    class Resumed(Message):
+        """Enter without digits: the operator wants the planner to go on."""
+
+    class Typing(Message):
+        """Digits typed so far towards a vehicle's number."""
+
+        def __init__(self, digits: str) -> None:
+            super().__init__()
+            self.digits = digits
+
+    def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
+        """For this feed."""
+        super().__init__()
+        self.feed = feed
+        self.selected: int | None = None
+        self._digits = ""
+        self._glyphs = glyphs
+        self.top_lines = TopLines(feed, glyphs=glyphs)
+        self.map_view = MapView(glyphs=glyphs)
+        self.roster = Roster(glyphs=glyphs)
+        self.selected_panel = SelectedPanel(glyphs=glyphs)
+        self.planner_panel = PlannerPanel(glyphs=glyphs)
+        self.brief_panel = BriefPanel(glyphs=glyphs)
+        self.event_lines = EventLines(glyphs=glyphs)
+
+    def compose(self) -> ComposeResult:
+        """Status, alarm; map and panels; events; keys."""
+        yield self.top_lines
+        with Horizontal(id="middle"):
+            yield self.map_view
+            with Vertical(id="side"):
+                yield self.roster
+                yield self.selected_panel
+                yield self.planner_panel
+                yield self.brief_panel
+        yield self.event_lines
+        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs)
+
+    def on_mount(self) -> None:
+        """Listen to the feed."""
+        self.feed.listen(self)
+        self.show_all()
+
+    def on_screen_resume(self) -> None:
+        """What changed while another screen was shown."""
+        self.show_all()
+
+    # ------------------------------------------------------------ messages of the feed
+
+    def on_fleet_updated(self, _message: FleetUpdated) -> None:
+        """Vehicles moved."""
+        if self.is_current:
+            self.show_fleet()
+
+    def on_status_updated(self, message: StatusUpdated) -> None:
+        """Station, teams, links."""
+        if self.is_current:
+            self.show_scenario()
+            self.show_status()
+
+    def on_event_raised(self, _message: EventRaised) -> None:
+        """Something happened."""
+        if self.is_current:
+            self.show_events()
+
+    def on_scenario_changed(self, _message: ScenarioChanged) -> None:
+        """Zones, rounds, teams."""
+        if self.is_current:
+            self.show_scenario()
+
+    def on_planner_updated(self, message: PlannerUpdated) -> None:
+        """New tours."""
+        self.map_view.set_annotations(message.annotations)
+
+    def on_station_lost(self, _message: StationLost) -> None:
+        """Nothing is known any more."""
+        self.show_all()
+
+    def on_station_back(self, _message: StationBack) -> None:
+        """Known again."""
+        self.show_all()
+
+    # ------------------------------------------------------------ showing
+
+    def show_all(self) -> None:
+        """Every panel from what the feed knows."""
+        self.show_scenario()
+        self.map_view.set_annotations(self.feed.annotations)
+        self.show_status()
+        self.show_fleet()
+        self.show_events()
+
+    def show_scenario(self) -> None:
+        """The present round on the map."""
+        change, status = self.feed.scenario, self.feed.status
+        if change is None:
+            return
+        self.map_view.set_scenario(present_round(self.feed), change.scenario.places, change.scenario.origin)
+        self.planner_panel.show(self._known_status(status))
+
+    def show_status(self) -> None:
+        """Teams and planners."""
+        status = self._known_status(self.feed.status)
+        self.planner_panel.show(status)
+        self.brief_panel.show(status, row_of(self._known_frame(), self.selected))
+
+    def show_fleet(self) -> None:
+        """Roster, selected vehicle and map."""
+        frame = self._known_frame()
+        count = len(frame.ids) if frame is not None else 0
+        self.roster.styles.height = max(4, min(count + 3, self._roster_room()))
+        self.roster.show(frame, self.selected, waiting=self._waiting())
+        row = row_of(frame, self.selected)
+        self.selected_panel.show(row)
+        self.brief_panel.show(self._known_status(self.feed.status), row)
+        self.map_view.set_fleet(self.feed.frame, known=frame is not None)
+
+    def show_events(self) -> None:
+        """The event lines."""
+        status = self.feed.status
+        started = status is not None and status.mission_time_s > 0.0
+        offset_s = round(status.mission_time_s - status.t_s) if status is not None and started else float("nan")
+        self.event_lines.show(self.feed.events, offset_s)
+
+    def _roster_room(self) -> int:
+        """Lines the roster may take and still leave the panels below room."""
+        return max(4, self.size.height - (13 if self.size.height < 36 else 29))
+
+    def _known_frame(self) -> FleetFrame | None:
+        return None if self.feed.station_lost else self.feed.frame
+
+    def _known_status(self, status: StationStatus | None) -> StationStatus | None:
+        return None if self.feed.station_lost else status
+
+    def _waiting(self) -> str:
+        """What an empty fleet waits for."""
+        status = self.feed.status
+        if self.feed.station_lost or status is None:
+            return "--"
+        names = ", ".join(f"{link.name}: {link.datagrams} datagrams" for link in status.links)
+        return f"waiting on {names or 'no link'}"
+
+    # ------------------------------------------------------------ keys: selection
+
+    def select(self, vehicle: int | None) -> None:
+        """Make this the selected vehicle."""
+        self.selected = vehicle
+        self.map_view.selected = vehicle
+        self.show_fleet()
+
+    def on_roster_picked(self, message: Roster.Picked) -> None:
+        """Clicked."""
+        self.select(message.vehicle)
+
+    def action_select_next(self) -> None:
+        """Next vehicle in the roster."""
+        self._step(1)
+
+    def action_select_previous(self) -> None:
+        """Previous vehicle in the roster."""
+        self._step(-1)
+
+    def _step(self, by: int) -> None:
+        ids = self.feed.frame.ids if self.feed.frame is not None else ()
+        if not ids:
+            return
+        if self.selected in ids:
+            self.select(ids[(ids.index(self.selected) + by) % len(ids)])
+        else:
+            self.select(ids[0] if by > 0 else ids[-1])
+
+    def action_digit(self, digit: str) -> None:
+        """One more digit of a vehicle's number."""
+        self._set_digits((self._digits + digit).lstrip("0")[-MAX_DIGITS:])
+
+    def action_enter(self) -> None:
+        """Select the typed number; without one: resume."""
+        digits = self._digits
+        if not digits:
+            self.post_message(self.Resumed())
+            return
+        self._set_digits("")
+        frame = self.feed.frame
+        if frame is not None and int(digits) in frame.ids:
+            self.select(int(digits))
+
+    def action_cancel(self) -> None:
+        """Forget digits, end follow."""
+        self._set_digits("")
+        self.map_view.follow(False)
+
+    def _set_digits(self, digits: str) -> None:
+        if digits != self._digits:
+            self._digits = digits
+            self.post_message(self.Typing(digits))
+
+    # ------------------------------------------------------------ keys: map
+
+    def action_pan_left(self) -> None:
+        """West."""
+        self.map_view.pan(-PAN, 0.0)
+
+    def action_pan_right(self) -> None:
+        """East."""
+        self.map_view.pan(PAN, 0.0)
+
+    def action_pan_up(self) -> None:
+        """North."""
+        self.map_view.pan(0.0, PAN)
+
+    def action_pan_down(self) -> None:
+        """South."""
+        self.map_view.pan(0.0, -PAN)
+
+    def action_zoom_in(self) -> None:
+        """Closer."""
+        self.map_view.zoom(ZOOM)
+
+    def action_zoom_out(self) -> None:
+        """Farther."""
+        self.map_view.zoom(1.0 / ZOOM)
+
+    def action_fit(self) -> None:
+        """Everything."""
+        self.map_view.fit()
+
+    def action_follow(self) -> None:
+        """Follow the selected vehicle, or stop."""
+        self.map_view.follow(not self.map_view.following)
+
+
+def present_round(feed: Feed) -> Round | None:
+    """The round the station is in, by what the feed knows."""
+    if feed.scenario is None:
+        return None
+    rounds = feed.scenario.scenario.rounds
+    index = feed.status.round_index if feed.status is not None else 0
+    return rounds[index] if 0 <= index < len(rounds) else None

@@ -1,0 +1,70 @@
+"""Who would fly if the operator said start now: by team, from the scenario and who is heard."""
+
+from dataclasses import dataclass
+
+from tui_gcs.core.messages import FleetFrame, Freshness, StationStatus
+from tui_gcs.core.scenario import Round, Scenario
+from tui_gcs.feed import Feed
+
+
+@dataclass(frozen=True)
+class TeamStart:
+    """One team's line in the start dialog."""
+
+    name: str
+    role: str
+    zone: str
+    planner: str
+    vehicles: tuple[int, ...]
+    """Heard, will fly."""
+    missing: tuple[int, ...]
+    """Named in the scenario or counted, but not heard; ids 0 stand for places without a vehicle."""
+
+
+@dataclass(frozen=True)
+class StartPlan:
+    """What is asked before start."""
+
+    round_name: str
+    teams: tuple[TeamStart, ...]
+
+    @property
+    def vehicles(self) -> tuple[int, ...]:
+        """All that will fly, by id."""
+        return tuple(sorted(vehicle for team in self.teams for vehicle in team.vehicles))
+
+
+def start_plan(scenario: Scenario, status: StationStatus, frame: FleetFrame) -> StartPlan:
+    """Teams with named vehicles take those; the others what the station gave them, else the lowest free ids."""
+    heard = {row.id for row in frame.rows() if row.freshness is not Freshness.LOST}
+    current = scenario.rounds[status.round_index] if status.round_index < len(scenario.rounds) else None
+    given = {team.name: team.members for team in status.teams}
+    taken = {vehicle for team in scenario.teams for vehicle in team.vehicles or given.get(team.name, ())}
+    free = [vehicle for vehicle in sorted(heard) if vehicle not in taken]
+    teams = []
+    for team in scenario.teams:
+        wanted = team.vehicles or given.get(team.name, ())
+        if not wanted:
+            wanted, free = tuple(free[: team.count]), free[team.count :]
+        vehicles = tuple(vehicle for vehicle in wanted if vehicle in heard)
+        missing = tuple(vehicle for vehicle in wanted if vehicle not in heard)
+        missing += (0,) * (max(team.count, len(wanted)) - len(wanted))
+        role = _role(current, team.zone)
+        teams.append(TeamStart(team.name, role, team.zone, team.planner, vehicles, missing))
+    return StartPlan(current.name if current is not None else "", tuple(teams))
+
+
+def _role(current: Round | None, zone: str) -> str:
+    zones = current.zones if current is not None else ()
+    return next((str(z.role) for z in zones if z.name == zone), "")
+
+
+def fingerprint(feed: Feed) -> tuple[object, ...]:
+    """Changes when what a confirmation was given for is no longer so."""
+    frame, status = feed.frame, feed.status
+    fleet = (frame.ids, frame.armed, frame.freshness) if frame is not None else ()
+    station: tuple[object, ...] = ()
+    if status is not None:
+        links = tuple((link.name, link.up) for link in status.links)
+        station = (status.kind, status.run, status.round_index, status.revision, links)
+    return (fleet, station, feed.station_lost, feed.read_only)

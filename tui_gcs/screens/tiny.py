@@ -1,0 +1,85 @@
+"""What remains on a terminal below 80x24: how many are armed, the worst alarm, HOLD ALL."""
+
+from textual.app import ComposeResult
+from textual.screen import ModalScreen
+
+from tui_gcs.feed import Feed, FleetUpdated, StationBack, StationLost, StatusUpdated
+from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.lines import Line, LinesView
+from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.top_lines import worst
+
+MIN_COLUMNS, MIN_ROWS = 80, 24
+
+
+class TinyLines(LinesView):
+    """The few lines."""
+
+    DEFAULT_CSS = "TinyLines { width: 1fr; height: 1fr; }"
+
+    def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
+        """For this feed."""
+        super().__init__(glyphs=glyphs)
+        self._feed = feed
+
+    def lines(self, width: int, height: int) -> list[Line]:
+        """The worst news first: they may be all that fits."""
+        status = self._feed.status
+        alarm = worst(self._feed)
+        lines: list[Line] = []
+        if alarm.text:
+            lines += [[("!", Ink.ALARM), (" " + piece, Ink.WARNING)] for piece in _wrapped(alarm.text, width - 2)]
+        if status is not None and not self._feed.station_lost:
+            lines.append([(f"{status.kind} armed {status.armed} heard {status.heard}/{status.vehicles}", Ink.BOLD)])
+            lines.append([(f"{status.run}", Ink.TEXT)])
+        lines.append([("!h HOLD ALL   q detach", Ink.BOLD)])
+        size = self.app.size
+        lines.append([(f"need {MIN_COLUMNS}x{MIN_ROWS}, this is {size.width}x{size.height}", Ink.MUTED)])
+        return lines
+
+
+class TinyScreen(ModalScreen[None]):
+    """Covers everything while the terminal is too small."""
+
+    DEFAULT_CSS = "TinyScreen { background: #101418; }"
+    BINDINGS = [("q", "app.detach", "detach")]
+
+    def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
+        """For this feed."""
+        super().__init__()
+        self._feed = feed
+        self.tiny_lines = TinyLines(feed, glyphs=glyphs)
+
+    def compose(self) -> ComposeResult:
+        """Lines only."""
+        yield self.tiny_lines
+
+    def on_mount(self) -> None:
+        """Listen."""
+        self._feed.listen(self)
+
+    def on_unmount(self) -> None:
+        """No more messages."""
+        self._feed.leave(self)
+
+    def on_status_updated(self, _message: StatusUpdated) -> None:
+        """Again."""
+        self.tiny_lines.update_lines()
+
+    def on_fleet_updated(self, _message: FleetUpdated) -> None:
+        """Again."""
+        self.tiny_lines.update_lines()
+
+    def on_station_lost(self, _message: StationLost) -> None:
+        """Again."""
+        self.tiny_lines.update_lines()
+
+    def on_station_back(self, _message: StationBack) -> None:
+        """Again."""
+        self.tiny_lines.update_lines()
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    """Cut into pieces of `width`, three at most."""
+    width = max(width, 8)
+    return [text[start : start + width] for start in range(0, min(len(text), 3 * width), width)]
