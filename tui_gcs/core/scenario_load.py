@@ -220,9 +220,9 @@ def _shape(table: Table, frame: LocalFrame | None) -> Shape | None:
         shape = Circle(centre_m, radius_m) if centre_m is not None else None
     elif kind == "rectangle":
         centre_m = _point(table, "centre", frame)
-        sides = [table.number(key, above=0, high=MAX_DISTANCE_M) for key in ("width_m", "height_m")]
+        width_m, height_m = (table.number(key, above=0, high=MAX_DISTANCE_M) for key in ("width_m", "height_m"))
         heading_deg = table.number("heading_deg", 0.0, low=-360, high=360)
-        shape = Rectangle(centre_m, *sides, heading_deg) if centre_m is not None else None
+        shape = Rectangle(centre_m, width_m, height_m, heading_deg) if centre_m is not None else None
     elif kind == "polygon":
         shape = Polygon(tuple(_vertices(table, frame)))
     else:  # no further complaints about keys that some shape would know

@@ -1,0 +1,286 @@
+"""Edits of a scenario file that keep everything else as it was: comments, order, number formats, line ends.
+
+The text is edited by lines: a value is replaced in its own lines (by tomlkit, which keeps their comment), new keys go
+below the last key of their table, whole tables in or out. An edit that cannot be made leaves the text as it was.
+"""
+
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import tomlkit
+
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.scenario import OperatingArea, Origin
+from tui_gcs.core.scenario_lines import Span, map_lines
+from tui_gcs.core.scenario_load import ScenarioError
+from tui_gcs.core.zones import Circle, Polygon, Rectangle, Shape, Zone
+
+Value = float | int | bool | str | list[Any]
+Parameters = Mapping[str, float | int | bool | str]
+_SHAPE_KEYS = (
+    *("shape", "centre_m", "centre_deg", "radius_m", "width_m", "height_m", "heading_deg"),
+    *("vertices_m", "vertices_deg", "alt_min_m", "alt_max_m"),
+)
+
+
+class ScenarioDocument:
+    """A scenario's text and edits of it. Rounds are counted from 0, zones and teams go by name.
+
+    Edits say nothing about sense: parse `text` afterwards. They raise `ScenarioError` where there is no such round,
+    zone or team, or where it is written in a way that is not edited here (inline tables).
+    """
+
+    def __init__(self, text: str) -> None:
+        """Take a TOML text. Raises `ScenarioError` if it is none."""
+        self._text = text
+        self._data = _loads(text)
+
+    @property
+    def text(self) -> str:
+        """The file as it stands; without edits the very text given."""
+        return self._text
+
+    def rename(self, name: str) -> None:
+        """Set the scenario's name."""
+        self._apply("", {"name": name})
+
+    def set_round(self, round_index: int, *, name: str | None = None, duration_s: float | None = None) -> None:
+        """Set a round's name or duration."""
+        given = {"name": name, "duration_s": duration_s}
+        with self._all_or_nothing():
+            self._apply(self._round(round_index), {k: v for k, v in given.items() if v is not None})
+
+    def set_area(self, round_index: int, area: OperatingArea) -> None:
+        """Set a round's operating area."""
+        path = f"{self._round(round_index)}.area"
+        band = {"alt_min_m": area.alt_min_m, "alt_max_m": area.alt_max_m}
+        with self._all_or_nothing():
+            self._apply(path, self._shape_keys(path, area.shape) | band, _SHAPE_KEYS)
+
+    def set_zone(self, round_index: int, zone_name: str, zone: Zone) -> None:
+        """Replace one round's zone of that name; `zone.name` may be another (see `rename_zone`)."""
+        path = self._zone(round_index, zone_name)
+        with self._all_or_nothing():
+            self._apply(path, self._zone_keys(path, zone), _SHAPE_KEYS)
+
+    def add_zone(self, round_index: int, zone: Zone) -> None:
+        """Add a zone after the last one of the round."""
+        path = self._round(round_index)
+        zones = self._tables(path, "zone")
+        after = f"{path}.zone[{len(zones)}]" if zones else f"{path}.area"
+        if not self._has_header(after):
+            after = path
+        self._insert_table(after, "[[round.zone]]", self._zone_keys("", zone))
+
+    def remove_zone(self, round_index: int, zone_name: str) -> None:
+        """Remove one round's zone; comments around it stay."""
+        path = self._zone(round_index, zone_name)
+        span, lines = self._span(path), self._lines()
+        first, last = span.first, span.last
+        if last + 1 < len(lines) and not lines[last + 1].strip():
+            last += 1
+        self._commit([*lines[:first], *lines[last + 1 :]])
+
+    def rename_zone(self, old: str, new: str) -> None:
+        """Give a zone another name in every round, and in the teams that serve it."""
+        with self._all_or_nothing():
+            for r, _ in enumerate(self._tables("", "round")):
+                for zone in self._tables(self._round(r), "zone"):
+                    if zone.get("name") == old:
+                        self._apply(self._zone(r, old), {"name": new})
+            for team in self._tables("", "team"):
+                if team.get("zone") == old:
+                    self._apply(self._team(str(team.get("name"))), {"zone": new})
+
+    def set_team(
+        self,
+        team_name: str,
+        *,
+        name: str | None = None,
+        zone: str | None = None,
+        planner: str | None = None,
+        vehicles: Sequence[int] | None = None,
+        count: int | None = None,
+        parameters: Parameters | None = None,
+    ) -> None:
+        """Set what is given of a team. `vehicles` takes out `count` and the other way round; `parameters` are all."""
+        path = self._team(team_name)
+        given: dict[str, Value | None] = {"name": name, "zone": zone, "planner": planner, "count": count}
+        given["vehicles"] = list(vehicles) if vehicles is not None else None
+        swapped = ("vehicles", "count") if vehicles is not None or count is not None else ()
+        with self._all_or_nothing():
+            if parameters is not None:
+                self._set_parameters(path, parameters)
+            self._apply(path, {k: v for k, v in given.items() if v is not None}, swapped)
+
+    def _set_parameters(self, team_path: str, parameters: Parameters) -> None:
+        path = f"{team_path}.parameters"
+        have = self._at(team_path).get("parameters")
+        if have is None and parameters:
+            self._insert_table(team_path, "[team.parameters]", parameters)
+        elif have is not None and self._has_header(path):
+            self._apply(path, parameters, tuple(have))
+        elif have is not None:  # an inline table is a value
+            self._apply(team_path, {"parameters": dict(parameters)})
+
+    @contextmanager
+    def _all_or_nothing(self) -> Iterator[None]:
+        before, done = (self._text, self._data), False
+        try:
+            yield
+            done = True
+        finally:
+            if not done:
+                self._text, self._data = before
+
+    # ------------------------------------------------------------ where things are
+
+    def _round(self, index: int) -> str:
+        if not 0 <= index < len(self._tables("", "round")):
+            raise ScenarioError([f"scenario: there is no round {index + 1}"])
+        return f"round[{index + 1}]"
+
+    def _zone(self, round_index: int, name: str) -> str:
+        return self._named(self._round(round_index), "zone", name)
+
+    def _team(self, name: str) -> str:
+        return self._named("", "team", name)
+
+    def _named(self, path: str, key: str, name: str) -> str:
+        for i, table in enumerate(self._tables(path, key)):
+            if table.get("name") == name:
+                return f"{path}.{key}[{i + 1}]".removeprefix(".")
+        raise ScenarioError([f"scenario: {path or 'file'}: there is no {key} named {name!r}"])
+
+    def _tables(self, path: str, key: str) -> list[dict[str, Any]]:
+        found = self._at(path).get(key, [])
+        return found if isinstance(found, list) and all(isinstance(t, dict) for t in found) else []
+
+    def _at(self, path: str) -> dict[str, Any]:
+        """The table at a key path, as plain data; empty if it is not there."""
+        table: Any = self._data
+        for step in filter(None, path.replace("]", "").replace("[", ".").split(".")):
+            table = table[int(step) - 1] if isinstance(table, list) else table.get(step, {})
+        return table if isinstance(table, dict) else {}
+
+    def _spans(self) -> dict[str, Span]:
+        return map_lines(self._text)
+
+    def _has_header(self, path: str) -> bool:
+        span = self._spans().get(path)
+        return span is not None and self._lines()[span.first].lstrip().startswith("[")
+
+    def _span(self, path: str) -> Span:
+        spans = self._spans()
+        if path not in spans:
+            header = path.replace("]", "").split("[")[0]
+            raise ScenarioError(
+                [f"scenario: {path} is not edited here; write it under a header of its own, [{header}]"]
+            )
+        return spans[path]
+
+    # ------------------------------------------------------------ edits
+
+    def _apply(self, path: str, values: Mapping[str, Any], owned: Iterable[str] = ()) -> None:
+        """Set `values` in the table at `path` and take out the other `owned` keys it has."""
+        have = self._at(path)
+        for key, value in values.items():
+            if key not in have:
+                self._add_key(path, key, value)
+            elif not _same(have[key], value):
+                self._replace_value(path, key, value)
+        for key in owned:
+            if key in have and key not in values:
+                span = self._span(_join(path, key))
+                self._commit([*self._lines()[: span.first], *self._lines()[span.last + 1 :]])
+
+    def _replace_value(self, path: str, key: str, value: Value) -> None:
+        lines, span = self._lines(), self._span(_join(path, key))
+        end = "\r" if lines[span.last].endswith("\r") else ""
+        fragment = tomlkit.parse("\n".join(lines[span.first : span.last + 1]).replace("\r", ""))
+        if key not in fragment:
+            raise ScenarioError([f"scenario: {_join(path, key)} is not edited here; write it as {key} = value"])
+        fragment[key] = value
+        new = [line + end for line in fragment.as_string().split("\n")]
+        self._commit([*lines[: span.first], *new, *lines[span.last + 1 :]])
+
+    def _add_key(self, path: str, key: str, value: Value) -> None:
+        self._insert_after(self._span(path).last, [_key_line(key, value)])
+
+    def _insert_table(self, after: str, header: str, values: Mapping[str, Any]) -> None:
+        self._insert_after(self._span(after).last, ["", header, *(_key_line(k, v) for k, v in values.items())])
+
+    def _insert_after(self, line: int, new: list[str]) -> None:
+        lines = self._lines()
+        end = "\r" if lines[line].endswith("\r") else ""
+        if line == len(lines) - 1:  # the file's last line has no end; the new last one shall have it
+            new = [*new, ""]
+        self._commit([*lines[: line + 1], *(text + end if text or end else text for text in new), *lines[line + 1 :]])
+
+    def _lines(self) -> list[str]:
+        return self._text.split("\n")
+
+    def _commit(self, lines: list[str]) -> None:
+        text = "\n".join(lines)
+        self._data = _loads(text)
+        self._text = text
+
+    # ------------------------------------------------------------ values
+
+    def _zone_keys(self, path: str, zone: Zone) -> dict[str, Value]:
+        keys: dict[str, Value] = {"name": zone.name, "role": zone.role.value, **self._shape_keys(path, zone.shape)}
+        band = {"alt_min_m": zone.alt_min_m, "alt_max_m": zone.alt_max_m}
+        return keys | {key: value for key, value in band.items() if value is not None}
+
+    def _shape_keys(self, path: str, shape: Shape) -> dict[str, Value]:
+        """The keys of a shape; positions stay in degrees where they were."""
+        match shape:
+            case Circle():
+                return {"shape": "circle", **self._centre(path, shape.centre_m), "radius_m": shape.radius_m}
+            case Rectangle():
+                keys = {"shape": "rectangle", **self._centre(path, shape.centre_m)}
+                keys |= {"width_m": shape.width_m, "height_m": shape.height_m}
+                if shape.heading_deg or "heading_deg" in self._at(path):
+                    keys["heading_deg"] = shape.heading_deg
+                return keys
+            case Polygon():
+                degrees = "vertices_deg" in self._at(path)
+                points = [self._degrees(point) if degrees else list(point) for point in shape.vertices_m]
+                return {"shape": "polygon", "vertices_deg" if degrees else "vertices_m": points}
+
+    def _centre(self, path: str, centre_m: tuple[float, float]) -> dict[str, Value]:
+        if "centre_deg" in self._at(path):
+            return {"centre_deg": self._degrees(centre_m)}
+        return {"centre_m": list(centre_m)}
+
+    def _degrees(self, point_m: tuple[float, float]) -> list[float]:
+        """[latitude, longitude] to 1e-9 degrees (0.1 mm)."""
+        origin = self._data["origin"]
+        frame = LocalFrame(Origin(float(origin["lat_deg"]), float(origin["lon_deg"]), 0.0))
+        return [round(degrees, 9) for degrees in frame.to_geodetic(*point_m)]
+
+
+def _loads(text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ScenarioError([f"scenario: not valid TOML: {error}"]) from None
+
+
+def _join(path: str, key: str) -> str:
+    return f"{path}.{key}" if path else key
+
+
+def _key_line(key: str, value: Value) -> str:
+    table = tomlkit.document()
+    table[key] = value
+    return table.as_string().rstrip("\n")
+
+
+def _same(old: Any, new: Any) -> bool:
+    """Equal and of one kind: 1 and 1.0 are the same number, true is not 1."""
+    if isinstance(old, bool) or isinstance(new, bool):
+        return old is new
+    return bool(old == new)
