@@ -13,10 +13,10 @@ import msgspec
 from sitl.fleet import SimFleet, VehicleSpec
 from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.clock import VirtualClock
-from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.journal import Journal
+from tui_gcs.core.kinds import Kind
 from tui_gcs.core.links.memory import MemoryLink
-from tui_gcs.core.messages import Kind
+from tui_gcs.core.places import simulated_places
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.results import Result
 from tui_gcs.core.scenario import Scenario
@@ -30,17 +30,9 @@ LINK = "memory"
 
 
 def simulated_vehicles(scenario: Scenario) -> list[VehicleSpec]:
-    """One vehicle per take-off place: ids from the scenario, the others get the lowest free ones."""
-    frame = LocalFrame(scenario.origin)
-    taken = {place.vehicle for place in scenario.places if place.vehicle is not None}
-    free = (i for i in range(1, 255) if i not in taken)
-    wanted = sum(len(team.vehicles) or team.count for team in scenario.teams)
-    specs = []
-    for place in scenario.places[:wanted]:
-        lat_deg, lon_deg = frame.to_geodetic(*place.place_m)
-        system = place.vehicle if place.vehicle is not None else next(free)
-        specs.append(VehicleSpec(system, float(lat_deg), float(lon_deg), scenario.origin.ground_amsl_m))
-    return specs
+    """One vehicle per take-off place that a team needs."""
+    ground = scenario.origin.ground_amsl_m
+    return [VehicleSpec(system, lat, lon, ground) for system, lat, lon in simulated_places(scenario)]
 
 
 @dataclass

@@ -10,6 +10,7 @@ from typing import Any, Literal, NamedTuple, TypeVar
 
 import msgspec
 
+from tui_gcs.core.kinds import Kind as Kind
 from tui_gcs.core.scenario import Limits, OperatingArea, Scenario
 from tui_gcs.core.zones import Zone
 
@@ -21,14 +22,6 @@ Vec3 = tuple[float, float, float]
 
 class Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Base of all bus messages."""
-
-
-class Kind(StrEnum):
-    """Whether vehicles are ours and simulated, real, or recorded. They never mix."""
-
-    SIM = "SIM"
-    LIVE = "LIVE"
-    REPLAY = "REPLAY"
 
 
 class Phase(StrEnum):

@@ -1,0 +1,125 @@
+"""The `tui-gcs` command. Imports nothing heavy: `--help` must be instant."""
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+
+from tui_gcs import __version__
+
+OK, FAILED, CANNOT = 0, 1, 2
+"""Exit codes: all well; it ran and something did not hold; it could not run (one line on stderr)."""
+
+
+class CommandError(Exception):
+    """Why a command cannot run: one line for the user."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one subcommand; every error the user can cause is one line on stderr and exit code 2."""
+    arguments = _parser().parse_args(argv)
+    module = importlib.import_module(f"tui_gcs.commands.{arguments.module}")
+    try:
+        code: int = module.run(arguments)
+    except CommandError as error:
+        print(f"tui-gcs: {error}", file=sys.stderr)  # noqa: T201
+        return CANNOT
+    except KeyboardInterrupt:
+        print("tui-gcs: interrupted", file=sys.stderr)  # noqa: T201
+        return 130
+    return code
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="tui-gcs", description="A ground control station for fleets of autonomous vehicles, in a terminal."
+    )
+    parser.add_argument("--version", action="version", version=f"tui-gcs {__version__}")
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    _add_demo(commands)
+    _add_fly(commands)
+    _add_run(commands)
+    _add_replay(commands)
+    _add_control(commands)
+    return parser
+
+
+def _add(
+    commands: "argparse._SubParsersAction[argparse.ArgumentParser]", name: str, module: str, text: str
+) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = commands.add_parser(name, help=text, description=text)
+    parser.set_defaults(module=module)
+    return parser
+
+
+def _add_demo(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = _add(commands, "demo", "demo", "eight simulated vehicles, a station and planners, and a console on them")
+    parser.add_argument(
+        "--headless", action="store_true", help="as fast as it goes, without a console: all rounds, a result table"
+    )
+    parser.add_argument("--json", metavar="FILE", help="headless: write the result there too")
+    parser.add_argument("--seed", type=int, help="another seed than the scenario's")
+    parser.add_argument("--rounds", type=int, metavar="N", help="headless: only the first N rounds")
+    parser.add_argument("--scenario", metavar="FILE", help="another scenario than the shipped swarm-challenge")
+
+
+def _add_fly(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = _add(commands, "fly", "fly", "start a station if none runs, and attach a console to it")
+    _scenario_and_links(parser)
+
+
+def _add_run(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = _add(commands, "run", "run", "fly a whole scenario without a console: every round, return, land, result")
+    _scenario_and_links(parser)
+    parser.add_argument("--json", metavar="FILE", help="write the result there too")
+    parser.add_argument("--yes", action="store_true", help="do not ask for the number of vehicles on a terminal")
+
+
+def _add_replay(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = _add(
+        commands,
+        "replay",
+        "replay",
+        "show a recorded flight on the fly screen, or a summary where there is no terminal",
+    )
+    parser.add_argument("file", metavar="FILE.tlog")
+    parser.add_argument("--speed", type=float, default=1.0, help="times real time (default 1)")
+    parser.add_argument("--summary", action="store_true", help="the summary, also on a terminal")
+    parser.add_argument("--json", action="store_true", help="the summary as JSON")
+
+
+def _add_control(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    for name, text in (
+        ("attach", "attach a console to the running station"),
+        ("status", "what the running station sees, in lines"),
+        ("stop", "end the running station; refused while anything is armed"),
+    ):
+        parser = _add(commands, name, "control", text)
+        parser.set_defaults(what=name)
+        parser.add_argument("--kind", choices=("sim", "live"), help="which station, where both run")
+        if name == "status":
+            parser.add_argument("--json", action="store_true")
+    parser = _add(commands, "sim", "sim", "simulated vehicles alone, for any ground station: sends to a UDP address")
+    parser.add_argument("scenario", metavar="SCENARIO.toml")
+    parser.add_argument("--target", default="127.0.0.1:14550", metavar="HOST:PORT")
+
+
+def _scenario_and_links(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scenario", metavar="SCENARIO.toml")
+    parser.add_argument(
+        "--link",
+        action="append",
+        default=[],
+        metavar="LINK",
+        help="udpin:HOST:PORT, udpout:HOST:PORT or tcp:HOST:PORT; may be repeated (default udpin:127.0.0.1:14550)",
+    )
+    parser.add_argument(
+        "--kind",
+        choices=("live", "sim"),
+        default="live",
+        help="sim: these are somebody's simulated vehicles; loopback links only",
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

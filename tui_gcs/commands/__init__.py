@@ -1,0 +1,1 @@
+"""The subcommands of `tui-gcs`, one module each, imported only when asked for."""

@@ -1,0 +1,90 @@
+"""What several subcommands need: loading scenarios, looking at the terminal, joining a station's bus."""
+
+import os
+import shutil
+import sys
+import time
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui_gcs.cli import CommandError
+from tui_gcs.core.config import ConfigError, socket_path
+from tui_gcs.core.kinds import Kind
+from tui_gcs.launcher import START_LIMIT_S, is_running, start_error
+
+if TYPE_CHECKING:
+    from tui_gcs.core.scenario import Scenario
+    from tui_gcs.core.zenoh_bus import ZenohBus
+
+LEAST_COLUMNS, LEAST_LINES = 80, 24
+
+
+def read_scenario(path: str | None) -> tuple["Scenario", str, str]:
+    """(scenario, its TOML text, its path); None is the shipped swarm-challenge. Raises `CommandError`."""
+    from tui_gcs.core.scenario_load import ScenarioError, load
+
+    file = Path(path) if path is not None else Path(str(resources.files("tui_gcs"))) / "scenarios/swarm-challenge.toml"
+    try:
+        scenario = load(file)
+        return scenario, file.read_text(encoding="utf-8"), str(file.resolve())
+    except ScenarioError as error:
+        raise CommandError(str(error)) from None
+
+
+def need_terminal() -> None:
+    """Raise `CommandError` unless a console can be shown here."""
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise CommandError("no terminal here: use `tui-gcs run`, `tui-gcs status` or `tui-gcs demo --headless`")
+    if os.environ.get("TERM", "") in ("", "dumb", "unknown"):
+        raise CommandError(f"TERM={os.environ.get('TERM', '')!r} cannot show a console: set TERM, e.g. xterm-256color")
+    columns, lines = shutil.get_terminal_size()
+    if columns < LEAST_COLUMNS or lines < LEAST_LINES:
+        raise CommandError(f"the terminal is {columns}x{lines}: at least {LEAST_COLUMNS}x{LEAST_LINES} is needed")
+
+
+def running(kind: Kind) -> bool:
+    """Whether a station of `kind` runs. Raises `CommandError` where its directory cannot be used."""
+    try:
+        return is_running(kind)
+    except ConfigError as error:
+        raise CommandError(str(error)) from None
+
+
+def join(kind: Kind) -> "ZenohBus":
+    """Join the bus of the station of `kind`, waiting for it to come up. Raises `CommandError`."""
+    from tui_gcs.core.bus import BusError
+    from tui_gcs.core.zenoh_bus import connect
+
+    end = time.monotonic() + START_LIMIT_S
+    while True:
+        try:
+            if socket_path(kind).exists():
+                return connect(socket_path(kind))
+            problem = "it does not answer"
+        except BusError as error:
+            problem = str(error)
+        if why := start_error(kind):
+            raise CommandError(why)
+        if time.monotonic() > end:
+            raise CommandError(f"the {kind} station did not start: {problem}")
+        time.sleep(0.05)
+
+
+def check_links(links: list[str]) -> None:
+    """Open and close each link, so that a wrong name or a busy port is told before anything starts."""
+    from tui_gcs.core.links import LinkError, open_link
+
+    for name in links:
+        try:
+            open_link(name).close()
+        except LinkError as error:
+            raise CommandError(str(error)) from None
+
+
+def loopback_only(links: list[str]) -> None:
+    """`--kind sim` is for simulators on this machine. Raises `CommandError`."""
+    for name in links:
+        host = name.split(":")[1] if name.count(":") >= 2 else ""
+        if host not in ("localhost", "::1") and not host.startswith("127."):
+            raise CommandError(f"link {name}: --kind sim takes loopback links only; without it these vehicles are LIVE")

@@ -1,0 +1,32 @@
+"""`tui-gcs demo`: the whole system on simulated vehicles."""
+
+import argparse
+import sys
+
+from tui_gcs.cli import CommandError
+from tui_gcs.commands.common import need_terminal, read_scenario, running
+from tui_gcs.core.kinds import Kind
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Console on a simulated fleet; lock-step and a table where there is no terminal."""
+    if arguments.headless or not sys.stdout.isatty():
+        from tui_gcs.commands.headless import fly
+
+        return fly(arguments)
+    if arguments.json or arguments.rounds:
+        raise CommandError("--json and --rounds belong to --headless")
+    need_terminal()
+    if not running(Kind.SIM):
+        _launch(arguments)
+    from tui_gcs.commands.console import attach
+
+    return attach(Kind.SIM)
+
+
+def _launch(arguments: argparse.Namespace) -> None:
+    from tui_gcs.commands.sim import spec_of
+    from tui_gcs.launcher import launch
+
+    scenario, toml, path = read_scenario(arguments.scenario)
+    launch(Kind.SIM, path, toml, [], sim_spec=spec_of(scenario, arguments.seed))

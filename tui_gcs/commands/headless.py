@@ -1,0 +1,104 @@
+"""`tui-gcs demo --headless`: the whole flight in lock-step, and its result as a table."""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui_gcs.cli import FAILED, OK, CommandError
+from tui_gcs.commands.common import read_scenario
+from tui_gcs.core.config import ConfigError, state_dir
+from tui_gcs.core.kinds import Kind
+
+if TYPE_CHECKING:
+    from tui_gcs.core.results import Result
+
+BAR_CELLS = 30
+
+
+class ProgressBar:
+    """One line on stderr, redrawn a few times a second."""
+
+    def __init__(self) -> None:
+        """Nothing drawn yet."""
+        self._next_s = 0.0
+
+    def show(self, share: float, text: str) -> None:
+        """Draw if it is time."""
+        now = time.monotonic()
+        if now < self._next_s:
+            return
+        self._next_s = now + (0.2 if sys.stderr.isatty() else 5.0)
+        full = int(share * BAR_CELLS)
+        line = f"[{'#' * full}{'.' * (BAR_CELLS - full)}] {share:4.0%} {text}"
+        sys.stderr.write(f"\r{line:<78}" if sys.stderr.isatty() else line + "\n")
+        sys.stderr.flush()
+
+    def end(self) -> None:
+        """Clear the line."""
+        if sys.stderr.isatty():
+            sys.stderr.write("\r" + " " * 78 + "\r")
+
+
+def fly(arguments: argparse.Namespace) -> int:
+    """Fly, print the table, write the JSON; 0 only if every check holds."""
+    import msgspec
+
+    from tui_gcs.rehearsal import rehearse
+
+    scenario, toml, _ = read_scenario(arguments.scenario)
+    if arguments.seed is not None:
+        scenario = msgspec.structs.replace(scenario, seed=arguments.seed)
+    if arguments.rounds is not None and not 1 <= arguments.rounds <= len(scenario.rounds):
+        raise CommandError(f"--rounds {arguments.rounds}: the scenario has {len(scenario.rounds)}")
+    try:
+        folder = state_dir(Kind.SIM) / time.strftime("headless-%Y%m%d-%H%M%S")
+        folder.mkdir(exist_ok=True)
+    except (ConfigError, OSError) as error:
+        raise CommandError(str(error)) from None
+    bar = ProgressBar()
+    result, problem = rehearse(scenario, toml, folder, bar.show, rounds=arguments.rounds)
+    bar.end()
+    return report(result, problem, arguments.json)
+
+
+def report(result: "Result", problem: str, json_file: str | None) -> int:
+    """Print the result; returns the exit code."""
+    import msgspec
+
+    sys.stdout.write(table(result))
+    if json_file:
+        try:
+            Path(json_file).write_bytes(msgspec.json.format(msgspec.json.encode(result), indent=2) + b"\n")
+        except OSError as error:
+            raise CommandError(f"{json_file}: cannot be written ({error.strerror})") from None
+    if problem:
+        sys.stderr.write(f"tui-gcs: the flight ended early: {problem}\n")
+    return OK if result.ok and not problem else FAILED
+
+
+def table(result: "Result") -> str:
+    """The result for people."""
+    lines = [
+        f"{result.scenario}  seed {result.seed}",
+        "",
+        f"{'round':<10}{'zone':<10}{'role':<8}{'n':>2}{'on slot s':>11}{'cover':>8}"
+        f"{'worst s':>9}{'avg s':>8}{'bound s':>9}{'ratio':>7}",
+    ]
+    for r in result.rounds:
+        lines.append(
+            f"{r.round:<10.10}{r.zone:<10.10}{r.role:<8}{r.n:>2}{_number(r.on_slot_after_s, 1):>11}{r.coverage:>8.1%}"
+            f"{_number(r.worst_idleness_s):>9}{_number(r.avg_idleness_s):>8}{r.bound_s:>9.2f}{_number(r.ratio):>7}"
+        )
+    lines += ["", f"{'check':<44}{'value':>10}{'limit':>10}"]
+    for check in result.checks:
+        mark = "ok  " if check.ok else "FAIL"
+        lines.append(f"{mark} {check.name:<39.39}{_number(check.value):>10}{_number(check.limit):>10}")
+    good = sum(check.ok for check in result.checks)
+    lines += ["", f"{good} of {len(result.checks)} checks hold", ""]
+    return "\n".join(lines)
+
+
+def _number(value: float | None, digits: int = 2) -> str:
+    return "--" if value is None else f"{value:.{digits}f}"

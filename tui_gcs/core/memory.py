@@ -1,0 +1,75 @@
+"""What a station must know again after `kill -9`: scenario, round, who is in which team, where home is.
+
+A restarted station shows the whole picture and sends no set-point: vehicles found in the air are shown as holding.
+"""
+
+import json
+import logging
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tui_gcs.core.flights import Flight
+
+if TYPE_CHECKING:
+    from tui_gcs.core.station import Station
+
+log = logging.getLogger("tui_gcs.station")
+
+
+class StationMemory:
+    """One small JSON file, replaced atomically when something in it changes."""
+
+    def __init__(self, path: Path) -> None:
+        """Read `path` if it is there; what cannot be read is as if it were not."""
+        self._path = path
+        self._written = ""
+        self._held: dict[str, Any] = {}
+        try:
+            held = json.loads(path.read_text())
+            if isinstance(held, dict):
+                self._held = held
+        except FileNotFoundError:
+            pass
+        except (OSError, ValueError) as error:
+            log.error("memory of the last run cannot be read: %s", error)
+
+    @property
+    def toml(self) -> str:
+        """The scenario text last flown; empty if nothing is remembered."""
+        return str(self._held.get("toml", ""))
+
+    def recall(self, station: "Station") -> None:
+        """Put what is remembered into a fresh station."""
+        if not self._held:
+            return
+        for item in self._held["flights"]:
+            home = item["home_m"]
+            flight = Flight(item["vehicle"], item["team"], item["layer_m"], home_m=tuple(home) if home else None)
+            station.book.flights[flight.vehicle] = flight
+        station.executive.started_s = self._held["started_s"] or math.nan
+        station.revision = self._held["revision"]
+        station.set_round(min(self._held["round_index"], len(station.scenario.rounds) - 1))
+
+    def remember(self, station: "Station") -> None:
+        """Write down what changed."""
+        started_s = station.executive.started_s
+        held = {
+            "toml": station.toml,
+            "round_index": station.round_index,
+            "revision": station.revision,
+            "started_s": None if math.isnan(started_s) else started_s,
+            "flights": [
+                {"vehicle": f.vehicle, "team": f.team, "layer_m": f.layer_m, "home_m": f.home_m} for f in station.book
+            ],
+        }
+        text = json.dumps(held)
+        if text == self._written:
+            return
+        self._written = text
+        new = self._path.with_suffix(".new")
+        try:
+            new.write_text(text)
+            new.replace(self._path)
+        except OSError as error:
+            log.error("memory of this run cannot be written: %s", error)

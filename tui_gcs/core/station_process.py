@@ -1,0 +1,188 @@
+"""The station as a process: opens links and bus, runs the tick loop, keeps one planner worker per team.
+
+Started by the supervisor with a run file (JSON, 0600). Exit code 0: ended on request; 2: cannot start (the reason is
+one line in the run directory's `error` file); anything else: it died and is to be started again.
+"""
+
+import contextlib
+import json
+import logging
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from tui_gcs.core.bus import BusError
+from tui_gcs.core.clock import MonotonicClock
+from tui_gcs.core.config import STATION_LOCK, socket_path, state_dir, try_lock
+from tui_gcs.core.journal import Journal
+from tui_gcs.core.kinds import Kind
+from tui_gcs.core.links import Link, LinkError, open_link
+from tui_gcs.core.memory import StationMemory
+from tui_gcs.core.recorder import TlogWriter
+from tui_gcs.core.scenario_load import ScenarioError, parse
+from tui_gcs.core.station import Station, StationConfig
+from tui_gcs.core.zenoh_bus import QueuedBus, ZenohBus, serve
+
+TICK_S = 0.05
+WORKER_RESTART_S = 1.0
+CANNOT_START = 2
+
+log = logging.getLogger("tui_gcs.station")
+
+
+class StartError(Exception):
+    """Why the station cannot start, in one line."""
+
+
+class Workers:
+    """One planner worker process per team; a dead one is started again, but not more than once a second."""
+
+    def __init__(self, bus_socket: Path, log_file: Path) -> None:
+        """Nothing runs yet."""
+        self._socket = bus_socket
+        self._log_file = log_file
+        self._running: dict[str, subprocess.Popen[bytes]] = {}
+        self._next_s: dict[str, float] = {}
+
+    def keep(self, teams: list[str], now: float) -> None:
+        """Start what is missing, end what is not wanted any more."""
+        for team in [t for t in self._running if t not in teams]:
+            self._running.pop(team).terminate()
+        for team in teams:
+            worker = self._running.get(team)
+            gone = worker is None or worker.poll() is not None
+            if gone and now >= self._next_s.get(team, 0.0):
+                self._next_s[team] = now + WORKER_RESTART_S
+                self._running[team] = self._start(team)
+
+    def end(self) -> None:
+        """Stop all."""
+        for worker in self._running.values():
+            worker.terminate()
+        for worker in self._running.values():
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                worker.wait(2.0)
+
+    def _start(self, team: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", "tui_gcs.planner.worker", "--bus", str(self._socket), "--team", team]
+        with self._log_file.open("ab") as output:
+            return subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=output)
+
+
+def run(run_file: Path) -> None:
+    """Be a station until asked to end. Raises `StartError`."""
+    run_dir = run_file.parent
+    setting = json.loads(run_file.read_text())
+    kind = Kind(setting["kind"])
+    clock = MonotonicClock()
+    memory = StationMemory(run_dir / "memory.json")
+    toml = memory.toml or setting["toml"]
+    try:
+        scenario = parse(toml, where=setting["scenario_path"])
+    except ScenarioError as error:
+        raise StartError(str(error)) from None
+    links = _open_links(setting["links"])
+    reader, writer = socket.socketpair()
+    reader.setblocking(False)
+    writer.setblocking(False)
+    try:
+        zenoh_bus = serve(socket_path(kind, run_dir))
+    except BusError as error:
+        raise StartError(str(error)) from None
+    bus = QueuedBus(zenoh_bus, lambda: _wake(writer))
+    name = setting["run_name"]
+    logs = state_dir(kind)
+    recorder, journal = TlogWriter(logs / f"{name}.tlog"), Journal(logs / f"{name}.jsonl")
+    journal.write({"station": kind, "links": setting["links"], "forced_kind": setting.get("forced_kind", False)})
+    config = StationConfig(kind, scenario, toml, setting["scenario_path"], setting.get("token", ""))
+    station = Station(config, clock, bus, links, recorder, journal)
+    memory.recall(station)
+    workers = Workers(socket_path(kind, run_dir), logs / f"{name}.log")
+    try:
+        _loop(station, bus, workers, memory, reader, clock)
+    finally:
+        workers.end()
+        recorder.close()
+        journal.close()
+        for link in links:
+            link.close()
+        _close(zenoh_bus)
+
+
+def _loop(
+    station: Station,
+    bus: QueuedBus,
+    workers: Workers,
+    memory: StationMemory,
+    wake: socket.socket,
+    clock: MonotonicClock,
+) -> None:
+    stop = {"asked": False}
+    signal.signal(signal.SIGTERM, lambda *_: stop.update(asked=True))
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    next_tick_s = clock.now()
+    while not (station.ending or stop["asked"]):
+        wait_s = max(0.0, next_tick_s - clock.now())
+        if select.select([wake], [], [], wait_s)[0]:
+            with contextlib.suppress(BlockingIOError):
+                wake.recv(4096)
+        bus.run_pending()
+        now = clock.now()
+        if now >= next_tick_s:
+            next_tick_s = max(next_tick_s + TICK_S, now)
+            station.tick()
+            workers.keep(list(station.desks), now)
+            memory.remember(station)
+    time.sleep(0.1)  # let the last answer out
+
+
+def _open_links(names: list[str]) -> list[Link]:
+    links: list[Link] = []
+    for name in names:
+        try:
+            links.append(open_link(name))
+        except LinkError as error:
+            for link in links:
+                link.close()
+            raise StartError(str(error)) from None
+    return links
+
+
+def _wake(writer: socket.socket) -> None:
+    with contextlib.suppress(BlockingIOError):
+        writer.send(b"!")
+
+
+def _close(bus: ZenohBus) -> None:
+    """Zenoh may take its time; the process ends anyway."""
+    bus.close()
+
+
+def main(argv: list[str] | None = None) -> int:
+    """`python -m tui_gcs.core.station_process RUN_FILE`."""
+    run_file = Path((argv or sys.argv[1:])[0])
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(levelname)s %(message)s")
+    try:
+        with (run_file.parent / STATION_LOCK).open("a") as lock:
+            if not try_lock(lock):
+                raise StartError("another station of this kind is running: `tui-gcs stop` ends it")
+            run(run_file)
+    except StartError as error:
+        (run_file.parent / "error").write_text(str(error))
+        log.error("%s", error)
+        return CANNOT_START
+    except Exception:
+        log.exception("station died")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    code = main()
+    logging.shutdown()
+    os._exit(code)

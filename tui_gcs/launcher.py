@@ -1,0 +1,172 @@
+"""Starting, finding and ending stations: what the command line does before and after the console.
+
+A station runs detached from the terminal under a small supervisor, which starts it again when it dies and, for the
+demo, owns the simulated vehicles.
+"""
+
+import json
+import os
+import secrets
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from tui_gcs.core.config import STATION_LOCK, SUPERVISOR_LOCK, runtime_dir, state_dir, try_lock
+from tui_gcs.core.kinds import Kind
+
+RUN_FILE = "run.json"
+START_LIMIT_S = 15.0
+RESTART_S = 0.3
+CANNOT_START = 2
+MOST_RESTARTS = 20
+"""In one minute; more means it cannot live."""
+
+
+class LaunchError(Exception):
+    """A station cannot be started or found: one line."""
+
+
+def is_running(kind: Kind) -> bool:
+    """Whether a supervisor or a station of this kind holds its lock."""
+    directory = runtime_dir(kind)
+    for name in (SUPERVISOR_LOCK, STATION_LOCK):
+        with (directory / name).open("a") as lock:
+            if not try_lock(lock):
+                return True
+    return False
+
+
+def running_scenario(kind: Kind) -> str:
+    """Path of the scenario that the running station was started with."""
+    try:
+        return str(json.loads((runtime_dir(kind) / RUN_FILE).read_text())["scenario_path"])
+    except (OSError, ValueError, KeyError):
+        return ""
+
+
+def launch(
+    kind: Kind,
+    scenario_path: str,
+    toml: str,
+    links: list[str],
+    sim_spec: dict[str, Any] | None = None,
+    *,
+    forced_kind: bool = False,
+) -> None:
+    """Start a supervised station, detached from this terminal; returns at once.
+
+    With `sim_spec` (see `sitl.launch`) the supervisor starts those vehicles too, with a token only this run knows.
+    """
+    directory = runtime_dir(kind)
+    for name in ("error", "memory.json", "bus", "bus.lock"):
+        (directory / name).unlink(missing_ok=True)
+    setting: dict[str, Any] = {
+        "kind": kind,
+        "scenario_path": scenario_path,
+        "toml": toml,
+        "links": links,
+        "run_name": time.strftime("%Y%m%d-%H%M%S") + f"-{secrets.token_hex(2)}",
+        "forced_kind": forced_kind,
+    }
+    if sim_spec is not None:
+        port = _free_port()
+        setting["links"] = [f"udpin:127.0.0.1:{port}"]
+        setting["sim_target"] = f"127.0.0.1:{port}"
+        setting["token"] = secrets.token_hex(8)
+        setting["sim_spec"] = sim_spec | {"token": setting["token"]}
+    _write_private(directory / RUN_FILE, json.dumps(setting))
+    log = state_dir(kind) / f"{setting['run_name']}.log"
+    with log.open("ab") as output:
+        subprocess.Popen(
+            [sys.executable, "-m", "tui_gcs.launcher", kind],
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=output,
+            start_new_session=True,
+        )
+
+
+def start_error(kind: Kind) -> str:
+    """Why the station could not start, or ""."""
+    try:
+        return (runtime_dir(kind) / "error").read_text()
+    except OSError:
+        return ""
+
+
+def _free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def _write_private(path: Path, text: str) -> None:
+    path.unlink(missing_ok=True)
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    with os.fdopen(descriptor, "w") as file:
+        file.write(text)
+
+
+# ---------------------------------------------------------------- the supervisor process
+
+
+def supervise(kind: Kind) -> int:
+    """Run simulator and station until the station ends on request. Exit code 0, or why not."""
+    directory = runtime_dir(kind)
+    with (directory / SUPERVISOR_LOCK).open("a") as lock:
+        if not try_lock(lock):
+            return 3
+        setting = json.loads((directory / RUN_FILE).read_text())
+        sim = _start_sim(directory, setting)
+        try:
+            return _keep_station(directory)
+        finally:
+            if sim is not None:
+                sim.terminate()
+                sim.wait()
+            (directory / RUN_FILE).unlink(missing_ok=True)
+            (directory / "memory.json").unlink(missing_ok=True)
+
+
+def _start_sim(directory: Path, setting: dict[str, Any]) -> subprocess.Popen[bytes] | None:
+    if "sim_spec" not in setting:
+        return None
+    spec = directory / "sim.json"
+    _write_private(spec, json.dumps(setting["sim_spec"]))
+    target = setting["sim_target"]
+    command = [sys.executable, "-m", "sitl.launch", "--spec", str(spec), "--target", target]
+    return subprocess.Popen([*command, "--parent", str(os.getpid())], stdin=subprocess.DEVNULL)
+
+
+def _keep_station(directory: Path) -> int:
+    """Start the station again whenever it dies."""
+    station: subprocess.Popen[bytes] | None = None
+    asked = {"end": False}
+
+    def end(*_: object) -> None:
+        asked["end"] = True
+        if station is not None:
+            station.terminate()
+
+    signal.signal(signal.SIGTERM, end)
+    starts: list[float] = []
+    while not asked["end"]:
+        starts = [*(t for t in starts if time.monotonic() - t < 60), time.monotonic()]
+        if len(starts) > MOST_RESTARTS:
+            (directory / "error").write_text(f"the station died {MOST_RESTARTS} times in a minute: see its log")
+            return 1
+        command = [sys.executable, "-m", "tui_gcs.core.station_process", str(directory / RUN_FILE)]
+        station = subprocess.Popen(command, stdin=subprocess.DEVNULL)
+        code = station.wait()
+        if code in (0, CANNOT_START):
+            return code
+        time.sleep(RESTART_S)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(supervise(Kind(sys.argv[1])))
