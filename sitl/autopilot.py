@@ -61,6 +61,8 @@ class Autopilot:
         self.params = ParameterTable(spec.system_id)
         self.encoder = Encoder(spec.system_id)
         self.out: list[bytes] = []
+        self.deferred: list[tuple[str, dict[str, Any]]] | None = None
+        """Messages kept back until a command is acknowledged; None: nothing is."""
         self.silent = False
         self.dead = False
         self.consumed_mah = 0.0
@@ -99,9 +101,18 @@ class Autopilot:
 
     def send(self, name: str, **fields: Any) -> None:
         """Queue one frame (nothing leaves while the link is silent)."""
+        if self.deferred is not None:
+            self.deferred.append((name, fields))
+            return
         frame = self.encoder.frame(name, fields)
         if not self.silent:
             self.out.append(frame)
+
+    def flush(self) -> None:
+        """Send what was kept back."""
+        kept, self.deferred = self.deferred or [], None
+        for name, fields in kept:
+            self.send(name, **fields)
 
     def text(self, severity: Severity, text: str) -> None:
         """Queue a STATUSTEXT (one chunk: at most 50 characters)."""

@@ -32,12 +32,11 @@ def execute(ap: Autopilot, command: Command, system: int, component: int) -> Non
     Texts follow the acknowledgement; before 'ArduPilot Ready' they come first (both measured).
     """
     handler = _HANDLERS.get(command.number)
-    first = len(ap.out)
+    ap.deferred = []
     result = Result.UNSUPPORTED if handler is None else handler(ap, command)
-    before = ap.stage < Stage.READY
-    said = [] if before else ap.out[first:]
-    if not before:
-        del ap.out[first:]
+    if ap.stage < Stage.READY:
+        ap.flush()
+    kept, ap.deferred = ap.deferred, None
     ap.send(
         "COMMAND_ACK",
         command=command.number,
@@ -45,7 +44,8 @@ def execute(ap: Autopilot, command: Command, system: int, component: int) -> Non
         target_system=system,
         target_component=component,
     )
-    ap.out.extend(said)
+    ap.deferred = kept
+    ap.flush()
     if command.number == _REBOOT and result == Result.ACCEPTED:
         ap.restart(ap.now_us)
 

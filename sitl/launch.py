@@ -42,6 +42,8 @@ def load_spec(path: Path, boot_s: float) -> SimFleet:
         raise LaunchError(f"{path}: {error.strerror}") from error
     except ValueError as error:
         raise LaunchError(f"{path}: not JSON: {error}") from error
+    if not isinstance(raw, dict):
+        raise LaunchError(f'{path}: the spec must be an object with "vehicles"')
     try:
         vehicles = [_vehicle(entry) for entry in raw["vehicles"]]
         return SimFleet(vehicles, seed=int(raw.get("seed", 0)), token=str(raw.get("token", "")), boot_s=boot_s)

@@ -33,17 +33,21 @@ class Layout:
         # `array_lengths` is in wire order and counts text too; text is one value ("16s") to struct.
         lengths = zip(self.names, message_class.array_lengths, strict=True)
         self.arrays = {name: n for name, n in lengths if n > 1 and by_field[name] != "char"}
+        self._zeros: list[tuple[str, Any]] = [
+            (name, (0,) * self.arrays[name] if name in self.arrays else b"" if by_field[name] == "char" else 0)
+            for name in self.names
+        ]
 
     def pack(self, fields: dict[str, Any]) -> bytes:
         """Payload without trailing zeros. Fields that are not given (extensions) are zero."""
         if not self.arrays:
-            return self._trimmed([fields.get(name, 0) for name in self.names])
+            return self._trimmed([fields.get(name, zero) for name, zero in self._zeros])
         values: list[Any] = []
-        for name in self.names:
+        for name, zero in self._zeros:
             if name in self.arrays:
-                values.extend(fields.get(name) or (0,) * self.arrays[name])
+                values.extend(fields.get(name, zero))
             else:
-                values.append(fields.get(name, 0))
+                values.append(fields.get(name, zero))
         return self._trimmed(values)
 
     def _trimmed(self, values: list[Any]) -> bytes:

@@ -1,10 +1,13 @@
 """A minimal ground station for the simulator's tests: says things to vehicles and keeps what they answer."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import pytest
+
 from sitl.fleet import SimFleet, VehicleSpec
-from sitl.wire import Encoder, Received, cut
+from sitl.wire import LAYOUT_BY_NAME, Encoder, Received, cut
 
 TICK_S = 0.05
 GUIDED, RTL, LAND = 4, 6, 9
@@ -22,6 +25,7 @@ class Ground:
     encoder: Encoder = field(default_factory=lambda: Encoder(255, 190))
     heard: list[tuple[float, int, Received]] = field(default_factory=list)
     plain: list[bytes] = field(default_factory=list)
+    raw: list[tuple[int, bytes]] = field(default_factory=list)
 
     def run(self, seconds: float, tick_s: float = TICK_S) -> None:
         for _ in range(round(seconds / tick_s)):
@@ -30,6 +34,7 @@ class Ground:
 
     def listen(self) -> None:
         for index, datagram in self.fleet.drain():
+            self.raw.append((index, datagram))
             frames = cut(datagram)
             if not frames:
                 self.plain.append(datagram)
@@ -75,8 +80,6 @@ class Ground:
         return [text_of(f) for t, i, f in self.heard if f.name == "STATUSTEXT" and i == index and t >= since_s]
 
     def ask(self, name: str, hz: float, index: int = 0) -> int | None:
-        from sitl.wire import LAYOUT_BY_NAME
-
         return self.command(511, LAYOUT_BY_NAME[name].msgid, 1e6 / hz, index=index)
 
     def mode(self, mode: int, index: int = 0) -> int | None:
@@ -120,7 +123,19 @@ def text_of(frame: Received) -> str:
     return frame.fields["text"].rstrip(b"\0").decode("ascii")
 
 
-def booted(n: int = 1, **options: Any) -> Ground:
-    ground = Ground(SimFleet(specs(n), **options))
-    ground.run(3.2)
-    return ground
+@pytest.fixture
+def powered() -> Callable[..., Ground]:
+    """A station and n vehicles that were switched on just now."""
+    return lambda n=1, **options: Ground(SimFleet(specs(n), **options))
+
+
+@pytest.fixture
+def booted(powered: Callable[..., Ground]) -> Callable[..., Ground]:
+    """A station and n vehicles that are ready to be armed."""
+
+    def make(n: int = 1, **options: Any) -> Ground:
+        ground = powered(n, **options)
+        ground.run(3.2)
+        return ground
+
+    return make

@@ -1,0 +1,85 @@
+"""The launcher's input, and its loop over real sockets."""
+
+import json
+import os
+import socket
+import subprocess
+import sys
+
+import pytest
+
+from sitl.launch import LaunchError, main, parse_target
+from sitl.wire import Encoder, cut
+
+SPEC = {"seed": 1, "vehicles": [{"system_id": 3, "lat_deg": 52.0, "lon_deg": -0.6, "ground_amsl_m": 110.0}]}
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        (None, "No such file"),
+        ("{", "not JSON"),
+        ("[]", "spec"),
+        ('{"seed": 1}', "vehicles is missing"),
+        ('{"vehicles": [{"system_id": 1}]}', "lat_deg is missing"),
+        ('{"vehicles": []}', "at least one"),
+    ],
+)
+def test_a_bad_spec_is_one_clear_line(tmp_path, capsys, text, problem):
+    path = tmp_path / "spec.json"
+    if text is not None:
+        path.write_text(text)
+    assert main(["--spec", str(path), "--target", "127.0.0.1:14550"]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert problem in error
+
+
+@pytest.mark.parametrize("text", ["14550", "host:", ":14550", "host:0", "host:70000", "host:x"])
+def test_a_bad_target_is_refused(text):
+    with pytest.raises(LaunchError, match="HOST:PORT"):
+        parse_target(text)
+
+
+@pytest.mark.process
+def test_vehicles_speak_and_answer_over_udp_and_end_cleanly(tmp_path):
+    path = tmp_path / "spec.json"
+    path.write_text(json.dumps(SPEC))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as station:
+        station.bind(("127.0.0.1", 0))
+        station.settimeout(20.0)
+        target = f"127.0.0.1:{station.getsockname()[1]}"
+        command = [sys.executable, "-m", "sitl.launch", "--spec", str(path), "--target", target, "--speed", "5"]
+        process = subprocess.Popen([*command, "--parent", str(os.getpid())])
+        try:
+            heard = _until(station, "HEARTBEAT")
+            assert heard.system == 3
+            station.sendto(Encoder(255, 190).frame("COMMAND_LONG", {"target_system": 3, "command": 401}), heard.address)
+            assert _until(station, "COMMAND_ACK").fields["command"] == 401
+        finally:
+            process.terminate()
+        assert process.wait(20.0) == 0
+
+
+class _Heard:
+    def __init__(self, frame, address):
+        self.system, self.fields, self.address = frame.system, frame.fields, address
+
+
+def _until(station, name):
+    while True:
+        data, address = station.recvfrom(2048)
+        for frame in cut(data):
+            if frame.name == name:
+                return _Heard(frame, address)
+
+
+@pytest.mark.process
+def test_it_ends_when_its_parent_is_gone(tmp_path):
+    path = tmp_path / "spec.json"
+    path.write_text(json.dumps(SPEC))
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    command = [sys.executable, "-m", "sitl.launch", "--spec", str(path), "--target", "127.0.0.1:9"]
+    done = subprocess.run([*command, "--parent", str(gone.pid)], timeout=20.0, check=False)
+    assert done.returncode == 0
