@@ -1,0 +1,240 @@
+"""Replay: a recorded flight on the same screens. Nothing is sent anywhere, and nothing can be commanded.
+
+The recorded frames go through the same fleet as live ones, on a clock of their own that shows the time of the
+recording, so freshness, losses and jumps are judged as they were in flight whatever the speed.
+"""
+
+import math
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+
+from tui_gcs.core import bus as keys
+from tui_gcs.core import messages as m
+from tui_gcs.core.bus import Bus
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.events import NOTICE, WARNING, EventLog
+from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.flights import FlightBook
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.messages import EventClass, Freshness, Kind, Reply, RunPhase, ScenarioChanged, StationStatus
+from tui_gcs.core.scenario import Limits, LinkLoss, Origin, ResultLimits, Scenario
+from tui_gcs.core.snapshot import fleet_frame
+from tui_gcs.core.text import clean
+from tui_gcs.core.tlog import read_tlog
+from tui_gcs.core.wire.dialect import decode
+from tui_gcs.core.wire.frames import Frame
+
+FRAME_GAP_S = 0.1
+STATUS_GAP_S = 0.5
+LONGEST_GAP_S = 10.0
+"""Longer silence (logs joined together, a clock that was set) is played as this: long enough to show LOST."""
+MOST_RECORDS_PER_TICK = 20_000
+"""A speed that needs more than this is played as fast as it goes."""
+_HEARTBEAT, _GLOBAL_POSITION_INT = 0, 33
+_NOBODY = 0  # no system sends as 0: none of the recorded ids is ours
+_OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan)
+
+
+class _Due(NamedTuple):
+    """A record that waits for its time."""
+
+    at_s: float
+    """On the played clock."""
+    wall_s: float
+    frame: Frame
+
+
+class PlayedClock:
+    """Time in the recording. `now` counts played seconds from its first frame, `wall` is the time written in it."""
+
+    def __init__(self) -> None:
+        """At the beginning."""
+        self.now_s = 0.0
+        self.ahead_s = 0.0
+        """How far `wall` is ahead of `now`."""
+
+    def now(self) -> float:
+        """Seconds played."""
+        return self.now_s
+
+    def wall(self) -> float:
+        """Unix time when this was recorded."""
+        return self.now_s + self.ahead_s
+
+
+class Player:
+    """Plays one telemetry log onto a bus: fleet frames, events and status of kind REPLAY; answers what consoles ask."""
+
+    def __init__(self, path: Path | str, speed: float, bus: Bus, clock: Clock) -> None:
+        """Play `path` at `speed` times real time, beginning with the first `tick`.
+
+        Raises:
+            TlogError: unreadable, empty or no telemetry log.
+            ValueError: `speed` is not a number above 0.
+        """
+        if not (math.isfinite(speed) and speed > 0):
+            raise ValueError(f"replay speed must be a number above 0, not {speed:g}")
+        self.name = clean(Path(path).name, 80)
+        self.finished = False
+        self._speed = speed
+        self._bus = bus
+        self._clock = clock
+        self._lock = threading.Lock()  # a console asks from a thread of its own
+        self._reader = read_tlog(path)
+        self._played = PlayedClock()
+        self._events = EventLog(self._played)
+        self._events.listen(lambda event: bus.publish(keys.EVENT, m.encode(event)))
+        self._scenario = _bare_scenario(self.name, _first_place(path))
+        self._fleet = Fleet(self._played, self._events, LocalFrame(self._scenario.origin), _NOBODY)
+        self._book = FlightBook()
+        wall_s, frame = next(self._reader)
+        self._due: _Due | None = _Due(0.0, wall_s, frame)
+        self._last_wall_s = self._played.ahead_s = wall_s
+        self._last_tick_s: float | None = None
+        self._next_frame_s = self._next_status_s = -math.inf
+        self._frame_seq = self._status_seq = 0
+        self._subscription = bus.answer(keys.REQUEST.format(principal="*"), self._on_question)
+
+    def tick(self) -> None:
+        """Play what is due on the injected clock and publish."""
+        with self._lock:
+            now = self._clock.now()
+            if self._last_tick_s is None:
+                self._last_tick_s = now
+                self._bus.publish(keys.SCENARIO, m.encode(self._scenario_changed()))
+            self._play_until(self._played.now_s + (now - self._last_tick_s) * self._speed)
+            self._last_tick_s = now
+            self._fleet.tick()
+            self._publish_due(now)
+
+    def close(self) -> None:
+        """Answer nobody any more."""
+        self._subscription.close()
+
+    # ---------------------------------------------------------------- recording
+
+    def _play_until(self, until_s: float) -> None:
+        """Take all records up to `until_s` on the played clock, which ends there, or earlier where it must."""
+        for _ in range(MOST_RECORDS_PER_TICK):
+            due = self._next_due()
+            if due is None:
+                return
+            if due.at_s > until_s:
+                self._played.now_s = until_s
+                return
+            self._due = None
+            self._played.now_s, self._played.ahead_s = due.at_s, due.wall_s - due.at_s
+            # what stations say is no vehicle's word; who is a vehicle, heartbeats tell
+            if due.frame.msgid == _HEARTBEAT or due.frame.system in self._fleet.vehicles:
+                self._fleet.receive(self.name, self.name, due.frame)
+
+    def _next_due(self) -> "_Due | None":
+        """The next record; None at the end."""
+        if self._due is None and not self.finished:
+            record = next(self._reader, None)
+            if record is None:
+                self._finish()
+                return None
+            wall_s, frame = record
+            gap_s = min(max(0.0, wall_s - self._last_wall_s), LONGEST_GAP_S)
+            self._last_wall_s = wall_s
+            self._due = _Due(self._played.now_s + gap_s, wall_s, frame)
+        return self._due
+
+    def _finish(self) -> None:
+        self.finished = True
+        self._events.say(EventClass.PROCESSING, "replay", "end of the recording", NOTICE)
+        if self._reader.skipped_bytes:
+            text = f"{self._reader.skipped_bytes} byte(s) of the recording were damaged and skipped"
+            self._events.say(EventClass.PROCESSING, "replay", text, WARNING)
+
+    # ---------------------------------------------------------------- bus
+
+    def _publish_due(self, now: float) -> None:
+        if now >= self._next_frame_s - 1e-9:
+            self._next_frame_s = now + FRAME_GAP_S
+            self._frame_seq += 1
+            frame = fleet_frame(self._frame_seq, Kind.REPLAY, self._fleet, self._book, None, self._played)
+            self._bus.publish(keys.FLEET, m.encode(frame))
+        if now >= self._next_status_s - 1e-9:
+            self._next_status_s = now + STATUS_GAP_S
+            self._status_seq += 1
+            self._bus.publish(keys.STATUS, m.encode(self._status()))
+
+    def _status(self) -> StationStatus:
+        played_s = self._played.now()
+        vehicles = self._fleet.vehicles.values()
+        return StationStatus(
+            seq=self._status_seq,
+            t_s=played_s,
+            wall_s=self._played.wall(),
+            kind=Kind.REPLAY,
+            scenario=self._scenario.name,
+            revision=1,
+            run=RunPhase.IDLE,
+            round_index=0,
+            rounds=(),
+            mission_time_s=played_s,
+            heard=sum(1 for v in vehicles if v.freshness(played_s) is not Freshness.LOST),
+            vehicles=len(vehicles),
+            armed=sum(1 for v in vehicles if v.armed),
+            in_control="",
+            dropped=dict(self._fleet.dropped),
+            recording=self.name,
+        )
+
+    def _scenario_changed(self) -> ScenarioChanged:
+        return ScenarioChanged(revision=1, path="", toml="", scenario=self._scenario)
+
+    def _on_question(self, key: str, payload: bytes, reply: Callable[[bytes], None]) -> None:
+        with self._lock:
+            answer = self._answer(payload)
+        reply(m.encode(answer))
+
+    def _answer(self, payload: bytes) -> Reply:
+        try:
+            request = m.decode_request(payload)
+        except msgspec.MsgspecError as error:
+            return Reply(ok=False, text=f"request not understood: {error}")
+        if not isinstance(request, _OBSERVE):
+            return Reply(ok=False, text="this is a recording: nothing can be commanded")
+        if isinstance(request, m.GetScenario):
+            return Reply(ok=True, scenario=self._scenario_changed())
+        if isinstance(request, m.GetEvents):
+            return Reply(ok=True, events=self._events.since(request.after))
+        if isinstance(request, m.GetTask):
+            return Reply(ok=False, text="a recording has no teams")
+        return Reply(ok=True)
+
+
+def _first_place(path: Path | str) -> Origin:
+    """Where the first valid position of the log is; 0, 0 if there is none. Raises `TlogError`."""
+    for _, frame in read_tlog(path):
+        message = decode(frame) if frame.msgid == _GLOBAL_POSITION_INT else None
+        if message is None:
+            continue
+        lat_deg, lon_deg = message.fields["lat"] / 1e7, message.fields["lon"] / 1e7
+        if (lat_deg, lon_deg) != (0.0, 0.0) and abs(lat_deg) < 89 and abs(lon_deg) <= 180:
+            ground_mm = message.fields["alt"] - message.fields["relative_alt"]
+            return Origin(lat_deg=lat_deg, lon_deg=lon_deg, ground_amsl_m=ground_mm / 1e3)
+    return Origin(lat_deg=0.0, lon_deg=0.0, ground_amsl_m=0.0)
+
+
+def _bare_scenario(name: str, origin: Origin) -> Scenario:
+    """No zones, no teams: only where the map's origin lies."""
+    return Scenario(
+        name=name,
+        seed=0,
+        origin=origin,
+        footprint_radius_m=0.0,
+        limits=Limits(),
+        results=ResultLimits(),
+        link_loss=LinkLoss(),
+        rounds=(),
+        teams=(),
+        places=(),
+    )
