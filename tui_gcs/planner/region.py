@@ -1,0 +1,80 @@
+"""Where a team's vehicles may be planned to fly: the operating area less its margin, less no-fly zones."""
+
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from tui_gcs.core.zones import polygon_of
+from tui_gcs.planner.api import OperatingArea, Zone
+
+Floats = NDArray[np.floating[Any]]
+
+RESERVE_M = 0.5
+"""Kept beyond the guard's own margin, so that rounding is never a veto."""
+CHORDS_PER_QUADRANT = 4
+
+
+class Region:
+    """One connected flyable polygon and the straight ways in it."""
+
+    def __init__(self, area: OperatingArea, no_fly: tuple[Zone, ...], margin_m: float, zone: Zone) -> None:
+        """The flyable part nearest to `zone`. Raises ValueError if the margin and the no-fly zones leave nothing."""
+        margin_m += RESERVE_M
+        free = polygon_of(area.shape).buffer(-margin_m)
+        for closed in no_fly:
+            free = free.difference(polygon_of(closed.shape).buffer(margin_m, quad_segs=CHORDS_PER_QUADRANT))
+        parts = [part for part in getattr(free, "geoms", [free]) if not part.is_empty and part.area > 1.0]
+        if not parts:
+            raise ValueError(
+                f"zone {zone.name!r}: margin and no-fly zones leave nothing of the operating area to fly in"
+            )
+        target = polygon_of(zone.shape)
+        self.polygon: shapely.Polygon = max(
+            parts, key=lambda part: (part.intersection(target).area, -part.distance(target))
+        )
+        shapely.prepare(self.polygon)
+        self.boundary = self.polygon.boundary
+        shapely.prepare(self.boundary)
+        self.convex = self.polygon.convex_hull.area - self.polygon.area < 1e-6 * self.polygon.area
+
+    def contains(self, xy_m: Floats) -> NDArray[np.bool_]:
+        """Which of the points (n, 2) may be flown over."""
+        return np.asarray(shapely.intersects_xy(self.polygon, xy_m[:, 0], xy_m[:, 1]))
+
+    def clear(self, a_m: Floats, b_m: Floats) -> bool:
+        """Whether the straight way from a to b stays inside."""
+        return bool(self.polygon.covers(shapely.LineString([a_m, b_m])))
+
+    def next_leg(self, here_m: Floats, there_m: Floats) -> tuple[Floats, bool]:
+        """The next point of the way from here to there, and whether it is a corner (else it is `there_m`)."""
+        return there_m, False
+
+    def can_stop(self, xy_m: Floats, velocity_m_s: Floats, accel_m_s2: float) -> NDArray[np.bool_]:
+        """Which of the states (n, 2) are inside and come to rest inside when the vehicle brakes straight on."""
+        speed = np.hypot(*velocity_m_s.T)[:, None]
+        return self.contains(xy_m) & self.contains(xy_m + velocity_m_s * speed / (2.0 * accel_m_s2))
+
+    def pulled_inside(self, xy_m: Floats) -> Floats:
+        """The points, those outside moved to the nearest place inside."""
+        inside = self.contains(xy_m)
+        if inside.all():
+            return xy_m
+        moved = xy_m.copy()
+        for i in np.flatnonzero(~inside):
+            near = shapely.shortest_line(self.polygon, shapely.Point(xy_m[i]))
+            moved[i] = shapely.get_coordinates(near)[0]
+        return moved
+
+    def room_ahead_m(self, xy_m: Floats, heading: Floats, up_to_m: float) -> Floats:
+        """(n,) way from each point along its unit `heading` (n, 2) to the edge, at most `up_to_m`."""
+        room = np.full(len(xy_m), up_to_m)
+        points = shapely.points(xy_m)
+        near = np.flatnonzero(shapely.distance(self.boundary, points) < up_to_m)
+        for i in near:
+            ray = shapely.LineString([xy_m[i], xy_m[i] + up_to_m * heading[i]])
+            hit = shapely.distance(shapely.intersection(ray, self.boundary), points[i])
+            if np.isfinite(hit):
+                room[i] = hit
+        return room

@@ -1,0 +1,83 @@
+"""Planners by name: the built-in ones, and those of installed packages (entry points, group `tui_gcs.planners`)."""
+
+from collections.abc import Mapping
+from importlib import import_module
+from importlib.metadata import entry_points
+
+from tui_gcs.planner.api import Param, ParamValue, Planner
+
+GROUP = "tui_gcs.planners"
+
+_BUILTIN = {"patrol": "tui_gcs.planner.patrol:Patrol"}
+
+
+class PlannerError(Exception):
+    """A planner that is unknown, cannot be loaded, or is given wrong parameters; one line says which and why."""
+
+
+def names() -> tuple[str, ...]:
+    """All known planners, sorted."""
+    return tuple(sorted({*_BUILTIN, *(point.name for point in entry_points(group=GROUP))}))
+
+
+def builtin() -> dict[str, type[Planner]]:
+    """The planners that come with tui-gcs."""
+    return {name: load(name) for name in sorted(_BUILTIN)}
+
+
+def load(name: str) -> type[Planner]:
+    """The planner class called `name`; imported now if it was not. Built-in names cannot be taken over.
+
+    Raises:
+        PlannerError: unknown, or its module cannot be imported or holds no planner of our API.
+    """
+    try:
+        found = _import(name)
+    except Exception as error:
+        raise PlannerError(f"planner {name!r} cannot be loaded: {type(error).__name__}: {error}") from error
+    if found is None:
+        raise PlannerError(f"unknown planner {name!r}; known: {', '.join(names())}")
+    if not (isinstance(found, type) and issubclass(found, Planner)):
+        raise PlannerError(f"planner {name!r} is not a subclass of tui_gcs.planner.api.Planner")
+    return found
+
+
+def declared(name: str) -> tuple[Param, ...]:
+    """The parameters planner `name` declares, for forms and for checking a scenario. Raises PlannerError."""
+    return load(name).params
+
+
+def complete(name: str, given: Mapping[str, ParamValue]) -> dict[str, ParamValue]:
+    """`given` checked against the declarations, with defaults for what is not given.
+
+    Raises:
+        PlannerError: one line with everything that is wrong.
+    """
+    return checked(name, declared(name), given)
+
+
+def checked(name: str, params: tuple[Param, ...], given: Mapping[str, ParamValue]) -> dict[str, ParamValue]:
+    """As `complete`, for declarations at hand."""
+    known = {param.name: param for param in params}
+    problems = [
+        f"{key} is no parameter of it (it has: {', '.join(known) or 'none'})" for key in given if key not in known
+    ]
+    problems += [problem for key, value in given.items() if key in known and (problem := known[key].problem(value))]
+    if problems:
+        raise PlannerError(f"planner {name!r}: {'; '.join(problems)}")
+    values: dict[str, ParamValue] = {}
+    for param in params:
+        value = given.get(param.name, param.default)
+        values[param.name] = float(value) if param.type is float else value
+    return values
+
+
+def _import(name: str) -> object | None:
+    if name in _BUILTIN:
+        module, _, attribute = _BUILTIN[name].partition(":")
+        found: object = getattr(import_module(module), attribute)
+        return found
+    for point in sorted(entry_points(group=GROUP), key=lambda p: (p.name, p.value)):
+        if point.name == name:
+            return point.load()  # type: ignore[no-any-return]
+    return None

@@ -1,0 +1,166 @@
+"""Transits: how a vehicle gets from where it is onto a slot that moves.
+
+The way is simulated ahead with a point mass of limited speed and acceleration: it flies towards the earliest point of
+its slot's path that it can reach in time, and as soon as one smooth manoeuvre (a cubic in time) ends on the slot with
+the slot's velocity within the limits, that manoeuvre is taken. The result is stored and followed.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.planner.region import Region
+from tui_gcs.planner.tour import Tour
+
+Floats = NDArray[np.floating[Any]]
+
+STEP_S = 0.1
+LOOK_EVERY = 5
+"""Steps between looks for a way onto the slot."""
+LOOK_AHEAD_S = 0.5
+ALLOWANCE_S = 3.0
+"""Time beyond way / speed that a rendezvous takes: speeding up, turning in."""
+MANOEUVRES_S: Floats = np.arange(1.0, 16.01, 0.5)
+CHECKED: Floats = np.linspace(0.0, 1.0, 9)[1:-1]
+LONGEST_S = 600.0
+ON_SLOT_M = 0.05
+CORNER_SPEED_M_S = 3.0
+
+
+@dataclass(frozen=True)
+class Transit:
+    """Samples every `STEP_S` from `t0_s`; after the last one the vehicle is on its slot."""
+
+    t0_s: float
+    xy_m: Floats
+    velocity_m_s: Floats
+
+    @property
+    def end_s(self) -> float:
+        """When the slot is reached."""
+        return self.t0_s + STEP_S * (len(self.xy_m) - 1)
+
+    def at(self, t_s: Floats) -> tuple[Floats, Floats]:
+        """Positions and velocities (k, 2) at times (k,) not after `end_s`."""
+        place = np.clip((t_s - self.t0_s) / STEP_S, 0.0, len(self.xy_m) - 1)
+        index = np.arange(len(self.xy_m))
+        xy = np.stack([np.interp(place, index, self.xy_m[:, axis]) for axis in range(2)], axis=1)
+        velocity = np.stack([np.interp(place, index, self.velocity_m_s[:, axis]) for axis in range(2)], axis=1)
+        return xy, velocity
+
+
+@dataclass(frozen=True)
+class Mobility:
+    """What a vehicle may do on its way."""
+
+    speed_m_s: float
+    accel_m_s2: float
+
+
+def rendezvous_s(places_m: Floats, lap_m: Floats, step_s: float, speed_m_s: float) -> Floats:
+    """(n, k) time until each of n vehicles can meet a slot that is now at each of the k points of a lap.
+
+    `lap_m` (k, 2) are points of the tour every `step_s`. The estimate is way / speed + `ALLOWANCE_S`.
+    """
+    count = len(lap_m)
+    needed = np.hypot(*(places_m[:, None, :] - lap_m[None, :, :]).transpose(2, 0, 1)) / speed_m_s + ALLOWANCE_S
+    waits = np.arange(math.ceil(float(needed.max(initial=0.0)) / step_s) + count + 1)
+    at = (np.arange(count)[:, None] + waits[None, :]) % count
+    return np.stack([step_s * np.argmax(need[at] <= step_s * waits, axis=1) for need in needed])
+
+
+def plan_transit(
+    t_s: float, xy_m: Floats, velocity_m_s: Floats, tour: Tour, phase_s: float, mobility: Mobility, region: Region
+) -> Transit | None:
+    """The way from a state at `t_s` onto the slot that is at `phase_s` of the tour then.
+
+    None if there is none within `LONGEST_S` (a region that keeps them apart).
+    """
+    flight = _Flight(xy_m, velocity_m_s, mobility)
+    lap_s = np.arange(0.0, max(tour.period_s, 2 * MANOEUVRES_S[-1]) + LONGEST_S / 4, LOOK_AHEAD_S)
+    aim, corner = xy_m, False
+    for step in range(round(LONGEST_S / STEP_S)):
+        now_s = step * STEP_S
+        if step % LOOK_EVERY == 0:
+            ending = _manoeuvre(flight, tour, phase_s + now_s, mobility, region)
+            if ending is not None:
+                return flight.transit(t_s, ending)
+            target = _meeting_point(flight.xy, tour, phase_s + now_s, lap_s, mobility.speed_m_s)
+            aim, corner = region.next_leg(np.array(flight.xy), target)
+        flight.step(aim, corner)
+    return None
+
+
+class _Flight:
+    """The simulated point mass and its way so far."""
+
+    def __init__(self, xy_m: Floats, velocity_m_s: Floats, mobility: Mobility) -> None:
+        self._mobility = mobility
+        self.xy = (float(xy_m[0]), float(xy_m[1]))
+        self.velocity = (float(velocity_m_s[0]), float(velocity_m_s[1]))
+        speed = math.hypot(*self.velocity)
+        if speed > mobility.speed_m_s:
+            share = mobility.speed_m_s / speed
+            self.velocity = (self.velocity[0] * share, self.velocity[1] * share)
+        self._way, self._speeds = [self.xy], [self.velocity]
+
+    def step(self, aim: Floats, corner: bool) -> None:
+        """Turn towards `aim` as fast as acceleration allows, and slow down for it if it is a corner of the way."""
+        dx, dy = float(aim[0]) - self.xy[0], float(aim[1]) - self.xy[1]
+        away, wanted, accel = math.hypot(dx, dy), self._mobility.speed_m_s, self._mobility.accel_m_s2
+        if corner:
+            wanted = min(wanted, math.sqrt(CORNER_SPEED_M_S**2 + 1.6 * accel * away))
+        scale = wanted / away if away > 0.1 else 0.0
+        vx, vy = self.velocity
+        ax, ay = dx * scale - vx, dy * scale - vy
+        change = math.hypot(ax, ay)
+        share = min(1.0, accel * STEP_S / change) if change > 0.0 else 0.0
+        new = (vx + share * ax, vy + share * ay)
+        self.xy = (self.xy[0] + (vx + new[0]) / 2 * STEP_S, self.xy[1] + (vy + new[1]) / 2 * STEP_S)
+        self.velocity = new
+        self._way.append(self.xy)
+        self._speeds.append(new)
+
+    def transit(self, t_s: float, ending: tuple[Floats, Floats]) -> Transit:
+        """The way so far and the manoeuvre that ends it."""
+        xy, velocity = ending
+        return Transit(t_s, np.vstack([np.array(self._way), xy]), np.vstack([np.array(self._speeds), velocity]))
+
+
+def _meeting_point(xy: tuple[float, float], tour: Tour, phase_s: float, lap_s: Floats, speed_m_s: float) -> Floats:
+    """Where the slot will be when the vehicle can first be there too."""
+    path = tour.at(phase_s + lap_s)[0]
+    needed = np.hypot(path[:, 0] - xy[0], path[:, 1] - xy[1]) / speed_m_s + ALLOWANCE_S
+    return np.asarray(path[int(np.argmax(needed <= lap_s))])
+
+
+def _manoeuvre(
+    flight: _Flight, tour: Tour, phase_s: float, mobility: Mobility, region: Region
+) -> tuple[Floats, Floats] | None:
+    """The shortest cubic onto the slot that keeps all limits, sampled without its first point; None without one.
+
+    A cubic's acceleration is linear in time, so its ends are its extremes: (6 d / T - 4 v0 - 2 v1) / T at the start and
+    (-6 d / T + 2 v0 + 4 v1) / T at the end.
+    """
+    p0, v0, took = np.array(flight.xy), np.array(flight.velocity), MANOEUVRES_S[:, None]
+    p1, v1 = tour.at(phase_s + MANOEUVRES_S)
+    if np.hypot(*(p1 - p0).T).min() > mobility.speed_m_s * MANOEUVRES_S[-1]:
+        return None
+    mean = (p1 - p0) / took
+    begin, end = (6 * mean - 4 * v0 - 2 * v1) / took, (-6 * mean + 2 * v0 + 4 * v1) / took
+    good = np.maximum(np.hypot(*begin.T), np.hypot(*end.T)) <= mobility.accel_m_s2
+    share = CHECKED[:, None, None]
+    speed = v0 + share * took * begin + share**2 / 2 * took * (end - begin)
+    good &= np.hypot(speed[..., 0], speed[..., 1]).max(axis=0) <= mobility.speed_m_s
+    for i in np.flatnonzero(good):
+        duration = float(MANOEUVRES_S[i])
+        at = STEP_S * np.arange(1, round(duration / STEP_S) + 1)[:, None]
+        jerk = (end[i] - begin[i]) / duration
+        xy = p0 + v0 * at + begin[i] * at**2 / 2 + jerk * at**3 / 6
+        velocity = v0 + begin[i] * at + jerk * at**2 / 2
+        if region.can_stop(xy, velocity, mobility.accel_m_s2).all():
+            return xy, velocity
+    return None
