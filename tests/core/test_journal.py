@@ -26,13 +26,13 @@ def test_a_text_cannot_forge_a_second_record(tmp_path: Path) -> None:
 
 def test_odd_values_are_journalled_somehow(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "j")
-    journal.write({"number": float("nan"), "path": Path("x"), "set": {1}, 5: "five"})
+    journal.write({"number": float("nan"), "path": Path("x"), "set": {1}, "nested": {5: "five"}})
     journal.write({"broken": "\ud800"})
     nested: list[object] = []
     nested.append(nested)
     journal.write({"endless": nested})
     written = lines(journal)
-    assert written[0] == {"number": None, "path": "x", "set": [1], "5": "five"}
+    assert written[0] == {"number": None, "path": "x", "set": [1], "nested": {"5": "five"}}
     assert len(written) == 3
 
 

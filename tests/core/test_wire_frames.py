@@ -32,14 +32,14 @@ def unknown_message(payload: bytes = b"abc", flags: int = 0) -> bytes:
 
 def version_1_heartbeat() -> bytes:
     link = pymavlink_all.MAVLink(None, srcSystem=3, srcComponent=1)
-    return pymavlink_all.MAVLink_heartbeat_message(2, 3, 81, 4, 3, 3).pack(link, force_mavlink1=True)
+    return bytes(pymavlink_all.MAVLink_heartbeat_message(2, 3, 81, 4, 3, 3).pack(link, force_mavlink1=True))
 
 
 def signed_heartbeat() -> bytes:
     link = pymavlink_all.MAVLink(None, srcSystem=5, srcComponent=1)
     link.signing.secret_key = bytes(32)  # PX4 without a key signs with zeros
     link.signing.sign_outgoing = True
-    return pymavlink_all.MAVLink_heartbeat_message(2, 12, 81, 4, 3, 3).pack(link)
+    return bytes(pymavlink_all.MAVLink_heartbeat_message(2, 12, 81, 4, 3, 3).pack(link))
 
 
 def test_one_frame_per_datagram_is_the_usual_case() -> None:
