@@ -92,7 +92,7 @@ def rehearse(
     while not script.done:
         flight.step()
         script.tick()
-        on_progress(script.progress, f"{script.step} T+{flight.clock.now():.0f} s")
+        on_progress(script.progress, script.headline)
     flight.close()
     return script.referee.result(), script.problem
 

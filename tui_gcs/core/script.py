@@ -66,6 +66,14 @@ class Script:
         done = {Step.WAIT: 0, Step.TAKE_OFF: 0, Step.ROUND: 1 + self.round_index, Step.DONE: steps}
         return min(1.0, done.get(self.step, steps - 1) / steps)
 
+    @property
+    def headline(self) -> str:
+        """Where the flight is, for a progress bar."""
+        if self._status is None:
+            return "waiting for the station"
+        what = self._scenario.rounds[self.round_index].name if self.step is Step.ROUND else str(self.step)
+        return f"{what}  T+{self._status.mission_time_s:.0f} s  armed {self._status.armed}"
+
     def on_frame(self, frame: FleetFrame) -> None:
         """A fleet frame arrived."""
         self._frame = frame

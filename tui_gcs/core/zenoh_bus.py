@@ -143,10 +143,12 @@ class QueuedBus:
         self._wake = wake
         self._pending: deque[Callable[[], None]] = deque()
 
-    def run_pending(self) -> None:
-        """Run what arrived."""
-        for _ in range(len(self._pending)):
+    def run_pending(self) -> int:
+        """Run what arrived; how much that was."""
+        count = len(self._pending)
+        for _ in range(count):
             self._pending.popleft()()
+        return count
 
     def publish(self, key: str, payload: bytes) -> None:
         """See `Bus.publish`."""

@@ -1,0 +1,97 @@
+"""`tui-gcs attach`, `status`, `stop`: what can be done with a station that runs."""
+
+import argparse
+import sys
+import threading
+from typing import TYPE_CHECKING
+
+from tui_gcs.cli import FAILED, OK, CommandError
+from tui_gcs.commands.common import join, need_terminal, running
+from tui_gcs.core.kinds import Kind
+
+if TYPE_CHECKING:
+    from tui_gcs.core.messages import FleetFrame, StationStatus
+
+STATUS_WAIT_S = 3.0
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Find the station meant, and do it."""
+    kind = _which(arguments.kind)
+    if arguments.what == "attach":
+        need_terminal()
+        from tui_gcs.commands.console import attach
+
+        return attach(kind)
+    return _stop(kind) if arguments.what == "stop" else _status(kind, as_json=arguments.json)
+
+
+def _which(named: str | None) -> Kind:
+    kinds = [Kind(named.upper())] if named else [kind for kind in (Kind.SIM, Kind.LIVE) if running(kind)]
+    if len(kinds) > 1:
+        raise CommandError("a SIM and a LIVE station run: say which with --kind")
+    if not kinds or not running(kinds[0]):
+        raise CommandError("no station runs: `tui-gcs demo` or `tui-gcs fly` starts one")
+    return kinds[0]
+
+
+def _stop(kind: Kind) -> int:
+    from tui_gcs.core.bus import BusError
+    from tui_gcs.core.messages import Reply, Shutdown, decode, encode
+
+    bus = join(kind)
+    try:
+        reply = decode(bus.ask("gcs/req/cli", encode(Shutdown()), timeout_s=5.0), Reply)
+    except BusError as error:
+        raise CommandError(str(error)) from None
+    finally:
+        bus.close()
+    sys.stdout.write(f"{kind}: {reply.text}\n")
+    return OK if reply.ok else FAILED
+
+
+def _status(kind: Kind, *, as_json: bool) -> int:
+    import msgspec
+
+    from tui_gcs.core import bus as keys
+    from tui_gcs.core.messages import FleetFrame, StationStatus, decode
+
+    bus = join(kind)
+    got: dict[str, bytes] = {}
+    both = threading.Event()
+
+    def take(key: str, data: bytes) -> None:
+        got[key] = data
+        if len(got) == 2:
+            both.set()
+
+    bus.subscribe(keys.FLEET, take)
+    bus.subscribe(keys.STATUS, take)
+    heard = both.wait(STATUS_WAIT_S)
+    bus.close()
+    if not heard:
+        raise CommandError(f"the {kind} station says nothing")
+    status, frame = decode(got[keys.STATUS], StationStatus), decode(got[keys.FLEET], FleetFrame)
+    if as_json:
+        vehicles = [row._asdict() for row in frame.rows()]
+        text = msgspec.json.encode({"status": status, "vehicles": vehicles}).decode()
+        sys.stdout.write(text + "\n")
+    else:
+        sys.stdout.write(_words(status, frame))
+    return OK
+
+
+def _words(status: "StationStatus", frame: "FleetFrame") -> str:
+    minutes, seconds = divmod(int(status.mission_time_s), 60)
+    lines = [
+        f"{status.kind} {status.scenario}  {status.rounds[status.round_index]}  {status.run}"
+        f"  T+{minutes:02}:{seconds:02}  heard {status.heard}/{status.vehicles}  armed {status.armed}"
+    ]
+    if status.alarm:
+        lines.append(f"! {status.alarm}")
+    lines += [
+        f"{row.id:>4} {row.team:<10} {row.mode:<10} {'armed' if row.armed else '-':<6}{row.phase:<10} "
+        f"{row.position_m[2]:7.1f} m {row.battery_pct:4.0f} % {row.freshness}"
+        for row in frame.rows()
+    ]
+    return "\n".join(lines) + "\n"

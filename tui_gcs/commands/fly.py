@@ -1,0 +1,44 @@
+"""`tui-gcs fly`: a station on real links (or somebody's simulator), and a console on it."""
+
+import argparse
+from pathlib import Path
+
+from tui_gcs.cli import CommandError
+from tui_gcs.commands.common import check_links, loopback_only, need_terminal, read_scenario, running
+from tui_gcs.core.kinds import Kind
+from tui_gcs.launcher import launch, running_scenario
+
+DEFAULT_LINK = "udpin:127.0.0.1:14550"
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Start a station if none of this kind runs, then attach."""
+    need_terminal()
+    kind = Kind(arguments.kind.upper())
+    if running(kind):
+        _same_scenario(kind, arguments)
+    else:
+        start(kind, arguments)
+    from tui_gcs.commands.console import attach
+
+    return attach(kind)
+
+
+def start(kind: Kind, arguments: argparse.Namespace) -> None:
+    """Check everything that can be checked here, then launch. Raises `CommandError`."""
+    _, toml, path = read_scenario(arguments.scenario)
+    links = arguments.link or [DEFAULT_LINK]
+    if kind is Kind.SIM:
+        loopback_only(links)
+    check_links(links)
+    launch(kind, path, toml, links, forced_kind=kind is Kind.SIM)
+
+
+def _same_scenario(kind: Kind, arguments: argparse.Namespace) -> None:
+    there = running_scenario(kind)
+    if there and there != str(Path(arguments.scenario).resolve()):
+        raise CommandError(
+            f"a {kind} station already flies {there}: `tui-gcs attach` joins it, `tui-gcs stop` ends it first"
+        )
+    if arguments.link:
+        raise CommandError(f"a {kind} station already runs with its own links: `tui-gcs attach` joins it")

@@ -1,0 +1,49 @@
+"""`tui-gcs replay`: a recorded flight on the fly screen, or in words."""
+
+import argparse
+import math
+import sys
+
+from tui_gcs.cli import CommandError
+from tui_gcs.commands.common import need_terminal
+from tui_gcs.core.kinds import Kind
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Show the flight; without a terminal (or asked for) print the summary."""
+    if arguments.json or arguments.summary or not sys.stdout.isatty():
+        return _summary(arguments.file, as_json=arguments.json)
+    if not (math.isfinite(arguments.speed) and 0 < arguments.speed <= 1000):
+        raise CommandError(f"--speed {arguments.speed:g}: more than 0 and at most 1000")
+    need_terminal()
+    return _show(arguments.file, arguments.speed)
+
+
+def _summary(file: str, *, as_json: bool) -> int:
+    from tui_gcs.core.summary import summarize, to_json, to_text
+    from tui_gcs.core.tlog import TlogError
+
+    try:
+        summary = summarize(file)
+    except TlogError as error:
+        raise CommandError(str(error)) from None
+    sys.stdout.write(to_json(summary) if as_json else to_text(summary))
+    return 0
+
+
+def _show(file: str, speed: float) -> int:
+    from tui_gcs.app import ConsoleApp
+    from tui_gcs.core.bus import MemoryBus
+    from tui_gcs.core.clock import MonotonicClock
+    from tui_gcs.core.replay import Player
+    from tui_gcs.core.tlog import TlogError
+
+    bus, clock = MemoryBus(), MonotonicClock()
+    try:
+        player = Player(file, speed, bus, clock)
+    except TlogError as error:
+        raise CommandError(str(error)) from None
+    app = ConsoleApp(bus, kind=Kind.REPLAY, replay=True)
+    app.drive(player.tick)
+    app.run()
+    return app.return_code or 0

@@ -1,0 +1,74 @@
+"""`tui-gcs run`: a whole scenario in real time without a console."""
+
+import argparse
+import contextlib
+import os
+import signal
+import sys
+import threading
+import time
+from typing import TYPE_CHECKING
+
+from tui_gcs.cli import CommandError
+from tui_gcs.commands.common import join, read_scenario, running
+from tui_gcs.commands.fly import start
+from tui_gcs.commands.headless import ProgressBar, report
+from tui_gcs.core.kinds import Kind
+
+if TYPE_CHECKING:
+    from tui_gcs.core.scenario import Scenario
+
+POLL_S = 0.05
+SILENT_S = 10.0
+"""Without a word of the station for this long the run gives up; vehicles hold by themselves."""
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Start a station, fly, report, end the station."""
+    kind = Kind(arguments.kind.upper())
+    if running(kind):
+        raise CommandError(f"a {kind} station already runs: `tui-gcs attach` joins it, `tui-gcs stop` ends it first")
+    scenario, _, _ = read_scenario(arguments.scenario)
+    if kind is Kind.LIVE and sys.stdin.isatty() and not arguments.yes:
+        _ask_count(scenario)
+    start(kind, arguments)
+    return _fly(scenario, kind, arguments.json)
+
+
+def _ask_count(scenario: "Scenario") -> None:
+    """LIVE: the number of vehicles is typed, not clicked."""
+    count = sum(len(team.vehicles) or team.count for team in scenario.teams)
+    teams = ", ".join(f"{team.name} {len(team.vehicles) or team.count}" for team in scenario.teams)
+    answer = input(f"LIVE: {scenario.name} will arm and fly {count} vehicles ({teams}). Type their number to start: ")
+    if answer.strip() != str(count):
+        raise CommandError("not started")
+
+
+def _fly(scenario: "Scenario", kind: Kind, json_file: str | None) -> int:
+    from tui_gcs.core.messages import Shutdown, encode
+    from tui_gcs.core.script import Script
+    from tui_gcs.core.zenoh_bus import QueuedBus
+
+    bus = QueuedBus(join(kind), lambda: None)
+    principal = f"run-{os.getpid()}"
+    script = Script(scenario, bus, principal=principal, whole_duration=True)
+    interrupted = threading.Event()
+    signal.signal(signal.SIGINT, lambda *_: interrupted.set())
+    signal.signal(signal.SIGTERM, lambda *_: interrupted.set())
+    bar = ProgressBar()
+    heard_s = time.monotonic()
+    while not script.done:
+        time.sleep(POLL_S)
+        if bus.run_pending():
+            heard_s = time.monotonic()
+        if interrupted.is_set():
+            script.abort("interrupted: vehicles return and land")
+        if time.monotonic() - heard_s > SILENT_S:
+            raise CommandError(f"the station has been silent for {SILENT_S:.0f} s: `tui-gcs attach` looks at it")
+        script.tick()
+        bar.show(script.progress, script.headline)
+    bar.end()
+    with contextlib.suppress(Exception):
+        bus.ask(f"gcs/req/{principal}", encode(Shutdown()))
+    bus.close()
+    return report(script.referee.result(), script.problem, json_file)
