@@ -41,10 +41,14 @@ REACHED_M = 0.4
 STICK_DOWN_SINK_M_S = 2.5
 HOVER_CURRENT_A = 28.0
 IDLE_CURRENT_A = 1.0
-MAX_SPEED_M_S = 10.0
+MIN_SPEED_M_S, MAX_SPEED_M_S = 0.1, 10.0
 MAX_ANGLE_CD = 8000
 SIM_STATION_SYSID = 254
 """The station's system id for simulated vehicles; its heartbeats count like those of MAV_GCS_SYSID."""
+
+
+def _between(speed_m_s: float) -> float:
+    return min(max(speed_m_s, MIN_SPEED_M_S), MAX_SPEED_M_S)
 
 
 class Autopilot:
@@ -290,14 +294,20 @@ class Autopilot:
                 self.text(Severity.WARNING, f"Mode change to {name} failed: {reason}")
                 return False
         self.mode = mode
-        if mode == GUIDED:
-            self.vehicles.speed_m_s[self.index] = min(self.params["WPNAV_SPEED"] / 100.0, MAX_SPEED_M_S)
+        self._load_speeds()
         self.target_expires_us = None
         self.shown_target_m = None
         self.vehicles.yaw_target_rad[self.index] = math.nan
         if self.armed:
             self._mode_in_flight(mode)
         return True
+
+    def _load_speeds(self) -> None:
+        """Speeds by parameter count from the next change of mode; DO_CHANGE_SPEED until then."""
+        i, vehicles, params = self.index, self.vehicles, self.params
+        vehicles.speed_m_s[i] = _between(params["WPNAV_SPEED"] / 100.0)
+        vehicles.climb_m_s[i] = _between(params["WPNAV_SPEED_UP"] / 100.0)
+        vehicles.descent_m_s[i] = _between(params["WPNAV_SPEED_DN"] / 100.0)
 
     def _mode_refusal(self, mode: int) -> str:
         if mode == AUTO:
@@ -341,7 +351,7 @@ class Autopilot:
         i = self.index
         if not self.armed or self.mode != GUIDED or not self.landed:
             return False
-        if not alt_m + self.home_m[2] > self.vehicles.position_m[i, 2]:
+        if not (math.isfinite(alt_m) and alt_m + self.home_m[2] > self.vehicles.position_m[i, 2]):
             return False
         self.takeoff_m = alt_m + self.home_m[2]
         self._enter(Phase.SPOOL_UP)

@@ -117,8 +117,9 @@ def _change_speed(ap: Autopilot, command: Command) -> Result:
     kind, speed_m_s = command.p[0], command.p[1]
     if not speed_m_s > 0.0:
         return Result.FAILED
-    if kind in (0, 1):
-        ap.vehicles.speed_m_s[ap.index] = min(speed_m_s, MAX_SPEED_M_S)
+    speeds = {0: ap.vehicles.speed_m_s, 1: ap.vehicles.speed_m_s, 2: ap.vehicles.climb_m_s, 3: ap.vehicles.descent_m_s}
+    if kind in speeds:
+        speeds[int(kind)][ap.index] = min(speed_m_s, MAX_SPEED_M_S)
     return Result.ACCEPTED
 
 

@@ -13,6 +13,7 @@ __all__ = ["SimFleet", "VehicleSpec"]
 
 TOKEN_BYTES = 8
 DEFAULT_VERSION = b"cef8bcef"
+MIN_BOOT_S, MAX_BOOT_S = 0.5, 600.0
 JITTER_US = 100_000
 """Vehicles are switched on within this time of each other, so that they do not beat in step."""
 
@@ -27,11 +28,13 @@ class SimFleet:
         boot_s: Simulated time from power-on to readiness for arming in GUIDED (really 42 s).
 
     Raises:
-        ValueError: Bad ids, places, token.
+        ValueError: Bad ids, places, token, boot time.
     """
 
     def __init__(self, vehicles: Sequence[VehicleSpec], *, seed: int = 0, token: str = "", boot_s: float = 3.0) -> None:
         _check(vehicles)
+        if not MIN_BOOT_S <= boot_s <= MAX_BOOT_S:
+            raise ValueError(f"boot_s must be {MIN_BOOT_S:g} to {MAX_BOOT_S:g}, not {boot_s:g}")
         rng = np.random.default_rng(seed)
         version = _token_bytes(token)
         self.specs = tuple(vehicles)

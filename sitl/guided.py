@@ -16,6 +16,9 @@ FRAMES_RELATIVE = frozenset({3, 6})
 FRAMES_TERRAIN = frozenset({10, 11})
 LOCAL_NED, LOCAL_OFFSET_NED, BODY_NED, BODY_OFFSET_NED = 1, 7, 8, 9
 
+FARTHEST_M = 3e7
+"""Numbers beyond the size of the Earth (and NaN) are not targets."""
+
 _IGNORE_POSITION, _IGNORE_VELOCITY, _IGNORE_ACCEL, _IGNORE_YAW = 0x007, 0x038, 0x1C0, 0x400
 
 
@@ -47,7 +50,7 @@ def local_target(ap: Autopilot, fields: dict[str, Any]) -> None:
 
 def place(ap: Autopilot, frame: int, lat_1e7: int, lon_1e7: int, alt_m: float) -> Point | None:
     """Place in the vehicle's frame; None for frames and coordinates it does not take."""
-    if abs(lat_1e7) > 900_000_000 or abs(lon_1e7) > 1_800_000_000 or not math.isfinite(alt_m):
+    if abs(lat_1e7) > 900_000_000 or abs(lon_1e7) > 1_800_000_000 or not abs(alt_m) <= FARTHEST_M:
         return None
     x, y = ap.vehicles.to_local(ap.index, lat_1e7 / 1e7, lon_1e7 / 1e7)
     if frame in FRAMES_AMSL:
@@ -80,7 +83,8 @@ def _velocity(ap: Autopilot, fields: dict[str, Any], *, body: bool) -> Point | N
 
 def _take(ap: Autopilot, fields: dict[str, Any], position: Point | None, velocity: Point | None) -> None:
     """Follow a target, if mode and state allow it."""
-    if (position is None and velocity is None) or not all(map(math.isfinite, (position or ()) + (velocity or ()))):
+    numbers = (position or ()) + (velocity or ())
+    if not numbers or not all(abs(number) <= FARTHEST_M for number in numbers):
         return
     if not flies_guided(ap):
         return

@@ -89,10 +89,11 @@ def open_sockets(n: int, target: tuple[str, int]) -> list[socket.socket]:
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
             sock.setblocking(False)
             sock.connect(target)
-    except OSError as error:
+    except (OSError, UnicodeError) as error:
         for sock in sockets:
             sock.close()
-        raise LaunchError(f"--target {target[0]}:{target[1]}: {error.strerror or error}") from error
+        why = getattr(error, "strerror", None) or error
+        raise LaunchError(f"--target {target[0]}:{target[1]}: {why}") from error
     return sockets
 
 

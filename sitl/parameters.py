@@ -79,8 +79,8 @@ class ParameterTable:
         return self._entry(_DEFAULTS[index][0]) if 0 <= index < len(_DEFAULTS) else None
 
     def set(self, name: str, value: float) -> Entry | None:
-        """Store and return what was stored; None (no answer) for unknown names and NaN."""
-        if name not in self._values or math.isnan(value):
+        """Store and return what was stored; None (no answer) for unknown names, NaN and infinity."""
+        if name not in self._values or not math.isfinite(value):
             return None
         limits = _LIMITS.get(self._kinds[name])
         if limits is not None:

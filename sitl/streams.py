@@ -37,7 +37,7 @@ class Streams:
 
     def ask_stream(self, stream: int, rate_hz: int, now_us: int) -> None:
         """REQUEST_DATA_STREAM; stream 0 is all, rate 0 is off."""
-        interval_ms = 1000 // rate_hz if rate_hz > 0 else OFF
+        interval_ms = max(1000 // rate_hz, MIN_INTERVAL_MS) if rate_hz > 0 else OFF
         for name in ALL_STREAMS if stream == 0 else STREAMS.get(stream, ()):
             self._stream_ms[name] = interval_ms
             self._schedule(name, now_us)

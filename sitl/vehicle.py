@@ -27,6 +27,7 @@ GENTLE_M_S = 2.0  # a target this fast is approached with half the deceleration
 YAW_RATE_RAD_S = np.deg2rad(60.0)
 YAW_SPEED_M_S = 1.0  # slower than this a vehicle keeps its heading
 MAX_STEP_S = 0.05
+MAX_VERTICAL_M_S = 10.0
 FALL_M_S = 10.7  # measured: thrust lost, 20 m to the ground in 3.2 s
 
 WGS84_A_M = 6378137.0
@@ -123,6 +124,7 @@ class Vehicles:
         ground = (position[:, 2] <= 0.0) & (velocity[:, 2] <= 0.0)
         position[ground, 2] = 0.0
         velocity[ground] = 0.0
+        self.falling &= ~ground
         self.accel_m_s2 = (velocity - before) / dt
         self.position_m, self.velocity_m_s = position, velocity
         self._turn(dt)
@@ -160,6 +162,7 @@ class Vehicles:
         correction = self.hold_z * np.copysign(approach_speed(np.abs(error), BRAKE_Z_M_S2), error)
         # A demanded velocity is not limited: measured, ArduCopter flies vz = -6 with WPNAV_SPEED_UP 250.
         wanted = self.target_velocity_m_s[:, 2] + np.clip(correction, -self.descent_m_s, self.climb_m_s)
+        wanted = np.clip(wanted, -MAX_VERTICAL_M_S, MAX_VERTICAL_M_S)
         limit = ACCEL_Z_M_S2 * dt
         return np.clip(wanted - self.velocity_m_s[:, 2], -limit, limit)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sitl.fleet import SimFleet, VehicleSpec
-from sitl.wire import cut
+from sitl.wire import LAYOUT_BY_NAME, cut
 
 GUIDED = 4
 
@@ -79,6 +79,41 @@ def test_messages_with_wild_values_raise_nothing(booted):
     assert np.isfinite(ground.fleet.position_m).all()
 
 
+UNDERSTOOD = [
+    "COMMAND_LONG",
+    "COMMAND_INT",
+    "SET_MODE",
+    "SET_POSITION_TARGET_GLOBAL_INT",
+    "SET_POSITION_TARGET_LOCAL_NED",
+    "REQUEST_DATA_STREAM",
+    "TIMESYNC",
+    "PARAM_REQUEST_READ",
+    "PARAM_SET",
+    "MISSION_REQUEST_LIST",
+    "MISSION_COUNT",
+    "HEARTBEAT",
+]
+
+
+@pytest.mark.parametrize("name", UNDERSTOOD)
+def test_random_contents_with_good_checksums_raise_nothing(booted, name):
+    ground = booted()
+    ground.say("REQUEST_DATA_STREAM", req_stream_id=0, req_message_rate=10, start_stop=1)
+    ground.take_off()
+    rng = np.random.default_rng(5)
+    layout = LAYOUT_BY_NAME[name]
+    for k in range(400):
+        fields = layout.unpack(rng.bytes(layout.struct.size))
+        if "type_mask" in fields:
+            fields |= {"coordinate_frame": int(rng.integers(12)), "type_mask": int(rng.choice([0xDF8, 0xDC0, 0xDC7]))}
+        if name.startswith("COMMAND"):
+            fields["command"] = int(rng.choice([17, 20, 21, 22, 115, 176, 178, 179, 192, 193, 400, 510, 511, 512]))
+        ground.fleet.receive(0, ground.encoder.frame(name, {**fields, "target_system": 1}))
+        ground.run(0.1 if k % 4 == 0 else 0.0)
+    assert np.isfinite(ground.fleet.position_m).all()
+    assert len(ground.of("HEARTBEAT")) >= 5
+
+
 def test_a_silent_vehicle_neither_hears_nor_speaks_but_flies_on(booted):
     ground = booted(2)
     ground.take_off(index=1)
@@ -120,6 +155,7 @@ def test_truth_is_about_the_first_vehicles_place(booted):
         ([VehicleSpec(1, 95, 0, 0)], {}, "lat_deg"),
         ([VehicleSpec(1, 0, 0, float("nan"))], {}, "finite"),
         ([VehicleSpec(1, 0, 0, 0)], {"token": "xyz"}, "hex digits"),
+        ([VehicleSpec(1, 0, 0, 0)], {"boot_s": 0.0}, "boot_s"),
     ],
 )
 def test_bad_fleets_are_refused(vehicles, options, problem):
