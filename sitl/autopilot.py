@@ -7,7 +7,8 @@ measured on ArduCopter 4.7 SITL.
 import math
 from typing import Any
 
-from sitl.boot import BOOT_STEPS, BOOT_TEXT, NOT_BOOTED
+from sitl import arming
+from sitl.boot import BOOT_STEPS, BOOT_TEXT
 from sitl.modes import (
     AUTO,
     AUTO_RTL,
@@ -42,7 +43,6 @@ STICK_DOWN_SINK_M_S = 2.5
 HOVER_CURRENT_A = 28.0
 IDLE_CURRENT_A = 1.0
 MIN_SPEED_M_S, MAX_SPEED_M_S = 0.1, 10.0
-MAX_ANGLE_CD = 8000
 SIM_STATION_SYSID = 254
 """The station's system id for simulated vehicles; its heartbeats count like those of MAV_GCS_SYSID."""
 
@@ -232,21 +232,7 @@ class Autopilot:
 
     def prearm_problems(self) -> list[str]:
         """Why it cannot be armed, apart from modes that never can."""
-        if self.stage < Stage.READY:
-            return list(NOT_BOOTED)
-        problems: list[str] = []
-        need_position = self.mode in NEED_POSITION
-        if self.stage < (Stage.ALL_OK if need_position else Stage.PREARM_OK):
-            problems.append("Need Position Estimate" if need_position else "AHRS: waiting for home")
-        if not 1000 <= self.params["ANGLE_MAX"] <= MAX_ANGLE_CD:
-            problems.append("Check ANGLE_MAX")
-        if self.mode == AUTO:
-            problems.append("Mode requires mission")
-        if "gcs" in self.failsafes:
-            problems.append("GCS failsafe on")
-        if "battery" in self.failsafes:
-            problems.append("Battery failsafe")
-        return problems
+        return arming.problems(self.stage, self.mode, self.params, self.failsafes)
 
     def say_prearm(self) -> None:
         """One line per failing check."""
