@@ -2,11 +2,15 @@
 
 import argparse
 import math
+import shutil
 import sys
+import threading
 
-from tui_gcs.cli import CommandError
+from tui_gcs.cli import FAILED, OK, CommandError
 from tui_gcs.commands.common import need_terminal
 from tui_gcs.core.kinds import Kind
+
+TICK_S = 0.05
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -20,15 +24,19 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _summary(file: str, *, as_json: bool) -> int:
-    from tui_gcs.core.summary import summarize, to_json, to_text
+    from tui_gcs.core.summary import summarize
+    from tui_gcs.core.summary_text import summary_text
     from tui_gcs.core.tlog import TlogError
 
     try:
         summary = summarize(file)
     except TlogError as error:
         raise CommandError(str(error)) from None
-    sys.stdout.write(to_json(summary) if as_json else to_text(summary))
-    return 0
+    width = shutil.get_terminal_size((100, 24)).columns
+    sys.stdout.write(summary.to_json() + "\n" if as_json else summary_text(summary, width))
+    for warning in summary.warnings:
+        sys.stderr.write(f"tui-gcs: {warning}\n")
+    return FAILED if summary.truncated else OK
 
 
 def _show(file: str, speed: float) -> int:
@@ -44,6 +52,18 @@ def _show(file: str, speed: float) -> int:
     except TlogError as error:
         raise CommandError(str(error)) from None
     app = ConsoleApp(bus, kind=Kind.REPLAY, replay=True)
-    app.drive(player.tick)
-    app.run()
+    over = threading.Event()
+
+    def play() -> None:
+        while not over.wait(TICK_S):
+            player.tick()
+
+    thread = threading.Thread(target=play, name="replay", daemon=True)
+    thread.start()
+    try:
+        app.run()
+    finally:
+        over.set()
+        thread.join(2.0)
+        player.close()
     return app.return_code or 0

@@ -48,8 +48,10 @@ class Door:
         self.refused: Counter[str] = Counter()
 
     def is_ours(self, vehicle: Vehicle) -> bool:
-        """SIM: only vehicles that carry this run's token. LIVE: every vehicle."""
-        return self._kind is not Kind.SIM or (vehicle.identified and vehicle.firmware_token == self._token)
+        """SIM: only vehicles that carry this run's token; without a token (`--kind sim`) and in LIVE every vehicle."""
+        if self._kind is not Kind.SIM or not self._token:
+            return True
+        return vehicle.identified and vehicle.firmware_token == self._token
 
     def heartbeat(self) -> None:
         """Our 1 Hz heartbeat, to every vehicle heard: once per address it is heard from."""

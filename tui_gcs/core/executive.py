@@ -73,7 +73,6 @@ class Executive:
             flight.enter(Phase.ARMING, now, "mode")
             flight.touchdown_m = None
             self._commands.submit(self._firmware.guided(vehicle_id, self._on_step))
-            self._commands.submit(self._firmware.speed(vehicle_id, self.speed_m_s))
 
     def hold(self, vehicles: tuple[int, ...], why: str = "") -> tuple[VehicleResult, ...]:
         """Hold at once: these, or everybody in the air. What was being armed is disarmed."""
@@ -328,7 +327,10 @@ class Executive:
         if flight.step == "layer" and abs(vehicle.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M:
             flight.go_to_step("home", now)
             flight.course = self._stand((home[0], home[1], flight.layer_m))
-            self._next_target_s[flight.vehicle] = now
+            self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
+            self._firmware.position(flight.vehicle, flight.course.point_m)
+            # ArduCopter takes its own speed again whenever it begins to fly to a place: so after the target
+            self._commands.submit(self._firmware.speed(flight.vehicle, self.speed_m_s))
         elif flight.step == "home" and self._is_over_home(flight, vehicle, home):
             flight.go_to_step("over home", now)
         if now >= self._next_target_s.get(flight.vehicle, 0.0):

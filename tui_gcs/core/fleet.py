@@ -264,6 +264,7 @@ class Fleet:
             self._tell_text(vehicle, fields["severity"], whole)
 
     def _tell_text(self, vehicle: Vehicle, severity: int, text: str) -> None:
+        text = text.rstrip("\u2409 ")  # PX4 ends texts that also come as events in a TAB
         severity = severity if 0 <= severity <= 7 else NOTICE
         if severity <= WARNING:
             vehicle.recent_reasons = [*vehicle.recent_reasons[-19:], (self._clock.now(), text)]
