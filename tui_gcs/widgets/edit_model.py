@@ -1,0 +1,274 @@
+"""The working copy behind the plan screen: a scenario's text, what was done to it, and what it was made from.
+
+Plain: no Textual, no bus. Only text that parses as a scenario ever becomes the working copy, so what the map shows
+and what is sent can be flown; everything else is answered with the reasons.
+"""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from tui_gcs.core.messages import ScenarioChanged
+from tui_gcs.core.scenario import OperatingArea, Round, Scenario, Team
+from tui_gcs.core.scenario_edit import ScenarioDocument
+from tui_gcs.core.scenario_load import ScenarioError, parse
+from tui_gcs.core.zones import Zone
+
+Problems = tuple[str, ...]
+"""Why a change was not taken, one line each; empty if it was."""
+
+WHERE = "plan"
+MAX_UNDO = 500
+_PLACE = re.compile(rf"^{WHERE}: (?:(?P<path>\S+) \(line \d+\): )?")
+
+
+@dataclass(frozen=True)
+class Step:
+    """One change that can be undone: what it was, and everything as it was before."""
+
+    label: str
+    subject: str
+    """Changes of the same subject in a row (typing in one field) are one step."""
+    text: str
+    scenario: Scenario
+    round_index: int
+    """Where the change is to be seen."""
+
+
+class EditModel:
+    """A scenario being edited. Empty (`scenario` is None) until the station's is known."""
+
+    def __init__(self) -> None:
+        self.text = ""
+        self.scenario: Scenario | None = None
+        self.round_index = 0
+        """The round that is edited; which one is flown is the station's business."""
+        self.path = ""
+        """Where the scenario came from, or was saved to."""
+        self.base_revision = 0
+        """The station's revision this copy was made from."""
+        self.newer: ScenarioChanged | None = None
+        """What the station flies by now, if that is not what this copy was made from."""
+        self._base_text = ""
+        self._saved_text = ""
+        self._sent_text = ""
+        self._known_texts: set[str] = set()
+        self._steps: list[Step] = []
+        self._applied_steps = 0
+        self._open_subject = ""
+
+    # ------------------------------------------------------------ what is there
+
+    @property
+    def current_round(self) -> Round | None:
+        """The edited round."""
+        return self.scenario.rounds[self.round_index] if self.scenario is not None else None
+
+    @property
+    def changes(self) -> int:
+        """How many steps the copy is away from what the station flies."""
+        if self.text == self._base_text:
+            return 0
+        return max(1, abs(len(self._steps) - self._applied_steps))
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether the copy differs from the file."""
+        return self.text != self._saved_text
+
+    @property
+    def undo_label(self) -> str:
+        """What `undo` would take back; empty if nothing."""
+        return self._steps[-1].label if self._steps else ""
+
+    def zone(self, name: str) -> Zone | None:
+        """A zone of the edited round."""
+        zones = self.current_round.zones if self.current_round is not None else ()
+        return next((zone for zone in zones if zone.name == name), None)
+
+    def team(self, name: str) -> Team | None:
+        """A team by its name."""
+        teams = self.scenario.teams if self.scenario is not None else ()
+        return next((team for team in teams if team.name == name), None)
+
+    def team_of_zone(self, zone_name: str) -> Team | None:
+        """The first team that serves a zone."""
+        teams = self.scenario.teams if self.scenario is not None else ()
+        return next((team for team in teams if team.zone == zone_name), None)
+
+    def common_zones(self) -> tuple[str, ...]:
+        """Names of the zones that exist in every round: those a team can serve."""
+        if self.scenario is None:
+            return ()
+        first, *others = self.scenario.rounds
+        return tuple(z.name for z in first.zones if all(any(z.name == o.name for o in r.zones) for r in others))
+
+    def knows_text(self, text: str) -> bool:
+        """Whether a file's content is one this copy was made from or saved as: then it may be replaced."""
+        return text in self._known_texts
+
+    # ------------------------------------------------------------ the station
+
+    def station_changed(self, change: ScenarioChanged) -> None:
+        """The station flies this. Followed while nothing was edited; otherwise kept aside as `newer`."""
+        if self.scenario is None or self.changes == 0:
+            if (change.revision, change.toml) != (self.base_revision, self._base_text):
+                self._take(change)
+        elif change.toml in (self.text, self._sent_text):
+            self.applied(change.toml, change.revision)
+        elif (change.revision, change.toml) != (self.base_revision, self._base_text):
+            self.newer = change
+        else:
+            self.newer = None
+
+    def sending(self) -> tuple[int, str]:
+        """(base revision, text) for an apply; what is edited meanwhile stays a change."""
+        self._sent_text = self.text
+        self._open_subject = ""
+        return self.base_revision, self.text
+
+    def applied(self, text: str, revision: int) -> None:
+        """The station took `text`."""
+        self.base_revision, self._base_text = revision, text
+        self._known_texts.add(text)
+        self._applied_steps = len(self._steps)
+        self._open_subject = ""
+        self.newer = None
+
+    def keep(self) -> None:
+        """Stay with this copy: the next apply replaces what the station flies by now."""
+        if self.newer is not None:
+            self.base_revision, self._base_text = self.newer.revision, self.newer.toml
+            self.newer = None
+
+    def discard(self) -> None:
+        """Drop this copy for what the station flies by now."""
+        if self.newer is not None:
+            self._take(self.newer)
+
+    def _take(self, change: ScenarioChanged) -> None:
+        if self.scenario is None or self.text == self._saved_text:
+            self._saved_text = change.toml
+        self.text, self.scenario = change.toml, change.scenario
+        self.path = self.path or change.path
+        self.base_revision, self._base_text = change.revision, change.toml
+        self._known_texts.add(change.toml)
+        self._steps, self._applied_steps, self._open_subject = [], 0, ""
+        self.newer = None
+        self._keep_round()
+
+    # ------------------------------------------------------------ changes
+
+    def select_round(self, index: int) -> bool:
+        """Edit another round; False if there is none such."""
+        if self.scenario is None or not 0 <= index < len(self.scenario.rounds):
+            return False
+        self.round_index = index
+        self._open_subject = ""
+        return True
+
+    def set_zone(self, name: str, zone: Zone, field: str = "") -> Problems:
+        """Replace a zone of the edited round. A new name is taken over in all rounds and by the teams that serve it."""
+        if self.zone(name) == zone:
+            return ()
+        index = self.round_index
+
+        def change(document: ScenarioDocument) -> None:
+            if zone.name != name and self.team_of_zone(name) is not None:
+                document.rename_zone(name, zone.name)
+                document.set_zone(index, zone.name, zone)
+            else:
+                document.set_zone(index, name, zone)
+
+        subject = f"zone {index} name" if field == "name" else f"zone {index} {name} {field}"
+        return self._edit(f"zone {name}", subject, change)
+
+    def add_zone(self, zone: Zone) -> Problems:
+        """Add a zone to the edited round."""
+        index = self.round_index
+        return self._edit(f"add zone {zone.name}", "", lambda document: document.add_zone(index, zone))
+
+    def remove_zone(self, name: str) -> Problems:
+        """Remove a zone from the edited round."""
+        index = self.round_index
+        return self._edit(f"delete zone {name}", "", lambda document: document.remove_zone(index, name))
+
+    def set_area(self, area: OperatingArea, field: str = "") -> Problems:
+        """Replace the edited round's operating area."""
+        index = self.round_index
+        if self.current_round is not None and self.current_round.area == area:
+            return ()
+        return self._edit("operating area", f"area {index} {field}", lambda document: document.set_area(index, area))
+
+    def set_team(self, name: str, team: Team, field: str = "") -> Problems:
+        """Replace a team: vehicles, zone, planner, parameters."""
+        if self.team(name) == team:
+            return ()
+
+        def change(document: ScenarioDocument) -> None:
+            numbers = {"vehicles": team.vehicles} if team.vehicles else {"count": team.count}
+            document.set_team(name, zone=team.zone, planner=team.planner, parameters=team.parameters, **numbers)
+
+        return self._edit(f"team {name}", f"team {name} {field}", change)
+
+    def new_zone_name(self) -> str:
+        """A name no round uses yet."""
+        rounds = self.scenario.rounds if self.scenario is not None else ()
+        taken = {zone.name for each in rounds for zone in each.zones}
+        return next(name for number in range(1, len(taken) + 2) if (name := f"zone {number}") not in taken)
+
+    def undo(self) -> str:
+        """Take the last step back; returns what it was, empty if there was none."""
+        if not self._steps:
+            return ""
+        step = self._steps.pop()
+        self.text, self.scenario, self.round_index = step.text, step.scenario, step.round_index
+        self._open_subject = ""
+        self._keep_round()
+        return step.label
+
+    def end_field(self) -> None:
+        """A field was left: more changes of it are a step of their own."""
+        self._open_subject = ""
+
+    def saved(self, path: Path, text: str) -> None:
+        """`text` is in the file `path` now, and that is the operator's file from here on."""
+        self.path = str(path)
+        self._saved_text = text
+        self._known_texts.add(text)
+        self._open_subject = ""
+
+    def _edit(self, label: str, subject: str, change: Callable[[ScenarioDocument], None]) -> Problems:
+        """Try a change on a copy; take it over if the result is a valid scenario."""
+        if self.scenario is None:
+            return ("no scenario yet",)
+        try:
+            document = ScenarioDocument(self.text)
+            change(document)
+            scenario = parse(document.text, WHERE)
+        except ScenarioError as error:
+            return explained(error)
+        if document.text == self.text:
+            return ()
+        if not subject or subject != self._open_subject:
+            self._steps.append(Step(label, subject, self.text, self.scenario, self.round_index))
+            if len(self._steps) > MAX_UNDO:
+                del self._steps[0]
+                self._applied_steps -= 1
+        self._open_subject = subject
+        self.text, self.scenario = document.text, scenario
+        return ()
+
+    def _keep_round(self) -> None:
+        rounds = len(self.scenario.rounds) if self.scenario is not None else 1
+        self.round_index = min(self.round_index, rounds - 1)
+
+
+def explained(error: ScenarioError) -> Problems:
+    """The lines of an error without file name and line number, which mean nothing to who fills in a form."""
+    return tuple(_PLACE.sub(_key_path, line, count=1) for line in error.problems)
+
+
+def _key_path(found: re.Match[str]) -> str:
+    return f"{found['path']}: " if found["path"] else ""

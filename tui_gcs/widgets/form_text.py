@@ -1,0 +1,91 @@
+"""Between what stands in a form's fields and what it means: numbers, points, ids. Plain, no Textual.
+
+A field whose text was not touched keeps its exact value, however it is rounded on screen.
+"""
+
+import math
+import re
+from collections.abc import Iterable
+
+Point = tuple[float, float]
+
+_BETWEEN_POINTS = re.compile(r"[;\s]+")
+_MAX_ID = 254
+
+
+class FieldError(ValueError):
+    """What is wrong with one field and what is allowed: one line."""
+
+
+def number_text(value: float | None) -> str:
+    """At most millimetres, no needless zeros; empty for None."""
+    if value is None:
+        return ""
+    return f"{round(value, 3) + 0.0:.3f}".rstrip("0").rstrip(".")
+
+
+def to_number(text: str, name: str, old: float | None = None) -> float:
+    """The number in `text`; `old` exactly where the text is how `old` is shown. Raises FieldError."""
+    if old is not None and text == number_text(old):
+        return old
+    try:
+        value = float(text.strip())
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or "_" in text:
+        raise FieldError(f"{name}: {shown(text)} is not a number; must be a number like 80 or -12.5")
+    return value
+
+
+def points_text(points: Iterable[Point]) -> str:
+    """`E,N` pairs with blanks between them."""
+    return " ".join(f"{number_text(x)},{number_text(y)}" for x, y in points)
+
+
+def to_points(text: str, name: str, old: tuple[Point, ...] = ()) -> tuple[Point, ...]:
+    """The `E,N` pairs in `text`; pairs that stand as they did keep their exact value. Raises FieldError."""
+    exact = {points_text([point]): point for point in old}
+    points = []
+    for count, pair in enumerate((part for part in _BETWEEN_POINTS.split(text.strip()) if part), 1):
+        if pair in exact:
+            points.append(exact[pair])
+            continue
+        east, comma, north = pair.partition(",")
+        if not comma:
+            raise FieldError(f"{name}[{count}]: {shown(pair)} is no corner; must be E,N like 90,130")
+        points.append((to_number(east, f"{name}[{count}] E"), to_number(north, f"{name}[{count}] N")))
+    return tuple(points)
+
+
+def ids_text(ids: Iterable[int]) -> str:
+    """`1-4 7`, in the order given."""
+    parts: list[list[int]] = []
+    for vehicle in ids:
+        if parts and vehicle == parts[-1][1] + 1:
+            parts[-1][1] = vehicle
+        else:
+            parts.append([vehicle, vehicle])
+    return " ".join(str(low) if low == high else f"{low}-{high}" for low, high in parts)
+
+
+def to_ids(text: str, name: str) -> tuple[int, ...]:
+    """Ids and ranges, separated by blanks or commas. Raises FieldError."""
+    ids: list[int] = []
+    for part in re.split(r"[,\s]+", text.strip()):
+        if not part:
+            continue
+        found = re.fullmatch(r"([0-9]{1,3})(?:-([0-9]{1,3}))?", part)
+        low = int(found[1]) if found else 0
+        high = int(found[2] or low) if found else 0
+        if not 1 <= low <= high <= _MAX_ID:
+            raise FieldError(f"{name}: {shown(part)} is no system id; must be ids from 1 to {_MAX_ID}, like 1-4 7")
+        ids += range(low, high + 1)
+    return tuple(ids)
+
+
+def shown(text: str) -> str:
+    """What was typed, as it may stand in a message: short, on one line, nothing unprintable."""
+    if not text.strip():
+        return "nothing"
+    clean = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    return f"'{clean if len(clean) <= 30 else clean[:29] + '…'}'"

@@ -1,0 +1,146 @@
+"""What is being filled in: which zone and team, and why what was typed was not taken. Plain, no Textual.
+
+Between the forms, which only know texts, and the working copy, which only knows valid scenarios.
+"""
+
+import msgspec
+
+from tui_gcs.core.scenario import OperatingArea, Team
+from tui_gcs.core.zones import Circle, Role, Zone
+from tui_gcs.planner import registry
+from tui_gcs.planner.api import Param
+from tui_gcs.widgets.edit_model import EditModel, Problems
+from tui_gcs.widgets.form_text import FieldError
+from tui_gcs.widgets.shape_edit import centre_of
+from tui_gcs.widgets.team_text import TeamText, to_team
+from tui_gcs.widgets.zone_text import ZoneText, to_area, to_zone
+
+NEW_RADIUS_M = 30.0
+NO_AREA = "the operating area stays: every round has one"
+
+
+class PlanDraft:
+    """The zone and the team in the forms, and what is wrong there."""
+
+    def __init__(self, model: EditModel) -> None:
+        """For this working copy."""
+        self.model = model
+        self.zone_name: str | None = None
+        """None is the operating area."""
+        self.team_name = ""
+        self._zone_problems: Problems = ()
+        self._team_problems: Problems = ()
+
+    @property
+    def problems(self) -> Problems:
+        """Why values in the forms are not in the working copy."""
+        return (*self._zone_problems, *self._team_problems)
+
+    @property
+    def zone(self) -> Zone | None:
+        """The zone in the form; None if it is the operating area."""
+        return self.model.zone(self.zone_name) if self.zone_name is not None else None
+
+    @property
+    def edited(self) -> Zone | OperatingArea | None:
+        """What the zone form is about; None while there is no scenario."""
+        current = self.model.current_round
+        return self.zone or (current.area if current is not None else None)
+
+    @property
+    def team(self) -> Team | None:
+        """What the team form is about."""
+        scenario = self.model.scenario
+        if scenario is None or not scenario.teams:
+            return None
+        return self.model.team(self.team_name) or scenario.teams[0]
+
+    def choose_zone(self, name: str | None) -> None:
+        """This zone, and the team that serves it."""
+        self.zone_name = name if name is not None and self.model.zone(name) is not None else None
+        team = self.model.team_of_zone(self.zone_name) if self.zone_name is not None else None
+        self.team_name = team.name if team is not None else self.team_name
+        self.model.end_field()
+
+    def choose_first(self) -> None:
+        """The first zone of the round."""
+        current = self.model.current_round
+        self.choose_zone(current.zones[0].name if current is not None and current.zones else None)
+
+    def refilled(self) -> None:
+        """The forms show the working copy again: nothing is wrong, and what is edited still exists."""
+        self._zone_problems = self._team_problems = ()
+        if self.zone is None:
+            self.zone_name = None
+        team = self.team
+        self.team_name = team.name if team is not None else ""
+
+    def zone_typed(self, texts: ZoneText, field: str) -> None:
+        """Take over what stands in the zone form, or keep the reasons why not."""
+        old = self.edited
+        if old is None:
+            return
+        try:
+            new = to_zone(texts, old) if isinstance(old, Zone) else to_area(texts, old)
+        except FieldError as error:
+            self._zone_problems = (str(error),)
+        else:
+            self._zone_problems = self.replace(new, field)
+
+    def replace(self, new: Zone | OperatingArea, field: str = "") -> Problems:
+        """Put this in the place of what is edited; returns why not."""
+        if isinstance(new, OperatingArea):
+            return self.model.set_area(new, field)
+        problems = self.model.set_zone(self.zone_name or "", new, field)
+        if not problems:
+            self.zone_name = new.name
+        return problems
+
+    def team_typed(self, texts: TeamText, field: str) -> None:
+        """Take over what stands in the team form, or keep the reasons why not."""
+        old = self.team
+        if old is None:
+            return
+        params, problem = declared(texts.planner)
+        if problem and texts.planner != old.planner:
+            self._team_problems = (problem,)
+            return
+        try:
+            self._team_problems = self.model.set_team(old.name, to_team(texts, old, params), field)
+        except FieldError as error:
+            self._team_problems = (str(error),)
+
+    def add_zone(self) -> Problems:
+        """A small zone in the middle of the area, to be edited next; returns why not."""
+        current = self.model.current_round
+        if current is None:
+            return ("no scenario yet",)
+        name = self.model.new_zone_name()
+        centre = centre_of(current.area.shape)
+        problems = self.model.add_zone(Zone(name, Role.DEFEND, Circle(centre, NEW_RADIUS_M)))
+        if not problems:
+            self.choose_zone(name)
+        return problems
+
+    def delete_zone(self) -> Problems:
+        """Take the edited zone out of the round; returns why not."""
+        if self.zone_name is None:
+            return (NO_AREA,)
+        problems = self.model.remove_zone(self.zone_name)
+        if not problems:
+            self.choose_first()
+        return problems
+
+
+def reshaped(edited: Zone | OperatingArea, shape: object) -> Zone | OperatingArea:
+    """The same zone or area with another shape."""
+    new: Zone | OperatingArea = msgspec.structs.replace(edited, shape=shape)
+    return new
+
+
+def declared(planner: str) -> tuple[tuple[Param, ...], str]:
+    """The parameters a planner declares, and why they are not known here (then there are none)."""
+    try:
+        return registry.declared(planner), ""
+    except registry.PlannerError as error:
+        return (), str(error)

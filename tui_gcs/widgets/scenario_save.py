@@ -1,0 +1,102 @@
+"""Where an edited scenario may be saved, and writing it so that a crash leaves the old file or the new one."""
+
+import os
+import tempfile
+from pathlib import Path
+
+import tui_gcs
+
+PACKAGE = Path(tui_gcs.__file__).resolve().parent
+
+
+class SaveError(Exception):
+    """One line: which file, why not."""
+
+
+def why_not_own(path: str) -> str:
+    """Why the scenario cannot go back to where it came from, so that a path must be asked; empty if it can."""
+    if not path:
+        return "this scenario has no file yet"
+    file = Path(path).expanduser()
+    if not file.is_absolute():
+        return f"{path} is no full path"
+    if PACKAGE in file.resolve().parents:
+        return "the shipped scenario stays as it is"
+    if not file.is_file():
+        return f"{path} is not there any more"
+    if not os.access(file, os.W_OK) or not os.access(file.resolve().parent, os.W_OK):
+        return f"{path} is not writable"
+    return ""
+
+
+def suggested(path: str) -> str:
+    """A path to offer where the old one cannot be used."""
+    return str(Path.cwd() / (Path(path).name or "scenario.toml"))
+
+
+def destination(typed: str) -> Path:
+    """The file an operator means.
+
+    Raises:
+        SaveError: it cannot be a scenario file of theirs.
+    """
+    if not typed.strip():
+        raise SaveError("type a path, or Esc")
+    if "\0" in typed:
+        raise SaveError("a path has no NUL character")
+    try:
+        path = Path(typed.strip()).expanduser().absolute()
+        real = path.resolve()
+        if PACKAGE in real.parents:
+            raise SaveError("inside the installed package: choose another place")
+        if real.is_dir():
+            raise SaveError(f"{path} is a directory")
+        if real.exists() and not real.is_file():
+            raise SaveError(f"{path} is no regular file")
+        if not real.parent.is_dir():
+            raise SaveError(f"{path.parent} is no directory")
+    except (OSError, RuntimeError) as error:  # RuntimeError: no such user's home, or links in a circle
+        raise SaveError(f"{typed.strip()}: {_reason(error)}") from error
+    return path
+
+
+def read_existing(path: Path) -> str | None:
+    """What is in the file now; None if there is none; empty if it is no text."""
+    try:
+        return path.read_bytes().decode("utf-8", "replace")
+    except FileNotFoundError:
+        return None
+    except OSError:
+        return ""
+
+
+def write(path: Path, text: str) -> None:
+    """Replace the file's content as a whole; a link stays a link, permissions stay.
+
+    Raises:
+        SaveError: it could not be written; then the old file is as it was.
+    """
+    real = path.resolve()
+    temporary: Path | None = None
+    try:
+        with tempfile.NamedTemporaryFile("wb", dir=real.parent, prefix=f".{real.name[:50]}.", delete=False) as file:
+            temporary = Path(file.name)
+            file.write(text.encode("utf-8"))
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.chmod(real.stat().st_mode & 0o7777 if real.exists() else 0o666 & ~_umask())
+        temporary.replace(real)
+    except OSError as error:
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+        raise SaveError(f"{path} was not written: {_reason(error)}") from error
+
+
+def _umask() -> int:
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error)

@@ -1,0 +1,101 @@
+"""Shapes changed as a whole: moved, turned, sized, made into another kind of about the same size."""
+
+import math
+from typing import assert_never
+
+import msgspec
+
+from tui_gcs.core.zones import Circle, Polygon, Rectangle, Shape, area_m2, bounds, outline_m
+
+KINDS = ("circle", "rectangle", "polygon")
+CIRCLE_CORNERS = 8
+"""A circle becomes a polygon with this many corners."""
+
+
+def kind_of(shape: Shape) -> str:
+    """Name of the shape's kind, as in a scenario file."""
+    match shape:
+        case Circle():
+            return "circle"
+        case Rectangle():
+            return "rectangle"
+        case Polygon():
+            return "polygon"
+        case _:
+            assert_never(shape)
+
+
+def centre_of(shape: Shape) -> tuple[float, float]:
+    """Centre; of a polygon the middle of its bounding box."""
+    if not isinstance(shape, Polygon):
+        return shape.centre_m
+    min_x, min_y, max_x, max_y = bounds(shape)
+    return (min_x + max_x) / 2.0, (min_y + max_y) / 2.0
+
+
+def converted(shape: Shape, kind: str) -> Shape:
+    """The shape as another kind, about the same place and area; itself if it is of that kind already."""
+    if kind == kind_of(shape):
+        return shape
+    if kind == "circle":
+        return Circle(_tidy(centre_of(shape)), round(math.sqrt(area_m2(shape) / math.pi), 1))
+    if kind == "rectangle":
+        min_x, min_y, max_x, max_y = bounds(shape)
+        return Rectangle(_tidy(centre_of(shape)), round(max_x - min_x, 1), round(max_y - min_y, 1))
+    outline = outline_m(shape)
+    step = len(outline) // CIRCLE_CORNERS if isinstance(shape, Circle) else 1
+    return Polygon(tuple(_tidy(point) for point in outline[::step]))
+
+
+def moved(shape: Shape, east_m: float, north_m: float) -> Shape:
+    """The shape so many metres further east and north."""
+    if isinstance(shape, Polygon):
+        return Polygon(tuple(_tidy((x + east_m, y + north_m)) for x, y in shape.vertices_m))
+    x, y = shape.centre_m
+    return msgspec.structs.replace(shape, centre_m=_tidy((x + east_m, y + north_m)))
+
+
+def turned(shape: Shape, clockwise_deg: float) -> Shape:
+    """The shape turned clockwise about its centre; a circle stays as it is."""
+    if isinstance(shape, Circle):
+        return shape
+    if isinstance(shape, Rectangle):
+        return msgspec.structs.replace(shape, heading_deg=(shape.heading_deg + clockwise_deg) % 360.0)
+    (cx, cy), angle = centre_of(shape), math.radians(clockwise_deg)
+    cos, sin = math.cos(angle), math.sin(angle)
+    points = ((x - cx, y - cy) for x, y in shape.vertices_m)
+    return Polygon(tuple(_tidy((cx + dx * cos + dy * sin, cy - dx * sin + dy * cos)) for dx, dy in points))
+
+
+def sized(shape: Shape, factor: float) -> Shape:
+    """The shape larger (factor > 1) or smaller about its centre."""
+    match shape:
+        case Circle():
+            return msgspec.structs.replace(shape, radius_m=round(shape.radius_m * factor, 1))
+        case Rectangle():
+            width_m, height_m = round(shape.width_m * factor, 1), round(shape.height_m * factor, 1)
+            return msgspec.structs.replace(shape, width_m=width_m, height_m=height_m)
+        case Polygon():
+            cx, cy = centre_of(shape)
+            return Polygon(tuple(_tidy((cx + (x - cx) * factor, cy + (y - cy) * factor)) for x, y in shape.vertices_m))
+        case _:
+            assert_never(shape)
+
+
+def _tidy(point: tuple[float, float]) -> tuple[float, float]:
+    """Rounded to a centimetre: what people type, and 0.0 instead of 1e-14."""
+    return round(point[0], 2) + 0.0, round(point[1], 2) + 0.0
+
+
+def described(shape: Shape, times: str = "x") -> str:
+    """A few words: `circle r 80`, `rectangle 160 x 120`, `polygon 6`."""
+    match shape:
+        case Circle():
+            return f"circle r {shape.radius_m:g}"
+        case Rectangle():
+            turn = f" {shape.heading_deg:g}°" if shape.heading_deg else ""
+            return f"rectangle {shape.width_m:g} {times} {shape.height_m:g}{turn}"
+        case Polygon():
+            return f"polygon {len(shape.vertices_m)} corners"
+        case _:
+            assert_never(shape)
