@@ -156,6 +156,11 @@ class Feed:
         self._timers["check"] = self._loop.call_later(CHECK_S, self._check_again)
         self._spawn(self._attach())
 
+    async def idle(self) -> None:
+        """Wait until no exchange with the station is under way."""
+        while self._tasks:
+            await asyncio.gather(*self._tasks, return_exceptions=True)
+
     def close(self) -> None:
         """Leave the bus; what comes later is ignored."""
         for subscription in self._subscriptions:

@@ -179,9 +179,9 @@ class StartDialog(TextDialog[bool]):
     def _loss_lines(self) -> list[Line]:
         resume = "by itself" if self._loss.resume else "only when you resume"
         return [
-            [(f"planner late or dead: its vehicles {self._loss.planner}", Ink.MUTED)],
-            [(f"vehicle lost: its team does {self._loss.vehicle}", Ink.MUTED)],
-            [(f"station gone: each flies to its last target and holds; restarted, it goes on {resume}", Ink.MUTED)],
+            [(f"planner late or dead   its vehicles: {self._loss.planner}", Ink.MUTED)],
+            [(f"a vehicle is lost      the others of its team: {self._loss.vehicle}", Ink.MUTED)],
+            [(f"the station is gone    each holds at its last target; it goes on {resume}", Ink.MUTED)],
         ]
 
     def _key_line(self) -> Line:

@@ -51,7 +51,7 @@ class FlyScreen(Screen[None]):
     FlyScreen { layout: vertical; }
     FlyScreen #middle { height: 1fr; }
     FlyScreen MapView { width: 1fr; height: 1fr; }
-    FlyScreen #side { width: 55; height: 1fr; }
+    FlyScreen #side { width: 56; height: 1fr; }
     FlyScreen EventLines { height: 8; }
     FlyScreen BriefPanel { display: none; }
     FlyScreen.-narrow #side { width: 30; }
@@ -97,7 +97,7 @@ class FlyScreen(Screen[None]):
                 yield self.planner_panel
                 yield self.brief_panel
         yield self.event_lines
-        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs)
+        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed)
 
     def on_mount(self) -> None:
         """Listen to the feed."""
@@ -120,6 +120,7 @@ class FlyScreen(Screen[None]):
         if self.is_current:
             self.show_scenario()
             self.show_status()
+            self.show_events()
 
     def on_event_raised(self, _message: EventRaised) -> None:
         """Something happened."""

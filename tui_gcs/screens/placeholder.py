@@ -24,4 +24,4 @@ class PlaceholderScreen(Screen[None]):
         """Top lines, sentence, footer."""
         yield TopLines(self._feed, glyphs=self._glyphs)
         yield Static("this screen is not part of this version", markup=False)
-        yield FooterLine(APP_ACTIONS, glyphs=self._glyphs)
+        yield FooterLine(APP_ACTIONS, glyphs=self._glyphs, feed=self._feed)

@@ -7,6 +7,7 @@ from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.selected import brief_lines
 from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.titles import set_title
+from tui_gcs.widgets.visible import whole_age_s
 from tui_gcs.widgets.words import number
 
 ROLE_INKS = {"defend": Ink.DEFEND, "attack": Ink.ATTACK}
@@ -14,7 +15,7 @@ WORKER_INKS = {"absent": Ink.MUTED, "late": Ink.WARNING, "dead": Ink.WARNING}
 
 
 class PlannerPanel(LinesView):
-    """Three lines a team, then what concerns all."""
+    """Two lines a team, then what concerns all."""
 
     DEFAULT_CSS = """
     PlannerPanel { border: solid #4a5560; border-title-color: #d8dee4; height: 1fr; }
@@ -66,26 +67,29 @@ class BriefPanel(LinesView):
 
 
 def team_lines(team: TeamStatus, glyphs: GlyphSet) -> list[list[Run]]:
-    """The wide form."""
+    """The wide form: what is flown and how old the oldest look is; how good that is."""
     worker = "" if team.worker == "running" else f"  {team.worker}"
     return [
         [
-            (f"{team.role.upper()} {team.zone}", ROLE_INKS.get(team.role, Ink.TEXT)),
-            (f"   {team.planner}", Ink.MUTED),
+            (f"{team.role.upper()} {team.zone[:18]}", ROLE_INKS.get(team.role, Ink.TEXT)),
+            ("  worst ", Ink.MUTED),
+            (number(team.worst_idleness_s, 1, " s"), Ink.BOLD),
+            (f"  avg {number(team.average_idleness_s, 1)}  {team.planner[:8]}", Ink.MUTED),
             (worker, WORKER_INKS.get(team.worker, Ink.MUTED)),
         ],
         [
-            ("  worst ", Ink.MUTED),
-            (number(team.worst_idleness_s, 1, " s"), Ink.BOLD),
-            ("   ", Ink.MUTED),
-            (number(team.ratio, 2), _ratio_ink(team)),
-            (f" x bound {number(team.bound_s, 1, ' s')}   avg {number(team.average_idleness_s, 1, ' s')}", Ink.MUTED),
-        ],
-        [
-            (f"  cover {number(team.coverage * 100.0, 0, ' %')}   on slot {team.on_slot}/{team.slots}", Ink.TEXT),
-            (f"   plan {number(team.plan_age_s, 1, ' s')} old", _plan_ink(team)),
+            (f"  {number(team.ratio, 2)}", _ratio_ink(team)),
+            (f" x bound {number(team.bound_s, 1)}  cover {number(team.coverage * 100.0, 0, '%')}", Ink.TEXT),
+            (f"  slots {team.on_slot}/{team.slots}", Ink.TEXT),
+            (_plan_age(team), WORKER_INKS.get(team.worker, Ink.MUTED)),
         ],
     ]
+
+
+def _plan_age(team: TeamStatus) -> str:
+    """Nothing while plans are fresh: a number that always changes costs bytes and eyes."""
+    age_s = whole_age_s(team.plan_age_s)
+    return "  no plan" if age_s is None else f"  plan {age_s}s old" if age_s else ""
 
 
 def team_brief(team: TeamStatus, glyphs: GlyphSet) -> list[Run]:
@@ -127,10 +131,6 @@ def fleet_brief(status: StationStatus) -> list[Run]:
 
 def _ratio_ink(team: TeamStatus) -> Ink:
     return Ink.CAUTION if team.ratio > 2.0 else Ink.BOLD  # NaN is not above
-
-
-def _plan_ink(team: TeamStatus) -> Ink:
-    return WORKER_INKS.get(team.worker, Ink.MUTED)
 
 
 def _outside_ink(status: StationStatus) -> Ink:

@@ -1,7 +1,7 @@
 """The fleet as a table: narrow terminals drop columns, never rows."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from textual import events
 from textual.message import Message
@@ -14,7 +14,7 @@ from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.visible import whole_age_s
-from tui_gcs.widgets.words import UNKNOWN, autopilot_short, gps, number, speed_m_s
+from tui_gcs.widgets.words import UNKNOWN, autopilot_short, fitted, gps, number, speed_m_s
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,8 @@ class Column:
     keep: int
     cell: Callable[[VehicleRow, int], str]
     left: bool = False
+    narrow: int = 0
+    """Width in narrow terminals, if another."""
 
 
 def _mode(row: VehicleRow, width: int) -> str:
@@ -53,12 +55,13 @@ COLUMNS = (
     Column("AP", 4, 10, lambda row, _: autopilot_short(row.autopilot), left=True),
     Column("MODE", 8, 90, _mode, left=True),
     Column("A", 1, 80, lambda row, _: "A" if row.armed else "-", left=True),
-    Column("ALT", 5, 70, _known(lambda row, _: number(row.position_m[2], 1))),
-    Column("SPD", 4, 50, _known(lambda row, _: number(speed_m_s(row.velocity_m_s), 1))),
-    Column("BAT", 4, 60, _known(lambda row, _: number(row.battery_pct, 0, "%"))),
+    Column("ALT", 4, 70, _known(lambda row, width: fitted(row.position_m[2], width)), narrow=3),
+    Column("SPD", 4, 50, _known(lambda row, width: fitted(speed_m_s(row.velocity_m_s), width)), narrow=3),
+    Column("BAT", 4, 60, _known(lambda row, _: number(row.battery_pct, 0, "%")), narrow=3),
     Column("GPS", 5, 20, _known(lambda row, _: gps(row.gps_fix, row.satellites)), left=True),
     Column("AGE", 3, 15, _age),
 )
+NARROW = 40
 MARK_CELLS = 2
 
 
@@ -112,7 +115,7 @@ class Roster(LinesView):
 
 def fitting_columns(width: int) -> list[Column]:
     """The columns that fit, in their order."""
-    kept = list(COLUMNS)
+    kept = [replace(column, width=column.narrow or column.width) if width < NARROW else column for column in COLUMNS]
     while len(kept) > 1 and MARK_CELLS + sum(column.width + 1 for column in kept) - 1 > width:
         kept.remove(min(kept, key=lambda column: column.keep))
     return kept

@@ -53,7 +53,7 @@ def selected_lines(row: VehicleRow, glyphs: GlyphSet) -> list[list[Run]]:
         _pair("bat", _if(known, f"{number(row.battery_v, 1)} V  {number(row.battery_pct)} %")),
         _pair("gps", _if(known, f"{gps(row.gps_fix, row.satellites)} sat   {_place(row)}")),
         _pair("slot", f"{row.slot or UNKNOWN}   off {number(row.slot_error_m, 1)} m"),
-        _pair("link", f"{row.link}  loss {number(row.loss_pct, 1)} %  heard {number(row.heard_age_s, 0)} s ago"),
+        _pair("link", f"{row.link}  loss {number(row.loss_pct, 1)} %  heard {number(row.heard_age_s, 0)} s"),
     ]
 
 
@@ -72,7 +72,7 @@ def brief_lines(row: VehicleRow | None, glyphs: GlyphSet) -> list[list[Run]]:
 
 
 def _pair(label: str, text: str, ink: Ink = Ink.TEXT) -> list[Run]:
-    return [(f"{label:<5}", Ink.MUTED), (text, ink)]
+    return [(f"{label:<6}", Ink.MUTED), (text, ink)]
 
 
 def _if(known: bool, text: str) -> str:

@@ -18,6 +18,12 @@ def number(value: float, digits: int = 0, unit: str = "") -> str:
     return f"{round(value, digits) + 0.0:.{digits}f}{unit}"
 
 
+def fitted(value: float, width: int) -> str:
+    """With one decimal if that fits into `width` cells, else whole."""
+    text = number(value, 1)
+    return text if len(text) <= width else number(value, 0)
+
+
 def clock(seconds: float) -> str:
     """`T+mm:ss`; hours where there are any."""
     if not math.isfinite(seconds):

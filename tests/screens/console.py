@@ -1,0 +1,84 @@
+"""A console attached to a fake station, on a virtual clock, for Pilot tests."""
+
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from fake_station import FakeStation
+from textual.pilot import Pilot
+
+from tui_gcs.app import ConsoleApp
+from tui_gcs.core.bus import MemoryBus
+from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.messages import Kind
+from tui_gcs.screens.fly import FlyScreen
+from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+
+WIDE, NARROW = (120, 40), (80, 24)
+
+
+@dataclass
+class Console:
+    """What a test holds in its hands."""
+
+    app: ConsoleApp
+    pilot: Pilot[Any]
+    station: FakeStation
+    clock: VirtualClock
+
+    @property
+    def fly(self) -> FlyScreen:
+        """The fly screen, wherever it lies in the stack."""
+        return next(screen for screen in self.app.screen_stack if isinstance(screen, FlyScreen))
+
+    async def settle(self) -> None:
+        """Everything asked is answered and shown."""
+        await self.pilot.pause()
+        await self.app.workers.wait_for_complete()
+        await self.app.feed.idle()
+        self.app.feed.deliver()
+        await self.pilot.pause()  # messages
+        await self.pilot.pause()  # layout that followed from them
+
+    async def tick(self, dt_s: float = 0.1) -> None:
+        """The station moves on, the console shows it."""
+        self.station.tick(dt_s)
+        self.clock.advance(dt_s)
+        await self.settle()
+
+    async def press(self, *keys: str) -> None:
+        """Keys, and what they lead to."""
+        await self.pilot.press(*keys)
+        await self.settle()
+
+    def text(self) -> str:
+        """The screen as plain text; the one place that reads Textual's compositor."""
+        strips = self.app.screen._compositor.render_strips()
+        return "\n".join(strip.text.rstrip() for strip in strips) + "\n"
+
+    def line(self, y: int) -> str:
+        """One line of the screen."""
+        return self.text().splitlines()[y]
+
+
+@asynccontextmanager
+async def console(
+    size: tuple[int, int] = WIDE,
+    prepare: Callable[[FakeStation], None] = lambda station: None,
+    *,
+    kind: Kind = Kind.SIM,
+    glyphs: GlyphSet = UNICODE,
+    replay: bool = False,
+) -> AsyncIterator[Console]:
+    """A running console on a station that `prepare` has set up."""
+    bus = MemoryBus()
+    station = FakeStation(bus, kind=kind)
+    prepare(station)
+    clock = VirtualClock()
+    app = ConsoleApp(bus, "console-test", kind, glyphs=glyphs, clock=clock, replay=replay)
+    async with app.run_test(size=size) as pilot:
+        attached = Console(app, pilot, station, clock)
+        await attached.settle()
+        await attached.tick()
+        yield attached

@@ -1,0 +1,168 @@
+"""The fly screen shows what the station says, at both sizes."""
+
+import os
+from pathlib import Path
+
+import pytest
+from console import NARROW, WIDE, console
+from fake_station import FakeStation, trouble
+
+from tui_gcs.core.messages import Freshness
+from tui_gcs.widgets.glyphs import ASCII
+
+SNAPSHOTS = Path(__file__).parent / "snapshots"
+
+
+def flight(station: FakeStation) -> None:
+    station.fly()
+
+
+def same_as_snapshot(name: str, text: str) -> bool:
+    """Compare with the committed picture; `UPDATE_SNAPSHOTS=1` takes the present one instead."""
+    path = SNAPSHOTS / f"{name}.txt"
+    if os.environ.get("UPDATE_SNAPSHOTS"):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return path.read_text(encoding="utf-8") == text
+
+
+@pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
+@pytest.mark.parametrize("scene", [None, flight, trouble], ids=["ground", "flight", "trouble"])
+async def test_picture(size: tuple[int, int], scene: object, request: pytest.FixtureRequest) -> None:
+    async with console(size, scene or (lambda station: None)) as c:
+        for _ in range(20):
+            c.station.tick(1.0)
+            c.app.feed.deliver()
+        await c.press("n")
+        assert same_as_snapshot(f"fly-{request.node.callspec.id}", c.text())
+
+
+async def test_ascii_picture_has_only_ascii() -> None:
+    async with console(NARROW, trouble, glyphs=ASCII) as c:
+        picture = c.text()
+        assert picture.isascii() or set(picture) - set(map(chr, range(128))) == {"·"}
+        assert "DEFEND home" in picture
+
+
+async def test_status_line_says_who_is_heard_and_armed() -> None:
+    async with console(WIDE, trouble) as c:
+        assert "SIM" in c.line(0)
+        assert "7/8 heard" in c.line(0)
+        assert "armed 8" in c.line(0)
+        assert "Round 1/3" in c.line(0)
+        assert "control: you" in c.line(0)
+
+
+async def test_second_line_names_the_worst_and_the_key() -> None:
+    async with console(WIDE, trouble) as c:
+        assert "vehicle 5 LOST" in c.line(1)
+        assert "!h" in c.line(1)
+        c.station.changes.pop(5)
+        await c.tick()
+        assert "vehicle 7: battery 24 %" in c.line(1)
+
+
+async def test_alarm_of_the_station_comes_first() -> None:
+    async with console(WIDE, trouble) as c:
+        c.station.alarm = "planner of attack is dead: vehicles hold   Enter resume"
+        await c.tick()
+        assert "planner of attack is dead" in c.line(1)
+
+
+async def test_same_trouble_of_many_is_one_line() -> None:
+    async with console(WIDE, flight) as c:
+        for vehicle in (1, 2, 3, 6):
+            c.station.changes[vehicle] = {"freshness": Freshness.LOST, "heard_age_s": 5.0}
+        await c.tick()
+        assert "vehicles 1-3 6 LOST" in c.line(1)
+
+
+async def test_lost_vehicle_shows_no_values_as_if_true() -> None:
+    async with console(WIDE, trouble) as c:
+        line = next(line for line in c.fly.roster.text().splitlines() if "5 attack" in line)
+        assert "LOST 12s" in line
+        assert "55.0" not in line
+        assert "--" in line
+
+
+async def test_narrow_drops_columns_never_rows() -> None:
+    async with console(NARROW, flight) as c:
+        header, *rows = c.fly.roster.text().splitlines()
+        assert [int(row.split()[0]) for row in rows] == list(range(1, 9))
+        assert [name in header for name in ("ID", "MODE", "ALT", "BAT", "TEAM", "GPS")] == [True] * 4 + [False] * 2
+
+
+async def test_wide_roster_has_every_column() -> None:
+    async with console(WIDE, flight) as c:
+        header = c.fly.roster.text().splitlines()[0].split()
+        assert header == ["ID", "TEAM", "AP", "MODE", "A", "ALT", "SPD", "BAT", "GPS", "AGE"]
+
+
+async def test_many_vehicles_scroll_to_the_selected_one() -> None:
+    def forty(station: FakeStation) -> None:
+        station.count = 40
+
+    async with console(NARROW, forty) as c:
+        await c.press("3", "7", "enter")
+        assert c.fly.selected == 37
+        assert "37" in c.fly.roster.text()
+
+
+async def test_silent_station_is_said_and_values_go() -> None:
+    async with console(WIDE, flight) as c:
+        c.station.silent = True
+        c.clock.advance(3.5)
+        c.app.feed.check()
+        await c.pilot.pause()
+        assert "STATION LOST" in c.line(0)
+        assert "armed --" in c.line(0)
+        assert "station silent for 3 s" in c.line(1) or "station silent for 4 s" in c.line(1)
+        assert "GUIDED" not in c.text()
+        c.station.silent = False
+        await c.tick()
+        assert "STATION LOST" not in c.line(0)
+        assert "GUIDED" in c.text()
+
+
+async def test_events_are_shown_newest_first_with_their_class() -> None:
+    async with console(WIDE, flight) as c:
+        c.station.event("GPS glitch", source="vehicle 3", severity=4, cls="sensor")
+        c.station.event("late", source="planner", severity=3, cls="processing")
+        await c.settle()
+        first, second, *_ = c.fly.event_lines.text().splitlines()
+        assert "processing" in first
+        assert "sensor" in second
+        assert "GPS glitch" in second
+
+
+async def test_hostile_text_is_shown_as_letters() -> None:
+    evil = "[@click=app.detach]OK[/] [/] [red"
+    async with console(WIDE, flight) as c:
+        c.station.event(evil, source="[b]vehicle", severity=2, cls="vehicle")
+        c.station.alarm = f"alarm {evil}"
+        c.station.changes[1] = {"mode": "[/x]", "autopilot": evil, "team": "[bold]", "link": "[/]"}
+        await c.tick()
+        await c.press("n")
+        assert evil in c.text()
+        assert f"alarm {evil}" in c.line(1)
+        assert "[/x]" in c.fly.roster.text()
+
+
+async def test_other_round_is_on_the_map() -> None:
+    async with console(WIDE, flight) as c:
+        before = c.text()
+        c.station.round_index = 2
+        await c.tick()
+        assert "Round 3/3" in c.line(0)
+        assert c.text() != before
+
+
+async def test_nothing_is_posted_when_nothing_visible_changed() -> None:
+    async with console(NARROW) as c:
+        posted: list[object] = []
+        c.app.feed.listen(type("Ear", (), {"post_message": lambda self, message: posted.append(message)})())
+        c.station.tick(0.0)
+        c.app.feed.deliver()
+        c.station.tick(0.01)
+        c.app.feed.deliver()
+        assert posted == []

@@ -1,0 +1,261 @@
+"""Keys and dialogs: what is asked of the station, and what is not."""
+
+import pytest
+from console import NARROW, WIDE, Console, console
+from fake_station import FakeStation
+
+from tui_gcs.core import messages as m
+from tui_gcs.screens.dialogs import HelpDialog, ResultDialog, RoundDialog, StartDialog
+from tui_gcs.screens.fly import FlyScreen
+from tui_gcs.screens.tiny import TinyScreen
+
+
+def flight(station: FakeStation) -> None:
+    station.fly()
+
+
+async def test_space_asks_before_start_and_enter_starts_what_was_shown() -> None:
+    async with console() as c:
+        await c.press("space")
+        assert isinstance(c.app.screen, StartDialog)
+        assert c.station.commands() == []
+        assert "8  (1-8)" in c.app.screen.text()
+        assert "5-8" in c.app.screen.text()
+        assert "patrol" in c.app.screen.text()
+        await c.press("enter")
+        assert c.station.commands() == [m.Start(vehicles=(1, 2, 3, 4, 5, 6, 7, 8))]
+
+
+@pytest.mark.parametrize("key", ["escape"])
+async def test_escape_cancels_the_start(key: str) -> None:
+    async with console() as c:
+        await c.press("space", key)
+        assert isinstance(c.app.screen, FlyScreen)
+        assert c.station.commands() == []
+
+
+async def test_start_is_cancelled_after_ten_seconds() -> None:
+    async with console() as c:
+        await c.press("space")
+        c.clock.advance(10.1)
+        c.app.screen.tick()
+        await c.settle()
+        assert isinstance(c.app.screen, FlyScreen)
+        assert c.station.commands() == []
+
+
+async def test_start_is_cancelled_when_the_fleet_changes() -> None:
+    async with console() as c:
+        await c.press("space")
+        c.station.changes[3] = {"freshness": m.Freshness.LOST}
+        await c.tick()
+        c.app.screen.tick()
+        await c.settle()
+        assert isinstance(c.app.screen, FlyScreen)
+
+
+async def test_vehicle_that_is_not_heard_is_named_and_left_out() -> None:
+    async with console() as c:
+        c.station.changes[3] = {"freshness": m.Freshness.LOST}
+        await c.tick()
+        await c.press("space")
+        assert "not heard: 3" in c.app.screen.text()
+        await c.press("enter")
+        assert c.station.commands() == [m.Start(vehicles=(1, 2, 4, 5, 6, 7, 8))]
+
+
+async def test_live_start_wants_the_count_typed() -> None:
+    async with console(kind=m.Kind.LIVE) as c:
+        await c.press("space", "enter")
+        assert isinstance(c.app.screen, StartDialog)
+        assert "REAL" in c.app.screen.text()
+        await c.press("7", "enter")
+        assert c.station.commands() == []
+        await c.press("backspace", "8", "enter")
+        assert c.station.commands() == [m.Start(vehicles=(1, 2, 3, 4, 5, 6, 7, 8))]
+
+
+async def test_refused_vehicle_is_listed() -> None:
+    async with console() as c:
+        c.station.refuse = (4,)
+        await c.press("space", "enter")
+        assert isinstance(c.app.screen, ResultDialog)
+        assert "vehicle 4    refused  prearm: compass" in c.app.screen.text()
+
+
+async def test_space_in_flight_holds_without_asking() -> None:
+    async with console(prepare=flight) as c:
+        await c.press("space")
+        assert c.station.commands() == [m.Hold()]
+        assert isinstance(c.app.screen, FlyScreen)
+        await c.tick()
+        assert "HOLD" in c.line(0)
+
+
+async def test_enter_resumes_only_in_hold() -> None:
+    async with console(prepare=flight) as c:
+        await c.press("enter")
+        assert c.station.commands() == []
+        await c.press("space")
+        await c.tick()
+        await c.press("enter")
+        assert c.station.commands() == [m.Hold(), m.Resume()]
+
+
+async def test_r_returns_from_hold() -> None:
+    async with console(prepare=flight) as c:
+        await c.press("space")
+        await c.tick()
+        await c.press("r")
+        assert c.station.commands()[-1] == m.Return()
+
+
+async def test_r_on_the_ground_sends_nothing() -> None:
+    async with console() as c:
+        await c.press("r")
+        assert c.station.commands() == []
+
+
+async def hold_all(c: Console) -> list[m.AnyRequest]:
+    await c.press("!", "h")
+    return c.station.commands()
+
+
+@pytest.mark.parametrize("before", [(), ("question_mark",), ("o",), ("p",), ("p", "tab"), ("1", "2")])
+async def test_hold_all_works_from_everywhere(before: tuple[str, ...]) -> None:
+    async with console(prepare=flight) as c:
+        await c.press(*before)
+        assert await hold_all(c) == [m.Hold()]
+
+
+async def test_hold_all_works_in_the_start_dialog() -> None:
+    async with console() as c:
+        await c.press("space")
+        assert await hold_all(c) == [m.Hold()]
+
+
+async def test_hold_all_works_in_a_tiny_terminal() -> None:
+    async with console((40, 10), flight) as c:
+        assert isinstance(c.app.screen, TinyScreen)
+        assert await hold_all(c) == [m.Hold()]
+
+
+async def test_prefix_alone_does_nothing_and_is_shown() -> None:
+    async with console(prepare=flight) as c:
+        await c.press("!")
+        assert "press h" in c.line(1)
+        await c.press("escape")
+        assert "press h" not in c.line(1)
+        await c.press("h")
+        assert c.station.commands() == []
+
+
+async def test_unanswered_hold_is_said() -> None:
+    async with console(prepare=flight) as c:
+        c.station.silent = True
+        await c.press("!", "h")
+        assert "HOLD ALL NOT DONE" in c.line(1)
+
+
+async def test_round_is_chosen_by_number() -> None:
+    async with console(prepare=flight) as c:
+        await c.press("o")
+        assert isinstance(c.app.screen, RoundDialog)
+        await c.press("3", "enter")
+        assert c.station.commands() == [m.SwitchRound(index=2)]
+
+
+async def test_round_dialog_offers_the_next_one() -> None:
+    async with console(prepare=flight) as c:
+        await c.press("o", "enter")
+        assert c.station.commands() == [m.SwitchRound(index=1)]
+        await c.press("o", "escape")
+        assert len(c.station.commands()) == 1
+
+
+async def test_selection_by_steps_and_by_number() -> None:
+    async with console() as c:
+        await c.press("n")
+        assert c.fly.selected == 1
+        await c.press("N")
+        assert c.fly.selected == 8
+        await c.press("3")
+        assert "vehicle 3_" in c.line(1)
+        await c.press("enter")
+        assert c.fly.selected == 3
+        assert c.station.commands() == []
+        await c.press("9", "enter")
+        assert c.fly.selected == 3
+
+
+async def test_map_keys_move_the_view() -> None:
+    async with console(prepare=flight) as c:
+        start = c.fly.map_view.view
+        await c.press("right")
+        assert c.fly.map_view.view.centre_m[0] > start.centre_m[0]
+        await c.press("k")
+        assert c.fly.map_view.view.centre_m[1] > start.centre_m[1]
+        await c.press("+")
+        assert c.fly.map_view.view.m_per_dot < start.m_per_dot
+        await c.press("z")
+        assert c.fly.map_view.view == start
+        await c.press("n", "F")
+        assert c.fly.map_view.following
+
+
+async def test_help_lists_every_action() -> None:
+    async with console(NARROW) as c:
+        await c.press("question_mark")
+        assert isinstance(c.app.screen, HelpDialog)
+        for word in ("HOLD", "start the round", "go on with", "farther", "leave; station"):
+            assert any(word in "".join(t for t, _ in line) for line in c.app.screen._all())
+        await c.press("escape")
+        assert isinstance(c.app.screen, FlyScreen)
+
+
+async def test_small_terminal_keeps_the_alarm_and_comes_back() -> None:
+    async with console(WIDE, flight) as c:
+        c.station.alarm = "vehicle 5 LOST in flight"
+        await c.tick()
+        await c.pilot.resize_terminal(50, 12)
+        await c.settle()
+        assert isinstance(c.app.screen, TinyScreen)
+        assert "vehicle 5 LOST in flight" in c.text()
+        assert "need 80x24, this is 50x12" in c.text()
+        await c.pilot.resize_terminal(80, 24)
+        await c.settle()
+        assert isinstance(c.app.screen, FlyScreen)
+
+
+async def test_detach_sends_nothing() -> None:
+    async with console(prepare=flight) as c:
+        await c.pilot.press("q")
+        assert c.station.commands() == []
+        assert c.app._exit
+
+
+async def test_replay_commands_nothing() -> None:
+    async with console(kind=m.Kind.REPLAY, prepare=flight, replay=True) as c:
+        await c.press("space", "!", "h", "r")
+        assert c.station.commands() == []
+        assert "REPLAY" in c.line(0)
+
+
+async def test_other_protocol_is_one_clear_line_and_read_only() -> None:
+    def old(station: FakeStation) -> None:
+        station.protocol_answer = "this station speaks protocol 2, this console 1"
+
+    async with console(prepare=old) as c:
+        assert "read-only: this station speaks protocol 2" in c.line(1)
+        await c.press("space", "!", "h")
+        assert c.station.commands() == []
+
+
+async def test_console_for_sim_never_commands_a_live_station() -> None:
+    def live(station: FakeStation) -> None:
+        station.kind = m.Kind.LIVE
+
+    async with console(prepare=live) as c:
+        await c.press("!", "h", "space")
+        assert c.station.commands() == []
+        assert "read-only" in c.line(1)
