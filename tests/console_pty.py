@@ -1,0 +1,63 @@
+"""A real console in a pseudo-terminal, for tests: start it, press keys, read what it painted, kill it."""
+
+import fcntl
+import os
+import pty
+import select
+import signal
+import struct
+import sys
+import termios
+import time
+
+
+class PtyConsole:
+    """`tui-gcs ARGUMENTS` in a terminal of the given size."""
+
+    def __init__(self, arguments: list[str], columns: int = 120, lines: int = 40) -> None:
+        self.output = b""
+        self.pid, self._fd = pty.fork()
+        if self.pid == 0:
+            os.environ |= {"TERM": "xterm-256color", "COLUMNS": str(columns), "LINES": str(lines)}
+            os.execv(sys.executable, [sys.executable, "-m", "tui_gcs.cli", *arguments])
+        fcntl.ioctl(self._fd, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))
+
+    def read(self, seconds: float) -> bytes:
+        """What it writes within `seconds`."""
+        got, end = b"", time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0:
+            if select.select([self._fd], [], [], left)[0]:
+                try:
+                    got += os.read(self._fd, 65536)
+                except OSError:
+                    break
+        self.output += got
+        return got
+
+    def wait_for(self, text: bytes, seconds: float) -> bool:
+        """Whether `text` is painted (since the start) within `seconds`."""
+        end = time.monotonic() + seconds
+        while text not in self.output and time.monotonic() < end:
+            self.read(0.2)
+        return text in self.output
+
+    def press(self, keys: bytes) -> None:
+        """Type."""
+        os.write(self._fd, keys)
+
+    def kill(self) -> None:
+        """kill -9."""
+        os.kill(self.pid, signal.SIGKILL)
+        os.waitpid(self.pid, 0)
+        os.close(self._fd)
+
+    def wait_exit(self, seconds: float) -> int | None:
+        """Exit code, or None if it still runs after `seconds`."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            done, status = os.waitpid(self.pid, os.WNOHANG)
+            if done:
+                os.close(self._fd)
+                return os.waitstatus_to_exitcode(status)
+            self.read(0.1)
+        return None

@@ -1,0 +1,140 @@
+"""The planner worker: one process per team, stepping its planner on the station's fleet frames.
+
+It may hang, crash or be killed: the station goes by the age of its plans and keeps the vehicles safe without it.
+"""
+
+import argparse
+import logging
+import os
+import signal
+import sys
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+
+from tui_gcs.core import bus as keys
+from tui_gcs.core.bus import Bus, BusError
+from tui_gcs.core.messages import (
+    PROTOCOL,
+    AnyRequest,
+    FleetFrame,
+    GetTask,
+    Hello,
+    PlannerTask,
+    Reply,
+    decode,
+    encode,
+)
+from tui_gcs.planner.host import PlannerHost
+
+ASK_AGAIN_S = 0.5
+PARENT_CHECK_S = 1.0
+
+log = logging.getLogger("tui_gcs.planner")
+
+
+class Worker:
+    """Steps a host on the newest frame; callbacks of the bus only fill a mailbox."""
+
+    def __init__(self, bus: Bus, team: str) -> None:
+        """Join as `planner-<team>`."""
+        self.host = PlannerHost(team)
+        self.stopped = False
+        self._bus = bus
+        self._team = team
+        self._principal = f"planner-{team}"
+        self._frame: bytes | None = None
+        self._task: bytes | None = None
+        self._something = threading.Condition()
+        bus.subscribe(keys.FLEET, lambda _, data: self._put(frame=data))
+        bus.subscribe(keys.TASK.format(team=team), lambda _, data: self._put(task=data))
+        self._token = bus.alive(keys.ALIVE.format(principal=self._principal))
+
+    def run(self) -> None:
+        """Step until stopped or until the parent process is gone."""
+        parent = os.getppid()
+        self._say_hello()
+        while not self.stopped and os.getppid() == parent:
+            task, frame = self._wait()
+            if task is not None:
+                self._take(decode(task, PlannerTask))
+            elif self.host.revision < 0:
+                self._ask_for_task()
+            if frame is not None:
+                self._step(decode(frame, FleetFrame))
+
+    def stop(self) -> None:
+        """Let `run` return."""
+        self.stopped = True
+
+    def _put(self, *, frame: bytes | None = None, task: bytes | None = None) -> None:
+        with self._something:
+            self._frame = frame or self._frame
+            self._task = task or self._task
+            self._something.notify()
+
+    def _wait(self) -> tuple[bytes | None, bytes | None]:
+        """The newest task and frame that came since the last call, waiting at most a moment for one."""
+        with self._something:
+            if self._frame is None and self._task is None:
+                self._something.wait(ASK_AGAIN_S if self.host.revision < 0 else PARENT_CHECK_S)
+            task, frame = self._task, self._frame
+            self._task = self._frame = None
+        return task, frame
+
+    def _take(self, task: PlannerTask) -> None:
+        if task.revision != self.host.revision:
+            self.host.set_task(task)
+
+    def _step(self, frame: FleetFrame) -> None:
+        if self.host.due(frame.t_s):
+            self._bus.publish(keys.PLAN.format(team=self._team), encode(self.host.step(frame)))
+
+    def _ask_for_task(self) -> None:
+        reply = self._ask(GetTask(team=self._team))
+        if reply is not None and reply.task is not None:
+            self._take(reply.task)
+
+    def _say_hello(self) -> None:
+        reply = self._ask(Hello(protocol=PROTOCOL, who=self._principal))
+        if reply is not None and not reply.ok:
+            log.error("%s", reply.text)
+            self.stop()
+
+    def _ask(self, request: AnyRequest) -> Reply | None:
+        try:
+            return decode(self._bus.ask(keys.REQUEST.format(principal=self._principal), encode(request)), Reply)
+        except BusError as error:
+            log.warning("%s", error)
+            return None
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """`python -m tui_gcs.planner.worker --bus SOCKET --team NAME`."""
+    from tui_gcs.core.zenoh_bus import connect
+
+    parser = argparse.ArgumentParser(prog="planner worker")
+    parser.add_argument("--bus", type=Path, required=True)
+    parser.add_argument("--team", required=True)
+    arguments = parser.parse_args(argv)
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(levelname)s %(message)s")
+    try:
+        bus = connect(arguments.bus)
+    except BusError as error:
+        log.error("%s", error)
+        return 2
+    worker = Worker(bus, arguments.team)
+    signal.signal(signal.SIGTERM, lambda *_: worker.stop())
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        worker.run()
+    finally:
+        bus.close()
+    return 0
+
+
+if __name__ == "__main__":
+    code = main()
+    logging.shutdown()
+    sys.stdout.flush()
+    os._exit(code)
