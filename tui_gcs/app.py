@@ -21,7 +21,7 @@ from tui_gcs.actions import APP_ACTIONS, bindings
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.clock import Clock, MonotonicClock
 from tui_gcs.core.messages import Hold, Kind, Reply, Request, Resume, Return, RunPhase, Start, SwitchRound
-from tui_gcs.feed import Feed, StatusUpdated
+from tui_gcs.feed import DisplayLagged, Feed, StatusUpdated
 from tui_gcs.hold_chord import PREFIX_S, HoldChord
 from tui_gcs.screens.dialogs import HelpDialog, ResultDialog, RoundDialog, StartDialog
 from tui_gcs.screens.fly import FlyScreen
@@ -119,6 +119,10 @@ class ConsoleApp(App[None]):
         kind = message.status.kind
         if kind is not self.kind and not self.feed.read_only:
             self.feed.read_only = f"read-only: opened for {self.kind}, but this station is {kind}"
+
+    def on_display_lagged(self, _message: DisplayLagged) -> None:
+        """Say that the picture stood still."""
+        self.notice("DISPLAY LAGGED: this terminal had stopped reading; the picture is fresh again", Level.CAUTION)
 
     def on_resize(self, event: events.Resize) -> None:
         """Below 80x24 only the essentials."""

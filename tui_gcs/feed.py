@@ -86,6 +86,10 @@ class StationBack(Message, bubble=False):
     """The station is heard (again)."""
 
 
+class DisplayLagged(Message, bubble=False):
+    """The terminal had stopped reading; what is shown now is fresh again."""
+
+
 class Feed:
     """The console's view of the bus. Everything but the bus callbacks runs on the event loop."""
 
@@ -123,6 +127,7 @@ class Feed:
         self._event_box: deque[bytes] = deque()
         self._plan_box: deque[bytes] = deque(maxlen=1000)
         self._woken = False
+        self._lagged = False
         self._last_delivery = float("-inf")
         self._heard_at = self._clock.now()
         self._shown: dict[str, object] = {}
@@ -206,8 +211,12 @@ class Feed:
             return
         self._last_delivery = self._loop.time()
         if not self._may_paint():
+            self._lagged = True
             self._schedule()
             return
+        if self._lagged:
+            self._lagged = False
+            self._post(DisplayLagged())
         self._woken = False
         boxes, self._boxes = self._boxes, {}
         if (change := self._decoded(boxes.get(keys.SCENARIO), wire.ScenarioChanged)) is not None:

@@ -177,11 +177,11 @@ class StartDialog(TextDialog[bool]):
         return [*lines, [(self._problem, Ink.CAUTION)]] if self._problem else lines
 
     def _loss_lines(self) -> list[Line]:
-        resume = "by itself" if self._loss.resume else "only when you resume"
+        resume = ", goes on by itself when it is back" if self._loss.resume else " until you resume"
         return [
             [(f"planner late or dead   its vehicles: {self._loss.planner}", Ink.MUTED)],
             [(f"a vehicle is lost      the others of its team: {self._loss.vehicle}", Ink.MUTED)],
-            [(f"the station is gone    each holds at its last target; it goes on {resume}", Ink.MUTED)],
+            [(f"the station is gone    each holds at its last target{resume}", Ink.MUTED)],
         ]
 
     def _key_line(self) -> Line:

@@ -1,0 +1,132 @@
+"""Small parts of the console that need no screen."""
+
+import math
+
+import pytest
+from fake_station import FakeStation
+from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
+from textual.events import Key
+
+from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, bindings, footer_actions
+from tui_gcs.app import ConsoleApp
+from tui_gcs.core.bus import MemoryBus
+from tui_gcs.core.messages import RunPhase
+from tui_gcs.hold_chord import HoldChord
+from tui_gcs.screens.fly import FlyScreen
+from tui_gcs.screens.start_plan import start_plan
+from tui_gcs.widgets.driver import QUEUED_WRITES_MAX, PatientDriver, lagging
+from tui_gcs.widgets.footer import valid_now
+from tui_gcs.widgets.words import clock, fitted, gps, ids, number
+
+
+@pytest.mark.parametrize(("vehicles", "text"), [((), ""), ((3,), "3"), ((1, 2, 3, 7), "1-3 7"), ((9, 8), "8-9")])
+def test_ids_are_ranges(vehicles: tuple[int, ...], text: str) -> None:
+    assert ids(vehicles) == text
+
+
+def test_unknown_is_two_dashes() -> None:
+    assert number(math.nan, 1, " m") == "--"
+    assert number(math.inf) == "--"
+    assert number(-0.01, 1) == "0.0"
+    assert clock(math.nan) == "T+--:--"
+    assert clock(3725.0) == "T+1:02:05"
+    assert gps(3, -1) == "3D"
+    assert fitted(120.04, 4) == "120"
+
+
+def key(name: str, character: str | None) -> Key:
+    return Key(name, character)
+
+
+def test_hold_chord_needs_both_keys_in_time() -> None:
+    chord = HoldChord()
+    bang, h = key("exclamation_mark", "!"), key("h", "h")
+    assert chord.press(bang, 0.0) == (False, [])
+    assert chord.press(h, 1.0) == (True, [])
+    assert chord.press(h, 1.1) == (False, [h])
+    assert chord.press(bang, 2.0) == (False, [])
+    assert chord.press(h, 9.0) == (False, [bang, h])
+
+
+def test_text_with_a_bang_is_not_lost() -> None:
+    chord = HoldChord()
+    bang, a = key("exclamation_mark", "!"), key("a", "a")
+    chord.press(bang, 0.0)
+    assert chord.press(a, 0.1) == (False, [bang, a])
+    chord.press(bang, 1.0)
+    assert chord.press(bang, 1.1) == (False, [bang])
+    assert chord.waiting
+
+
+def test_every_action_has_its_method() -> None:
+    for owner, actions in ((ConsoleApp, APP_ACTIONS), (FlyScreen, FLY_ACTIONS)):
+        for action in actions:
+            assert hasattr(owner, f"action_{action.id}"), action.id
+
+
+def test_no_key_is_bound_twice() -> None:
+    keys = [binding.key for binding in bindings((*APP_ACTIONS, *FLY_ACTIONS))]
+    assert len(keys) == len(set(keys))
+
+
+def test_footer_keeps_hold_all_and_help_when_narrow() -> None:
+    kept = {action.id for action in footer_actions((*APP_ACTIONS, *FLY_ACTIONS), 40)}
+    assert {"hold_all", "start_stop"} <= kept
+    for width in range(20, 200):
+        shown = footer_actions((*APP_ACTIONS, *FLY_ACTIONS), width)
+        assert sum(len(a.shown) + 1 + len(a.label) + 2 for a in shown) + 1 - 2 <= width
+
+
+def test_footer_says_what_space_will_do() -> None:
+    station = FakeStation(MemoryBus())
+    labels = {action.id: action.label for action in valid_now(APP_ACTIONS, station.status())}
+    assert labels["start_stop"] == "start"
+    assert "return_and_land" not in labels
+    station.fly()
+    labels = {action.id: action.label for action in valid_now(APP_ACTIONS, station.status())}
+    assert labels["start_stop"] == "HOLD"
+    station.run = RunPhase.HOLD
+    assert "enter" in {action.id for action in valid_now(FLY_ACTIONS, station.status())}
+
+
+def test_counted_teams_take_the_lowest_free_ids() -> None:
+    station = FakeStation(MemoryBus())
+    defend, attack = station.scenario.teams
+    teams = (
+        type(defend)(name="a", zone="home", planner="patrol", count=3),
+        type(defend)(name="b", zone="field", planner="patrol", vehicles=(2, 4)),
+        type(defend)(name="c", zone="field", planner="patrol", count=5),
+    )
+    scenario = type(station.scenario)(
+        **{name: getattr(station.scenario, name) for name in station.scenario.__struct_fields__ if name != "teams"},
+        teams=teams,
+    )
+    status = type(station.status())(
+        **{name: getattr(station.status(), name) for name in station.status().__struct_fields__ if name != "teams"},
+        teams=(),
+    )
+    plan = start_plan(scenario, status, station.frame())
+    assert [team.vehicles for team in plan.teams] == [(1, 3, 5), (2, 4), (6, 7, 8)]
+    assert [len(team.missing) for team in plan.teams] == [0, 0, 2]
+    assert plan.vehicles == tuple(range(1, 9))
+    assert attack.name
+
+
+def test_textual_still_has_the_queue_the_driver_looks_at() -> None:
+    writer = WriterThread(None)
+    assert writer._queue.qsize() == 0
+    assert QUEUED_WRITES_MAX < MAX_QUEUED_WRITES
+    driver = PatientDriver.__new__(PatientDriver)
+    driver._writer_thread = writer
+    assert not lagging(driver)
+    for _ in range(QUEUED_WRITES_MAX + 1):
+        writer.write("x")
+    assert lagging(driver)
+    assert not lagging(None)
+
+
+def test_no_color_leaves_bold_and_reverse(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NO_COLOR", "1")
+    app = ConsoleApp(MemoryBus())
+    assert app.native_ansi_color
+    assert app.no_color
