@@ -13,7 +13,7 @@ from tui_gcs.core.zones import bounds, polygon_of
 from tui_gcs.planner.api import Shape
 from tui_gcs.planner.region import Region
 from tui_gcs.planner.seeds import seeds
-from tui_gcs.planner.smoothing import Motion, controls_of, flying_time, miss_m2, smooth, spline_points
+from tui_gcs.planner.smoothing import Motion, controls_of, smooth, spline_points
 from tui_gcs.planner.tour import Evaluation, Tour, evaluate, timed
 
 Floats = NDArray[np.floating[Any]]
@@ -77,8 +77,7 @@ def _drafts(shape: Shape, cells: Floats, motion: Motion, region: Region) -> list
 
 
 def _bent(draft: _Draft, cells: Floats, motion: Motion, region: Region, pull: float, iterations: int) -> _Draft:
-    controls = smooth(draft.controls, cells, motion, region, pull, iterations)
-    cost = flying_time(controls, motion)[0] + pull * miss_m2(controls, cells, motion.radius_m)[0]
+    controls, cost = smooth(draft.controls, cells, motion, region, pull, iterations)
     return _Draft(draft.name, controls, cost)
 
 

@@ -7,13 +7,14 @@ A cell farther than the footprint from the nearest point of the tour adds the sq
 """
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 from scipy.spatial import cKDTree
 
+from tui_gcs.planner.descent import descend
 from tui_gcs.planner.region import Region
 
 Floats = NDArray[np.floating[Any]]
@@ -37,7 +38,7 @@ class Motion:
 
 def spline_points(controls: Floats, per_control: int) -> Floats:
     """(k * per_control, 2) points of the closed uniform cubic B-spline with `controls` (k, 2)."""
-    return _blend(_weights(per_control)[0], controls)
+    return _blend(_weights(per_control)[:, :per_control], controls).reshape(-1, 2)
 
 
 def controls_of(path_m: Floats, step_m: float = CONTROL_STEP_M) -> Floats:
@@ -49,76 +50,79 @@ def controls_of(path_m: Floats, step_m: float = CONTROL_STEP_M) -> Floats:
     return np.stack([np.interp(at, way, closed[:, axis]) for axis in range(2)], axis=1)
 
 
-def smooth(controls: Floats, cells_m: Floats, motion: Motion, region: Region, pull: float, iterations: int) -> Floats:
-    """`controls` after `iterations` of quasi-Newton descent (L-BFGS); `pull` weighs uncovered cells (s/m^2)."""
-    shape = controls.shape
+def smooth(
+    controls: Floats, cells_m: Floats, motion: Motion, region: Region, pull: float, iterations: int
+) -> tuple[Floats, float]:
+    """`controls` after `iterations` of descent, and their cost; `pull` (s/m^2) weighs uncovered cells."""
 
     def cost(flat: Floats) -> tuple[float, Floats]:
-        points = flat.reshape(shape)
-        time_s, time_slope = flying_time(points, motion)
-        miss, miss_slope = miss_m2(points, cells_m, motion.radius_m)
-        return time_s + pull * miss, (time_slope + pull * miss_slope).ravel()
+        value, slope = tour_cost(flat.reshape(-1, 2), cells_m, motion, pull)
+        return value, slope.ravel()
 
-    found = minimize(cost, controls.ravel(), jac=True, method="L-BFGS-B", options={"maxiter": iterations, "maxcor": 12})
-    return region.pulled_inside(np.asarray(found.x).reshape(shape))
+    found, value = descend(cost, controls.ravel(), iterations)
+    inside = region.pulled_inside(found.reshape(-1, 2))
+    return inside, value
 
 
-def flying_time(controls: Floats, motion: Motion) -> tuple[float, Floats]:
-    """Time of the tour (s) and its gradient by the control points."""
-    _, first, second = _weights(PER_CONTROL)
-    d1, d2 = _blend(first, controls), _blend(second, controls)
-    s2 = np.maximum((d1**2).sum(axis=1), 1e-6)
-    cross = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
+def tour_cost(controls: Floats, cells_m: Floats, motion: Motion, pull: float) -> tuple[float, Floats]:
+    """Flying time plus `pull` times what is not covered (s), and the gradient by the control points."""
+    weights = _weights(PER_CONTROL)
+    curve = _blend(weights, controls)
+    points, first, second = (curve[:, i * PER_CONTROL : (i + 1) * PER_CONTROL] for i in range(3))
+    time_s, to_first, to_second = _flying_time(first, second, motion)
+    miss_m2, to_points = _missing(points.reshape(-1, 2), cells_m, motion.radius_m)
+    to_points = (pull * to_points).reshape(points.shape)
+    slope = _unblend(weights, np.concatenate([to_points, to_first, to_second], axis=1))
+    return time_s + pull * miss_m2, slope
+
+
+def _flying_time(d1: Floats, d2: Floats, motion: Motion) -> tuple[float, Floats, Floats]:
+    """Time of the tour (s) and its gradients by the derivatives (k, p, 2) of the curve."""
+    x1, y1, x2, y2 = d1[..., 0], d1[..., 1], d2[..., 0], d2[..., 1]
+    s2 = np.maximum(x1 * x1 + y1 * y1, 1e-6)
+    cross = x1 * y2 - y1 * x2
     v4, a2 = motion.speed_m_s**4, motion.accel_m_s2**2
-    inner = s2**2 / v4 + cross**2 / (a2 * s2)
-    root = inner**0.25
-    outer = 0.25 * root / np.maximum(inner, 1e-12)
-    by_s2 = outer * (2.0 * s2 / v4 - cross**2 / (a2 * s2**2))
-    by_cross = outer * 2.0 * cross / (a2 * s2)
-    to_d1 = 2.0 * by_s2[:, None] * d1 + by_cross[:, None] * np.stack([d2[:, 1], -d2[:, 0]], axis=1)
-    to_d2 = by_cross[:, None] * np.stack([-d1[:, 1], d1[:, 0]], axis=1)
-    slope = _unblend(first, to_d1) + _unblend(second, to_d2)
-    return float(root.sum()) / PER_CONTROL, slope / PER_CONTROL
+    by_turn = cross / (a2 * s2)
+    inner = s2 * s2 / v4 + cross * by_turn
+    root = np.sqrt(np.sqrt(inner))
+    outer = 0.25 / PER_CONTROL * root / np.maximum(inner, 1e-12)
+    by_s = outer * 2.0 * (2.0 * s2 / v4 - by_turn * by_turn * a2)
+    by_cross = outer * 2.0 * by_turn
+    to_first = np.stack([by_s * x1 + by_cross * y2, by_s * y1 - by_cross * x2], axis=-1)
+    to_second = np.stack([-by_cross * y1, by_cross * x1], axis=-1)
+    return float(root.sum()) / PER_CONTROL, to_first, to_second
 
 
-def miss_m2(controls: Floats, cells_m: Floats, radius_m: float) -> tuple[float, Floats]:
+def _missing(points: Floats, cells_m: Floats, radius_m: float) -> tuple[float, Floats]:
     """Sum over cells of the squared distance they lie outside the swept band, and its gradient."""
-    weights = _weights(PER_CONTROL)[0]
-    points = _blend(weights, controls)
-    away, nearest = cKDTree(points).query(cells_m)
+    away, nearest = cKDTree(points, balanced_tree=False, compact_nodes=False).query(cells_m)
     out = np.flatnonzero(away > radius_m)
     slope = np.zeros_like(points)
-    if not len(out):
-        return 0.0, np.zeros_like(controls)
     over, at = away[out] - radius_m, nearest[out]
     pull = (2.0 * over / away[out])[:, None] * (points[at] - cells_m[out])
     for axis in range(2):
         slope[:, axis] = np.bincount(at, pull[:, axis], len(points))
-    return float(over @ over), _unblend(weights, slope)
+    return float((over * over).sum()), slope
 
 
-def _weights(per_control: int) -> tuple[Floats, Floats, Floats]:
-    """B-spline weights of the four control points around a span, and of first and second derivatives: (4, per)."""
+@cache
+def _weights(per_control: int) -> Floats:
+    """B-spline weights of the four control points around a span: (4, 3 p) for value, first and second derivative."""
     u = np.arange(per_control) / per_control
     value = np.stack([(1 - u) ** 3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3]) / 6.0
     first = np.stack([-((1 - u) ** 2), 3 * u**2 - 4 * u, -3 * u**2 + 2 * u + 1, u**2]) / 2.0
     second = np.stack([1 - u, 3 * u - 2, 1 - 3 * u, u])
-    return value, first, second
+    return np.concatenate([value, first, second], axis=1)
 
 
 def _blend(weights: Floats, controls: Floats) -> Floats:
-    count, per = len(controls), weights.shape[1]
-    total = np.zeros((count, per, 2))
-    for i in range(4):
-        total += weights[i][None, :, None] * np.roll(controls, 1 - i, axis=0)[:, None, :]
-    return total.reshape(count * per, 2)
+    """(k, p, 2) the weighted control points around each of the k spans."""
+    count = len(controls)
+    around = controls[(np.arange(count)[:, None] + np.arange(-1, 3)) % count]
+    return np.asarray(np.einsum("kic,ip->kpc", around, weights))
 
 
 def _unblend(weights: Floats, slope: Floats) -> Floats:
     """The transpose of `_blend`."""
-    per = weights.shape[1]
-    spans = slope.reshape(-1, per, 2)
-    total = np.zeros((len(spans), 2))
-    for i in range(4):
-        total += np.roll((weights[i][None, :, None] * spans).sum(axis=1), i - 1, axis=0)
-    return total
+    parts = np.einsum("kpc,ip->ikc", slope, weights)
+    return sum((np.roll(parts[i], i - 1, axis=0) for i in range(1, 4)), np.roll(parts[0], -1, axis=0))

@@ -73,7 +73,7 @@ def evaluate(tour: Tour, cells_m: Floats, radius_m: float, n: int) -> Evaluation
     for begin in range(0, len(cells_m), block):
         cells = cells_m[begin : begin + block].astype(np.float32)
         away = (cells[:, 0, None] - xy[:, 0]) ** 2 + (cells[:, 1, None] - xy[:, 1]) ** 2
-        seen = np.asarray(away <= np.float32(radius_m**2)).reshape(len(cells), n, steps).any(axis=1)
+        seen = np.any(np.reshape(away <= np.float32(radius_m**2), (len(cells), n, steps)), axis=1)
         seen = seen[seen.any(axis=1)]
         seen_cells += len(seen)
         if len(seen):
