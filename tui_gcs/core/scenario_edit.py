@@ -123,7 +123,9 @@ class ScenarioDocument:
         elif have is not None and self._has_header(path):
             self._apply(path, parameters, tuple(have))
         elif have is not None:  # an inline table is a value
-            self._apply(team_path, {"parameters": dict(parameters)})
+            table = tomlkit.inline_table()
+            table.update(parameters)
+            self._apply(team_path, {"parameters": table})
 
     @contextmanager
     def _all_or_nothing(self) -> Iterator[None]:

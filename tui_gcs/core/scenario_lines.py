@@ -10,7 +10,6 @@ from typing import NamedTuple
 _HEADER = re.compile(r"\s*(\[\[?)\s*([\w-]+(?:\s*\.\s*[\w-]+)*)\s*\]\]?\s*(?:#.*)?$")
 _KEY = re.compile(r"\s*([\w-]+(?:\.[\w-]+)*)\s*=")
 _STRING_OR_COMMENT = re.compile(r'"(?:\\.|[^"\\])*"|\'[^\']*\'|#.*$')
-_LAST_STEP = re.compile(r"(\.?[^.\[\]]+|\[\d+\])$")
 
 
 class Span(NamedTuple):
@@ -50,7 +49,7 @@ def find_line(spans: dict[str, Span], path: str) -> int | None:
     while path:
         if path in spans:
             return spans[path].first + 1
-        path = _LAST_STEP.sub("", path)
+        path = path[: max(path.rfind("."), path.rfind("["), 0)]
     return None
 
 
