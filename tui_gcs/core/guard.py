@@ -142,10 +142,12 @@ class Guard:
                 band = f"{self.area.alt_min_m:.0f}-{self.area.alt_max_m:.0f} m"
                 if not self._returns_to_band(me, place):
                     return Verdict("band", f"{place[2]:.1f} m is outside the altitude band {band}")
-        if shapely.intersects_xy(self._inner, me.position_m[0], me.position_m[1]):
-            way = LineString([me.position_m[:2], target[:2]])
-            if way.length > EDGE_TOLERANCE_M and not self._inner.covers(way):
-                return Verdict("area", "the straight way there leaves the operating area less its margin")
+        for region, what in ((self._inner, " less its margin"), (self._allowed, "")):
+            if shapely.intersects_xy(region, me.position_m[0], me.position_m[1]):
+                way = LineString([me.position_m[:2], target[:2]])
+                if way.length > EDGE_TOLERANCE_M and not region.covers(way):
+                    return Verdict("area", f"the straight way there leaves the operating area{what}")
+                break
         return None
 
     def _leads_back(self, me: Mover, place: Vec3) -> bool:
