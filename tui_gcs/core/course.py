@@ -37,7 +37,7 @@ class Stand:
 
 @dataclass(frozen=True)
 class Track:
-    """Follow timed samples; after the last one, stay there."""
+    """Follow timed samples; wait at the first one, and stay at the last one."""
 
     t0_s: float
     dt_s: float
@@ -54,7 +54,10 @@ class Track:
         if t_s >= self.end_s:
             x, y, z = self.positions_m[-1]
             return (float(x), float(y), float(z)), STILL
-        place = max(0.0, (t_s - self.t0_s) / self.dt_s)
+        if t_s < self.t0_s:
+            x, y, z = self.positions_m[0]
+            return (float(x), float(y), float(z)), STILL  # not begun: a velocity now would carry it past its place
+        place = (t_s - self.t0_s) / self.dt_s
         i = min(int(place), len(self.positions_m) - 2)
         share = place - i
         p = (1 - share) * self.positions_m[i] + share * self.positions_m[i + 1]
