@@ -1,0 +1,26 @@
+"""The tests of the core share `rig`: the whole system on a virtual clock."""
+
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from rig import Rig, scenario, toml
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Iterator[Callable[..., Rig]]:
+    """Makes whole systems: `rig(3)` has three vehicles; `wants=None` uses the real planners."""
+    made: list[Rig] = []
+
+    def make(vehicles: int = 3, **options: Any) -> Rig:
+        made.append(Rig(options.pop("mission", None) or scenario(vehicles), toml(), tmp_path, **options))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.close()

@@ -1,0 +1,204 @@
+"""A whole system in one process for tests: simulator, station and planners on a virtual clock.
+
+`Rig` is the lock-step run of `tui_gcs.rehearsal` with handles: links may lose datagrams, a planner may be a function
+of the test, everything sent and told can be looked at.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from tui_gcs.core import messages as m
+from tui_gcs.core.bus import FLEET, PLAN, REQUEST, TASK
+from tui_gcs.core.messages import Event, FleetFrame, Intent, Phase, Plan, PlannerTask, Reply, RunPhase
+from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario_load import load
+from tui_gcs.core.wire.dialect import decode
+from tui_gcs.core.wire.encode import Encoder
+from tui_gcs.core.wire.frames import cut_datagram
+from tui_gcs.rehearsal import TICK_S, LockStep
+
+SHIPPED = Path(__file__).parents[2] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
+SETPOINT = "SET_POSITION_TARGET_GLOBAL_INT"
+
+Wants = Callable[[FleetFrame, PlannerTask], list[Intent]]
+"""A planner made of one function: intents for a frame."""
+
+
+def toml() -> str:
+    """The shipped scenario as text."""
+    return SHIPPED.read_text()
+
+
+def scenario(vehicles: int = 8) -> Scenario:
+    """The shipped scenario; with fewer than five vehicles only the team `defend`, on its four layers."""
+    whole = load(SHIPPED)
+    if vehicles == 8:
+        return whole
+    assert vehicles <= 4
+    team = msgspec.structs.replace(whole.teams[0], vehicles=tuple(range(1, vehicles + 1)))
+    return msgspec.structs.replace(whole, teams=(team,), places=whole.places[:vehicles])
+
+
+def stay(frame: FleetFrame, task: PlannerTask) -> list[Intent]:
+    """The dullest planner: everybody goes to his own spot in the middle of the area, on his own layer."""
+    return [
+        Intent(vehicle=v, kind="goto", position_m=(200.0 + 20.0 * v, 200.0, task.layers_m[v])) for v in task.members
+    ]
+
+
+@dataclass
+class Rig(LockStep):
+    """A lock-step run that tests can hold by every part. `wants=None`: the scenario's own planners."""
+
+    wants: Wants | None = stay
+    sent: list[tuple[float, int, str, dict[str, Any]]] = field(default_factory=list)
+    """(time, system id, message name, fields) of every frame the station sent, heartbeats apart."""
+    frame: FleetFrame | None = None
+    planning: bool = True
+    """Set False and the function planner is silent."""
+    loses: Callable[[str, int], bool] = lambda way, index: False
+    """loses("up" or "down", index of the vehicle): whether this datagram is lost."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.wants is not None:
+            self.end_planners()
+        self.bus.subscribe(FLEET, self._on_frame)
+        self.sim_index = {spec.system_id: i for i, spec in enumerate(self.sim.specs)}
+        self.outgoing = Encoder(1, 1)
+        self.seq = 0
+
+    def end_planners(self) -> None:
+        """The planner hosts leave the bus; the station hears nothing more of them."""
+        keep = PLAN.format(team="*")
+        self.bus._subscribers[:] = [entry for entry in self.bus._subscribers if entry[0] == keep]
+
+    # ---------------------------------------------------------------- time
+
+    def step(self) -> None:
+        """As `LockStep.step`, through links that may lose datagrams."""
+        self.clock.advance(TICK_S)
+        self.sim.step(TICK_S)
+        for index, data in self.sim.drain():
+            if not self.loses("up", index):
+                self.link.inject(data, ("sim", index))
+        self.tick()
+
+    def tick(self) -> None:
+        """The station's part of a step."""
+        self.station.tick()
+        while self.link.sent:
+            data, address = self.link.sent.popleft()
+            self._note(data)
+            if address[0] == "sim" and not self.loses("down", int(address[1])):
+                self.sim.receive(int(address[1]), data)
+
+    def run(self, seconds: float) -> "Rig":
+        """Let time pass."""
+        for _ in range(round(seconds / TICK_S)):
+            self.step()
+        return self
+
+    def until(self, reached: Callable[[], bool], limit_s: float, what: str = "") -> float:
+        """Let time pass until `reached`; how long it took. Fails after `limit_s`."""
+        begin_s = self.clock.now()
+        while not reached():
+            assert self.clock.now() - begin_s <= limit_s, f"not within {limit_s} s: {what or reached}"
+            self.step()
+        return self.clock.now() - begin_s
+
+    # ---------------------------------------------------------------- flight
+
+    @property
+    def ids(self) -> tuple[int, ...]:
+        """All simulated system ids."""
+        return tuple(spec.system_id for spec in self.sim.specs)
+
+    def ready(self) -> "Rig":
+        """Booted, heard and with a position."""
+        return self.run(6.0)
+
+    def flying(self) -> "Rig":
+        """Started, everybody on his layer and given to the planner."""
+        self.ready()
+        reply = self.ask(m.Start(vehicles=self.ids))
+        assert reply.ok, reply
+        self.until(lambda: self.station.executive.run is RunPhase.RUNNING, 90.0, "running")
+        return self
+
+    def phase(self, vehicle: int) -> Phase:
+        """What the station is doing with a vehicle."""
+        return self.station.book.flights[vehicle].phase
+
+    def phases(self) -> set[Phase]:
+        """The phases of all flights."""
+        return {flight.phase for flight in self.station.book}
+
+    def speed(self, vehicle: int) -> float:
+        """True speed of a vehicle, m/s."""
+        velocity = self.sim.velocity_m_s[self.sim_index[vehicle]]
+        return float((velocity**2).sum() ** 0.5)
+
+    def place(self, vehicle: int) -> tuple[float, float, float]:
+        """True place of a vehicle, ENU metres about the scenario origin."""
+        i = self.sim_index[vehicle]
+        x, y = self.station.fleet.frame.to_enu(self.sim.lat_deg[i], self.sim.lon_deg[i])
+        return float(x), float(y), float(self.sim.alt_rel_m[i])
+
+    def pilot(self, vehicle: int, mode: int) -> None:
+        """The vehicle's own pilot changes its mode by radio."""
+        assert self.sim._pilots[self.sim_index[vehicle]].set_mode(mode)
+
+    # ---------------------------------------------------------------- bus
+
+    def ask(self, request: m.AnyRequest, principal: str = "console-1") -> Reply:
+        """Ask the station."""
+        return m.decode(self.bus.ask(REQUEST.format(principal=principal), m.encode(request)), Reply)
+
+    def plan(self, *intents: Intent, team: str = "defend", revision: int | None = None, **more: Any) -> None:
+        """Publish a plan by hand."""
+        self.seq += 1
+        now = self.station.revision if revision is None else revision
+        plan = Plan(team=team, revision=now, seq=self.seq, t_s=self.clock.now(), intents=intents, **more)
+        self.bus.publish(PLAN.format(team=team), m.encode(plan))
+
+    def texts(self, source: str = "") -> list[str]:
+        """Event texts so far, of one source or of all."""
+        return [e.text for e in self.events() if not source or e.source == source]
+
+    def events(self) -> tuple[Event, ...]:
+        """All events so far."""
+        return self.station.events.since(0, 2000)
+
+    # ---------------------------------------------------------------- wire
+
+    def say(self, name: str, system: int = 1, *, index: int | None = None, component: int = 1, **fields: Any) -> None:
+        """A forged or scripted message arrives from vehicle `system` at its own (or vehicle `index`'s) address."""
+        address = ("sim", self.sim_index.get(system, 0) if index is None else index)
+        self.link.inject(Encoder(system, component).encode(name, **fields), address)
+
+    def sent_to(self, vehicle: int, name: str = SETPOINT, since_s: float = 0.0) -> list[tuple[float, dict[str, Any]]]:
+        """(time, fields) of what was sent to a vehicle."""
+        return [(t, f) for t, v, n, f in self.sent if v == vehicle and n == name and t > since_s]
+
+    def _note(self, data: bytes) -> None:
+        for frame in cut_datagram(data).frames:
+            message = decode(frame)
+            if message is not None and message.name != "HEARTBEAT":
+                self.sent.append((self.clock.now(), message.fields["target_system"], message.name, message.fields))
+
+    def _on_frame(self, key: str, payload: bytes) -> None:
+        self.frame = m.decode(payload, FleetFrame)
+        if self.wants is None or not self.planning:
+            return
+        if self.frame.seq % 2 == 0:  # 5 Hz
+            for name, desk in self.station.desks.items():
+                if desk.task is not None:
+                    self.plan(*self.wants(self.frame, desk.task), team=name, revision=desk.task.revision)
+
+
+__all__ = ["SETPOINT", "SHIPPED", "TASK", "Rig", "scenario", "stay", "toml"]

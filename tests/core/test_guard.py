@@ -1,0 +1,286 @@
+"""The guard, rule by rule. A square area of 200 m with 5 m margin, band 20-90 m, a vehicle that brakes at 2.5 m/s²."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tui_gcs.core.course import Course, Stand, Track, course_of, stopping_point
+from tui_gcs.core.guard import Guard, Mover, predict
+from tui_gcs.core.messages import Intent, Vec3
+from tui_gcs.core.scenario import Limits, OperatingArea
+from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
+
+LIMITS = Limits()
+SQUARE = Rectangle(centre_m=(100.0, 100.0), width_m=200.0, height_m=200.0)
+L_SHAPE = Polygon(vertices_m=((0.0, 0.0), (200.0, 0.0), (200.0, 60.0), (60.0, 60.0), (60.0, 200.0), (0.0, 200.0)))
+POND = Zone(name="pond", role=Role.NO_FLY, shape=Circle(centre_m=(100.0, 100.0), radius_m=20.0))
+
+
+def guard(shape: Shape = SQUARE, *no_fly: Zone) -> Guard:
+    return Guard(LIMITS, OperatingArea(shape, 20.0, 90.0), no_fly)
+
+
+def mover(
+    position: Vec3, course: Course | None = None, velocity: Vec3 = (0.0, 0.0, 0.0), id_: int = 1, column: bool = False
+) -> Mover:
+    return Mover(id_, position, predict(position, velocity, course, 0.0), in_column=column)
+
+
+def stand(x: float, y: float, z: float = 40.0) -> Stand:
+    return Stand((x, y, z), LIMITS.speed_m_s)
+
+
+def passing(x: float, y: float, vx: float, vy: float = 0.0, z: float = 40.0) -> Track:
+    """At (x, y) now with this velocity, straight on for 10 s."""
+    t = np.arange(0.0, 10.5, 0.5)[:, None]
+    velocity = np.array([[vx, vy, 0.0]])
+    return Track(0.0, 0.5, np.array([[x, y, z]]) + t * velocity, np.repeat(velocity, len(t), axis=0))
+
+
+def verdict(g: Guard, position: Vec3, course: Course, *others: Mover, now: float = 0.0) -> str:
+    return g.judge(mover(position, course), course, list(others), now).code
+
+
+# ---------------------------------------------------------------- area
+
+
+def test_a_place_inside_passes() -> None:
+    assert verdict(guard(), (50.0, 50.0, 40.0), stand(150.0, 150.0)) == ""
+
+
+@pytest.mark.parametrize("place", [(199.0, 100.0), (300.0, 100.0), (100.0, -1.0), (1e9, 100.0)])
+def test_a_place_in_the_margin_or_outside_is_vetoed(place: tuple[float, float]) -> None:
+    g = guard()
+    assert verdict(g, (50.0, 50.0, 40.0), stand(*place)) == "area"
+    assert g.vetoes == {"area": 1}
+
+
+def test_the_stopping_point_counts_not_only_the_place() -> None:
+    """8 m/s stops in 12.8 m: 190 m east is inside, but not when passed eastwards at full speed."""
+    assert verdict(guard(), (185.0, 100.0, 40.0), passing(190.0, 100.0, vx=8.0)) == "area"
+    assert verdict(guard(), (185.0, 100.0, 40.0), passing(190.0, 100.0, vx=-8.0)) == ""
+    assert verdict(guard(), (175.0, 100.0, 40.0), passing(180.0, 100.0, vx=8.0)) == ""
+
+
+def test_what_leads_back_inside_passes() -> None:
+    outside = (230.0, 100.0, 40.0)
+    assert verdict(guard(), outside, stand(150.0, 100.0)) == ""
+    assert verdict(guard(), outside, stand(210.0, 100.0)) == "", "still outside, but nearer"
+    assert verdict(guard(), outside, stand(240.0, 100.0)) == "area", "farther away"
+
+
+def test_the_straight_way_must_stay_inside_a_concave_area() -> None:
+    """From one arm of the L to the other: both ends are inside, the way between is not."""
+    assert verdict(guard(L_SHAPE), (30.0, 180.0, 40.0), stand(180.0, 30.0)) == "area"
+    assert verdict(guard(L_SHAPE), (30.0, 180.0, 40.0), stand(30.0, 30.0)) == ""
+
+
+def test_from_inside_the_margin_the_way_may_not_leave_the_area_either() -> None:
+    """2 m from the edge is inside the area, though not inside its margin: no licence to cut the corner."""
+    assert verdict(guard(L_SHAPE), (58.0, 180.0, 40.0), stand(180.0, 30.0)) == "area"
+    assert verdict(guard(L_SHAPE), (58.0, 180.0, 40.0), stand(30.0, 180.0)) == "", "straight back inside"
+
+
+def test_no_fly_zones_are_not_area() -> None:
+    g = guard(SQUARE, POND)
+    assert verdict(g, (50.0, 50.0, 40.0), stand(100.0, 100.0)) == "area"
+    assert verdict(g, (50.0, 50.0, 40.0), stand(100.0, 122.0)) == "area", "the margin belongs to it"
+    assert verdict(g, (50.0, 100.0, 40.0), stand(150.0, 100.0)) == "area", "the way leads across"
+    assert verdict(g, (50.0, 50.0, 40.0), stand(150.0, 50.0)) == ""
+    assert not g.inside((100.0, 100.0, 40.0))
+    assert g.outside_m((100.0, 115.0, 40.0)) == pytest.approx(5.0, abs=0.1)
+
+
+def test_how_far_outside() -> None:
+    assert guard().outside_m((100.0, 100.0, 40.0)) == 0.0
+    assert guard().outside_m((210.0, 100.0, 40.0)) == pytest.approx(10.0)
+
+
+def test_another_round_is_another_area() -> None:
+    g = guard()
+    g.set_round(LIMITS, OperatingArea(Rectangle(centre_m=(50.0, 50.0), width_m=100.0, height_m=100.0), 20.0, 90.0), ())
+    assert verdict(g, (50.0, 50.0, 40.0), stand(150.0, 150.0)) == "area"
+
+
+# ---------------------------------------------------------------- band, speed, rate
+
+
+@pytest.mark.parametrize("z", [10.0, 19.0, 91.0, 1e6])
+def test_outside_the_altitude_band_is_vetoed(z: float) -> None:
+    assert verdict(guard(), (50.0, 50.0, 40.0), stand(60.0, 50.0, z)) == "band"
+
+
+def test_half_a_metre_of_tolerance_in_height() -> None:
+    assert verdict(guard(), (50.0, 50.0, 21.0), stand(60.0, 50.0, 19.6)) == ""
+
+
+def test_back_towards_the_band_passes() -> None:
+    assert verdict(guard(), (50.0, 50.0, 120.0), stand(60.0, 50.0, 100.0)) == ""
+    assert verdict(guard(), (50.0, 50.0, 5.0), stand(60.0, 50.0, 10.0)) == ""
+    assert verdict(guard(), (50.0, 50.0, 100.0), stand(60.0, 50.0, 120.0)) == "band"
+
+
+def test_faster_than_the_limit_is_vetoed() -> None:
+    assert verdict(guard(), (50.0, 50.0, 40.0), passing(50.0, 50.0, vx=8.5)) == "speed"
+    assert verdict(guard(), (50.0, 50.0, 40.0), passing(50.0, 50.0, vx=8.3)) == "", "5 % of tolerance"
+
+
+def test_set_points_too_close_in_time_are_vetoed_per_vehicle() -> None:
+    g = guard()
+    assert verdict(g, (50.0, 50.0, 40.0), stand(60.0, 50.0), now=0.0) == ""
+    assert verdict(g, (50.0, 50.0, 40.0), stand(60.0, 50.0), now=0.05) == "rate"
+    assert g.judge(mover((90.0, 50.0, 40.0), id_=2), stand(90.0, 60.0), [], 0.05).ok, "another vehicle is not meant"
+    assert verdict(g, (50.0, 50.0, 40.0), stand(60.0, 50.0), now=0.1) == "", "a vetoed one does not count"
+
+
+def test_vetoes_found_elsewhere_are_counted_too() -> None:
+    g = guard()
+    assert g.veto("unknown vehicle", "planner names vehicle 9").text == "planner names vehicle 9"
+    assert g.vetoes == {"unknown vehicle": 1}
+
+
+# ---------------------------------------------------------------- separation
+
+
+def test_a_predicted_meeting_is_vetoed() -> None:
+    """Head on at 8 m/s from 60 m apart: within 10 m of each other after 3.5 s."""
+    oncoming = mover((110.0, 50.0, 40.0), velocity=(-8.0, 0.0, 0.0), id_=2)
+    judged = guard().judge(mover((50.0, 50.0, 40.0), c := passing(50.0, 50.0, vx=8.0)), c, [oncoming], 0.0)
+    assert (judged.code, judged.text) == ("separation", "too close to vehicle 2 in 3.5 s")
+
+
+def test_height_separates() -> None:
+    oncoming = mover((110.0, 50.0, 47.0), velocity=(-8.0, 0.0, 0.0), id_=2)
+    assert verdict(guard(), (50.0, 50.0, 40.0), passing(50.0, 50.0, vx=8.0), oncoming) == ""
+
+
+def test_the_others_course_is_known_not_only_its_velocity() -> None:
+    stops = mover((110.0, 50.0, 40.0), course=stand(100.0, 50.0), velocity=(-8.0, 0.0, 0.0), id_=2)
+    assert verdict(guard(), (50.0, 50.0, 40.0), passing(50.0, 50.0, vx=5.0), stops) == ""
+
+
+def test_leading_apart_is_allowed_and_staying_close_is_not_made_closer() -> None:
+    near = mover((56.0, 50.0, 40.0), id_=2)
+    assert verdict(guard(), (50.0, 50.0, 40.0), stand(20.0, 50.0), near) == "", "away from it"
+    assert verdict(guard(), (50.0, 50.0, 40.0), stand(50.0, 50.0), near) == "", "no closer than now"
+    assert verdict(guard(), (50.0, 50.0, 40.0), stand(54.0, 50.0), near) == "separation"
+    assert verdict(guard(), (50.0, 50.0, 40.0), stand(90.0, 50.0), near) == "separation", "apart, but through it"
+
+
+def test_columns_and_the_ground_are_exempt() -> None:
+    goes = stand(60.0, 50.0)
+    assert verdict(guard(), (50.0, 50.0, 40.0), goes, mover((60.0, 50.0, 40.0), id_=2)) == "separation"
+    assert verdict(guard(), (50.0, 50.0, 40.0), goes, mover((60.0, 50.0, 40.0), id_=2, column=True)) == ""
+    assert verdict(guard(), (50.0, 50.0, 40.0), stand(60.0, 50.0, 20.0), mover((60.0, 50.0, 1.0), id_=2)) == ""
+    climbing = mover((50.0, 50.0, 40.0), goes, column=True)
+    assert guard().judge(climbing, goes, [mover((60.0, 50.0, 40.0), id_=2)], 0.0).ok
+    low = mover((50.0, 50.0, 1.0), lift := stand(50.0, 50.0, 20.0))
+    assert guard().judge(low, lift, [mover((50.0, 52.0, 20.0), id_=2)], 0.0).ok
+
+
+def test_nobody_is_too_close_to_himself() -> None:
+    me = mover((50.0, 50.0, 40.0), course := stand(60.0, 50.0))
+    assert guard().judge(me, course, [me], 0.0).ok
+
+
+def test_an_unknown_velocity_predicts_standing_still() -> None:
+    path = predict((1.0, 2.0, 3.0), (math.nan, math.nan, math.nan), None, 0.0)
+    assert path.tolist() == [[1.0, 2.0, 3.0]] * 11
+
+
+# ---------------------------------------------------------------- property
+
+targets = st.tuples(st.floats(-40.0, 240.0), st.floats(-40.0, 240.0), st.floats(0.0, 120.0))
+speeds = st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0))
+
+
+@settings(max_examples=60, deadline=None)
+@given(shape=st.sampled_from([SQUARE, L_SHAPE]), wishes=st.lists(st.tuples(targets, speeds), min_size=1, max_size=12))
+def test_whoever_follows_only_what_passed_stays_inside(
+    shape: Shape, wishes: list[tuple[tuple[float, float, float], tuple[float, float]]]
+) -> None:
+    """A point mass obeys set-points that passed and brakes for others, as steering does; 3 s per wish, 5 Hz."""
+    g = guard(shape)
+    place, velocity = np.array([30.0, 30.0, 40.0]), np.zeros(3)
+    now = 0.0
+    for (x, y, z), (vx, vy) in wishes:
+        t = np.arange(4.0)[:, None]
+        moving = np.array([[vx, vy, 0.0]])
+        track = Track(now, 1.0, np.array([[x, y, z]]) + t * moving, np.repeat(moving, 4, axis=0))
+        for course in (track, Stand((x, y, z), 8.0)):
+            hold: Vec3 | None = None
+            for _ in range(15):
+                here: Vec3 = (float(place[0]), float(place[1]), float(place[2]))
+                v: Vec3 = (float(velocity[0]), float(velocity[1]), float(velocity[2]))
+                if g.judge(Mover(1, here, predict(here, v, course, now)), course, [], now).ok:
+                    hold, wanted = None, course.at(now)[0]
+                else:
+                    hold = hold or stopping_point(here, v, LIMITS.accel_m_s2)
+                    wanted = hold
+                for _ in range(4):
+                    place, velocity = _fly(place, velocity, np.array(wanted), 0.05)
+                    assert g.outside_m((float(place[0]), float(place[1]), 0.0)) == 0.0
+                    assert 19.0 <= place[2] <= 91.0
+                now += 0.2
+
+
+def _fly(place: np.ndarray, velocity: np.ndarray, target: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """One step of a vehicle that flies to `target` as fast as it can still stop there: 8 m/s, 2.5 m/s²."""
+    gap = target - place
+    distance = float(np.linalg.norm(gap))
+    speed = min(8.0, math.sqrt(2 * 2.5 * distance), distance / dt)
+    wanted = gap / distance * speed if distance > 1e-9 else np.zeros(3)
+    change = wanted - velocity
+    size = float(np.linalg.norm(change))
+    velocity = velocity + change * min(1.0, 2.5 * dt / size if size > 1e-9 else 1.0)
+    return place + velocity * dt, velocity
+
+
+# ---------------------------------------------------------------- courses
+
+
+def test_a_track_between_before_and_after_its_samples() -> None:
+    track = Track(10.0, 1.0, np.array([[0.0, 0.0, 30.0], [4.0, 0.0, 30.0]]), np.array([[4.0, 0.0, 0.0]] * 2))
+    assert track.at(10.5) == ((2.0, 0.0, 30.0), (4.0, 0.0, 0.0))
+    assert track.at(99.0) == ((4.0, 0.0, 30.0), (0.0, 0.0, 0.0)), "after the last sample it stays"
+    assert track.at(5.0) == ((0.0, 0.0, 30.0), (0.0, 0.0, 0.0)), "before the first it waits there"
+
+
+@pytest.mark.parametrize(
+    ("intent", "why"),
+    [
+        (Intent(1, "goto"), "goto without a finite position"),
+        (Intent(1, "goto", position_m=(math.nan, 0.0, 30.0)), "goto without a finite position"),
+        (Intent(1, "goto", position_m=(0.0, math.inf, 30.0)), "goto without a finite position"),
+        (Intent(1, "track"), "at least two samples"),
+        (Intent(1, "track", dt_s=1.0, positions_m=((0.0, 0.0, 30.0),) * 2), "as many velocities"),
+        (
+            Intent(1, "track", dt_s=0.0, positions_m=((0.0, 0.0, 30.0),) * 2, velocities_m_s=((0.0, 0.0, 0.0),) * 2),
+            "dt_s > 0",
+        ),
+        (
+            Intent(1, "track", dt_s=1.0, positions_m=((math.nan, 0.0, 30.0),) * 2, velocities_m_s=((0.0,) * 3,) * 2),
+            "not finite samples",
+        ),
+        (
+            Intent(1, "track", dt_s=1.0, positions_m=((0.0,) * 3,) * 601, velocities_m_s=((0.0,) * 3,) * 601),
+            "too many",
+        ),
+        (
+            Intent(1, "track", t0_s=math.nan, dt_s=1.0, positions_m=((0.0,) * 3,) * 2, velocities_m_s=((0.0,) * 3,) * 2),
+            "times are not finite",
+        ),
+    ],
+)
+def test_nonsense_is_no_course(intent: Intent, why: str) -> None:
+    course = course_of(intent, 8.0)
+    assert isinstance(course, str)
+    assert why in course
+
+
+def test_a_stop_is_v_squared_over_two_a_ahead() -> None:
+    assert stopping_point((0.0, 0.0, 30.0), (8.0, 0.0, 0.0), 2.5) == pytest.approx((12.8, 0.0, 30.0))
+    assert stopping_point((1.0, 2.0, 3.0), (math.nan, 0.0, 0.0), 2.5) == (1.0, 2.0, 3.0)
