@@ -1,0 +1,53 @@
+# make demo   watch eight simulated vehicles patrol two zones
+# make test   style, types and all tests
+# make bench  the measured figures
+# make lint   style and types only
+#
+# Each makes .venv with pinned packages first; nothing is installed outside this folder, no root is needed.
+# Another interpreter: make PYTHON=python3.12 test
+
+PYTHON = python3
+BIN = .venv/bin
+PIP = $(BIN)/python -m pip --disable-pip-version-check --quiet install --constraint constraints.txt
+BUILD = $(PIP) setuptools && $(PIP) --no-build-isolation --editable
+
+.PHONY: demo test bench lint clean
+
+demo: .venv/installed
+	$(BIN)/tui-gcs demo
+
+test: lint
+	$(BIN)/pytest --numprocesses 2 -m "not process"
+	$(BIN)/pytest -m process
+
+bench: .venv/installed-dev
+	$(BIN)/python -m tests.bench
+
+lint: .venv/installed-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+clean:
+	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info
+
+# A stamp is newer than what it was made from, so an installation is made once, and again when the pins change.
+.venv/installed: pyproject.toml constraints.txt .venv/made
+	@echo "installing into .venv ..."
+	@$(BUILD) .
+	@touch $@
+
+.venv/installed-dev: pyproject.toml constraints.txt .venv/made
+	@echo "installing into .venv, with the tools for tests ..."
+	@$(BUILD) '.[dev]'
+	@touch .venv/installed $@
+
+.venv/made:
+	@command -v $(PYTHON) >/dev/null || \
+	  { echo "tui-gcs needs Python 3.11 or newer: there is no $(PYTHON) here" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "tui-gcs needs Python 3.11 or newer; name one with: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
+	  { echo "$(PYTHON) has no venv module; install it (Debian, Ubuntu: the package python3-venv)" >&2; exit 1; }
+	@$(PYTHON) -m venv --clear .venv
+	@touch $@
