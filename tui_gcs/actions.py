@@ -15,7 +15,7 @@ class Action:
 
     `id` names the method (`action_<id>`) of the app or screen. `keys` are Textual key names, none if the key is handled
     elsewhere; `shown` is the key as a human reads it. `label` stands in the footer (empty: only in the help), and a
-    higher `weight` stays longest in a narrow one.
+    higher `weight` stays longest in a narrow one. An empty `help` is told by the action before it.
     """
 
     id: str
@@ -35,12 +35,12 @@ APP_ACTIONS = (
         ("space",),
         "Space",
         "start/stop",
-        "on the ground: start the round (asks). In flight: HOLD all at once, no question",
+        "on the ground: start (asks). In flight: HOLD at once",
         COMMAND,
         9,
     ),
     Action("return_and_land", ("r",), "r", "return", "return and land, from flight or hold", COMMAND, 7),
-    Action("hold_all", (), "!h", "HOLD ALL", "hold all vehicles, from anywhere: dialogs and forms too", COMMAND, 10),
+    Action("hold_all", (), "!h", "HOLD ALL", "hold all vehicles, also from dialogs and forms", COMMAND, 10),
     Action("choose_round", ("o",), "o", "round", "make another round the present one, in flight too", COMMAND, 5),
     Action("show_fly", ("f",), "f", "Fly", "map, fleet, events", SCREENS, 4),
     Action("show_plan", ("p",), "p", "Plan", "zones, rounds, teams", SCREENS, 4),
@@ -49,25 +49,17 @@ APP_ACTIONS = (
 )
 
 FLY_ACTIONS = (
-    Action(
-        "enter",
-        ("enter",),
-        "Enter",
-        "resume",
-        "in hold: go on with the planner. After digits: select that vehicle",
-        COMMAND,
-        6,
-    ),
+    Action("enter", ("enter",), "Enter", "resume", "in hold: the planner goes on", COMMAND, 6),
     Action("select_next", ("n",), "n/N", "select", "next and previous vehicle", SELECT, 3),
-    Action("select_previous", ("N", "shift+n"), "N", "", "previous vehicle", SELECT),
+    Action("select_previous", ("N", "shift+n"), "N", "", "", SELECT),
     Action("digit", tuple("0123456789"), "1..9", "", "number, then Enter: select that vehicle", SELECT),
     Action("cancel", ("escape",), "Esc", "", "forget typed digits, end follow", SELECT),
-    Action("pan_left", ("left", "h"), "left h", "", "move the map west", VIEW),
-    Action("pan_down", ("down", "j"), "down j", "", "move the map south", VIEW),
-    Action("pan_up", ("up", "k"), "up k", "", "move the map north", VIEW),
-    Action("pan_right", ("right", "l"), "right l", "", "move the map east", VIEW),
-    Action("zoom_in", ("plus", "equals_sign"), "+ -", "zoom", "closer", VIEW, 2),
-    Action("zoom_out", ("minus",), "-", "", "farther", VIEW),
+    Action("pan_left", ("left", "h"), "arrows", "", "move the map; h j k l too", VIEW),
+    Action("pan_down", ("down", "j"), "down", "", "", VIEW),
+    Action("pan_up", ("up", "k"), "up", "", "", VIEW),
+    Action("pan_right", ("right", "l"), "right", "", "", VIEW),
+    Action("zoom_in", ("plus", "equals_sign"), "+ -", "zoom", "closer, farther", VIEW, 2),
+    Action("zoom_out", ("minus",), "-", "", "", VIEW),
     Action("fit", ("z",), "z", "fit", "everything in view", VIEW, 2),
     Action("follow", ("F", "shift+f"), "F", "follow", "keep the selected vehicle in view, or stop it", VIEW, 1),
 )

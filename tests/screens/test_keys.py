@@ -207,8 +207,8 @@ async def test_help_lists_every_action() -> None:
     async with console(NARROW) as c:
         await c.press("question_mark")
         assert isinstance(c.app.screen, HelpDialog)
-        for word in ("HOLD", "start the round", "go on with", "farther", "leave; station"):
-            assert any(word in "".join(t for t, _ in line) for line in c.app.screen._all())
+        for word in ("HOLD", "start (asks)", "planner goes on", "farther", "leave; station"):
+            assert any(word in "".join(t for t, _ in line) for line in c.app.screen.all_lines())
         await c.press("escape")
         assert isinstance(c.app.screen, FlyScreen)
 

@@ -286,24 +286,26 @@ class HelpDialog(TextDialog[None]):
             self._scroll(-1 if event.key in ("up", "k") else -10)
 
     def _scroll(self, by: int) -> None:
-        room = self.box.size.height
-        self._first = max(0, min(self._first + by, len(self._all()) - room))
+        self._first = max(0, min(self._first + by, len(self.all_lines()) - self._room()))
         self.redraw()
 
+    def _room(self) -> int:
+        """Lines for keys: the box less its border and the last line."""
+        return max(1, self.size.height - 2 - 3)
+
     def body(self) -> list[Line]:
-        """Groups of keys."""
-        return self._all()[self._first :]
+        """The keys that fit, and how to leave."""
+        room, lines = self._room(), self.all_lines()
+        more = "   arrows: more" if len(lines) > room else ""
+        return [*lines[self._first : self._first + room], [(" Esc = close ", Ink.SELECTED), (more, Ink.MUTED)]]
 
-    def redraw(self) -> None:
-        """Keep the box as high as all keys need."""
-        super().redraw()
-        self.box.styles.height = min(len(self._all()) + 2, self.size.height - 2)
-
-    def _all(self) -> list[Line]:
+    def all_lines(self) -> list[Line]:
+        """All keys, by group."""
         lines: list[Line] = []
         for group in dict.fromkeys(action.group for action in self._actions):
-            lines.append([(group, Ink.ADVISORY)])
-            for action in self._actions:
-                if action.group == group:
-                    lines.append([(f"  {action.shown:<9}", Ink.BOLD), (action.help, Ink.TEXT)])
-        return [*lines, [(" Esc = close ", Ink.SELECTED), ("  arrows scroll", Ink.MUTED)]]
+            told = [action for action in self._actions if action.group == group and action.help]
+            for index, action in enumerate(told):
+                name = group if index == 0 else ""
+                keys = (f"{action.shown:<8} ", Ink.BOLD)
+                lines.append([(f"{name:<9}", Ink.ADVISORY), keys, (action.help, Ink.TEXT)])
+        return lines

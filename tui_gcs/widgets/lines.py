@@ -42,6 +42,8 @@ class LinesView(Widget):
         if not self.is_attached or self.size.width == 0:
             return
         new = [list(line) for line in self.lines(self.size.width, self.size.height)]
+        if not self.glyphs.braille:
+            new = [[(text.encode("ascii", "replace").decode(), ink) for text, ink in line] for line in new]
         old, self._lines = self._lines, new
         changed = [y for y in range(max(len(old), len(new))) if _at(old, y) != _at(new, y)]
         for y in changed:

@@ -54,7 +54,7 @@ class BriefPanel(LinesView):
     def show(self, status: StationStatus | None, row: VehicleRow | None) -> None:
         """Show this vehicle and this status."""
         self._status, self._row = status, row
-        set_title(self, f"{row.id} · planner" if row is not None else "planner")
+        set_title(self, f"{row.id}, planner" if row is not None else "planner")
         self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:

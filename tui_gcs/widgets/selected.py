@@ -44,9 +44,9 @@ def selected_lines(row: VehicleRow, glyphs: GlyphSet) -> list[list[Run]]:
     """The wide form."""
     known = row.freshness is not Freshness.LOST
     alt, climb = row.position_m[2], row.velocity_m_s[2]
-    team = f" · team {row.team}" if row.team else ""
+    team = f"   team {row.team}" if row.team else ""
     return [
-        [(f"vehicle {row.id} · {row.autopilot} {row.vehicle_type}{team}", Ink.BOLD)],
+        [(f"vehicle {row.id}   {row.autopilot} {row.vehicle_type}{team}", Ink.BOLD)],
         _pair("state", f"{row.mode}  {'ARMED' if row.armed else 'disarmed'}  {row.phase}", INKS[level_of(row)]),
         _pair("alt", _if(known, f"{number(alt, 1)} m rel  {number(row.alt_amsl_m, 1)} amsl  climb {_signed(climb)}")),
         _pair("spd", _if(known, f"{number(speed_m_s(row.velocity_m_s), 1)} m/s   hdg {_heading(row, glyphs)}")),

@@ -8,6 +8,8 @@ def set_title(widget: Widget, text: str) -> None:
     """Title a widget's border; brackets in `text` are letters, not markup.
 
     A plain string given to `border_title` would be parsed as markup, and Textual's own escaping does not survive an
-    unclosed bracket.
+    unclosed bracket. A widget of class `-ascii` gets ASCII only.
     """
+    if widget.has_class("-ascii"):
+        text = text.encode("ascii", "replace").decode()
     widget.border_title = Text(text)
