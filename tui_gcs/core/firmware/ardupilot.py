@@ -27,6 +27,8 @@ CMD_LAND, CMD_TAKEOFF = 21, 22
 CMD_SET_MODE, CMD_CHANGE_SPEED = 176, 178
 CMD_ARM_DISARM, CMD_SET_MESSAGE_INTERVAL, CMD_REQUEST_MESSAGE = 400, 511, 512
 CUSTOM_MODE_ENABLED = 1
+HOLD_SETTLES_S = 0.8
+"""A vehicle that did not get the hold and begins to move is faster than 0.5 m/s after this time."""
 
 STREAMS_HZ = {
     33: 10.0,  # GLOBAL_POSITION_INT
@@ -127,14 +129,16 @@ class ArduCopter:
         return action
 
     def hold(self, vehicle: int, point_m: Vec3) -> Action:
-        """Brake and stay at `point_m`; done when it hardly moves."""
-        return Action(
-            vehicle,
-            "hold",
-            Retry.STOP,
-            send=lambda copy: self.position(vehicle, point_m),
-            confirmed=lambda v: v.custom_mode == GUIDED and math.hypot(*v.velocity_m_s) < 0.5,
+        """Brake and stay at `point_m`; done when it hardly moves, and not only in the moment the hold was sent."""
+
+        def stands(v: Vehicle) -> bool:
+            settled = v.position_s > action.first_s + HOLD_SETTLES_S
+            return settled and v.custom_mode == GUIDED and math.hypot(*v.velocity_m_s) < 0.5
+
+        action = Action(
+            vehicle, "hold", Retry.STOP, send=lambda copy: self.position(vehicle, point_m), confirmed=stands
         )
+        return action
 
     def brake(self, vehicle: int) -> Action:
         """BRAKE: the hold of a vehicle that is not in GUIDED."""

@@ -75,6 +75,8 @@ class Action:
     housekeeping: bool = False
     """A request for information or rates: no stop needs to cancel it."""
     sent: int = 0
+    first_s: float = 0.0
+    """When the first copy was sent."""
     next_s: float = 0.0
     acked_s: float | None = None
     refused_s: float | None = None
@@ -141,7 +143,7 @@ class CommandService:
 
     def _run(self, action: Action, vehicle: Vehicle | None) -> None:
         now = self._clock.now()
-        if vehicle is not None and action.sent and action.confirmed(vehicle):
+        if vehicle is not None and self._is_shown(action, vehicle):
             self._end(action, Outcome.CONFIRMED, "")
         elif action.refused_s is not None and action.retry is not Retry.STOP:
             if now - action.refused_s >= REASON_WAIT_S:
@@ -151,6 +153,12 @@ class CommandService:
                 self._end(action, Outcome.NOT_CONFIRMED, self._why(action, vehicle))
         elif now >= action.next_s - 1e-9 and not self._waits_its_turn(action):
             self._send_or_expire(action, now)
+
+    def _is_shown(self, action: Action, vehicle: Vehicle) -> bool:
+        """Whether telemetry shows it done. A stop is not confirmed by a picture that is older than the order."""
+        if not action.sent or (action.retry is Retry.STOP and vehicle.heartbeat_s <= action.first_s):
+            return False
+        return action.confirmed(vehicle)
 
     def _waits_its_turn(self, action: Action) -> bool:
         """An ACK names only the command: so one of a kind is under way per vehicle, in order of submission."""
@@ -164,6 +172,8 @@ class CommandService:
         return False
 
     def _send_or_expire(self, action: Action, now: float) -> None:
+        if not action.sent:
+            action.first_s = now
         if action.sent < action.retry.copies:
             action.send(action.sent)
             action.sent += 1
