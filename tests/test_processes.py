@@ -67,7 +67,7 @@ def until(what: Callable[[], bool], seconds: float, why: str) -> None:
 
 def processes(part: str) -> list[int]:
     """Ids of this run's processes whose command line has `part` and our runtime directory."""
-    listing = subprocess.run(["ps", "-eo", "pid,args"], capture_output=True, text=True, check=True).stdout
+    listing = subprocess.run(["ps", "-ww", "-eo", "pid,args"], capture_output=True, text=True, check=True).stdout
     ours = os.environ["TUI_GCS_RUNTIME_DIR"]
     return [int(line.split()[0]) for line in listing.splitlines() if part in line and ours in line]
 
@@ -151,8 +151,10 @@ def test_a_killed_station_comes_back_with_the_whole_picture_and_sends_nothing(fl
         os.kill(pid, signal.SIGKILL)
     until(lambda: fleet.status is not None and fleet.status.armed == 8, 15, "the whole picture again")
     until(lambda: fleet.phases() == {m.Phase.HOLDING}, 10, "nobody is steered")
-    time.sleep(4)  # ArduCopter brakes 3 s after the last velocity target
-    assert max(abs(v) for velocity in fleet.frame.velocity_m_s for v in velocity) < 0.5
+    # ArduCopter brakes 3 s after the last velocity target, from 8 m/s in another 3.2 s
+    until(lambda: max(abs(v) for velocity in fleet.frame.velocity_m_s for v in velocity) < 0.1, 10, "all hover")
+    time.sleep(2)
+    assert max(abs(v) for velocity in fleet.frame.velocity_m_s for v in velocity) < 0.1, "and go on hovering"
     assert fleet.status.run is m.RunPhase.HOLD
 
 

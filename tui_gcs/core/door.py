@@ -7,10 +7,11 @@ from collections import Counter
 from typing import Any
 
 from tui_gcs.core.clock import Clock
+from tui_gcs.core.events import ALERT, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.links import Link
-from tui_gcs.core.messages import Kind
+from tui_gcs.core.messages import EventClass, Kind
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.encode import Encoder
@@ -30,6 +31,7 @@ class Door:
         recorder: TlogWriter,
         journal: Journal,
         clock: Clock,
+        events: EventLog,
         kind: Kind,
         token: str,
     ) -> None:
@@ -40,6 +42,7 @@ class Door:
         self._recorder = recorder
         self._journal = journal
         self._clock = clock
+        self._events = events
         self._kind = kind
         self._token = token
         self._setpoints: Counter[int] = Counter()
@@ -94,16 +97,22 @@ class Door:
     def _send(self, vehicle_id: int, name: str, fields: dict[str, Any]) -> None:
         vehicle = self._fleet.vehicles.get(vehicle_id)
         if vehicle is None or vehicle_id == 0:
-            self.refused["unknown vehicle"] += 1
+            self._refuse(vehicle_id, name, "unknown vehicle")
             return
         purpose = f"{name}:{fields['command']}" if "command" in fields else name
         if purpose not in HOUSEKEEPING and not self.is_ours(vehicle):
-            self.refused["not one of our simulated vehicles"] += 1
+            self._refuse(vehicle_id, name, "not one of our simulated vehicles")
             return
         frame = self._encoder.encode(name, target_system=vehicle.id, target_component=vehicle.component, **fields)
         self._recorder.write(self._clock.wall(), frame)
         self._links[vehicle.link].send(frame, vehicle.address)
         self.sent += 1
+
+    def _refuse(self, vehicle_id: int, name: str, why: str) -> None:
+        """Nothing that was meant for a vehicle is lost silently."""
+        self.refused[why] += 1
+        text = f"{name} NOT SENT: {why}"
+        self._events.say(EventClass.PROCESSING, f"vehicle {vehicle_id}", text, ALERT, every_s=5)
 
 
 def _numbers(fields: dict[str, Any]) -> dict[str, float]:

@@ -25,6 +25,8 @@ LAYER_TOLERANCE_M = 1.0
 OVER_HOME_M = 1.5
 OVER_HOME_SPEED_M_S = 0.7
 LANDING_GAP_S = 2.0
+STUCK_S = 15.0
+"""A returning vehicle that does not move for this long is told."""
 TARGET_GAP_S = 1.0
 """Return targets are said again this often."""
 OUT_MODE_GRACE_S = 3.0
@@ -336,6 +338,13 @@ class Executive:
         if now >= self._next_target_s.get(flight.vehicle, 0.0):
             self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
             self._firmware.position(flight.vehicle, flight.course.at(now)[0])
+            if (
+                flight.step != "over home"
+                and now - flight.since_s > STUCK_S
+                and math.hypot(*vehicle.velocity_m_s) < 0.3
+            ):
+                text = f"does not return: stands still for {STUCK_S:.0f} s"
+                self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
 
     def _is_over_home(self, flight: Flight, vehicle: Vehicle, home: Vec3) -> bool:
         miss = math.hypot(vehicle.position_m[0] - home[0], vehicle.position_m[1] - home[1])

@@ -43,7 +43,9 @@ FRAME_GAP_S = 0.1
 STATUS_GAP_S = 0.5
 HEARTBEAT_GAP_S = 1.0
 ASK_AGAIN_S = 5.0
-"""A vehicle that is heard but shows no position is asked for its messages again this often."""
+"""A vehicle that is heard but shows no position is asked for its messages again after this long, …"""
+ASK_SELDOM = 16
+"""… then after twice that, and so on up to this many times as long."""
 SYSTEM_ID = {Kind.SIM: 254, Kind.LIVE: 255}
 """SIM and LIVE stations never speak with the same id (architecture.md)."""
 COMPONENT_ID = 190
@@ -98,7 +100,9 @@ class Station:
         self.guard = Guard(self.scenario.limits, self.round.area, self.no_fly())
         self.commands = CommandService(clock, self.events)
         encoder = Encoder(SYSTEM_ID[config.kind], COMPONENT_ID)
-        self.door = Door(self.links, self.fleet, encoder, recorder, journal, clock, config.kind, config.token)
+        self.door = Door(
+            self.links, self.fleet, encoder, recorder, journal, clock, self.events, config.kind, config.token
+        )
         self.firmware = ArduCopter(self.door, frame)
         self.steering = Steering(self.fleet, self.book, self.guard, self.firmware, self.commands, self.events, clock)
         speed = self.scenario.limits.speed_m_s
@@ -115,7 +119,8 @@ class Station:
         self._assigned_for: tuple[int, ...] = ()
         self._frame_seq = self._status_seq = 0
         self._next_frame_s = self._next_status_s = self._next_heartbeat_s = -math.inf
-        self._asked_s: dict[int, float] = {}
+        self._ask_next_s: dict[int, float] = {}
+        self._asked: Counter[int] = Counter()
         self._last_state: object = None
         self._listen()
         self._make_desks()
@@ -210,18 +215,22 @@ class Station:
                 self.new_tasks()
 
     def _ask_for_telemetry(self) -> None:
-        """Autopilots forget message intervals at reboot: a vehicle that shows no position is asked again."""
+        """Ask every vehicle who it is, and for its messages: autopilots forget intervals at reboot."""
         now = self.clock.now()
         for vehicle in self.fleet.vehicles.values():
-            silent = now - vehicle.position_s > 3.0 and now - vehicle.heard_s < 2.0
-            if silent and now - self._asked_s.get(vehicle.id, -math.inf) >= ASK_AGAIN_S:
-                self._ask(vehicle)
+            if now - vehicle.heard_s > 2.0 or now < self._ask_next_s.get(vehicle.id, -math.inf):
+                continue
+            silent = now - vehicle.position_s > 3.0
+            if silent or not vehicle.identified:
+                asked = self._asked[vehicle.id]
+                self._asked[vehicle.id] += 1
+                self._ask_next_s[vehicle.id] = now + ASK_AGAIN_S * min(2**asked, ASK_SELDOM)
+                self._ask(vehicle, silent=silent)
 
-    def _ask(self, vehicle: Vehicle) -> None:
-        self._asked_s[vehicle.id] = self.clock.now()
+    def _ask(self, vehicle: Vehicle, *, silent: bool = True) -> None:
         if not vehicle.identified:
             self.commands.submit(self.firmware.version(vehicle.id))
-        for message, hz in STREAMS_HZ.items():
+        for message, hz in STREAMS_HZ.items() if silent else ():
             self.commands.submit(self.firmware.interval(vehicle.id, message, hz))
 
     # ---------------------------------------------------------------- rounds and teams
@@ -279,7 +288,7 @@ class Station:
 
     def _listen(self) -> None:
         self.fleet.on_message("COMMAND_ACK", self._on_ack)
-        self.fleet.on_reboot(self._ask)
+        self.fleet.on_reboot(self._on_reboot)
         self.bus.subscribe(keys.PLAN.format(team="*"), self._on_plan)
         self.bus.answer(keys.REQUEST.format(principal="*"), self._on_question)
         self.bus.watch(keys.ALIVE.format(principal="*"), self._on_alive)
@@ -289,6 +298,11 @@ class Station:
             self.commands.on_ack(vehicle, fields["command"], fields["result"])
         else:
             self.commands.ignored["ack for another station"] += 1
+
+    def _on_reboot(self, vehicle: Vehicle) -> None:
+        self._asked[vehicle.id] = 0
+        self._ask_next_s.pop(vehicle.id, None)
+        self._ask(vehicle)
 
     def _on_plan(self, key: str, payload: bytes) -> None:
         team = key.split("/")[2]
