@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.idleness import sweep_bound_s
+from tui_gcs.core.idleness import cell_centres_m, sweep_bound_s
 from tui_gcs.core.zones import area_m2
 from tui_gcs.planner.api import Annotation, Context, Fleet, Intent, Output, Param, ParamValue, Planner, PlannerTask
 from tui_gcs.planner.design import design
@@ -73,7 +73,7 @@ class Patrol(Planner):
             "",
             "tour speed as a share of the speed limit; the rest catches up",
         ),
-        Param("margin_m", float, 1.5, 0.0, 5.0, "m", "planned footprint is smaller by this, for tracking errors"),
+        Param("margin_m", float, 1.0, 0.0, 5.0, "m", "planned footprint is smaller by this, for tracking errors"),
         Param("direction", str, "auto", choices=("auto", "cw", "ccw"), help="sense of the tour: auto is as designed"),
     )
 
@@ -85,7 +85,7 @@ class Patrol(Planner):
         planned_radius_m = max(radius_m - float(params["margin_m"]), radius_m * 0.5)
         motion = Motion(limits.speed_m_s * float(params["speed_fraction"]), accel, planned_radius_m)
         self._region = Region(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
-        self._design = design(task.zone.shape, self._region, motion, radius_m, len(task.members))
+        self._design = design(task.zone.shape, self._region, motion, radius_m, len(task.members), rng)
         self._tour = turned(self._design.tour, str(params["direction"]))
         self._mobility = Mobility(limits.speed_m_s * TRANSIT_SPEED_SHARE, accel)
         self._state = _State()
@@ -197,8 +197,6 @@ class Patrol(Planner):
     def _predicted_worst_s(self, n: int) -> float:
         if n == max(1, len(self.task.members)):
             return self._design.real.worst_s
-        from tui_gcs.core.idleness import cell_centres_m
-
         cells = cell_centres_m(self.task.zone.shape, 5.0)
         return evaluate(self._tour, cells, self.task.footprint_radius_m, n).worst_s
 

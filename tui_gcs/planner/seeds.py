@@ -1,4 +1,4 @@
-"""First guesses of a closed tour of a zone: combs, there-and-back lanes and spirals, as rough polylines.
+"""First guesses of a closed tour of a zone: combs, there-and-back lanes, spirals and rings, as rough polylines.
 
 They need not be smooth nor cover everything: `smoothing` bends them. What matters is their topology, how many lanes
 lie in which order, which descent cannot change.
@@ -12,9 +12,15 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from tui_gcs.planner.tour import resampled
+
 Floats = NDArray[np.floating[Any]]
 
 TURN_STEPS = 48
+RING_STEP_M = 3.0
+RING_WIDTHS = (0.85, 1.0, 1.15)
+"""Half a lane, in footprint radii."""
+LEAST_RING_M2 = 30.0
 
 
 def seeds(zone: shapely.Polygon, radius_m: float) -> Iterator[tuple[str, Floats]]:
@@ -31,6 +37,26 @@ def seeds(zone: shapely.Polygon, radius_m: float) -> Iterator[tuple[str, Floats]
     for lanes in sorted({arms, arms + 1, max(1, arms - 1)}):
         for start in range(0, 360, 90):
             yield f"spiral {lanes} {start}", double_spiral(zone, lanes, radius_m, base + math.radians(start))
+    yield from rings(zone, radius_m)
+
+
+def rings(zone: shapely.Polygon, radius_m: float) -> Iterator[tuple[str, Floats]]:
+    """The zone's contour moved inwards by odd numbers of half lanes: the outer rings one after the other."""
+    for wide in RING_WIDTHS:
+        inset_m, gate = wide * radius_m, None
+        path: list[Floats] = []
+        while True:
+            inner = shapely.buffer(zone, -inset_m, join_style="mitre")
+            part = max(getattr(inner, "geoms", [inner]), key=lambda g: g.area)
+            if part.area < LEAST_RING_M2:
+                break
+            ring = resampled(shapely.get_coordinates(part.exterior)[:-1], RING_STEP_M)
+            if gate is not None:
+                ring = np.roll(ring, -int(np.argmin(np.hypot(*(ring - gate).T))), axis=0)
+            gate = ring[-1]
+            path.append(ring)
+            inset_m += 2.0 * wide * radius_m
+            yield f"rings {wide:g} {len(path)}", np.vstack(path)
 
 
 class _Turned:

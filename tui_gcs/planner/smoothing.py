@@ -1,12 +1,13 @@
-"""Shapes a closed tour: a periodic cubic B-spline whose control points minimise flying time while covering all cells.
+"""Shapes a closed tour: a periodic cubic B-spline in time whose control points are moved until it is short and covers.
 
-The time is what speed and turning cost (braking and speeding up are left to `tour.timed`):
-T = integral of (s^4 / v^4 + c^2 / (a s)^2)^(1/4) over the parameter, with s = |P'|, c = P' x P''; the two terms are
-the time at full speed and the time that the turn's lateral acceleration allows, softly the larger of them.
-A cell farther than the footprint from the nearest point of the tour adds the square of what is missing.
+With knots every `interval_s` the spline's velocity and acceleration at the knots are differences of control points,
+so its duration k * interval_s and what it exceeds of the speed and acceleration limits are simple smooth functions,
+turning and braking alike. Limits and coverage are penalties: a cell farther than the footprint from the nearest point
+adds the square of what is missing. `tour.timed` then gives the path its exact time law.
 """
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -16,14 +17,24 @@ from scipy.spatial import cKDTree
 
 from tui_gcs.planner.descent import descend
 from tui_gcs.planner.region import Region
+from tui_gcs.planner.tour import resampled, timed
 
 Floats = NDArray[np.floating[Any]]
 
-CONTROL_STEP_M = 14.0
-PER_CONTROL = 6
-"""Points per control point in which the tour is judged."""
-LEAST_CONTROLS = 8
-MOST_CONTROLS = 400
+INTERVAL_S = 1.8
+"""Time between knots at first: two or three of them make a turn."""
+PER_KNOT = 4
+"""Points per knot in which coverage is judged."""
+LEAST_KNOTS = 10
+MOST_KNOTS = 600
+ROUGH_STEP_M = 14.0
+"""Spacing of the control points that round the corners of a first guess."""
+PATH_STEPS = 14
+"""Points per control point of a path that is to be timed."""
+TIME_SCALE = 100.0
+"""Metres of moving a control point that count like the time interval growing e-fold."""
+MOST_STRETCH = 1.5
+"""The interval changes by no more than exp(this) in one descent."""
 
 
 @dataclass(frozen=True)
@@ -36,65 +47,88 @@ class Motion:
     """Footprint radius to plan with."""
 
 
-def spline_points(controls: Floats, per_control: int) -> Floats:
-    """(k * per_control, 2) points of the closed uniform cubic B-spline with `controls` (k, 2)."""
-    return _blend(_weights(per_control)[:, :per_control], controls).reshape(-1, 2)
+@dataclass(frozen=True)
+class Effort:
+    """How hard to descend."""
+
+    pull: float
+    """Weight of uncovered cells (s/m^2)."""
+    limits: float
+    """Weight of speed and acceleration beyond the limits."""
+    iterations: int
 
 
-def controls_of(path_m: Floats, step_m: float = CONTROL_STEP_M) -> Floats:
-    """Control points along a closed polyline, as many as its length asks for."""
-    closed = np.vstack([path_m, path_m[:1]])
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
-    count = int(np.clip(round(way[-1] / step_m), LEAST_CONTROLS, MOST_CONTROLS))
-    at = way[-1] * np.arange(count) / count
-    return np.stack([np.interp(at, way, closed[:, axis]) for axis in range(2)], axis=1)
+@dataclass(frozen=True)
+class Draft:
+    """A tour being shaped."""
+
+    name: str
+    controls: Floats
+    """(k, 2), one every `interval_s`."""
+    interval_s: float
+    cost: float = math.inf
+
+    def path_m(self) -> Floats:
+        """The closed path as points about 1 m apart."""
+        return _blend(_weights(PATH_STEPS), self.controls).reshape(-1, 2)
 
 
-def smooth(
-    controls: Floats, cells_m: Floats, motion: Motion, region: Region, pull: float, iterations: int
-) -> tuple[Floats, float]:
-    """`controls` after `iterations` of descent, and their cost; `pull` (s/m^2) weighs uncovered cells."""
-
-    def cost(flat: Floats) -> tuple[float, Floats]:
-        value, slope = tour_cost(flat.reshape(-1, 2), cells_m, motion, pull)
-        return value, slope.ravel()
-
-    found, value = descend(cost, controls.ravel(), iterations)
-    inside = region.pulled_inside(found.reshape(-1, 2))
-    return inside, value
+def draft_of(name: str, path_m: Floats, motion: Motion) -> Draft:
+    """A first guess: the closed polyline with its corners rounded, flown as fast as it can be."""
+    rough = _blend(_weights(PATH_STEPS), resampled(path_m, ROUGH_STEP_M, least=8)).reshape(-1, 2)
+    tour = timed(rough, motion.speed_m_s, motion.accel_m_s2)
+    knots = int(np.clip(round(tour.period_s / INTERVAL_S), LEAST_KNOTS, MOST_KNOTS))
+    interval_s = tour.period_s / knots
+    return Draft(name, tour.at(interval_s * np.arange(knots))[0], interval_s)
 
 
-def tour_cost(controls: Floats, cells_m: Floats, motion: Motion, pull: float) -> tuple[float, Floats]:
-    """Flying time plus `pull` times what is not covered (s), and the gradient by the control points."""
-    weights = _weights(PER_CONTROL)
-    curve = _blend(weights, controls)
-    points, first, second = (curve[:, i * PER_CONTROL : (i + 1) * PER_CONTROL] for i in range(3))
-    time_s, to_first, to_second = _flying_time(first, second, motion)
+def smooth(draft: Draft, cells_m: Floats, motion: Motion, region: Region, effort: Effort) -> Draft:
+    """`draft` after descent, its control points inside `region`."""
+    before_s = draft.interval_s
+
+    def cost(x: Floats) -> tuple[float, Floats]:
+        stretch = float(np.clip(x[-1] / TIME_SCALE, -MOST_STRETCH, MOST_STRETCH))
+        interval_s = before_s * math.exp(stretch)
+        controls = x[:-1].reshape(-1, 2)
+        value, slope, by_interval = tour_cost(controls, interval_s, cells_m, motion, effort)
+        return value, np.append(slope.ravel(), by_interval * interval_s / TIME_SCALE)
+
+    found, value = descend(cost, np.append(draft.controls.ravel(), 0.0), effort.iterations)
+    interval_s = before_s * math.exp(float(np.clip(found[-1] / TIME_SCALE, -MOST_STRETCH, MOST_STRETCH)))
+    controls = region.pulled_inside(found[:-1].reshape(-1, 2))
+    return replace(draft, controls=controls, interval_s=interval_s, cost=value)
+
+
+def tour_cost(
+    controls: Floats, interval_s: float, cells_m: Floats, motion: Motion, effort: Effort
+) -> tuple[float, Floats, float]:
+    """Duration plus penalties (s), and the gradient by control points and by interval."""
+    weights = _weights(PER_KNOT)
+    points = _blend(weights, controls)
+    duration_s, to_controls, by_interval = _duration(controls, interval_s, motion, effort.limits)
     miss_m2, to_points = _missing(points.reshape(-1, 2), cells_m, motion.radius_m)
-    to_points = (pull * to_points).reshape(points.shape)
-    slope = _unblend(weights, np.concatenate([to_points, to_first, to_second], axis=1))
-    return time_s + pull * miss_m2, slope
+    slope = to_controls + _unblend(weights, (effort.pull * to_points).reshape(points.shape))
+    return duration_s + effort.pull * miss_m2, slope, by_interval
 
 
-def _flying_time(d1: Floats, d2: Floats, motion: Motion) -> tuple[float, Floats, Floats]:
-    """Time of the tour (s) and its gradients by the derivatives (k, p, 2) of the curve."""
-    x1, y1, x2, y2 = d1[..., 0], d1[..., 1], d2[..., 0], d2[..., 1]
-    s2 = np.maximum(x1 * x1 + y1 * y1, 1e-6)
-    cross = x1 * y2 - y1 * x2
-    v4, a2 = motion.speed_m_s**4, motion.accel_m_s2**2
-    by_turn = cross / (a2 * s2)
-    inner = s2 * s2 / v4 + cross * by_turn
-    root = np.sqrt(np.sqrt(inner))
-    outer = 0.25 / PER_CONTROL * root / np.maximum(inner, 1e-12)
-    by_s = outer * 2.0 * (2.0 * s2 / v4 - by_turn * by_turn * a2)
-    by_cross = outer * 2.0 * by_turn
-    to_first = np.stack([by_s * x1 + by_cross * y2, by_s * y1 - by_cross * x2], axis=-1)
-    to_second = np.stack([-by_cross * y1, by_cross * x1], axis=-1)
-    return float(root.sum()) / PER_CONTROL, to_first, to_second
+def _duration(controls: Floats, step_s: float, motion: Motion, weight: float) -> tuple[float, Floats, float]:
+    """Duration of the tour with the penalty for breaking limits at the knots."""
+    count = len(controls)
+    after, before = np.roll(controls, -1, axis=0), np.roll(controls, 1, axis=0)
+    velocity, accel = (after - before) / (2.0 * step_s), (after - 2.0 * controls + before) / step_s**2
+    speed, force = np.hypot(velocity[:, 0], velocity[:, 1]), np.hypot(accel[:, 0], accel[:, 1])
+    fast, hard = np.maximum(speed - motion.speed_m_s, 0.0), np.maximum(force - motion.accel_m_s2, 0.0)
+    scale = weight * step_s
+    excess = float((fast * fast).sum() + (hard * hard).sum())
+    to_velocity = (fast / np.maximum(speed, 1e-9))[:, None] * velocity * scale / step_s
+    to_accel = (hard / np.maximum(force, 1e-9))[:, None] * accel * (2.0 * scale / step_s**2)
+    slope = np.roll(to_velocity + to_accel, 1, axis=0) + np.roll(to_accel - to_velocity, -1, axis=0) - 2.0 * to_accel
+    by_step = count + weight * excess - 2.0 * weight * float((fast * speed).sum() + 2.0 * (hard * force).sum())
+    return count * step_s + scale * excess, slope, by_step
 
 
 def _missing(points: Floats, cells_m: Floats, radius_m: float) -> tuple[float, Floats]:
-    """Sum over cells of the squared distance they lie outside the swept band, and its gradient."""
+    """Sum over cells of the squared distance they lie outside the swept band, and its gradient by the points."""
     away, nearest = cKDTree(points, balanced_tree=False, compact_nodes=False).query(cells_m)
     out = np.flatnonzero(away > radius_m)
     slope = np.zeros_like(points)
@@ -106,13 +140,11 @@ def _missing(points: Floats, cells_m: Floats, radius_m: float) -> tuple[float, F
 
 
 @cache
-def _weights(per_control: int) -> Floats:
-    """B-spline weights of the four control points around a span: (4, 3 p) for value, first and second derivative."""
-    u = np.arange(per_control) / per_control
-    value = np.stack([(1 - u) ** 3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3]) / 6.0
-    first = np.stack([-((1 - u) ** 2), 3 * u**2 - 4 * u, -3 * u**2 + 2 * u + 1, u**2]) / 2.0
-    second = np.stack([1 - u, 3 * u - 2, 1 - 3 * u, u])
-    return np.concatenate([value, first, second], axis=1)
+def _weights(per_knot: int) -> Floats:
+    """(4, per_knot) weights of the four control points around a span of the uniform cubic B-spline."""
+    u = np.arange(per_knot) / per_knot
+    shares = [(1 - u) ** 3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3]
+    return np.asarray(np.stack(shares) / 6.0)
 
 
 def _blend(weights: Floats, controls: Floats) -> Floats:
@@ -125,4 +157,4 @@ def _blend(weights: Floats, controls: Floats) -> Floats:
 def _unblend(weights: Floats, slope: Floats) -> Floats:
     """The transpose of `_blend`."""
     parts = np.einsum("kpc,ip->ikc", slope, weights)
-    return sum((np.roll(parts[i], i - 1, axis=0) for i in range(1, 4)), np.roll(parts[0], -1, axis=0))
+    return np.asarray(sum(np.roll(parts[i], i - 1, axis=0) for i in range(4)))
