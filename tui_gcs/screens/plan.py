@@ -4,7 +4,6 @@ What is typed goes into a working copy (`EditModel`); only an explicit apply sen
 not allowed stay in their field with the reason, and reach neither the map nor the station.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import ClassVar
 
@@ -16,22 +15,21 @@ from textual.screen import Screen
 
 from tui_gcs.actions import APP_ACTIONS, Action, bindings
 from tui_gcs.core.messages import ApplyScenario
-from tui_gcs.core.zones import Shape
 from tui_gcs.feed import Feed, FleetUpdated, ScenarioChanged, StationBack, StationLost, StatusUpdated
 from tui_gcs.planner import registry
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.plan_actions import PLAN_ACTIONS
 from tui_gcs.screens.plan_text import remarks, state_remark
+from tui_gcs.widgets.edit_map import EditMap
 from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.footer import FooterLine
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.map_view import MapView
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.plan_draft import PlanDraft, declared, reshaped
 from tui_gcs.widgets.round_chooser import RoundChooser
 from tui_gcs.widgets.save_bar import SaveBar
-from tui_gcs.widgets.save_flow import SaveFlow, SaveNext, SaveStep
-from tui_gcs.widgets.shape_edit import converted, moved, sized, turned
+from tui_gcs.widgets.save_flow import SaveNext
+from tui_gcs.widgets.shape_edit import converted
 from tui_gcs.widgets.team_form import TeamForm
 from tui_gcs.widgets.team_text import TeamText, team_text
 from tui_gcs.widgets.titles import set_title
@@ -41,11 +39,7 @@ from tui_gcs.widgets.zone_form import ZoneForm
 from tui_gcs.widgets.zone_list import AREA_ROW, ZoneList
 from tui_gcs.widgets.zone_text import zone_text
 
-STEP_M = 5.0
-TURN_DEG = 5.0
-GROW = 1.05
 QUIET = Remark("")
-MAP_HEADING = "map  arrows move  [ ] turn  { } size  Esc"
 
 
 class PlanScreen(Screen[None]):
@@ -59,10 +53,9 @@ class PlanScreen(Screen[None]):
     CSS = """
     PlanScreen { layout: vertical; }
     PlanScreen #middle { height: 1fr; }
-    PlanScreen MapView { width: 1fr; height: 1fr; }
+    PlanScreen EditMap { width: 1fr; height: 1fr; }
     PlanScreen #side { width: 50; height: 1fr; }
     PlanScreen #rounds { border: solid #4a5560; border-title-color: #d8dee4; height: 9; }
-    PlanScreen #rounds:focus-within { border: solid #d8dee4; }
     PlanScreen.-ascii #rounds { border: ascii #4a5560; }
     PlanScreen TeamForm { max-height: 15; }
     PlanScreen.-narrow #side { width: 40; }
@@ -79,20 +72,19 @@ class PlanScreen(Screen[None]):
         self.model = EditModel()
         self.draft = PlanDraft(self.model)
         self._glyphs = glyphs
-        self._saving = SaveFlow(self.model)
         self._message = QUIET
         self._refusal = ""
         self._asked = ""
         self._applying = False
         self.top_lines = TopLines(feed, glyphs=glyphs)
         self.edit_line = EditLine(glyphs=glyphs)
-        self.map_view = MapView(glyphs=glyphs)
+        self.map_view = EditMap(glyphs=glyphs)
         self.round_chooser = RoundChooser(glyphs=glyphs)
         self.zone_list = ZoneList(glyphs=glyphs)
         self.zone_form = ZoneForm(glyphs=glyphs)
         self.team_form = TeamForm(glyphs=glyphs)
         self.verdict = VerdictLines(glyphs=glyphs)
-        self.save_bar = SaveBar()
+        self.save_bar = SaveBar(self.model)
         self.set_class(not glyphs.braille, "-ascii")
 
     def compose(self) -> ComposeResult:
@@ -184,7 +176,6 @@ class PlanScreen(Screen[None]):
             return
         self.map_view.set_scenario(current, scenario.places, scenario.origin)
         self.map_view.edited_zone = self.draft.zone_name
-        self.map_view.heading = MAP_HEADING if self._on_map else "map"
         self.round_chooser.show([r.name for r in scenario.rounds], model.round_index, self._flown())
         names = [zone.name for zone in current.zones]
         zone_name = self.draft.zone_name
@@ -215,7 +206,7 @@ class PlanScreen(Screen[None]):
     def _say(self, text: str, ink: Ink = Ink.TEXT) -> None:
         """Tell what became of a key; a question that waited for its second press is over."""
         self._asked = ""
-        self._saving.forget()
+        self.save_bar.forget()
         self._message = Remark(text, ink)
         self.show_plan()
 
@@ -257,18 +248,12 @@ class PlanScreen(Screen[None]):
             self._say(f"there is no round {index + 1}", Ink.CAUTION)
 
     def action_zone_up(self) -> None:
-        """The zone above; on the map: north."""
-        if self._on_map:
-            self._reshape(lambda shape: moved(shape, 0.0, STEP_M))
-        else:
-            self.zone_list.action_move(-1)
+        """The zone above."""
+        self.zone_list.action_move(-1)
 
     def action_zone_down(self) -> None:
-        """The zone below; on the map: south."""
-        if self._on_map:
-            self._reshape(lambda shape: moved(shape, 0.0, -STEP_M))
-        else:
-            self.zone_list.action_move(1)
+        """The zone below."""
+        self.zone_list.action_move(1)
 
     def action_team_page(self) -> None:
         """Zone form or team form."""
@@ -278,13 +263,13 @@ class PlanScreen(Screen[None]):
 
     def action_leave(self) -> None:
         """Back to the list."""
-        self._end_map_edit()
         self.zone_list.focus()
         self._say("")
 
     def action_resume(self) -> None:
         """Enter outside a field means the same as on the fly screen."""
-        self.post_message(FlyScreen.Resumed())
+        if self.focused is None or self.focused is self.zone_list:
+            self.post_message(FlyScreen.Resumed())
 
     def on_descendant_focus(self, event: DescendantFocus) -> None:
         """Say what a planner's parameter is about."""
@@ -292,11 +277,9 @@ class PlanScreen(Screen[None]):
         if text:
             self._say(text, Ink.MUTED)
 
-    def on_descendant_blur(self, event: DescendantBlur) -> None:
+    def on_descendant_blur(self, _event: DescendantBlur) -> None:
         """A field was left: what comes next is another change."""
-        self.model.end_field()
-        if event.widget is self.map_view:
-            self._end_map_edit()
+        self.draft.end_field()
 
     # ------------------------------------------------------------ typing
 
@@ -368,50 +351,16 @@ class PlanScreen(Screen[None]):
 
     def action_move_on_map(self) -> None:
         """Arrows and brackets change the shape until Esc."""
-        self.map_view.can_focus = True
-        self.map_view.focus()
+        self.map_view.begin()
         self._say("")
 
-    @property
-    def _on_map(self) -> bool:
-        return self.map_view.can_focus
-
-    def _end_map_edit(self) -> None:
-        self.map_view.can_focus = False
-        self.show_plan()
-
-    def _reshape(self, change: Callable[[Shape], Shape]) -> None:
-        """Change the edited shape as a whole, if the map has the keys."""
+    def on_edit_map_reshaped(self, message: EditMap.Reshaped) -> None:
+        """Moved, turned or sized on the map."""
         edited = self.draft.edited
-        if not self._on_map or edited is None:
-            return
-        problems = self.draft.replace(reshaped(edited, change(edited.shape)), "on map")
-        self.show_forms()
-        self._say(f"! {problems[0]}" if problems else "", Ink.CAUTION)
-
-    def action_map_left(self) -> None:
-        """West."""
-        self._reshape(lambda shape: moved(shape, -STEP_M, 0.0))
-
-    def action_map_right(self) -> None:
-        """East."""
-        self._reshape(lambda shape: moved(shape, STEP_M, 0.0))
-
-    def action_turn_left(self) -> None:
-        """Against the clock."""
-        self._reshape(lambda shape: turned(shape, -TURN_DEG))
-
-    def action_turn_right(self) -> None:
-        """With the clock."""
-        self._reshape(lambda shape: turned(shape, TURN_DEG))
-
-    def action_smaller(self) -> None:
-        """Smaller about the centre."""
-        self._reshape(lambda shape: sized(shape, 1.0 / GROW))
-
-    def action_larger(self) -> None:
-        """Larger about the centre."""
-        self._reshape(lambda shape: sized(shape, GROW))
+        if edited is not None:
+            problems = self.draft.replace(reshaped(edited, message.change(edited.shape)), "on map")
+            self.show_forms()
+            self._say(f"! {problems[0]}" if problems else "", Ink.CAUTION)
 
     # ------------------------------------------------------------ apply, keep, discard
 
@@ -468,32 +417,15 @@ class PlanScreen(Screen[None]):
 
     def action_save(self) -> None:
         """To the scenario's file, or ask where."""
-        if self.save_bar.is_open:
-            return
         if self.draft.problems:
             self._say("not saved: a value is not allowed (u puts it back)", Ink.CAUTION)
-            return
-        self._after_save(self._saving.save())
+        else:
+            self.save_bar.save()
 
-    def on_save_bar_answered(self, message: SaveBar.Answered) -> None:
-        """A path was typed."""
-        self._after_save(self._saving.save_as(message.path))
-
-    def on_save_bar_retyped(self, _message: SaveBar.Retyped) -> None:
-        """Another path: whatever was asked is over."""
-        self._saving.forget()
-
-    def on_save_bar_closed(self, _message: SaveBar.Closed) -> None:
-        """No path."""
-        self.zone_list.focus()
-        self._say("not saved")
-
-    def _after_save(self, step: SaveStep) -> None:
-        self._asked = ""
-        self._message = Remark(step.text, Ink.TEXT if step.what is SaveNext.DONE else Ink.CAUTION)
-        if step.what is SaveNext.ASK_PATH:
-            self.save_bar.ask(step.suggestion)
-        elif step.what is SaveNext.DONE and self.save_bar.is_open:
-            self.save_bar.close()
+    def on_save_bar_said(self, message: SaveBar.Said) -> None:
+        """Saved, asked or failed."""
+        if message.closed:
             self.zone_list.focus()
+        done = message.step.what is SaveNext.DONE
+        self._asked, self._message = "", Remark(message.step.text, Ink.TEXT if done else Ink.CAUTION)
         self.show_plan()

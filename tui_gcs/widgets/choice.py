@@ -22,8 +22,8 @@ class Choice(LinesView, can_focus=True):
     BINDINGS = [
         Binding("left", "step(-1)", "previous", show=False),
         Binding("right", "step(1)", "next", show=False),
-        Binding("up", "screen.focus_previous", "previous field", show=False),
-        Binding("down,enter", "screen.focus_next", "next field", show=False),
+        Binding("up", "app.focus_previous", "previous field", show=False),
+        Binding("down,enter", "app.focus_next", "next field", show=False),
     ]
 
     class Changed(Message):

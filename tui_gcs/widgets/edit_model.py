@@ -232,6 +232,13 @@ class EditModel:
         """A field was left: more changes of it are a step of their own."""
         self._open_subject = ""
 
+    def retract(self) -> bool:
+        """Take back what the open field changed so far: what stands in it now is not allowed, and half of it not meant."""
+        if not self._open_subject or not self._steps:
+            return False
+        self.undo()
+        return True
+
     def saved(self, path: Path, text: str) -> None:
         """`text` is in the file `path` now, and that is the operator's file from here on."""
         self.path = str(path)

@@ -19,13 +19,13 @@ class FormField(Input):
     FormField:focus { border: none; background: $surface-lighten-1; }
     """
     BINDINGS = [
-        Binding("up", "screen.focus_previous", "previous field", show=False),
-        Binding("down,enter", "screen.focus_next", "next field", show=False),
+        Binding("up", "app.focus_previous", "previous field", show=False),
+        Binding("down,enter", "app.focus_next", "next field", show=False),
     ]
 
     def __init__(self, field: str, *, placeholder: str = "") -> None:
         """`field` is what the field is about (`FormField.field`)."""
-        super().__init__(compact=True, select_on_focus=False, placeholder=placeholder)
+        super().__init__(compact=True, placeholder=placeholder)
         self.field = field
         self.cursor_blink = False
 
@@ -58,9 +58,7 @@ class Form(VerticalScroll, can_focus=False):
 
     DEFAULT_CSS = """
     Form { border: solid #4a5560; border-title-color: #d8dee4; height: auto; scrollbar-size-vertical: 1; }
-    Form:focus-within { border: solid #d8dee4; }
     Form.-ascii { border: ascii #4a5560; }
-    Form.-ascii:focus-within { border: ascii #d8dee4; }
     """
 
     def __init__(self, *rows: Widget, glyphs: GlyphSet = UNICODE, id: str | None = None) -> None:  # noqa: A002

@@ -76,7 +76,7 @@ class ParamForm(Vertical):
             return Choice(param.name, (NO, YES), glyphs=self._glyphs)
         if param.choices:
             return Choice(param.name, param.choices, glyphs=self._glyphs)
-        return FormField(param.name, placeholder=value_text(param.default))
+        return FormField(param.name, placeholder=f"({value_text(param.default)})")
 
 
 def _label(param: Param) -> str:

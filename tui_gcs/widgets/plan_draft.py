@@ -30,6 +30,8 @@ class PlanDraft:
         self.team_name = ""
         self._zone_problems: Problems = ()
         self._team_problems: Problems = ()
+        self._field = ""
+        self._name_before: str | None = None
 
     @property
     def problems(self) -> Problems:
@@ -60,6 +62,11 @@ class PlanDraft:
         self.zone_name = name if name is not None and self.model.zone(name) is not None else None
         team = self.model.team_of_zone(self.zone_name) if self.zone_name is not None else None
         self.team_name = team.name if team is not None else self.team_name
+        self.end_field()
+
+    def end_field(self) -> None:
+        """A field was left: what comes next is another change."""
+        self._field = ""
         self.model.end_field()
 
     def choose_first(self) -> None:
@@ -80,12 +87,15 @@ class PlanDraft:
         old = self.edited
         if old is None:
             return
+        if field != self._field:
+            self._field, self._name_before = field, self.zone_name
         try:
             new = to_zone(texts, old) if isinstance(old, Zone) else to_area(texts, old)
+            self._zone_problems = self.replace(new, field)
         except FieldError as error:
             self._zone_problems = (str(error),)
-        else:
-            self._zone_problems = self.replace(new, field)
+        if self._zone_problems and self.model.retract():
+            self.zone_name = self._name_before
 
     def replace(self, new: Zone | OperatingArea, field: str = "") -> Problems:
         """Put this in the place of what is edited; returns why not."""
@@ -101,14 +111,18 @@ class PlanDraft:
         old = self.team
         if old is None:
             return
+        self._team_problems = self._replace_team(texts, old, field)
+        if self._team_problems:
+            self.model.retract()
+
+    def _replace_team(self, texts: TeamText, old: Team, field: str) -> Problems:
         params, problem = declared(texts.planner)
         if problem and texts.planner != old.planner:
-            self._team_problems = (problem,)
-            return
+            return (problem,)
         try:
-            self._team_problems = self.model.set_team(old.name, to_team(texts, old, params), field)
+            return self.model.set_team(old.name, to_team(texts, old, params), field)
         except FieldError as error:
-            self._team_problems = (str(error),)
+            return (str(error),)
 
     def add_zone(self) -> Problems:
         """A small zone in the middle of the area, to be edited next; returns why not."""

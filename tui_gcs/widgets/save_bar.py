@@ -1,4 +1,4 @@
-"""Where to save to: one line that asks for a path."""
+"""Saving: to the scenario's own file at once, else one line that asks for a path."""
 
 from textual import on
 from textual.binding import Binding
@@ -6,11 +6,13 @@ from textual.containers import Horizontal
 from textual.message import Message
 from textual.widgets import Input, Static
 
+from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.form import FormField
+from tui_gcs.widgets.save_flow import SaveFlow, SaveNext, SaveStep
 
 
 class SaveBar(Horizontal):
-    """Hidden until asked for; Enter answers, Esc forgets."""
+    """Hidden until a path is needed; then Enter answers and Esc forgets."""
 
     DEFAULT_CSS = """
     SaveBar { height: 1; display: none; background: $surface; }
@@ -19,21 +21,17 @@ class SaveBar(Horizontal):
     """
     BINDINGS = [Binding("escape", "close", "cancel", show=False, priority=True)]
 
-    class Answered(Message):
-        """The operator typed a path."""
+    class Said(Message):
+        """What became of it, in a line for the operator; `closed`: the cursor is not needed here any more."""
 
-        def __init__(self, path: str) -> None:
+        def __init__(self, step: SaveStep, *, closed: bool) -> None:
             super().__init__()
-            self.path = path
+            self.step = step
+            self.closed = closed
 
-    class Retyped(Message):
-        """The path is being changed."""
-
-    class Closed(Message):
-        """No path, no save."""
-
-    def __init__(self) -> None:
-        """Hidden."""
+    def __init__(self, model: EditModel) -> None:
+        """For this working copy; hidden."""
+        self._flow = SaveFlow(model)
         self._field = PathField("path")
         super().__init__(Static("Save as", markup=False), self._field)
 
@@ -42,31 +40,40 @@ class SaveBar(Horizontal):
         """Whether a path is asked for."""
         return self.has_class("-open")
 
-    def ask(self, suggestion: str) -> None:
-        """Ask, with this to begin with."""
-        self.add_class("-open")
-        self._field.show(suggestion)
-        self._field.cursor_position = len(suggestion)
-        self._field.focus()
+    def save(self) -> None:
+        """To the scenario's own file, or ask where."""
+        if self.is_open:
+            self._field.focus()
+            return
+        step = self._flow.save()
+        if step.what is SaveNext.ASK_PATH:
+            self.add_class("-open")
+            self._field.show(step.suggestion)
+            self._field.focus()
+        self.post_message(self.Said(step, closed=False))
 
-    def close(self) -> None:
-        """Ask no more."""
-        self.remove_class("-open")
+    def forget(self) -> None:
+        """Something else was done: a question that waited for its second press is over."""
+        self._flow.forget()
 
     def action_close(self) -> None:
         """Esc."""
-        self.close()
-        self.post_message(self.Closed())
+        self.remove_class("-open")
+        self._flow.forget()
+        self.post_message(self.Said(SaveStep(SaveNext.FAILED, "not saved"), closed=True))
 
     @on(Input.Submitted)
     def _submitted(self, event: Input.Submitted) -> None:
         event.stop()
-        self.post_message(self.Answered(event.value))
+        step = self._flow.save_as(event.value)
+        if step.what is SaveNext.DONE:
+            self.remove_class("-open")
+        self.post_message(self.Said(step, closed=step.what is SaveNext.DONE))
 
     @on(Input.Changed)
     def _changed(self, event: Input.Changed) -> None:
         event.stop()
-        self.post_message(self.Retyped())
+        self._flow.forget()
 
 
 class PathField(FormField):

@@ -40,6 +40,7 @@ class CornersField(TextArea):
         if text != self.text:
             with self.prevent(TextArea.Changed):
                 self.load_text(text)
+            self.move_cursor(self.document.end)
 
 
 class ZoneForm(Form):
@@ -97,7 +98,7 @@ class ZoneForm(Form):
         self._corners.show(texts.vertices_m)
         own_band = zone_text(area)
         for name in ("alt_min_m", "alt_max_m"):
-            self._inputs[name].placeholder = getattr(own_band, name)
+            self._inputs[name].placeholder = f"({getattr(own_band, name)})"
         self.set_class(isinstance(zone, OperatingArea), "-area")
         set_title(self, "operating area" if isinstance(zone, OperatingArea) else f"zone {zone.name}")
         self._show_rows()

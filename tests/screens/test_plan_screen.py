@@ -1,0 +1,446 @@
+"""The plan screen: what is typed shows on the map, and reaches the station only by an explicit apply."""
+
+import os
+from pathlib import Path
+
+import pytest
+from console import NARROW, WIDE
+from plan_station import PlanConsole, PlanStation, plan_console
+
+from tui_gcs.core.messages import Hold, Resume, RunPhase
+from tui_gcs.core.scenario_load import parse
+from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role
+from tui_gcs.widgets.glyphs import ASCII
+
+SNAPSHOTS = Path(__file__).parent / "snapshots"
+SIZES = pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
+
+
+def same_as_snapshot(name: str, text: str) -> bool:
+    """Compare with the committed picture; `UPDATE_SNAPSHOTS=1` takes the present one instead."""
+    path = SNAPSHOTS / f"{name}.txt"
+    if os.environ.get("UPDATE_SNAPSHOTS"):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return path.read_text(encoding="utf-8") == text
+
+
+# ---------------------------------------------------------------- what it looks like
+
+
+@SIZES
+@pytest.mark.parametrize(
+    ("name", "keys"),
+    [
+        ("start", ()),
+        ("polygon", ("3",)),
+        ("area", ("up",)),
+        ("team", ("2", "t")),
+        ("invalid", ("tab", "tab", "tab", "tab", "tab", "tab", "9", "9", "9")),
+    ],
+)
+async def test_picture(size: tuple[int, int], name: str, keys: tuple[str, ...]) -> None:
+    async with plan_console(size) as c:
+        await c.press(*keys)
+        assert same_as_snapshot(f"plan-{name}-{size[0]}x{size[1]}", c.text())
+
+
+async def test_ascii_picture_has_only_ascii() -> None:
+    async with plan_console(NARROW, glyphs=ASCII) as c:
+        assert c.text().isascii()
+
+
+@SIZES
+async def test_every_field_of_every_form_can_be_reached_and_seen(size: tuple[int, int]) -> None:
+    wanted = {"name", "role", "shape", "alt_min_m", "alt_max_m", "team", "vehicles", "count", "zone", "planner"}
+    wanted |= {"east_m", "north_m", "radius_m", "width_m", "height_m", "heading_deg", "vertices_m", "direction"}
+    seen = set()
+    async with plan_console(size) as c:
+        for key in ("1", "2", "3", "t"):
+            await c.press("escape", key)
+            first = c.app.focused
+            for _ in range(20):
+                await c.pilot.press("tab")
+                focused = c.app.focused
+                assert focused is not None
+                assert c.plan.query_one("#side").region.contains_region(focused.region)
+                seen.add(getattr(focused, "field", ""))
+                if focused is first:
+                    break
+    assert wanted <= seen
+
+
+# ---------------------------------------------------------------- the map follows
+
+
+async def test_radius_is_on_the_map_as_it_is_typed() -> None:
+    async with plan_console() as c:
+        await c.field("radius_m")
+        await c.press("6")
+        assert c.map_zone("home") == Circle((150.0, 200.0), 6.0)
+        await c.press("0")
+        assert c.map_zone("home") == Circle((150.0, 200.0), 60.0)
+        assert c.plan.map_view.edited_zone == "home"
+        assert "1 change not applied" in c.said()
+
+
+async def test_bound_follows_too() -> None:
+    async with plan_console() as c:
+        assert "bound 20.9 s" in c.verdict()
+        await c.type_into("radius_m", "40")
+        assert "bound 5.2 s" in c.verdict()
+
+
+@pytest.mark.parametrize(
+    ("field", "typed", "reason"),
+    [
+        ("radius_m", "abc", "radius_m: 'abc' is not a number; must be a number"),
+        ("radius_m", "-5", "round[1].zone[1].radius_m: -5.0 is out of range; must be a number from more than 0"),
+        ("radius_m", "200", "reaches outside the operating area"),
+        ("name", "field", "a second zone 'field'"),
+        ("alt_max_m", "10000000", "round[1].zone[1].alt_max_m"),
+        ("vehicles", "1-9x", "vehicles: '1-9x' is no system id; must be ids from 1 to 254"),
+        ("vehicles", "1-5", "a second use of vehicle 5"),
+        ("speed_fraction", "7", "speed_fraction: '7' is not allowed; must be"),
+    ],
+)
+async def test_value_that_is_not_allowed_says_why_and_stays_off_the_map(field: str, typed: str, reason: str) -> None:
+    async with plan_console() as c:
+        await c.type_into(field, typed)
+        assert reason in c.verdict()
+        current = c.plan.map_view._round
+        assert current is not None
+        parse(c.plan.model.text)
+        await c.press("ctrl+g")
+        assert "not applied" in c.said()
+        assert c.plan_station.applied() == []
+        await c.press("ctrl+z")
+        assert "ok:" in c.verdict()
+        assert c.map_zone("home") == Circle((150.0, 200.0), 80.0)
+        assert c.plan.model.changes == 0 or field != "radius_m"
+
+
+async def test_shape_can_be_changed_to_any_other() -> None:
+    async with plan_console() as c:
+        await c.field("shape")
+        await c.press("right")
+        assert c.map_zone("home") == Rectangle((150.0, 200.0), 160.0, 160.0)
+        await c.press("right")
+        assert isinstance(c.map_zone("home"), Polygon)
+        await c.field("vertices_m")
+        await c.press("space", "1", "5", "0", "comma", "2", "2", "0")
+        shape = c.map_zone("home")
+        assert isinstance(shape, Polygon)
+        assert shape.vertices_m[-1] == (150.0, 220.0)
+
+
+async def test_role_and_altitude_band() -> None:
+    async with plan_console() as c:
+        await c.field("role")
+        await c.press("right")
+        await c.type_into("alt_min_m", "30")
+        zone = c.plan.draft.zone
+        assert zone is not None
+        assert (zone.role, zone.alt_min_m, zone.alt_max_m) == (Role.ATTACK, 30.0, None)
+
+
+async def test_team_and_its_planners_parameters() -> None:
+    async with plan_console() as c:
+        await c.type_into("vehicles", "1-3")
+        assert "vehicle 4 is in no team" in c.verdict()
+        await c.press("ctrl+z")
+        await c.type_into("speed_fraction", "0.8")
+        await c.field("direction")
+        await c.press("right")
+        team = c.plan.model.team("defend")
+        assert team is not None
+        assert team.parameters == {"speed_fraction": 0.8, "direction": "cw"}
+        assert team.vehicles == (1, 2, 3, 4)
+
+
+async def test_editing_on_the_map_with_keys() -> None:
+    async with plan_console() as c:
+        await c.press("down", "e", "right", "up", "right_square_bracket", "right_curly_bracket")
+        assert c.map_zone("field") == Rectangle((455.0, 205.0), 168.0, 126.0, 5.0)
+        await c.press("escape", "down")
+        assert c.map_zone("field") == Rectangle((455.0, 205.0), 168.0, 126.0, 5.0)
+
+
+# ---------------------------------------------------------------- rounds, adding, deleting, undoing
+
+
+async def test_round_edited_is_not_the_round_flown() -> None:
+    async with plan_console() as c:
+        await c.press("2")
+        assert isinstance(c.map_zone("home"), Rectangle)
+        chooser = c.plan.round_chooser.text()
+        assert "▸2 round 2" in chooser
+        assert "1 round 1 ►now" in chooser
+        assert c.station.commands() == []
+        await c.press("9")
+        assert "there is no round 9" in c.said()
+
+
+async def test_add_name_delete_and_undo() -> None:
+    async with plan_console() as c:
+        await c.press("plus")
+        assert c.map_zone("zone 1") == Circle((300.0, 200.0), 30.0)
+        await c.type_into("name", "gate")
+        assert c.map_zone("gate") == Circle((300.0, 200.0), 30.0)
+        await c.press("escape", "delete")
+        assert c.map_zone("gate")
+        assert "Del again" in c.said()
+        await c.press("delete")
+        assert c.plan.model.zone("gate") is None
+        await c.press("u")
+        assert c.map_zone("gate")
+        await c.press("u", "u")
+        assert c.plan.model.changes == 0
+        await c.press("u")
+        assert "nothing to undo" in c.said()
+
+
+async def test_another_key_between_means_no() -> None:
+    async with plan_console() as c:
+        await c.press("plus", "escape", "delete", "escape", "delete")
+        assert c.plan.model.zone("zone 1") is not None
+
+
+async def test_zone_of_a_team_is_not_deleted() -> None:
+    async with plan_console() as c:
+        await c.press("delete", "delete")
+        assert "a team's zone must exist in every round" in c.said() or "not deleted" in c.said()
+        assert c.plan.model.zone("home") is not None
+
+
+async def test_operating_area_is_not_deleted() -> None:
+    async with plan_console() as c:
+        await c.press("up", "delete", "delete")
+        assert "the operating area stays" in c.said()
+
+
+async def test_leaving_a_value_that_is_not_allowed_puts_it_back() -> None:
+    async with plan_console() as c:
+        await c.type_into("radius_m", "abc")
+        await c.press("escape", "down")
+        assert "put back" in c.said()
+        await c.press("up")
+        assert "ok:" in c.verdict()
+
+
+# ---------------------------------------------------------------- apply
+
+
+async def test_nothing_is_sent_before_apply_and_all_of_it_then() -> None:
+    async with plan_console() as c:
+        await c.type_into("radius_m", "60")
+        await c.press("escape")
+        assert c.station.commands() == []
+        await c.press("a")
+        (request,) = c.plan_station.applied()
+        assert request.base_revision == 1
+        assert parse(request.toml).rounds[0].zones[0].shape == Circle((150.0, 200.0), 60.0)
+        assert "the station flies this now" in c.said()
+        assert c.plan.model.changes == 0
+        assert c.plan.model.base_revision == 2
+        await c.press("a")
+        assert len(c.plan_station.applied()) == 1
+
+
+async def test_a_letter_typed_into_a_field_is_no_command() -> None:
+    async with plan_console() as c:
+        await c.type_into("radius_m", "60")
+        await c.type_into("name", "a q")
+        assert c.station.commands() == []
+        assert c.plan.draft.zone_name == "a q"
+        assert c.app.is_running
+
+
+async def test_refusal_stays_with_its_reason() -> None:
+    async with plan_console(refuse_apply="not applied: who is in which team cannot change in flight") as c:
+        await c.type_into("radius_m", "60")
+        await c.press("ctrl+g")
+        assert "NOT APPLIED" in c.said()
+        await c.press("escape", "down")
+        assert "who is in which team cannot change in flight" in c.verdict()
+        assert c.plan.model.changes == 1
+
+
+async def test_in_flight_apply_asks_once_more() -> None:
+    async with plan_console(prepare=lambda station: station.fly()) as c:
+        await c.type_into("radius_m", "60")
+        await c.press("escape", "a")
+        assert c.plan_station.applied() == []
+        assert "8 vehicles are armed" in c.said()
+        await c.press("a")
+        assert len(c.plan_station.applied()) == 1
+
+
+async def test_silent_station_is_no_apply() -> None:
+    async with plan_console() as c:
+        await c.type_into("radius_m", "60")
+        c.station.silent = True
+        await c.press("ctrl+g")
+        assert "does not answer" in c.verdict()
+        assert c.plan.model.changes == 1
+
+
+# ---------------------------------------------------------------- somebody else's change
+
+
+def with_speed(station: PlanStation, speed: str) -> str:
+    return station.toml.replace("speed_m_s = 8.0", f"speed_m_s = {speed}")
+
+
+async def test_unedited_copy_follows_the_station() -> None:
+    async with plan_console() as c:
+        c.plan_station.set_scenario(with_speed(c.plan_station, "6.0"))
+        await c.settle()
+        assert c.plan.model.scenario is not None
+        assert c.plan.model.scenario.limits.speed_m_s == 6.0
+        assert c.plan.model.changes == 0
+
+
+async def edited_meanwhile(c: PlanConsole) -> None:
+    await c.type_into("radius_m", "60")
+    await c.press("escape")
+    c.plan_station.set_scenario(with_speed(c.plan_station, "6.0"))
+    await c.settle()
+    assert "older revision" in c.said()
+    await c.press("a")
+    assert c.plan_station.applied() == []
+
+
+async def test_edited_copy_can_be_kept() -> None:
+    async with plan_console() as c:
+        await edited_meanwhile(c)
+        await c.press("k", "a")
+        (request,) = c.plan_station.applied()
+        assert request.base_revision == 2
+        assert parse(request.toml).limits.speed_m_s == 8.0
+
+
+async def test_edited_copy_can_be_discarded() -> None:
+    async with plan_console() as c:
+        await edited_meanwhile(c)
+        await c.press("d")
+        assert c.map_zone("home") == Circle((150.0, 200.0), 60.0)
+        await c.press("d")
+        assert c.map_zone("home") == Circle((150.0, 200.0), 80.0)
+        assert c.plan.model.changes == 0
+
+
+# ---------------------------------------------------------------- save
+
+
+async def test_save_goes_to_the_operators_file_with_its_comments(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+
+    def own(station: PlanStation) -> None:
+        path.write_text(station.toml)
+        station.path = str(path)
+
+    async with plan_console(prepare=own) as c:
+        await c.type_into("radius_m", "60")
+        await c.press("ctrl+s")
+        assert f"saved to {path}"[:40] in c.said()
+        text = path.read_text()
+        assert "radius_m = 60.0" in text
+        assert "# what one vehicle sees" in text
+        assert c.station.commands() == []
+        assert "not saved" not in c.said()
+
+
+async def test_shipped_scenario_is_saved_somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    async with plan_console() as c:
+        await c.press("ctrl+s")
+        assert c.plan.save_bar.is_open
+        assert "the shipped scenario stays as it is" in c.said()
+        await c.press("ctrl+u", *MINE, "enter")
+        assert (tmp_path / "a.toml").read_text() == c.plan_station.toml
+        assert not c.plan.save_bar.is_open
+        assert c.plan.model.path == str(tmp_path / "a.toml")
+
+
+async def test_another_file_is_overwritten_only_when_asked_twice(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "a.toml"
+    path.write_text("theirs")
+    async with plan_console() as c:
+        await c.press("ctrl+s", "ctrl+u", *MINE, "enter")
+        assert path.read_text() == "theirs"
+        await c.press("escape")
+        assert not c.plan.save_bar.is_open
+        await c.press("ctrl+s", "ctrl+u", *MINE, "enter", "enter")
+        assert path.read_text() == c.plan_station.toml
+
+
+MINE = ("a", "full_stop", "t", "o", "m", "l")
+
+
+# ---------------------------------------------------------------- the keys of everywhere
+
+
+async def test_hold_all_works_with_the_cursor_in_a_field() -> None:
+    async with plan_console(prepare=lambda station: station.fly()) as c:
+        await c.field("name")
+        await c.press("exclamation_mark", "h")
+        assert c.station.commands() == [Hold()]
+
+
+async def test_space_holds_from_list_and_choices_but_types_into_names() -> None:
+    async with plan_console(prepare=lambda station: station.fly()) as c:
+        await c.type_into("name", "x y")
+        assert c.station.commands() == []
+        await c.field("shape")
+        await c.press("space")
+        assert c.station.commands() == [Hold()]
+
+
+async def test_enter_resumes_as_on_the_fly_screen() -> None:
+    def held(station: PlanStation) -> None:
+        station.fly()
+        station.run = RunPhase.HOLD
+
+    async with plan_console(prepare=held) as c:
+        await c.field("radius_m")
+        await c.press("enter")
+        assert c.station.commands() == []
+        await c.press("escape", "enter")
+        assert c.station.commands() == [Resume()]
+
+
+async def test_edits_survive_a_look_at_the_fly_screen() -> None:
+    async with plan_console() as c:
+        await c.type_into("radius_m", "60")
+        await c.press("escape", "f", "p")
+        assert c.map_zone("home") == Circle((150.0, 200.0), 60.0)
+        assert "1 change not applied" in c.said()
+
+
+# ---------------------------------------------------------------- hostile text
+
+
+@pytest.mark.parametrize("name", ["[red]x[/red]", "[/]", "[@click=app.quit]q[/]", "日本の基地", "a" * 32, "{0} %s"])
+@SIZES
+async def test_names_are_only_ever_text(name: str, size: tuple[int, int]) -> None:
+    def named(station: PlanStation) -> None:
+        station.set_scenario(station.toml.replace('"home"', f"'{name}'").replace('"round 1"', f"'{name}'"))
+
+    async with plan_console(size, prepare=named) as c:
+        assert c.plan.draft.zone_name == name
+        assert name[:9] in c.plan.zone_list.text()
+        for key in ("t", "tab", "escape", "e", "escape", "delete", "2", "1"):
+            await c.press(key)
+        assert c.map_zone(name) == Circle((150.0, 200.0), 80.0)
+
+
+async def test_refusal_cannot_write_to_the_terminal() -> None:
+    async with plan_console(refuse_apply="\x1b]52;c;aGk=\x07[bold]no") as c:
+        await c.type_into("radius_m", "60")
+        await c.press("ctrl+g")
+        assert "\x1b" not in c.text()
+        assert "[bold]no" in c.verdict()

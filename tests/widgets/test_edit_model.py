@@ -1,0 +1,255 @@
+"""The working copy: only valid scenarios get in, every change can be undone, and it knows what the station flies."""
+
+from pathlib import Path
+
+import pytest
+
+import tui_gcs
+from tui_gcs.core.messages import ScenarioChanged
+from tui_gcs.core.scenario import OperatingArea, Team
+from tui_gcs.core.scenario_load import parse, read_text
+from tui_gcs.core.zones import Circle, Rectangle, Role, Zone
+from tui_gcs.widgets.edit_model import EditModel
+from tui_gcs.widgets.plan_draft import PlanDraft
+from tui_gcs.widgets.team_text import team_text
+from tui_gcs.widgets.zone_text import ZoneText, zone_text
+
+TEXT = read_text(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
+
+
+def change(text: str = TEXT, revision: int = 1) -> ScenarioChanged:
+    return ScenarioChanged(revision=revision, path="/home/me/mine.toml", toml=text, scenario=parse(text))
+
+
+@pytest.fixture
+def model() -> EditModel:
+    model = EditModel()
+    model.station_changed(change())
+    return model
+
+
+def home(radius_m: float, name: str = "home") -> Zone:
+    return Zone(name, Role.DEFEND, Circle((150.0, 200.0), radius_m))
+
+
+def other_text(speed: str = "6.0") -> str:
+    return TEXT.replace("speed_m_s = 8.0", f"speed_m_s = {speed}")
+
+
+def test_empty_model_takes_no_edit() -> None:
+    model = EditModel()
+    assert model.set_zone("home", home(10.0)) == ("no scenario yet",)
+    assert model.undo() == ""
+    assert not model.select_round(0)
+
+
+def test_valid_change_is_taken_and_keeps_comments(model: EditModel) -> None:
+    assert model.set_zone("home", home(60.0)) == ()
+    assert model.zone("home") == home(60.0)
+    assert model.changes == 1
+    assert model.text == TEXT.replace("radius_m = 80.0", "radius_m = 60.0", 1)
+
+
+def test_change_to_the_same_is_none(model: EditModel) -> None:
+    assert model.set_zone("home", home(80.0)) == ()
+    assert model.changes == 0
+
+
+def test_invalid_change_says_key_path_and_what_is_allowed_and_leaves_all_as_it_was(model: EditModel) -> None:
+    (problem,) = model.set_zone("home", home(-1.0))
+    assert problem.startswith("round[1].zone[1].radius_m: -1")
+    assert "must be" in problem
+    assert "line" not in problem
+    assert model.text == TEXT
+
+
+def test_typing_in_one_field_is_one_step(model: EditModel) -> None:
+    for radius_m in (6.0, 60.0, 61.0):
+        model.set_zone("home", home(radius_m), "radius_m")
+    assert model.changes == 1
+    model.end_field()
+    model.set_zone("home", home(62.0), "radius_m")
+    assert model.changes == 2
+    assert model.undo() == "zone home"
+    assert model.zone("home") == home(61.0)
+    model.undo()
+    assert model.text == TEXT
+
+
+def test_undo_goes_back_to_the_round_of_the_change(model: EditModel) -> None:
+    model.set_zone("home", home(60.0))
+    model.select_round(2)
+    model.undo()
+    assert model.round_index == 0
+
+
+def test_rename_of_a_served_zone_goes_through_all_rounds_and_teams(model: EditModel) -> None:
+    assert model.set_zone("home", home(80.0, "base")) == ()
+    assert model.scenario is not None
+    assert [r.zones[0].name for r in model.scenario.rounds] == ["base"] * 3
+    assert model.scenario.teams[0].zone == "base"
+    model.undo()
+    assert model.text == TEXT
+
+
+def test_rename_of_another_zone_stays_in_its_round(model: EditModel) -> None:
+    model.add_zone(home(20.0, "gate"))
+    model.select_round(1)
+    model.add_zone(home(20.0, "gate"))
+    model.set_zone("gate", home(20.0, "gate 2"))
+    assert model.scenario is not None
+    assert [zone.name for zone in model.scenario.rounds[0].zones] == ["home", "field", "gate"]
+    assert [zone.name for zone in model.scenario.rounds[1].zones] == ["home", "field", "gate 2"]
+
+
+def test_zone_of_a_team_cannot_be_removed(model: EditModel) -> None:
+    (problem,) = model.remove_zone("home")
+    assert "a team's zone must exist in every round" in problem
+
+
+def test_new_names_are_free_in_every_round(model: EditModel) -> None:
+    model.add_zone(home(20.0, "zone 1"))
+    model.select_round(1)
+    assert model.new_zone_name() == "zone 2"
+
+
+def test_area_and_team(model: EditModel) -> None:
+    area = OperatingArea(Rectangle((300.0, 200.0), 700.0, 400.0), 20.0, 90.0)
+    assert model.set_area(area) == ()
+    assert model.current_round is not None
+    assert model.current_round.area == area
+    team = Team("defend", "home", "patrol", (1, 2, 3, 4), 0, {"direction": "cw"})
+    assert model.set_team("defend", team) == ()
+    assert model.team("defend") == team
+
+
+def test_common_zones_are_what_teams_can_serve(model: EditModel) -> None:
+    model.add_zone(home(20.0, "gate"))
+    assert model.common_zones() == ("home", "field")
+
+
+# ---------------------------------------------------------------- the station
+
+
+def test_applied_copy_has_no_changes_and_undo_makes_one(model: EditModel) -> None:
+    model.set_zone("home", home(60.0))
+    base_revision, text = model.sending()
+    assert base_revision == 1
+    model.applied(text, 2)
+    assert (model.changes, model.base_revision) == (0, 2)
+    model.undo()
+    assert model.changes == 1
+    assert model.text == TEXT
+
+
+def test_own_apply_coming_back_is_no_newer_scenario(model: EditModel) -> None:
+    model.set_zone("home", home(60.0))
+    _, text = model.sending()
+    model.set_zone("home", home(50.0))
+    model.station_changed(change(text, 2))
+    assert model.newer is None
+    assert (model.changes, model.base_revision) == (1, 2)
+    assert model.zone("home") == home(50.0)
+
+
+def test_unedited_copy_follows(model: EditModel) -> None:
+    model.station_changed(change(other_text(), 2))
+    assert model.text == other_text()
+    assert model.newer is None
+
+
+def test_edited_copy_is_kept_until_the_operator_decides(model: EditModel) -> None:
+    model.set_zone("home", home(60.0))
+    model.station_changed(change(other_text(), 2))
+    assert model.newer is not None
+    assert model.zone("home") == home(60.0)
+    model.keep()
+    assert (model.newer, model.base_revision) == (None, 2)
+    assert model.changes >= 1
+
+
+def test_discard_takes_the_stations(model: EditModel) -> None:
+    model.set_zone("home", home(60.0))
+    model.station_changed(change(other_text(), 2))
+    model.discard()
+    assert (model.text, model.base_revision, model.changes) == (other_text(), 2, 0)
+    assert model.undo() == ""
+
+
+def test_restarted_station_counts_from_one_again(model: EditModel) -> None:
+    model.station_changed(change(other_text(), 7))
+    model.set_zone("home", home(60.0))
+    model.station_changed(change(other_text("5.0"), 1))
+    assert model.newer is not None
+
+
+def test_same_scenario_published_again_changes_nothing(model: EditModel) -> None:
+    model.set_zone("home", home(60.0))
+    model.station_changed(change())
+    assert model.newer is None
+    assert model.changes == 1
+
+
+def test_round_that_is_gone_is_not_edited(model: EditModel) -> None:
+    model.select_round(2)
+    two = TEXT[: TEXT.index('[[round]]\nname = "round 3"')] + TEXT[TEXT.index("# A team is vehicles") :]
+    model.station_changed(change(two, 2))
+    assert model.round_index == 1
+    assert not model.select_round(2)
+
+
+# ---------------------------------------------------------------- half-typed values
+
+
+def typed(draft: PlanDraft, field: str, *values: str) -> None:
+    edited = draft.zone
+    assert edited is not None
+    texts = zone_text(edited)
+    for value in values:
+        texts = ZoneText(**({name: getattr(texts, name) for name in texts.__dataclass_fields__} | {field: value}))
+        draft.zone_typed(texts, field)
+
+
+def test_beginning_of_a_value_that_is_not_allowed_is_not_left_behind(model: EditModel) -> None:
+    draft = PlanDraft(model)
+    draft.choose_zone("home")
+    typed(draft, "radius_m", "2", "20", "200")
+    assert "reaches outside" in draft.problems[0]
+    assert model.text == TEXT
+    typed(draft, "name", "f", "fi", "fie", "fiel", "field")
+    assert draft.zone_name == "home"
+    assert model.text == TEXT
+
+
+def test_corrected_value_is_taken_and_can_be_undone(model: EditModel) -> None:
+    draft = PlanDraft(model)
+    draft.choose_zone("home")
+    typed(draft, "radius_m", "20", "200", "20", "2")
+    assert draft.problems == ()
+    assert model.zone("home") == home(2.0)
+    model.undo()
+    assert model.text == TEXT
+
+
+def test_earlier_changes_survive_a_bad_value_in_another_field(model: EditModel) -> None:
+    draft = PlanDraft(model)
+    draft.choose_zone("home")
+    typed(draft, "radius_m", "60")
+    draft.end_field()
+    typed(draft, "east_m", "x")
+    assert model.zone("home") == home(60.0)
+    assert draft.problems == ("centre_m E: 'x' is not a number; must be a number like 80 or -12.5",)
+
+
+def test_unknown_planner_is_refused_but_an_old_one_may_stay() -> None:
+    model = EditModel()
+    model.station_changed(change(TEXT.replace('planner = "patrol"', 'planner = "theirs"', 1)))
+    draft = PlanDraft(model)
+    draft.choose_zone("home")
+    team = draft.team
+    assert team is not None
+    texts = team_text(team)
+    draft.team_typed(type(texts)(texts.name, "1-4", "", "home", "nobody"), "planner")
+    assert "nobody" in draft.problems[0]
+    draft.team_typed(type(texts)(texts.name, "", "4", "home", "theirs"), "count")
+    assert draft.problems == ()
