@@ -36,6 +36,8 @@ ACCEL_SHARE = 0.9
 """Of the allowed acceleration; the rest is the autopilot's for tracking."""
 TRANSIT_SPEED_SHARE = 0.98
 DRAWN_POINTS = 120
+DRAW_AGAIN_S = 5.0
+"""A plan may be dropped on its way, and a station may be new."""
 
 
 @dataclass
@@ -55,7 +57,7 @@ class _State:
     """What a step leaves for the next."""
 
     berths: dict[int, _Berth] = field(default_factory=dict)
-    drawn: bool = False
+    drawn_s: float = -np.inf
     predicted_worst_s: float = np.nan
 
 
@@ -75,6 +77,7 @@ class Patrol(Planner):
         ),
         Param("margin_m", float, 1.0, 0.0, 5.0, "m", "planned footprint is smaller by this, for tracking errors"),
         Param("direction", str, "auto", choices=("auto", "cw", "ccw"), help="sense of the tour: auto is as designed"),
+        Param("seed", int, 0, 0, 2**31 - 1, help="another seed tries other tours"),
     )
 
     def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
@@ -84,8 +87,9 @@ class Patrol(Planner):
         accel = limits.accel_m_s2 * ACCEL_SHARE
         planned_radius_m = max(radius_m - float(params["margin_m"]), radius_m * 0.5)
         motion = Motion(limits.speed_m_s * float(params["speed_fraction"]), accel, planned_radius_m)
+        designer = np.random.default_rng([int(params["seed"]), int(rng.integers(2**32))])
         self._region = Region(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
-        self._design = design(task.zone.shape, self._region, motion, radius_m, len(task.members), rng)
+        self._design = design(task.zone.shape, self._region, motion, radius_m, len(task.members), designer)
         self._tour = turned(self._design.tour, str(params["direction"]))
         self._mobility = Mobility(limits.speed_m_s * TRANSIT_SPEED_SHARE, accel)
         self._state = _State()
@@ -97,8 +101,8 @@ class Patrol(Planner):
         if {int(fleet.id[i]) for i in active} != set(state.berths):
             self._respace(ctx.t_s, fleet, active)
         out = Output(intents=[self._intent(ctx.t_s, fleet, i) for i in active])
-        if not state.drawn:
-            out.annotations, state.drawn = [_drawing(self._tour)], True
+        if ctx.t_s - state.drawn_s >= DRAW_AGAIN_S:
+            out.annotations, state.drawn_s = [_drawing(self._tour)], ctx.t_s
         out.metrics = self._metrics(len(active))
         return out
 

@@ -14,6 +14,10 @@ Floats = NDArray[np.floating[Any]]
 RESERVE_M = 0.5
 """Kept beyond the guard's own margin, so that rounding is never a veto."""
 CHORDS_PER_QUADRANT = 4
+CORNER_INSET_M = 6.0
+"""Ways turn this far from the edge, so that a vehicle that swings wide stays inside."""
+AT_CORNER_M = 2.0
+"""This near a corner, it has been reached."""
 
 
 class Region:
@@ -37,7 +41,10 @@ class Region:
         shapely.prepare(self.polygon)
         self.boundary = self.polygon.boundary
         shapely.prepare(self.boundary)
-        self.convex = self.polygon.convex_hull.area - self.polygon.area < 1e-6 * self.polygon.area
+        hull_m2 = self.polygon.convex_hull.area
+        self._convex = hull_m2 - self.polygon.area < 1e-6 * hull_m2
+        self._corners = np.empty((0, 2)) if self._convex else self._turning_points()
+        self._between_m = self._shortest_ways()
 
     def contains(self, xy_m: Floats) -> NDArray[np.bool_]:
         """Which of the points (n, 2) may be flown over."""
@@ -48,8 +55,41 @@ class Region:
         return bool(self.polygon.covers(shapely.LineString([a_m, b_m])))
 
     def next_leg(self, here_m: Floats, there_m: Floats) -> tuple[Floats, bool]:
-        """The next point of the way from here to there, and whether it is a corner (else it is `there_m`)."""
-        return there_m, False
+        """The next point of the shortest way from here to there, and whether it is a corner (else it is `there_m`).
+
+        Without a way at all it is `there_m` too.
+        """
+        if self._convex or not len(self._corners) or self.clear(here_m, there_m):
+            return there_m, False
+        first_m = np.where(self._visible(here_m), np.hypot(*(self._corners - here_m).T), np.inf)
+        first_m[first_m < AT_CORNER_M] = np.inf
+        last_m = np.where(self._visible(there_m), np.hypot(*(self._corners - there_m).T), np.inf)
+        total = first_m + (self._between_m + last_m).min(axis=1)
+        best = int(np.argmin(total))
+        return (self._corners[best], True) if np.isfinite(total[best]) else (there_m, False)
+
+    def _turning_points(self) -> Floats:
+        """Places to turn at: the corners of the region, kept away from its edge as far as it is wide enough."""
+        for inset_m in (CORNER_INSET_M, CORNER_INSET_M / 4.0):
+            inner = self.polygon.buffer(-inset_m, join_style="mitre").simplify(inset_m / 4.0)
+            if isinstance(inner, shapely.Polygon) and not inner.is_empty:
+                break
+        return np.unique(np.round(shapely.get_coordinates(inner), 3), axis=0)
+
+    def _shortest_ways(self) -> Floats:
+        """(c, c) lengths of the shortest ways between corners (Floyd and Warshall), infinite where there is none."""
+        corners = self._corners
+        ways = np.full((len(corners), len(corners)), np.inf)
+        for i, corner in enumerate(corners):
+            ways[i] = np.where(self._visible(corner), np.hypot(*(corners - corner).T), np.inf)
+        for i in range(len(corners)):
+            ways = np.minimum(ways, ways[:, i, None] + ways[None, i])
+        return ways
+
+    def _visible(self, xy_m: Floats) -> NDArray[np.bool_]:
+        """Which corners can be flown to straight."""
+        ways = np.stack([np.broadcast_to(xy_m, self._corners.shape), self._corners], axis=1)
+        return np.asarray(shapely.covers(self.polygon, shapely.linestrings(ways)))
 
     def can_stop(self, xy_m: Floats, velocity_m_s: Floats, accel_m_s2: float) -> NDArray[np.bool_]:
         """Which of the states (n, 2) are inside and come to rest inside when the vehicle brakes straight on."""
