@@ -10,7 +10,7 @@ import math
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.course import Stand, stopping_point
 from tui_gcs.core.events import ALERT, INFO, NOTICE, WARNING, EventLog
-from tui_gcs.core.firmware.ardupilot import GUIDED, LAND, ArduCopter
+from tui_gcs.core.firmware.ardupilot import BRAKE, GUIDED, LAND, ArduCopter
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import IN_THE_AIR, Flight, FlightBook
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, Vec3, VehicleResult
@@ -29,6 +29,8 @@ STUCK_S = 15.0
 """A returning vehicle that does not move for this long is told."""
 TARGET_GAP_S = 1.0
 """Return targets are said again this often."""
+LOST = "lost"
+"""Step of a vehicle taken out because it is LOST, followed by the phase it was in."""
 OUT_MODE_GRACE_S = 3.0
 """A mode change we asked for may show this much later in the heartbeat."""
 
@@ -112,10 +114,14 @@ class Executive:
         results = []
         for flight in self._book:
             vehicle = self._fleet.vehicles.get(flight.vehicle)
-            wanted = flight.vehicle in vehicles if vehicles else flight.phase in IN_THE_AIR
+            starting = flight.phase is Phase.ARMING
+            wanted = flight.vehicle in vehicles if vehicles else starting or flight.phase in IN_THE_AIR
             if not wanted or vehicle is None:
                 continue
-            results.append(self._return_one(flight, vehicle, bool(vehicles), now))
+            if starting and not vehicle.airborne:
+                results.append(self._hold_one(vehicle, flight, now))
+            else:
+                results.append(self._return_one(flight, vehicle, bool(vehicles), now))
         if results and not vehicles:
             self.run = RunPhase.RETURNING
         return tuple(results)
@@ -125,8 +131,11 @@ class Executive:
         now = self._clock.now()
         results = []
         for vehicle in self._fleet.vehicles.values():
-            if (not vehicles or vehicle.id in vehicles) and vehicle.airborne:
-                flight = self._book.get(vehicle.id)
+            flight = self._book.get(vehicle.id)
+            wanted = not vehicles or vehicle.id in vehicles
+            if wanted and flight is not None and flight.phase is Phase.ARMING and not vehicle.airborne:
+                results.append(self._hold_one(vehicle, flight, now))
+            elif wanted and vehicle.airborne:
                 if flight is not None:
                     flight.enter(Phase.LANDING, now, "in place")
                 self._commands.submit(self._firmware.land(vehicle.id))
@@ -248,14 +257,15 @@ class Executive:
         flight.course = self._stand((x, y, flight.layer_m))
 
     def _notice_loss(self, flight: Flight, vehicle: Vehicle, now: float) -> bool:
-        """LOST, or in a mode nobody here asked for: out of the team until it is back."""
+        """LOST, or in a mode nobody here asked for: out of the team until it is back. Stops are still repeated."""
         if vehicle.freshness(now) is Freshness.LOST:
-            flight.enter(Phase.TAKEN_OUT, now, "lost")
-            self._commands.cancel(vehicle.id)
+            before = Phase.FLYING if flight.step == "ready" else flight.phase
+            flight.enter(Phase.TAKEN_OUT, now, f"{LOST} {before}")
+            self._commands.cancel(vehicle.id, keep_stops=True)
             return True
-        wanted = LAND if flight.phase is Phase.LANDING else GUIDED
-        settled = now - flight.since_s > OUT_MODE_GRACE_S
-        if flight.phase is Phase.HOLDING or vehicle.custom_mode == wanted or not settled:
+        modes = {Phase.LANDING: (LAND,), Phase.HOLDING: (GUIDED, BRAKE)}.get(flight.phase, (GUIDED,))
+        settled = now - flight.since_s > OUT_MODE_GRACE_S and not self._commands.stopping(vehicle.id)
+        if vehicle.custom_mode in modes or not settled:
             return False
         text = f"left its mode (now {vehicle.custom_mode}): taken out of the mission"
         self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
@@ -264,17 +274,23 @@ class Executive:
         return True
 
     def _take_back(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        """A lost vehicle heard again, still in GUIDED, rejoins a running mission; others wait for an operator."""
-        if flight.step != "lost" or vehicle.freshness(now) is not Freshness.OK:
+        """A lost vehicle is heard again: it goes on with what it did, if that is still wanted; else it holds."""
+        if not flight.step.startswith(LOST) or vehicle.freshness(now) is not Freshness.OK or not vehicle.airborne:
             return
-        if not vehicle.airborne:
-            return
-        flight.enter(Phase.HOLDING, now)
+        before = flight.step.removeprefix(LOST).strip()
         on_layer = abs(vehicle.alt_rel_m - flight.layer_m) <= 2 * LAYER_TOLERANCE_M
-        if self.run is RunPhase.RUNNING and vehicle.custom_mode == GUIDED and on_layer:
+        ready = self.run is RunPhase.RUNNING and vehicle.custom_mode == GUIDED and on_layer
+        if before == Phase.LANDING and (vehicle.custom_mode == LAND or self._commands.stopping(vehicle.id)):
+            flight.enter(Phase.LANDING, now, "in place")
+        elif before == Phase.RETURNING and vehicle.custom_mode == GUIDED:
+            self._return_one(flight, vehicle, True, now)
+        elif before in (Phase.FLYING, Phase.TAKEOFF) and ready:
             flight.enter(Phase.FLYING, now)
             self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", "is back in its team", NOTICE)
         else:
+            flight.enter(Phase.HOLDING, now)
+            if vehicle.custom_mode == GUIDED and not self._commands.stopping(vehicle.id):
+                self._steering.hold(vehicle)
             text = "is back and holds: resume to take it in again"
             self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
 
@@ -284,7 +300,8 @@ class Executive:
             flight.enter(Phase.HOLDING, now)
             if self.run is RunPhase.IDLE:
                 self.run = RunPhase.HOLD
-                self.started_s = now
+                if math.isnan(self.started_s):
+                    self.started_s = now
             self._events.say(
                 EventClass.MISSION,
                 f"vehicle {vehicle.id}",
@@ -306,7 +323,7 @@ class Executive:
         if flight.phase is Phase.LANDING:
             return VehicleResult(vehicle=vehicle.id, ok=True, text="is landing already")
         if flight.phase is Phase.TAKEN_OUT and not by_name:
-            text = "is lost" if flight.step == "lost" else "is in somebody else's hands"
+            text = "is lost" if flight.step.startswith(LOST) else "is in somebody else's hands"
             return VehicleResult(vehicle=vehicle.id, ok=False, text=f"{text}: not returned")
         home = flight.home_m or vehicle.home_m
         if not vehicle.airborne or home is None:

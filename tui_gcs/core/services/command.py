@@ -107,11 +107,16 @@ class CommandService:
         self._pending[(action.vehicle, action.name)] = action
         self._run(action, None)
 
-    def cancel(self, vehicle: int, name: str | None = None) -> None:
+    def cancel(self, vehicle: int, name: str | None = None, *, keep_stops: bool = False) -> None:
         """Drop the actions pending for `vehicle` (all, or the one called `name`)."""
         for key, action in list(self._pending.items()):
-            if key[0] == vehicle and (key[1] == name if name else not action.housekeeping):
+            kept = keep_stops and action.retry is Retry.STOP
+            if key[0] == vehicle and not kept and (key[1] == name if name else not action.housekeeping):
                 self._end(action, Outcome.SUPERSEDED, "")
+
+    def stopping(self, vehicle: int) -> bool:
+        """Whether a hold, landing or disarming of `vehicle` is not confirmed yet."""
+        return any(key[0] == vehicle and action.retry is Retry.STOP for key, action in self._pending.items())
 
     def pending(self, vehicle: int, name: str) -> bool:
         """Whether such an action is under way."""
