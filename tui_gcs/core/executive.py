@@ -20,6 +20,8 @@ from tui_gcs.core.vehicle import Vehicle
 
 PREARM_WAIT_S = 15.0
 """In GUIDED the pre-arm checks are other ones than in STABILIZE: wait this long for them to pass."""
+PREARM_ANSWER_S = 2.0
+"""It says why by itself only every 30 s, so it is asked, and has this long to answer."""
 CLIMB_LIMIT_S = 120.0
 LAYER_TOLERANCE_M = 1.0
 OVER_HOME_M = 1.5
@@ -206,11 +208,14 @@ class Executive:
     def _follow_arming(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         if vehicle.freshness(now) is Freshness.LOST:
             self._fail_start(flight, "not heard any more", now)
-        elif flight.step == "prearm" and vehicle.prearm_ok and vehicle.custom_mode == GUIDED:
+        elif flight.step in ("prearm", "ask why") and vehicle.prearm_ok and vehicle.custom_mode == GUIDED:
             flight.home_m = vehicle.position_m
             flight.go_to_step("arm", now)
             self._commands.submit(self._firmware.arm(flight.vehicle, self._on_step))
         elif flight.step == "prearm" and now - flight.since_s > PREARM_WAIT_S:
+            flight.go_to_step("ask why", now)
+            self._commands.submit(self._firmware.say_prearm(flight.vehicle))
+        elif flight.step == "ask why" and now - flight.since_s > PREARM_ANSWER_S:
             reasons = "; ".join(vehicle.reasons_since(now - 35.0)) or "it does not say why"
             self._fail_start(flight, f"pre-arm checks do not pass: {reasons}", now)
 

@@ -25,6 +25,7 @@ POSITION_AND_VELOCITY = 0xDC0
 """SET_POSITION_TARGET type_mask: use x, y, z, vx, vy, vz."""
 CMD_LAND, CMD_TAKEOFF = 21, 22
 CMD_SET_MODE, CMD_CHANGE_SPEED = 176, 178
+CMD_RUN_PREARM_CHECKS = 401
 CMD_ARM_DISARM, CMD_SET_MESSAGE_INTERVAL, CMD_REQUEST_MESSAGE = 400, 511, 512
 CUSTOM_MODE_ENABLED = 1
 HOLD_SETTLES_S = 0.8
@@ -91,6 +92,18 @@ class ArduCopter:
             confirm_s=3.0,
             on_done=on_done,
         )
+
+    def say_prearm(self, vehicle: int) -> Action:
+        """Have the pre-arm checks run and their problems told as status texts."""
+        action = Action(
+            vehicle,
+            "pre-arm checks",
+            Retry.SET,
+            send=lambda copy: self._long(vehicle, "pre-arm checks", CMD_RUN_PREARM_CHECKS, copy),
+            confirmed=lambda v: action.acked_s is not None,
+            command=CMD_RUN_PREARM_CHECKS,
+        )
+        return action
 
     def disarm(self, vehicle: int) -> Action:
         """Disarm on the ground (ArduPilot refuses it in flight)."""
