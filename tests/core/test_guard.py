@@ -270,7 +270,9 @@ def test_a_track_between_before_and_after_its_samples() -> None:
             "too many",
         ),
         (
-            Intent(1, "track", t0_s=math.nan, dt_s=1.0, positions_m=((0.0,) * 3,) * 2, velocities_m_s=((0.0,) * 3,) * 2),
+            Intent(
+                1, "track", t0_s=math.nan, dt_s=1.0, positions_m=((0.0,) * 3,) * 2, velocities_m_s=((0.0,) * 3,) * 2
+            ),
             "times are not finite",
         ),
     ],
