@@ -134,6 +134,7 @@ class Feed:
         self._waiting_events: list[wire.Event] = []
         self._last_event = NO_EVENT
         self._filling = True
+        self._attaching = False
 
     # ------------------------------------------------------------ life
 
@@ -159,7 +160,7 @@ class Feed:
             subscribe(keys.PLAN.format(team="*"), lambda _key, data: self._on_queued(self._plan_box, data)),
         ]
         self._timers["check"] = self._loop.call_later(CHECK_S, self._check_again)
-        self._spawn(self._attach())
+        self._begin_attach()
 
     async def idle(self) -> None:
         """Wait until no exchange with the station is under way."""
@@ -258,7 +259,9 @@ class Feed:
             self._post(StationBack())
             self._filling = True
             self._last_event = NO_EVENT if restarted else self._last_event
-            self._spawn(self._attach())
+            self._begin_attach()
+        elif self.scenario is None or self.scenario.revision != status.revision:
+            self._begin_attach()  # the first exchange found no station yet, or a change was missed
         self._post_if_new("status", visible_status(status), StatusUpdated(status))
 
     def _take_plans(self) -> None:
@@ -312,6 +315,12 @@ class Feed:
                 return wire.Reply(ok=False, text="the station's answer cannot be read: another version of tui-gcs?")
         return wire.Reply(ok=False, text=problem)
 
+    def _begin_attach(self) -> None:
+        """One first exchange at a time."""
+        if not self._attaching:
+            self._attaching = True
+            self._spawn(self._attach())
+
     async def _attach(self) -> None:
         """First exchange: protocol version, then everything that was published before we came."""
         hello = await self.request(wire.Hello(protocol=wire.PROTOCOL, who=self.principal))
@@ -323,6 +332,7 @@ class Feed:
             self._take_scenario(scenario)
         self._take_annotations((await self.request(wire.GetPlan())).annotations or self.annotations)
         await self._fill()
+        self._attaching = False
 
     async def _fill(self) -> None:
         """Ask for missed events, then go on with what waited; what the station no longer has is skipped."""

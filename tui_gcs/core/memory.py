@@ -49,6 +49,7 @@ class StationMemory:
             station.book.flights[flight.vehicle] = flight
         station.executive.started_s = self._held["started_s"] or math.nan
         station.revision = self._held["revision"]
+        station.task_revision = self._held["task_revision"]
         station.set_round(min(self._held["round_index"], len(station.scenario.rounds) - 1))
 
     def remember(self, station: "Station") -> None:
@@ -58,6 +59,7 @@ class StationMemory:
             "toml": station.toml,
             "round_index": station.round_index,
             "revision": station.revision,
+            "task_revision": station.task_revision,
             "started_s": None if math.isnan(started_s) else started_s,
             "flights": [
                 {"vehicle": f.vehicle, "team": f.team, "layer_m": f.layer_m, "home_m": f.home_m} for f in station.book

@@ -89,6 +89,9 @@ class Station:
         self.journal = journal
         self.scenario, self.toml, self.path = config.scenario, config.toml, config.scenario_path
         self.revision = 1
+        """Of the scenario: changes with every applied edit."""
+        self.task_revision = 1
+        """Of the planners' tasks: changes with every round, too."""
         self.round_index = 0
         self.ending = False
         self.events = EventLog(clock)
@@ -244,6 +247,7 @@ class Station:
     def set_scenario(self, scenario: Scenario, toml: str) -> None:
         """Fly another scenario from now on; the caller has checked that this may be done."""
         self.scenario, self.toml = scenario, toml
+        self.revision += 1
         self.round_index = min(self.round_index, len(scenario.rounds) - 1)
         frame = LocalFrame(scenario.origin)
         self.fleet.reframe(frame)
@@ -256,9 +260,9 @@ class Station:
 
     def new_tasks(self) -> None:
         """Give every planner its task anew, under a new revision."""
-        self.revision += 1
+        self.task_revision += 1
         for name, desk in self.desks.items():
-            task = desk.set_round(self.scenario, self.round, self.revision)
+            task = desk.set_round(self.scenario, self.round, self.task_revision)
             self.bus.publish(keys.TASK.format(team=name), encode(task))
 
     def scenario_changed(self) -> ScenarioChanged:
