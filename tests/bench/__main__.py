@@ -1,0 +1,49 @@
+"""`make bench`: the measured figures, as a table. Each is measured here, now; what cannot be is said, with the reason.
+
+Takes about two minutes on an idle machine; with other work on it the figures are too high.
+"""
+
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from tests.bench.decode import decoder
+from tests.bench.headless import help_cpu, lock_step
+from tests.bench.live import live
+from tests.bench.row import NotMeasured, Row
+
+PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
+    "help": help_cpu,
+    "decoder": decoder,
+    "lock-step": lock_step,
+    "live": live,
+}
+
+
+def main(chosen: list[str]) -> int:
+    """Measure the chosen parts, all by default; 1 if a limit is not kept."""
+    unknown = set(chosen) - set(PARTS)
+    if unknown:
+        print(f"bench: no part {', '.join(sorted(unknown))}; there are: {', '.join(PARTS)}", file=sys.stderr)
+        return 2
+    kept = True
+    print(f"load average before: {os.getloadavg()[0]:.2f} on {os.cpu_count()} cores")
+    print(f"{'figure':<56}{'measured':>12}{'limit':>12}")
+    for name in chosen or PARTS:
+        with tempfile.TemporaryDirectory(prefix="tg", ignore_cleanup_errors=True) as folder:
+            os.environ["TUI_GCS_RUNTIME_DIR"] = f"{folder}/run"
+            os.environ["TUI_GCS_STATE_DIR"] = f"{folder}/state"
+            try:
+                for row in PARTS[name](Path(folder)):
+                    kept &= row.kept
+                    print(row, flush=True)
+            except NotMeasured as why:
+                kept = False
+                print(f"{name}: not measured: {why}", flush=True)
+    return 0 if kept else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
