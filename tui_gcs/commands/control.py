@@ -3,6 +3,7 @@
 import argparse
 import sys
 import threading
+import time
 from typing import TYPE_CHECKING
 
 from tui_gcs.cli import FAILED, OK, CommandError
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from tui_gcs.core.messages import FleetFrame, StationStatus
 
 STATUS_WAIT_S = 3.0
+STOP_LIMIT_S = 10.0
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -47,7 +49,14 @@ def _stop(kind: Kind) -> int:
     finally:
         bus.close()
     sys.stdout.write(f"{kind}: {reply.text}\n")
-    return OK if reply.ok else FAILED
+    if not reply.ok:
+        return FAILED
+    end = time.monotonic() + STOP_LIMIT_S
+    while running(kind):  # so that the next command finds nothing half-alive
+        if time.monotonic() > end:
+            raise CommandError(f"the {kind} station is still there after {STOP_LIMIT_S:.0f} s")
+        time.sleep(0.05)
+    return OK
 
 
 def _status(kind: Kind, *, as_json: bool) -> int:

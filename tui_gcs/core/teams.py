@@ -214,7 +214,8 @@ class TeamDesk:
         """For the screens."""
         now = self._clock.now()
         flying = self._flying()
-        count = max(len(flying), 1)
+        members = self._book.members(self.team.name)
+        count = max(len(flying) or len(members), 1)
         limits = self.task.limits if self.task else None
         radius = self.task.footprint_radius_m if self.task else 1.0
         bound = sweep_bound_s(self._bound_zone_m2, count, limits.speed_m_s, radius) if limits else math.nan
@@ -224,7 +225,7 @@ class TeamDesk:
             zone=self.team.zone,
             role=str(self.task.zone.role) if self.task else "",
             planner=self.team.planner,
-            members=self._book.members(self.team.name),
+            members=members,
             worker=self._worker_state(now, flying),
             plan_age_s=round(now - self._plan_s, 2) if self._first_plan else math.nan,
             rate_hz=self._rate(now),
@@ -263,8 +264,9 @@ class TeamDesk:
         return "late" if age > LATE_IN_A_ROW * PERIOD_S else "running"
 
     def _rate(self, now: float) -> float:
+        """Plans per second of the last two seconds."""
         recent = [t for t in self._arrivals if now - t <= 2.0]
-        return round(len(recent) / 2.0, 1)
+        return round((len(recent) - 1) / (recent[-1] - recent[0]), 1) if len(recent) > 2 else 0.0
 
     def _flying(self) -> list[Flight]:
         return [f for f in self._book.in_phase(Phase.FLYING) if f.team == self.team.name]
