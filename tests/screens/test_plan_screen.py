@@ -10,10 +10,26 @@ from plan_station import PlanConsole, PlanStation, plan_console
 from tui_gcs.core.messages import Hold, Resume, RunPhase
 from tui_gcs.core.scenario_load import parse
 from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role
+from tui_gcs.planner import registry
+from tui_gcs.planner.api import Param
 from tui_gcs.widgets.glyphs import ASCII
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 SIZES = pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
+
+
+PARAMS = (
+    Param("speed_fraction", float, 0.95, minimum=0.1, maximum=1.0, help="share of the allowed speed"),
+    Param("margin_m", float, 1.0, minimum=0.0, unit="m"),
+    Param("direction", str, "auto", choices=("auto", "cw", "ccw")),
+)
+
+
+@pytest.fixture(autouse=True)
+def _planner(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One planner with these parameters, whatever the real ones are."""
+    monkeypatch.setattr(registry, "names", lambda: ("patrol",))
+    monkeypatch.setattr(registry, "declared", lambda _name: PARAMS)
 
 
 def same_as_snapshot(name: str, text: str) -> bool:
@@ -65,7 +81,7 @@ async def test_every_field_of_every_form_can_be_reached_and_seen(size: tuple[int
                 assert focused is not None
                 assert c.plan.query_one("#side").region.contains_region(focused.region)
                 seen.add(getattr(focused, "field", ""))
-                if focused is first:
+                if focused is first or (key in "23" and focused.parent is c.plan.team_form.query("FormRow").first()):
                     break
     assert wanted <= seen
 
@@ -156,6 +172,12 @@ async def test_team_and_its_planners_parameters() -> None:
         assert team is not None
         assert team.parameters == {"speed_fraction": 0.8, "direction": "cw"}
         assert team.vehicles == (1, 2, 3, 4)
+
+
+async def test_parameter_says_what_it_is_about() -> None:
+    async with plan_console() as c:
+        await c.field("speed_fraction")
+        assert "share of the allowed speed" in c.said()
 
 
 async def test_editing_on_the_map_with_keys() -> None:
@@ -271,7 +293,7 @@ async def test_in_flight_apply_asks_once_more() -> None:
         await c.type_into("radius_m", "60")
         await c.press("escape", "a")
         assert c.plan_station.applied() == []
-        assert "8 vehicles are armed" in c.said()
+        assert "8 vehicles armed" in c.said()
         await c.press("a")
         assert len(c.plan_station.applied()) == 1
 
@@ -419,6 +441,16 @@ async def test_edits_survive_a_look_at_the_fly_screen() -> None:
         await c.press("escape", "f", "p")
         assert c.map_zone("home") == Circle((150.0, 200.0), 60.0)
         assert "1 change not applied" in c.said()
+
+
+async def test_detaching_with_changes_asks_once_more() -> None:
+    async with plan_console() as c:
+        await c.type_into("radius_m", "60")
+        await c.press("escape", "q")
+        assert c.app.is_running
+        assert "q again leaves without them" in c.said()
+        await c.pilot.press("q")
+        assert not c.app.is_running
 
 
 # ---------------------------------------------------------------- hostile text

@@ -266,6 +266,12 @@ class PlanScreen(Screen[None]):
         self.zone_list.focus()
         self._say("")
 
+    async def action_detach_asking(self) -> None:
+        """Leave; what was neither applied nor saved would be lost, so that takes a second press."""
+        lost = self.model.changes and self.model.unsaved
+        if not lost or self._confirmed("detach", "changes neither applied nor saved: q again leaves without them"):
+            await self.run_action("app.detach")
+
     def action_resume(self) -> None:
         """Enter outside a field means the same as on the fly screen."""
         if self.focused is None or self.focused is self.zone_list:
@@ -383,9 +389,7 @@ class PlanScreen(Screen[None]):
 
     def _may_apply(self) -> bool:
         armed = self.feed.status.armed if self.feed.status is not None else 0
-        return not armed or self._confirmed(
-            "apply", f"{armed} vehicles are armed: apply again changes their flight now"
-        )
+        return not armed or self._confirmed("apply", f"{armed} vehicles armed: a or ^G again changes their flight now")
 
     async def _apply(self, base_revision: int, text: str) -> None:
         reply = await self.feed.request(ApplyScenario(base_revision=base_revision, toml=text))

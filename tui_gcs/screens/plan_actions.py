@@ -38,4 +38,5 @@ PLAN_ACTIONS = (
     Action("zone_down", ("down",), "down", "", "zone below; in a form: next field", SELECT),
     Action("leave", ("escape",), "Esc", "", "leave a field, the map, or a question", SELECT),
     Action("resume", ("enter",), "Enter", "", "in hold, outside fields: go on with the planner", COMMAND),
+    Action("detach_asking", ("q",), "q", "", "detach; with changes that nobody else has it asks once more", SELECT),
 )

@@ -75,12 +75,9 @@ class Choice(LinesView, can_focus=True):
         if not self._fits(self.size.width):
             self.action_step(1)
 
-    def on_focus(self) -> None:
-        """Mark the focused line."""
-        self.update_lines()
-
-    def on_blur(self) -> None:
-        """Unmark it."""
+    def watch_has_focus(self, has_focus: bool) -> None:
+        """Mark the focused line, or unmark it."""
+        super().watch_has_focus(has_focus)
         self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:

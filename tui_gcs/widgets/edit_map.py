@@ -13,7 +13,7 @@ STEP_M = 5.0
 TURN_DEG = 5.0
 GROW = 1.05
 HEADING = "map"
-EDIT_HEADING = "map  arrows move  [ ] turn  { } size  Esc"
+EDIT_HEADING = "move: arrows [ ] { } Esc"
 
 
 class EditMap(MapView):

@@ -233,7 +233,7 @@ class EditModel:
         self._open_subject = ""
 
     def retract(self) -> bool:
-        """Take back what the open field changed so far: what stands in it now is not allowed, and half of it not meant."""
+        """Take back what the open field changed: it holds a value that is not allowed, and half of one is not meant."""
         if not self._open_subject or not self._steps:
             return False
         self.undo()

@@ -50,12 +50,9 @@ class ZoneList(LinesView, can_focus=True):
         if self._round is not None and row <= len(self._round.zones):
             self.post_message(self.Selected(row))
 
-    def on_focus(self) -> None:
-        """Mark the focused list."""
-        self.update_lines()
-
-    def on_blur(self) -> None:
-        """Unmark it."""
+    def watch_has_focus(self, has_focus: bool) -> None:
+        """Mark the focused line, or unmark it."""
+        super().watch_has_focus(has_focus)
         self.update_lines()
 
     def lines(self, width: int, height: int) -> Sequence[Line]:
