@@ -70,6 +70,7 @@ class Workers:
 
     def _start(self, team: str) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "tui_gcs.planner.worker", "--bus", str(self._socket), "--team", team]
+        command += ["--parent", str(os.getpid())]
         with self._log_file.open("ab") as output:
             return subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=output)
 

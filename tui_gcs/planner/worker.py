@@ -50,9 +50,8 @@ class Worker:
         bus.subscribe(keys.TASK.format(team=team), lambda _, data: self._put(task=data))
         self._token = bus.alive(keys.ALIVE.format(principal=self._principal))
 
-    def run(self) -> None:
-        """Step until stopped or until the parent process is gone."""
-        parent = os.getppid()
+    def run(self, parent: int) -> None:
+        """Step until stopped or until the process `parent`, which started us, is gone."""
         self._say_hello()
         while not self.stopped and os.getppid() == parent:
             task, frame = self._wait()
@@ -116,6 +115,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="planner worker")
     parser.add_argument("--bus", type=Path, required=True)
     parser.add_argument("--team", required=True)
+    parser.add_argument("--parent", type=int, default=os.getppid(), help="end when this process is gone")
     arguments = parser.parse_args(argv)
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(levelname)s %(message)s")
     try:
@@ -127,7 +127,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, lambda *_: worker.stop())
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        worker.run()
+        worker.run(arguments.parent)
     finally:
         bus.close()
     return 0
