@@ -84,7 +84,7 @@ class Executive:
         """Hold at once: these, or everybody in the air. What was being armed is disarmed."""
         now = self._clock.now()
         results = []
-        for vehicle in self._fleet.vehicles.values():
+        for vehicle in self._fleet.in_order():
             flight = self._book.get(vehicle.id)
             starting = flight is not None and flight.phase is Phase.ARMING
             known_flying = flight is not None and flight.phase in IN_THE_AIR
@@ -132,7 +132,7 @@ class Executive:
         """Land where they are."""
         now = self._clock.now()
         results = []
-        for vehicle in self._fleet.vehicles.values():
+        for vehicle in self._fleet.in_order():
             flight = self._book.get(vehicle.id)
             wanted = not vehicles or vehicle.id in vehicles
             if wanted and flight is not None and flight.phase is Phase.ARMING and not vehicle.airborne:

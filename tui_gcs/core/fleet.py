@@ -66,6 +66,10 @@ class Fleet:
             "HOME_POSITION": self._home,
         }
 
+    def in_order(self) -> list[Vehicle]:
+        """All vehicles by id."""
+        return [self.vehicles[i] for i in sorted(self.vehicles)]
+
     def on_new(self, listener: Callable[[Vehicle], None]) -> None:
         """Call `listener` for each vehicle heard for the first time."""
         self._on_new.append(listener)

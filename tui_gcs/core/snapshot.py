@@ -18,7 +18,7 @@ def fleet_frame(
 ) -> FleetFrame:
     """The vehicles heard so far, in order of id."""
     now = clock.now()
-    vehicles = [fleet.vehicles[i] for i in sorted(fleet.vehicles)]
+    vehicles = fleet.in_order()
     flights = [book.get(v.id) for v in vehicles]
     return FleetFrame(
         seq=seq,
