@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from tui_gcs.core.idleness import cell_centres_m
 from tui_gcs.core.zones import bounds, polygon_of
@@ -40,8 +41,10 @@ KICKS = 15
 KICK = Effort(0.5, 5.0, 12)
 KICK_M = 8.0
 KICK_REACH_M = 15.0
-FINISH = Effort(20.0, 10.0, 40)
-"""On all cells."""
+FINISH = (Effort(20.0, 10.0, 30), Effort(100.0, 20.0, 30), Effort(500.0, 50.0, 30))
+"""On all cells, harder as long as one is missed."""
+MISS_M = 0.3
+"""A cell missed by less than this is not: the planning footprint is smaller than the real one by more."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ class Design:
     name: str
     tour: Tour
     margin: Evaluation
-    """With a footprint halfway between planned and real: tracking errors up to that cost nothing."""
+    """With the planning footprint: what it covers stays covered while vehicles are that much off their slots."""
     real: Evaluation
     """With the real footprint."""
 
@@ -68,7 +71,7 @@ def design(
         drafts = [Draft("loop", region.pulled_inside(_loop(centre)), 1.0)]
     else:
         coarse = np.vstack([cell_centres_m(shape, COARSE_M * scale), _rim(cells, CELL_M * scale)])
-        drafts = [smooth(draft, cells, motion, region, FINISH) for draft in _drafts(shape, coarse, motion, region, rng)]
+        drafts = [_finished(draft, cells, motion, region) for draft in _drafts(shape, coarse, motion, region, rng)]
     return _best(_judged(draft, cells, motion, region, footprint_m, max(1, n)) for draft in drafts)
 
 
@@ -96,6 +99,14 @@ def _kicked(best: Draft, cells: Floats, motion: Motion, region: Region, rng: np.
     return best
 
 
+def _finished(draft: Draft, cells: Floats, motion: Motion, region: Region) -> Draft:
+    for effort in FINISH:
+        draft = smooth(draft, cells, motion, region, effort)
+        if cKDTree(draft.path_m()).query(cells)[0].max() <= motion.radius_m + MISS_M:
+            break
+    return draft
+
+
 def _cheapest(drafts: Iterable[Draft], count: int) -> list[Draft]:
     return sorted(drafts, key=lambda draft: draft.cost)[:count]
 
@@ -103,7 +114,7 @@ def _cheapest(drafts: Iterable[Draft], count: int) -> list[Draft]:
 def _judged(draft: Draft, cells: Floats, motion: Motion, region: Region, footprint_m: float, n: int) -> Design:
     path = region.pulled_inside(draft.path_m())
     tour = timed(path, motion.speed_m_s, motion.accel_m_s2, _stopping_cap(path, motion, region))
-    margin = evaluate(tour, cells, (motion.radius_m + footprint_m) / 2.0, n)
+    margin = evaluate(tour, cells, motion.radius_m + MISS_M, n)
     return Design(draft.name, tour, margin, evaluate(tour, cells, footprint_m, n))
 
 

@@ -75,7 +75,7 @@ class Patrol(Planner):
             "",
             "tour speed as a share of the speed limit; the rest catches up",
         ),
-        Param("margin_m", float, 1.0, 0.0, 5.0, "m", "planned footprint is smaller by this, for tracking errors"),
+        Param("margin_m", float, 1.2, 0.0, 5.0, "m", "planned footprint is smaller by this, for tracking errors"),
         Param("direction", str, "auto", choices=("auto", "cw", "ccw"), help="sense of the tour: auto is as designed"),
         Param("seed", int, 0, 0, 2**31 - 1, help="another seed tries other tours"),
     )
