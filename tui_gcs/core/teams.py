@@ -20,6 +20,7 @@ from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
 from tui_gcs.core.messages import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
 from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.steering import Steering
+from tui_gcs.core.text import clean
 from tui_gcs.core.zones import Role, Zone, area_m2
 
 PERIOD_S = 0.2
@@ -123,7 +124,8 @@ class TeamDesk:
         if self.task is None or plan.revision != self.task.revision:
             return
         if plan.error:
-            self._fault(f"planner {self.team.planner} failed: {plan.error.strip().splitlines()[-1]}")
+            last_line = clean((plan.error.strip().splitlines() or ["it does not say why"])[-1])
+            self._fault(f"planner {self.team.planner} failed: {last_line}")
             return
         self._arrivals.append(now)
         if len(self._arrivals) == MOST_PLANS_PER_S and now - self._arrivals[0] < 1.0:
@@ -266,7 +268,8 @@ class TeamDesk:
     def _rate(self, now: float) -> float:
         """Plans per second of the last two seconds."""
         recent = [t for t in self._arrivals if now - t <= 2.0]
-        return round((len(recent) - 1) / (recent[-1] - recent[0]), 1) if len(recent) > 2 else 0.0
+        span_s = recent[-1] - recent[0] if len(recent) > 2 else 0.0
+        return round((len(recent) - 1) / span_s, 1) if span_s > 0 else 0.0
 
     def _flying(self) -> list[Flight]:
         return [f for f in self._book.in_phase(Phase.FLYING) if f.team == self.team.name]
