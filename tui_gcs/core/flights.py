@@ -28,6 +28,8 @@ class Flight:
     """Where it took off: there it lands."""
     course: Course | None = None
     next_setpoint_s: float = 0.0
+    limited: bool = False
+    """Told to keep to our speed on the way to a place, since it last did something else."""
     slot: str = ""
     joined: bool = False
     vetoed: str = ""
@@ -38,7 +40,7 @@ class Flight:
     def enter(self, phase: Phase, now: float, step: str = "") -> None:
         """Change phase; what belonged to the last one is forgotten."""
         self.phase, self.step, self.since_s = phase, step, now
-        self.course = None
+        self.course, self.limited = None, False
         if phase is not Phase.FLYING:
             self.slot, self.joined, self.vetoed = "", False, ""
 

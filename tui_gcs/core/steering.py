@@ -68,6 +68,9 @@ class Steering:
 
     def hold(self, vehicle: Vehicle) -> None:
         """Brake and stay: a position target at the stopping point, or BRAKE outside GUIDED. Never judged."""
+        flight = self._book.get(vehicle.id)
+        if flight is not None:
+            flight.limited = False
         if vehicle.custom_mode == GUIDED and vehicle.has_position():
             self._commands.submit(self._firmware.hold(vehicle.id, self.stop_place(vehicle)))
         else:
@@ -96,8 +99,11 @@ class Steering:
         point, velocity = course.at(now)
         if isinstance(course, Stand):
             self._firmware.position(vehicle.id, point)
+            if not flight.limited:  # ArduCopter takes its own speed again whenever it begins to fly to a place
+                self._commands.submit(self._firmware.speed(vehicle.id, course.speed_m_s))
         else:
             self._firmware.moving(vehicle.id, point, velocity)
+        flight.limited = isinstance(course, Stand)
 
     def _brake_for_veto(self, flight: Flight, vehicle: Vehicle, why: str) -> None:
         if flight.joined:
