@@ -55,6 +55,8 @@ class Executive:
         self.run = RunPhase.IDLE
         self.started_s = math.nan
         """When the mission clock began; NaN before the first start."""
+        self.resume_found = False
+        """After a restart in a running mission: vehicles found in the air go on (the scenario's `resume = true`)."""
         self._fleet = fleet
         self._book = book
         self._firmware = firmware
@@ -307,12 +309,12 @@ class Executive:
                 self.run = RunPhase.HOLD
                 if math.isnan(self.started_s):
                     self.started_s = now
-            self._events.say(
-                EventClass.MISSION,
-                f"vehicle {vehicle.id}",
-                "found in the air: nothing is sent to it until resume or return",
-                WARNING,
-            )
+            text = "found in the air: nothing is sent to it until resume or return"
+            if self.resume_found:
+                text = "found in the air: goes on, as the scenario says"
+                self._take_over(flight, now)
+                self.run = RunPhase.STARTING
+            self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
 
     def _down(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         landed = flight.phase is Phase.LANDING

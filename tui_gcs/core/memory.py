@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tui_gcs.core.flights import Flight
+from tui_gcs.core.messages import RunPhase
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station
@@ -48,6 +49,8 @@ class StationMemory:
             flight = Flight(item["vehicle"], item["team"], item["layer_m"], home_m=tuple(home) if home else None)
             station.book.flights[flight.vehicle] = flight
         station.executive.started_s = self._held["started_s"] or math.nan
+        was_running = self._held["run"] in (RunPhase.RUNNING, RunPhase.STARTING)
+        station.executive.resume_found = was_running and station.scenario.link_loss.resume
         station.revision = self._held["revision"]
         station.task_revision = self._held["task_revision"]
         station.set_round(min(self._held["round_index"], len(station.scenario.rounds) - 1))
@@ -57,6 +60,7 @@ class StationMemory:
         started_s = station.executive.started_s
         held = {
             "toml": station.toml,
+            "run": station.executive.run,
             "round_index": station.round_index,
             "revision": station.revision,
             "task_revision": station.task_revision,

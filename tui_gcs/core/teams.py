@@ -64,6 +64,7 @@ class TeamDesk:
         self._worst: deque[tuple[float, float]] = deque(maxlen=WORST_OVER_S)
         """(time, largest idleness then), one a second, since every cell was seen."""
         self._average_s = math.nan
+        self._told_on_slot = False
         self._fleet = fleet
         self._book = book
         self._guard = guard
@@ -114,6 +115,7 @@ class TeamDesk:
         self.grid = IdlenessGrid(zone.shape, scenario.footprint_radius_m)
         self._bound_zone_m2 = area_m2(zone.shape)
         self._worst.clear()
+        self._told_on_slot = False
         self._average_s = math.nan
 
     # ---------------------------------------------------------------- plans
@@ -197,6 +199,10 @@ class TeamDesk:
             if (vehicle := self._fleet.vehicles.get(flight.vehicle)) is not None and vehicle.has_position()
         ]
         now = self._clock.now()
+        if not self._told_on_slot and self.all_on_slot():
+            self._told_on_slot = True
+            text = f"all {len(places)} on their slots over {self.team.zone}"
+            self._events.say(EventClass.PLANNER, f"planner {self.team.name}", text, NOTICE)
         if places:
             self.grid.update(now, np.array(places))
         if self.grid.coverage >= 1.0 and (not self._worst or now - self._worst[-1][0] >= 1.0):

@@ -1,0 +1,65 @@
+"""Draws the README's pictures: both screens on a real lock-step flight. `python docs/make_pictures.py`."""
+
+import asyncio
+import re
+import tempfile
+from pathlib import Path
+
+from textual.pilot import Pilot
+
+from tui_gcs.app import ConsoleApp
+from tui_gcs.commands.common import read_scenario
+from tui_gcs.core import messages as m
+from tui_gcs.core.kinds import Kind
+from tui_gcs.rehearsal import LockStep
+
+FOLDER = Path(__file__).parent
+SIZE = (120, 40)
+READY_S, PATROL_S = 10.0, 150.0
+
+
+def fly(flight: LockStep, seconds: float) -> None:
+    """Move the flight on."""
+    end = flight.clock.now() + seconds
+    while flight.clock.now() < end:
+        flight.step()
+
+
+async def settle(pilot: Pilot[None], flight: LockStep, app: ConsoleApp) -> None:
+    """Let the console take what was published."""
+    for _ in range(4):
+        fly(flight, 0.5)
+        await app.feed.idle()
+        await pilot.pause(0.3)
+
+
+def save(app: ConsoleApp, name: str) -> None:
+    """Export the screen; without the web fonts, so that looking at a picture asks nobody for anything."""
+    svg = re.sub(r"@font-face\s*{.*?}", "", app.export_screenshot(title="tui-gcs"), flags=re.DOTALL)
+    svg = re.sub(r"<!--.*?-->", "", svg, flags=re.DOTALL)
+    (FOLDER / name).write_text(svg.replace("Fira Code", "monospace"))
+
+
+async def main() -> None:
+    """Fly, then draw."""
+    scenario, toml, _ = read_scenario(None)
+    with tempfile.TemporaryDirectory() as logs:
+        flight = LockStep(scenario, toml, Path(logs))
+        app = ConsoleApp(flight.bus, "you", kind=Kind.SIM)
+        async with app.run_test(size=SIZE) as pilot:
+            fly(flight, READY_S)
+            start = m.Start(vehicles=tuple(sorted(flight.station.fleet.vehicles)))
+            flight.bus.ask(f"gcs/req/{app.feed.principal}", m.encode(start))
+            fly(flight, PATROL_S)
+            await settle(pilot, flight, app)
+            await pilot.press("n", "n")
+            await settle(pilot, flight, app)
+            save(app, "fly.svg")
+            await pilot.press("p")
+            await settle(pilot, flight, app)
+            save(app, "plan.svg")
+        flight.close()
+
+
+if __name__ == "__main__":
+    asyncio.run(main())
