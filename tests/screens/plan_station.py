@@ -76,7 +76,7 @@ class PlanConsole(Console):
         for widget in self.plan.query("FormField, Choice, CornersField"):
             if getattr(widget, "field", "") == name and widget.focusable:
                 widget.focus()
-                await self.settle()
+                await self.pilot.pause()
                 return
         raise AssertionError(f"no field {name} can have the cursor")
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from rich.cells import cell_len
 from textual import events
 from textual.message import Message
 
@@ -72,6 +73,8 @@ class ZoneList(LinesView, can_focus=True):
         chosen = row == self._row
         cells = max(NAME_CELLS, width - 34)
         name = name if len(name) <= cells else name[: cells - 1] + "."
+        if cell_len(shape) > width - 9 - cells:
+            shape = shape.replace("rectangle ", "rect ").replace(" corners", "")
         mark = self.glyphs.selected if chosen else " "
         style = Ink.SELECTED if chosen and self.has_focus else Ink.BOLD if chosen else Ink.TEXT
         return [
