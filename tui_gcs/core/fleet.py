@@ -215,7 +215,9 @@ class Fleet:
         if math.dist(place, vehicle.position_m) <= reach_m:
             vehicle.suspect_jumps = 0
             return False
-        vehicle.suspect_jumps += 1
+        consistent = vehicle.suspect_jumps > 0 and math.dist(place, vehicle.suspect_m) <= reach_m
+        vehicle.suspect_jumps = vehicle.suspect_jumps + 1 if consistent else 1
+        vehicle.suspect_m = place
         text = "position jumped: not used until confirmed"
         self._events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, WARNING, every_s=10)
         return vehicle.suspect_jumps <= CONSISTENT_FIXES

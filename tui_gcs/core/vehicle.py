@@ -64,6 +64,9 @@ class Vehicle:
     recent_reasons: list[tuple[float, str]] = field(default_factory=list)
     """(time, text) of the newest status texts that may explain a refusal."""
     suspect_jumps: int = 0
+    """How many positions in a row are far from the last used one and near each other."""
+    suspect_m: Vec3 = UNKNOWN_POSITION
+    """The newest of these."""
     reboots: int = 0
     home_m: Vec3 | None = None
     """Where the autopilot says home is (HOME_POSITION), ENU."""
