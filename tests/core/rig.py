@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import msgspec
 
@@ -64,9 +65,11 @@ class Rig(LockStep):
     """loses("up" or "down", index of the vehicle): whether this datagram is lost."""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.wants is not None:
-            self.end_planners()
+        if self.wants is None:
+            super().__post_init__()
+        else:
+            with patch("tui_gcs.rehearsal.attach"):  # the real planners would only draw tours nobody flies
+                super().__post_init__()
         self.bus.subscribe(FLEET, self._on_frame)
         self.sim_index = {spec.system_id: i for i, spec in enumerate(self.sim.specs)}
         self.outgoing = Encoder(1, 1)
@@ -94,7 +97,7 @@ class Rig(LockStep):
         while self.link.sent:
             data, address = self.link.sent.popleft()
             self._note(data)
-            if address[0] == "sim" and not self.loses("down", int(address[1])):
+            if address[0] == "sim" and int(address[1]) < len(self.sim) and not self.loses("down", int(address[1])):
                 self.sim.receive(int(address[1]), data)
 
     def run(self, seconds: float) -> "Rig":
@@ -162,8 +165,10 @@ class Rig(LockStep):
     def plan(self, *intents: Intent, team: str = "defend", revision: int | None = None, **more: Any) -> None:
         """Publish a plan by hand."""
         self.seq += 1
-        now = self.station.revision if revision is None else revision
-        plan = Plan(team=team, revision=now, seq=self.seq, t_s=self.clock.now(), intents=intents, **more)
+        task = self.station.desks[team].task
+        if revision is None:
+            revision = task.revision if task is not None else 0
+        plan = Plan(team=team, revision=revision, seq=self.seq, t_s=self.clock.now(), intents=intents, **more)
         self.bus.publish(PLAN.format(team=team), m.encode(plan))
 
     def texts(self, source: str = "") -> list[str]:

@@ -1,0 +1,295 @@
+"""Planners that die, dawdle, rave and lie: vehicles hold, the operator is told, and nobody else notices."""
+
+import math
+from collections.abc import Callable
+
+import pytest
+from rig import Rig
+
+from tui_gcs.core import messages as m
+from tui_gcs.core.bus import ALIVE, PLAN
+from tui_gcs.core.events import ALERT
+from tui_gcs.core.messages import FleetFrame, Intent, Phase, Plan, PlannerTask, RunPhase
+from tui_gcs.core.status import station_status
+
+MakeRig = Callable[..., Rig]
+SPOT = (240.0, 200.0)
+
+
+def goto(vehicle: int, x: float, y: float, z: float) -> Intent:
+    return Intent(vehicle, "goto", position_m=(x, y, z))
+
+
+def alerts(flight: Rig, team: str = "defend") -> list[str]:
+    return [e.text for e in flight.events() if e.severity <= ALERT and e.source == f"planner {team}"]
+
+
+def team(flight: Rig) -> m.TeamStatus:
+    return station_status(flight.station, 1).teams[0]
+
+
+# ---------------------------------------------------------------- late and dead
+
+
+def test_a_dead_planner_costs_its_vehicles_a_hold_within_three_seconds(rig: MakeRig) -> None:
+    flight = rig(2, wants=None).flying().run(10.0)
+    assert team(flight).worker == "running"
+    flight.end_planners()
+    died = flight.clock.now()
+    flight.until(lambda: flight.phases() == {Phase.HOLDING}, 3.0)
+    assert flight.clock.now() - died >= 2.0 - 0.3, "silent since its last plan"
+    assert alerts(flight) == ["planner patrol silent for 2.0 s: 2 vehicles hold"]
+    flight.run(8.0)
+    assert all(flight.speed(v) < 0.3 for v in flight.ids)
+    assert station_status(flight.station, 1).faults == {"planner": 1}
+    assert "Enter resume" in station_status(flight.station, 1).alarm
+
+
+def test_one_teams_planner_is_not_the_other_teams_trouble(rig: MakeRig) -> None:
+    def only_attack(frame: FleetFrame, task: PlannerTask) -> list[Intent]:
+        return [goto(v, 350.0 + 20 * v, 200.0, task.layers_m[v]) for v in task.members] if task.team == "attack" else []
+
+    flight = rig(8, wants=only_attack).flying()
+    desk = flight.station.desks["defend"]
+    flight.run(1.0)
+    real = desk.take
+    desk.take = lambda plan: None  # type: ignore[method-assign]  # from now on this team hears nothing
+    flight.run(4.0)
+    desk.take = real  # type: ignore[method-assign]
+    phases = {f.vehicle: f.phase for f in flight.station.book}
+    assert {phases[v] for v in (1, 2, 3, 4)} == {Phase.HOLDING}
+    assert {phases[v] for v in (5, 6, 7, 8)} == {Phase.FLYING}
+
+
+def test_after_a_hold_for_silence_the_operator_resumes(rig: MakeRig) -> None:
+    flight = rig(1).flying()
+    flight.planning = False
+    flight.run(4.0)
+    assert flight.phase(1) is Phase.HOLDING
+    flight.planning = True
+    flight.run(3.0)
+    assert flight.phase(1) is Phase.HOLDING, "not by itself"
+    assert flight.ask(m.Resume()).ok
+    flight.run(40.0)
+    assert flight.place(1)[:2] == pytest.approx((220.0, 200.0), abs=1.0)
+
+
+def test_a_planner_has_twenty_seconds_for_its_first_plan(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    flight.run(19.0)
+    assert flight.phase(1) is Phase.FLYING and flight.speed(1) < 0.3, "it waits on its layer"
+    flight.run(3.0)
+    assert flight.phase(1) is Phase.HOLDING
+    assert len(alerts(flight)) == 1
+
+
+def test_three_late_steps_in_a_row_are_too_many(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    flight.station.desks["defend"]._judge_steps = True
+    for step_ms in (250.0, 250.0, 50.0, 250.0, 250.0):
+        flight.plan(goto(1, *SPOT, 27.0), step_ms=step_ms)
+        flight.run(0.2)
+    assert flight.phase(1) is Phase.FLYING, "two, a good one, two"
+    flight.plan(goto(1, *SPOT, 27.0), step_ms=250.0)
+    flight.run(0.2)
+    assert flight.phase(1) is Phase.HOLDING
+    assert alerts(flight) == ["planner patrol late 3 times in a row: 1 vehicles hold"]
+
+
+def test_a_worker_that_goes_in_flight_is_told_as_an_alarm(rig: MakeRig) -> None:
+    flight = rig(1)
+    alive = flight.bus.alive(ALIVE.format(principal="planner-defend"))
+    flight.flying().run(1.0)
+    assert team(flight).worker == "running"
+    alive.close()
+    flight.planning = False
+    flight.run(4.0)
+    assert alerts(flight)[0] == "planner worker is GONE"
+    assert team(flight).worker == "dead"
+
+
+# ---------------------------------------------------------------- nonsense
+
+
+@pytest.mark.parametrize("error", ["Traceback ...\nValueError: no zone", "boom", " \n ", "\x1b[31mred\x1b[0m"])
+def test_a_planner_that_fails_holds_its_vehicles_and_its_last_line_is_told(rig: MakeRig, error: str) -> None:
+    flight = rig(1, planning=False).flying()
+    flight.plan(goto(1, *SPOT, 27.0))
+    for _ in range(20):
+        flight.plan(error=error)
+        flight.run(0.2)
+    assert flight.phase(1) is Phase.HOLDING
+    told = alerts(flight)
+    assert told and all("\n" not in text and "\x1b" not in text for text in told)
+    if "ValueError" in error:
+        assert told[0] == "planner patrol failed: ValueError: no zone"
+
+
+@pytest.mark.parametrize("payload", [b"", b"\xff", b"junk", m.encode(m.Hold()), b"\x80"])
+def test_bytes_that_are_no_plan_are_counted(rig: MakeRig, payload: bytes) -> None:
+    flight = rig(1).flying()
+    flight.bus.publish(PLAN.format(team="defend"), payload)
+    flight.bus.publish(PLAN.format(team="nobody"), payload)
+    flight.run(1.0)
+    assert flight.station.dropped == {"plan not understood": 1, "plan of an unknown team": 1}
+    assert flight.phase(1) is Phase.FLYING
+
+
+def test_a_plan_of_another_revision_is_not_flown(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    flight.plan(goto(1, *SPOT, 27.0), revision=0)
+    flight.plan(goto(1, *SPOT, 27.0), revision=10**9)
+    flight.run(5.0)
+    assert flight.speed(1) < 0.3
+    assert math.dist(flight.place(1)[:2], (45.0, 170.0)) < 1.0
+
+
+def test_a_plan_may_not_name_vehicles_of_another_team_or_nobodys(rig: MakeRig) -> None:
+    flight = rig(8, planning=False).flying()
+    flight.plan(goto(5, 50.0, 300.0, 55.0), goto(77, 50.0, 300.0, 55.0), goto(1, 60.0, 170.0, 27.0), team="defend")
+    flight.run(3.0)
+    assert flight.station.guard.vetoes == {"unknown vehicle": 2}
+    assert math.dist(flight.place(5)[:2], (25.0, 170.0)) < 1.0
+    assert flight.place(1)[0] > 47.0, "what is its own is flown"
+    assert "vehicle 5: planner names vehicle 5, not of its team" in flight.texts("planner defend")
+
+
+def test_tracks_of_nan_are_vetoed_by_kind(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    nan = (math.nan,) * 3
+    flight.plan(Intent(1, "track", t0_s=0.0, dt_s=1.0, positions_m=(nan, nan), velocities_m_s=(nan, nan)))
+    flight.plan(Intent(1, "goto", position_m=nan))
+    flight.plan(Intent(1, "return"))
+    flight.run(1.0)
+    assert flight.station.guard.vetoes == {"kind": 3}
+    assert flight.sent_to(1, since_s=flight.clock.now() - 1.0) == []
+    assert flight.speed(1) < 0.3
+
+
+def test_a_thousand_plans_a_second_are_vetoed_by_rate_and_then_the_vehicles_hold(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    sent = len(flight.sent)
+    for _ in range(60):
+        for _ in range(50):
+            flight.plan(goto(1, *SPOT, 27.0))
+        flight.step()
+    assert flight.station.guard.vetoes["rate"] > 2000
+    assert len(flight.sent) - sent < 3 * 12.5 + 10, "set-points stay at their 5 Hz"
+    assert flight.phase(1) is Phase.HOLDING
+
+
+def test_a_plan_that_says_hold_holds_until_the_next(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    flight.plan(goto(1, *SPOT, 27.0))
+    flight.run(1.5)
+    for _ in range(30):
+        flight.plan(Intent(1, "hold"))
+        flight.run(0.2)
+    assert flight.speed(1) < 0.3 and flight.phase(1) is Phase.FLYING
+    for _ in range(20):
+        flight.plan(goto(1, *SPOT, 27.0))
+        flight.run(0.2)
+    assert flight.speed(1) > 2.0
+
+
+# ---------------------------------------------------------------- the guard in between
+
+
+def test_on_the_way_to_a_place_nobody_is_faster_than_the_limit(rig: MakeRig) -> None:
+    """ArduCopter would fly to places at its own 10 m/s."""
+    flight = rig(1).flying()
+    fastest = 0.0
+    for _ in range(30 * 20):
+        flight.step()
+        fastest = max(fastest, flight.speed(1))
+    assert 7.5 < fastest < 8.0 * 1.05
+    assert len([f for _, f in flight.sent_to(1, "COMMAND_LONG") if f["command"] == 178]) == 1, "said once"
+
+
+def test_a_plan_outside_the_area_is_vetoed_the_vehicle_brakes_and_the_next_good_plan_goes_on(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+
+    def fly(x: float, y: float, seconds: float) -> None:
+        for _ in range(round(seconds / 0.2)):
+            flight.plan(goto(1, x, y, 27.0))
+            flight.run(0.2)
+
+    fly(300.0, 170.0, 6.0)
+    at_veto = flight.place(1)
+    fly(700.0, 170.0, 8.0)
+    assert flight.station.guard.vetoes["area"] == pytest.approx(40, abs=2)
+    assert flight.speed(1) < 0.3
+    assert math.dist(at_veto, flight.place(1)) < 17.0
+    assert flight.phase(1) is Phase.FLYING
+    vetoes = [t for t in flight.texts("vehicle 1") if t.startswith("guard veto")]
+    assert vetoes and "outside the operating area" in vetoes[0]
+    assert len(vetoes) <= 3, "told, not shouted"
+    fly(300.0, 170.0, 4.0)
+    assert flight.speed(1) > 4.0, "and on"
+    assert flight.station.steering.vetoed_on_slot == 0
+
+
+def test_two_sent_to_one_place_never_come_closer_than_the_separation(rig: MakeRig) -> None:
+    flight = rig(2, wants=lambda frame, task: [goto(v, 200.0, 200.0, 30.0) for v in task.members]).flying()
+    nearest = math.inf
+    for _ in range(40 * 20):
+        flight.step()
+        a, b = flight.place(1), flight.place(2)
+        level, upright = math.dist(a[:2], b[:2]), abs(a[2] - b[2])
+        nearest = min(nearest, max(level / 10.0, upright / 5.0))
+    assert nearest >= 0.95, "1.0 less what a stopping vehicle overshoots"
+    assert flight.station.guard.vetoes["separation"] > 0
+
+
+def test_vetoes_on_slot_are_a_planner_fault(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    for _ in range(5):
+        flight.plan(Intent(1, "goto", position_m=(900.0, 0.0, 27.0), joined=True, slot="1/1"))
+        flight.run(0.2)
+    assert station_status(flight.station, 1).faults["refused on slot"] >= 4
+
+
+# ---------------------------------------------------------------- tasks and status
+
+
+def test_a_new_round_is_a_new_task_and_old_courses_end(rig: MakeRig) -> None:
+    flight = rig(1).flying().run(5.0)
+    flight.planning = False
+    before = flight.ask(m.GetTask(team="defend")).task
+    assert flight.ask(m.SwitchRound(index=1)).ok
+    task = flight.ask(m.GetTask(team="defend")).task
+    assert before is not None and task is not None and task.revision > before.revision
+    assert task.zone.shape == flight.scenario.rounds[1].zones[0].shape
+    flight.run(6.0)
+    assert flight.speed(1) < 0.3, "holds until the planner has a plan for it"
+    flight.planning = True
+    flight.run(3.0)
+    assert flight.speed(1) > 2.0
+    assert flight.phase(1) is Phase.FLYING and flight.station.executive.run is RunPhase.RUNNING
+
+
+def test_patrol_reaches_its_slots_and_covers_its_zone(rig: MakeRig) -> None:
+    flight = rig(4, wants=None).flying()
+    flight.until(lambda: team(flight).on_slot == 4, 60.0, "all on slot")
+    flight.run(60.0)
+    status = team(flight)
+    assert (status.on_slot, status.slots) == (4, 4)
+    assert status.coverage == 1.0
+    assert status.worst_idleness_s == pytest.approx(status.ratio * status.bound_s)
+    assert 0.0 < status.ratio < 2.0
+    assert status.rate_hz == pytest.approx(5.0, abs=0.5)
+    assert flight.station.guard.vetoes == {}
+
+
+def test_annotations_and_numbers_are_kept_for_screens(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    drawn = (m.Annotation("polyline", ((0.0, 0.0), (10.0, 10.0))),)
+    flight.plan(annotations=drawn, metrics={"period_s": 40.0})
+    flight.plan(metrics={"period_s": 41.0})
+    assert flight.ask(m.GetPlan()).annotations == {"defend": drawn}, "None means: as before"
+    assert team(flight).metrics == {"period_s": 41.0}
+
+
+def test_plan_type_is_what_travels() -> None:
+    plan = Plan("defend", 1, 2, 3.0, intents=(goto(1, 1.0, 2.0, 30.0),))
+    assert m.decode(m.encode(plan), Plan) == plan
