@@ -9,9 +9,10 @@ from typing import Any
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import ALERT, EventLog
 from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.guard import Guard
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.links import Link
-from tui_gcs.core.messages import EventClass, Kind
+from tui_gcs.core.messages import EventClass, Freshness, Kind
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.encode import Encoder
@@ -27,6 +28,7 @@ class Door:
         self,
         links: dict[str, Link],
         fleet: Fleet,
+        guard: Guard,
         encoder: Encoder,
         recorder: TlogWriter,
         journal: Journal,
@@ -38,6 +40,7 @@ class Door:
         """`token` is what our own simulator's vehicles prove themselves with; used only when `kind` is SIM."""
         self._links = links
         self._fleet = fleet
+        self._guard = guard
         self._encoder = encoder
         self._recorder = recorder
         self._journal = journal
@@ -69,7 +72,13 @@ class Door:
             self.sent += 1
 
     def action(self, vehicle_id: int, what: str, name: str, **fields: Any) -> None:
-        """Send an action and journal it first. `what` is the operator's word for it."""
+        """Have the guard judge an action, journal it, send it. `what` is the operator's word for it."""
+        vehicle = self._fleet.vehicles.get(vehicle_id)
+        lost = vehicle is not None and vehicle.freshness(self._clock.now()) is Freshness.LOST
+        verdict = self._guard.judge_action(what, lost=lost)
+        if not verdict.ok:
+            self._refuse(vehicle_id, name, verdict.text)
+            return
         self._journal.write(
             {"action": what, "vehicle": vehicle_id, "message": name, "wall_s": self._clock.wall()} | _numbers(fields)
         )

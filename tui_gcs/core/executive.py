@@ -231,15 +231,12 @@ class Executive:
             self._commands.submit(self._firmware.disarm(flight.vehicle))
 
     def _follow_climb(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        """Up its column; `ready` at its layer, and there it waits for the others."""
+        """Up its column (or, after a hold, to its layer again, steered and judged); there it waits for the others."""
         if flight.step == "climb" and abs(vehicle.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M:
             flight.enter(Phase.HOLDING, now, "ready")
         elif flight.step == "climb" and now - flight.since_s > CLIMB_LIMIT_S:
             self._events.say(EventClass.MISSION, f"vehicle {flight.vehicle}", "does not reach its layer: holds", ALERT)
             self._hold_one(vehicle, flight, now)
-        elif flight.course is not None and now >= self._next_target_s.get(flight.vehicle, 0.0):
-            self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
-            self._firmware.position(flight.vehicle, flight.course.at(now)[0])
 
     # ---------------------------------------------------------------- hold, lost, found
 

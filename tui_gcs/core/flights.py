@@ -50,7 +50,8 @@ class Flight:
 
     def mover(self, vehicle: Vehicle, now: float) -> Mover:
         """This flight as the guard sees it."""
-        vertical = self.phase in (Phase.TAKEOFF, Phase.LANDING, Phase.ARMING)
+        climbs_from_the_ground = self.phase is Phase.TAKEOFF and self.course is None
+        vertical = climbs_from_the_ground or self.phase in (Phase.LANDING, Phase.ARMING)
         path = predict(vehicle.position_m, vehicle.velocity_m_s, self.course, now)
         return Mover(vehicle.id, vehicle.position_m, path, in_column=vertical)
 

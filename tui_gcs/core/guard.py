@@ -29,6 +29,9 @@ EDGE_TOLERANCE_M = 0.01
 GROUND_M = 2.0
 """Below this height above home neither the band nor separation applies."""
 
+STOPS = frozenset({"hold", "land", "disarm", "return"})
+"""Actions that are never vetoed."""
+
 PREDICTED_S: Samples = np.arange(0.0, HORIZON_S + STEP_S / 2, STEP_S)
 
 
@@ -111,6 +114,12 @@ class Guard:
         else:
             self.vetoes[verdict.code] += 1
         return verdict
+
+    def judge_action(self, what: str, *, lost: bool) -> Verdict:
+        """Stops may always go out; everything else only to a vehicle that is heard."""
+        if lost and what not in STOPS:
+            return self.veto("lost vehicle", f"{what}: nothing has been heard of it")
+        return PASS
 
     def veto(self, code: str, text: str) -> Verdict:
         """Count and return a veto that was found before there was a course (unknown vehicle, wrong kind, …)."""

@@ -104,7 +104,16 @@ class Station:
         self.commands = CommandService(clock, self.events)
         encoder = Encoder(SYSTEM_ID[config.kind], COMPONENT_ID)
         self.door = Door(
-            self.links, self.fleet, encoder, recorder, journal, clock, self.events, config.kind, config.token
+            self.links,
+            self.fleet,
+            self.guard,
+            encoder,
+            recorder,
+            journal,
+            clock,
+            self.events,
+            config.kind,
+            config.token,
         )
         self.firmware = ArduCopter(self.door, frame)
         self.steering = Steering(self.fleet, self.book, self.guard, self.firmware, self.commands, self.events, clock)

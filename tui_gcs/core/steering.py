@@ -48,7 +48,10 @@ class Steering:
     def tick(self) -> None:
         """Send every set-point that is due."""
         now = self._clock.now()
-        due = [f for f in self._book.in_phase(Phase.FLYING) if f.course is not None and now >= f.next_setpoint_s - 1e-9]
+        steered = self._book.in_phase(
+            Phase.FLYING, Phase.TAKEOFF
+        )  # a take-off with a course regains its layer in the air
+        due = [f for f in steered if f.course is not None and now >= f.next_setpoint_s - 1e-9]
         if not due:
             return
         movers = self._movers(now)

@@ -31,6 +31,9 @@ CUSTOM_MODE_ENABLED = 1
 HOLD_SETTLES_S = 0.8
 """A vehicle that did not get the hold and begins to move is faster than 0.5 m/s after this time."""
 
+HOLD_COPIES = 4
+"""A vehicle may stand still by chance while a velocity target still moves it for 3 s: a hold is said this often."""
+
 STREAMS_HZ = {
     33: 10.0,  # GLOBAL_POSITION_INT
     1: 1.0,  # SYS_STATUS
