@@ -40,7 +40,10 @@ def descend(cost: Cost, start: Floats, iterations: int) -> tuple[Floats, float]:
                 break
             length *= 0.5
         else:
-            return x, value
+            if not pairs:
+                return x, value
+            pairs.clear()  # the estimate misled us, as it does where the nearest point of a cell changes
+            continue
         moved, turned = new_x - x, new_slope - slope
         product = _dot(moved, turned)
         if product > 1e-10:

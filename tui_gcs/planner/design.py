@@ -11,6 +11,7 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
@@ -21,24 +22,26 @@ from tui_gcs.planner.region import Region
 from tui_gcs.planner.round_trip import round_trips
 from tui_gcs.planner.seeds import seeds
 from tui_gcs.planner.smoothing import Draft, Effort, Motion, draft_of, smooth
-from tui_gcs.planner.tour import Evaluation, Tour, evaluate, timed
+from tui_gcs.planner.tour import PATH_STEP_M, Evaluation, Tour, evaluate, timed
 
 Floats = NDArray[np.floating[Any]]
 
 CELL_M = 2.5
 COARSE_M = 5.0
-MOST_CELLS = 12000
+MOST_CELLS = 6000
 """Larger zones are judged on larger cells."""
-LEAST_LOOP_M = 6.0
-"""Radius of the loop over a zone that one footprint covers."""
+LOOP_M = 4.0
+"""Radius of the loop over a zone that one footprint about covers."""
+FULL_SEARCH_CELLS = 3500
+"""Zones with more cells are searched less, so that configuring takes about a second all the same."""
 ROUND_TRIPS = 30
 FIRST_TRY = Effort(pull=0.05, limits=1.0, iterations=18)
 FINALISTS = 7
-BEND = (Effort(0.1, 2.0, 30), Effort(0.5, 5.0, 40))
+BEND = (Effort(0.1, 2.0, 30), Effort(2.0, 5.0, 40))
 WINNERS = 3
 KICKS = 15
 """Random local changes tried on the best draft."""
-KICK = Effort(0.5, 5.0, 12)
+KICK = Effort(2.0, 5.0, 12)
 KICK_M = 8.0
 KICK_REACH_M = 15.0
 FINISH = (Effort(20.0, 10.0, 30), Effort(100.0, 20.0, 30), Effort(500.0, 50.0, 30))
@@ -59,60 +62,98 @@ class Design:
     """With the real footprint."""
 
 
+@dataclass(frozen=True)
+class _Site:
+    """What all drafts of one zone are shaped for."""
+
+    zone: shapely.Polygon
+    cells: Floats
+    coarse: Floats
+    motion: Motion
+    region: Region
+    share: float
+    """Of the full search that is affordable: 1 up to `FULL_SEARCH_CELLS`."""
+
+    def times(self, count: int) -> int:
+        """How many of `count` tries are affordable."""
+        return max(1, round(count * self.share))
+
+    def bent(self, draft: Draft, *efforts: Effort) -> Draft:
+        """The draft after descent on coarse cells."""
+        for effort in efforts:
+            draft = smooth(draft, self.coarse, self.motion, self.region, effort)
+        return draft
+
+    def finished(self, draft: Draft) -> Draft:
+        """The draft after descent on all cells, until none is missed."""
+        for effort in FINISH:
+            draft = smooth(draft, self.cells, self.motion, self.region, effort)
+            if cKDTree(draft.path_m()).query(self.cells)[0].max() <= self.motion.radius_m + MISS_M:
+                break
+        return draft
+
+
 def design(
     shape: Shape, region: Region, motion: Motion, footprint_m: float, n: int, rng: np.random.Generator
 ) -> Design:
-    """The best tour found for `n` vehicles over `shape`. The same arguments give the same tour."""
-    x0, y0, x1, y1 = bounds(shape)
-    scale = max(1.0, math.sqrt((x1 - x0) * (y1 - y0) / CELL_M**2 / MOST_CELLS))
-    cells = cell_centres_m(shape, CELL_M * scale)
-    centre = cells.mean(axis=0)
-    if np.hypot(*(cells - centre).T).max() + LEAST_LOOP_M <= motion.radius_m:
+    """The best tour found for `n` vehicles over `shape`. The same arguments give the same tour.
+
+    Raises:
+        ValueError: no part of the zone can be seen from where vehicles may fly.
+    """
+    site = _site(shape, region, motion)
+    centre = site.cells.mean(axis=0)
+    if np.hypot(*(site.cells - centre).T).max() <= motion.radius_m + 0.75 * LOOP_M:
         drafts = [Draft("loop", region.pulled_inside(_loop(centre)), 1.0)]
     else:
-        coarse = np.vstack([cell_centres_m(shape, COARSE_M * scale), _rim(cells, CELL_M * scale)])
-        drafts = [_finished(draft, cells, motion, region) for draft in _drafts(shape, coarse, motion, region, rng)]
-    return _best(_judged(draft, cells, motion, region, footprint_m, max(1, n)) for draft in drafts)
+        drafts = [site.finished(draft) for draft in _drafts(site, rng)]
+    return _best(_judged(draft, site, footprint_m, max(1, n)) for draft in drafts)
 
 
-def _drafts(shape: Shape, cells: Floats, motion: Motion, region: Region, rng: np.random.Generator) -> list[Draft]:
+def _site(shape: Shape, region: Region, motion: Motion) -> _Site:
+    """Cells that cannot be seen from inside the region are left out: no tour could please them."""
+    x0, y0, x1, y1 = bounds(shape)
+    scale = max(1.0, math.sqrt((x1 - x0) * (y1 - y0) / CELL_M**2 / MOST_CELLS))
+
+    def visible(cells: Floats) -> Floats:
+        return np.asarray(cells[shapely.distance(region.polygon, shapely.points(cells)) <= motion.radius_m])
+
+    cells = visible(cell_centres_m(shape, CELL_M * scale))
+    if not len(cells):
+        raise ValueError("the zone cannot be seen from where vehicles may fly (operating area, margin, no-fly zones)")
+    coarse = np.vstack([visible(cell_centres_m(shape, COARSE_M * scale)), _rim(cells, CELL_M * scale)])
+    share = min(1.0, (FULL_SEARCH_CELLS / len(cells)) ** 2)
+    return _Site(polygon_of(shape), cells, coarse, motion, region, share)
+
+
+def _drafts(site: _Site, rng: np.random.Generator) -> list[Draft]:
     """The most promising drafts, bent on coarse cells."""
-    zone = polygon_of(shape)
-    trips = round_trips(zone, motion.radius_m, ROUND_TRIPS, rng)
-    guesses = chain(seeds(zone, motion.radius_m), ((f"round trip {i}", path) for i, path in enumerate(trips)))
-    first = (draft_of(name, region.pulled_inside(path), motion) for name, path in guesses)
-    drafts = _cheapest((smooth(draft, cells, motion, region, FIRST_TRY) for draft in first), FINALISTS)
-    for effort in BEND:
-        drafts = [smooth(draft, cells, motion, region, effort) for draft in drafts]
-    winners = _cheapest(drafts, WINNERS)
-    return [_kicked(winners[0], cells, motion, region, rng), *winners[1:]]
+    trips = round_trips(site.zone, site.motion.radius_m, site.times(ROUND_TRIPS), rng)
+    guesses = chain(seeds(site.zone, site.motion.radius_m), ((f"round trip {i}", p) for i, p in enumerate(trips)))
+    first = (draft_of(name, site.region.pulled_inside(path), site.motion) for name, path in guesses)
+    tried = _cheapest((site.bent(draft, FIRST_TRY) for draft in first), site.times(FINALISTS))
+    best, *others = _cheapest((site.bent(draft, *BEND) for draft in tried), site.times(WINNERS))
+    return [_kicked(best, site, rng), *others]
 
 
-def _kicked(best: Draft, cells: Floats, motion: Motion, region: Region, rng: np.random.Generator) -> Draft:
+def _kicked(best: Draft, site: _Site, rng: np.random.Generator) -> Draft:
     """Basin hopping: shove the tour near a random place, descend, keep what got cheaper."""
-    for _ in range(KICKS):
+    for _ in range(site.times(KICKS)):
         place = best.controls[rng.integers(len(best.controls))] + rng.normal(0.0, KICK_M, 2)
         near = np.exp(-((best.controls - place) ** 2).sum(axis=1) / (2.0 * KICK_REACH_M**2))
         shoved = best.controls + near[:, None] * rng.normal(0.0, KICK_M, 2)
-        tried = smooth(replace(best, controls=shoved), cells, motion, region, KICK)
+        tried = site.bent(replace(best, controls=shoved), KICK)
         best = min(best, tried, key=lambda draft: draft.cost)
     return best
-
-
-def _finished(draft: Draft, cells: Floats, motion: Motion, region: Region) -> Draft:
-    for effort in FINISH:
-        draft = smooth(draft, cells, motion, region, effort)
-        if cKDTree(draft.path_m()).query(cells)[0].max() <= motion.radius_m + MISS_M:
-            break
-    return draft
 
 
 def _cheapest(drafts: Iterable[Draft], count: int) -> list[Draft]:
     return sorted(drafts, key=lambda draft: draft.cost)[:count]
 
 
-def _judged(draft: Draft, cells: Floats, motion: Motion, region: Region, footprint_m: float, n: int) -> Design:
-    path = region.pulled_inside(draft.path_m())
+def _judged(draft: Draft, site: _Site, footprint_m: float, n: int) -> Design:
+    cells, motion, region = site.cells, site.motion, site.region
+    path = region.closed_inside(draft.path_m(), PATH_STEP_M / 4.0)
     tour = timed(path, motion.speed_m_s, motion.accel_m_s2, _stopping_cap(path, motion, region))
     margin = evaluate(tour, cells, motion.radius_m + MISS_M, n)
     return Design(draft.name, tour, margin, evaluate(tour, cells, footprint_m, n))
@@ -144,4 +185,4 @@ def _rim(cells: Floats, cell_m: float) -> Floats:
 def _loop(centre: Floats) -> Floats:
     """Control points of a small circle; the spline of eight of them lies a tenth inside."""
     angles = np.arange(8) * (math.pi / 4.0)
-    return centre + 1.1 * LEAST_LOOP_M * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return centre + 1.1 * LOOP_M * np.stack([np.cos(angles), np.sin(angles)], axis=1)

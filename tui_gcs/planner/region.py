@@ -1,5 +1,7 @@
 """Where a team's vehicles may be planned to fly: the operating area less its margin, less no-fly zones."""
 
+import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -13,9 +15,12 @@ Floats = NDArray[np.floating[Any]]
 
 RESERVE_M = 0.5
 """Kept beyond the guard's own margin, so that rounding is never a veto."""
+EDGE_M = 0.4
+"""Paths lie in the region, stopping points up to this far beyond: flying along the edge needs no braking."""
 CHORDS_PER_QUADRANT = 4
 CORNER_INSET_M = 6.0
 """Ways turn this far from the edge, so that a vehicle that swings wide stays inside."""
+SAME_M = 1e-3
 AT_CORNER_M = 2.0
 """This near a corner, it has been reached."""
 
@@ -38,9 +43,11 @@ class Region:
         self.polygon: shapely.Polygon = max(
             parts, key=lambda part: (part.intersection(target).area, -part.distance(target))
         )
-        shapely.prepare(self.polygon)
-        self.boundary = self.polygon.boundary
-        shapely.prepare(self.boundary)
+        self._edge = self.polygon.buffer(EDGE_M, join_style="mitre")
+        for prepared in (self.polygon, self._edge):
+            shapely.prepare(prepared)
+        self._boundary = self._edge.boundary
+        shapely.prepare(self._boundary)
         hull_m2 = self.polygon.convex_hull.area
         self._convex = hull_m2 - self.polygon.area < 1e-6 * hull_m2
         self._corners = np.empty((0, 2)) if self._convex else self._turning_points()
@@ -94,27 +101,56 @@ class Region:
     def can_stop(self, xy_m: Floats, velocity_m_s: Floats, accel_m_s2: float) -> NDArray[np.bool_]:
         """Which of the states (n, 2) are inside and come to rest inside when the vehicle brakes straight on."""
         speed = np.hypot(*velocity_m_s.T)[:, None]
-        return self.contains(xy_m) & self.contains(xy_m + velocity_m_s * speed / (2.0 * accel_m_s2))
+        stop = xy_m + velocity_m_s * speed / (2.0 * accel_m_s2)
+        inside = shapely.intersects_xy(self._edge, np.vstack([xy_m, stop]))
+        return np.asarray(inside[: len(xy_m)] & inside[len(xy_m) :])
+
+    def ways_inside_m(self, xy_m: Floats) -> Floats:
+        """(n, 2) what takes each point to the nearest place inside; zeros for those that are."""
+        ways = np.zeros_like(xy_m)
+        outside = np.flatnonzero(~self.contains(xy_m))
+        if len(outside):
+            lines = shapely.shortest_line(self.polygon, shapely.points(xy_m[outside]))
+            ways[outside] = shapely.get_coordinates(lines)[::2] - xy_m[outside]
+        return ways
 
     def pulled_inside(self, xy_m: Floats) -> Floats:
         """The points, those outside moved to the nearest place inside."""
-        inside = self.contains(xy_m)
-        if inside.all():
-            return xy_m
-        moved = xy_m.copy()
-        for i in np.flatnonzero(~inside):
-            near = shapely.shortest_line(self.polygon, shapely.Point(xy_m[i]))
-            moved[i] = shapely.get_coordinates(near)[0]
-        return moved
+        return xy_m + self.ways_inside_m(xy_m)
+
+    def closed_inside(self, path_m: Floats, step_m: float) -> Floats:
+        """The closed path, with ways around the edge where it leaves the region, in steps of at most `step_m`."""
+        legs = shapely.linestrings(np.stack([path_m, np.roll(path_m, -1, axis=0)], axis=1))
+        if shapely.covers(self.polygon, legs).all():
+            return path_m
+        kept = path_m[self.contains(path_m)]
+        if not len(kept):
+            kept = self.pulled_inside(path_m[:1])
+        whole: list[Floats] = []
+        for here, there in zip(kept, np.roll(kept, -1, axis=0), strict=True):
+            whole.extend(self._stepped(here, there, step_m))
+        path = np.array(whole)
+        moved_m = np.hypot(*np.diff(path, axis=0, append=path[:1]).T)
+        return path[moved_m > SAME_M]
+
+    def _stepped(self, here: Floats, there: Floats, step_m: float) -> Iterator[Floats]:
+        """Points of the way from here to there, without its end."""
+        for _ in range(len(self._corners) + 1):
+            leg, corner = self.next_leg(here, there)
+            count = max(1, math.ceil(float(np.hypot(*(leg - here))) / step_m))
+            yield from here + (leg - here) * (np.arange(count) / count)[:, None]
+            if not corner:
+                return
+            here = leg
 
     def room_ahead_m(self, xy_m: Floats, heading: Floats, up_to_m: float) -> Floats:
         """(n,) way from each point along its unit `heading` (n, 2) to the edge, at most `up_to_m`."""
         room = np.full(len(xy_m), up_to_m)
         points = shapely.points(xy_m)
-        near = np.flatnonzero(shapely.distance(self.boundary, points) < up_to_m)
+        near = np.flatnonzero(shapely.distance(self._boundary, points) < up_to_m)
         for i in near:
             ray = shapely.LineString([xy_m[i], xy_m[i] + up_to_m * heading[i]])
-            hit = shapely.distance(shapely.intersection(ray, self.boundary), points[i])
+            hit = shapely.distance(shapely.intersection(ray, self._boundary), points[i])
             if np.isfinite(hit):
                 room[i] = hit
         return room

@@ -29,7 +29,7 @@ LEAST_KNOTS = 10
 MOST_KNOTS = 600
 ROUGH_STEP_M = 14.0
 """Spacing of the control points that round the corners of a first guess."""
-PATH_STEPS = 14
+PATH_STEPS = 24
 """Points per control point of a path that is to be timed."""
 TIME_SCALE = 100.0
 """Metres of moving a control point that count like the time interval growing e-fold."""
@@ -54,7 +54,7 @@ class Effort:
     pull: float
     """Weight of uncovered cells (s/m^2)."""
     limits: float
-    """Weight of speed and acceleration beyond the limits."""
+    """Weight of speed and acceleration beyond the limits, and of points outside the region (s/m^2)."""
     iterations: int
 
 
@@ -69,7 +69,7 @@ class Draft:
     cost: float = math.inf
 
     def path_m(self) -> Floats:
-        """The closed path as points about 1 m apart."""
+        """The closed path as points well under 1 m apart."""
         return _blend(_weights(PATH_STEPS), self.controls).reshape(-1, 2)
 
 
@@ -90,7 +90,7 @@ def smooth(draft: Draft, cells_m: Floats, motion: Motion, region: Region, effort
         stretch = float(np.clip(x[-1] / TIME_SCALE, -MOST_STRETCH, MOST_STRETCH))
         interval_s = before_s * math.exp(stretch)
         controls = x[:-1].reshape(-1, 2)
-        value, slope, by_interval = tour_cost(controls, interval_s, cells_m, motion, effort)
+        value, slope, by_interval = tour_cost(controls, interval_s, cells_m, motion, region, effort)
         return value, np.append(slope.ravel(), by_interval * interval_s / TIME_SCALE)
 
     found, value = descend(cost, np.append(draft.controls.ravel(), 0.0), effort.iterations)
@@ -100,15 +100,17 @@ def smooth(draft: Draft, cells_m: Floats, motion: Motion, region: Region, effort
 
 
 def tour_cost(
-    controls: Floats, interval_s: float, cells_m: Floats, motion: Motion, effort: Effort
+    controls: Floats, interval_s: float, cells_m: Floats, motion: Motion, region: Region, effort: Effort
 ) -> tuple[float, Floats, float]:
     """Duration plus penalties (s), and the gradient by control points and by interval."""
     weights = _weights(PER_KNOT)
     points = _blend(weights, controls)
     duration_s, to_controls, by_interval = _duration(controls, interval_s, motion, effort.limits)
     miss_m2, to_points = _missing(points.reshape(-1, 2), cells_m, motion.radius_m)
-    slope = to_controls + _unblend(weights, (effort.pull * to_points).reshape(points.shape))
-    return duration_s + effort.pull * miss_m2, slope, by_interval
+    way_in = region.ways_inside_m(points.reshape(-1, 2))
+    to_points = effort.pull * to_points - 2.0 * effort.limits * way_in
+    slope = to_controls + _unblend(weights, to_points.reshape(points.shape))
+    return duration_s + effort.pull * miss_m2 + effort.limits * float((way_in * way_in).sum()), slope, by_interval
 
 
 def _duration(controls: Floats, step_s: float, motion: Motion, weight: float) -> tuple[float, Floats, float]:

@@ -12,6 +12,8 @@ Floats = NDArray[np.floating[Any]]
 SAMPLE_S = 0.1
 """Spacing of a tour's samples; straight between them is within a dt^2 / 8 = 3 mm at 2.5 m/s^2."""
 PATH_STEP_M = 1.0
+CORNER_S = 2.0 * SAMPLE_S
+"""A corner of the path is turned within this time, so slowly that acceleration allows it."""
 EVALUATE_S = 0.25
 BLOCK = 2_000_000
 """Cells x samples judged at once, to bound memory."""
@@ -105,18 +107,27 @@ def timed(path_m: Floats, speed_m_s: float, accel_m_s2: float, speed_cap_m_s: Fl
     limit = np.full(len(path_m), speed_m_s) if speed_cap_m_s is None else np.minimum(speed_cap_m_s, speed_m_s)
     curvature = curvature_1_m(path_m)
     limit = np.minimum(limit, np.sqrt(accel_m_s2 / np.maximum(curvature, 1e-9)))
+    turn_rad = curvature * (step_m + np.roll(step_m, 1)) / 2.0
+    limit = np.minimum(limit, accel_m_s2 * CORNER_S / np.maximum(turn_rad, 1e-9))
     first = int(np.argmin(limit))
     speed = _brake_and_speed_up(np.roll(limit, -first), np.roll(step_m, -first), np.roll(curvature, -first), accel_m_s2)
     speed = np.roll(speed, first)
-    lap_s = np.concatenate([[0.0], np.cumsum(2.0 * step_m / (speed + np.roll(speed, -1)))])
-    count = max(8, math.ceil(lap_s[-1] / SAMPLE_S))
-    dt_s = float(lap_s[-1]) / count
-    return _sampled(np.vstack([path_m, path_m[:1]]), lap_s, dt_s, count)
+    return _sampled(path_m, step_m, speed)
 
 
-def _sampled(path_m: Floats, at_s: Floats, dt_s: float, count: int) -> Tour:
+def _sampled(path_m: Floats, step_m: Floats, speed: Floats) -> Tour:
+    """Equal steps in time along a path that is flown with constant acceleration between its points."""
+    after = np.roll(speed, -1)
+    took_s = 2.0 * step_m / (speed + after)
+    begin_s = np.concatenate([[0.0], np.cumsum(took_s)])
+    count = max(8, math.ceil(begin_s[-1] / SAMPLE_S))
+    dt_s = float(begin_s[-1]) / count
     when = dt_s * np.arange(count)
-    xy = np.stack([np.interp(when, at_s, path_m[:, axis]) for axis in range(2)], axis=1)
+    i = np.clip(np.searchsorted(begin_s, when, side="right") - 1, 0, len(path_m) - 1)
+    in_leg_s = when - begin_s[i]
+    way_m = speed[i] * in_leg_s + (after[i] - speed[i]) / took_s[i] * in_leg_s**2 / 2.0
+    share = (way_m / step_m[i])[:, None]
+    xy = (1.0 - share) * path_m[i] + share * path_m[(i + 1) % len(path_m)]
     velocity = (np.roll(xy, -1, axis=0) - np.roll(xy, 1, axis=0)) / (2.0 * dt_s)
     return Tour(dt_s, xy, velocity)
 
@@ -140,12 +151,12 @@ def _brake_and_speed_up(limit: Floats, step_m: Floats, curvature: Floats, accel_
 
 
 def curvature_1_m(path_m: Floats) -> Floats:
-    """1 / radius of the circle through each point and its neighbours on a closed path."""
+    """Turn per metre at each point of a closed path (so that a hairpin between two points counts too)."""
     before, after = path_m - np.roll(path_m, 1, axis=0), np.roll(path_m, -1, axis=0) - path_m
-    chord = before + after
-    cross = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])
-    sides = np.hypot(*before.T) * np.hypot(*after.T) * np.hypot(*chord.T)
-    return np.asarray(2.0 * cross / np.maximum(sides, 1e-9))
+    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    turn_rad = np.abs(np.arctan2(cross, (before * after).sum(axis=1)))
+    step_m = (np.hypot(*before.T) + np.hypot(*after.T)) / 2.0
+    return np.asarray(turn_rad / np.maximum(step_m, 1e-9))
 
 
 def resampled(path_m: Floats, step_m: float = PATH_STEP_M, least: int = 24) -> Floats:
