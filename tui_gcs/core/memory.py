@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("tui_gcs.station")
 
+KEYS = frozenset({"toml", "run", "round_index", "revision", "task_revision", "started_s", "flights"})
+"""What a whole memory holds."""
+
 
 class StationMemory:
     """One small JSON file, replaced atomically when something in it changes."""
@@ -28,8 +31,10 @@ class StationMemory:
         self._held: dict[str, Any] = {}
         try:
             held = json.loads(path.read_text())
-            if isinstance(held, dict):
+            if isinstance(held, dict) and held.keys() >= KEYS:
                 self._held = held
+            else:
+                log.error("memory of the last run is not this version's: not used")
         except FileNotFoundError:
             pass
         except (OSError, ValueError) as error:
