@@ -13,10 +13,12 @@ from unittest.mock import patch
 import msgspec
 
 from tui_gcs.core import messages as m
-from tui_gcs.core.bus import FLEET, PLAN, REQUEST, TASK
+from tui_gcs.core.bus import FLEET, PLAN, REQUEST, TASK, MemoryBus
+from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Event, FleetFrame, Intent, Phase, Plan, PlannerTask, Reply, RunPhase
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.scenario_load import load
+from tui_gcs.core.station import Station
 from tui_gcs.core.wire.dialect import decode
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.frames import cut_datagram
@@ -113,6 +115,16 @@ class Rig(LockStep):
             assert self.clock.now() - begin_s <= limit_s, f"not within {limit_s} s: {what or reached}"
             self.step()
         return self.clock.now() - begin_s
+
+    def restart_station(self, memory: StationMemory) -> None:
+        """`kill -9` and a new station on the same vehicles, links and logs; it knows what `memory` holds."""
+        self.link.receive()
+        self.link.sent.clear()
+        self.bus = MemoryBus()
+        config = self.station.config
+        self.station = Station(config, self.clock, self.bus, [self.link], self.recorder, self.journal)
+        self.bus.subscribe(FLEET, self._on_frame)
+        memory.recall(self.station)
 
     # ---------------------------------------------------------------- flight
 

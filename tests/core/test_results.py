@@ -1,0 +1,162 @@
+"""The referee, fed by hand: what it counts and what it does not."""
+
+import math
+
+import pytest
+from rig import scenario
+
+from tui_gcs.core.kinds import Kind
+from tui_gcs.core.messages import FleetFrame, Freshness, Phase, RunPhase, StationStatus, TeamStatus, Vec3
+from tui_gcs.core.results import Check, Referee
+
+IDS = (1, 2)
+
+
+def frame(
+    t_s: float, places: list[Vec3], armed: bool = True, phase: Phase = Phase.FLYING, ids: tuple[int, ...] = IDS
+) -> FleetFrame:
+    n = len(places)
+    nan = (math.nan,) * n
+    return FleetFrame(
+        seq=int(t_s * 10),
+        t_s=t_s,
+        wall_s=t_s,
+        kind=Kind.SIM,
+        ids=ids[:n],
+        team=("defend",) * n,
+        autopilot=("ArduCopter",) * n,
+        vehicle_type=("quadrotor",) * n,
+        mode=("GUIDED",) * n,
+        armed=(armed,) * n,
+        phase=(phase,) * n,
+        freshness=(Freshness.OK,) * n,
+        position_m=tuple(places),
+        velocity_m_s=((0.0, 0.0, 0.0),) * n,
+        heading_deg=nan,
+        lat_deg=nan,
+        lon_deg=nan,
+        alt_amsl_m=nan,
+        battery_pct=nan,
+        battery_v=nan,
+        gps_fix=(3,) * n,
+        satellites=(10,) * n,
+        age_s=(0.0,) * n,
+        heard_age_s=(0.0,) * n,
+        loss_pct=(0.0,) * n,
+        slot=("",) * n,
+        slot_error_m=nan,
+        link=("memory",) * n,
+    )
+
+
+def status(on_slot: int, faults: dict[str, int] | None = None, vetoes: dict[str, int] | None = None) -> StationStatus:
+    team = TeamStatus(
+        name="defend",
+        zone="home",
+        role="defend",
+        planner="patrol",
+        members=IDS,
+        worker="running",
+        plan_age_s=0.1,
+        rate_hz=5.0,
+        on_slot=on_slot,
+        slots=2,
+        worst_idleness_s=math.nan,
+        average_idleness_s=math.nan,
+        coverage=0.0,
+        bound_s=1.0,
+        ratio=math.nan,
+        metrics={"period_s": 60.0},
+    )
+    return StationStatus(
+        seq=1,
+        t_s=0.0,
+        wall_s=0.0,
+        kind=Kind.SIM,
+        scenario="x",
+        revision=1,
+        run=RunPhase.RUNNING,
+        round_index=0,
+        rounds=("round 1",),
+        mission_time_s=0.0,
+        heard=2,
+        vehicles=2,
+        armed=2,
+        in_control="",
+        teams=(team,),
+        faults=faults or {},
+        vetoes=vetoes or {},
+    )
+
+
+@pytest.fixture
+def referee() -> Referee:
+    judge = Referee(scenario(2))
+    judge.started = IDS
+    judge.on_frame(frame(0.0, [(45.0, 170.0, 0.0), (45.0, 190.0, 0.0)], armed=False, phase=Phase.GROUND))
+    judge.begin_round(scenario(2).rounds[0], 0.0)
+    judge.on_status(status(0))
+    return judge
+
+
+def check(judge: Referee, name: str) -> Check:
+    return next(c for c in judge.result().checks if c.name.endswith(name))
+
+
+FAR: Vec3 = (300.0, 200.0, 34.0)
+
+
+def test_separation_is_horizontal_or_vertical(referee: Referee) -> None:
+    referee.on_frame(frame(1.0, [(100.0, 200.0, 27.0), (108.0, 200.0, 34.0)]))
+    assert check(referee, "separation, x limit").value == pytest.approx(7 / 5), "7 m of height are enough"
+    referee.on_frame(frame(1.1, [(100.0, 200.0, 30.0), (108.0, 200.0, 34.0)]))
+    assert check(referee, "separation, x limit") == Check("separation, x limit", False, 0.8, 1.0)
+
+
+def test_columns_and_the_ground_do_not_count(referee: Referee) -> None:
+    close: list[Vec3] = [(100.0, 200.0, 30.0), (101.0, 200.0, 30.0)]
+    for phase in (Phase.TAKEOFF, Phase.LANDING):
+        referee.on_frame(frame(1.0, close, phase=phase))
+    referee.on_frame(frame(1.1, [(100.0, 200.0, 1.0), (101.0, 200.0, 1.0)]))
+    assert check(referee, "separation, x limit").value is None
+
+
+def test_outside_area_and_band(referee: Referee) -> None:
+    referee.on_frame(frame(1.0, [(-3.0, 200.0, 27.0), FAR]))
+    assert check(referee, "outside operating area, m") == Check("outside operating area, m", False, 3.0, 0.0)
+    assert check(referee, "outside altitude band, m").ok
+    referee.on_frame(frame(1.1, [(50.0, 200.0, 18.0), FAR]))
+    assert check(referee, "outside altitude band, m").value == pytest.approx(2.0)
+
+
+def test_landing_error_and_who_did_not_land(referee: Referee) -> None:
+    referee.on_frame(frame(1.0, [(100.0, 200.0, 27.0), FAR]))
+    assert check(referee, "not landed and disarmed").value == 2
+    referee.on_frame(frame(2.0, [(45.0, 174.0, 0.0), (45.0, 202.0, 0.0)], armed=False, phase=Phase.GROUND))
+    assert check(referee, "not landed and disarmed").ok
+    assert check(referee, "landing error, m") == Check("landing error, m", False, 12.0, 10.0)
+    assert check(referee, "vehicles flown").ok
+
+
+@pytest.mark.parametrize("fault", ["unanswered commands", "refused on slot", "planner", "link"])
+def test_every_fault_fails_a_check(referee: Referee, fault: str) -> None:
+    referee.on_status(status(0, faults={fault: 1}))
+    failed = [c.name for c in referee.result().checks if c.value == 1.0 and not c.ok]
+    assert len(failed) == 1 and not referee.result().ok
+
+
+def test_never_on_slot_is_a_failed_check_and_ends_the_measuring(referee: Referee) -> None:
+    for t in range(1, 123):
+        referee.on_frame(frame(float(t), [(100.0, 200.0, 27.0), FAR]))
+    assert all(measure.done for measure in referee.present())
+    assert check(referee, "home: all on slot, s") == Check("round 1 home: all on slot, s", False, None, 120.0)
+    assert not check(referee, "home: coverage").ok and not check(referee, "home: worst / bound").ok
+
+
+def test_on_slot_begins_the_measuring(referee: Referee) -> None:
+    referee.on_frame(frame(30.0, [(100.0, 200.0, 27.0), FAR]))
+    referee.on_status(status(2))
+    assert check(referee, "home: all on slot, s") == Check("round 1 home: all on slot, s", True, 30.0, 120.0)
+    result = referee.result().rounds[0]
+    assert (result.n, result.worst_idleness_s, result.measured_s) == (2, None, 0.0)
+    assert result.bound_s == pytest.approx(math.pi * 80**2 / (2 * 8 * 30), rel=0.01)

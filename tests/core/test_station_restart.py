@@ -1,0 +1,131 @@
+"""`kill -9` of the station in flight: the next one shows the truth, sends nothing that moves, and brings all home."""
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from rig import Rig
+
+from tui_gcs.core import messages as m
+from tui_gcs.core.memory import StationMemory
+from tui_gcs.core.messages import Phase, RunPhase
+
+MakeRig = Callable[..., Rig]
+HOUSEKEEPING = {511, 512}
+"""Requests for rates and for information."""
+
+
+def killed_in_flight(rig: MakeRig, path: Path) -> Rig:
+    flight = rig(3).flying().run(8.0)
+    assert flight.ask(m.SwitchRound(index=1)).ok
+    flight.run(6.0)
+    StationMemory(path).remember(flight.station)
+    flight.restart_station(StationMemory(path))
+    return flight
+
+
+def moving_commands(flight: Rig, since_s: float) -> list[str]:
+    return [n for t, _, n, f in flight.sent if t > since_s and f.get("command") not in HOUSEKEEPING]
+
+
+def test_a_restarted_station_shows_all_as_holding_and_sends_nothing_that_moves(rig: MakeRig, tmp_path: Path) -> None:
+    flight = killed_in_flight(rig, tmp_path / "memory.json")
+    killed = flight.clock.now()
+    flight.run(30.0)
+    assert flight.phases() == {Phase.HOLDING}
+    assert flight.station.executive.run is RunPhase.HOLD
+    assert moving_commands(flight, killed) == []
+    assert all(flight.speed(v) < 0.3 for v in flight.ids), "each flew to its last target and stays"
+    found = [t for t in flight.texts() if "found in the air" in t]
+    assert found == ["found in the air: nothing is sent to it until resume or return"] * 3
+
+
+def test_it_remembers_round_teams_and_mission_clock(rig: MakeRig, tmp_path: Path) -> None:
+    flight = rig(3).flying()
+    started = flight.station.executive.started_s
+    layers = {f.vehicle: (f.team, f.layer_m, f.home_m) for f in flight.station.book}
+    flight.ask(m.SwitchRound(index=2))
+    revision = flight.station.desks["defend"].task.revision  # type: ignore[union-attr]
+    StationMemory(tmp_path / "memory.json").remember(flight.station)
+    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    flight.run(5.0)
+    assert flight.station.round.name == "round 3"
+    assert flight.station.executive.started_s == started
+    assert {f.vehicle: (f.team, f.layer_m, f.home_m) for f in flight.station.book} == layers
+    assert flight.station.desks["defend"].task.revision > revision  # type: ignore[union-attr]
+
+
+def test_resume_goes_on_with_the_planner(rig: MakeRig, tmp_path: Path) -> None:
+    flight = killed_in_flight(rig, tmp_path / "memory.json").run(5.0)
+    assert flight.ask(m.Resume()).ok
+    flight.until(lambda: flight.station.executive.run is RunPhase.RUNNING, 20.0)
+    flight.run(40.0)
+    assert flight.phases() == {Phase.FLYING}
+    assert flight.place(2)[:2] == pytest.approx((240.0, 200.0), abs=1.0)
+
+
+def test_return_lands_at_the_original_places(rig: MakeRig, tmp_path: Path) -> None:
+    flight = killed_in_flight(rig, tmp_path / "memory.json").run(5.0)
+    assert flight.ask(m.Return()).ok
+    flight.until(lambda: flight.station.executive.run is RunPhase.IDLE, 150.0)
+    for v, y in ((1, 170.0), (2, 190.0), (3, 210.0)):
+        assert math.dist(flight.place(v)[:2], (45.0, y)) <= 1.0
+    assert not flight.sim.armed.any()
+
+
+def test_without_a_memory_the_vehicles_own_home_will_do(rig: MakeRig, tmp_path: Path) -> None:
+    """State on disk is gone: nothing is flown until somebody says so; where home is, the autopilot may know."""
+    flight = rig(2).flying().run(5.0)
+    flight.restart_station(StationMemory(tmp_path / "never-written.json"))
+    flight.run(6.0)
+    assert flight.phases() == {Phase.HOLDING}
+    reply = flight.ask(m.Return())
+    for result in reply.results:
+        assert result.ok or result.text == "has no home"
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "null", "{}", '{"toml": "x"}', '{"flights": 3}', "\x00\xff"])
+def test_a_memory_that_cannot_be_read_is_as_if_it_were_not(rig: MakeRig, tmp_path: Path, text: str) -> None:
+    path = tmp_path / "memory.json"
+    path.write_text(text, encoding="latin-1")
+    flight = rig(1).ready()
+    flight.restart_station(StationMemory(path))
+    flight.run(3.0)
+    assert flight.station.round_index == 0 and set(flight.station.book.flights) == {1}
+
+
+def test_memory_is_written_only_when_something_changed(rig: MakeRig, tmp_path: Path) -> None:
+    path = tmp_path / "memory.json"
+    memory = StationMemory(path)
+    flight = rig(1).ready()
+    memory.remember(flight.station)
+    held = json.loads(path.read_text())
+    assert held["flights"][0]["vehicle"] == 1 and "[[round]]" in held["toml"]
+    path.unlink()
+    memory.remember(flight.station)
+    assert not path.exists()
+    flight.ask(m.SwitchRound(index=1))
+    memory.remember(flight.station)
+    assert json.loads(path.read_text())["round_index"] == 1
+    assert list(tmp_path.glob("*.new")) == []
+
+
+def test_a_disk_that_is_full_does_not_hurt_the_flight(rig: MakeRig, tmp_path: Path) -> None:
+    flight = rig(1).ready()
+    StationMemory(tmp_path / "no" / "such" / "directory" / "memory.json").remember(flight.station)
+    flight.run(1.0)
+    assert flight.phases() == {Phase.GROUND}
+
+
+def test_a_vehicle_in_its_pilots_mode_is_found_but_not_taken(rig: MakeRig, tmp_path: Path) -> None:
+    flight = rig(2).flying().run(5.0)
+    StationMemory(tmp_path / "memory.json").remember(flight.station)
+    flight.pilot(2, 5)
+    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    flight.run(8.0)
+    assert (flight.phase(1), flight.phase(2)) == (Phase.HOLDING, Phase.TAKEN_OUT)
+    flight.ask(m.Resume())
+    flight.run(10.0)
+    assert int(flight.sim.mode[1]) == 5
