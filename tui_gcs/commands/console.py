@@ -1,23 +1,53 @@
-"""Attaching a console to a running station."""
+"""Attaching a console to a station that runs or is just starting."""
 
 import sys
+import threading
+from typing import TYPE_CHECKING
 
-from tui_gcs.commands.common import join
+from tui_gcs.cli import CommandError
+from tui_gcs.core.config import socket_path
 from tui_gcs.core.kinds import Kind
+from tui_gcs.core.zenoh_bus import connect_later
+from tui_gcs.launcher import START_LIMIT_S, start_error
+
+if TYPE_CHECKING:
+    from tui_gcs.app import ConsoleApp
+
+POLL_S = 0.2
 
 
 def attach(kind: Kind) -> int:
-    """Show the console until the operator detaches; the station goes on."""
+    """Show the console until the operator detaches; the station goes on. Raises `CommandError`."""
     from tui_gcs.app import ConsoleApp
 
-    bus = join(kind)
+    bus = connect_later(socket_path(kind))
+    over = threading.Event()
     try:
         app = ConsoleApp(bus, kind=kind)
+        threading.Thread(target=_watch_start, args=(app, kind, over), daemon=True).start()
         app.run()
-        status = app.feed.status
-        armed = status.armed if status is not None and not app.feed.station_lost else 0
-        word = f"{armed} vehicles armed" if armed else "nothing armed"
-        sys.stdout.write(f"detached; the {kind} station goes on ({word}): tui-gcs attach | status | stop\n")
+        if why := start_error(kind):
+            raise CommandError(why)
+        sys.stdout.write(_farewell(app, kind))
         return app.return_code or 0
     finally:
+        over.set()
         bus.close()
+
+
+def _watch_start(app: "ConsoleApp", kind: Kind, over: threading.Event) -> None:
+    """End the console if the station says why it cannot start."""
+    for _ in range(int(START_LIMIT_S / POLL_S)):
+        if over.wait(POLL_S) or app.feed.status is not None:
+            return
+        if start_error(kind):
+            app.call_from_thread(app.exit, return_code=2)
+            return
+
+
+def _farewell(app: "ConsoleApp", kind: Kind) -> str:
+    status = app.feed.status
+    if status is None or app.feed.station_lost:
+        return f"detached; no {kind} station was heard: tui-gcs status\n"
+    word = f"{status.armed} vehicles armed" if status.armed else "nothing armed"
+    return f"detached; the {kind} station goes on ({word}): tui-gcs attach | status | stop\n"

@@ -20,29 +20,46 @@ CONNECT_TIMEOUT_MS = 2000
 
 def serve(socket: Path) -> "ZenohBus":
     """Open the station's end. Raises `BusError` if the socket cannot be made."""
-    return ZenohBus(_open("router", "listen", socket))
+    return ZenohBus(_open("router", {"listen/endpoints": _endpoints(socket)}, f"listen on {socket}"))
 
 
 def connect(socket: Path) -> "ZenohBus":
     """Join a station's bus; after a restart of the station the session is back by itself. Raises `BusError`."""
-    return ZenohBus(_open("client", "connect", socket))
+    settings = {
+        "connect/endpoints": _endpoints(socket),
+        "connect/timeout_ms": str(CONNECT_TIMEOUT_MS),
+        "connect/exit_on_failure": "true",
+    }
+    return ZenohBus(_open("client", settings, f"connect to {socket}"))
 
 
-def _open(mode: str, way: str, socket: Path) -> zenoh.Session:
+def connect_later(socket: Path) -> "ZenohBus":
+    """Join a station's bus as soon as there is one: returns at once, so that a console can paint meanwhile."""
+    settings = {
+        "connect/endpoints": _endpoints(socket),
+        "connect/timeout_ms": "-1",
+        "connect/exit_on_failure": "false",
+        "listen/endpoints": "[]",
+        "open/return_conditions/connect_scouted": "false",
+    }
+    return ZenohBus(_open("peer", settings, f"connect to {socket}"))
+
+
+def _endpoints(socket: Path) -> str:
+    return f'["unixsock-stream/{socket}"]'
+
+
+def _open(mode: str, settings: dict[str, str], what: str) -> zenoh.Session:
     config = zenoh.Config()
     config.insert_json5("mode", f'"{mode}"')
-    config.insert_json5(f"{way}/endpoints", f'["unixsock-stream/{socket}"]')
     config.insert_json5("scouting/multicast/enabled", "false")
     config.insert_json5("scouting/gossip/enabled", "false")
-    if way == "listen":
-        config.insert_json5("connect/endpoints", "[]")
-    else:
-        config.insert_json5("connect/timeout_ms", str(CONNECT_TIMEOUT_MS))
-        config.insert_json5("connect/exit_on_failure", "true")
+    for key, value in settings.items():
+        config.insert_json5(key, value)
     try:
         return zenoh.open(config)
     except zenoh.ZError as error:
-        raise BusError(f"cannot {way} on {socket}: {str(error).splitlines()[0][:200]}") from None
+        raise BusError(f"cannot {what}: {str(error).splitlines()[0][:200]}") from None
 
 
 class _Ending:
