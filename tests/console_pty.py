@@ -14,11 +14,14 @@ import time
 class PtyConsole:
     """`tui-gcs ARGUMENTS` in a terminal of the given size."""
 
-    def __init__(self, arguments: list[str], columns: int = 120, lines: int = 40) -> None:
+    def __init__(
+        self, arguments: list[str], columns: int = 120, lines: int = 40, environment: dict[str, str] | None = None
+    ) -> None:
         self.output = b""
         self.pid, self._fd = pty.fork()
         if self.pid == 0:
             os.environ |= {"TERM": "xterm-256color", "COLUMNS": str(columns), "LINES": str(lines)}
+            os.environ |= environment or {}
             os.execv(sys.executable, [sys.executable, "-m", "tui_gcs.cli", *arguments])
         fcntl.ioctl(self._fd, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))
 

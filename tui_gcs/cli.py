@@ -6,13 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from tui_gcs import __version__
-
-OK, FAILED, CANNOT = 0, 1, 2
-"""Exit codes: all well; it ran and something did not hold; it could not run (one line on stderr)."""
-
-
-class CommandError(Exception):
-    """Why a command cannot run: one line for the user."""
+from tui_gcs.exits import CANNOT, CommandError
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -8,9 +8,9 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui_gcs.cli import CommandError
 from tui_gcs.core.config import ConfigError, socket_path
 from tui_gcs.core.kinds import Kind
+from tui_gcs.exits import CommandError
 from tui_gcs.launcher import START_LIMIT_S, is_running, start_error
 
 if TYPE_CHECKING:

@@ -4,10 +4,10 @@ import sys
 import threading
 from typing import TYPE_CHECKING
 
-from tui_gcs.cli import CommandError
 from tui_gcs.core.config import socket_path
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.zenoh_bus import connect_later
+from tui_gcs.exits import CommandError
 from tui_gcs.launcher import START_LIMIT_S, start_error
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ import threading
 import time
 from typing import TYPE_CHECKING
 
-from tui_gcs.cli import FAILED, OK, CommandError
 from tui_gcs.commands.common import join, need_terminal, running
 from tui_gcs.core.kinds import Kind
+from tui_gcs.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.messages import FleetFrame, StationStatus

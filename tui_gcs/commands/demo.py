@@ -3,9 +3,9 @@
 import argparse
 import sys
 
-from tui_gcs.cli import CommandError
 from tui_gcs.commands.common import need_terminal, read_scenario, running
 from tui_gcs.core.kinds import Kind
+from tui_gcs.exits import CommandError
 
 
 def run(arguments: argparse.Namespace) -> int:

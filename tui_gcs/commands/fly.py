@@ -3,9 +3,9 @@
 import argparse
 from pathlib import Path
 
-from tui_gcs.cli import CommandError
 from tui_gcs.commands.common import check_links, loopback_only, need_terminal, read_scenario, running
 from tui_gcs.core.kinds import Kind
+from tui_gcs.exits import CommandError
 from tui_gcs.launcher import launch, running_scenario
 
 DEFAULT_LINK = "udpin:127.0.0.1:14550"

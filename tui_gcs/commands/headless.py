@@ -6,10 +6,10 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui_gcs.cli import FAILED, OK, CommandError
 from tui_gcs.commands.common import read_scenario
 from tui_gcs.core.config import ConfigError, state_dir
 from tui_gcs.core.kinds import Kind
+from tui_gcs.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.results import Result

@@ -6,9 +6,9 @@ import shutil
 import sys
 import threading
 
-from tui_gcs.cli import FAILED, OK, CommandError
 from tui_gcs.commands.common import need_terminal
 from tui_gcs.core.kinds import Kind
+from tui_gcs.exits import FAILED, OK, CommandError
 
 TICK_S = 0.05
 

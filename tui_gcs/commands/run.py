@@ -9,11 +9,11 @@ import threading
 import time
 from typing import TYPE_CHECKING
 
-from tui_gcs.cli import CommandError
 from tui_gcs.commands.common import join, read_scenario, running
 from tui_gcs.commands.fly import start
 from tui_gcs.commands.headless import ProgressBar, report
 from tui_gcs.core.kinds import Kind
+from tui_gcs.exits import CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.scenario import Scenario

@@ -1,0 +1,127 @@
+"""Bad input on the command line: one clear line on stderr, exit code other than 0, no traceback, nothing started."""
+
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.console_pty import PtyConsole
+
+DATA = Path(__file__).parent / "data"
+SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
+
+
+@pytest.fixture(autouse=True)
+def own_directories(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TUI_GCS_RUNTIME_DIR", str(tmp_path / "run"))
+    monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path / "state"))
+
+
+def tui_gcs(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "tui_gcs.cli", *arguments],
+        capture_output=True,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        timeout=60,
+        check=False,
+    )
+
+
+def refused(*arguments: str, code: int = 2) -> str:
+    """The one line that says why."""
+    done = tui_gcs(*arguments)
+    assert done.returncode == code, done.stderr
+    assert "Traceback" not in done.stderr
+    lines = done.stderr.strip().splitlines()
+    assert len(lines) == 1, done.stderr
+    return lines[0]
+
+
+def test_a_scenario_that_is_not_there(tmp_path: Path):
+    assert "nowhere.toml" in refused("run", str(tmp_path / "nowhere.toml"))
+
+
+def test_a_scenario_with_a_mistake_names_file_key_and_what_is_allowed(tmp_path: Path):
+    bad = tmp_path / "bad.toml"
+    bad.write_text(SCENARIO.read_text().replace("radius_m = 80.0", "radius_m = -80.0"))
+    line = refused("run", str(bad))
+    assert "bad.toml" in line
+    assert "radius_m" in line
+    assert "must be" in line
+
+
+def test_a_busy_port():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        port = other.getsockname()[1]
+        line = refused("run", str(SCENARIO), "--link", f"udpin:127.0.0.1:{port}")
+    assert str(port) in line
+
+
+@pytest.mark.parametrize("link", ["nonsense", "udpin:127.0.0.1", "udpin:127.0.0.1:99999", "serial:/dev/null:57600"])
+def test_a_link_that_is_none(link: str):
+    assert link in refused("run", str(SCENARIO), "--link", link)
+
+
+def test_forced_sim_takes_loopback_only():
+    assert "loopback" in refused("run", str(SCENARIO), "--kind", "sim", "--link", "udpin:0.0.0.0:14550")
+
+
+@pytest.mark.parametrize("command", [("fly", str(SCENARIO)), ("attach",)])
+def test_no_terminal_or_no_station(command: tuple[str, ...]):
+    line = refused(*command)
+    assert "terminal" in line or "no station runs" in line
+
+
+@pytest.mark.parametrize("command", ["status", "stop"])
+def test_no_station(command: str):
+    assert "no station runs" in refused(command)
+
+
+def test_not_a_tlog():
+    assert "swarm-challenge.toml" in refused("replay", str(SCENARIO))
+
+
+def test_an_empty_and_a_missing_tlog(tmp_path: Path):
+    empty = tmp_path / "empty.tlog"
+    empty.touch()
+    assert "empty.tlog" in refused("replay", str(empty))
+    assert "gone.tlog" in refused("replay", str(tmp_path / "gone.tlog"))
+
+
+def test_a_truncated_tlog_is_summarised_as_far_as_it_goes_with_a_warning(tmp_path: Path):
+    cut = tmp_path / "cut.tlog"
+    cut.write_bytes((DATA / "arducopter-8.tlog").read_bytes()[:100_003])
+    done = tui_gcs("replay", str(cut))
+    assert done.returncode != 0
+    assert "ends inside a record" in done.stderr
+    assert "ArduPilot" in done.stdout
+
+
+def test_the_summary_of_a_good_tlog_as_json():
+    done = tui_gcs("replay", str(DATA / "px4-8.tlog"), "--json")
+    assert done.returncode == 0
+    assert done.stderr == ""
+    assert '"PX4"' in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("environment", "columns", "lines", "why"),
+    [({"TERM": "dumb"}, 120, 40, b"TERM"), ({}, 60, 20, b"60x20"), ({}, 79, 24, b"79x24")],
+)
+def test_terminals_that_cannot_show_a_console(
+    environment: dict[str, str], columns: int, lines: int, why: bytes, monkeypatch: pytest.MonkeyPatch
+):
+    console = PtyConsole(["demo"], columns, lines, environment)
+    assert console.wait_exit(20) == 2
+    assert why in console.output
+    assert b"Traceback" not in console.output
+
+
+def test_a_runtime_directory_that_is_a_link_is_refused(tmp_path: Path):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "run").symlink_to(tmp_path / "elsewhere")
+    assert "is not a directory" in refused("status")
