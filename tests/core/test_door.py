@@ -10,8 +10,8 @@ from tui_gcs.core import messages as m
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.kinds import Kind
-from tui_gcs.core.messages import EventClass
-from tui_gcs.core.replay import read_tlog
+from tui_gcs.core.messages import Event, EventClass
+from tui_gcs.core.tlog import read_tlog
 
 MakeRig = Callable[..., Rig]
 
@@ -73,7 +73,7 @@ def test_live_takes_every_vehicle_sim_only_its_own(rig: MakeRig) -> None:
 
 def test_events_have_no_gaps_and_only_the_newest_are_kept() -> None:
     log = EventLog(VirtualClock())
-    heard = []
+    heard: list[Event] = []
     log.listen(heard.append)
     for k in range(2500):
         log.say(EventClass.VEHICLE, "vehicle 1", f"text {k}")

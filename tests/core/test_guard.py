@@ -142,6 +142,15 @@ def test_vetoes_found_elsewhere_are_counted_too() -> None:
     assert g.vetoes == {"unknown vehicle": 1}
 
 
+@pytest.mark.parametrize("what", ["hold", "land", "disarm", "return"])
+def test_stops_are_never_vetoed_other_actions_only_to_the_lost(what: str) -> None:
+    g = guard()
+    assert g.judge_action(what, lost=True).ok
+    assert g.judge_action("arm", lost=False).ok
+    assert g.judge_action("arm", lost=True).code == "lost vehicle"
+    assert g.vetoes == {"lost vehicle": 1}
+
+
 # ---------------------------------------------------------------- separation
 
 

@@ -5,12 +5,14 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
+import msgspec
 import pytest
-from rig import Rig
+from rig import Rig, scenario
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Phase, RunPhase
+from tui_gcs.core.status import station_status
 
 MakeRig = Callable[..., Rig]
 HOUSEKEEPING = {511, 512}
@@ -129,3 +131,25 @@ def test_a_vehicle_in_its_pilots_mode_is_found_but_not_taken(rig: MakeRig, tmp_p
     flight.ask(m.Resume())
     flight.run(10.0)
     assert int(flight.sim.mode[1]) == 5
+
+
+def test_a_scenario_may_say_that_a_restarted_station_resumes(rig: MakeRig, tmp_path: Path) -> None:
+    whole = scenario(2)
+    loss = msgspec.structs.replace(whole.link_loss, resume=True)
+    flight = rig(mission=msgspec.structs.replace(whole, link_loss=loss)).flying().run(8.0)
+    StationMemory(tmp_path / "memory.json").remember(flight.station)
+    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    flight.until(lambda: flight.station.executive.run is RunPhase.RUNNING, 20.0)
+    flight.until(lambda: flight.phases() == {Phase.FLYING}, 20.0)
+    flight.run(30.0)
+    assert flight.place(2)[:2] == pytest.approx((240.0, 200.0), abs=1.0)
+
+
+def test_a_link_that_fails_and_works_again_is_told_and_counted(rig: MakeRig) -> None:
+    flight = rig(1).ready()
+    flight.link.error = "cable pulled"
+    flight.run(1.0)
+    flight.link.error = ""
+    flight.run(1.0)
+    assert flight.texts("link memory") == ["cable pulled", "works again"]
+    assert station_status(flight.station, 1).faults == {"link": 1}
