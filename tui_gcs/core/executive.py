@@ -27,6 +27,8 @@ LAYER_TOLERANCE_M = 1.0
 OVER_HOME_M = 1.5
 OVER_HOME_SPEED_M_S = 0.7
 LANDING_GAP_S = 2.0
+RETURN_WAIT_S = 240.0
+"""Vehicles above their homes wait at most this long for one that does not come."""
 STUCK_S = 15.0
 """A returning vehicle that does not move for this long is told."""
 TARGET_GAP_S = 1.0
@@ -372,14 +374,18 @@ class Executive:
         return miss <= OVER_HOME_M and vehicle.ground_speed_m_s <= OVER_HOME_SPEED_M_S
 
     def _land_in_turn(self, now: float) -> None:
-        """When every returning vehicle is above its home, they land, lowest layer first, one every few seconds."""
+        """When every returning vehicle is above its home, they land, lowest layer first, one every few seconds.
+
+        One that does not get there (it was told about) is waited for only so long.
+        """
         returning = self._book.in_phase(Phase.RETURNING)
-        if not returning or any(flight.step != "over home" for flight in returning):
+        there = [flight for flight in returning if flight.step == "over home"]
+        if any(f.step != "over home" and now - f.since_s < RETURN_WAIT_S for f in returning):
             return
-        if now - self._last_landing_s < LANDING_GAP_S:
+        if not there or now - self._last_landing_s < LANDING_GAP_S:
             return
         self._last_landing_s = now
-        flight = min(returning, key=lambda f: f.layer_m)
+        flight = min(there, key=lambda f: f.layer_m)
         flight.enter(Phase.LANDING, now)
         self._commands.submit(self._firmware.land(flight.vehicle))
 

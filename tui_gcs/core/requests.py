@@ -78,13 +78,13 @@ class RequestDesk:
         if isinstance(request, m.Start):
             return self._start(request)
         if isinstance(request, m.Hold):
-            return _done(executive.hold(request.vehicles), "hold", "nobody is in the air")
+            return _done("hold", request.vehicles, executive.hold(request.vehicles))
         if isinstance(request, m.Resume):
             return executive.resume()
         if isinstance(request, m.Return):
-            return _done(executive.go_home(request.vehicles), "return", "nobody is in the air")
+            return _done("return", request.vehicles, executive.go_home(request.vehicles))
         if isinstance(request, m.Land):
-            return _done(executive.land(request.vehicles), "land", "nobody is in the air")
+            return _done("land", request.vehicles, executive.land(request.vehicles))
         if isinstance(request, m.SwitchRound):
             return self._switch_round(request.index)
         if isinstance(request, m.ApplyScenario):
@@ -228,9 +228,12 @@ def _too_close(station: "Station", results: list[VehicleResult]) -> list[Vehicle
     return checked
 
 
-def _done(results: tuple[VehicleResult, ...], what: str, nobody: str) -> Reply:
-    """A reply for a stop-class request: ok if everybody concerned got it."""
+def _done(what: str, named: tuple[int, ...], results: tuple[VehicleResult, ...]) -> Reply:
+    """A reply for a stop-class request: ok if everybody concerned got it. Nobody that was named is left out."""
+    answered = {result.vehicle for result in results}
+    left_out = [v for v in named if v not in answered]
+    results += tuple(VehicleResult(vehicle=v, ok=False, text="is not known or not in the air") for v in left_out)
     if not results:
-        return Reply(ok=False, text=nobody)
+        return Reply(ok=False, text="nobody is in the air")
     good = sum(1 for r in results if r.ok)
     return Reply(ok=good == len(results), text=f"{what}: {good} of {len(results)} vehicles", results=results)

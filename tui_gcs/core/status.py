@@ -68,6 +68,8 @@ def _faults(station: "Station") -> dict[str, int]:
 
 def _dropped(station: "Station") -> dict[str, int]:
     counts = station.fleet.dropped + station.commands.ignored + station.door.refused + station.dropped
+    if ignored := sum(desk.ignored for desk in station.desks.values()):
+        counts["plan for an older task"] = ignored
     if station.recorder.dropped:
         counts["frames not recorded"] = station.recorder.dropped
     return dict(counts)

@@ -5,18 +5,21 @@ but nobody judges them.
 """
 
 import math
+from collections.abc import Callable
 
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.course import Course, Stand, stopping_point
-from tui_gcs.core.events import WARNING, EventLog
+from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.firmware.ardupilot import GUIDED, ArduCopter
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.guard import Guard, Mover
-from tui_gcs.core.messages import EventClass, Phase, Vec3
+from tui_gcs.core.messages import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.vehicle import Vehicle
 
+STANDS_M_S = 1.0
+"""Slower than this a vehicle that brakes is as good as there."""
 SETPOINT_GAP_S = 0.2
 """5 Hz: ArduCopter needs one within 3 s, PX4 two a second; a patrol slot moves 1.6 m between two."""
 
@@ -57,8 +60,13 @@ class Steering:
         movers = self._movers(now)
         for flight in due:
             vehicle = self._fleet.vehicles.get(flight.vehicle)
-            if vehicle is not None and flight.course is not None:
+            if vehicle is None or flight.course is None:
+                continue
+            if vehicle.freshness(now) is Freshness.OK:
                 self._steer(flight, flight.course, vehicle, movers)
+            else:  # nobody knows where it is: without set-points it brakes by itself after 3 s
+                text = "no position for 3 s: no set-points"
+                self._events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, ALERT, every_s=5)
 
     def _movers(self, now: float) -> list[Mover]:
         """Everybody in the air, in a team or not, as the guard sees them."""
@@ -75,13 +83,24 @@ class Steering:
         if flight is not None:
             flight.limited = False
         if vehicle.custom_mode == GUIDED and vehicle.has_position():
-            self._commands.submit(self._firmware.hold(vehicle.id, self.stop_place(vehicle)))
+            self._commands.submit(self._firmware.hold(vehicle.id, self._stop_places(vehicle)))
         else:
             self._commands.submit(self._firmware.brake(vehicle.id))
 
     def stop_place(self, vehicle: Vehicle) -> Vec3:
         """Where `vehicle` comes to rest when it brakes now."""
         return stopping_point(vehicle.position_m, vehicle.velocity_m_s, self._guard.limits.accel_m_s2)
+
+    def _stop_places(self, vehicle: Vehicle) -> Callable[[], Vec3]:
+        """Gives the stopping point as long as the vehicle moves; then the last one, so that it stays there."""
+        places = [self.stop_place(vehicle)]
+
+        def where() -> Vec3:
+            if math.hypot(*vehicle.velocity_m_s) > STANDS_M_S:
+                places[0] = self.stop_place(vehicle)
+            return places[0]
+
+        return where
 
     def slot_error_m(self, flight: Flight, vehicle: Vehicle) -> float:
         """Distance from where the course wants it now; NaN without a course."""

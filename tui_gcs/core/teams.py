@@ -17,7 +17,7 @@ from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
-from tui_gcs.core.messages import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
+from tui_gcs.core.messages import Annotation, EventClass, Intent, Phase, Plan, PlannerTask, TeamStatus
 from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.text import clean
@@ -30,6 +30,8 @@ LATE_IN_A_ROW = 3
 CONFIGURE_S = 20.0
 """A planner may need this long for its first plan of a new task; its vehicles hold meanwhile."""
 MOST_PLANS_PER_S = 25
+MOST_ANNOTATIONS, MOST_METRICS, MOST_SLOT_CELLS = 200, 64, 12
+"""What a planner may draw, count and call a slot; the rest is cut."""
 ON_SLOT_M = 5.0
 WORST_OVER_S = 60
 """The live worst idleness is the largest of the last minute."""
@@ -59,6 +61,8 @@ class TeamDesk:
         self.metrics: dict[str, float] = {}
         self.worker_alive = False
         self.fault_count = 0
+        self.ignored = 0
+        """Plans made for an older task."""
         self.grid: IdlenessGrid | None = None
         self._bound_zone_m2 = 0.0
         self._worst: deque[tuple[float, float]] = deque(maxlen=WORST_OVER_S)
@@ -124,6 +128,7 @@ class TeamDesk:
         """A plan arrived. Intents become courses; what is not a course is vetoed or carried out."""
         now = self._clock.now()
         if self.task is None or plan.revision != self.task.revision:
+            self.ignored += 1
             return
         if plan.error:
             last_line = clean((plan.error.strip().splitlines() or ["it does not say why"])[-1])
@@ -138,27 +143,30 @@ class TeamDesk:
         late = self._judge_steps and plan.step_ms > PERIOD_S * 1e3
         self._late_in_a_row = self._late_in_a_row + 1 if late else 0
         if plan.annotations is not None:
-            self.annotations = plan.annotations
-        self.metrics = plan.metrics
+            self.annotations = plan.annotations[:MOST_ANNOTATIONS]
+        self.metrics = dict(sorted(plan.metrics.items())[:MOST_METRICS])
         for intent in plan.intents:
-            flight = self._book.get(intent.vehicle)
-            if flight is None or flight.team != self.team.name:
-                verdict = self._guard.veto(
-                    "unknown vehicle", f"planner names vehicle {intent.vehicle}, not of its team"
-                )
-                self._tell_veto(intent.vehicle, verdict.text)
-            elif flight.phase is not Phase.FLYING:
-                continue  # it was flying in the frame the plan was made from
-            elif intent.kind == "hold":
-                self._hold_by_plan(flight)
-            elif intent.kind == "return":
-                self._guard.veto("kind", "return by a planner is not supported yet")
+            self._take_intent(intent, self.task.limits.speed_m_s)
+
+    def _take_intent(self, intent: Intent, speed_m_s: float) -> None:
+        flight = self._book.get(intent.vehicle)
+        if flight is None or flight.team != self.team.name:
+            text = f"planner names vehicle {intent.vehicle}, not of its team"
+            self._tell_veto(intent.vehicle, self._guard.veto("unknown vehicle", text).text)
+        elif flight.phase is not Phase.FLYING:
+            return  # it was flying in the frame the plan was made from
+        elif intent.kind == "hold":
+            self._hold_by_plan(flight)
+        elif intent.kind == "return":
+            text = "return by a planner is not supported yet"
+            self._tell_veto(intent.vehicle, self._guard.veto("kind", text).text)
+        else:
+            course = course_of(intent, speed_m_s)
+            if isinstance(course, str):
+                self._tell_veto(intent.vehicle, self._guard.veto("kind", course).text)
             else:
-                course = course_of(intent, self.task.limits.speed_m_s)
-                if isinstance(course, str):
-                    self._tell_veto(intent.vehicle, self._guard.veto("kind", course).text)
-                else:
-                    flight.course, flight.slot, flight.joined = course, intent.slot, intent.joined
+                slot = clean(intent.slot, MOST_SLOT_CELLS)
+                flight.course, flight.slot, flight.joined = course, slot, intent.joined
 
     def _hold_by_plan(self, flight: Flight) -> None:
         vehicle = self._fleet.vehicles.get(flight.vehicle)

@@ -31,9 +31,6 @@ CUSTOM_MODE_ENABLED = 1
 HOLD_SETTLES_S = 0.8
 """A vehicle that did not get the hold and begins to move is faster than 0.5 m/s after this time."""
 
-HOLD_COPIES = 4
-"""A vehicle may stand still by chance while a velocity target still moves it for 3 s: a hold is said this often."""
-
 STREAMS_HZ = {
     33: 10.0,  # GLOBAL_POSITION_INT
     1: 1.0,  # SYS_STATUS
@@ -144,15 +141,18 @@ class ArduCopter:
         )
         return action
 
-    def hold(self, vehicle: int, point_m: Vec3) -> Action:
-        """Brake and stay at `point_m`; done when it hardly moves, and not only in the moment the hold was sent."""
+    def hold(self, vehicle: int, where: Callable[[], Vec3]) -> Action:
+        """Brake and stay at `where()`; done when it hardly moves, and not only in the moment the hold was sent.
+
+        `where` is asked anew for every copy: had the first ones been lost, an old place would lead backwards.
+        """
 
         def stands(v: Vehicle) -> bool:
             settled = v.position_s > action.first_s + HOLD_SETTLES_S
             return settled and v.custom_mode == GUIDED and math.hypot(*v.velocity_m_s) < 0.5
 
         action = Action(
-            vehicle, "hold", Retry.STOP, send=lambda copy: self.position(vehicle, point_m), confirmed=stands
+            vehicle, "hold", Retry.STOP, send=lambda copy: self.position(vehicle, where()), confirmed=stands
         )
         return action
 
