@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from tui_gcs.core.idleness import cell_centres_m
-from tui_gcs.core.zones import bounds, polygon_of
+from tui_gcs.core.zones import area_m2, polygon_of
 from tui_gcs.planner.api import Shape
 from tui_gcs.planner.region import Region
 from tui_gcs.planner.round_trip import round_trips
@@ -112,8 +112,7 @@ def design(
 
 def _site(shape: Shape, region: Region, motion: Motion) -> _Site:
     """Cells that cannot be seen from inside the region are left out: no tour could please them."""
-    x0, y0, x1, y1 = bounds(shape)
-    scale = max(1.0, math.sqrt((x1 - x0) * (y1 - y0) / CELL_M**2 / MOST_CELLS))
+    scale = max(1.0, math.sqrt(area_m2(shape) / CELL_M**2 / MOST_CELLS))
 
     def visible(cells: Floats) -> Floats:
         return np.asarray(cells[shapely.distance(region.polygon, shapely.points(cells)) <= motion.radius_m])

@@ -46,6 +46,7 @@ class Region:
         self._edge = self.polygon.buffer(EDGE_M, join_style="mitre")
         for prepared in (self.polygon, self._edge):
             shapely.prepare(prepared)
+        self._closed = shapely.union_all([polygon_of(closed.shape) for closed in no_fly])
         self._boundary = self._edge.boundary
         shapely.prepare(self._boundary)
         hull_m2 = self.polygon.convex_hull.area
@@ -105,6 +106,11 @@ class Region:
         inside = shapely.intersects_xy(self._edge, np.vstack([xy_m, stop]))
         return np.asarray(inside[: len(xy_m)] & inside[len(xy_m) :])
 
+    def enters_no_fly(self, way_m: Floats) -> bool:
+        """Whether a way (n, 2) enters a no-fly zone; leaving one it begins in is no matter."""
+        inside = shapely.intersects_xy(self._closed, way_m[:, 0], way_m[:, 1])
+        return bool((inside[1:] & ~inside[:-1]).any())
+
     def ways_inside_m(self, xy_m: Floats) -> Floats:
         """(n, 2) what takes each point to the nearest place inside; zeros for those that are."""
         ways = np.zeros_like(xy_m)
@@ -131,7 +137,7 @@ class Region:
             whole.extend(self._stepped(here, there, step_m))
         path = np.array(whole)
         moved_m = np.hypot(*np.diff(path, axis=0, append=path[:1]).T)
-        return path[moved_m > SAME_M]
+        return np.asarray(path[moved_m > SAME_M])
 
     def _stepped(self, here: Floats, there: Floats, step_m: float) -> Iterator[Floats]:
         """Points of the way from here to there, without its end."""

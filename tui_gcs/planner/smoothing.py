@@ -29,8 +29,9 @@ LEAST_KNOTS = 10
 MOST_KNOTS = 600
 ROUGH_STEP_M = 14.0
 """Spacing of the control points that round the corners of a first guess."""
-PATH_STEPS = 24
-"""Points per control point of a path that is to be timed."""
+PATH_STEPS = 36
+"""Points per control point of a path that is to be timed: one every 0.05 s or so."""
+ROUGH_STEPS = 14
 TIME_SCALE = 100.0
 """Metres of moving a control point that count like the time interval growing e-fold."""
 MOST_STRETCH = 1.5
@@ -75,7 +76,7 @@ class Draft:
 
 def draft_of(name: str, path_m: Floats, motion: Motion) -> Draft:
     """A first guess: the closed polyline with its corners rounded, flown as fast as it can be."""
-    rough = _blend(_weights(PATH_STEPS), resampled(path_m, ROUGH_STEP_M, least=8)).reshape(-1, 2)
+    rough = _blend(_weights(ROUGH_STEPS), resampled(path_m, ROUGH_STEP_M, least=8)).reshape(-1, 2)
     tour = timed(rough, motion.speed_m_s, motion.accel_m_s2)
     knots = int(np.clip(round(tour.period_s / INTERVAL_S), LEAST_KNOTS, MOST_KNOTS))
     interval_s = tour.period_s / knots

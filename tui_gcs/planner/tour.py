@@ -12,8 +12,10 @@ Floats = NDArray[np.floating[Any]]
 SAMPLE_S = 0.1
 """Spacing of a tour's samples; straight between them is within a dt^2 / 8 = 3 mm at 2.5 m/s^2."""
 PATH_STEP_M = 1.0
-CORNER_S = 2.0 * SAMPLE_S
-"""A corner of the path is turned within this time, so slowly that acceleration allows it."""
+CORNER_RAD = 0.25
+"""A path that turns by more than this at one point has a corner there."""
+CORNER_S = SAMPLE_S
+"""A corner is turned within this time, so slowly that acceleration allows it."""
 EVALUATE_S = 0.25
 BLOCK = 2_000_000
 """Cells x samples judged at once, to bound memory."""
@@ -108,7 +110,8 @@ def timed(path_m: Floats, speed_m_s: float, accel_m_s2: float, speed_cap_m_s: Fl
     curvature = curvature_1_m(path_m)
     limit = np.minimum(limit, np.sqrt(accel_m_s2 / np.maximum(curvature, 1e-9)))
     turn_rad = curvature * (step_m + np.roll(step_m, 1)) / 2.0
-    limit = np.minimum(limit, accel_m_s2 * CORNER_S / np.maximum(turn_rad, 1e-9))
+    at_corner = accel_m_s2 * CORNER_S / np.maximum(turn_rad, CORNER_RAD)
+    limit = np.where(turn_rad > CORNER_RAD, np.minimum(limit, at_corner), limit)
     first = int(np.argmin(limit))
     speed = _brake_and_speed_up(np.roll(limit, -first), np.roll(step_m, -first), np.roll(curvature, -first), accel_m_s2)
     speed = np.roll(speed, first)

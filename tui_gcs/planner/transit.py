@@ -77,7 +77,7 @@ def plan_transit(
 ) -> Transit | None:
     """The way from a state at `t_s` onto the slot that is at `phase_s` of the tour then.
 
-    None if there is none within `LONGEST_S` (a region that keeps them apart).
+    None if there is none within `LONGEST_S`, or only through a no-fly zone: the vehicle is cut off from its slot.
     """
     flight = _Flight(xy_m, velocity_m_s, mobility)
     lap_s = np.arange(0.0, max(tour.period_s, 2 * MANOEUVRES_S[-1]) + LONGEST_S / 4, LOOK_AHEAD_S)
@@ -87,7 +87,8 @@ def plan_transit(
         if step % LOOK_EVERY == 0:
             ending = _manoeuvre(flight, tour, phase_s + now_s, mobility, region)
             if ending is not None:
-                return flight.transit(t_s, ending)
+                found = flight.transit(t_s, ending)
+                return None if region.enters_no_fly(found.xy_m) else found
             target = _meeting_point(flight.xy, tour, phase_s + now_s, lap_s, mobility.speed_m_s)
             aim, corner = region.next_leg(np.array(flight.xy), target)
         flight.step(aim, corner)
@@ -161,6 +162,7 @@ def _manoeuvre(
         jerk = (end[i] - begin[i]) / duration
         xy = p0 + v0 * at + begin[i] * at**2 / 2 + jerk * at**3 / 6
         velocity = v0 + begin[i] * at + jerk * at**2 / 2
-        if region.can_stop(xy, velocity, mobility.accel_m_s2).all():
+        slow = np.hypot(*velocity.T).max() <= mobility.speed_m_s
+        if slow and region.can_stop(xy, velocity, mobility.accel_m_s2).all():
             return xy, velocity
     return None

@@ -1,0 +1,149 @@
+"""The shipped scenario's six zones, planner tasks for them, and vehicles that follow their plans."""
+
+import copy
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+import tui_gcs
+from tui_gcs.core.messages import FleetFrame, Freshness, Kind, Phase, Plan, PlannerTask
+from tui_gcs.core.scenario import Limits, OperatingArea, Scenario
+from tui_gcs.core.scenario_load import load
+from tui_gcs.core.zones import Circle, Rectangle, Role, Shape, Zone
+from tui_gcs.planner.design import Design, design
+from tui_gcs.planner.host import PlannerHost
+from tui_gcs.planner.region import Region
+from tui_gcs.planner.smoothing import Motion
+
+AREA = OperatingArea(Rectangle((300.0, 200.0), 600.0, 400.0), 20.0, 90.0)
+SMALL = Circle((150.0, 200.0), 40.0)
+"""A zone whose tour is designed quickly."""
+TAKE_OFF = ((45.0, 170.0), (45.0, 190.0), (45.0, 210.0), (45.0, 230.0))
+
+
+def zone_of(shape: Shape) -> Zone:
+    return Zone("zone", Role.DEFEND, shape)
+
+
+def no_fly(shape: Shape) -> Zone:
+    return Zone("closed", Role.NO_FLY, shape)
+
+
+@dataclass
+class Fleet:
+    """Vehicles that are where they were told to be, `lag_s` late."""
+
+    ids: tuple[int, ...]
+    position_m: np.ndarray
+    velocity_m_s: np.ndarray
+    t_s: float = 0.0
+    lag_s: float = 0.0
+    phase: dict[int, Phase] = field(default_factory=dict)
+    freshness: dict[int, Freshness] = field(default_factory=dict)
+    plan: Plan | None = None
+    """The newest."""
+
+    def frame(self) -> FleetFrame:
+        n = len(self.ids)
+        return FleetFrame(
+            seq=0,
+            t_s=self.t_s,
+            wall_s=0.0,
+            kind=Kind.SIM,
+            ids=self.ids,
+            team=("red",) * n,
+            phase=tuple(self.phase.get(i, Phase.FLYING) for i in self.ids),
+            freshness=tuple(self.freshness.get(i, Freshness.OK) for i in self.ids),
+            position_m=tuple((float(x), float(y), float(z)) for x, y, z in self.position_m),
+            velocity_m_s=tuple((float(x), float(y), float(z)) for x, y, z in self.velocity_m_s),
+            heading_deg=(0.0,) * n,
+            age_s=(0.0,) * n,
+        )
+
+    def follow(self, plan: Plan, dt_s: float) -> None:
+        self.t_s += dt_s
+        for intent in plan.intents:
+            i = self.ids.index(intent.vehicle)
+            times = intent.t0_s + intent.dt_s * np.arange(len(intent.positions_m))
+            wanted = [np.interp(self.t_s, times, axis) for axis in np.array(intent.positions_m).T]
+            share = 1.0 if self.lag_s == 0.0 else dt_s / (self.lag_s + dt_s)
+            before = self.position_m[i].copy()
+            self.position_m[i] += share * (np.array(wanted) - before)
+            self.velocity_m_s[i] = (self.position_m[i] - before) / dt_s
+
+
+def fleet(count: int, lag_s: float = 0.0, places: tuple[tuple[float, float], ...] = TAKE_OFF) -> Fleet:
+    position = [(*places[i % len(places)], 27.0 + 7.0 * i) for i in range(count)]
+    return Fleet(tuple(range(1, count + 1)), np.array(position), np.zeros((count, 3)), lag_s=lag_s)
+
+
+def task_of(
+    zone: Zone,
+    members: tuple[int, ...] = (1, 2, 3, 4),
+    area: OperatingArea = AREA,
+    closed: tuple[Zone, ...] = (),
+    planner: str = "patrol",
+    **parameters: float | str,
+) -> PlannerTask:
+    return PlannerTask(
+        team="red",
+        revision=7,
+        t_s=0.0,
+        planner=planner,
+        zone=zone,
+        area=area,
+        no_fly=closed,
+        limits=Limits(),
+        footprint_radius_m=15.0,
+        parameters=parameters,
+        seed=42,
+        members=members,
+        layers_m={i: 20.0 + 7.0 * i for i in members},
+    )
+
+
+def host_of(task: PlannerTask) -> PlannerHost:
+    """A host with this task; designing a tour takes a second, so the same task is configured once."""
+    return copy.deepcopy(_configured(msgspec.msgpack.encode(task)))
+
+
+@cache
+def _configured(task: bytes) -> PlannerHost:
+    host = PlannerHost("red")
+    host.set_task(msgspec.msgpack.decode(task, type=PlannerTask))
+    return host
+
+
+def fly(host: PlannerHost, vehicles: Fleet, until_s: float, each: Callable[[Plan], None] | None = None) -> Plan:
+    """Step the planner and its vehicles; `each` sees every plan. Returns the last plan."""
+    while vehicles.t_s < until_s:
+        frame = vehicles.frame()
+        if host.due(frame.t_s):
+            vehicles.plan = host.step(frame)
+            assert vehicles.plan.error == ""
+            if each is not None:
+                each(vehicles.plan)
+        assert vehicles.plan is not None
+        vehicles.follow(vehicles.plan, 0.1)
+    assert vehicles.plan is not None
+    return vehicles.plan
+
+
+@pytest.fixture(scope="session")
+def swarm() -> Scenario:
+    return load(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
+
+
+def region_of(zone: Zone, area: OperatingArea = AREA, closed: tuple[Zone, ...] = ()) -> Region:
+    return Region(area, closed, 5.0, zone)
+
+
+def designed(zone: Zone, area: OperatingArea = AREA, closed: tuple[Zone, ...] = (), n: int = 4) -> Design:
+    """A tour as the patrol planner designs it by default."""
+    rng = np.random.default_rng(0)
+    return design(zone.shape, region_of(zone, area, closed), Motion(7.6, 2.25, 13.8), 15.0, n, rng)

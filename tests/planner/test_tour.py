@@ -1,0 +1,74 @@
+"""Time laws and the evaluator, against slow and plain calculations."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tui_gcs.core.idleness import IdlenessGrid, cell_centres_m
+from tui_gcs.core.zones import Circle
+from tui_gcs.planner.tour import Tour, evaluate, resampled, timed
+
+
+def circle(radius_m: float, points: int = 200) -> np.ndarray:
+    angles = 2.0 * math.pi * np.arange(points) / points
+    return radius_m * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+
+
+def acceleration(tour: Tour) -> float:
+    change = np.roll(tour.velocity_m_s, -1, axis=0) - np.roll(tour.velocity_m_s, 1, axis=0)
+    return float(np.hypot(*change.T).max() / (2.0 * tour.dt_s))
+
+
+def test_a_wide_circle_is_flown_at_full_speed() -> None:
+    tour = timed(circle(50.0), 8.0, 2.5)
+    assert tour.period_s == pytest.approx(2.0 * math.pi * 50.0 / 8.0, rel=1e-3)
+
+
+def test_a_tight_circle_is_flown_as_fast_as_turning_allows() -> None:
+    tour = timed(circle(10.0), 8.0, 2.5)
+    assert np.hypot(*tour.velocity_m_s.T).max() == pytest.approx(5.0, rel=0.01)
+
+
+@pytest.mark.parametrize("width_m", [10.0, 30.0, 200.0])
+def test_corners_keep_speed_and_acceleration(width_m: float) -> None:
+    box = np.array([(0.0, 0.0), (width_m, 0.0), (width_m, 100.0), (0.0, 100.0)])
+    tour = timed(resampled(box, 0.25), 8.0, 2.0)
+    assert np.hypot(*tour.velocity_m_s.T).max() <= 8.0 + 1e-6
+    assert acceleration(tour) <= 2.5
+
+
+def test_a_cap_is_kept() -> None:
+    cap = np.where(np.arange(200) < 50, 2.0, np.inf)
+    tour = timed(circle(50.0), 8.0, 2.5, cap)
+    quarter = (tour.xy_m > 3.0).all(axis=1)
+    assert np.hypot(*tour.velocity_m_s[quarter].T).max() < 2.2
+
+
+def test_a_tour_is_periodic() -> None:
+    tour = timed(circle(50.0), 8.0, 2.5)
+    place, velocity = tour.at(np.array([3.0, 3.0 + tour.period_s, 3.0 - 2.0 * tour.period_s]))
+    np.testing.assert_allclose(place, place[[0, 0, 0]], atol=1e-6)
+    np.testing.assert_allclose(velocity, velocity[[0, 0, 0]], atol=1e-6)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+def test_evaluation_agrees_with_vehicles_that_fly_the_tour(n: int) -> None:
+    zone, wobble = Circle((0.0, 0.0), 35.0), 1.0 + 0.3 * np.sin(5.0 * np.linspace(0.0, 2.0 * math.pi, 400, False))
+    tour = timed(22.0 * wobble[:, None] * circle(1.0, 400), 8.0, 2.5)
+    cells = cell_centres_m(zone, 2.5)
+    found, grid = evaluate(tour, cells, 22.0, n), IdlenessGrid(zone, 22.0)
+    offsets = tour.period_s / n * np.arange(n)
+    for step in range(round(3.0 * tour.period_s / 0.05)):
+        grid.update(0.05 * step, tour.at(0.05 * step + offsets)[0])
+        if step == round(tour.period_s / 0.05):
+            grid.begin_window(0.05 * step)
+    assert found.coverage == grid.coverage == 1.0
+    assert found.worst_s == pytest.approx(grid.worst_idleness_s, abs=0.35)
+    assert found.average_s == pytest.approx(grid.average_idleness_s, abs=0.2)
+
+
+def test_a_cell_that_is_never_seen_makes_the_worst_infinite() -> None:
+    tour = timed(circle(50.0), 8.0, 2.5)
+    found = evaluate(tour, np.array([(50.0, 0.0), (0.0, 0.0)]), 10.0, 4)
+    assert (found.worst_s, found.coverage) == (math.inf, 0.5)
