@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from tui_gcs.core.idleness import cell_centres_m
 from tui_gcs.core.zones import area_m2, polygon_of
 from tui_gcs.planner.api import Shape
+from tui_gcs.planner.lazy_scipy import nearest
 from tui_gcs.planner.region import Region
 from tui_gcs.planner.round_trip import round_trips
 from tui_gcs.planner.seeds import seeds
@@ -88,7 +88,7 @@ class _Site:
         """The draft after descent on all cells, until none is missed."""
         for effort in FINISH:
             draft = smooth(draft, self.cells, self.motion, self.region, effort)
-            if cKDTree(draft.path_m()).query(self.cells)[0].max() <= self.motion.radius_m + MISS_M:
+            if nearest(draft.path_m(), self.cells)[0].max() <= self.motion.radius_m + MISS_M:
                 break
         return draft
 

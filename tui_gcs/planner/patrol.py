@@ -15,6 +15,7 @@ from tui_gcs.core.idleness import cell_centres_m, sweep_bound_s
 from tui_gcs.core.zones import area_m2
 from tui_gcs.planner.api import Annotation, Context, Fleet, Intent, Output, Param, ParamValue, Planner, PlannerTask
 from tui_gcs.planner.design import design
+from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.region import Region
 from tui_gcs.planner.slots import assign
 from tui_gcs.planner.smoothing import Motion
@@ -83,6 +84,7 @@ class Patrol(Planner):
     def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
         """Design the tour. Raises ValueError if nothing of the area may be flown over."""
         super().configure(task, params, rng)
+        warm_up()
         limits, radius_m = task.limits, task.footprint_radius_m
         accel = limits.accel_m_s2 * ACCEL_SHARE
         planned_radius_m = max(radius_m - float(params["margin_m"]), radius_m * 0.5)

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
+from tui_gcs.planner.lazy_scipy import paired
 from tui_gcs.planner.tour import Tour
 from tui_gcs.planner.transit import rendezvous_s
 
@@ -48,8 +48,8 @@ def assign(xy_m: Floats, velocity_m_s: Floats, tour: Tour, speed_m_s: float, now
     for shift_s in shifts:
         phases = shift_s + spacing_s * np.arange(n)
         cost = _waiting(meet_s, phases, step_s, xy_m, velocity_m_s, tour)[order] ** 3
-        rows, columns = linear_sum_assignment(cost)
-        total = float(cost[rows, columns].sum())
+        columns = paired(cost)
+        total = float(cost[np.arange(n), columns].sum())
         if best is None or total < best[0] - 1e-6:
             best = (total, phases, columns)
     if best is None:

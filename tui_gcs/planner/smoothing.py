@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from tui_gcs.planner.descent import descend
+from tui_gcs.planner.lazy_scipy import nearest as nearest_of
 from tui_gcs.planner.region import Region
 from tui_gcs.planner.tour import resampled, timed
 
@@ -132,7 +132,7 @@ def _duration(controls: Floats, step_s: float, motion: Motion, weight: float) ->
 
 def _missing(points: Floats, cells_m: Floats, radius_m: float) -> tuple[float, Floats]:
     """Sum over cells of the squared distance they lie outside the swept band, and its gradient by the points."""
-    away, nearest = cKDTree(points, balanced_tree=False, compact_nodes=False).query(cells_m)
+    away, nearest = nearest_of(points, cells_m)
     out = np.flatnonzero(away > radius_m)
     slope = np.zeros_like(points)
     over, at = away[out] - radius_m, nearest[out]

@@ -1,0 +1,34 @@
+"""The two things we take from scipy, imported on first use.
+
+Importing scipy costs 0.4 s of CPU, and forms that only want to know a planner's parameters import its module.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.floating[Any]]
+Indices = NDArray[np.int64]
+
+
+def nearest(points: Floats, places: Floats) -> tuple[Floats, Indices]:
+    """For each of `places` (n, 2) the distance to the nearest of `points` (m, 2), and which that is."""
+    from scipy.spatial import cKDTree
+
+    away, which = cKDTree(points, balanced_tree=False, compact_nodes=False).query(places)
+    return away, which
+
+
+def paired(cost: Floats) -> Indices:
+    """The column for each row of a square cost matrix that makes the sum least."""
+    from scipy.optimize import linear_sum_assignment
+
+    columns: Indices = linear_sum_assignment(cost)[1]
+    return columns
+
+
+def warm_up() -> None:
+    """Import now, not in a step that has little time."""
+    paired(np.zeros((1, 1)))
+    nearest(np.zeros((1, 2)), np.zeros((1, 2)))
