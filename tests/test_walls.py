@@ -91,7 +91,6 @@ def test_sitl_is_known_in_rehearsal_alone() -> None:
     assert {line.split()[0] for line in breaches("tui_gcs", ("sitl",))} == {"tui_gcs/rehearsal.py"}
 
 
-@pytest.mark.xfail(reason="design, patrol and region import core.zones and core.idleness past the api")
 def test_planners_are_written_against_the_api_only() -> None:
     known = {name_of(p) for p in SOURCES if p.parent.name == "planner"}
     assert "tui_gcs/planner/patrol.py" in known

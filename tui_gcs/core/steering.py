@@ -115,9 +115,8 @@ class Steering:
         if not verdict.ok:
             self._brake_for_veto(flight, vehicle, verdict.text)
             return
-        if flight.vetoed:
-            flight.vetoed = ""
-            self._commands.cancel(vehicle.id, "hold")
+        flight.vetoed = ""
+        self._commands.cancel(vehicle.id, "hold")  # of a veto or a change of round: it would fight the new course
         point, velocity = course.at(now)
         if isinstance(course, Stand):
             self._firmware.position(vehicle.id, point)

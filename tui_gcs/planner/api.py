@@ -20,9 +20,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from tui_gcs.core.idleness import cell_centres_m, sweep_bound_s
 from tui_gcs.core.messages import Annotation, Intent, PlannerTask
 from tui_gcs.core.scenario import Limits, OperatingArea
-from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
+from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
 
 __all__ = [
     "Annotation",
@@ -41,6 +42,10 @@ __all__ = [
     "Role",
     "Shape",
     "Zone",
+    "area_m2",
+    "cell_centres_m",
+    "polygon_of",
+    "sweep_bound_s",
 ]
 
 API_VERSION = 1

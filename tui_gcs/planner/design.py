@@ -14,9 +14,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from tui_gcs.core.idleness import cell_centres_m
-from tui_gcs.core.zones import area_m2, polygon_of
-from tui_gcs.planner.api import Shape
+from tui_gcs.planner.api import Shape, area_m2, cell_centres_m, polygon_of
 from tui_gcs.planner.lazy_scipy import nearest
 from tui_gcs.planner.region import Region
 from tui_gcs.planner.round_trip import round_trips

@@ -11,9 +11,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.idleness import cell_centres_m, sweep_bound_s
-from tui_gcs.core.zones import area_m2
-from tui_gcs.planner.api import Annotation, Context, Fleet, Intent, Output, Param, ParamValue, Planner, PlannerTask
+from tui_gcs.planner.api import (
+    Annotation,
+    Context,
+    Fleet,
+    Intent,
+    Output,
+    Param,
+    ParamValue,
+    Planner,
+    PlannerTask,
+    area_m2,
+    cell_centres_m,
+    sweep_bound_s,
+)
 from tui_gcs.planner.design import design
 from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.region import Region

@@ -8,8 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from tui_gcs.core.zones import polygon_of
-from tui_gcs.planner.api import OperatingArea, Zone
+from tui_gcs.planner.api import OperatingArea, Zone, polygon_of
 
 Floats = NDArray[np.floating[Any]]
 
