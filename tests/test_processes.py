@@ -108,7 +108,7 @@ def test_sixty_seconds_of_flight(fleet: Watcher):
     until(lambda: fleet.ask(m.Start(vehicles=tuple(range(1, 9)))).ok, 20, "vehicles ready")
     until(lambda: fleet.phases() == {m.Phase.FLYING}, 50, "all at their layers, then the planners")
     positions = fleet.frame.position_m
-    time.sleep(20)
+    time.sleep(28)
     moved = [abs(a[0] - b[0]) + abs(a[1] - b[1]) for a, b in zip(positions, fleet.frame.position_m, strict=True)]
     assert min(moved) > 20, "every vehicle is under way"
     assert fleet.status.faults == {}

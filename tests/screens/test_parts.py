@@ -2,6 +2,7 @@
 
 import math
 
+import msgspec
 import pytest
 from fake_station import FakeStation
 from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
@@ -130,3 +131,11 @@ def test_no_color_leaves_bold_and_reverse(monkeypatch: pytest.MonkeyPatch) -> No
     app = ConsoleApp(MemoryBus())
     assert app.native_ansi_color
     assert app.no_color
+
+
+def test_who_is_not_ready_is_left_out_of_the_start_and_named_with_the_reason() -> None:
+    station = FakeStation()
+    status = msgspec.structs.replace(station.status(), not_ready={3: "no 3-D position fix (fix type 1)"})
+    plan = start_plan(station.scenario, status, station.frame())
+    assert plan.vehicles == (1, 2, 4, 5, 6, 7, 8)
+    assert [team.not_ready for team in plan.teams] == [((3, "no 3-D position fix (fix type 1)"),), ()]

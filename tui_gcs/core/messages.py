@@ -219,6 +219,8 @@ class StationStatus(Message, frozen=True):
     outside_area_m: float = 0.0
     vetoes: dict[str, int] = {}
     """Guard vetoes since start, by reason."""
+    not_ready: dict[int, str] = {}
+    """Vehicles of teams that could not be started now, and why."""
     faults: dict[str, int] = {}
     """What should never happen, counted since start: "planner", "unanswered commands", "refused on slot", "link"."""
     dropped: dict[str, int] = {}

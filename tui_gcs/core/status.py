@@ -35,6 +35,7 @@ def station_status(station: "Station", seq: int) -> StationStatus:
         min_separation_m=separation if math.isfinite(separation) else math.nan,
         outside_area_m=station.monitor.outside_area_m,
         vetoes=dict(station.guard.vetoes),
+        not_ready={f.vehicle: why for f in station.book if (why := station.requests.why_not_start(f.vehicle))},
         faults=_faults(station),
         dropped=_dropped(station),
         recording=_recording(station),

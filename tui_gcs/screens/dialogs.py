@@ -21,6 +21,7 @@ from tui_gcs.widgets.words import ids
 
 T = TypeVar("T")
 DIALOG_WIDTH = 76
+MOST_REASONS = 5
 CANCEL_AFTER_S = 10.0
 CHECK_S = 0.5
 
@@ -141,7 +142,7 @@ class StartDialog(TextDialog[bool]):
     def _confirm(self) -> None:
         count = len(self._plan.vehicles)
         if count == 0:
-            self._problem = "no vehicle of these teams is heard"
+            self._problem = "no vehicle of these teams is heard and ready"
         elif self._kind is Kind.LIVE and self._typed != str(count):
             self._problem = f"type {count}, the number of vehicles, then Enter"
         else:
@@ -173,15 +174,26 @@ class StartDialog(TextDialog[bool]):
                     (absent, Ink.CAUTION),
                 ]
             )
+        lines += self._left_out_lines()
         lines += [[], *self._loss_lines(), [], self._key_line()]
         return [*lines, [(self._problem, Ink.CAUTION)]] if self._problem else lines
+
+    def _left_out_lines(self) -> list[Line]:
+        """Heard, but not ready: who, and the vehicle's or the station's reason."""
+        left_out = [item for team in self._plan.teams for item in team.not_ready]
+        lines: list[Line] = [
+            [(f"  left out: {vehicle}  {why}", Ink.CAUTION)] for vehicle, why in left_out[:MOST_REASONS]
+        ]
+        if len(left_out) > MOST_REASONS:
+            lines.append([(f"  and {len(left_out) - MOST_REASONS} more", Ink.CAUTION)])
+        return lines
 
     def _loss_lines(self) -> list[Line]:
         resume = ", goes on by itself when it is back" if self._loss.resume else " until you resume"
         return [
             [(f"planner late or dead   its vehicles: {self._loss.planner}", Ink.MUTED)],
             [(f"a vehicle is lost      the others of its team: {self._loss.vehicle}", Ink.MUTED)],
-            [(f"the station is gone    each holds at its last target{resume}", Ink.MUTED)],
+            [(f"the station is gone    each brakes after 3 s and holds{resume}", Ink.MUTED)],
         ]
 
     def _key_line(self) -> Line:

@@ -16,7 +16,9 @@ class TeamStart:
     zone: str
     planner: str
     vehicles: tuple[int, ...]
-    """Heard, will fly."""
+    """Heard and ready, will fly."""
+    not_ready: tuple[tuple[int, str], ...]
+    """Heard, but left out, and why."""
     missing: tuple[int, ...]
     """Named in the scenario or counted, but not heard; ids 0 stand for places without a vehicle."""
 
@@ -46,11 +48,13 @@ def start_plan(scenario: Scenario, status: StationStatus, frame: FleetFrame) -> 
         wanted = team.vehicles or given.get(team.name, ())
         if not wanted:
             wanted, free = tuple(free[: team.count]), free[team.count :]
-        vehicles = tuple(vehicle for vehicle in wanted if vehicle in heard)
+        present = [vehicle for vehicle in wanted if vehicle in heard]
+        vehicles = tuple(vehicle for vehicle in present if vehicle not in status.not_ready)
+        not_ready = tuple((vehicle, status.not_ready[vehicle]) for vehicle in present if vehicle in status.not_ready)
         missing = tuple(vehicle for vehicle in wanted if vehicle not in heard)
         missing += (0,) * (max(team.count, len(wanted)) - len(wanted))
         role = _role(current, team.zone)
-        teams.append(TeamStart(team.name, role, team.zone, team.planner, vehicles, missing))
+        teams.append(TeamStart(team.name, role, team.zone, team.planner, vehicles, not_ready, missing))
     return StartPlan(current.name if current is not None else "", tuple(teams))
 
 
@@ -66,5 +70,6 @@ def fingerprint(feed: Feed) -> tuple[object, ...]:
     station: tuple[object, ...] = ()
     if status is not None:
         links = tuple((link.name, link.up) for link in status.links)
-        station = (status.kind, status.run, status.round_index, status.revision, links)
+        ready = tuple(sorted(status.not_ready))
+        station = (status.kind, status.run, status.round_index, status.revision, links, ready)
     return (fleet, station, feed.station_lost, feed.read_only)
