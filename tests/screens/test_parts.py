@@ -134,7 +134,7 @@ def test_no_color_leaves_bold_and_reverse(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_who_is_not_ready_is_left_out_of_the_start_and_named_with_the_reason() -> None:
-    station = FakeStation()
+    station = FakeStation(MemoryBus())
     status = msgspec.structs.replace(station.status(), not_ready={3: "no 3-D position fix (fix type 1)"})
     plan = start_plan(station.scenario, status, station.frame())
     assert plan.vehicles == (1, 2, 4, 5, 6, 7, 8)
