@@ -351,11 +351,14 @@ class Executive:
             return
         if flight.step == "layer" and abs(vehicle.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M:
             flight.go_to_step("home", now)
-            flight.course = self._stand((home[0], home[1], flight.layer_m))
-            self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
-            self._firmware.position(flight.vehicle, flight.course.point_m)
+            flight.way_m = self._steering.way_home(vehicle, home)
+            self._fly_leg(flight, now)
             # ArduCopter takes its own speed again whenever it begins to fly to a place: so after the target
             self._commands.submit(self._firmware.speed(flight.vehicle, self.speed_m_s))
+        elif flight.step == "home" and len(flight.way_m) > 1 and self._is_near(vehicle, flight.way_m[0]):
+            del flight.way_m[0]
+            flight.since_s = now
+            self._fly_leg(flight, now)
         elif flight.step == "home" and self._is_over_home(flight, vehicle, home):
             flight.go_to_step("over home", now)
         if now >= self._next_target_s.get(flight.vehicle, 0.0):
@@ -369,9 +372,17 @@ class Executive:
                 text = f"does not return: stands still for {STUCK_S:.0f} s"
                 self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
 
+    def _fly_leg(self, flight: Flight, now: float) -> None:
+        x, y = flight.way_m[0]
+        flight.course = self._stand((x, y, flight.layer_m))
+        self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
+        self._firmware.position(flight.vehicle, flight.course.point_m)
+
+    def _is_near(self, vehicle: Vehicle, place_m: tuple[float, float]) -> bool:
+        return math.dist(vehicle.position_m[:2], place_m) <= OVER_HOME_M
+
     def _is_over_home(self, flight: Flight, vehicle: Vehicle, home: Vec3) -> bool:
-        miss = math.hypot(vehicle.position_m[0] - home[0], vehicle.position_m[1] - home[1])
-        return miss <= OVER_HOME_M and vehicle.ground_speed_m_s <= OVER_HOME_SPEED_M_S
+        return self._is_near(vehicle, home[:2]) and vehicle.ground_speed_m_s <= OVER_HOME_SPEED_M_S
 
     def _land_in_turn(self, now: float) -> None:
         """When every returning vehicle is above its home, they land, lowest layer first, one every few seconds.

@@ -27,6 +27,8 @@ class Flight:
     home_m: Vec3 | None = None
     """Where it took off: there it lands."""
     course: Course | None = None
+    way_m: list[tuple[float, float]] = field(default_factory=list)
+    """Of a return: turning points still ahead, the last one above home."""
     next_setpoint_s: float = 0.0
     limited: bool = False
     """Told to keep to our speed on the way to a place, since it last did something else."""

@@ -85,20 +85,21 @@ class Guard:
         self.limits = limits
         self.area = area
         margin = limits.geofence_margin_m
-        self._allowed = _without(polygon_of(area.shape), no_fly, 0.0)
+        self.allowed = _without(polygon_of(area.shape), no_fly, 0.0)
+        """Where vehicles may be at all: the operating area less no-fly zones."""
         self._inner = _without(polygon_of(area.shape).buffer(-margin), no_fly, margin)
         shapely.prepare(self._inner)
-        shapely.prepare(self._allowed)
+        shapely.prepare(self.allowed)
 
     def inside(self, position_m: Vec3) -> bool:
         """Whether a place is inside the operating area and outside no-fly zones (no margin)."""
-        return bool(shapely.intersects_xy(self._allowed, position_m[0], position_m[1]))
+        return bool(shapely.intersects_xy(self.allowed, position_m[0], position_m[1]))
 
     def outside_m(self, position_m: Vec3) -> float:
         """How far outside the allowed area a place is, 0 inside."""
         if self.inside(position_m):
             return 0.0
-        return float(self._allowed.distance(Point(position_m[0], position_m[1])))
+        return float(self.allowed.distance(Point(position_m[0], position_m[1])))
 
     def judge(self, me: Mover, course: Course, others: list[Mover], now: float) -> Verdict:
         """Judge the set-point that `course` gives now for `me`, whose path follows it; vetoes are counted."""
@@ -151,7 +152,7 @@ class Guard:
                 band = f"{self.area.alt_min_m:.0f}-{self.area.alt_max_m:.0f} m"
                 if not self._returns_to_band(me, place):
                     return Verdict("band", f"{place[2]:.1f} m is outside the altitude band {band}")
-        for region, what in ((self._inner, " less its margin"), (self._allowed, "")):
+        for region, what in ((self._inner, " less its margin"), (self.allowed, "")):
             if shapely.intersects_xy(region, me.position_m[0], me.position_m[1]):
                 way = LineString([me.position_m[:2], target[:2]])
                 if way.length > EDGE_TOLERANCE_M and not region.covers(way):

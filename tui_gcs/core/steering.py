@@ -15,6 +15,7 @@ from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.guard import Guard, Mover
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Vec3
+from tui_gcs.core.route import route
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.vehicle import Vehicle
 
@@ -86,6 +87,10 @@ class Steering:
             self._commands.submit(self._firmware.hold(vehicle.id, self._stop_places(vehicle)))
         else:
             self._commands.submit(self._firmware.brake(vehicle.id))
+
+    def way_home(self, vehicle: Vehicle, home_m: Vec3) -> list[tuple[float, float]]:
+        """Turning points of the shortest way home inside the operating area and around no-fly zones."""
+        return route(self._guard.allowed, vehicle.position_m[:2], home_m[:2])
 
     def stop_place(self, vehicle: Vehicle) -> Vec3:
         """Where `vehicle` comes to rest when it brakes now."""
