@@ -93,6 +93,9 @@ def _add_control(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
         parser.add_argument("--kind", choices=("sim", "live"), help="which station, where both run")
         if name == "status":
             parser.add_argument("--json", action="store_true")
+        if name == "stop":
+            known = "vehicles that were armed when last heard, and of which you know what became"
+            parser.add_argument("--lost", type=int, nargs="+", default=[], metavar="ID", help=known)
     parser = _add(commands, "sim", "sim", "simulated vehicles alone, for any ground station: sends to a UDP address")
     parser.add_argument("scenario", metavar="SCENARIO.toml")
     parser.add_argument("--target", default="127.0.0.1:14550", metavar="HOST:PORT")

@@ -140,6 +140,7 @@ class Rig(LockStep):
     def flying(self) -> "Rig":
         """Started, everybody on his layer and given to the planner."""
         self.ready()
+        self.until(lambda: not any(map(self.station.requests.why_not_start, self.ids)), 60.0, "ready to start")
         reply = self.ask(m.Start(vehicles=self.ids))
         assert reply.ok, reply
         self.until(lambda: self.station.executive.run is RunPhase.RUNNING, 90.0, "running")

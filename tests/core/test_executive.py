@@ -118,7 +118,6 @@ def test_in_sim_only_our_own_simulated_vehicles_start(rig: MakeRig) -> None:
     assert set(results(flight.ask(m.Start(vehicles=(1, 2)))).values()) == {
         "not one of our simulated vehicles: this station is SIM"
     }
-    flight.ask(m.Land(vehicles=(1,)))
     flight.station.firmware.position(1, (50.0, 200.0, 30.0))
     flight.run(1.0)
     assert {(name, f.get("command")) for _, _, name, f in flight.sent} == {("COMMAND_LONG", 511), ("COMMAND_LONG", 512)}
@@ -157,7 +156,8 @@ def test_with_a_bad_link_everything_still_works(rig: MakeRig) -> None:
     assert flight.ask(m.Return()).ok
     flight.until(lambda: flight.station.executive.run is RunPhase.IDLE, 200.0)
     assert not flight.sim.armed.any()
-    assert flight.station.commands.unanswered == []
+    unanswered = [what for what in flight.station.commands.unanswered if "interval" not in what]
+    assert unanswered == [], "intervals are asked again, commands are confirmed by telemetry"
 
 
 # ---------------------------------------------------------------- hold
@@ -234,7 +234,7 @@ def test_hold_one_and_the_others_go_on(rig: MakeRig) -> None:
     assert flight.station.executive.run is RunPhase.RUNNING
 
 
-@pytest.mark.parametrize("request_", [m.Hold(), m.Return(), m.Land()])
+@pytest.mark.parametrize("request_", [m.Hold(), m.Return()])
 def test_nobody_in_the_air_is_told_so(rig: MakeRig, request_: m.AnyRequest) -> None:
     reply = rig(1).ready().ask(request_)
     assert not reply.ok and reply.text == "nobody is in the air"
@@ -295,15 +295,6 @@ def test_return_is_staggered_and_ends_where_it_began(rig: MakeRig) -> None:
     assert "all landed and disarmed" in flight.texts("station")
 
 
-def test_land_lands_where_they_are(rig: MakeRig) -> None:
-    flight = rig(2).flying().run(10.0)
-    assert flight.ask(m.Land()).ok
-    flight.run(6.0)
-    places = [flight.place(v)[:2] for v in flight.ids]
-    flight.until(lambda: flight.station.executive.run is RunPhase.IDLE, 120.0)
-    assert all(math.dist(flight.place(v)[:2], p) < 3.0 for v, p in zip(flight.ids, places, strict=True))
-
-
 def test_hold_return_and_land_are_never_vetoed(rig: MakeRig) -> None:
     """With an area of a garden elsewhere every set-point is forbidden; what brings vehicles down is not."""
     from tui_gcs.core.scenario import OperatingArea
@@ -316,14 +307,12 @@ def test_hold_return_and_land_are_never_vetoed(rig: MakeRig) -> None:
     assert flight.ask(m.Hold()).ok
     flight.run(6.0)
     assert all(flight.speed(v) < 0.3 for v in flight.ids)
-    assert flight.ask(m.Return(vehicles=(1,))).ok
-    assert flight.ask(m.Land(vehicles=(2,))).ok
+    assert flight.ask(m.Return()).ok
     flight.until(lambda: flight.station.executive.run is RunPhase.IDLE, 150.0)
     assert math.dist(flight.place(1)[:2], (45.0, 170.0)) < 1.0
 
 
-@pytest.mark.parametrize("request_", [m.Return(), m.Land()])
-def test_return_and_land_cancel_what_is_only_starting(rig: MakeRig, request_: m.AnyRequest) -> None:
+def test_return_cancels_what_is_only_starting(rig: MakeRig) -> None:
     """Vehicle 1 is up, vehicle 2 still waits for its checks: it must not take off after the fleet was called home."""
     flight = rig(2).ready()
     flight.sim._pilots[1].params.set("ANGLE_MAX", 1.0)
@@ -331,7 +320,7 @@ def test_return_and_land_cancel_what_is_only_starting(rig: MakeRig, request_: m.
     flight.ask(m.Start(vehicles=flight.ids))
     flight.run(11.0)
     assert [flight.phase(v) for v in flight.ids] == [Phase.TAKEOFF, Phase.ARMING]
-    assert flight.ask(request_).ok
+    assert flight.ask(m.Return()).ok
     flight.sim._pilots[1].params.set("ANGLE_MAX", 3000.0)
     while flight.station.executive.run is not RunPhase.IDLE:
         flight.step()
@@ -342,9 +331,12 @@ def test_return_and_land_cancel_what_is_only_starting(rig: MakeRig, request_: m.
 def test_a_landing_whose_command_is_lost_for_a_while_still_lands(rig: MakeRig) -> None:
     """3.4 s without a way down is neither LOST nor somebody else's mode: the stop is repeated."""
     flight = rig(1).flying().run(5.0)
+    flight.ask(m.Return())
+    home = flight.station.book.flights[1].home_m
+    flight.until(lambda: math.dist(flight.place(1)[:2], home[:2]) < 4.0, 90.0)
     flight.loses = lambda way, index: way == "down"
-    flight.ask(m.Land())
-    flight.run(5.0)
+    flight.until(lambda: flight.phase(1) is Phase.LANDING, 20.0)
+    flight.run(4.0)
     flight.loses = lambda way, index: False
     flight.run(3.0)
     assert int(flight.sim.mode[0]) == LAND

@@ -179,10 +179,10 @@ def test_leading_apart_is_allowed_and_staying_close_is_not_made_closer() -> None
     assert verdict(guard(), (50.0, 50.0, 40.0), stand(90.0, 50.0), near) == "separation", "apart, but through it"
 
 
-def test_columns_and_the_ground_are_exempt() -> None:
+def test_who_is_in_its_own_column_and_the_ground_are_exempt_but_others_keep_clear_of_columns() -> None:
     goes = stand(60.0, 50.0)
     assert verdict(guard(), (50.0, 50.0, 40.0), goes, mover((60.0, 50.0, 40.0), id_=2)) == "separation"
-    assert verdict(guard(), (50.0, 50.0, 40.0), goes, mover((60.0, 50.0, 40.0), id_=2, column=True)) == ""
+    assert verdict(guard(), (50.0, 50.0, 40.0), goes, mover((60.0, 50.0, 40.0), id_=2, column=True)) == "separation"
     assert verdict(guard(), (50.0, 50.0, 40.0), stand(60.0, 50.0, 20.0), mover((60.0, 50.0, 1.0), id_=2)) == ""
     climbing = mover((50.0, 50.0, 40.0), goes, column=True)
     assert guard().judge(climbing, goes, [mover((60.0, 50.0, 40.0), id_=2)], 0.0).ok

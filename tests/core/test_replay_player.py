@@ -112,7 +112,7 @@ def test_the_map_lies_about_the_first_valid_position() -> None:
 def test_a_recording_takes_no_commands() -> None:
     console = Console(DATA / "px4-8.tlog")
     console.run(1)
-    for request in (m.Start(vehicles=(1,)), m.Hold(), m.Land(), m.Shutdown(), m.SwitchRound(index=1)):
+    for request in (m.Start(vehicles=(1,)), m.Hold(), m.Return(), m.Shutdown(), m.SwitchRound(index=1)):
         assert console.ask(request) == m.Reply(ok=False, text="this is a recording: nothing can be commanded")
     assert console.ask(m.Hello(protocol=m.PROTOCOL, who="console")).ok
     assert console.ask(m.GetEvents(after=0)).events == tuple(console.events)

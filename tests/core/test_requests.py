@@ -60,7 +60,7 @@ def test_bytes_that_are_no_request_are_refused_in_one_line_and_counted(rig: Make
     assert flight.station.dropped["request not understood"] == 1
 
 
-@pytest.mark.parametrize("request_", [m.Start((1,)), m.Hold(), m.Resume(), m.Return(), m.Land(), m.Shutdown()])
+@pytest.mark.parametrize("request_", [m.Start((1,)), m.Hold(), m.Resume(), m.Return(), m.Shutdown()])
 def test_a_planner_worker_may_look_but_not_command(rig: MakeRig, request_: m.AnyRequest) -> None:
     flight = rig(1).ready()
     reply = flight.ask(request_, principal="planner-defend")
@@ -219,7 +219,7 @@ def test_a_station_does_not_end_while_anything_is_armed(rig: MakeRig) -> None:
     reply = flight.ask(m.Shutdown())
     assert not reply.ok and reply.text == "not while vehicles are armed: 1, 2"
     assert not flight.station.ending
-    flight.ask(m.Land())
-    flight.until(lambda: not flight.sim.armed.any(), 90.0)
+    flight.ask(m.Return())
+    flight.until(lambda: not flight.sim.armed.any(), 150.0)
     flight.run(2.0)
     assert flight.ask(m.Shutdown()).ok and flight.station.ending

@@ -114,11 +114,18 @@ def test_separation_is_horizontal_or_vertical(referee: Referee) -> None:
 
 
 def test_columns_and_the_ground_do_not_count(referee: Referee) -> None:
-    close: list[Vec3] = [(100.0, 200.0, 30.0), (101.0, 200.0, 30.0)]
+    places: list[Vec3] = [(100.0, 200.0, 0.0), (105.0, 200.0, 0.0)]
+    referee.on_frame(frame(0.0, places, armed=False, phase=Phase.GROUND))
     for phase in (Phase.TAKEOFF, Phase.LANDING):
-        referee.on_frame(frame(1.0, close, phase=phase))
-    referee.on_frame(frame(1.1, [(100.0, 200.0, 1.0), (101.0, 200.0, 1.0)]))
+        referee.on_frame(frame(1.0, [(x, y, 30.0) for x, y, _ in places], phase=phase))
+    referee.on_frame(frame(1.1, [(x, y, 1.0) for x, y, _ in places]))
     assert check(referee, "separation, x limit").value is None
+
+
+def test_landing_anywhere_else_does_count(referee: Referee) -> None:
+    referee.on_frame(frame(0.0, [(100.0, 200.0, 0.0), (120.0, 200.0, 0.0)], armed=False, phase=Phase.GROUND))
+    referee.on_frame(frame(1.0, [(100.0, 210.0, 30.0), (101.0, 210.0, 30.0)], phase=Phase.LANDING))
+    assert not check(referee, "separation, x limit").ok
 
 
 def test_outside_area_and_band(referee: Referee) -> None:

@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> int:
         from tui_gcs.commands.console import attach
 
         return attach(kind)
-    return _stop(kind) if arguments.what == "stop" else _status(kind, as_json=arguments.json)
+    return _stop(kind, tuple(arguments.lost)) if arguments.what == "stop" else _status(kind, as_json=arguments.json)
 
 
 def _which(named: str | None) -> Kind:
@@ -37,13 +37,13 @@ def _which(named: str | None) -> Kind:
     return kinds[0]
 
 
-def _stop(kind: Kind) -> int:
+def _stop(kind: Kind, lost: tuple[int, ...]) -> int:
     from tui_gcs.core.bus import BusError
     from tui_gcs.core.messages import Reply, Shutdown, decode, encode
 
     bus = join(kind)
     try:
-        reply = decode(bus.ask("gcs/req/cli", encode(Shutdown()), timeout_s=5.0), Reply)
+        reply = decode(bus.ask("gcs/req/cli", encode(Shutdown(lost=lost)), timeout_s=5.0), Reply)
     except BusError as error:
         raise CommandError(str(error)) from None
     finally:

@@ -8,9 +8,9 @@ it interrupts everything and is never queued.
 import math
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.course import Stand, stopping_point
+from tui_gcs.core.course import Course, Stand
 from tui_gcs.core.events import ALERT, INFO, NOTICE, WARNING, EventLog
-from tui_gcs.core.firmware.ardupilot import BRAKE, GUIDED, LAND, ArduCopter
+from tui_gcs.core.firmware.ardupilot import BRAKE, GUIDED, LAND, ArduCopter, supports
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import IN_THE_AIR, Flight, FlightBook
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, Vec3, VehicleResult
@@ -29,6 +29,14 @@ OVER_HOME_SPEED_M_S = 0.7
 LANDING_GAP_S = 2.0
 RETURN_WAIT_S = 240.0
 """Vehicles above their homes wait at most this long for one that does not come."""
+CANCELLED = "cancelled"
+"""Step of a flight whose start was interrupted before it left the ground."""
+FOUND = "found"
+"""After LOST: not by this station's doing in the air."""
+RESUME_WITHIN_S = 10.0
+"""A restarted station lets vehicles go on by itself only this long; then an operator must say so."""
+HEARD_S = 2.0
+"""Stale and heard within this time: only the position is missing. A silent vehicle is left to become LOST."""
 STUCK_S = 15.0
 """A returning vehicle that does not move for this long is told."""
 TARGET_GAP_S = 1.0
@@ -59,6 +67,7 @@ class Executive:
         """When the mission clock began; NaN before the first start."""
         self.resume_found = False
         """After a restart in a running mission: vehicles found in the air go on (the scenario's `resume = true`)."""
+        self._born_s = clock.now()
         self._fleet = fleet
         self._book = book
         self._firmware = firmware
@@ -84,27 +93,33 @@ class Executive:
             flight.touchdown_m = None
             self._commands.submit(self._firmware.guided(vehicle_id, self._on_step))
 
-    def hold(self, vehicles: tuple[int, ...], why: str = "") -> tuple[VehicleResult, ...]:
-        """Hold at once: these, or everybody in the air. What was being armed is disarmed."""
+    def hold(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
+        """Hold at once: these, or every vehicle of a team. A start under way is cancelled.
+
+        Vehicles of no team, or that we cannot speak to, are not ours to command: they are named as such.
+        """
         now = self._clock.now()
+        self.resume_found = False
         results = []
         for vehicle in self._fleet.in_order():
             flight = self._book.get(vehicle.id)
-            starting = flight is not None and flight.phase is Phase.ARMING
-            known_flying = flight is not None and flight.phase in IN_THE_AIR
-            if (vehicles and vehicle.id not in vehicles) or not (vehicle.airborne or known_flying or starting):
+            concerned = flight is not None and (vehicle.airborne or flight.phase is not Phase.GROUND)
+            if (vehicles and vehicle.id not in vehicles) or not (concerned or (vehicles and vehicle.airborne)):
                 continue
-            results.append(self._hold_one(vehicle, flight, now))
+            why = "is in no team: not ours to command" if flight is None else supports(vehicle)
+            if flight is None or why:
+                results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
+            else:
+                results.append(self._hold_one(vehicle, flight, now))
         if not vehicles and self.run is not RunPhase.IDLE:
             self.run = RunPhase.HOLD
-        if why:
-            self._events.say(EventClass.MISSION, "station", why, WARNING)
         return tuple(results)
 
     def resume(self) -> Reply:
         """Give holding vehicles back to their planners."""
         now = self._clock.now()
-        holding = self._book.in_phase(Phase.HOLDING)
+        self.resume_found = False
+        holding = [flight for flight in self._book.in_phase(Phase.HOLDING) if flight.step != CANCELLED]
         if not holding:
             return Reply(ok=False, text="no vehicle is holding")
         for flight in holding:
@@ -115,16 +130,18 @@ class Executive:
         return Reply(ok=True, text=f"{len(ids)} vehicles resume", results=ids)
 
     def go_home(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
-        """Return and land: these, or every vehicle of a team that is in the air."""
+        """Return and land: these, or every vehicle of a team that is in the air. A start under way is cancelled."""
         now = self._clock.now()
+        self.resume_found = False
         results = []
         for flight in self._book:
             vehicle = self._fleet.vehicles.get(flight.vehicle)
-            starting = flight.phase is Phase.ARMING
-            wanted = flight.vehicle in vehicles if vehicles else starting or flight.phase in IN_THE_AIR
+            wanted = flight.vehicle in vehicles if vehicles else flight.phase is not Phase.GROUND
             if not wanted or vehicle is None:
                 continue
-            if starting and not vehicle.airborne:
+            if why := supports(vehicle):
+                results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
+            elif flight.phase is Phase.ARMING:
                 results.append(self._hold_one(vehicle, flight, now))
             else:
                 results.append(self._return_one(flight, vehicle, bool(vehicles), now))
@@ -132,29 +149,20 @@ class Executive:
             self.run = RunPhase.RETURNING
         return tuple(results)
 
-    def land(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
-        """Land where they are."""
-        now = self._clock.now()
-        results = []
-        for vehicle in self._fleet.in_order():
-            flight = self._book.get(vehicle.id)
-            wanted = not vehicles or vehicle.id in vehicles
-            if wanted and flight is not None and flight.phase is Phase.ARMING and not vehicle.airborne:
-                results.append(self._hold_one(vehicle, flight, now))
-            elif wanted and vehicle.airborne:
-                if flight is not None:
-                    flight.enter(Phase.LANDING, now, "in place")
-                self._commands.submit(self._firmware.land(vehicle.id))
-                results.append(VehicleResult(vehicle=vehicle.id, ok=True, text="lands"))
-        if results and not vehicles:
-            self.run = RunPhase.RETURNING
-        return tuple(results)
+    def moved(self, vehicle: Vehicle) -> None:
+        """Its system id is now heard from another address: whoever that is, nothing is sent before it said who."""
+        flight = self._book.get(vehicle.id)
+        if flight is not None and flight.phase is not Phase.GROUND:
+            flight.enter(Phase.TAKEN_OUT, self._clock.now(), f"{LOST} {flight.phase}")
+            self._commands.cancel(vehicle.id)
 
     # ---------------------------------------------------------------- time
 
     def tick(self) -> None:
         """Move every flight on by what telemetry shows."""
         now = self._clock.now()
+        if now - self._born_s > RESUME_WITHIN_S:
+            self.resume_found = False
         for flight in self._book:
             vehicle = self._fleet.vehicles.get(flight.vehicle)
             if vehicle is not None:
@@ -211,7 +219,8 @@ class Executive:
 
     def _follow_arming(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         if vehicle.freshness(now) is Freshness.LOST:
-            self._fail_start(flight, "not heard any more", now)
+            self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", "not started: not heard any more", ALERT)
+            self._notice_loss(flight, vehicle, now)
         elif flight.step in ("prearm", "ask why") and vehicle.prearm_ok and vehicle.custom_mode == GUIDED:
             flight.home_m = vehicle.position_m
             flight.go_to_step("arm", now)
@@ -225,12 +234,7 @@ class Executive:
 
     def _fail_start(self, flight: Flight, why: str, now: float) -> None:
         self._events.say(EventClass.MISSION, f"vehicle {flight.vehicle}", f"not started: {why}", ALERT)
-        flight.enter(Phase.GROUND, now)
-        vehicle = self._fleet.vehicles.get(flight.vehicle)
-        if vehicle is not None and vehicle.airborne:
-            self._hold_one(vehicle, flight, now)
-        else:
-            self._commands.submit(self._firmware.disarm(flight.vehicle))
+        self._hold_one(self._fleet.vehicles[flight.vehicle], flight, now)
 
     def _follow_climb(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         """Up its column (or, after a hold, to its layer again, steered and judged); there it waits for the others."""
@@ -242,16 +246,12 @@ class Executive:
 
     # ---------------------------------------------------------------- hold, lost, found
 
-    def _hold_one(self, vehicle: Vehicle, flight: Flight | None, now: float) -> VehicleResult:
+    def _hold_one(self, vehicle: Vehicle, flight: Flight, now: float) -> VehicleResult:
         self._commands.cancel(vehicle.id)
-        if flight is not None and flight.phase is Phase.ARMING and not vehicle.airborne:
-            flight.enter(Phase.GROUND, now)
-            self._commands.submit(self._firmware.disarm(vehicle.id))
-            return VehicleResult(vehicle=vehicle.id, ok=True, text="start cancelled")
-        if flight is not None:
-            flight.enter(Phase.HOLDING, now)
+        starting = flight.phase is Phase.ARMING or flight.step == CANCELLED
+        flight.enter(Phase.HOLDING, now, CANCELLED if starting and not vehicle.airborne else "")
         self._steering.hold(vehicle)
-        return VehicleResult(vehicle=vehicle.id, ok=True, text="holds")
+        return VehicleResult(vehicle=vehicle.id, ok=True, text="start cancelled" if flight.step else "holds")
 
     def _take_over(self, flight: Flight, now: float) -> None:
         """From a hold back to the planner: GUIDED, then up or down to its own layer, then ready."""
@@ -259,13 +259,20 @@ class Executive:
         if vehicle.custom_mode != GUIDED:
             self._commands.submit(self._firmware.guided(flight.vehicle))
         flight.enter(Phase.TAKEOFF, now, "climb")
-        x, y, _ = stopping_point(vehicle.position_m, vehicle.velocity_m_s, 2.5)
+        x, y, _ = self._steering.stop_place(vehicle)
         flight.course = self._stand((x, y, flight.layer_m))
 
     def _notice_loss(self, flight: Flight, vehicle: Vehicle, now: float) -> bool:
-        """LOST, or in a mode nobody here asked for: out of the team until it is back. Stops are still repeated."""
-        if vehicle.freshness(now) is Freshness.LOST:
+        """LOST, without position, or in a mode nobody here asked for: out of the team until it is back.
+
+        Stops are still repeated. Without set-points ArduCopter brakes by itself after 3 s.
+        """
+        blind = vehicle.freshness(now) is Freshness.STALE and now - vehicle.heard_s < HEARD_S
+        if blind or vehicle.freshness(now) is Freshness.LOST:
             before = Phase.FLYING if flight.step == "ready" else flight.phase
+            if blind:
+                text = "NO POSITION for 3 s: taken out of the mission"
+                self._events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, ALERT)
             flight.enter(Phase.TAKEN_OUT, now, f"{LOST} {before}")
             self._commands.cancel(vehicle.id, keep_stops=True)
             return True
@@ -281,7 +288,9 @@ class Executive:
 
     def _take_back(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         """A lost vehicle is heard again: it goes on with what it did, if that is still wanted; else it holds."""
-        if not flight.step.startswith(LOST) or vehicle.freshness(now) is not Freshness.OK or not vehicle.airborne:
+        if not flight.step.startswith(LOST) or vehicle.freshness(now) is not Freshness.OK:
+            return
+        if not (vehicle.airborne and vehicle.identified):
             return
         before = flight.step.removeprefix(LOST).strip()
         on_layer = abs(vehicle.alt_rel_m - flight.layer_m) <= 2 * LAYER_TOLERANCE_M
@@ -290,38 +299,47 @@ class Executive:
             flight.enter(Phase.LANDING, now, "in place")
         elif before == Phase.RETURNING and vehicle.custom_mode == GUIDED:
             self._return_one(flight, vehicle, True, now)
+        elif self.resume_found and vehicle.custom_mode == GUIDED:
+            self._take_over(flight, now)
+            self.run = RunPhase.STARTING
+            text = "found in the air: goes on, as the scenario says"
+            self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
         elif before in (Phase.FLYING, Phase.TAKEOFF) and ready:
             flight.enter(Phase.FLYING, now)
             self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", "is back in its team", NOTICE)
         else:
             flight.enter(Phase.HOLDING, now)
-            if vehicle.custom_mode == GUIDED and not self._commands.stopping(vehicle.id):
+            found = before == FOUND
+            if vehicle.custom_mode == GUIDED and not found and not self._commands.stopping(vehicle.id):
                 self._steering.hold(vehicle)
             text = "is back and holds: resume to take it in again"
+            if found:
+                text = "found in the air: nothing is sent to it until resume or return"
             self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
 
     def _find_flying(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        """A vehicle in the air that this station did not start (it was restarted): shown as holding, left alone."""
+        """A vehicle in the air that this station did not start: taken in as one that was lost, see `_take_back`."""
         if vehicle.airborne and vehicle.freshness(now) is Freshness.OK:
-            flight.enter(Phase.HOLDING, now)
-            if self.run is RunPhase.IDLE:
-                self.run = RunPhase.HOLD
-                if math.isnan(self.started_s):
-                    self.started_s = now
-            text = "found in the air: nothing is sent to it until resume or return"
-            if self.resume_found:
-                text = "found in the air: goes on, as the scenario says"
-                self._take_over(flight, now)
-                self.run = RunPhase.STARTING
-            self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
+            self.remember_flying(flight)
+
+    def remember_flying(self, flight: Flight) -> None:
+        """This vehicle is in the air, but not by this station's doing (it was restarted): nothing is sent to it."""
+        now = self._clock.now()
+        flight.enter(Phase.TAKEN_OUT, now, f"{LOST} {FOUND}")
+        if self.run is RunPhase.IDLE:
+            self.run = RunPhase.HOLD
+            if math.isnan(self.started_s):
+                self.started_s = now
 
     def _down(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        landed = flight.phase is Phase.LANDING
+        expected = flight.phase is Phase.LANDING or flight.step == CANCELLED
+        text = "DISARMED outside a landing of ours"
+        if expected:
+            text = "start cancelled, disarmed" if flight.step == CANCELLED else "landed and disarmed"
         flight.touchdown_m = vehicle.position_m
         self._commands.cancel(vehicle.id)
         flight.enter(Phase.GROUND, now)
-        text = "landed and disarmed" if landed else "DISARMED outside a landing of ours"
-        self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, INFO if landed else ALERT)
+        self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, INFO if expected else ALERT)
 
     # ---------------------------------------------------------------- return
 
@@ -363,7 +381,7 @@ class Executive:
             flight.go_to_step("over home", now)
         if now >= self._next_target_s.get(flight.vehicle, 0.0):
             self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
-            self._firmware.position(flight.vehicle, flight.course.at(now)[0])
+            self._firmware.position(flight.vehicle, self._return_target(flight, flight.course, vehicle, now))
             if (
                 flight.step != "over home"
                 and now - flight.since_s > STUCK_S
@@ -371,6 +389,14 @@ class Executive:
             ):
                 text = f"does not return: stands still for {STUCK_S:.0f} s"
                 self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
+
+    def _return_target(self, flight: Flight, course: Course, vehicle: Vehicle, now: float) -> Vec3:
+        """Where to: on the way to its layer it waits for whoever is above or below it."""
+        if flight.step == "layer" and (why := self._steering.blocked(flight, vehicle)):
+            text = f"waits with changing its height: {why}"
+            self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING, every_s=10)
+            return self._steering.stop_place(vehicle)
+        return course.at(now)[0]
 
     def _fly_leg(self, flight: Flight, now: float) -> None:
         x, y = flight.way_m[0]

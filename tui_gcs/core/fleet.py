@@ -50,6 +50,7 @@ class Fleet:
         self._own_system = own_system
         self._on_new: list[Callable[[Vehicle], None]] = []
         self._on_reboot: list[Callable[[Vehicle], None]] = []
+        self._on_move: list[Callable[[Vehicle], None]] = []
         self._on_message: dict[str, list[OnMessage]] = {}
         self._lost: set[int] = set()
         self._texts = TextAssembler()
@@ -60,7 +61,6 @@ class Fleet:
             "SYS_STATUS": self._sys_status,
             "BATTERY_STATUS": self._battery,
             "EXTENDED_SYS_STATE": self._extended_state,
-            "EKF_STATUS_REPORT": self._ekf,
             "STATUSTEXT": self._status_text,
             "AUTOPILOT_VERSION": self._version,
             "HOME_POSITION": self._home,
@@ -77,6 +77,10 @@ class Fleet:
     def on_reboot(self, listener: Callable[[Vehicle], None]) -> None:
         """Call `listener` when a vehicle's clock went back: its message intervals are gone."""
         self._on_reboot.append(listener)
+
+    def on_move(self, listener: Callable[[Vehicle], None]) -> None:
+        """Call `listener` when a system id is heard from another address than before: it may be somebody else."""
+        self._on_move.append(listener)
 
     def on_message(self, name: str, listener: OnMessage) -> None:
         """Call `listener` for each message `name` of a known vehicle, after the fleet took it."""
@@ -108,6 +112,7 @@ class Fleet:
         if message is None:
             self.dropped["unknown message id"] += 1
             return
+        vehicle.message_s[frame.msgid] = now
         handler = self._handlers.get(message.name)
         if handler is not None:
             handler(vehicle, message.fields)
@@ -172,7 +177,11 @@ class Fleet:
             self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ERROR, every_s=30)
             return False
         vehicle.link, vehicle.address = link, address
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"now heard from another address on {link}")
+        vehicle.identified, vehicle.firmware_token = False, ""
+        text = f"now heard from another address on {link}: who it is, is asked first"
+        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING)
+        for listener in self._on_move:
+            listener(vehicle)
         return True
 
     # ---------------------------------------------------------------- messages
@@ -251,9 +260,6 @@ class Fleet:
 
     def _extended_state(self, vehicle: Vehicle, fields: Fields) -> None:
         vehicle.landed_state = fields["landed_state"]
-
-    def _ekf(self, vehicle: Vehicle, fields: Fields) -> None:
-        vehicle.ekf_flags = fields["flags"]
 
     def _version(self, vehicle: Vehicle, fields: Fields) -> None:
         vehicle.identified = True

@@ -1,5 +1,6 @@
 """What the station is doing with each vehicle: phase, layer, place, course. Plain records and their book."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -10,6 +11,10 @@ from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.vehicle import Vehicle
 
 IN_THE_AIR = frozenset({Phase.TAKEOFF, Phase.FLYING, Phase.HOLDING, Phase.RETURNING, Phase.LANDING, Phase.TAKEN_OUT})
+
+
+COLUMN_M = 6.0
+"""Radius of the column above a take-off place."""
 
 
 @dataclass
@@ -50,12 +55,17 @@ class Flight:
         """Next step of the same phase."""
         self.step, self.since_s = step, now
 
+    def in_own_column(self, vehicle: Vehicle) -> bool:
+        """Climbing from, or landing at, its own take-off place: there band and separation do not apply."""
+        climbs = self.phase is Phase.ARMING or (self.phase is Phase.TAKEOFF and self.course is None)
+        if self.home_m is None or not (climbs or self.phase is Phase.LANDING):
+            return False
+        return math.dist(vehicle.position_m[:2], self.home_m[:2]) <= COLUMN_M
+
     def mover(self, vehicle: Vehicle, now: float) -> Mover:
         """This flight as the guard sees it."""
-        climbs_from_the_ground = self.phase is Phase.TAKEOFF and self.course is None
-        vertical = climbs_from_the_ground or self.phase in (Phase.LANDING, Phase.ARMING)
         path = predict(vehicle.position_m, vehicle.velocity_m_s, self.course, now)
-        return Mover(vehicle.id, vehicle.position_m, path, in_column=vertical)
+        return Mover(vehicle.id, vehicle.position_m, path, in_column=self.in_own_column(vehicle))
 
 
 @dataclass

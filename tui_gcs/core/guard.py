@@ -107,7 +107,7 @@ class Guard:
             self._rate(me, now)
             or self._speed(course, now)
             or self._region(me, course, now)
-            or self._separation(me, others)
+            or self._failed(self.separation(me, others))
             or PASS
         )
         if verdict.ok:
@@ -126,6 +126,10 @@ class Guard:
         """Count and return a veto that was found before there was a course (unknown vehicle, wrong kind, …)."""
         self.vetoes[code] += 1
         return Verdict(code, text)
+
+    @staticmethod
+    def _failed(verdict: Verdict) -> Verdict | None:
+        return None if verdict.ok else verdict
 
     def _rate(self, me: Mover, now: float) -> Verdict | None:
         if now - self._last_s.get(me.id, -math.inf) < MIN_SETPOINT_GAP_S:
@@ -172,11 +176,15 @@ class Guard:
 
         return miss(me.position_m[2]) > miss(place[2])
 
-    def _separation(self, me: Mover, others: list[Mover]) -> Verdict | None:
+    def separation(self, me: Mover, others: list[Mover]) -> Verdict:
+        """Whether `me`, on its path, keeps clear of everybody for the next seconds. Not counted.
+
+        Who climbs or descends in its own column gives way to nobody, but others keep clear of it.
+        """
         if me.in_column or me.position_m[2] < GROUND_M:
-            return None
+            return PASS
         for other in others:
-            if other.id == me.id or other.in_column or other.position_m[2] < GROUND_M:
+            if other.id == me.id or other.position_m[2] < GROUND_M:
                 continue
             gap = me.path_m - other.path_m
             level = np.hypot(gap[:, 0], gap[:, 1])
@@ -185,7 +193,7 @@ class Guard:
             if close.any() and not self._moves_apart(level, upright, close):
                 when = float(PREDICTED_S[int(np.argmax(close))])
                 return Verdict("separation", f"too close to vehicle {other.id} in {when:.1f} s")
-        return None
+        return PASS
 
     def _moves_apart(self, level: Samples, upright: Samples, close: NDArray[np.bool_]) -> bool:
         """Already too close, and never closer than now: leading apart is always allowed."""

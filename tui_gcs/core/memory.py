@@ -9,7 +9,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tui_gcs.core.flights import Flight
+from tui_gcs.core.flights import IN_THE_AIR, Flight
 from tui_gcs.core.messages import RunPhase
 
 if TYPE_CHECKING:
@@ -53,6 +53,8 @@ class StationMemory:
             home = item["home_m"]
             flight = Flight(item["vehicle"], item["team"], item["layer_m"], home_m=tuple(home) if home else None)
             station.book.flights[flight.vehicle] = flight
+            if item["in_the_air"]:
+                station.executive.remember_flying(flight)
         station.executive.started_s = self._held["started_s"] or math.nan
         was_running = self._held["run"] in (RunPhase.RUNNING, RunPhase.STARTING)
         station.executive.resume_found = was_running and station.scenario.link_loss.resume
@@ -71,7 +73,14 @@ class StationMemory:
             "task_revision": station.task_revision,
             "started_s": None if math.isnan(started_s) else started_s,
             "flights": [
-                {"vehicle": f.vehicle, "team": f.team, "layer_m": f.layer_m, "home_m": f.home_m} for f in station.book
+                {
+                    "vehicle": f.vehicle,
+                    "team": f.team,
+                    "layer_m": f.layer_m,
+                    "home_m": f.home_m,
+                    "in_the_air": f.phase in IN_THE_AIR,
+                }
+                for f in station.book
             ],
         }
         text = json.dumps(held)

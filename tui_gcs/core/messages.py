@@ -364,12 +364,6 @@ class Return(Request, frozen=True, tag="return"):
     vehicles: tuple[int, ...] = ()
 
 
-class Land(Request, frozen=True, tag="land"):
-    """Land where they are: all vehicles, or only these."""
-
-    vehicles: tuple[int, ...] = ()
-
-
 class SwitchRound(Request, frozen=True, tag="switch-round"):
     """Make another round the present one, on the ground or in flight."""
 
@@ -384,7 +378,12 @@ class ApplyScenario(Request, frozen=True, tag="apply-scenario"):
 
 
 class Shutdown(Request, frozen=True, tag="shutdown"):
-    """End the station; refused while anything is armed."""
+    """End the station; refused while anything is armed.
+
+    `lost` names vehicles that were armed when last heard and are LOST: the operator knows what became of them.
+    """
+
+    lost: tuple[int, ...] = ()
 
 
 AnyRequest = (
@@ -397,7 +396,6 @@ AnyRequest = (
     | Hold
     | Resume
     | Return
-    | Land
     | SwitchRound
     | ApplyScenario
     | Shutdown

@@ -11,7 +11,6 @@ from itertools import combinations
 
 from tui_gcs.core.flights import FlightBook
 from tui_gcs.core.guard import GROUND_M, Guard
-from tui_gcs.core.messages import Phase
 from tui_gcs.core.vehicle import Vehicle
 
 
@@ -45,4 +44,4 @@ class FleetMonitor:
 
     def _in_column(self, vehicle: Vehicle) -> bool:
         flight = self._book.get(vehicle.id)
-        return flight is not None and flight.phase in (Phase.TAKEOFF, Phase.LANDING, Phase.ARMING)
+        return flight is not None and flight.in_own_column(vehicle)

@@ -83,13 +83,13 @@ class RequestDesk:
             return executive.resume()
         if isinstance(request, m.Return):
             return _done("return", request.vehicles, executive.go_home(request.vehicles))
-        if isinstance(request, m.Land):
-            return _done("land", request.vehicles, executive.land(request.vehicles))
         if isinstance(request, m.SwitchRound):
             return self._switch_round(request.index)
         if isinstance(request, m.ApplyScenario):
             return self._apply(request)
-        return self._shutdown()
+        if isinstance(request, m.Shutdown):
+            return self._shutdown(request)
+        return Reply(ok=False, text="not a command")
 
     # ---------------------------------------------------------------- start
 
@@ -100,7 +100,7 @@ class RequestDesk:
         if not request.vehicles or len(set(request.vehicles)) != len(request.vehicles):
             return Reply(ok=False, text="name each vehicle once")
         results = [VehicleResult(vehicle=v, ok=not (why := self.why_not_start(v)), text=why) for v in request.vehicles]
-        results = _too_close(station, results)
+        results = _on_slopes(station, _too_close(station, results))
         bad = [r.vehicle for r in results if not r.ok]
         if bad:
             text = f"not started: vehicle {', '.join(map(str, bad))} not ready"
@@ -163,8 +163,12 @@ class RequestDesk:
             if vehicle is None or not vehicle.has_position():
                 continue
             away = guard.outside_m(vehicle.position_m)
+            home_away = guard.outside_m(flight.home_m) if flight.home_m and flight.phase is not Phase.GROUND else 0.0
             band = round_.area
-            if away > 0:
+            if home_away > 0:
+                text = "the place where it must land is outside, or in a no-fly zone"
+                results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=text))
+            elif away > 0:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{away:.0f} m outside"))
             elif flight.phase is Phase.FLYING and not band.alt_min_m <= flight.layer_m <= band.alt_max_m:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text="its layer is outside the band"))
@@ -194,6 +198,8 @@ class RequestDesk:
         now = self._station.scenario
         if scenario.origin != now.origin:
             return "not applied: the origin cannot change in flight"
+        if scenario.limits != now.limits:
+            return "not applied: limits cannot change in flight"
         if scenario.places != now.places:
             return "not applied: take-off places and layers cannot change in flight"
         if [(t.name, t.vehicles, t.count) for t in scenario.teams] != [
@@ -202,30 +208,58 @@ class RequestDesk:
             return "not applied: who is in which team cannot change in flight"
         return ""
 
-    def _shutdown(self) -> Reply:
-        armed = [v.id for v in self._station.fleet.vehicles.values() if v.armed]
-        if armed:
-            return Reply(ok=False, text=f"not while vehicles are armed: {', '.join(map(str, armed))}")
+    def _shutdown(self, request: m.Shutdown) -> Reply:
+        now = self._station.clock.now()
+        armed = [v for v in self._station.fleet.in_order() if v.armed]
+        lost = [v.id for v in armed if v.freshness(now) is Freshness.LOST]
+        flying = [v.id for v in armed if v.id not in lost]
+        if flying:
+            return Reply(ok=False, text=f"not while vehicles are armed: {', '.join(map(str, flying))}")
+        if set(lost) != set(request.lost):
+            ids = " ".join(map(str, lost))
+            text = f"armed when last heard, and LOST: {ids}; if you know what became of them: tui-gcs stop --lost {ids}"
+            return Reply(ok=False, text=text if lost else "nothing armed is lost: stop without --lost")
         self._station.ending = True
         return Reply(ok=True, text="station ends")
 
 
 def _too_close(station: "Station", results: list[VehicleResult]) -> list[VehicleResult]:
-    """Refuse vehicles that stand closer together than the separation: their columns would touch."""
+    """Refuse vehicles too near to each other, or to the place or home of one that is in the air."""
     limit = station.scenario.limits.separation_horizontal_m
-    places = {r.vehicle: station.fleet.vehicles[r.vehicle].position_m[:2] for r in results if r.ok}
+    vehicles = station.fleet.vehicles
+    starters = {r.vehicle for r in results if r.ok}
+    places = [(v, vehicles[v].position_m[:2]) for v in starters]
+    for flight in station.book:
+        if flight.phase is not Phase.GROUND and flight.vehicle not in starters:
+            places += [(flight.vehicle, home[:2]) for home in [flight.home_m] if home is not None]
+            places += [(v.id, v.position_m[:2]) for v in [vehicles.get(flight.vehicle)] if v is not None]
     checked = []
     for result in results:
-        near = [
-            other
-            for other, place in places.items()
-            if other != result.vehicle and result.ok and math.dist(place, places[result.vehicle]) < limit
-        ]
-        if near:
-            text = f"stands closer than {limit:.0f} m to vehicle {near[0]}"
-            result = VehicleResult(vehicle=result.vehicle, ok=False, text=text)
-        checked.append(result)
+        here = vehicles[result.vehicle].position_m[:2] if result.ok else (math.nan, math.nan)
+        near = [v for v, place in places if v != result.vehicle and math.dist(here, place) < limit]
+        text = f"stands closer than {limit:.0f} m to vehicle {near[0]}" if near else ""
+        checked.append(VehicleResult(vehicle=result.vehicle, ok=False, text=text) if near else result)
     return checked
+
+
+def _on_slopes(station: "Station", results: list[VehicleResult]) -> list[VehicleResult]:
+    """Refuse vehicles whose homes differ in height: layers are heights above each vehicle's own home."""
+    vehicles = station.fleet.vehicles
+    flying = [f.vehicle for f in station.book if f.phase is not Phase.GROUND]
+    ids = {r.vehicle for r in results if r.ok} | {v for v in flying if v in vehicles}
+    heights = {v: vehicles[v].alt_amsl_m - vehicles[v].alt_rel_m for v in ids}
+    known = sorted(h for h in heights.values() if math.isfinite(h))
+    limit = station.scenario.limits.home_spread_m
+    if not known or known[-1] - known[0] <= limit:
+        return results
+    middle = known[len(known) // 2]
+    text = f"homes differ by {known[-1] - known[0]:.1f} m in height, limits.home_spread_m is {limit:g}"
+    return [
+        VehicleResult(vehicle=r.vehicle, ok=False, text=f"{text}; its own is {heights[r.vehicle] - middle:+.1f} m")
+        if r.ok
+        else r
+        for r in results
+    ]
 
 
 def _done(what: str, named: tuple[int, ...], results: tuple[VehicleResult, ...]) -> Reply:

@@ -13,6 +13,7 @@ import msgspec
 import numpy as np
 import shapely
 
+from tui_gcs.core.flights import COLUMN_M
 from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
 from tui_gcs.core.messages import FleetFrame, Phase, StationStatus, TeamStatus, Vec3, VehicleRow
 from tui_gcs.core.scenario import Round, Scenario
@@ -198,12 +199,17 @@ class Referee:
                 self._outside_m = max(self._outside_m, _outside(shape, x, y))
                 if row.phase is Phase.FLYING:
                     self._band_m = max(self._band_m, area.alt_min_m - z, z - area.alt_max_m)
-        free = [r for r in flying if r.phase not in (Phase.TAKEOFF, Phase.LANDING, Phase.ARMING)]
+        free = [r for r in flying if not self._in_own_column(r)]
         limits = self._scenario.limits
         for a, b in combinations(free, 2):
             level = math.dist(a.position_m[:2], b.position_m[:2]) / limits.separation_horizontal_m
             upright = abs(a.position_m[2] - b.position_m[2]) / limits.separation_vertical_m
             self._separation = min(self._separation, max(level, upright))
+
+    def _in_own_column(self, row: VehicleRow) -> bool:
+        place = self._places.get(row.id)
+        vertical = row.phase in (Phase.TAKEOFF, Phase.LANDING, Phase.ARMING)
+        return vertical and place is not None and math.dist(place[:2], row.position_m[:2]) <= COLUMN_M
 
     def result(self) -> Result:
         """The judgement."""

@@ -21,6 +21,8 @@ class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     separation_horizontal_m: float = 10.0
     separation_vertical_m: float = 5.0
     geofence_margin_m: float = 5.0
+    home_spread_m: float = 3.0
+    """Heights are above each vehicle's own home: homes may differ by this much (GPS heights alone do, by metres)."""
 
 
 class ResultLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -42,10 +42,8 @@ from tui_gcs.core.zones import Role, Zone
 FRAME_GAP_S = 0.1
 STATUS_GAP_S = 0.5
 HEARTBEAT_GAP_S = 1.0
-ASK_AGAIN_S = 5.0
-"""A vehicle that is heard but shows no position is asked for its messages again after this long, …"""
-ASK_SELDOM = 16
-"""… then after twice that, and so on up to this many times as long."""
+ASK_AGAIN_S, ASK_OFTEN, ASK_SELDOM = 5.0, 4, 16
+"""What a vehicle does not send is asked again every 5 s, after four times less often, down to 16 times as seldom."""
 SYSTEM_ID = {Kind.SIM: 254, Kind.LIVE: 255}
 """SIM and LIVE stations never speak with the same id (architecture.md)."""
 COMPONENT_ID = 190
@@ -227,23 +225,25 @@ class Station:
                 self.new_tasks()
 
     def _ask_for_telemetry(self) -> None:
-        """Ask every vehicle who it is, and for its messages: autopilots forget intervals at reboot."""
+        """Ask every vehicle who it is, and for each message that does not come: autopilots forget at reboot."""
         now = self.clock.now()
         for vehicle in self.fleet.vehicles.values():
             if now - vehicle.heard_s > 2.0 or now < self._ask_next_s.get(vehicle.id, -math.inf):
                 continue
-            silent = now - vehicle.position_s > 3.0
-            if silent or not vehicle.identified:
+            missing = [message for message, hz in STREAMS_HZ.items() if vehicle.silent_s(message, now) > 3.0 + 2 / hz]
+            if missing or not vehicle.identified:
                 asked = self._asked[vehicle.id]
                 self._asked[vehicle.id] += 1
-                self._ask_next_s[vehicle.id] = now + ASK_AGAIN_S * min(2**asked, ASK_SELDOM)
-                self._ask(vehicle, silent=silent)
+                self._ask_next_s[vehicle.id] = now + ASK_AGAIN_S * min(2 ** max(0, asked - ASK_OFTEN), ASK_SELDOM)
+                self._ask(vehicle, missing)
+            else:
+                self._asked[vehicle.id] = 0
 
-    def _ask(self, vehicle: Vehicle, *, silent: bool = True) -> None:
+    def _ask(self, vehicle: Vehicle, messages: list[int]) -> None:
         if not vehicle.identified:
             self.commands.submit(self.firmware.version(vehicle.id))
-        for message, hz in STREAMS_HZ.items() if silent else ():
-            self.commands.submit(self.firmware.interval(vehicle.id, message, hz))
+        for message in messages:
+            self.commands.submit(self.firmware.interval(vehicle.id, message, STREAMS_HZ[message]))
 
     # ---------------------------------------------------------------- rounds and teams
 
@@ -262,7 +262,8 @@ class Station:
         self.fleet.reframe(frame)
         self.firmware.frame = frame
         self.executive.speed_m_s = scenario.limits.speed_m_s
-        self.book.assign(scenario, sorted(self.fleet.vehicles))
+        if not self.book.any_in_the_air():  # in flight everybody keeps team and layer
+            self.book.assign(scenario, sorted(self.fleet.vehicles))
         self.guard.set_round(scenario.limits, self.round.area, self.no_fly())
         self._make_desks()
         self.bus.publish(keys.SCENARIO, encode(self.scenario_changed()))
@@ -302,6 +303,7 @@ class Station:
     def _listen(self) -> None:
         self.fleet.on_message("COMMAND_ACK", self._on_ack)
         self.fleet.on_reboot(self._on_reboot)
+        self.fleet.on_move(self._on_move)
         self.bus.subscribe(keys.PLAN.format(team="*"), self._on_plan)
         self.bus.answer(keys.REQUEST.format(principal="*"), self._on_question)
         self.bus.watch(keys.ALIVE.format(principal="*"), self._on_alive)
@@ -315,7 +317,12 @@ class Station:
     def _on_reboot(self, vehicle: Vehicle) -> None:
         self._asked[vehicle.id] = 0
         self._ask_next_s.pop(vehicle.id, None)
-        self._ask(vehicle)
+        self._ask(vehicle, list(STREAMS_HZ))
+
+    def _on_move(self, vehicle: Vehicle) -> None:
+        self._asked[vehicle.id] = 0
+        self._ask_next_s.pop(vehicle.id, None)
+        self.executive.moved(vehicle)
 
     def _on_plan(self, key: str, payload: bytes) -> None:
         team = key.split("/")[2]

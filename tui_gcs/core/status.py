@@ -3,6 +3,7 @@
 import math
 from typing import TYPE_CHECKING
 
+from tui_gcs.core.flights import Flight
 from tui_gcs.core.messages import Freshness, LinkStatus, Phase, RunPhase, StationStatus
 
 if TYPE_CHECKING:
@@ -82,19 +83,13 @@ def _recording(station: "Station") -> str:
 
 def _alarm(station: "Station", now: float) -> str:
     """The worst thing an operator must act on, with the key that answers it."""
-    lost = [
-        flight.vehicle
-        for flight in station.book
-        if (v := station.fleet.vehicles.get(flight.vehicle)) is not None
-        and v.freshness(now) is Freshness.LOST
-        and (v.armed or flight.phase is not Phase.GROUND)
-    ]
+    lost = [flight.vehicle for flight in station.book if _is_lost(station, flight, now)]
     if lost:
         return f"LOST in the air: vehicle {_ids(lost)}   → !h hold all, r return the others"
     taken = [flight.vehicle for flight in station.book.in_phase(Phase.TAKEN_OUT)]
     if taken:
         return f"vehicle {_ids(taken)} left the mission   → !h hold all"
-    if station.executive.run is RunPhase.RUNNING:
+    if station.executive.run in (RunPhase.RUNNING, RunPhase.RETURNING):
         held = [flight.vehicle for flight in station.book.in_phase(Phase.HOLDING)]
         if held:
             return f"vehicle {_ids(held)} holding   → Enter resume, r return and land"
@@ -104,6 +99,15 @@ def _alarm(station: "Station", now: float) -> str:
         return f"not recording: {station.recorder.error}"
     down = [name for name, link in station.links.items() if link.error]
     return f"link {down[0]}: {station.links[down[0]].error}" if down else ""
+
+
+def _is_lost(station: "Station", flight: Flight, now: float) -> bool:
+    """In the air for all we know, and not heard (since a restart: never)."""
+    vehicle = station.fleet.vehicles.get(flight.vehicle)
+    if vehicle is None:
+        return flight.phase is not Phase.GROUND
+    lost = vehicle.freshness(now) is Freshness.LOST
+    return lost and (vehicle.armed or flight.phase is not Phase.GROUND)
 
 
 def _ids(vehicles: list[int]) -> str:

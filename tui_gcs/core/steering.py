@@ -10,7 +10,7 @@ from collections.abc import Callable
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.course import Course, Stand, stopping_point
 from tui_gcs.core.events import ALERT, WARNING, EventLog
-from tui_gcs.core.firmware.ardupilot import GUIDED, ArduCopter
+from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.guard import Guard, Mover
@@ -79,14 +79,16 @@ class Steering:
         return movers
 
     def hold(self, vehicle: Vehicle) -> None:
-        """Brake and stay: a position target at the stopping point, or BRAKE outside GUIDED. Never judged."""
+        """Stop it, and see to it that it stops. Never judged."""
         flight = self._book.get(vehicle.id)
         if flight is not None:
             flight.limited = False
-        if vehicle.custom_mode == GUIDED and vehicle.has_position():
-            self._commands.submit(self._firmware.hold(vehicle.id, self._stop_places(vehicle)))
-        else:
-            self._commands.submit(self._firmware.brake(vehicle.id))
+        self._commands.submit(self._firmware.hold(vehicle, self._stop_places(vehicle)))
+
+    def blocked(self, flight: Flight, vehicle: Vehicle) -> str:
+        """Who is in the way of the flight's course, or ""."""
+        now = self._clock.now()
+        return self._guard.separation(flight.mover(vehicle, now), self._movers(now)).text
 
     def way_home(self, vehicle: Vehicle, home_m: Vec3) -> list[tuple[float, float]]:
         """Turning points of the shortest way home inside the operating area and around no-fly zones."""

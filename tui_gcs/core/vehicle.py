@@ -52,13 +52,14 @@ class Vehicle:
     has_battery_status: bool = False
     prearm_ok: bool = False
     landed_state: int = 0
-    ekf_flags: int = 0
     firmware_token: str = ""
     """First 8 bytes of AUTOPILOT_VERSION.flight_custom_version as hex; our simulator proves itself with it."""
     identified: bool = False
     """AUTOPILOT_VERSION was received."""
     frames: int = 0
     lost_frames: int = 0
+    message_s: dict[int, float] = field(default_factory=dict)
+    """When each message id last came."""
     last_seq: dict[int, int] = field(default_factory=dict)
     """Newest sequence number per component."""
     recent_reasons: list[tuple[float, str]] = field(default_factory=list)
@@ -103,6 +104,10 @@ class Vehicle:
         if now - self.position_s > STALE_S:
             return Freshness.STALE
         return Freshness.OK
+
+    def silent_s(self, message: int, now: float) -> float:
+        """Time since message id `message` last came from its autopilot."""
+        return now - self.message_s.get(message, -math.inf)
 
     def count_sequence(self, component: int, seq: int) -> None:
         """Loss statistics; a gap above 128 counts as reordering, not as loss."""

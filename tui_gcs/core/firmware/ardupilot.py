@@ -28,6 +28,8 @@ CMD_SET_MODE, CMD_CHANGE_SPEED = 176, 178
 CMD_RUN_PREARM_CHECKS = 401
 CMD_ARM_DISARM, CMD_SET_MESSAGE_INTERVAL, CMD_REQUEST_MESSAGE = 400, 511, 512
 CUSTOM_MODE_ENABLED = 1
+LANDED_IN_AIR, LANDED_TAKEOFF = 2, 3
+"""MAV_LANDED_STATE."""
 HOLD_SETTLES_S = 0.8
 """A vehicle that did not get the hold and begins to move is faster than 0.5 m/s after this time."""
 
@@ -37,7 +39,6 @@ STREAMS_HZ = {
     24: 1.0,  # GPS_RAW_INT
     147: 0.5,  # BATTERY_STATUS
     245: 2.0,  # EXTENDED_SYS_STATE
-    193: 0.5,  # EKF_STATUS_REPORT
 }
 """Message intervals asked of every vehicle. ArduPilot sends almost nothing unasked, and forgets at reboot."""
 AUTOPILOT_VERSION = 148
@@ -105,17 +106,6 @@ class ArduCopter:
         )
         return action
 
-    def disarm(self, vehicle: int) -> Action:
-        """Disarm on the ground (ArduPilot refuses it in flight)."""
-        return Action(
-            vehicle,
-            "disarm",
-            Retry.STOP,
-            send=lambda copy: self._long(vehicle, "disarm", CMD_ARM_DISARM, copy, 0),
-            confirmed=lambda v: not v.armed,
-            command=CMD_ARM_DISARM,
-        )
-
     def take_off(self, vehicle: int, alt_rel_m: float, on_done: Done) -> Action:
         """Climb vertically to `alt_rel_m` above home; done when it has left the ground."""
         return Action(
@@ -123,7 +113,7 @@ class ArduCopter:
             "take-off",
             Retry.START,
             send=lambda copy: self._long(vehicle, "take-off", CMD_TAKEOFF, copy, 0, 0, 0, 0, 0, 0, alt_rel_m),
-            confirmed=lambda v: v.alt_rel_m > 1.0 and v.armed,
+            confirmed=lambda v: v.armed and (v.alt_rel_m > 1.0 or v.landed_state in (LANDED_IN_AIR, LANDED_TAKEOFF)),
             command=CMD_TAKEOFF,
             confirm_s=8.0,
             on_done=on_done,
@@ -141,24 +131,30 @@ class ArduCopter:
         )
         return action
 
-    def hold(self, vehicle: int, where: Callable[[], Vec3]) -> Action:
-        """Brake and stay at `where()`; done when it hardly moves, and not only in the moment the hold was sent.
+    def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> Action:
+        """Stop `vehicle`, whatever it does: what that takes is decided anew for every copy.
 
-        `where` is asked anew for every copy: had the first ones been lost, an old place would lead backwards.
+        In the air: in GUIDED a position target at `where()`, in any other mode BRAKE. On the ground and armed: disarm
+        (a start was cancelled). Its mode may change between two heartbeats, and it may lift off after the first copy.
+        Done when it hardly moves, and not only in the moment the hold was sent, or when it is disarmed.
         """
+        name = vehicle.id
 
-        def stands(v: Vehicle) -> bool:
-            settled = v.position_s > action.first_s + HOLD_SETTLES_S
-            return settled and v.custom_mode == GUIDED and math.hypot(*v.velocity_m_s) < 0.5
+        def send(copy: int) -> None:
+            if vehicle.airborne and vehicle.custom_mode == GUIDED:
+                self.position(name, where())
+            elif vehicle.airborne:
+                self._long(name, "hold", CMD_SET_MODE, copy, CUSTOM_MODE_ENABLED, BRAKE)
+            elif vehicle.armed:
+                self._long(name, "disarm", CMD_ARM_DISARM, copy, 0)
 
-        action = Action(
-            vehicle, "hold", Retry.STOP, send=lambda copy: self.position(vehicle, where()), confirmed=stands
-        )
+        def stopped(v: Vehicle) -> bool:
+            settled = min(v.position_s, v.heartbeat_s) > action.first_s + HOLD_SETTLES_S
+            still = v.airborne and v.custom_mode in (GUIDED, BRAKE) and math.hypot(*v.velocity_m_s) < 0.5
+            return settled and (not v.armed or still)
+
+        action = Action(name, "hold", Retry.STOP, send=send, confirmed=stopped)
         return action
-
-    def brake(self, vehicle: int) -> Action:
-        """BRAKE: the hold of a vehicle that is not in GUIDED."""
-        return self.mode(vehicle, BRAKE, "hold", Retry.STOP)
 
     def interval(self, vehicle: int, message: int, hz: float) -> Action:
         """Ask for a message at a rate; the ACK is all the confirmation there is."""
@@ -182,6 +178,7 @@ class ArduCopter:
             send=lambda copy: self._ask(vehicle, CMD_REQUEST_MESSAGE, copy, AUTOPILOT_VERSION),
             confirmed=lambda v: v.identified,
             command=CMD_REQUEST_MESSAGE,
+            ack_ends=False,
             housekeeping=True,
         )
 

@@ -72,6 +72,8 @@ class Action:
     confirm_s: float = 5.0
     """After an accepting ACK, or the last copy, wait this long for telemetry."""
     on_done: Callable[["Action", Outcome, str], None] | None = None
+    ack_ends: bool = True
+    """Whether an accepting ACK ends the copies; not where what is asked for is a message that may be lost itself."""
     housekeeping: bool = False
     """A request for information or rates: no stop needs to cancel it."""
     sent: int = 0
@@ -153,7 +155,7 @@ class CommandService:
         elif action.refused_s is not None and action.retry is not Retry.STOP:
             if now - action.refused_s >= REASON_WAIT_S:
                 self._end(action, Outcome.REFUSED, self._why(action, vehicle))
-        elif action.acked_s is not None and action.retry is not Retry.STOP:
+        elif action.acked_s is not None and action.ack_ends and action.retry is not Retry.STOP:
             if now - action.acked_s > action.confirm_s:
                 self._end(action, Outcome.NOT_CONFIRMED, self._why(action, vehicle))
         elif now >= action.next_s - 1e-9 and not self._waits_its_turn(action):
@@ -183,11 +185,12 @@ class CommandService:
             action.send(action.sent)
             action.sent += 1
             last = action.sent == action.retry.copies
-            wait_s = action.confirm_s if last and action.command is None else action.retry.gap_s
+            patient = action.command is None or action.retry is Retry.START  # no more copies, but telemetry may tell
+            wait_s = action.confirm_s if last and patient else action.retry.gap_s
             action.next_s = now + (action.retry.gap_s if action.retry is Retry.STOP else wait_s)
         elif action.retry is Retry.STOP:
             self._keep_stopping(action, now)
-        elif action.command is None:
+        elif action.command is None or action.acked_s is not None:
             self._end(action, Outcome.NOT_CONFIRMED, "")
         else:
             self.unanswered.append(f"vehicle {action.vehicle}: {action.name}")
@@ -212,7 +215,7 @@ class CommandService:
         if action is None or self._pending.get((action.vehicle, action.name)) is not action:
             return
         del self._pending[(action.vehicle, action.name)]
-        if outcome is not Outcome.SUPERSEDED:
+        if outcome is not Outcome.SUPERSEDED and not action.housekeeping:
             text = f"{action.name}: {outcome.value}" + (f" ({why})" if why else "")
             severity = INFO if outcome is Outcome.CONFIRMED else WARNING
             if action.retry is not Retry.SET or severity == WARNING:
