@@ -30,6 +30,8 @@ CMD_ARM_DISARM, CMD_SET_MESSAGE_INTERVAL, CMD_REQUEST_MESSAGE = 400, 511, 512
 CUSTOM_MODE_ENABLED = 1
 LANDED_IN_AIR, LANDED_TAKEOFF = 2, 3
 """MAV_LANDED_STATE."""
+BLIND_S = 1.0
+"""A heartbeat this much newer than the position: whether it left the ground since is not known."""
 HOLD_SETTLES_S = 0.8
 """A vehicle that did not get the hold and begins to move is faster than 0.5 m/s after this time."""
 
@@ -135,7 +137,8 @@ class ArduCopter:
         """Stop `vehicle`, whatever it does: what that takes is decided anew for every copy.
 
         In the air: in GUIDED a position target at `where()`, in any other mode BRAKE. On the ground and armed: disarm
-        (a start was cancelled). Its mode may change between two heartbeats, and it may lift off after the first copy.
+        (a start was cancelled). Armed, but no position tells where it is: BRAKE, which ends a climb and harms nobody on
+        the ground. Its mode may change between two heartbeats, and it may lift off after the first copy.
         Done when it hardly moves, and not only in the moment the hold was sent, or when it is disarmed.
         """
         name = vehicle.id
@@ -143,7 +146,7 @@ class ArduCopter:
         def send(copy: int) -> None:
             if vehicle.airborne and vehicle.custom_mode == GUIDED:
                 self.position(name, where())
-            elif vehicle.airborne:
+            elif vehicle.airborne or (vehicle.armed and vehicle.heartbeat_s - vehicle.position_s > BLIND_S):
                 self._long(name, "hold", CMD_SET_MODE, copy, CUSTOM_MODE_ENABLED, BRAKE)
             elif vehicle.armed:
                 self._long(name, "disarm", CMD_ARM_DISARM, copy, 0)
