@@ -31,6 +31,7 @@ from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
 FORMAT = 1
 """Version of the file format, the file's `format` key."""
 MAX_BYTES = 256 * 1024
+MAX_LINE_CHARS = 8192
 MAX_PROBLEMS_TOLD = 50
 MAX_ALTITUDE_M = 10_000.0
 MAX_ROUNDS, MAX_ZONES, MAX_TEAMS, MAX_VEHICLES, MAX_VERTICES = 64, 64, 32, 254, 1000
@@ -76,11 +77,21 @@ def read_text(path: Path | str) -> str:
         raise ScenarioError([f"{where}: line {line}: is not UTF-8 text; save the file as UTF-8"]) from None
 
 
+def _small_enough(text: str, where: str) -> None:
+    """A text that takes long to read would stop whoever reads it, and that may be a station with vehicles up."""
+    if len(text) > MAX_BYTES:
+        raise ScenarioError([f"{where}: is larger than {MAX_BYTES // 1024} KiB; a scenario is a small text"])
+    for number, line in enumerate(text.split("\n"), start=1):
+        if len(line) > MAX_LINE_CHARS:
+            raise ScenarioError([f"{where}: line {number}: is longer than {MAX_LINE_CHARS} characters"])
+
+
 def parse(text: str, where: str = "scenario", known_planners: Collection[str] | None = None) -> Scenario:
     """The scenario in a TOML text. `where` names it in errors.
 
     `known_planners`: names the teams' planners must be among, if given. Raises `ScenarioError`.
     """
+    _small_enough(text, printable(where, 200))
     data = _toml(text, printable(where, 200))
     problems = Problems(where, map_lines(text))
     root = Table(problems, "", data)
@@ -147,6 +158,7 @@ def _limits(table: Table) -> Limits:
         ),
         separation_vertical_m=table.number("separation_vertical_m", preset.separation_vertical_m, low=0, high=1000),
         geofence_margin_m=table.number("geofence_margin_m", preset.geofence_margin_m, low=0, high=1000),
+        home_spread_m=table.number("home_spread_m", preset.home_spread_m, low=0, high=1000),
     )
     table.done()
     return limits if table.ok else preset
