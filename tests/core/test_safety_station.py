@@ -78,7 +78,7 @@ def test_a_vehicle_remembered_in_the_air_that_is_silent_is_named(rig: MakeRig, t
 # ---------------------------------------------------------------- a planner's words
 
 
-@pytest.mark.parametrize("slot", ["\x1b]0;owned\x07", "\x1b[31m1/4", "[red]1/4[/]", "\u202e4/1", "1\n/\t4", "x" * 500])
+@pytest.mark.parametrize("slot", ["\x1b]0;owned\x07", "\x1b[31m1/4", "[red]1/4[/]", "\u202e4/1", "1\n/\t4", "x" * 99])
 def test_what_a_planner_calls_a_slot_is_cleaned(rig: MakeRig, slot: str) -> None:
     def naming(frame: FleetFrame, task: PlannerTask) -> list[Intent]:
         return [Intent(vehicle=1, kind="goto", position_m=(200.0, 200.0, task.layers_m[1]), slot=slot)]
