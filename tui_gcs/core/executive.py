@@ -182,6 +182,8 @@ class Executive:
         elif flight.phase in IN_THE_AIR:
             if self._notice_loss(flight, vehicle, now):
                 return
+            if flight.step == CANCELLED and vehicle.airborne:
+                flight.step = ""  # it had left the ground already: a hold like any other
             if flight.phase is Phase.TAKEOFF:
                 self._follow_climb(flight, vehicle, now)
             elif flight.phase is Phase.RETURNING:

@@ -21,6 +21,8 @@ from tui_gcs.core.vehicle import Vehicle
 
 STANDS_M_S = 1.0
 """Slower than this a vehicle that brakes is as good as there."""
+LEAST_HOVER_M = 2.5
+"""Nobody is held lower: a copter told to stay at 0 m sits on the ground with its motors running."""
 SETPOINT_GAP_S = 0.2
 """5 Hz: ArduCopter needs one within 3 s, PX4 two a second; a patrol slot moves 1.6 m between two."""
 
@@ -105,7 +107,8 @@ class Steering:
         def where() -> Vec3:
             if math.hypot(*vehicle.velocity_m_s) > STANDS_M_S:
                 places[0] = self.stop_place(vehicle)
-            return places[0]
+            x, y, z = places[0]
+            return x, y, max(z, LEAST_HOVER_M)
 
         return where
 
