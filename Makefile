@@ -17,8 +17,7 @@ demo: .venv/installed
 	$(BIN)/tui-gcs demo
 
 test: lint
-	$(BIN)/pytest --numprocesses 2 -m "not process"
-	$(BIN)/pytest -m process
+	$(BIN)/pytest --numprocesses 3 --dist loadgroup
 
 bench: .venv/installed-dev
 	$(BIN)/python -m tests.bench

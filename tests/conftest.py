@@ -1,12 +1,24 @@
-"""Property tests draw the same examples in every run, so that CI does not depend on luck.
+"""What all tests share.
+
+Property tests draw the same examples in every run, so that CI does not depend on luck.
 
 `HYPOTHESIS_PROFILE=explore pytest` draws new ones.
 """
 
 import os
 
+import pytest
 from hypothesis import settings
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.register_profile("explore", deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests that run at 1x mostly wait: they come first and on one worker, so that the others fill the time."""
+    items.sort(key=lambda item: item.get_closest_marker("process") is None)
+    for item in items:
+        if item.get_closest_marker("process") is not None:
+            item.add_marker(pytest.mark.xdist_group("process"))
