@@ -75,7 +75,7 @@ def test_who_commanded_last_is_shown_and_journalled(rig: MakeRig) -> None:
     assert flight.station.requests.in_control == ""
     flight.ask(m.Start((1,)), principal="console-7")
     assert flight.station.requests.in_control == "console-7"
-    assert "Start: round 1 started: 1 vehicles (1)" in flight.texts("console-7")
+    assert "round 1 started: 1 vehicles (1)" in flight.texts("console-7")
 
 
 def test_events_are_numbered_and_missed_ones_can_be_had(rig: MakeRig) -> None:

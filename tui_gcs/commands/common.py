@@ -23,13 +23,25 @@ LEAST_COLUMNS, LEAST_LINES = 80, 24
 def read_scenario(path: str | None) -> tuple["Scenario", str, str]:
     """(scenario, its TOML text, its path); None is the shipped swarm-challenge. Raises `CommandError`."""
     from tui_gcs.core.scenario_load import ScenarioError, load
+    from tui_gcs.planner import registry
 
     file = Path(path) if path is not None else Path(str(resources.files("tui_gcs"))) / "scenarios/swarm-challenge.toml"
     try:
-        scenario = load(file)
+        scenario = load(file, registry.names())
         return scenario, file.read_text(encoding="utf-8"), str(file.resolve())
     except ScenarioError as error:
         raise CommandError(str(error)) from None
+
+
+def check_writable(json_file: str | None) -> None:
+    """Tell before the flight that its result cannot be written. Raises `CommandError`."""
+    if json_file is None:
+        return
+    try:
+        with Path(json_file).open("a"):
+            pass
+    except OSError as error:
+        raise CommandError(f"{json_file}: cannot be written ({error.strerror})") from None
 
 
 def need_terminal() -> None:

@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui_gcs.commands.common import read_scenario
+from tui_gcs.commands.common import check_writable, read_scenario
 from tui_gcs.core.config import ConfigError, state_dir
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import FAILED, OK, CommandError
@@ -47,6 +47,7 @@ def fly(arguments: argparse.Namespace) -> int:
 
     from tui_gcs.rehearsal import rehearse
 
+    check_writable(arguments.json)
     scenario, toml, _ = read_scenario(arguments.scenario)
     if arguments.seed is not None:
         scenario = msgspec.structs.replace(scenario, seed=arguments.seed)

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -32,6 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
         spec = Path(folder) / "spec.json"
         spec.write_text(json.dumps(spec_of(scenario) | {"token": ""}))
         command = [sys.executable, "-m", "sitl.launch", "--spec", str(spec), "--target", arguments.target]
+        command += ["--parent", str(os.getpid())]
         try:
             return subprocess.call(command)
         except KeyboardInterrupt:

@@ -359,8 +359,12 @@ class Executive:
         if vehicle.custom_mode != GUIDED:
             self._commands.submit(self._firmware.guided(vehicle.id))
         flight.enter(Phase.RETURNING, now, "layer")
-        x, y, _ = self._steering.stop_place(vehicle)
-        flight.course = self._stand((x, y, flight.layer_m))
+        x, y, z = self._steering.stop_place(vehicle)
+        if self._is_near(vehicle, home[:2]):  # above its home already: only down, not up to its layer first
+            flight.go_to_step("over home", now)
+            flight.course = self._stand((x, y, z))
+        else:
+            flight.course = self._stand((x, y, flight.layer_m))
         self._next_target_s[vehicle.id] = now
         return VehicleResult(vehicle=vehicle.id, ok=True, text="returns")
 

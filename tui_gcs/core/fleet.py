@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.events import ERROR, INFO, NOTICE, WARNING, EventLog
+from tui_gcs.core.events import ALERT, ERROR, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.links import Address
 from tui_gcs.core.messages import EventClass, Freshness
@@ -254,7 +254,10 @@ class Fleet:
         if fields["id"] != 0:
             return
         vehicle.has_battery_status = True
-        vehicle.battery_pct = _percent(fields["battery_remaining"])
+        before, vehicle.battery_pct = vehicle.battery_pct, _percent(fields["battery_remaining"])
+        for limit, severity in ((25.0, WARNING), (15.0, ALERT)):
+            if vehicle.battery_pct < limit <= before:
+                self._events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", f"battery below {limit:.0f} %", severity)
         cells = [v for v in fields["voltages"] if v != 65535]
         vehicle.battery_v = sum(cells) / 1e3 if cells else math.nan
 

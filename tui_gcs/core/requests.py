@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 GPS_3D = 3
 """MAVLink GPS_FIX_TYPE_3D_FIX."""
+LEAST_BATTERY_PCT = 20.0
+"""Below this nobody starts; an unknown battery (NaN) does not count as empty."""
 OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan)
 
 
@@ -50,11 +52,11 @@ class RequestDesk:
         return reply
 
     def _tell(self, principal: str, request: m.AnyRequest, reply: Reply) -> None:
-        name = type(request).__name__
         refused = "; ".join(f"vehicle {r.vehicle}: {r.text}" for r in reply.results if not r.ok)
-        text = reply.text + (f" ({refused})" if refused else "")
-        severity = NOTICE if reply.ok else WARNING
-        self._station.events.say(EventClass.OPERATOR, principal, f"{name}: {text or 'done'}", severity)
+        text = (reply.text or "done") + (f" ({refused})" if refused else "")
+        if not reply.ok:
+            text = f"{type(request).__name__} refused: {text}"
+        self._station.events.say(EventClass.OPERATOR, principal, text, NOTICE if reply.ok else WARNING)
 
     def _observe(self, request: m.AnyRequest) -> Reply:
         station = self._station
@@ -129,6 +131,11 @@ class RequestDesk:
             return "not one of our simulated vehicles: this station is SIM"
         if vehicle.armed or flight.phase is not Phase.GROUND:
             return "already armed" if vehicle.armed else f"busy: {flight.phase}"
+        desk = station.desks.get(flight.team)
+        if desk is None or desk.error:
+            return f"its planner cannot plan: {desk.error if desk else 'none'}"
+        if vehicle.battery_pct < LEAST_BATTERY_PCT:
+            return f"battery {vehicle.battery_pct:.0f} %, at least {LEAST_BATTERY_PCT:.0f} % to start"
         if vehicle.gps_fix < GPS_3D:
             return f"no 3-D position fix (fix type {vehicle.gps_fix})"
         if not station.guard.inside(vehicle.position_m):

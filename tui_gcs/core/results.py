@@ -19,6 +19,8 @@ from tui_gcs.core.messages import FleetFrame, Phase, StationStatus, TeamStatus, 
 from tui_gcs.core.scenario import Round, Scenario
 from tui_gcs.core.zones import Zone, area_m2, polygon_of
 
+WARM_UP_LIMIT_S = 600.0
+"""A zone that is not seen whole in this time will not be."""
 GROUND_M = 2.0
 """Band and separation count from this height on."""
 
@@ -83,11 +85,13 @@ class ZoneMeasure:
 
     @property
     def done(self) -> bool:
-        """Measured long enough, or hopeless: never on slot within the limit."""
+        """Measured long enough, or hopeless: never on slot, or never warm, within the limit."""
         limits = self._scenario.results
         if self._window_s is not None:
             return self._last_s - self._window_s >= limits.measured_s
-        return self._on_slot_s is None and self._last_s - self._begin_s > limits.on_slot_max_s
+        if self._on_slot_s is not None:
+            return self._last_s - self._on_slot_s > WARM_UP_LIMIT_S
+        return self._last_s - self._begin_s > limits.on_slot_max_s
 
     def on_status(self, status: TeamStatus, wanted: int) -> None:
         """Take the team's own word: how many are on their slot, and the tour's period."""

@@ -45,6 +45,7 @@ class Script:
         self._scenario = scenario
         self._bus = bus
         self._key = keys.REQUEST.format(principal=principal)
+        self._principal = principal
         self._whole_duration = whole_duration
         self._frame: FleetFrame | None = None
         self._status: StationStatus | None = None
@@ -60,6 +61,14 @@ class Script:
         return self.step is Step.DONE
 
     @property
+    def held_by(self) -> str:
+        """Who holds the fleet, if somebody else does: then nothing goes on before that person says so."""
+        status = self._status
+        if status is None or status.run is not RunPhase.HOLD or status.in_control in ("", self._principal):
+            return ""
+        return status.in_control
+
+    @property
     def progress(self) -> float:
         """0…1, roughly."""
         steps = len(self._scenario.rounds) + 2
@@ -72,6 +81,8 @@ class Script:
         if self._status is None:
             return "waiting for the station"
         what = self._scenario.rounds[self.round_index].name if self.step is Step.ROUND else str(self.step)
+        if self.held_by:
+            what = f"HELD by {self.held_by}"
         return f"{what}  T+{self._status.mission_time_s:.0f} s  armed {self._status.armed}"
 
     def on_frame(self, frame: FleetFrame) -> None:
@@ -99,6 +110,8 @@ class Script:
         now = self._frame.t_s
         if math.isnan(self._since_s):
             self._since_s = now
+        if self.held_by:
+            return
         {
             Step.WAIT: self._wait,
             Step.TAKE_OFF: self._take_off,

@@ -10,6 +10,10 @@ if TYPE_CHECKING:
     from tui_gcs.core.station import Station
 
 
+CRITICAL_BATTERY_PCT = 15.0
+"""In the air: worse than any hold."""
+
+
 def station_status(station: "Station", seq: int) -> StationStatus:
     """The station in one message."""
     now = station.clock.now()
@@ -86,6 +90,11 @@ def _alarm(station: "Station", now: float) -> str:
     lost = [flight.vehicle for flight in station.book if _is_lost(station, flight, now)]
     if lost:
         return f"LOST in the air: vehicle {_ids(lost)}   → !h hold all, r return the others"
+    low = [v for v in station.fleet.in_order() if v.airborne and v.battery_pct < CRITICAL_BATTERY_PCT]
+    if low:
+        worst = min(low, key=lambda v: v.battery_pct)
+        text = f"battery {worst.battery_pct:.0f} % vehicle {worst.id}"
+        return text + (f", low on {_ids([v.id for v in low])}" if len(low) > 1 else "") + "   → r return and land"
     taken = [flight.vehicle for flight in station.book.in_phase(Phase.TAKEN_OUT)]
     if taken:
         return f"vehicle {_ids(taken)} left the mission   → !h hold all"

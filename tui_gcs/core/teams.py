@@ -61,6 +61,8 @@ class TeamDesk:
         self.metrics: dict[str, float] = {}
         self.worker_alive = False
         self.fault_count = 0
+        self.error = ""
+        """Why the planner cannot plan its present task; empty if it can."""
         self.ignored = 0
         """Plans made for an older task."""
         self.grid: IdlenessGrid | None = None
@@ -104,7 +106,7 @@ class TeamDesk:
             members=self._book.members(self.team.name),
             layers_m={f.vehicle: f.layer_m for f in self._book if f.team == self.team.name},
         )
-        self.annotations, self.metrics = (), {}
+        self.annotations, self.metrics, self.error = (), {}, ""
         self._task_s, self._first_plan, self._late_in_a_row = now, False, 0
         self.restart_measuring(zone, scenario)
         for flight in self._flying():
@@ -132,8 +134,11 @@ class TeamDesk:
             return
         if plan.error:
             last_line = clean((plan.error.strip().splitlines() or ["it does not say why"])[-1])
-            self._fault(f"planner {self.team.planner} failed: {last_line}")
+            if last_line != self.error:  # it says so with every plan: told once
+                self._fault(f"planner {self.team.planner} failed: {last_line}")
+            self.error = last_line
             return
+        self.error = ""
         self._arrivals.append(now)
         if len(self._arrivals) == MOST_PLANS_PER_S and now - self._arrivals[0] < 1.0:
             self._guard.veto("rate", f"more than {MOST_PLANS_PER_S} plans a second")
@@ -213,7 +218,7 @@ class TeamDesk:
             self._events.say(EventClass.PLANNER, f"planner {self.team.name}", text, NOTICE)
         if places:
             self.grid.update(now, np.array(places))
-        if self.grid.coverage >= 1.0 and (not self._worst or now - self._worst[-1][0] >= 1.0):
+        if places and self.grid.coverage >= 1.0 and (not self._worst or now - self._worst[-1][0] >= 1.0):
             ages = self.grid.idleness_s(now)
             self._worst.append((now, float(ages.max())))
             self._average_s = float(ages.mean())

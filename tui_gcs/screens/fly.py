@@ -184,7 +184,7 @@ class FlyScreen(Screen[None]):
         status = self.feed.status
         started = status is not None and status.mission_time_s > 0.0
         offset_s = round(status.mission_time_s - status.t_s) if status is not None and started else float("nan")
-        self.event_lines.show(self.feed.events, offset_s)
+        self.event_lines.show(self.feed.events, offset_s, self.feed.principal)
 
     def _roster_room(self) -> int:
         """Lines the roster may take and still leave the panels below room."""

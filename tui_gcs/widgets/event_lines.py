@@ -26,17 +26,21 @@ class EventLines(LinesView):
 
     _events: Sequence[Event] = ()
     _mission_offset_s = float("nan")
+    _principal = ""
 
-    def show(self, events: Sequence[Event], mission_offset_s: float) -> None:
-        """Show these (oldest first); `mission_offset_s` added to `t_s` gives mission time, NaN shows wall time."""
-        self._events, self._mission_offset_s = events, mission_offset_s
+    def show(self, events: Sequence[Event], mission_offset_s: float, principal: str = "") -> None:
+        """Show these (oldest first); `mission_offset_s` added to `t_s` gives mission time, NaN shows wall time.
+
+        `principal` is this console: what it did, "you" did.
+        """
+        self._events, self._mission_offset_s, self._principal = events, mission_offset_s, principal
         set_title(self, "events")
         self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
         newest = list(self._events)[-height:][::-1] if height > 0 else []
-        return [event_line(event, width, self._mission_offset_s) for event in newest]
+        return [event_line(event, width, self._mission_offset_s, self._principal) for event in newest]
 
 
 def severity_mark(severity: int) -> tuple[str, Ink]:
@@ -58,16 +62,17 @@ def event_time(event: Event, mission_offset_s: float) -> str:
     return time.strftime("%H:%MZ", time.gmtime(event.wall_s)) if event.wall_s == event.wall_s else "--:--"
 
 
-def event_line(event: Event, width: int, mission_offset_s: float) -> list[Run]:
+def event_line(event: Event, width: int, mission_offset_s: float, principal: str = "") -> list[Run]:
     """Time, severity, source, class of error, text."""
     mark, ink = severity_mark(event.severity)
     tags = TAGS if width >= WIDE else SHORT_TAGS
     tag = tags.get(event.cls, "")
+    source = "you" if principal and event.source == principal else event.source
     tag_text = f"{tag:<{12 if width >= WIDE else 4}}"
     return [
         (f"{event_time(event, mission_offset_s):<6} ", Ink.MUTED),
         (f"{mark} ", ink),
-        (f"{event.source[:14]:<{14 if width >= WIDE else 10}} ", Ink.TEXT),
+        (f"{source[:14]:<{14 if width >= WIDE else 10}} ", Ink.TEXT),
         (tag_text, Ink.MUTED),
         (event.text, ink),
     ]
