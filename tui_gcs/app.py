@@ -8,7 +8,7 @@ import contextlib
 import os
 import signal
 import sys
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from textual import events
 from textual.app import App
@@ -25,7 +25,6 @@ from tui_gcs.feed import DisplayLagged, Feed, StatusUpdated
 from tui_gcs.hold_chord import PREFIX_S, HoldChord
 from tui_gcs.screens.dialogs import HelpDialog, ResultDialog, RoundDialog, StartDialog
 from tui_gcs.screens.fly import FlyScreen
-from tui_gcs.screens.placeholder import PlaceholderScreen
 from tui_gcs.screens.start_plan import start_plan
 from tui_gcs.screens.tiny import MIN_COLUMNS, MIN_ROWS, TinyScreen
 from tui_gcs.widgets.alarm_line import Notice
@@ -34,6 +33,9 @@ from tui_gcs.widgets.glyphs import GlyphSet, glyph_set, wants_ascii
 from tui_gcs.widgets.levels import Level
 from tui_gcs.widgets.top_lines import TopLines
 from tui_gcs.widgets.words import ids
+
+if TYPE_CHECKING:
+    from tui_gcs.screens.plan import PlanScreen
 
 NOTICE_S = 8.0
 HOLD_TRIES = 3
@@ -78,6 +80,8 @@ class ConsoleApp(App[None]):
         self._replay = replay
         self._chord = HoldChord()
         self._notices = 0
+        self._leaving = False
+        self._plan: PlanScreen | None = None
         self.add_mode("fly", self._fly_screen)
         self.add_mode("plan", self._plan_screen)
 
@@ -90,13 +94,10 @@ class ConsoleApp(App[None]):
         return FlyScreen(self.feed, glyphs=self.glyphs)
 
     def _plan_screen(self) -> Screen[None]:
-        try:
-            from tui_gcs.screens.plan import PlanScreen
-        except ModuleNotFoundError as error:
-            if error.name != "tui_gcs.screens.plan":
-                raise
-            return PlaceholderScreen(self.feed, glyphs=self.glyphs)
-        return PlanScreen(self.feed, glyphs=self.glyphs)
+        from tui_gcs.screens.plan import PlanScreen  # when first shown: the first frame does not wait for it
+
+        self._plan = PlanScreen(self.feed, glyphs=self.glyphs)
+        return self._plan
 
     # ------------------------------------------------------------ life
 
@@ -154,7 +155,10 @@ class ConsoleApp(App[None]):
         self.switch_mode("fly")
 
     def action_show_plan(self) -> None:
-        """The plan screen."""
+        """The plan screen; a replay has no scenario to edit."""
+        if self._replay:
+            self.notice("a replay has no plan: this is a recording", Level.CAUTION)
+            return
         self.switch_mode("plan")
 
     def action_show_help(self) -> None:
@@ -163,8 +167,18 @@ class ConsoleApp(App[None]):
         self.push_screen(HelpDialog((*APP_ACTIONS, *own), self.glyphs))
 
     def action_detach(self) -> None:
-        """Leave; everything else goes on."""
+        """Leave; everything else goes on. Edits on the plan screen that nobody else has are asked about first."""
+        plan = self._plan
+        forgotten = plan is not None and self.screen is not plan and plan.model.changes and plan.model.unsaved
+        if forgotten and not self._leaving:
+            self._leaving = True
+            self.notice("plan edits are neither applied nor saved: q again leaves without them", Level.CAUTION)
+            self.set_timer(NOTICE_S, self._stay)
+            return
         self.exit()
+
+    def _stay(self) -> None:
+        self._leaving = False
 
     # ------------------------------------------------------------ commands
 

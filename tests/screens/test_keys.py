@@ -259,3 +259,9 @@ async def test_console_for_sim_never_commands_a_live_station() -> None:
         await c.press("!", "h", "space")
         assert c.station.commands() == []
         assert "read-only" in c.line(1)
+
+
+async def test_a_replay_has_no_plan_screen() -> None:
+    async with console(replay=True) as c:
+        await c.press("p")
+        assert isinstance(c.app.screen, FlyScreen)

@@ -201,7 +201,7 @@ class StartDialog(TextDialog[bool]):
         cancel = (f" Esc = cancel ({left_s} s) ", Ink.SELECTED)
         if self._kind is Kind.LIVE:
             count = len(self._plan.vehicles)
-            ask = f"type the number of vehicles ({count}), then Enter = start: [{self._typed:_<3}]"
+            ask = f"type {count} and Enter = start: [{self._typed:_<3}]"
             return [cancel, ("   ", Ink.TEXT), (ask, Ink.BOLD)]
         return [cancel, ("   ", Ink.TEXT), ("Enter = start", Ink.BOLD)]
 

@@ -12,6 +12,7 @@ from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 from textual.events import DescendantBlur, DescendantFocus
 from textual.screen import Screen
+from textual.widgets import Input
 
 from tui_gcs.actions import APP_ACTIONS, Action, bindings
 from tui_gcs.core.messages import ApplyScenario
@@ -85,6 +86,7 @@ class PlanScreen(Screen[None]):
         self.team_form = TeamForm(glyphs=glyphs)
         self.verdict = VerdictLines(glyphs=glyphs)
         self.save_bar = SaveBar(self.model)
+        self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed)
         self.set_class(not glyphs.braille, "-ascii")
 
     def compose(self) -> ComposeResult:
@@ -102,7 +104,7 @@ class PlanScreen(Screen[None]):
                 yield self.team_form
                 yield self.verdict
         yield self.save_bar
-        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs)
+        yield self.footer
 
     def on_mount(self) -> None:
         """Listen to the feed."""
@@ -279,12 +281,14 @@ class PlanScreen(Screen[None]):
 
     def on_descendant_focus(self, event: DescendantFocus) -> None:
         """Say what a planner's parameter is about."""
+        self.footer.show_typing(isinstance(event.widget, Input))
         text = self.team_form.help_of(getattr(event.widget, "field", ""))
         if text:
             self._say(text, Ink.MUTED)
 
     def on_descendant_blur(self, _event: DescendantBlur) -> None:
         """A field was left: what comes next is another change."""
+        self.footer.show_typing(False)
         self.draft.end_field()
 
     # ------------------------------------------------------------ typing

@@ -22,6 +22,7 @@ class FooterLine(LinesView):
         super().__init__(glyphs=glyphs)
         self._actions = actions
         self._feed = feed
+        self._typing = False
 
     def on_mount(self) -> None:
         """Follow what the fleet does."""
@@ -32,13 +33,38 @@ class FooterLine(LinesView):
         """Other keys may be valid now."""
         self.update_lines()
 
+    def show_typing(self, typing: bool) -> None:
+        """A field has the cursor (or no more): letters and Space go into it, and are not shown as keys."""
+        self._typing = typing
+        self.update_lines()
+
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
+        if self._typing:
+            return [_keys(while_typing(self._actions), width)]
         status = self._feed.status if self._feed is not None else None
-        runs: list[Run] = [(" ", Ink.MUTED)]
-        for action in footer_actions(valid_now(self._actions, status), width):
-            runs += [(action.shown, Ink.BOLD), (f" {action.label}  ", Ink.MUTED)]
-        return [runs]
+        return [_keys(valid_now(self._actions, status), width)]
+
+
+def _keys(actions: Sequence[Action], width: int) -> list[Run]:
+    runs: list[Run] = [(" ", Ink.MUTED)]
+    for action in footer_actions(actions, width):
+        runs += [(action.shown, Ink.BOLD), (f" {action.label}  ", Ink.MUTED)]
+    return runs
+
+
+def while_typing(actions: Sequence[Action]) -> list[Action]:
+    """What works while a field has the cursor: HOLD ALL, keys with Ctrl, Tab and Esc."""
+    works = []
+    for action in actions:
+        held = [part for part in action.shown.split("/") if part.startswith("^")]
+        if action.shown in ("!h", "Tab"):
+            works.append(action)
+        elif held:
+            works.append(replace(action, shown=held[0]))
+        elif action.shown == "Esc":
+            works.append(replace(action, label="leave field", weight=9))
+    return works
 
 
 def valid_now(actions: Sequence[Action], status: StationStatus | None) -> list[Action]:

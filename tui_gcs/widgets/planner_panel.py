@@ -106,7 +106,7 @@ def fleet_lines(status: StationStatus) -> list[list[Run]]:
     vetoes = sum(status.vetoes.values())
     lines: list[list[Run]] = [
         [
-            (f"separation min {number(status.min_separation_m, 1, ' m')}", Ink.TEXT),
+            (f"nearest pair {number(status.min_separation_m, 1, ' m')} (3-D)", Ink.TEXT),
             ("   ", Ink.TEXT),
             (f"outside area {number(status.outside_area_m, 0, ' m')}", _outside_ink(status)),
         ]
