@@ -111,7 +111,7 @@ def test_a_round_whose_band_excludes_a_layer_names_its_vehicle(rig: MakeRig) -> 
     rounds = (whole.rounds[0], msgspec.structs.replace(whole.rounds[1], area=low))
     flight = rig(mission=msgspec.structs.replace(whole, rounds=rounds)).flying()
     reply = flight.ask(m.SwitchRound(index=1))
-    assert [(r.vehicle, r.text) for r in reply.results] == [(2, "its layer is outside the band")]
+    assert [(r.vehicle, r.text) for r in reply.results] == [(2, "its layer 34 m is outside 20-30 m, the band of zone home")]
 
 
 @pytest.mark.parametrize("index", [-1, 3, 10**9])
@@ -223,3 +223,14 @@ def test_a_station_does_not_end_while_anything_is_armed(rig: MakeRig) -> None:
     flight.until(lambda: not flight.sim.armed.any(), 150.0)
     flight.run(2.0)
     assert flight.ask(m.Shutdown()).ok and flight.station.ending
+
+
+def test_a_layer_outside_the_zone_s_own_band_does_not_start(rig: MakeRig) -> None:
+    whole = rig(2).scenario
+    home, *others = whole.rounds[0].zones
+    narrow = msgspec.structs.replace(home, alt_min_m=30.0, alt_max_m=60.0)
+    first = msgspec.structs.replace(whole.rounds[0], zones=(narrow, *others))
+    flight = rig(2, mission=msgspec.structs.replace(whole, rounds=(first, *whole.rounds[1:]))).ready()
+    reply = flight.ask(m.Start(vehicles=(1, 2)))
+    assert not reply.ok
+    assert [r.text for r in reply.results] == ["its layer 27 m is outside 30-60 m, the band of zone home", ""]

@@ -208,3 +208,8 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
             load(tmp_path / name)
         assert len(error.value.problems) == 1
         assert str(error.value).isprintable()
+
+
+def test_a_zone_s_own_altitude_band_lies_inside_the_area_s() -> None:
+    with pytest.raises(ScenarioError, match="200 m is outside the altitude band"):
+        parse(changed(("radius_m = 80.0", "radius_m = 80.0\nalt_min_m = 200.0")))

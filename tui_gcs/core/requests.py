@@ -11,9 +11,10 @@ import msgspec
 from tui_gcs.core import messages as m
 from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.firmware.ardupilot import supports
+from tui_gcs.core.flights import Flight
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
-from tui_gcs.core.scenario import Round, Scenario
+from tui_gcs.core.scenario import Round, Scenario, band_m
 from tui_gcs.core.scenario_load import ScenarioError, parse
 
 if TYPE_CHECKING:
@@ -131,6 +132,8 @@ class RequestDesk:
             return "not one of our simulated vehicles: this station is SIM"
         if vehicle.armed or flight.phase is not Phase.GROUND:
             return "already armed" if vehicle.armed else f"busy: {flight.phase}"
+        if problem := _layer_problem(station.scenario, station.round, flight):
+            return problem
         desk = station.desks.get(flight.team)
         if desk is None or desk.error:
             return f"its planner cannot plan: {desk.error if desk else 'none'}"
@@ -171,14 +174,13 @@ class RequestDesk:
                 continue
             away = guard.outside_m(vehicle.position_m)
             home_away = guard.outside_m(flight.home_m) if flight.home_m and flight.phase is not Phase.GROUND else 0.0
-            band = round_.area
             if home_away > 0:
                 text = "the place where it must land is outside, or in a no-fly zone"
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=text))
             elif away > 0:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{away:.0f} m outside"))
-            elif flight.phase is Phase.FLYING and not band.alt_min_m <= flight.layer_m <= band.alt_max_m:
-                results.append(VehicleResult(vehicle=vehicle.id, ok=False, text="its layer is outside the band"))
+            elif flight.phase is not Phase.GROUND and (problem := _layer_problem(scenario, round_, flight)):
+                results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=problem))
         return tuple(results)
 
     def _apply(self, request: m.ApplyScenario) -> Reply:
@@ -228,6 +230,18 @@ class RequestDesk:
             return Reply(ok=False, text=text if lost else "nothing armed is lost: stop without --lost")
         self._station.ending = True
         return Reply(ok=True, text="station ends")
+
+
+def _layer_problem(scenario: Scenario, round_: Round, flight: Flight) -> str:
+    """Why a vehicle's layer does not serve its team's zone in this round, or ""."""
+    team = next((t for t in scenario.teams if t.name == flight.team), None)
+    zone = next((z for z in round_.zones if team is not None and z.name == team.zone), None)
+    if zone is None:
+        return ""
+    low, high = band_m(zone, round_.area)
+    if low <= flight.layer_m <= high:
+        return ""
+    return f"its layer {flight.layer_m:g} m is outside {low:g}-{high:g} m, the band of zone {zone.name}"
 
 
 def _too_close(station: "Station", results: list[VehicleResult]) -> list[VehicleResult]:

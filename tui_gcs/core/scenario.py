@@ -43,6 +43,13 @@ class OperatingArea(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     alt_max_m: float
 
 
+def band_m(zone: Zone, area: OperatingArea) -> tuple[float, float]:
+    """The altitude band to serve `zone` in: its own, where it has none the operating area's."""
+    low = area.alt_min_m if zone.alt_min_m is None else zone.alt_min_m
+    high = area.alt_max_m if zone.alt_max_m is None else zone.alt_max_m
+    return low, high
+
+
 class Round(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A named set of zones and the operating area around them."""
 

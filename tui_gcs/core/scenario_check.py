@@ -11,9 +11,9 @@ from itertools import combinations
 import shapely
 
 from tui_gcs.core.geo import distance_m
-from tui_gcs.core.scenario import Limits, Round, TakeOffPlace, Team
+from tui_gcs.core.scenario import Limits, OperatingArea, Round, TakeOffPlace, Team
 from tui_gcs.core.scenario_fields import Problems, nearest, one_of, shown
-from tui_gcs.core.zones import Polygon, Role, Shape, area_m2, contains, polygon_of
+from tui_gcs.core.zones import Polygon, Role, Shape, Zone, area_m2, contains, polygon_of
 
 MIN_AREA_M2 = 1.0
 TOUCH_M = 1e-6
@@ -69,6 +69,15 @@ def _check_round(problems: Problems, path: str, round_: Round) -> None:
             outside_m2 = polygon_of(zone.shape).difference(area).area
             wrong = f"zone {shown(zone.name)} reaches outside the operating area ({outside_m2:.0f} m2 of it)"
             problems.add(at, wrong, f"must lie within {path}.area")
+        _check_band(problems, at, zone, round_.area)
+
+
+def _check_band(problems: Problems, at: str, zone: Zone, area: OperatingArea) -> None:
+    """A zone's own altitude band must lie inside the area's."""
+    allowed = f"must be {area.alt_min_m:g} to {area.alt_max_m:g} m, the operating area's altitude band"
+    for name, value in (("alt_min_m", zone.alt_min_m), ("alt_max_m", zone.alt_max_m)):
+        if value is not None and not area.alt_min_m <= value <= area.alt_max_m:
+            problems.add(f"{at}.{name}", f"{value:g} m is outside the altitude band of the area", allowed)
 
 
 def _check_shape(problems: Problems, path: str, shape: Shape) -> bool:

@@ -70,8 +70,10 @@ def status_runs(status: StationStatus, width: int, wall_s: float, principal: str
         runs += [gap, *planner]
     control = "you" if status.in_control == principal else status.in_control or "nobody"
     runs += [gap, (f"control: {control}" if wide else f"ctl {control}", Ink.TEXT)]
-    if wide:
-        runs += [gap, (_utc(wall_s), Ink.MUTED)]
+    utc = _utc(wall_s)
+    used = sum(len(text) for text, _ in runs) + len(gap[0]) + len(utc)
+    if wide and used <= width:  # half a time is worse than none
+        runs += [gap, (utc, Ink.MUTED)]
     return runs
 
 
