@@ -111,7 +111,8 @@ def test_a_round_whose_band_excludes_a_layer_names_its_vehicle(rig: MakeRig) -> 
     rounds = (whole.rounds[0], msgspec.structs.replace(whole.rounds[1], area=low))
     flight = rig(mission=msgspec.structs.replace(whole, rounds=rounds)).flying()
     reply = flight.ask(m.SwitchRound(index=1))
-    assert [(r.vehicle, r.text) for r in reply.results] == [(2, "its layer 34 m is outside 20-30 m, the band of zone home")]
+    text = "its layer 34 m is outside 20-30 m, the band of zone home"
+    assert [(r.vehicle, r.text) for r in reply.results] == [(2, text)]
 
 
 @pytest.mark.parametrize("index", [-1, 3, 10**9])
