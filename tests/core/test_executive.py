@@ -364,6 +364,19 @@ def test_a_lost_vehicle_is_taken_out_and_its_team_respaces_within_five_seconds(r
     assert flight.station.guard.vetoes == {}
 
 
+def test_a_vehicle_that_goes_home_and_one_that_lands_by_itself_are_replaced_within_five_seconds(rig: MakeRig) -> None:
+    flight = rig(4, wants=None).flying()
+    flight.until(lambda: slots(flight) == {"1/4", "2/4", "3/4", "4/4"}, 10.0)
+    assert flight.ask(m.Return(vehicles=(4,))).ok
+    flight.until(lambda: slots(flight) == {"1/3", "2/3", "3/3"}, 5.0, "re-spaced for three")
+    flight.run(5.0)
+    flight.pilot(3, LAND)
+    flight.until(lambda: slots(flight) == {"1/2", "2/2"}, 5.0, "re-spaced for two")
+    assert flight.phase(3) is Phase.TAKEN_OUT
+    flight.until(lambda: not flight.sim.armed[2], 90.0, "vehicle 3 is down")
+    assert slots(flight) == {"1/2", "2/2"}
+
+
 def slots(flight: Rig) -> set[str]:
     return {f.slot for f in flight.station.book if f.phase is Phase.FLYING and f.slot}
 
