@@ -100,14 +100,14 @@ def test_a_no_fly_zone_over_homes_in_use_is_refused_in_flight(rig: MakeRig) -> N
     flight = rig(mission=parse(two_vehicles())).flying().run(20.0)
     reply = apply(flight, with_crowd("[45.0, 190.0]"))
     assert not reply.ok and (reply.text or reply.results)
-    assert flight.station.no_fly() == ()
+    assert flight.station.round.no_fly == ()
     assert flight.phases() == {Phase.FLYING}
 
 
 def test_a_no_fly_zone_elsewhere_is_taken_in_flight(rig: MakeRig) -> None:
     flight = rig(mission=parse(two_vehicles())).flying().run(20.0)
     assert apply(flight, with_crowd("[300.0, 350.0]")).ok
-    assert [zone.name for zone in flight.station.no_fly()] == ["crowd"]
+    assert [zone.name for zone in flight.station.round.no_fly] == ["crowd"]
 
 
 @pytest.mark.parametrize(

@@ -15,17 +15,14 @@ from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.links import Address
 from tui_gcs.core.messages import EventClass, Freshness
 from tui_gcs.core.services.text import TextAssembler
-from tui_gcs.core.vehicle import ARMED_FLAG, LOST_S, Vehicle
+from tui_gcs.core.vehicle import LOST_S, Vehicle
 from tui_gcs.core.wire.dialect import decode, message_name
 from tui_gcs.core.wire.frames import Frame
+from tui_gcs.core.wire.mavlink import AUTOPILOT_INVALID, FLAG_ARMED, NOT_VEHICLES
 
 Fields = dict[str, Any]
 OnMessage = Callable[[Vehicle, Fields], None]
 
-AUTOPILOT_INVALID = 8
-"""MAV_AUTOPILOT_INVALID: the sender is no flight controller (MAVLink guide, services/heartbeat)."""
-NOT_VEHICLES = frozenset({5, 6, 18, 26, 27, 28, 30, 31, 32, 33, 34, 36, 37, 38, 39, 41, 42})
-"""MAV_TYPE of trackers, stations, companions, gimbals, cameras, radios and other parts that are not vehicles."""
 NEVER_AUTOPILOT = frozenset({0, 190, 255})
 """Component ids that no flight controller has (security.md B.6-19)."""
 MOST_VEHICLES = 255
@@ -190,7 +187,7 @@ class Fleet:
         vehicle.heartbeat_s = self._clock.now()
         vehicle.autopilot, vehicle.type = fields["autopilot"], fields["type"]
         vehicle.custom_mode = fields["custom_mode"]
-        vehicle.armed = bool(fields["base_mode"] & ARMED_FLAG)
+        vehicle.armed = bool(fields["base_mode"] & FLAG_ARMED)
         vehicle.system_status = fields["system_status"]
 
     def _position(self, vehicle: Vehicle, fields: Fields) -> None:

@@ -165,8 +165,7 @@ class RequestDesk:
     def _outside(self, scenario: Scenario, round_: Round) -> tuple[VehicleResult, ...]:
         """Vehicles of teams that are outside the round's area, or in the air outside its band."""
         station = self._station
-        no_fly = tuple(zone for zone in round_.zones if zone.role == "no-fly")
-        guard = Guard(scenario.limits, round_.area, no_fly)
+        guard = Guard(scenario.limits, round_.area, round_.no_fly)
         results = []
         for flight in station.book:
             vehicle = station.fleet.vehicles.get(flight.vehicle)

@@ -2,7 +2,7 @@
 
 import msgspec
 
-from tui_gcs.core.zones import Shape, Zone
+from tui_gcs.core.zones import Role, Shape, Zone
 
 
 class Origin(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -57,6 +57,11 @@ class Round(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     duration_s: float
     area: OperatingArea
     zones: tuple[Zone, ...]
+
+    @property
+    def no_fly(self) -> tuple[Zone, ...]:
+        """Its no-fly zones."""
+        return tuple(zone for zone in self.zones if zone.role is Role.NO_FLY)
 
 
 class Team(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -37,7 +37,6 @@ from tui_gcs.core.teams import TeamDesk
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.frames import cut_datagram
-from tui_gcs.core.zones import Role, Zone
 
 FRAME_GAP_S = 0.1
 STATUS_GAP_S = 0.5
@@ -98,7 +97,7 @@ class Station:
         self.fleet = Fleet(clock, self.events, frame, SYSTEM_ID[config.kind])
         self.book = FlightBook()
         self.book.assign(self.scenario, [])
-        self.guard = Guard(self.scenario.limits, self.round.area, self.no_fly())
+        self.guard = Guard(self.scenario.limits, self.round.area, self.round.no_fly)
         self.commands = CommandService(clock, self.events)
         encoder = Encoder(SYSTEM_ID[config.kind], COMPONENT_ID)
         self.door = Door(
@@ -139,10 +138,6 @@ class Station:
     def round(self) -> Round:
         """The present round."""
         return self.scenario.rounds[self.round_index]
-
-    def no_fly(self) -> tuple[Zone, ...]:
-        """No-fly zones of the present round."""
-        return tuple(zone for zone in self.round.zones if zone.role is Role.NO_FLY)
 
     # ---------------------------------------------------------------- time
 
@@ -250,7 +245,7 @@ class Station:
     def set_round(self, index: int) -> None:
         """Make round `index` the present one; the caller has checked that everybody is inside its area."""
         self.round_index = index
-        self.guard.set_round(self.scenario.limits, self.round.area, self.no_fly())
+        self.guard.set_round(self.scenario.limits, self.round.area, self.round.no_fly)
         self.new_tasks()
 
     def set_scenario(self, scenario: Scenario, toml: str) -> None:
@@ -264,7 +259,7 @@ class Station:
         self.executive.speed_m_s = scenario.limits.speed_m_s
         if not self.book.any_in_the_air():  # in flight everybody keeps team and layer
             self.book.assign(scenario, sorted(self.fleet.vehicles))
-        self.guard.set_round(scenario.limits, self.round.area, self.no_fly())
+        self.guard.set_round(scenario.limits, self.round.area, self.round.no_fly)
         self._make_desks()
         self.bus.publish(keys.SCENARIO, encode(self.scenario_changed()))
 

@@ -54,9 +54,8 @@ class Steering:
     def tick(self) -> None:
         """Send every set-point that is due."""
         now = self._clock.now()
-        steered = self._book.in_phase(
-            Phase.FLYING, Phase.TAKEOFF
-        )  # a take-off with a course regains its layer in the air
+        # A take-off that has a course regains its layer in the air.
+        steered = self._book.in_phase(Phase.FLYING, Phase.TAKEOFF)
         due = [f for f in steered if f.course is not None and now >= f.next_setpoint_s - 1e-9]
         if not due:
             return

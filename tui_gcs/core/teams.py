@@ -21,7 +21,7 @@ from tui_gcs.core.messages import Annotation, EventClass, Intent, Phase, Plan, P
 from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.text import clean
-from tui_gcs.core.zones import Role, Zone, area_m2
+from tui_gcs.core.zones import Zone, area_m2
 
 PERIOD_S = 0.2
 """Planners step at 5 Hz."""
@@ -83,7 +83,6 @@ class TeamDesk:
         self._first_plan = False
         self._late_in_a_row = 0
         self._arrivals: deque[float] = deque(maxlen=MOST_PLANS_PER_S)
-        self._steps: deque[float] = deque(maxlen=10)
 
     # ---------------------------------------------------------------- task
 
@@ -98,7 +97,7 @@ class TeamDesk:
             planner=self.team.planner,
             zone=zone,
             area=round_.area,
-            no_fly=tuple(z for z in round_.zones if z.role is Role.NO_FLY),
+            no_fly=round_.no_fly,
             limits=scenario.limits,
             footprint_radius_m=scenario.footprint_radius_m,
             parameters=dict(self.team.parameters),
@@ -108,7 +107,7 @@ class TeamDesk:
         )
         self.annotations, self.metrics, self.error = (), {}, ""
         self._task_s, self._first_plan, self._late_in_a_row = now, False, 0
-        self.restart_measuring(zone, scenario)
+        self._restart_measuring(zone, scenario)
         for flight in self._flying():
             flight.course, flight.slot, flight.joined = None, "", False
             vehicle = self._fleet.vehicles.get(flight.vehicle)
@@ -116,7 +115,7 @@ class TeamDesk:
                 self._steering.hold(vehicle)
         return self.task
 
-    def restart_measuring(self, zone: Zone, scenario: Scenario) -> None:
+    def _restart_measuring(self, zone: Zone, scenario: Scenario) -> None:
         """Forget what was seen."""
         self.grid = IdlenessGrid(zone.shape, scenario.footprint_radius_m)
         self._bound_zone_m2 = area_m2(zone.shape)
@@ -144,7 +143,6 @@ class TeamDesk:
             self._guard.veto("rate", f"more than {MOST_PLANS_PER_S} plans a second")
             return
         self._plan_s, self._first_plan = now, True
-        self._steps.append(plan.step_ms)
         late = self._judge_steps and plan.step_ms > PERIOD_S * 1e3
         self._late_in_a_row = self._late_in_a_row + 1 if late else 0
         if plan.annotations is not None:
@@ -219,9 +217,8 @@ class TeamDesk:
         if places:
             self.grid.update(now, np.array(places))
         if places and self.grid.coverage >= 1.0 and (not self._worst or now - self._worst[-1][0] >= 1.0):
-            ages = self.grid.idleness_s(now)
-            self._worst.append((now, float(ages.max())))
-            self._average_s = float(ages.mean())
+            self._worst.append((now, self.grid.worst_now_s(now)))
+            self._average_s = self.grid.average_now_s(now)
 
     def on_alive(self, alive: bool) -> None:
         """The worker process came or went."""

@@ -14,9 +14,6 @@ STALE_S = 3.0
 LOST_S = 3.5
 """No frame at all for this long: LOST (architecture.md; QGC VehicleLinkManager uses the same)."""
 
-ARMED_FLAG = 128
-"""MAV_MODE_FLAG_SAFETY_ARMED in HEARTBEAT.base_mode."""
-
 LANDED_ON_GROUND = 1
 """MAV_LANDED_STATE_ON_GROUND in EXTENDED_SYS_STATE.landed_state."""
 

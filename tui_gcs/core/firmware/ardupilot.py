@@ -12,10 +12,10 @@ from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT
 
 GUIDED, RTL, LAND, BRAKE = 4, 6, 9, 17
 """ArduCopter custom_mode."""
-AUTOPILOT_ARDUPILOT = 3
 COPTER_TYPES = frozenset({2, 3, 4, 13, 14, 15, 29, 35})
 """MAV_TYPE of what ArduCopter flies: quad-, coaxial, heli-, hexa-, octo-, tri-, dodeca-, decarotor."""
 FRAME_RELATIVE_ALT_INT = 6

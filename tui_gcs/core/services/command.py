@@ -44,6 +44,11 @@ class Retry(Enum):
         """Time between copies."""
         return float(self.value[1])
 
+    @property
+    def slow_gap_s(self) -> float:
+        """Time between further copies of a stop that is still not confirmed."""
+        return float(self.value[2])
+
 
 class Outcome(Enum):
     """How an action ended."""
@@ -203,7 +208,7 @@ class CommandService:
             self._events.say(EventClass.CONNECTION, f"vehicle {action.vehicle}", text, ALERT)
         action.send(action.sent)
         action.sent += 1
-        action.next_s = now + float(action.retry.value[2])
+        action.next_s = now + action.retry.slow_gap_s
 
     def _why(self, action: Action, vehicle: Vehicle | None) -> str:
         word = RESULT_WORDS.get(action.result or 0, "" if action.result == ACCEPTED else f"result {action.result}")
