@@ -13,6 +13,7 @@ from tui_gcs.core.wire import mavlink
 from tui_gcs.core.wire.dialect import Message, decode, label, message_name
 from tui_gcs.core.wire.encode import EncodeError, Encoder
 from tui_gcs.core.wire.frames import Frame, cut_datagram
+from tui_gcs.core.wire.mavlink import NOT_VEHICLES, type_name
 
 
 def decoded(raw: bytes) -> Message:
@@ -154,3 +155,9 @@ def test_importing_the_wire_does_not_load_the_dialect() -> None:
     code = "import sys, tui_gcs.core.wire.encode, tui_gcs.core.links; print('pymavlink' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+def test_everything_that_flies_is_a_vehicle() -> None:
+    flying = {"fixed wing", "quadrotor", "helicopter", "airship", "rocket", "kite", "parafoil", "decarotor"}
+    known = {type_name(number) for number in range(50) if number not in NOT_VEHICLES}
+    assert flying <= known, flying - known

@@ -79,7 +79,7 @@ _TYPES = (
     "gripper",
 )
 
-NOT_VEHICLES = frozenset({5, 6, 18, 26, 27, 28, 30, 31, 32, 33, 34, 36, 37, 38, 39, 40, 41, 42, 44, 48})
+NOT_VEHICLES = frozenset({5, 6, 18, 26, 27, 30, 31, 32, 33, 34, 36, 37, 38, 39, 40, 41, 42, 44, 48})
 """MAV_TYPE of stations, trackers, companions, cameras and other parts that do not move by themselves."""
 
 
