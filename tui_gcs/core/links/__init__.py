@@ -3,11 +3,12 @@
 import socket
 
 from tui_gcs.core.clock import Clock, MonotonicClock
-from tui_gcs.core.links.base import Address, Link, LinkError
+from tui_gcs.core.links.base import Address, Link
+from tui_gcs.core.links.spec import LinkError, LinkSpec, parse_link
 from tui_gcs.core.links.tcp import TcpLink
 from tui_gcs.core.links.udp import open_udpin, open_udpout
 
-__all__ = ["Address", "Link", "LinkError", "open_link"]
+__all__ = ["Address", "Link", "LinkError", "LinkSpec", "open_link", "parse_link"]
 
 _FORMS = "udpin:HOST:PORT, udpout:HOST:PORT or tcp:HOST:PORT"
 

@@ -2,37 +2,84 @@
 
 from typing import Protocol
 
-Address = tuple[str, int] | str
-"""Where a datagram came from, and where an answer to that sender goes."""
+from tui_gcs.core.links.spec import LinkSpec
+
+Address = tuple[str, int] | tuple[str, int, int, int] | str
+"""Where bytes came from, and where an answer to that sender goes. Opaque: an IPv6 sender has four parts."""
 
 MAX_DATAGRAMS_PER_RECEIVE = 2048
 """One `receive` takes at most this many, so that a flood on one link cannot starve the others."""
 
 
-class LinkError(Exception):
-    """A link cannot be opened: one line with what, why and what to do."""
-
-
 class Link(Protocol):
-    """A way to vehicles. Nothing here ever blocks, and after opening nothing raises."""
+    """A way to vehicles. Nothing here ever blocks, and after opening nothing raises. Counters only grow."""
 
-    name: str
-    """The link as the operator wrote it, e.g. "udpin:127.0.0.1:14550"."""
-    error: str
-    """Why the link does not work just now; empty if it does."""
+    @property
+    def spec(self) -> LinkSpec:
+        """What the operator asked for."""
+        ...
+
+    @property
+    def name(self) -> str:
+        """`spec.name`, e.g. "udpin:127.0.0.1:14550"."""
+        ...
+
+    @property
+    def error(self) -> str:
+        """Why the link does not work just now; empty if it does."""
+        ...
+
+    @property
+    def stream(self) -> bool:
+        """Whether `receive` gives raw chunks of byte streams, not datagrams of whole frames."""
+        ...
+
+    @property
+    def partners(self) -> list[Address]:
+        """Who is to hear our heartbeat unasked: the one partner of a point-to-point link; [] where we listen."""
+        ...
+
+    @property
+    def bytes_in(self) -> int:
+        """Payload bytes received."""
+        ...
+
+    @property
+    def bytes_out(self) -> int:
+        """Payload bytes handed to the system."""
+        ...
+
+    @property
+    def send_refused(self) -> int:
+        """Frames that could not be sent, or were given up before they left."""
+        ...
+
+    @property
+    def kernel_drops(self) -> int:
+        """Datagrams the system threw away because we did not read in time; 0 where it does not tell."""
+        ...
+
+    @property
+    def receive_buffer_bytes(self) -> int:
+        """The receive buffer that the system granted, as it counts it; 0 where there is none or it does not tell."""
+        ...
 
     def receive(self) -> list[tuple[bytes, Address]]:
-        """What has arrived: datagrams (TCP: one frame each), each with its sender."""
+        """What has arrived, each with its sender; bounded per call. Also the link's chance to reconnect.
+
+        Of a stream link: chunks as they come, cut anywhere; b"" says that the sender's stream (re)starts here:
+        forget what is held back of it.
+        """
         ...
 
     def send(self, data: bytes, to: Address) -> None:
-        """Send one datagram. What cannot be sent now is dropped and told in `error`: services repeat."""
+        """Send one frame. What cannot be sent now is dropped and counted: services repeat."""
         ...
 
-    def fileno(self) -> int | None:
-        """For an event loop: readable when `receive` has something; None if there is no descriptor now."""
+    def filenos(self) -> list[int]:
+        """For select: one of them is readable when `receive` has something; [] if there is none now."""
         ...
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Let go of the port. Nothing is received or sent any more."""
         ...

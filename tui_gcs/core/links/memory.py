@@ -3,15 +3,20 @@
 from collections import deque
 
 from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE, Address
+from tui_gcs.core.links.spec import LinkSpec
 
 
 class MemoryLink:
     """What is injected is received; what is sent waits in `sent` for who plays the vehicles."""
 
-    def __init__(self, name: str = "memory") -> None:
-        """A link with nothing on it."""
-        self.name = name
+    def __init__(self, name: str = "memory", *, spec: LinkSpec | None = None, stream: bool = False) -> None:
+        """A link with nothing on it; `spec` for a link of another network, a slow one or the like."""
+        self.spec = spec if spec is not None else LinkSpec(name, scheme="memory", place="")
+        self.name = self.spec.name
+        self.stream = stream
         self.error = ""
+        self.partners: list[Address] = []
+        self.bytes_in = self.bytes_out = self.send_refused = self.kernel_drops = self.receive_buffer_bytes = 0
         self.sent: deque[tuple[bytes, Address]] = deque()
         self._arrived: deque[tuple[bytes, Address]] = deque()
 
@@ -22,15 +27,18 @@ class MemoryLink:
     def receive(self) -> list[tuple[bytes, Address]]:
         """See `Link.receive`."""
         count = min(len(self._arrived), MAX_DATAGRAMS_PER_RECEIVE)
-        return [self._arrived.popleft() for _ in range(count)]
+        arrived = [self._arrived.popleft() for _ in range(count)]
+        self.bytes_in += sum(len(data) for data, _ in arrived)
+        return arrived
 
     def send(self, data: bytes, to: Address) -> None:
         """See `Link.send`."""
+        self.bytes_out += len(data)
         self.sent.append((data, to))
 
-    def fileno(self) -> int | None:
+    def filenos(self) -> list[int]:
         """There is no descriptor."""
-        return None
+        return []
 
     def close(self) -> None:
         """Forget what has not been received."""

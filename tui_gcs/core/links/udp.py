@@ -3,7 +3,8 @@
 import errno
 import socket
 
-from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE, Address, LinkError
+from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE, Address
+from tui_gcs.core.links.spec import LinkError
 
 RECEIVE_BUFFER_BYTES = 4 * 1024 * 1024
 """The default holds 256 small datagrams, 37 ms of 250 vehicles. The system may grant less."""
