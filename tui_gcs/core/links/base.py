@@ -61,7 +61,7 @@ class Link(Protocol):
 
     @property
     def receive_buffer_bytes(self) -> int:
-        """The receive buffer that the system granted, as it counts it; 0 where there is none or it does not tell."""
+        """The datagram buffer that the system granted, in the terms it is asked in; 0 where there is none."""
         ...
 
     def receive(self) -> list[tuple[bytes, Address]]:
@@ -83,3 +83,36 @@ class Link(Protocol):
     def close(self) -> None:
         """Let go of the port. Nothing is received or sent any more."""
         ...
+
+
+class LinkState:
+    """What all links carry: the operator's description, the present trouble and the counters."""
+
+    stream = False
+
+    def __init__(self, spec: LinkSpec) -> None:
+        """Nothing received and nothing sent yet."""
+        self.spec = spec
+        self.name = spec.name
+        self.error = ""
+        self.bytes_in = self.bytes_out = self.send_refused = 0
+
+    @property
+    def partners(self) -> list[Address]:
+        """See `Link.partners`."""
+        return []
+
+    @property
+    def kernel_drops(self) -> int:
+        """See `Link.kernel_drops`."""
+        return 0
+
+    @property
+    def receive_buffer_bytes(self) -> int:
+        """See `Link.receive_buffer_bytes`."""
+        return 0
+
+
+def reason(error: Exception) -> str:
+    """Why the system refused, in one line of plain text."""
+    return getattr(error, "strerror", None) or str(error) or type(error).__name__

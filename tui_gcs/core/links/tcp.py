@@ -5,142 +5,119 @@ import os
 import socket
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.links.base import Address
-from tui_gcs.core.wire.frames import StreamCutter
+from tui_gcs.core.links.base import Address, LinkState
+from tui_gcs.core.links.connection import Connection
+from tui_gcs.core.links.resolve import Place
+from tui_gcs.core.links.retry import Retry
+from tui_gcs.core.links.spec import LinkSpec
 
-FIRST_RETRY_S = 1.0
-LAST_RETRY_S = 10.0
 _CONNECT_TIMEOUT_S = 5.0
-_READ_BYTES = 65536
-_MAX_READS = 32
-_MAX_UNSENT_BYTES = 65536
-"""Half a minute of commands; a partner that takes nothing gets nothing more."""
+_MOST_BYTES = 65536
+"""Taken per `receive`: 1700 telemetry frames."""
 
 
-class TcpLink:
-    """One connection at a time. `receive` gives one frame per entry, as if they were datagrams."""
+class TcpLink(LinkState):
+    """One connection at a time."""
 
-    def __init__(self, name: str, address: tuple[str, int], clock: Clock) -> None:
-        """Connect to `address` as soon as `receive` is called."""
-        self.name = name
+    stream = True
+
+    def __init__(self, spec: LinkSpec, place: Place, clock: Clock) -> None:
+        """Connect to `place` as soon as `receive` is called."""
+        super().__init__(spec)
         self.error = "not connected yet"
-        self._address = address
+        self._place = place
         self._clock = clock
-        self._socket: socket.socket | None = None
-        self._connected = False
-        self._closed = False
+        self._retry = Retry(clock)
+        self._connecting: socket.socket | None = None
         self._deadline_s = 0.0
-        self._next_try_s = clock.now()
-        self._retry_s = FIRST_RETRY_S
-        self._unsent = b""
-        self._cutter = StreamCutter()
+        self._connection: Connection | None = None
+        self._closed = False
 
     @property
-    def junk_bytes(self) -> int:
-        """Bytes of the present connection that belonged to no good frame."""
-        return self._cutter.junk_bytes
+    def partners(self) -> list[Address]:
+        """See `Link.partners`."""
+        return [self._place.address]
 
     def receive(self) -> list[tuple[bytes, Address]]:
-        """See `Link.receive`; also connects, reconnects and sends what was waiting."""
-        if self._closed:
-            return []
-        if self._socket is None:
-            if self._clock.now() >= self._next_try_s:
-                self._connect()
-            return []
-        if not self._connected and not self._finish_connect():
-            return []
-        frames: list[tuple[bytes, Address]] = []
-        for _ in range(_MAX_READS):
-            data = self._read()
-            if not data:
-                break
-            frames.extend((frame.raw, self._address) for frame in self._cutter.feed(data))
-        self._send_rest()
-        return frames
+        """See `Link.receive`."""
+        chunks: list[tuple[bytes, Address]] = []
+        if self._connection is None:
+            self._connection = self._connect()
+            if self._connection is None:
+                return []
+            chunks.append((b"", self._place.address))
+        data = self._connection.read(_MOST_BYTES)
+        if data:
+            self._retry.worked()
+            chunks.append((data, self._place.address))
+        self._drop_if_gone()
+        return chunks
 
     def send(self, data: bytes, to: Address) -> None:
         """See `Link.send`; `to` is always the one partner."""
-        if not self._connected or len(self._unsent) + len(data) > _MAX_UNSENT_BYTES:
+        if self._connection is None:
+            self.send_refused += 1
             return
-        self._unsent += data
-        self._send_rest()
+        self._connection.send(data)
+        self._drop_if_gone()
 
-    def fileno(self) -> int | None:
-        """See `Link.fileno`."""
-        return self._socket.fileno() if self._socket is not None and self._connected else None
+    def filenos(self) -> list[int]:
+        """See `Link.filenos`; none while connecting."""
+        return [self._connection.fileno()] if self._connection is not None else []
 
     def close(self) -> None:
         """See `Link.close`."""
         self._closed = True
-        if self._socket is not None:
-            self._socket.close()
-        self._socket, self._connected = None, False
+        self.error = "closed"
+        if self._connecting is not None:
+            self._connecting.close()
+        if self._connection is not None:
+            self._connection.close(self.error)
+        self._connecting = self._connection = None
 
-    def _connect(self) -> None:
-        """Begin to connect."""
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-        self._socket.setblocking(False)
-        self._deadline_s = self._clock.now() + _CONNECT_TIMEOUT_S
-        result = self._socket.connect_ex(self._address)
-        if result not in (0, errno.EINPROGRESS, errno.EWOULDBLOCK):
-            self._lose(os.strerror(result))
-
-    def _finish_connect(self) -> bool:
-        """Whether the connection is there now."""
-        tcp = self._socket
+    def _connect(self) -> Connection | None:
+        """Begin or go on to connect; the connection once it is there."""
+        if self._connecting is None and self._retry.due and not self._closed:
+            self._begin()
+        tcp = self._connecting
         if tcp is None:
-            return False
+            return None
         result = tcp.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
         if result:
-            self._lose(os.strerror(result))
-            return False
+            self._failed(os.strerror(result))
+            return None
         try:
-            tcp.getpeername()
-        except OSError:  # still connecting
+            itself = tcp.getpeername() == tcp.getsockname()
+        except OSError:  # not connected yet
             if self._clock.now() >= self._deadline_s:
-                self._lose("no answer")
-            return False
-        tcp.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._connected, self.error, self._unsent = True, "", b""
-        self._cutter = StreamCutter()
-        return True
+                self._failed("no answer")
+            return None
+        if itself:  # a loopback port that nobody listens on, and the system picked the same for our end
+            self._failed("nobody listens there")
+            return None
+        self._connecting, self.error = None, ""
+        return Connection(tcp, self._place.address, self, self._clock)
 
-    def _read(self) -> bytes:
-        """What is there; empty if nothing is, or the connection is gone."""
-        if self._socket is None:
-            return b""
+    def _begin(self) -> None:
+        """Start to connect."""
         try:
-            data = self._socket.recv(_READ_BYTES)
-        except BlockingIOError:
-            return b""
-        except OSError as error:
-            self._lose(error.strerror or str(error))
-            return b""
-        if data:
-            self._retry_s = FIRST_RETRY_S
-        else:
-            self._lose("closed by the other side")
-        return data
+            self._connecting = socket.socket(self._place.family, socket.SOCK_STREAM)
+            self._connecting.setblocking(False)
+            result = self._connecting.connect_ex(self._place.address)
+        except OSError as error:  # no descriptor left
+            result = error.errno or errno.EIO
+        if result not in (0, errno.EINPROGRESS, errno.EWOULDBLOCK):
+            self._failed(os.strerror(result))
+        self._deadline_s = self._clock.now() + _CONNECT_TIMEOUT_S
 
-    def _send_rest(self) -> None:
-        """Send what is waiting, as far as the socket takes it."""
-        if not self._unsent or self._socket is None:
-            return
-        try:
-            sent = self._socket.send(self._unsent)
-        except BlockingIOError:
-            return
-        except OSError as error:
-            self._lose(error.strerror or str(error))
-            return
-        self._unsent = self._unsent[sent:]
+    def _drop_if_gone(self) -> None:
+        """Forget a connection that has ended, and try again later."""
+        if self._connection is not None and self._connection.error:
+            self.error = self._retry.failed(self._connection.error)
+            self._connection = None
 
-    def _lose(self, why: str) -> None:
-        """The connection is gone: try again later, each time twice as late."""
-        if self._socket is not None:
-            self._socket.close()
-        self._socket, self._connected, self._unsent = None, False, b""
-        self.error = f"{why}; next try in {self._retry_s:.0f} s"
-        self._next_try_s = self._clock.now() + self._retry_s
-        self._retry_s = min(2 * self._retry_s, LAST_RETRY_S)
+    def _failed(self, why: str) -> None:
+        if self._connecting is not None:
+            self._connecting.close()
+        self._connecting = None
+        self.error = self._retry.failed(why)

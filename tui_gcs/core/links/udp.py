@@ -2,99 +2,183 @@
 
 import errno
 import socket
+import struct
+import sys
 
-from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE, Address
-from tui_gcs.core.links.spec import LinkError
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE, Address, LinkState, reason
+from tui_gcs.core.links.resolve import Place, listen_advice
+from tui_gcs.core.links.spec import LinkError, LinkSpec
 
 RECEIVE_BUFFER_BYTES = 4 * 1024 * 1024
-"""The default holds 256 small datagrams, 37 ms of 250 vehicles. The system may grant less."""
+"""The default holds 256 small datagrams, 37 ms of 250 vehicles; this 1.46 s. The system may grant less."""
+TROUBLE_S = 3.0
+"""How long a refused send is shown if none follows: nothing tells that a datagram did arrive."""
+RENEW_GAP_S = 1.0
 _MAX_DATAGRAM_BYTES = 65535
+_SO_MEMINFO = 55
+_SK_MEMINFO_DROPS = 8
+"""Linux: which of the 32-bit numbers of SO_MEMINFO counts the datagrams dropped (linux/sock_diag.h)."""
+_MEMINFO = struct.Struct("=9I")
 
 
-class UdpLink:
-    """One non-blocking UDP socket."""
+class UdpLink(LinkState):
+    """What both kinds share: one non-blocking socket, drained."""
 
-    def __init__(self, name: str, udp: socket.socket) -> None:
+    def __init__(self, spec: LinkSpec, udp: socket.socket, clock: Clock) -> None:
         """Use `udp`, which is bound or connected already."""
-        self.name = name
-        self.error = ""
+        super().__init__(spec)
+        self._clock = clock
+        self._trouble_until_s = 0.0
+        self._closed = False
+        self._drops_before = 0
+        """Of sockets this link had before the present one."""
         self._socket = udp
+
+    @property
+    def kernel_drops(self) -> int:
+        """See `Link.kernel_drops`. Asks the system: for a status line, not for every datagram."""
+        return self._drops_before + _drops(self._socket)
+
+    @property
+    def receive_buffer_bytes(self) -> int:
+        """See `Link.receive_buffer_bytes`."""
+        try:
+            granted = self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
+        except OSError:
+            return 0
+        return granted // 2 if sys.platform == "linux" else granted  # Linux tells twice what may be asked for
 
     def receive(self) -> list[tuple[bytes, Address]]:
         """See `Link.receive`; drains the socket, bounded."""
         datagrams: list[tuple[bytes, Address]] = []
         receive = self._socket.recvfrom
-        try:
-            for _ in range(MAX_DATAGRAMS_PER_RECEIVE):
+        for _ in range(MAX_DATAGRAMS_PER_RECEIVE):
+            try:
                 datagrams.append(receive(_MAX_DATAGRAM_BYTES))
-        except BlockingIOError:
-            pass
-        except OSError as error:  # "connection refused" from an earlier send of udpout, or closed
-            self.error = _reason(error)
+            except (BlockingIOError, InterruptedError):
+                break
+            except ConnectionRefusedError:  # an earlier send of udpout met nobody; datagrams may wait behind this news
+                self._trouble("nobody listens there (connection refused)")
+            except OSError as error:
+                self._trouble(reason(error))
+                break
         if datagrams:
+            self.bytes_in += sum([len(data) for data, _ in datagrams])
+        if self.error and not self._closed and (datagrams or self._clock.now() >= self._trouble_until_s):
             self.error = ""
         return datagrams
+
+    def filenos(self) -> list[int]:
+        """See `Link.filenos`."""
+        return [] if self._closed else [self._socket.fileno()]
+
+    def close(self) -> None:
+        """See `Link.close`."""
+        self._drops_before, self._closed, self.error = self.kernel_drops, True, "closed"
+        self._socket.close()
+
+    def _trouble(self, why: str) -> None:
+        """Show `why` until something arrives, or for `TROUBLE_S`."""
+        if not self._closed:
+            self.error = why
+            self._trouble_until_s = self._clock.now() + TROUBLE_S
+
+
+class UdpInLink(UdpLink):
+    """Listens on one port, alone: a second program there would silently take the first one's vehicles."""
+
+    def __init__(self, spec: LinkSpec, place: Place, clock: Clock) -> None:
+        """Bind to `place`.
+
+        Raises:
+            LinkError: the port is busy, or the address is not ours.
+        """
+        udp = _open(spec, place)
+        try:
+            if place.family == socket.AF_INET6:
+                udp.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+            udp.bind(place.address)  # without SO_REUSEADDR on purpose
+        except OSError as error:
+            udp.close()
+            raise LinkError(f"{spec.name}: {listen_advice(error, spec)}") from None
+        super().__init__(spec, udp, clock)
 
     def send(self, data: bytes, to: Address) -> None:
         """See `Link.send`."""
         try:
-            self._socket.sendto(data, to)
-        except OSError as error:  # full buffer, no route, nobody listening
-            self.error = _reason(error)
-
-    def fileno(self) -> int | None:
-        """See `Link.fileno`."""
-        number = self._socket.fileno()
-        return number if number >= 0 else None
-
-    def close(self) -> None:
-        """See `Link.close`."""
-        self._socket.close()
+            self.bytes_out += self._socket.sendto(data, to)
+        except (OSError, TypeError, ValueError, OverflowError) as error:  # no route, full buffer; no address of ours
+            self.send_refused += 1
+            self._trouble(_why_not_sent(error))
 
 
 class UdpOutLink(UdpLink):
     """A socket connected to one partner: hears nobody else, and sends only there."""
 
+    def __init__(self, spec: LinkSpec, place: Place, clock: Clock) -> None:
+        """Talk to `place` from a free port of ours.
+
+        Raises:
+            LinkError: there is no way there.
+        """
+        self._place = place
+        self._renewed_s = clock.now()
+        super().__init__(spec, self._connect(spec), clock)
+
+    @property
+    def partners(self) -> list[Address]:
+        """See `Link.partners`: a server answers only who has spoken to it."""
+        return [self._place.address]
+
     def send(self, data: bytes, to: Address) -> None:
         """Send to the partner, whatever `to` says."""
         try:
-            self._socket.send(data)
+            try:
+                self.bytes_out += self._socket.send(data)
+            except ConnectionRefusedError:  # of an earlier datagram; this one has not been sent yet
+                self._trouble("nobody listens there (connection refused)")
+                self.bytes_out += self._socket.send(data)
         except OSError as error:
-            self.error = _reason(error)
+            self.send_refused += 1
+            self._trouble(_why_not_sent(error))
+            if error.errno in _OUR_ADDRESS_IS_GONE:
+                self._renew()
+
+    def _connect(self, spec: LinkSpec) -> socket.socket:
+        udp = _open(spec, self._place)
+        try:
+            udp.connect(self._place.address)
+        except OSError as error:
+            udp.close()
+            raise LinkError(f"{spec.name}: no way to {spec.host}: {reason(error)}. Check the address") from None
+        return udp
+
+    def _renew(self) -> None:
+        """Take a new socket: the old one keeps to an address that this machine no longer has."""
+        now = self._clock.now()
+        if self._closed or now - self._renewed_s < RENEW_GAP_S:
+            return
+        self._renewed_s = now
+        try:
+            udp = self._connect(self.spec)
+        except LinkError:
+            return
+        self._drops_before = self.kernel_drops
+        self._socket.close()
+        self._socket = udp
 
 
-def open_udpin(name: str, address: tuple[str, int]) -> UdpLink:
-    """Listen on `address`, alone: a second program on the port would silently take the first one's vehicles.
+_OUR_ADDRESS_IS_GONE = (errno.EINVAL, errno.ENETUNREACH, errno.EHOSTUNREACH, errno.EADDRNOTAVAIL, errno.ENETDOWN)
+"""What a connected socket says for ever after the machine has changed its network (DHCP, another Wi-Fi)."""
 
-    Raises:
-        LinkError: the port is busy, or the address is not ours.
-    """
-    udp = _socket(name)
+
+def _open(spec: LinkSpec, place: Place) -> socket.socket:
+    """A non-blocking UDP socket with a big receive buffer. Raises `LinkError`."""
     try:
-        udp.bind(address)  # without SO_REUSEADDR on purpose
+        udp = socket.socket(place.family, socket.SOCK_DGRAM)
     except OSError as error:
-        udp.close()
-        raise LinkError(f"{name}: {_bind_advice(error, address)}") from None
-    return UdpLink(name, udp)
-
-
-def open_udpout(name: str, address: tuple[str, int]) -> UdpLink:
-    """Talk to `address` from a free port of ours. Raises `LinkError` if there is no way there."""
-    udp = _socket(name)
-    try:
-        udp.connect(address)
-    except OSError as error:
-        udp.close()
-        raise LinkError(f"{name}: no way to {address[0]}: {_reason(error)}. Check the address") from None
-    return UdpOutLink(name, udp)
-
-
-def _socket(name: str) -> socket.socket:
-    """A non-blocking UDP socket with a big receive buffer."""
-    try:
-        udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    except OSError as error:
-        raise LinkError(f"{name}: cannot open a socket: {_reason(error)}") from None
+        raise LinkError(f"{spec.name}: cannot open a socket: {reason(error)}") from None
     udp.setblocking(False)
     for size in (RECEIVE_BUFFER_BYTES, RECEIVE_BUFFER_BYTES // 4):  # macOS refuses what it cannot grant
         try:
@@ -105,16 +189,18 @@ def _socket(name: str) -> socket.socket:
     return udp
 
 
-def _reason(error: OSError) -> str:
-    return error.strerror or str(error)
+def _drops(udp: socket.socket) -> int:
+    """How many datagrams the system has dropped of this socket; 0 where it does not tell (only Linux does)."""
+    if sys.platform != "linux":
+        return 0
+    try:
+        numbers = udp.getsockopt(socket.SOL_SOCKET, _SO_MEMINFO, _MEMINFO.size)
+    except OSError:  # an old system, or closed
+        return 0
+    return int(_MEMINFO.unpack(numbers)[_SK_MEMINFO_DROPS]) if len(numbers) == _MEMINFO.size else 0
 
 
-def _bind_advice(error: OSError, address: tuple[str, int]) -> str:
-    """Why binding failed and what to do."""
-    if error.errno == errno.EADDRINUSE:
-        return f"port {address[1]} is busy: another ground station or simulator uses it. Close it or take another port"
-    if error.errno == errno.EADDRNOTAVAIL:
-        return f"{address[0]} is not an address of this machine. Use 0.0.0.0 or 127.0.0.1"
-    if error.errno == errno.EACCES:
-        return f"no permission for port {address[1]}. Take a port above 1023"
-    return f"cannot listen on {address[0]}:{address[1]}: {_reason(error)}"
+def _why_not_sent(error: Exception) -> str:
+    if isinstance(error, BlockingIOError):
+        return "more is sent than the network takes"
+    return f"cannot send: {reason(error)}"

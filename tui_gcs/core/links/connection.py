@@ -1,0 +1,95 @@
+"""One established TCP connection, of the client link or of a client of `tcpin`."""
+
+import contextlib
+import socket
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.links.base import Address, LinkState, reason
+from tui_gcs.core.links.outbox import Outbox
+
+MAX_UNSENT_BYTES = 65536
+"""Some 1500 commands; a partner that takes nothing gets nothing more."""
+_DEAD_AFTER_S = 10
+"""A partner whose system does not answer for so long is gone (cable pulled, NAT entry expired)."""
+
+
+class Connection:
+    """Chunks in, whole frames out; never waits."""
+
+    def __init__(self, tcp: socket.socket, address: Address, counts: LinkState, clock: Clock) -> None:
+        """Take over `tcp`, which is connected to `address`; bytes are counted in `counts`."""
+        self.address = address
+        self.error = ""
+        """Why the connection is gone; empty while it lives."""
+        self.heard_s = clock.now()
+        self._socket = tcp
+        self._counts = counts
+        self._clock = clock
+        self._outbox = Outbox(MAX_UNSENT_BYTES, counts, clock)
+        tcp.setblocking(False)
+        _notice_the_dead(tcp)
+
+    def read(self, most_bytes: int) -> bytes:
+        """What has arrived; b"" if nothing has, or the connection is gone. Then sends what waited."""
+        if self.error:
+            return b""
+        try:
+            data = self._socket.recv(most_bytes)
+        except (BlockingIOError, InterruptedError):
+            data = b""
+        except OSError as error:
+            self.close(reason(error))
+            return b""
+        else:
+            if not data:
+                self.close("closed by the other side")
+                return b""
+            self._counts.bytes_in += len(data)
+            self.heard_s = self._clock.now()
+        self._send_waiting()
+        return data
+
+    def send(self, frame: bytes) -> None:
+        """Send `frame`, now or when the socket has room."""
+        if self.error:
+            self._counts.send_refused += 1
+            return
+        try:
+            self._outbox.put(frame, self._socket.send)
+        except OSError as error:
+            self.close(reason(error))
+
+    def fileno(self) -> int:
+        """Of the socket, -1 when it is closed."""
+        return self._socket.fileno()
+
+    def close(self, why: str) -> None:
+        """Give up the connection."""
+        self.error = self.error or why
+        self._outbox.give_up()
+        self._socket.close()
+
+    def _send_waiting(self) -> None:
+        if self._outbox.stalled:
+            self.close("takes nothing any more")
+            return
+        try:
+            self._outbox.flush(self._socket.send)
+        except OSError as error:
+            self.close(reason(error))
+
+
+def _notice_the_dead(tcp: socket.socket) -> None:
+    """Send small frames at once, and let the system find out that the partner's machine is gone."""
+    options = [
+        (socket.IPPROTO_TCP, "TCP_NODELAY", 1),
+        (socket.SOL_SOCKET, "SO_KEEPALIVE", 1),
+        (socket.IPPROTO_TCP, "TCP_KEEPIDLE", _DEAD_AFTER_S // 2),
+        (socket.IPPROTO_TCP, "TCP_KEEPINTVL", 1),
+        (socket.IPPROTO_TCP, "TCP_KEEPCNT", _DEAD_AFTER_S // 2),
+        (socket.IPPROTO_TCP, "TCP_USER_TIMEOUT", 1000 * _DEAD_AFTER_S),  # ms
+    ]
+    for level, name, value in options:
+        if hasattr(socket, name):  # not every system has all of them
+            with contextlib.suppress(OSError):
+                tcp.setsockopt(level, getattr(socket, name), value)

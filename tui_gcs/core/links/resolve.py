@@ -1,0 +1,48 @@
+"""From the host a link names to the numbers a socket needs. Done once, when the link is opened: it may wait for DNS."""
+
+import errno
+import socket
+from dataclasses import dataclass
+
+from tui_gcs.core.links.base import Address, reason
+from tui_gcs.core.links.spec import LinkError, LinkSpec
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where to bind or to connect."""
+
+    family: socket.AddressFamily
+    address: Address
+
+
+def resolve(spec: LinkSpec) -> Place:
+    """The place that `spec` means. IPv4 first: "localhost" is 127.0.0.1, where simulators send to.
+
+    Raises:
+        LinkError: unknown host.
+    """
+    families = (socket.AF_INET6,) if ":" in spec.host else (socket.AF_INET, socket.AF_INET6)
+    why = ""
+    for family in families:
+        try:
+            found = socket.getaddrinfo(spec.host, spec.port, family)
+        except (OSError, UnicodeError) as error:
+            why = why or reason(error)
+            continue
+        where = found[0][4]
+        if len(where) == 4:
+            return Place(family, (str(where[0]), int(where[1]), int(where[2]), int(where[3])))
+        return Place(family, (str(where[0]), int(where[1])))
+    raise LinkError(f"link {spec.name!r}: unknown host {spec.host!r} ({why}). Check the name or use a number")
+
+
+def listen_advice(error: OSError, spec: LinkSpec) -> str:
+    """Why we cannot listen where `spec` says, and what to do."""
+    if error.errno == errno.EADDRINUSE:
+        return f"port {spec.port} is busy: another ground station or simulator uses it. Close it or take another port"
+    if error.errno == errno.EADDRNOTAVAIL:
+        return f"{spec.host} is not an address of this machine. Use 0.0.0.0 or 127.0.0.1"
+    if error.errno == errno.EACCES:
+        return f"no permission for port {spec.port}. Take a port above 1023"
+    return f"cannot listen on {spec.place}: {reason(error)}"

@@ -1,0 +1,119 @@
+"""A TCP link that listens: simulators, routers and vehicles' companions connect to it, several at once."""
+
+import socket
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.links.base import Address, LinkState, reason
+from tui_gcs.core.links.connection import Connection
+from tui_gcs.core.links.resolve import Place, listen_advice
+from tui_gcs.core.links.spec import LinkError, LinkSpec
+
+MAX_CLIENTS = 16
+SILENT_S = 30.0
+"""A client from which nothing came for so long makes room for a new one when all places are taken."""
+_MOST_BYTES = 16384
+"""Taken of one client per `receive`: 430 telemetry frames, so that none starves the others."""
+
+
+class TcpInLink(LinkState):
+    """Each client has its own address and its own stream."""
+
+    stream = True
+
+    def __init__(self, spec: LinkSpec, place: Place, clock: Clock) -> None:
+        """Listen on `place`, alone.
+
+        Raises:
+            LinkError: the port is busy, or the address is not ours.
+        """
+        super().__init__(spec)
+        self.refused_clients = 0
+        """Turned away because all places were taken."""
+        self._clock = clock
+        self._clients: dict[Address, Connection] = {}
+        self._listener = _listener(spec, place)
+
+    def receive(self) -> list[tuple[bytes, Address]]:
+        """See `Link.receive`."""
+        chunks: list[tuple[bytes, Address]] = [(b"", client.address) for client in self._accept()]
+        for client in list(self._clients.values()):
+            data = client.read(_MOST_BYTES)
+            if data:
+                chunks.append((data, client.address))
+            if client.error:
+                del self._clients[client.address]
+        return chunks
+
+    def send(self, data: bytes, to: Address) -> None:
+        """See `Link.send`; refused where `to` is no longer connected."""
+        client = self._clients.get(to)
+        if client is None:
+            self.send_refused += 1
+        else:
+            client.send(data)
+
+    def filenos(self) -> list[int]:
+        """See `Link.filenos`."""
+        numbers = [self._listener.fileno(), *(client.fileno() for client in self._clients.values())]
+        return [number for number in numbers if number >= 0]
+
+    def close(self) -> None:
+        """See `Link.close`."""
+        self.error = "closed"
+        self._listener.close()
+        for client in self._clients.values():
+            client.close(self.error)
+        self._clients.clear()
+
+    def _accept(self) -> list[Connection]:
+        """The clients that are new; at most as many as there are places."""
+        new: list[Connection] = []
+        for _ in range(MAX_CLIENTS):
+            try:
+                tcp, address = self._listener.accept()
+            except (BlockingIOError, InterruptedError, ConnectionAbortedError):
+                break
+            except OSError as error:  # no descriptor left; or closed
+                self.error = reason(error)
+                return new
+            if not self._has_room():
+                self.refused_clients += 1
+                tcp.close()
+                continue
+            client = Connection(tcp, address, self, self._clock)
+            self._clients[address] = client
+            new.append(client)
+        if self._listener.fileno() >= 0:
+            self.error = ""
+        return new
+
+    def _has_room(self) -> bool:
+        """Whether one more client may come; the longest silent one goes for it."""
+        if len(self._clients) < MAX_CLIENTS:
+            return True
+        quietest = min(self._clients.values(), key=lambda client: client.heard_s)
+        if self._clock.now() - quietest.heard_s < SILENT_S:
+            return False
+        quietest.close("silent")
+        del self._clients[quietest.address]
+        return True
+
+
+def _listener(spec: LinkSpec, place: Place) -> socket.socket:
+    """A non-blocking listening socket. Raises `LinkError`."""
+    try:
+        listener = socket.socket(place.family, socket.SOCK_STREAM)
+    except OSError as error:
+        raise LinkError(f"{spec.name}: cannot open a socket: {reason(error)}") from None
+    try:
+        # Of TCP it only lets a restarted station listen while old connections linger; never two listen at once.
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if place.family == socket.AF_INET6:
+            listener.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+        listener.bind(place.address)
+        listener.listen(MAX_CLIENTS)
+        listener.setblocking(False)
+    except OSError as error:
+        listener.close()
+        raise LinkError(f"{spec.name}: {listen_advice(error, spec)}") from None
+    return listener
