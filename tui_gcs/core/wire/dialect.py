@@ -1,17 +1,39 @@
-"""What the messages mean: pymavlink's dialect tables, without pymavlink's parser.
+"""What the messages mean: how each lies in its payload, and what its values are called.
 
-The tables are those of the `all` dialect, which knows most message ids. They are loaded at first use, not on import,
-because that costs about 50 ms. Nothing else of pymavlink touches the receiving path.
+The messages are those of pymavlink's `all` dialect (see `tables`) and of the XML files added by `add_xml`. They are
+loaded at first use, not on import. Nothing of pymavlink itself touches the receiving or the sending path.
 """
 
 import struct
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tui_gcs.core.text import clean
+from tui_gcs.core.wire import tables
+from tui_gcs.core.wire.tables import DialectError
 
 if TYPE_CHECKING:
     from tui_gcs.core.wire.frames import Frame
+
+__all__ = [
+    "CRC_EXTRA",
+    "DialectError",
+    "Layout",
+    "Message",
+    "add_xml",
+    "crc_extra",
+    "decode",
+    "fields_of",
+    "is_known",
+    "label",
+    "layout",
+    "layout_named",
+    "message_name",
+    "payload_values",
+]
+
+_MAGIC_V2 = 0xFD
 
 
 class Message(NamedTuple):
@@ -24,42 +46,69 @@ class Message(NamedTuple):
     fields: dict[str, Any]
 
 
-class _Layout(NamedTuple):
+class Layout(NamedTuple):
     """How one message lies in its payload."""
 
     name: str
-    crc_extra: bytes
+    msgid: int
+    extra: bytes
+    """The byte that goes into the CRC behind the frame."""
     size: int
-    unpack: Callable[[bytes], tuple[Any, ...]]
+    """Of the whole payload, extensions included."""
+    unpack_from: Callable[..., tuple[Any, ...]]
+    """(buffer, offset): the values in wire order. The buffer must hold the whole payload: see `payload_values`."""
+    pack: Callable[..., bytes]
+    """All values, in wire order."""
     names: tuple[str, ...]
     """In wire order."""
     special: tuple[tuple[str, int, int, bool], ...]
     """Empty if every field is one number. Else for every field: name, first and last + 1 value, is it text."""
+    target_system_at: int
+    """Where in the payload the addressed system's id is; -1 if the message is for everybody."""
+    target_component_at: int
+    fields: tuple[tables.Field, ...]
+    """In wire order."""
 
 
 CRC_EXTRA: dict[int, bytes] = {}
-"""The CRC byte of every known message; empty until something was asked of this module."""
-_layouts: dict[int, _Layout] = {}
-_classes: dict[str, Any] = {}
+"""The CRC byte of every message that was asked for; `crc_extra` knows the others."""
+_definitions: dict[int, tables.Definition] = {}
+_ids: dict[str, int] = {}
+_layouts: dict[int, Layout] = {}
+"""Made when a message is first met: a station meets some 60 of 350."""
 
 
-def decode(frame: "Frame") -> Message | None:
-    """The message in `frame`, or None if the dialect does not know it."""
-    layout = (_layouts or _load()).get(frame.msgid)
-    if layout is None:
-        return None
-    payload = frame.payload
-    size = layout.size
-    if len(payload) != size:  # trailing zeros are not sent; fields newer than our dialect are ignored
-        payload = payload[:size].ljust(size, b"\0")
-    values = layout.unpack(payload)
-    # same length by construction, and `strict` costs 0.1 µs
-    fields = _special_fields(layout, values) if layout.special else dict(zip(layout.names, values))  # noqa: B905
-    return Message(layout.name, frame.msgid, frame.system, frame.component, fields)
+def layout(msgid: int) -> Layout | None:
+    """How message `msgid` lies in its payload, None if unknown."""
+    return _layouts.get(msgid) or _make_layout(msgid)
 
 
-def _special_fields(layout: _Layout, values: tuple[Any, ...]) -> dict[str, Any]:
-    """Fields of a message with arrays or text."""
+def layout_named(name: str) -> Layout | None:
+    """The same by MAVLink's name of the message."""
+    if not _definitions:
+        _load()
+    msgid = _ids.get(name)
+    return None if msgid is None else layout(msgid)
+
+
+def payload_values(layout: Layout, raw: bytes) -> tuple[Any, ...]:
+    """The values, in wire order, in the whole frame `raw` of this message, MAVLink 1 or 2.
+
+    What was not sent is zero: MAVLink 2 cuts zeros off the end, MAVLink 1 knows no extensions. What is longer than
+    the message (fields newer than our dialect) is ignored.
+    """
+    start = 10 if raw[0] == _MAGIC_V2 else 6
+    length = raw[1]
+    if length >= layout.size:
+        return layout.unpack_from(raw, start)
+    return layout.unpack_from(raw[start : start + length].ljust(layout.size, b"\0"))
+
+
+def fields_of(layout: Layout, values: tuple[Any, ...]) -> dict[str, Any]:
+    """Values in wire order by field name: text is `SafeText`, arrays are tuples."""
+    if not layout.special:
+        # same length by construction, and `strict` costs 0.1 µs
+        return dict(zip(layout.names, values))  # noqa: B905
     fields: dict[str, Any] = {}
     for name, first, last, is_text in layout.special:
         if is_text:
@@ -71,10 +120,22 @@ def _special_fields(layout: _Layout, values: tuple[Any, ...]) -> dict[str, Any]:
     return fields
 
 
+def decode(frame: "Frame") -> Message | None:
+    """The message in `frame`, or None if the dialect does not know it."""
+    found = layout(frame.msgid)
+    if found is None:
+        return None
+    payload = frame.payload
+    if len(payload) < found.size:
+        payload = payload.ljust(found.size, b"\0")
+    fields = fields_of(found, found.unpack_from(payload))
+    return Message(found.name, frame.msgid, frame.system, frame.component, fields)
+
+
 def message_name(msgid: int) -> str | None:
     """MAVLink's name of a message, None if unknown."""
-    layout = (_layouts or _load()).get(msgid)
-    return layout.name if layout else None
+    definition = (_definitions or _load()).get(msgid)
+    return definition.name if definition else None
 
 
 def label(msgid: int) -> str:
@@ -84,49 +145,64 @@ def label(msgid: int) -> str:
 
 def is_known(msgid: int) -> bool:
     """Whether the dialect knows the message."""
-    return msgid in (_layouts or _load())
+    return msgid in (_definitions or _load())
 
 
 def crc_extra(msgid: int) -> bytes | None:
     """The byte that a message's definition adds to its CRC, None if unknown."""
-    if not _layouts:
-        _load()
-    return CRC_EXTRA.get(msgid)
+    found = layout(msgid)
+    return found.extra if found else None
 
 
-def message_class(name: str) -> Any:
-    """The pymavlink class of a message, for encoding. Raises KeyError for an unknown name."""
-    if not _layouts:
-        _load()
-    return _classes[name]
+def add_xml(path: Path) -> tuple[str, ...]:
+    """Know the messages of a MAVLink XML definition, too; the names of those that are new or longer than before.
+
+    To be called before frames are taken. If anything is wrong with the file nothing of it is added.
+
+    Raises:
+        DialectError: one line with file, message, reason, and what to do.
+    """
+    from tui_gcs.core.wire.dialect_xml import read_xml  # 2 ms that hardly any start needs
+
+    added = read_xml(path, dict(_definitions or _load()))
+    for definition in added:
+        _definitions[definition.msgid] = definition
+        _ids[definition.name] = definition.msgid
+        _layouts.pop(definition.msgid, None)
+    return tuple(definition.name for definition in added)
 
 
-def _load() -> dict[int, _Layout]:
-    """Fill the tables from pymavlink."""
-    from pymavlink.dialects.v20 import all as pymavlink_all
-
-    for msgid, kind in pymavlink_all.mavlink_map.items():
-        _layouts[msgid] = _layout(kind)
-        CRC_EXTRA[msgid] = _layouts[msgid].crc_extra
-        _classes[kind.msgname] = kind
-    return _layouts
+def _load() -> dict[int, tables.Definition]:
+    _definitions.update(tables.load())
+    _ids.update((definition.name, msgid) for msgid, definition in _definitions.items())
+    return _definitions
 
 
-def _layout(kind: Any) -> _Layout:
-    """Read one message class of pymavlink; `lengths` and `ordered_fieldnames` are in wire order."""
-    types = dict(zip(kind.fieldnames, kind.fieldtypes, strict=True))
+def _make_layout(msgid: int) -> Layout | None:
+    definition = (_definitions or _load()).get(msgid)
+    if definition is None:
+        return None
     special = []
     first = 0
-    for name, length in zip(kind.ordered_fieldnames, kind.lengths, strict=True):
-        special.append((name, first, first + length, types[name] == "char"))
-        first += length
+    for field in definition.fields:
+        special.append((field.name, first, first + field.count, field.is_text))
+        first += field.count
     plain = all(last - start == 1 and not is_text for _, start, last, is_text in special)
-    unpacker: struct.Struct = kind.unpacker
-    return _Layout(
-        name=kind.msgname,
-        crc_extra=bytes([kind.crc_extra]),
-        size=unpacker.size,
-        unpack=unpacker.unpack,
-        names=tuple(kind.ordered_fieldnames),
+    made = struct.Struct(definition.format)
+    # MANUAL_CONTROL is the one message whose addressed system has another name
+    target = ("target_system", "target") if definition.name == "MANUAL_CONTROL" else ("target_system",)
+    _layouts[msgid] = Layout(
+        name=definition.name,
+        msgid=msgid,
+        extra=bytes([definition.crc_extra]),
+        size=made.size,
+        unpack_from=made.unpack_from,
+        pack=made.pack,
+        names=tuple(field.name for field in definition.fields),
         special=() if plain else tuple(special),
+        target_system_at=definition.offset(*target),
+        target_component_at=definition.offset("target_component"),
+        fields=definition.fields,
     )
+    CRC_EXTRA[msgid] = _layouts[msgid].extra
+    return _layouts[msgid]

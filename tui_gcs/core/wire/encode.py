@@ -1,39 +1,129 @@
-"""Making MAVLink 2 frames, through pymavlink's message classes."""
+"""Making MAVLink 2 frames: https://mavlink.io/en/guide/serialization.html."""
 
-from types import SimpleNamespace
+import struct
 from typing import Any
 
-from tui_gcs.core.wire import dialect
+from fastcrc.crc16 import mcrf4xx
 
-_UNSIGNED = SimpleNamespace(sign_outgoing=False)
+from tui_gcs.core.wire import dialect
+from tui_gcs.core.wire.tables import STRUCT_CODES, Field
+
+_MAGIC_V2 = 0xFD
+_HEADER = struct.Struct("<BBBBB2sHB").pack
+"""Magic, payload length, incompatibility and compatibility flags, sequence, source, message id (16 + 8 bits)."""
+_WHOLE_BITS = {"b": 7, "B": 8, "h": 15, "H": 16, "i": 31, "I": 32, "q": 63, "Q": 64}
 
 
 class EncodeError(ValueError):
-    """A message that cannot be sent: unknown name, missing or unknown field, value out of range."""
+    """A message that cannot be sent: unknown name, missing or unknown field, value out of range.
+
+    Values are never quoted: they may be keys or passwords.
+    """
 
 
 class Encoder:
     """Frames of one sender (system and component id), with its own sequence counter."""
 
     def __init__(self, system: int, component: int) -> None:
-        """Send as `system`/`component`."""
-        self._sender = SimpleNamespace(seq=0, srcSystem=system, srcComponent=component, signing=_UNSIGNED)
+        """Send as `system`/`component`, 0…255 each."""
+        self._source = bytes((system, component))
+        self._seq = 0
 
     def encode(self, name: str, /, **fields: Any) -> bytes:
         """The frame of message `name` with `fields` (MAVLink's field names and units).
 
-        Fields that MAVLink added later (extensions) may be left out, all others must be there. Text may be `str`.
+        Fields that MAVLink added later (extensions) may be left out, all others must be there. Text is `str` or
+        `bytes` and may be shorter than its field; arrays must have all their values.
 
         Raises:
-            EncodeError: one line saying which message and why.
+            EncodeError: one line saying which message and field, and why.
         """
+        layout = dialect.layout_named(name)
+        if layout is None:
+            raise EncodeError(f"unknown MAVLink message {name!r}")
+        values = _values(layout, fields)
         try:
-            kind = dialect.message_class(name)
-            message = kind(**{key: v.encode() if isinstance(v, str) else v for key, v in fields.items()})
-            frame: bytes = message.pack(self._sender)
-        except KeyError:
-            raise EncodeError(f"unknown MAVLink message {name!r}") from None
-        except Exception as error:  # generated code: TypeError, struct.error, AttributeError …
-            raise EncodeError(f"{name}: {error}") from error
-        self._sender.seq = (self._sender.seq + 1) % 256
-        return frame
+            payload = layout.pack(*values)
+        except (struct.error, OverflowError):
+            raise EncodeError(_misfit(layout, values)) from None
+        payload = payload.rstrip(b"\0") or payload[:1]  # one byte at least
+        msgid = layout.msgid
+        head = _HEADER(_MAGIC_V2, len(payload), 0, 0, self._seq, self._source, msgid & 0xFFFF, msgid >> 16)
+        body = head + payload
+        crc: int = mcrf4xx(body[1:] + layout.extra)
+        self._seq = (self._seq + 1) & 0xFF
+        return body + crc.to_bytes(2, "little")
+
+
+def _values(layout: dialect.Layout, fields: dict[str, Any]) -> list[Any]:
+    """What `layout.pack` takes. Raises EncodeError."""
+    values: list[Any] = []
+    used = 0
+    for field in layout.fields:
+        if field.name in fields:
+            used += 1
+            value = fields[field.name]
+            if field.is_text:
+                values.append(_text(layout.name, field, value))
+            elif field.count == 1:
+                values.append(value)
+            else:
+                values.extend(_array(layout.name, field, value))
+        elif field.extension:
+            values.extend([b""] if field.is_text else [0] * field.count)
+        else:
+            raise EncodeError(f"{layout.name}: field {field.name} is missing")
+    if used != len(fields):
+        unknown = ", ".join(sorted(fields.keys() - set(layout.names)))
+        raise EncodeError(f"{layout.name}: has no field {unknown}; it has {', '.join(layout.names)}")
+    return values
+
+
+def _text(message: str, field: Field, value: Any) -> bytes:
+    """A text field's bytes; `struct` fills up with zeros."""
+    if isinstance(value, str):
+        try:
+            value = value.encode()
+        except UnicodeEncodeError:
+            raise EncodeError(f"{message}: {field.name} has a character that UTF-8 cannot express") from None
+    if not isinstance(value, bytes | bytearray):
+        raise EncodeError(f"{message}: {field.name} must be text, not {type(value).__name__}")
+    most = max(1, field.length)
+    if len(value) > most:
+        raise EncodeError(f"{message}: {field.name} is {len(value)} bytes long, {most} fit")
+    return bytes(value)
+
+
+def _array(message: str, field: Field, value: Any) -> tuple[Any, ...]:
+    """An array field's values."""
+    try:
+        items = tuple(value)
+    except TypeError:
+        raise EncodeError(f"{message}: {field.name} must be {field.count} values, not one") from None
+    if len(items) != field.count:
+        raise EncodeError(f"{message}: {field.name} has {len(items)} values, must have {field.count}")
+    return items
+
+
+def _misfit(layout: dialect.Layout, values: list[Any]) -> str:
+    """Which of the values does not fit its field, and what would."""
+    at = 0
+    for field in layout.fields:
+        code = STRUCT_CODES[field.type]
+        for index in range(0 if field.is_text else field.count):
+            try:
+                struct.pack(f"<{code}", values[at + index])
+            except (struct.error, OverflowError):
+                where = f"{field.name}[{index}]" if field.count > 1 else field.name
+                return f"{layout.name}: {where} must be {_range(field)}"
+        at += field.count
+    return f"{layout.name}: a value does not fit its field"
+
+
+def _range(field: Field) -> str:
+    """What a number field takes, in words."""
+    bits = _WHOLE_BITS.get(STRUCT_CODES[field.type])
+    if bits is None:
+        return f"a number that fits {field.type}"
+    lowest = 0 if field.type.startswith("u") else -(1 << bits)
+    return f"a whole number {lowest} to {(1 << bits) - 1} ({field.type})"
