@@ -1,17 +1,16 @@
-"""Frames become messages and messages become frames, the same way pymavlink understands them."""
+"""Payloads become messages, the same way pymavlink understands them."""
 
 import subprocess
 import sys
 from typing import Any
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as pymavlink_all
 
-from tui_gcs.core.wire import mavlink
-from tui_gcs.core.wire.dialect import Message, decode, label, message_name
-from tui_gcs.core.wire.encode import EncodeError, Encoder
+from tui_gcs.core.wire import dialect, mavlink
+from tui_gcs.core.wire.dialect import Layout, Message, decode, fields_of, label, layout, message_name, payload_values
+from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.frames import Frame, cut_datagram
 from tui_gcs.core.wire.mavlink import NOT_VEHICLES, type_name
 
@@ -21,6 +20,16 @@ def decoded(raw: bytes) -> Message:
     message = decode(frame)
     assert message is not None
     return message
+
+
+def layout_of(name: str) -> Layout:
+    found = dialect.layout_named(name)
+    assert found is not None
+    return found
+
+
+def version_1(kind: Any) -> bytes:
+    return bytes(kind.pack(pymavlink_all.MAVLink(None, srcSystem=3, srcComponent=1), force_mavlink1=True))
 
 
 def test_numbers_arrive_as_they_were_sent() -> None:
@@ -92,39 +101,75 @@ def test_a_text_without_zero_byte_is_whole() -> None:
 
 def test_unknown_messages_have_a_number_for_a_name() -> None:
     assert decode(Frame(2, 0, 1, 1, 70001, b"", b"", False)) is None
+    assert layout(70001) is None
+    assert dialect.layout_named("NO_SUCH_MESSAGE") is None
+    assert dialect.crc_extra(70001) is None
+    assert not dialect.is_known(70001)
     assert message_name(70001) is None
     assert label(70001) == "UNKNOWN_70001"
     assert label(0) == "HEARTBEAT"
 
 
-def test_frames_count_up_and_are_read_by_pymavlink() -> None:
-    encoder, reader = Encoder(255, 190), pymavlink_all.MAVLink(None)
-    for expected in [*range(256), 0]:
-        (message,) = reader.parse_buffer(encoder.encode("SYSTEM_TIME", time_unix_usec=1, time_boot_ms=2))
-        assert (message.get_srcSystem(), message.get_srcComponent(), message.get_seq()) == (255, 190, expected)
-        assert message.time_boot_ms == 2
+def test_a_layout_says_where_the_addressee_is() -> None:
+    command = layout_of("COMMAND_LONG")
+    assert (command.msgid, command.size, command.extra) == (76, 33, b"\x98")
+    assert (command.target_system_at, command.target_component_at) == (30, 31)
+    heartbeat = layout_of("HEARTBEAT")
+    assert (heartbeat.target_system_at, heartbeat.target_component_at) == (-1, -1)
+    sticks = layout_of("MANUAL_CONTROL")  # the only one whose addressee is called `target`
+    assert (sticks.target_system_at, sticks.target_component_at) == (10, -1)
+    assert layout_of("FOLLOW_TARGET").target_system_at == -1
 
 
-@pytest.mark.parametrize(
-    ("name", "fields"),
-    [
-        ("NO_SUCH_MESSAGE", {}),
-        ("SYSTEM_TIME", {"time_unix_usec": 1}),
-        ("SYSTEM_TIME", {"time_unix_usec": 1, "time_boot_ms": 2, "colour": 3}),
-        ("SYSTEM_TIME", {"time_unix_usec": -1, "time_boot_ms": 2}),
-        ("SYSTEM_TIME", {"time_unix_usec": "now", "time_boot_ms": 2}),
-    ],
-)
-def test_what_cannot_be_sent_says_why_and_uses_no_sequence_number(name: str, fields: dict[str, Any]) -> None:
-    encoder = Encoder(1, 1)
-    with pytest.raises(EncodeError, match=name):
-        encoder.encode(name, **fields)
-    assert encoder.encode("SYSTEM_TIME", time_unix_usec=1, time_boot_ms=2)[4] == 0
+def test_the_addressee_is_where_pymavlink_reads_it() -> None:
+    for msgid, kind in pymavlink_all.mavlink_map.items():
+        found = layout(msgid)
+        assert found is not None
+        for name, at in (("target_system", found.target_system_at), ("target_component", found.target_component_at)):
+            if name in kind.fieldnames:
+                payload = bytes(77 if place == at else 0 for place in range(found.size))
+                values = kind.unpacker.unpack(payload)
+                assert values[sum(kind.lengths[: kind.ordered_fieldnames.index(name)])] == 77, kind.msgname
 
 
-@given(st.sampled_from(sorted(pymavlink_all.mavlink_map)), st.binary(max_size=255))
-def test_any_payload_of_any_message_is_decoded_as_pymavlink_does(msgid: int, payload: bytes) -> None:
-    message = decode(Frame(2, 0, 1, 1, msgid, payload, b"", False))
+def test_the_crc_byte_of_every_message_is_known() -> None:
+    for msgid, kind in pymavlink_all.mavlink_map.items():
+        assert dialect.crc_extra(msgid) == dialect.CRC_EXTRA[msgid] == bytes([kind.crc_extra])
+
+
+def test_values_are_read_from_frames_of_both_versions() -> None:
+    text = layout_of("STATUSTEXT")
+    newer = Encoder(1, 1).encode("STATUSTEXT", severity=4, text="hello", id=7, chunk_seq=1)
+    older = version_1(pymavlink_all.MAVLink_statustext_message(4, b"hello", 7, 1))
+    assert fields_of(text, payload_values(text, newer)) == {"severity": 4, "text": "hello", "id": 7, "chunk_seq": 1}
+    (frame,) = cut_datagram(older).frames
+    assert frame.version == 1
+    assert fields_of(text, payload_values(text, older))["text"] == "hello"
+
+
+def test_version_1_frames_have_no_extensions() -> None:
+    text = layout_of("STATUSTEXT")
+    short = b"\xfe\x33" + bytes((0, 3, 1, 253, 4)) + b"x" * 50 + b"\x12\x34"  # the CRC is no extension
+    assert payload_values(text, short) == (4, b"x" * 50, 0, 0)
+
+
+def test_a_signature_is_no_part_of_the_values() -> None:
+    time = layout_of("SYSTEM_TIME")
+    raw = Encoder(1, 1).encode("SYSTEM_TIME", time_unix_usec=5, time_boot_ms=0)
+    assert payload_values(time, raw + b"\xff" * 13) == (5, 0)
+
+
+def test_an_unknown_id_leaves_nothing_behind() -> None:
+    layout(0)
+    before = len(dialect.CRC_EXTRA), len(dialect._layouts)
+    for msgid in range(1_000_000, 1_001_000):
+        assert layout(msgid) is None
+    assert (len(dialect.CRC_EXTRA), len(dialect._layouts)) == before
+
+
+@given(st.sampled_from(sorted(pymavlink_all.mavlink_map)), st.binary(max_size=255), st.sampled_from([1, 2]))
+def test_any_payload_of_any_message_is_decoded_as_pymavlink_does(msgid: int, payload: bytes, version: int) -> None:
+    message = decode(Frame(version, 0, 1, 1, msgid, payload, b"", False))
     assert message is not None
     kind = pymavlink_all.mavlink_map[msgid]
     assert set(message.fields) == set(kind.fieldnames)
@@ -134,6 +179,10 @@ def test_any_payload_of_any_message_is_decoded_as_pymavlink_does(msgid: int, pay
         expected = values[first] if length == 1 else values[first : first + length]
         if not isinstance(expected, bytes):
             assert repr(message.fields[name]) == repr(expected)  # NaN is equal to itself here
+    head = b"\xfd%c" % len(payload) + bytes(8) if version == 2 else b"\xfe%c" % len(payload) + bytes(4)
+    found = layout(msgid)
+    assert found is not None
+    assert repr(fields_of(found, payload_values(found, head + payload + b"\x12\x34"))) == repr(message.fields)
 
 
 def test_our_names_of_enumerations_are_those_of_mavlink() -> None:
@@ -151,10 +200,13 @@ def test_our_names_of_enumerations_are_those_of_mavlink() -> None:
     assert mavlink.type_name(99) == "type 99"
 
 
-def test_importing_the_wire_does_not_load_the_dialect() -> None:
-    code = "import sys, tui_gcs.core.wire.encode, tui_gcs.core.links; print('pymavlink' in sys.modules)"
+def test_importing_the_wire_loads_no_tables() -> None:
+    code = (
+        "import sys, tui_gcs.core.wire.encode, tui_gcs.core.links; from tui_gcs.core.wire import dialect;"
+        "print('pymavlink' in sys.modules, len(dialect._definitions))"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "False"
+    assert done.stdout.split() == ["False", "0"]
 
 
 def test_everything_that_flies_is_a_vehicle() -> None:
