@@ -1,108 +1,129 @@
-"""Links never block and never raise once open; opening says in one line what is wrong."""
+"""Opening says in one line what is wrong; the link in memory; what holds for every kind of link."""
 
+import inspect
 import socket
-import time
-from collections.abc import Callable, Iterator
-from typing import TypeVar
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
+from link_rig import FRAME, free_port
 
 from tui_gcs.core.clock import VirtualClock
-from tui_gcs.core.links import Address, LinkError, open_link
+from tui_gcs.core.links import LinkError, LinkSpec, open_link, parse_link
 from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE, Link
 from tui_gcs.core.links.memory import MemoryLink
-from tui_gcs.core.links.tcp import LAST_RETRY_S, TcpLink
-from tui_gcs.core.wire.encode import Encoder
-
-T = TypeVar("T")
-FRAME = Encoder(1, 1).encode("SYSTEM_TIME", time_unix_usec=1, time_boot_ms=2)
 
 
-def free_port(kind: socket.SocketKind = socket.SOCK_DGRAM) -> int:
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
+@pytest.mark.parametrize("scheme", ["udpin", "tcpin"])
+def test_a_busy_port_is_one_clear_line(scheme: str) -> None:
+    kind = socket.SOCK_DGRAM if scheme == "udpin" else socket.SOCK_STREAM
+    first = open_link(f"{scheme}:127.0.0.1:{free_port(kind)},network=a")
+    with pytest.raises(LinkError) as caught:
+        open_link(f"{first.name},network=b")
+    assert str(caught.value) == (
+        f"{first.name}: port {first.spec.port} is busy: another ground station or simulator uses it. "
+        "Close it or take another port"
+    )
+    first.close()
+    open_link(first.name).close()
 
 
-def wait_for(link: Link) -> list[tuple[bytes, Address]]:
-    """What arrives within two seconds: the kernel delivers loopback at once, but not in zero time."""
-    return until(link.receive)
-
-
-def until(attempt: Callable[[], T]) -> T:
-    """The first true result of `attempt` within two seconds."""
-    deadline = time.monotonic() + 2
-    while not (result := attempt()) and time.monotonic() < deadline:
-        pass
-    return result
-
-
-@pytest.fixture
-def udpin() -> Iterator[Link]:
-    link = open_link(f"udpin:127.0.0.1:{free_port()}")
-    yield link
+@pytest.mark.process
+@pytest.mark.parametrize("scheme", ["udpin", "tcpin"])
+def test_a_second_process_cannot_take_the_port(scheme: str) -> None:
+    kind = socket.SOCK_DGRAM if scheme == "udpin" else socket.SOCK_STREAM
+    link = open_link(f"{scheme}:127.0.0.1:{free_port(kind)}")
+    program = f"from tui_gcs.core.links import open_link; open_link({link.name!r})"
+    other = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert other.returncode != 0
+    assert f"port {link.spec.port} is busy" in other.stderr
     link.close()
 
 
-def port_of(link: Link) -> int:
-    return int(link.name.rpartition(":")[2])
-
-
-def test_a_vehicle_is_answered_where_it_spoke_from(udpin: Link) -> None:
-    vehicle = open_link(f"udpout:127.0.0.1:{port_of(udpin)}")
-    vehicle.send(b"hello", "ignored")
-    ((data, address),) = wait_for(udpin)
-    assert data == b"hello"
-    udpin.send(b"answer", address)
-    assert wait_for(vehicle) == [(b"answer", ("127.0.0.1", port_of(udpin)))]
-    assert udpin.error == vehicle.error == ""
-    vehicle.close()
-
-
-def test_receive_gives_nothing_when_nothing_is_there(udpin: Link) -> None:
-    assert udpin.receive() == []
-    assert isinstance(udpin.fileno(), int)
-
-
-def test_a_busy_port_is_one_clear_line(udpin: Link) -> None:
-    with pytest.raises(LinkError) as caught:
-        open_link(udpin.name)
-    assert str(caught.value) == (
-        f"{udpin.name}: port {port_of(udpin)} is busy: another ground station or simulator uses it. "
-        "Close it or take another port"
-    )
+@pytest.mark.parametrize("scheme", ["udpin", "tcpin"])
+def test_a_program_that_would_share_the_port_cannot(scheme: str) -> None:
+    kind = socket.SOCK_DGRAM if scheme == "udpin" else socket.SOCK_STREAM
+    link = open_link(f"{scheme}:127.0.0.1:{free_port(kind)}")
+    with socket.socket(socket.AF_INET, kind) as other:
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        with pytest.raises(OSError):
+            other.bind(("127.0.0.1", link.spec.port))
+            other.listen()
+    link.close()
 
 
 @pytest.mark.parametrize(
     ("name", "why"),
     [
-        ("", "unknown kind"),
-        ("com3", "unknown kind 'com3'; allowed: udpin:HOST:PORT"),
-        ("udpin:14550", "not HOST:PORT"),
-        ("udpin:127.0.0.1:", "not HOST:PORT"),
-        ("udpin:127.0.0.1:http", "not HOST:PORT"),
-        ("udpin:127.0.0.1:0", "not within 1…65535"),
-        ("tcp:127.0.0.1:70000", "not within 1…65535"),
-        ("udpin:192.0.2.1:14550", "not an address of this machine"),
-        ("udpin:" + "x" * 300 + ":14550", "unknown host"),
+        ("udpin:192.0.2.1:14550", "not an address of this machine. Use 0.0.0.0 or 127.0.0.1"),
+        ("tcpin:192.0.2.1:5760", "not an address of this machine"),
+        ("udpout:no.such.host.invalid:14550", "unknown host 'no.such.host.invalid'"),
+        ("replay:/no/such/file.tlog", "cannot be read"),
     ],
 )
 def test_what_cannot_be_opened_says_why(name: str, why: str) -> None:
     with pytest.raises(LinkError) as caught:
         open_link(name)
     assert why in str(caught.value)
+    assert name in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_nobody_listening_is_an_error_text_not_an_exception() -> None:
-    link = open_link(f"udpout:127.0.0.1:{free_port()}")
-    link.send(b"x", "")
-    assert until(lambda: link.receive() or link.error) == "Connection refused"
+def test_a_link_knows_what_the_operator_asked_for() -> None:
+    text = f"udpin:127.0.0.1:{free_port()},network=north,rate=5000"
+    link = open_link(text)
+    assert link.spec == parse_link(text)
+    assert (link.name, link.error) == (link.spec.name, "")
     link.close()
-    link.send(b"x", "")
+
+
+@pytest.fixture(params=["udpin", "udpout", "tcp", "tcpin", "serial", "memory"])
+def link(request: pytest.FixtureRequest) -> Link:
+    """One link of every kind, with nobody at the other end."""
+    if request.param == "memory":
+        return MemoryLink()
+    if request.param == "serial":
+        return open_link("serial:/dev/no-such-device", VirtualClock())
+    kind = socket.SOCK_STREAM if "tcp" in request.param else socket.SOCK_DGRAM
+    return open_link(f"{request.param}:127.0.0.1:{free_port(kind)}", VirtualClock())
+
+
+def test_every_link_has_the_whole_interface(link: Link) -> None:
+    members = {name for name, _ in inspect.getmembers(Link) if not name.startswith("_")}
+    assert members
+    assert all(hasattr(link, name) for name in members)
+    assert (link.bytes_in, link.bytes_out, link.send_refused, link.kernel_drops) == (0, 0, 0, 0)
+    link.close()
+
+
+def open_descriptors() -> int:
+    return len(list(Path("/proc/self/fd").iterdir()))
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="only Linux tells which descriptors are open")
+def test_a_closed_link_is_silent_and_keeps_no_descriptor(link: Link) -> None:
+    before = open_descriptors()
+    held = len(link.filenos())
+    link.close()
+    link.close()
+    assert link.filenos() == []
     assert link.receive() == []
-    assert link.fileno() is None
+    link.send(FRAME, ("127.0.0.1", 14550))
+    assert link.receive() == []
+    assert open_descriptors() == before - held
+    assert isinstance(link, MemoryLink) or (link.send_refused, link.bytes_out) == (1, 0)
+
+
+def test_partners_are_those_we_speak_to_first() -> None:
+    listening = open_link(f"udpin:127.0.0.1:{free_port()}")
+    calling = open_link(f"udpout:localhost:{listening.spec.port}")
+    assert listening.partners == []
+    assert calling.partners == [("127.0.0.1", listening.spec.port)]
+    assert open_link("tcp:127.0.0.1:5760").partners == [("127.0.0.1", 5760)]
+    assert open_link("serial:/dev/ttyUSB0").partners == ["/dev/ttyUSB0"]
+    listening.close()
+    calling.close()
 
 
 def test_memory_link_hands_over_in_order_and_bounded() -> None:
@@ -113,84 +134,9 @@ def test_memory_link_hands_over_in_order_and_bounded() -> None:
     assert link.receive() == [(str(MAX_DATAGRAMS_PER_RECEIVE).encode(), "vehicle 1")]
     link.send(b"to you", "vehicle 1")
     assert list(link.sent) == [(b"to you", "vehicle 1")]
-    assert link.fileno() is None
+    assert (link.bytes_in, link.bytes_out) == (sum(len(str(n)) for n in range(MAX_DATAGRAMS_PER_RECEIVE + 1)), 6)
 
 
-class Server:
-    """A TCP server for one client."""
-
-    def __init__(self) -> None:
-        self.listener = socket.create_server(("127.0.0.1", 0))
-        self.listener.settimeout(2)
-        self.port: int = self.listener.getsockname()[1]
-
-    def accept(self) -> socket.socket:
-        connection, _ = self.listener.accept()
-        connection.settimeout(2)
-        return connection
-
-
-@pytest.fixture
-def server() -> Iterator[Server]:
-    server = Server()
-    yield server
-    server.listener.close()
-
-
-def connected(server: Server, clock: VirtualClock) -> tuple[TcpLink, socket.socket]:
-    link = TcpLink(f"tcp:127.0.0.1:{server.port}", ("127.0.0.1", server.port), clock)
-    link.receive()
-    connection = server.accept()
-    until(lambda: link.receive() == [] and not link.error)
-    return link, connection
-
-
-def test_tcp_gives_whole_frames_however_the_stream_is_split(server: Server) -> None:
-    link, connection = connected(server, VirtualClock())
-    connection.sendall(FRAME[:7])
-    assert link.receive() == []
-    connection.sendall(FRAME[7:] + FRAME)
-    frames = wait_for(link)
-    while len(frames) < 2:
-        frames += wait_for(link)
-    assert frames == [(FRAME, ("127.0.0.1", server.port))] * 2
-    link.send(FRAME, "")
-    assert connection.recv(100) == FRAME
-    link.close()
-    connection.close()
-
-
-def test_tcp_comes_back_by_itself_when_the_clock_says_so(server: Server) -> None:
-    clock = VirtualClock()
-    link, connection = connected(server, clock)
-    connection.close()
-    until(lambda: link.receive() or link.error)
-    assert link.error == "closed by the other side; next try in 1 s"
-    assert link.fileno() is None
-    clock.advance(0.9)
-    link.receive()
-    assert "next try" in link.error
-    clock.advance(0.2)
-    link.receive()
-    connection = server.accept()
-    until(lambda: link.receive() == [] and not link.error)
-    connection.sendall(FRAME)
-    assert [data for data, _ in wait_for(link)] == [FRAME]
-    link.close()
-    connection.close()
-
-
-def test_tcp_tries_less_and_less_often() -> None:
-    clock = VirtualClock()
-    port = free_port(socket.SOCK_STREAM)
-    link = open_link(f"tcp:127.0.0.1:{port}", clock)
-    waits = []
-    for _ in range(6):
-        link.receive()
-        until(lambda: link.receive() or "next try" in link.error)
-        waits.append(link.error.rpartition("next try in ")[2])
-        clock.advance(LAST_RETRY_S)
-        link.error = ""
-    assert waits == ["1 s", "2 s", "4 s", "8 s", "10 s", "10 s"]
-    link.send(FRAME, "")  # not connected: dropped, no exception
-    link.close()
+def test_memory_links_can_play_any_kind_of_link() -> None:
+    slow = MemoryLink(spec=LinkSpec("radio", "memory", "", network="north", bytes_per_s=4032), stream=True)
+    assert (slow.name, slow.stream, slow.spec.network) == ("radio", True, "north")

@@ -1,5 +1,6 @@
 """What several subcommands need: loading scenarios, looking at the terminal, joining a station's bus."""
 
+import ipaddress
 import os
 import shutil
 import sys
@@ -14,6 +15,7 @@ from tui_gcs.exits import CommandError
 from tui_gcs.launcher import START_LIMIT_S, is_running, start_error
 
 if TYPE_CHECKING:
+    from tui_gcs.core.links import LinkSpec
     from tui_gcs.core.scenario import Scenario
     from tui_gcs.core.zenoh_bus import ZenohBus
 
@@ -84,19 +86,48 @@ def join(kind: Kind) -> "ZenohBus":
 
 
 def check_links(links: list[str]) -> None:
-    """Open and close each link, so that a wrong name or a busy port is told before anything starts."""
-    from tui_gcs.core.links import LinkError, open_link
+    """Open and close each link, so that a wrong name or a busy port is told before anything starts.
 
-    for name in links:
+    Raises:
+        CommandError: a link is no link, is named twice, or cannot be opened; one line with what to do.
+    """
+    from tui_gcs.core.links import LinkError, check_link
+
+    names: set[str] = set()
+    for spec in _parsed(links):
+        if spec.scheme == "replay":  # its vehicles would look alive, and take no command
+            raise CommandError(f"link {spec.name}: a recording is no vehicle. Watch it with `tui-gcs replay`")
+        if spec.name in names:
+            raise CommandError(f"link {spec.name} is named twice: leave one out")
+        names.add(spec.name)
         try:
-            open_link(name).close()
+            check_link(spec)
         except LinkError as error:
             raise CommandError(str(error)) from None
 
 
 def loopback_only(links: list[str]) -> None:
     """`--kind sim` is for simulators on this machine. Raises `CommandError`."""
-    for name in links:
-        host = name.split(":")[1] if name.count(":") >= 2 else ""
-        if host not in ("localhost", "::1") and not host.startswith("127."):
-            raise CommandError(f"link {name}: --kind sim takes loopback links only; without it these vehicles are LIVE")
+    for spec in _parsed(links):
+        if not _is_loopback(spec.host):
+            raise CommandError(
+                f"link {spec.name}: --kind sim takes loopback links only; without it these vehicles are LIVE"
+            )
+
+
+def _is_loopback(host: str) -> bool:
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:  # a name, or none (serial): who knows where that leads
+        return False
+
+
+def _parsed(links: list[str]) -> list["LinkSpec"]:
+    from tui_gcs.core.links import LinkError, parse_link
+
+    try:
+        return [parse_link(text) for text in links]
+    except LinkError as error:
+        raise CommandError(str(error)) from None

@@ -4,13 +4,13 @@ from tui_gcs.core.clock import Clock, MonotonicClock
 from tui_gcs.core.links.base import Address, Link
 from tui_gcs.core.links.replay import ReplayLink
 from tui_gcs.core.links.resolve import resolve
-from tui_gcs.core.links.serial import SerialLink
+from tui_gcs.core.links.serial import SerialLink, open_device
 from tui_gcs.core.links.spec import LinkError, LinkSpec, parse_link
 from tui_gcs.core.links.tcp import TcpLink
 from tui_gcs.core.links.tcpin import TcpInLink
 from tui_gcs.core.links.udp import UdpInLink, UdpOutLink
 
-__all__ = ["Address", "Link", "LinkError", "LinkSpec", "open_link", "parse_link"]
+__all__ = ["Address", "Link", "LinkError", "LinkSpec", "check_link", "open_link", "parse_link"]
 
 
 def open_link(link: LinkSpec | str, clock: Clock | None = None) -> Link:
@@ -36,3 +36,18 @@ def open_link(link: LinkSpec | str, clock: Clock | None = None) -> Link:
     if spec.scheme == "tcp":
         return TcpLink(spec, resolve(spec), clock)
     raise LinkError(f"{spec.name}: a {spec.scheme!r} link cannot be opened")
+
+
+def check_link(spec: LinkSpec) -> None:
+    """Try whether the link can be opened now, and let go of it; also of a device, which `open_link` would wait for.
+
+    Raises:
+        LinkError: it cannot; one line with what to do.
+    """
+    if spec.scheme != "serial":
+        open_link(spec).close()
+        return
+    try:
+        open_device(spec).close()
+    except LinkError as error:
+        raise LinkError(f"{spec.name}: {error}") from None

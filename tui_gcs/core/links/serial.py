@@ -11,7 +11,7 @@ from tui_gcs.core.clock import Clock
 from tui_gcs.core.links.base import Address, LinkState, reason
 from tui_gcs.core.links.outbox import Outbox
 from tui_gcs.core.links.retry import Retry
-from tui_gcs.core.links.spec import LinkSpec
+from tui_gcs.core.links.spec import LinkError, LinkSpec
 
 LEAST_UNSENT_BYTES = 1024
 _MOST_BYTES = 65536
@@ -44,7 +44,7 @@ class SerialLink(LinkState):
         """See `Link.receive`."""
         chunks: list[tuple[bytes, Address]] = []
         if self._port is None:
-            if self._closed or not self._retry.due or not self._open():
+            if self._closed or not self._retry.due or not self._opened():
                 return []
             chunks.append((b"", self.spec.device))
         try:
@@ -83,23 +83,14 @@ class SerialLink(LinkState):
         self._release()
         self.error = "closed"
 
-    def _open(self) -> bool:
+    def _opened(self) -> bool:
         """Open the device; whether that worked."""
-        import serial  # only stations with a serial link need it
-
         try:
-            # inter_byte_timeout sets VMIN to 1: so a read says EAGAIN where nothing is there, and b"" only when the
-            # device is gone. Reads and writes go to the descriptor: pyserial's write spins while the line is busy.
-            self._port = serial.Serial(
-                self.spec.device, self.spec.baud, timeout=0, inter_byte_timeout=0, write_timeout=0, exclusive=True
-            )
-            self._fd = self._port.fileno()
-            with contextlib.suppress(OSError):
-                fcntl.ioctl(self._fd, termios.TIOCEXCL)  # for programs that do not ask for the lock
-        except (OSError, ValueError, OverflowError, termios.error) as error:
-            self._release()
-            self.error = self._retry.failed(_plain(error))
+            self._port = open_device(self.spec)
+        except LinkError as error:
+            self.error = self._retry.failed(str(error))
             return False
+        self._fd = self._port.fileno()
         self.error = ""
         return True
 
@@ -130,6 +121,25 @@ class SerialLink(LinkState):
             port.close()
 
 
+def open_device(spec: LinkSpec) -> Any:
+    """The device as a `serial.Serial` that nobody else may open; its descriptor never waits.
+
+    Raises:
+        LinkError: there is none, or it cannot be used; what and what to do, without the link's name.
+    """
+    import serial  # only stations with a serial link need it
+
+    try:
+        # inter_byte_timeout sets VMIN to 1: so a read says EAGAIN where nothing is there, and b"" only when the device
+        # is gone. Reads and writes go to the descriptor: pyserial's write spins while the line is busy.
+        port = serial.Serial(spec.device, spec.baud, timeout=0, inter_byte_timeout=0, write_timeout=0, exclusive=True)
+    except (OSError, ValueError, OverflowError, termios.error) as error:
+        raise LinkError(_plain(error)) from None
+    with contextlib.suppress(OSError):
+        fcntl.ioctl(port.fileno(), termios.TIOCEXCL)  # for programs that do not ask for the lock
+    return port
+
+
 _ADVICE = {
     errno.ENOENT: "no such device. Plug it in or check the name",
     errno.ENXIO: "no such device. Plug it in or check the name",
@@ -143,9 +153,10 @@ _ADVICE = {
 
 
 def _plain(error: Exception) -> str:
-    """Why the device does not work, and what to do."""
-    number = getattr(error, "errno", None)
-    if number is None:  # pyserial wraps some errors without their number
-        inner = error.args[0] if error.args else None
-        number = inner if isinstance(inner, int) else None
-    return _ADVICE.get(number or 0) or reason(error)
+    """Why the device does not work, and what to do. pyserial and termios hide the error's number in several places."""
+    for wrapped in (error, error.__context__):
+        if wrapped is not None:
+            number = getattr(wrapped, "errno", None) or (wrapped.args[0] if wrapped.args else None)
+            if isinstance(number, int):
+                return _ADVICE.get(number) or os.strerror(number)
+    return reason(error)

@@ -1,0 +1,67 @@
+"""What the commands refuse before a station starts on the operator's links."""
+
+import os
+import socket
+
+import pytest
+
+from tui_gcs.commands.common import check_links, loopback_only
+from tui_gcs.exits import CommandError
+
+
+def refusal(check: object, *links: str) -> str:
+    with pytest.raises(CommandError) as caught:
+        check(list(links))  # type: ignore[operator]
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_good_links_are_left_free_again() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    master, slave = os.openpty()
+    links = [f"udpin:127.0.0.1:{port},network=north,rate=5000", f"serial:{os.ttyname(slave)},secure", "tcp:127.0.0.1:1"]
+    check_links(links)
+    check_links(links)
+    os.close(master)
+    os.close(slave)
+
+
+def test_a_wrong_link_is_told() -> None:
+    assert "unknown option 'fast'" in refusal(check_links, "udpin:127.0.0.1:14550,fast")
+    assert "unknown kind" in refusal(loopback_only, "nonsense")
+
+
+def test_a_device_that_is_not_there_is_told() -> None:
+    assert refusal(check_links, "serial:/dev/no-such-device") == (
+        "serial:/dev/no-such-device: no such device. Plug it in or check the name"
+    )
+
+
+def test_a_link_named_twice_is_told() -> None:
+    assert "named twice" in refusal(check_links, "tcp:127.0.0.1:5760,network=a", "tcp:127.0.0.1:5760,network=b")
+
+
+def test_a_recording_is_no_vehicle() -> None:
+    assert "tui-gcs replay" in refusal(check_links, "replay:flight.tlog")
+
+
+@pytest.mark.parametrize("link", ["udpin:127.0.0.1:14550", "tcp:localhost:5760,network=a", "tcpin:[::1]:5760"])
+def test_simulators_are_on_this_machine(link: str) -> None:
+    loopback_only([link])
+
+
+@pytest.mark.parametrize(
+    "link",
+    [
+        "udpin:0.0.0.0:14550",
+        "udpin:[::]:14550",
+        "tcp:127.example.org:5760",
+        "tcp:localhost.example.org:5760",
+        "serial:/dev/ttyUSB0:57600",
+        "replay:flight.tlog",
+    ],
+)
+def test_what_may_lead_elsewhere_is_no_simulator(link: str) -> None:
+    assert "--kind sim takes loopback links only" in refusal(loopback_only, "udpin:127.0.0.1:14550", link)
