@@ -1,0 +1,209 @@
+"""The operator's signing keys on disk: which there are, and which vehicle signs with which.
+
+One file, `keys.json`, in a directory of its own inside the state directory of LIVE or SIM, so that a simulation never
+loads a real key. Nothing is read from a file that others could have read or written. Secrets are in no error text.
+"""
+
+import fcntl
+import os
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import msgspec
+
+from tui_gcs.core.config import ConfigError, state_dir
+from tui_gcs.core.keystore_files import KeyStoreError, check_private, make_private, read_private, write_private
+from tui_gcs.core.kinds import Kind
+from tui_gcs.core.wire.signing import ZERO_KEY, Key, SigningError
+
+__all__ = ["KeyStore", "KeyStoreError", "check_vehicle", "open_store", "vehicle_name"]
+
+FILE, LOCK = "keys.json", "keys.lock"
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,31}")
+_NETWORK = re.compile(r"[a-z0-9-]{0,16}")
+
+
+class _Stored(msgspec.Struct, forbid_unknown_fields=True):
+    """What `keys.json` holds."""
+
+    keys: dict[str, str]
+    """64 hex digits by name."""
+    vehicles: list[tuple[str, int, str]]
+    """Network, system id, name of the key."""
+
+    def __repr__(self) -> str:
+        return f"_Stored({list(self.keys)})"
+
+
+class KeyStore:
+    """Keys by name and by vehicle. Reads at once; writes with every change; others' changes come with `reload`."""
+
+    def __init__(self, directory: Path) -> None:
+        """Use `directory`, made 0700 if missing.
+
+        Raises:
+            KeyStoreError: it or its file is open to others, somebody else's, a link, or damaged.
+        """
+        self.directory = directory
+        self._path = directory / FILE
+        self._keys: dict[str, Key] = {}
+        self._vehicles: dict[tuple[str, int], str] = {}
+        self._seen: tuple[int, int, int] | None = None
+        make_private(directory)
+        self.reload()
+
+    def __repr__(self) -> str:
+        return f"KeyStore({str(self.directory)!r}, {len(self._keys)} keys)"
+
+    # Reading
+
+    @property
+    def keys(self) -> list[Key]:
+        """All keys, by name."""
+        return [self._keys[name] for name in sorted(self._keys)]
+
+    def key(self, name: str) -> Key:
+        """The key of that name. Raises KeyStoreError."""
+        if name not in self._keys:
+            raise KeyStoreError(f"no key named {name[:40]!r} in {self.directory}; `tui-gcs keys list` shows them")
+        return self._keys[name]
+
+    def key_of(self, network: str, system: int) -> Key | None:
+        """The key that this vehicle signs with, None if it has none."""
+        name = self._vehicles.get((network, system))
+        return None if name is None else self._keys[name]
+
+    def vehicles_of(self, name: str) -> list[tuple[str, int]]:
+        """(network, system id) of the vehicles that sign with this key."""
+        return sorted(vehicle for vehicle, key in self._vehicles.items() if key == name)
+
+    def changed(self) -> bool:
+        """Whether somebody wrote since we read: one `stat`, for asking every second."""
+        return _signature(self._path) != self._seen
+
+    def reload(self) -> None:
+        """Read again.
+
+        Raises:
+            KeyStoreError: then the keys are what they were before.
+        """
+        check_private(self.directory)
+        seen = _signature(self._path)
+        data = read_private(self._path)
+        keys, vehicles = ({}, {}) if data is None else self._parse(data)
+        self._keys, self._vehicles, self._seen = keys, vehicles, seen
+
+    # Changing
+
+    def add(self, key: Key) -> None:
+        """Keep a new key. Raises KeyStoreError: bad or used name, a key that is here already, the zero key."""
+        if not _NAME.fullmatch(key.name):
+            raise KeyStoreError(f"key name {key.name[:40]!r}: must be 1 to 32 of A-Z, a-z, 0-9, '.', '_' and '-'")
+        if key.secret == ZERO_KEY:
+            raise KeyStoreError(f"key {key.name}: all zero, which anybody can sign with; use another key")
+        with self._changing():
+            if key.name in self._keys:
+                raise KeyStoreError(f"there is a key named {key.name} already; remove it first or take another name")
+            for other in self._keys.values():
+                if other.secret == key.secret:
+                    raise KeyStoreError(f"this key is here already, as {other.name}; assign that one")
+            self._keys[key.name] = key
+
+    def remove(self, name: str) -> None:
+        """Forget a key; its vehicles then have none. Raises KeyStoreError."""
+        with self._changing():
+            self.key(name)
+            del self._keys[name]
+            self._vehicles = {vehicle: key for vehicle, key in self._vehicles.items() if key != name}
+
+    def assign(self, name: str, network: str, system: int) -> None:
+        """From now on this vehicle signs with that key, and with no other. Raises KeyStoreError."""
+        check_vehicle(network, system)
+        with self._changing():
+            self.key(name)
+            self._vehicles[network, system] = name
+
+    def unassign(self, network: str, system: int) -> None:
+        """This vehicle signs no more. Raises KeyStoreError if it has no key."""
+        with self._changing():
+            if (network, system) not in self._vehicles:
+                raise KeyStoreError(f"vehicle {vehicle_name(network, system)} has no key")
+            del self._vehicles[network, system]
+
+    @contextmanager
+    def _changing(self) -> Iterator[None]:
+        """Read what is there now, let the caller change it, write it. After an error all is as it was."""
+        with self._locked():
+            self.reload()
+            before = dict(self._keys), dict(self._vehicles)
+            try:
+                yield
+                stored = _Stored(
+                    keys={name: key.secret.hex() for name, key in sorted(self._keys.items())},
+                    vehicles=[(*vehicle, name) for vehicle, name in sorted(self._vehicles.items())],
+                )
+                write_private(self._path, msgspec.json.encode(stored))
+            except KeyStoreError:
+                self._keys, self._vehicles = before
+                raise
+            self._seen = _signature(self._path)
+
+    @contextmanager
+    def _locked(self) -> Iterator[None]:
+        path = self.directory / LOCK
+        try:
+            lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+        except OSError as error:
+            raise KeyStoreError(f"{path}: {error.strerror}") from None
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(lock)
+            raise KeyStoreError(f"{self.directory}: being written by another tui-gcs; try again") from None
+        try:
+            yield
+        finally:
+            os.close(lock)
+
+    def _parse(self, data: bytes) -> tuple[dict[str, Key], dict[tuple[str, int], str]]:
+        damaged = KeyStoreError(f"{self._path}: damaged; restore it from a backup, or remove it and add the keys again")
+        try:
+            stored = msgspec.json.decode(data, type=_Stored)
+            keys = {name: Key(name, bytes.fromhex(secret)) for name, secret in stored.keys.items()}
+        except (msgspec.MsgspecError, SigningError, ValueError):
+            raise damaged from None
+        vehicles = {(network, system): name for network, system, name in stored.vehicles}
+        if not (all(map(_NAME.fullmatch, keys)) and all(name in keys for name in vehicles.values())):
+            raise damaged
+        return keys, vehicles
+
+
+def open_store(kind: Kind) -> KeyStore:
+    """The keys for vehicles of this kind. Raises KeyStoreError."""
+    try:
+        return KeyStore(state_dir(kind) / "keys")
+    except ConfigError as error:
+        raise KeyStoreError(str(error)) from None
+
+
+def vehicle_name(network: str, system: int) -> str:
+    """How a vehicle is written where networks matter: "7", or "north/7"."""
+    return f"{network}/{system}" if network else str(system)
+
+
+def check_vehicle(network: str, system: int) -> None:
+    """Raise KeyStoreError if no vehicle can be called so."""
+    if not _NETWORK.fullmatch(network):
+        raise KeyStoreError(f"network {network[:40]!r}: must be 1 to 16 of a-z, 0-9 and '-'")
+    if not 1 <= system <= 255:
+        raise KeyStoreError(f"vehicle {system}: a MAVLink system id is 1 to 255")
+
+
+def _signature(path: Path) -> tuple[int, int, int] | None:
+    try:
+        info = path.stat(follow_symlinks=False)
+    except OSError:
+        return None
+    return info.st_ino, info.st_mtime_ns, info.st_size

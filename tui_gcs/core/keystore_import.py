@@ -1,0 +1,51 @@
+"""Signing keys as other ground stations make them from what an operator types.
+
+One passphrase gives different keys: Mission Planner and MAVProxy hash it once, QGroundControl stretches it.
+"""
+
+import hashlib
+import re
+from typing import Literal, get_args
+
+from tui_gcs.core.keystore_files import KeyStoreError
+from tui_gcs.core.wire.signing import KEY_BYTES
+
+Form = Literal["hex", "mavproxy", "missionplanner", "qgc"]
+FORMS: tuple[Form, ...] = get_args(Form)
+MOST_CHARACTERS = 1024
+# QGroundControl's source of 2026, src/MAVLink/Signing/MAVLinkSigningKeys.h; until 2025 it hashed once
+QGC_SALT = b"QGroundControl-MAVLink-Signing-v1"
+QGC_ITERATIONS = 600_000
+QGC_LEAST_CHARACTERS = 8
+_HEX = re.compile(r"[0-9A-Fa-f]{64}")
+
+
+def secret_from(text: str, form: Form) -> bytes:
+    """The 32 bytes that `text` means to a ground station.
+
+    hex: the key itself. mavproxy: SHA-256 of an ASCII passphrase. missionplanner: SHA-256 of a UTF-8 passphrase, as in
+    QGroundControl until 2025. qgc: PBKDF2-SHA256 of a UTF-8 passphrase, as in QGroundControl since 2026; takes 0.2 s.
+
+    Raises:
+        KeyStoreError: not what that form needs. The text is not repeated.
+    """
+    if not text or len(text) > MOST_CHARACTERS:
+        raise KeyStoreError("nothing was given" if not text else f"longer than {MOST_CHARACTERS} characters")
+    if form == "hex":
+        if not _HEX.fullmatch(text):
+            raise KeyStoreError(f"a key is 64 hex digits; {len(text)} characters were given, or other ones")
+        return bytes.fromhex(text)
+    if form == "mavproxy" and not text.isascii():
+        raise KeyStoreError("MAVProxy takes ASCII passphrases only; --as missionplanner takes any")
+    if not _is_unicode(text):
+        raise KeyStoreError("the passphrase is not UTF-8 text")
+    if form != "qgc":
+        return hashlib.sha256(text.encode()).digest()
+    if len(text) < QGC_LEAST_CHARACTERS:
+        raise KeyStoreError(f"QGroundControl takes passphrases of {QGC_LEAST_CHARACTERS} characters or more")
+    return hashlib.pbkdf2_hmac("sha256", text.encode(), QGC_SALT, QGC_ITERATIONS, KEY_BYTES)
+
+
+def _is_unicode(text: str) -> bool:
+    """No lone surrogates, which is how bytes that are no UTF-8 come from a terminal."""
+    return not any("\ud800" <= character <= "\udfff" for character in text)

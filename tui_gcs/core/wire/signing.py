@@ -1,0 +1,303 @@
+"""MAVLink 2 signatures: making them, checking them, and the clocks and memories that keep replays out.
+
+Rules: https://mavlink.io/en/guide/message_signing.html. Behind the CRC of a signed frame stand a link id, a 48-bit
+time in units of 10 µs since 2015 and the first 6 bytes of SHA-256(key + everything before). Nothing here does I/O or
+reads a clock. Frames given to `Verifier`, `signature_matches`, `signed_by` and `strip_signature` are whole frames
+whose length and CRC are right (wire/frames.py).
+"""
+
+import hashlib
+from dataclasses import dataclass
+from enum import Enum, StrEnum
+from hmac import compare_digest
+from typing import Any
+
+from fastcrc.crc16 import mcrf4xx
+
+from tui_gcs.core.wire import dialect
+
+KEY_BYTES = 32
+ZERO_KEY = bytes(KEY_BYTES)
+"""PX4 signs with it while it has no key: it proves nothing."""
+TICKS_PER_S = 100_000
+EPOCH_S = 1_420_070_400
+"""2015-01-01 00:00 UTC in Unix seconds: time 0 of signatures."""
+MAX_TIMESTAMP = 2**48 - 1
+NEW_STREAM_S = 60.0
+"""A stream that was never heard may be this far behind our clock; one that was heard only has to grow."""
+AHEAD_S = 300.0
+"""A stream that leaps farther than this ahead of our clock is not believed (security.md B.6-32)."""
+RESTART_S = 60.0
+"""After a restart our time is at least this far beyond the last one stored (ArduPilot does the same)."""
+HEARD_AHEAD_S = 60.0
+"""What we hear pulls our time at most this far beyond the wall clock (security.md B.6-33)."""
+STORE_EVERY_S = 1.0
+"""How often streams are to be stored."""
+RESTORE_MARGIN_S = 1.5
+"""What may have been accepted since streams were last stored: one storing interval and a late one."""
+MOST_STREAMS = 64
+"""Per key holder: 4 components on 16 links; autopilots keep 16 in all."""
+MAY_BE_UNSIGNED = frozenset({109})
+"""RADIO_STATUS: SiK radios put it in and cannot sign. Nothing else is believed unsigned once there is a key."""
+SETUP_SIGNING = 256
+
+_MAGIC = 0xFD
+_SIGNED = 0x01
+_HEADER_BYTES, _CRC_BYTES, _SIGNATURE_BYTES = 10, 2, 13
+_FINGERPRINT_PREFIX = b"tui-gcs signing key fingerprint\0"
+_KEY_IN_SETUP_SIGNING = slice(10, 10 + KEY_BYTES)  # of the payload, behind initial_timestamp and the target
+
+
+class SigningError(ValueError):
+    """A frame or key that cannot be used for signing: one line, without secrets."""
+
+
+@dataclass(frozen=True, repr=False, slots=True)
+class Key:
+    """A signing key with the name that the operator knows it by. Shows its fingerprint, never itself."""
+
+    name: str
+    secret: bytes
+
+    def __post_init__(self) -> None:
+        if len(self.secret) != KEY_BYTES:
+            raise SigningError(f"key {self.name}: must be {KEY_BYTES} bytes, not {len(self.secret)}")
+
+    @property
+    def fingerprint(self) -> str:
+        """8 hex digits, for comparing keys by eye."""
+        return hashlib.sha256(_FINGERPRINT_PREFIX + self.secret).hexdigest()[:8]
+
+    def __repr__(self) -> str:
+        return f"Key({self.name!r}, {self.fingerprint})"
+
+
+def ticks(unix_s: float) -> int:
+    """Signature time at `unix_s`: 10 µs units since 2015. 0 if no clock can mean that: before 2015, after 2104, NaN."""
+    if not EPOCH_S < unix_s < EPOCH_S + MAX_TIMESTAMP / TICKS_PER_S:
+        return 0
+    return int((unix_s - EPOCH_S) * TICKS_PER_S)
+
+
+def timestamp(raw: bytes) -> int:
+    """The time in the signature of a signed frame."""
+    return int.from_bytes(raw[-12:-6], "little")
+
+
+def sign(raw: bytes, secret: bytes, link_id: int, timestamp: int) -> bytes:
+    """The unsigned MAVLink 2 frame `raw` with a signature; the CRC is made anew because it covers the signed flag.
+
+    Raises:
+        SigningError: `raw` is MAVLink 1, signed already, torn, or of a message that the dialect does not know.
+    """
+    if raw[0] != _MAGIC or raw[2] & _SIGNED:
+        raise SigningError("only unsigned MAVLink 2 frames can be signed")
+    framed = _framed(raw, raw[2] | _SIGNED)
+    if framed is None or len(raw) != len(framed):
+        raise SigningError("this frame is torn or of an unknown message: it cannot be signed")
+    signed = framed + bytes((link_id,)) + timestamp.to_bytes(6, "little")
+    return signed + hashlib.sha256(secret + signed).digest()[:6]
+
+
+def signature_matches(raw: bytes, secret: bytes) -> bool:
+    """Whether the frame ends in a signature by `secret`. Says nothing of its age."""
+    return compare_digest(hashlib.sha256(secret + raw[:-6]).digest()[:6], raw[-6:])
+
+
+class SignedBy(StrEnum):
+    """What can be said of a signed frame whose sender has no key with us."""
+
+    ZERO_KEY = "not verified"
+    """Signed with the zero key, as PX4 does while signing is off: as good as unsigned."""
+    UNKNOWN_KEY = "unknown key"
+
+
+def signed_by(raw: bytes) -> SignedBy:
+    """Classify a signed frame of a sender to whom no key is assigned."""
+    return SignedBy.ZERO_KEY if signature_matches(raw, ZERO_KEY) else SignedBy.UNKNOWN_KEY
+
+
+def strip_signature(raw: bytes) -> bytes:
+    """The frame as it would be unsigned: flag cleared, CRC made anew, 13 bytes off.
+
+    Unsigned frames, and those of messages that the dialect does not know (their CRC cannot be made), stay as they are.
+    """
+    if raw[0] != _MAGIC or not raw[2] & _SIGNED:
+        return raw
+    return _framed(raw, raw[2] & ~_SIGNED) or raw
+
+
+def for_log(raw: bytes) -> bytes:
+    """The frame as logs and other stations may see it: without signature, and SETUP_SIGNING with its key masked."""
+    raw = strip_signature(raw)
+    if raw[0] != _MAGIC or int.from_bytes(raw[7:10], "little") != SETUP_SIGNING:
+        return raw
+    payload = bytearray(raw[_HEADER_BYTES : _HEADER_BYTES + raw[1]].ljust(_KEY_IN_SETUP_SIGNING.stop, b"\0"))
+    payload[_KEY_IN_SETUP_SIGNING] = b"\xff" * KEY_BYTES
+    masked = bytes((_MAGIC, len(payload))) + raw[2:_HEADER_BYTES] + payload
+    return _framed(masked, masked[2]) or b""  # never the key, even if the dialect lost the message
+
+
+def _framed(raw: bytes, flags: int) -> bytes | None:
+    """Header and payload of `raw` with other incompatibility flags and the CRC for them; None: message unknown."""
+    extra = dialect.crc_extra(raw[7] | raw[8] << 8 | raw[9] << 16)
+    if extra is None:
+        return None
+    body = raw[1:2] + bytes((flags,)) + raw[3 : _HEADER_BYTES + raw[1]]
+    crc: int = mcrf4xx(body + extra)
+    return b"\xfd" + body + crc.to_bytes(2, "little")
+
+
+class SigningClock:
+    """The time we sign with: grows with every frame, follows the wall clock, never goes back when that is set back.
+
+    One per key holder, so that a vehicle whose clock is ahead pulls along only the time we use with that vehicle.
+    """
+
+    def __init__(self, wall_s: float, now_s: float, stored: int = 0) -> None:
+        """Start at `wall_s` (Unix) and `now_s` (monotonic) seconds; `stored` is what `last` was before a restart."""
+        self._offset_s = float("-inf")
+        self.last = max(self._wall_ticks(wall_s, now_s), stored + int(RESTART_S * TICKS_PER_S) if stored else 0)
+        """The newest time used or heard: to be stored."""
+
+    def next(self, wall_s: float, now_s: float) -> int:
+        """The timestamp for one more frame."""
+        self.last = max(self.last + 1, self._wall_ticks(wall_s, now_s))
+        return self.last
+
+    def hear(self, timestamp: int, wall_s: float, now_s: float) -> None:
+        """A frame with this time was GOOD: ours must not stay behind, but goes no farther than a minute ahead."""
+        limit = self._wall_ticks(wall_s, now_s) + int(HEARD_AHEAD_S * TICKS_PER_S)
+        self.last = max(self.last, min(timestamp, limit))
+
+    def _wall_ticks(self, wall_s: float, now_s: float) -> int:
+        """The wall clock as it would be had nobody ever set it back; 0 while it is no clock."""
+        if ticks(wall_s):
+            self._offset_s = max(self._offset_s, wall_s - now_s)
+        return ticks(now_s + self._offset_s)
+
+
+class Verdict(Enum):
+    """What a signature is worth. All but BAD_SIGNATURE come from the key holder, or from who recorded it."""
+
+    GOOD = "good"
+    BAD_SIGNATURE = "bad signature"
+    OLD = "old"
+    """Replayed, or not newer than what its stream has brought."""
+    TOO_OLD_NEW_STREAM = "too old for a new stream"
+    AHEAD = "ahead of our clock"
+
+
+# looking up a member of an Enum costs as much as an addition of all that a check adds up
+_GOOD, _BAD_SIGNATURE, _OLD = Verdict.GOOD, Verdict.BAD_SIGNATURE, Verdict.OLD
+_AHEAD_TICKS = int(AHEAD_S * TICKS_PER_S)
+_NEW_STREAM_TICKS = int(NEW_STREAM_S * TICKS_PER_S)
+
+
+class Verifier:
+    """Checks the frames of one key holder (a vehicle) and remembers how far each of its streams has come.
+
+    The hash is checked first: what did not come from the key holder changes nothing (security.md A.2). A stream is a
+    (system, component, link id) and exists from its first good frame on. When there are too many the one with the
+    oldest time goes, and no new stream may be older than it was: what was forgotten cannot be replayed.
+    """
+
+    def __init__(self, secret: bytes, most_streams: int = MOST_STREAMS) -> None:
+        """For frames signed with `secret`, which is not kept in a readable form."""
+        self._keyed = hashlib.sha256(secret)
+        self._most_streams = most_streams
+        self._streams: dict[int, int] = {}
+        """Newest time accepted, by stream number."""
+        self._floor = 0
+        """Newest time of the streams that were forgotten."""
+        self._ahead: dict[int, tuple[int, int]] = {}
+        """First and last time that was refused as AHEAD: later, when they would do, they are recordings."""
+
+    def check(self, raw: bytes, now_wall_s: float) -> Verdict:
+        """Judge a signed frame at `now_wall_s` (Unix seconds by our clock). Only GOOD ones are to be used."""
+        keyed = self._keyed.copy()
+        keyed.update(raw[:-6])
+        if not compare_digest(keyed.digest()[:6], raw[-6:]):
+            return _BAD_SIGNATURE
+        tail = int.from_bytes(raw[-13:-6], "little")
+        time, stream = tail >> 8, raw[5] << 16 | raw[6] << 8 | tail & 0xFF
+        newest = self._streams.get(stream)
+        if newest is None or time - newest > _AHEAD_TICKS or self._ahead:
+            verdict = self._judge(stream, time, newest, ticks(now_wall_s))
+            if verdict is not _GOOD:
+                return verdict
+        elif time <= newest:
+            return _OLD
+        self._streams[stream] = time
+        return _GOOD
+
+    def streams(self) -> dict[str, Any]:
+        """What a restart has to know, for `restore`: text keys and whole numbers, no secret."""
+        return {
+            "newest": {_name(stream): time for stream, time in self._streams.items()},
+            "ahead": {_name(stream): list(times) for stream, times in self._ahead.items()},
+            "floor": self._floor,
+        }
+
+    def restore(self, streams: dict[str, Any]) -> None:
+        """Go on from what `streams` gave before a restart.
+
+        Every stream then begins a little later than stored, for that may have been accepted and not stored:
+        RESTORE_MARGIN_S, and "late_s" if who kept the dict put that in.
+
+        Raises:
+            SigningError: not such a dict.
+        """
+        try:
+            margin = int((RESTORE_MARGIN_S + float(streams.get("late_s", 0.0))) * TICKS_PER_S)
+            newest = {_number(name): int(time) + margin for name, time in streams["newest"].items()}
+            ahead = {_number(name): (int(first), int(last)) for name, (first, last) in streams["ahead"].items()}
+            floor = int(streams["floor"])
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
+            raise SigningError("stored signing streams are damaged") from None
+        self._streams, self._ahead, self._floor = newest, ahead, floor
+        while len(self._streams) > self._most_streams:
+            self._forget_one()
+
+    def _judge(self, stream: int, time: int, newest: int | None, now: int) -> Verdict:
+        """Frames that do not simply follow the one before. `now` is 0 while our clock is no clock."""
+        if newest is not None and time <= newest:
+            return _OLD
+        first, last = self._ahead.get(stream, (time, -1))
+        leaps = newest is None or time - newest > _AHEAD_TICKS  # else it is a stream we know, and our clock was set
+        if now and leaps and time > now + _AHEAD_TICKS:
+            self._quarantine(stream, min(first, time), max(last, time))
+            return Verdict.AHEAD
+        if first <= time <= last:
+            return _OLD
+        if newest is None:
+            if time + _NEW_STREAM_TICKS < now:
+                return Verdict.TOO_OLD_NEW_STREAM
+            if time <= self._floor:
+                return _OLD
+            if len(self._streams) >= self._most_streams:
+                self._forget_one()
+        if time > last:
+            self._ahead.pop(stream, None)
+        return _GOOD
+
+    def _quarantine(self, stream: int, first: int, last: int) -> None:
+        self._ahead[stream] = (first, last)
+        if len(self._ahead) > self._most_streams:
+            del self._ahead[min(self._ahead, key=lambda number: self._ahead[number][1])]
+
+    def _forget_one(self) -> None:
+        oldest = min(self._streams, key=self._streams.__getitem__)
+        self._floor = max(self._floor, self._streams.pop(oldest))
+
+
+def _name(stream: int) -> str:
+    """A stream in words: system, component and link id with slashes between."""
+    return f"{stream >> 16}/{stream >> 8 & 0xFF}/{stream & 0xFF}"
+
+
+def _number(name: str) -> int:
+    system, component, link_id = (int(part) for part in name.split("/"))
+    if not all(0 <= part <= 255 for part in (system, component, link_id)):
+        raise ValueError(name)
+    return system << 16 | component << 8 | link_id
