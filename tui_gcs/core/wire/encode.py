@@ -1,6 +1,7 @@
 """Making MAVLink 2 frames: https://mavlink.io/en/guide/serialization.html."""
 
 import struct
+from contextlib import suppress
 from typing import Any
 
 from fastcrc.crc16 import mcrf4xx
@@ -57,6 +58,9 @@ class Encoder:
 
 def _values(layout: dialect.Layout, fields: dict[str, Any]) -> list[Any]:
     """What `layout.pack` takes. Raises EncodeError."""
+    if not layout.special and len(fields) == len(layout.names):  # nearly always: numbers, and all of them
+        with suppress(KeyError):
+            return [fields[name] for name in layout.names]
     values: list[Any] = []
     used = 0
     for field in layout.fields:
