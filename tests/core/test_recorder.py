@@ -31,6 +31,18 @@ def test_a_log_holds_time_and_frame_of_both_directions(tmp_path: Path) -> None:
     assert (log.error, log.dropped, log.frames) == ("", 0, 2)
 
 
+def test_many_frames_at_once_are_written_as_one_by_one(tmp_path: Path) -> None:
+    one, many = TlogWriter(tmp_path / "one.tlog"), TlogWriter(tmp_path / "many.tlog")
+    for raw in frames(5):
+        one.write(1_700_000_000.25, raw)
+    many.write_many(1_700_000_000.25, frames(5))
+    many.write_many(1_700_000_001.0, [])
+    one.close()
+    many.close()
+    assert many.path.read_bytes() == one.path.read_bytes()
+    assert many.frames == one.frames == 5
+
+
 def test_mavlogdump_reads_it(tmp_path: Path) -> None:
     log = TlogWriter(tmp_path / "a.tlog")
     for n, raw in enumerate(frames(20)):
@@ -43,15 +55,30 @@ def test_mavlogdump_reads_it(tmp_path: Path) -> None:
     reader.close()
 
 
-def test_the_signing_key_is_never_recorded(tmp_path: Path) -> None:
-    log = TlogWriter(tmp_path / "a.tlog")
-    secret = Encoder(255, 190).encode(
+def setup_signing() -> bytes:
+    return Encoder(255, 190).encode(
         "SETUP_SIGNING", target_system=1, target_component=1, secret_key=[7] * 32, initial_timestamp=1
     )
-    log.write(1.0, secret)
+
+
+def test_the_signing_key_is_never_recorded(tmp_path: Path) -> None:
+    log = TlogWriter(tmp_path / "a.tlog")
+    log.write(1.0, setup_signing())
     log.write(2.0, frames(1)[0])
+    log.write_many(3.0, [frames(1)[0], setup_signing(), frames(1)[0]])
+    log.write_many(4.0, [setup_signing()])
     log.close()
-    assert [frame.msgid for _, frame in read_tlog(log.path)] == [2]
+    assert [frame.msgid for _, frame in read_tlog(log.path)] == [2, 2, 2]
+    assert (log.frames, b"\7" * 32 in log.path.read_bytes()) == (3, False)
+
+
+def test_an_old_frame_with_the_same_bytes_inside_is_no_signing_key(tmp_path: Path) -> None:
+    body = bytes([4, 0, 1, 1, 100]) + b"\xee\x00\x01\x00"  # an unknown message of version 1
+    raw = b"\xfe" + body + b"\x12\x34"
+    log = TlogWriter(tmp_path / "a.tlog")
+    log.write_many(1.0, [raw])
+    log.close()
+    assert log.path.read_bytes()[8:] == raw
 
 
 @pytest.mark.parametrize("wall_s", [float("nan"), float("inf"), -1.0, 1e300])
@@ -94,6 +121,15 @@ def test_memory_is_bounded_and_the_newest_records_stay(tmp_path: Path) -> None:
     (tmp_path / "disk").unlink()
     file.close()
     assert (tmp_path / "disk" / "a").read_bytes() == b"".join(f"{n:010d}".encode() for n in range(40, 50))
+
+
+def test_every_lost_frame_of_a_batch_is_counted(tmp_path: Path) -> None:
+    (tmp_path / "disk").write_text("")
+    file = Appender(tmp_path / "disk" / "a", most_waiting_bytes=100)
+    for n in range(5):
+        file.put(f"{n:050d}".encode(), records=10)
+        file.flush()
+    assert file.dropped == 30
 
 
 def test_a_full_disk_tears_no_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

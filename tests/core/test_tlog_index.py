@@ -49,13 +49,13 @@ def written(folder: Path, data: bytes) -> Path:
     return path
 
 
-def rows(index: TlogIndex) -> list[tuple[int, int, int, int]]:
-    columns = (index.time_us, index.system, index.component, index.msgid)
-    return list(zip(*(column.tolist() for column in columns), strict=True))
+def rows(index: TlogIndex) -> list[tuple[float, int, int, int]]:
+    times_s = [time_us / 1e6 for time_us in index.time_us.tolist()]
+    return list(zip(times_s, *(c.tolist() for c in (index.system, index.component, index.msgid)), strict=True))
 
 
-def reader_rows(path: Path) -> list[tuple[int, int, int, int]]:
-    return [(round(wall_s * 1e6), f.system, f.component, f.msgid) for wall_s, f in read_tlog(path)]
+def reader_rows(path: Path) -> list[tuple[float, int, int, int]]:
+    return [(wall_s, frame.system, frame.component, frame.msgid) for wall_s, frame in read_tlog(path)]
 
 
 @contextmanager
@@ -136,7 +136,7 @@ def test_records_inside_a_payload_are_no_records(tmp_path: Path) -> None:
 
 def test_a_crc_that_is_good_by_chance_makes_no_record(tmp_path: Path) -> None:
     good, chance = beats(2), v1(HEARTBEAT, b"\1")
-    junk = b"no time!" + chance + b"no beginning of a record"
+    junk = b"junk, no time!" + chance + b"no beginning of a record"
     index = index_tlog(written(tmp_path, good[0] + junk + good[1]))
     assert index.offset.tolist() == [0, len(good[0] + junk)]
 

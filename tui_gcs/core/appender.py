@@ -12,7 +12,7 @@ MOST_WAITING_BYTES = 16 * 1024 * 1024
 class Appender:
     """Queues records in memory and writes them in whole pieces; never raises.
 
-    A disk that is full or gone is told in `error` and tried again at every flush. A record of which a part reached the
+    A disk that is full or gone is told in `error` and tried again at every flush. A piece of which a part reached the
     disk is completed first, so the file is torn nowhere but at its very end.
     """
 
@@ -24,25 +24,27 @@ class Appender:
         self.dropped = 0
         """Records lost because the disk failed for too long."""
         self._most_waiting_bytes = most_waiting_bytes
-        self._waiting: deque[bytes] = deque()
+        self._waiting: deque[tuple[bytes, int]] = deque()
+        """Pieces, and how many records each holds."""
         self._waiting_bytes = 0
         self._begun = b""
-        """Rest of a record that is partly on disk: cannot be dropped any more."""
+        """Rest of a piece that is partly on disk: cannot be dropped any more."""
         self._file: int | None = None
         self._closed = False
 
-    def put(self, record: bytes) -> None:
-        """Append one record; on disk after the next `flush` at the latest."""
+    def put(self, piece: bytes, records: int = 1) -> None:
+        """Append one record, or several that stay or go together; on disk after the next `flush` at the latest."""
         if self._closed:
-            self.dropped += 1
+            self.dropped += records
             return
-        self._waiting.append(record)
-        self._waiting_bytes += len(record)
+        self._waiting.append((piece, records))
+        self._waiting_bytes += len(piece)
         if self._waiting_bytes >= WRITE_AT_BYTES and not self.error:
             self.flush()
         while self._waiting_bytes > self._most_waiting_bytes:
-            self._waiting_bytes -= len(self._waiting.popleft())
-            self.dropped += 1
+            oldest, lost = self._waiting.popleft()
+            self._waiting_bytes -= len(oldest)
+            self.dropped += lost
 
     def flush(self) -> None:
         """Hand everything to the operating system, or say in `error` why not."""
@@ -69,14 +71,14 @@ class Appender:
         if self._file is None:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
-        written = os.write(self._file, b"".join((self._begun, *self._waiting)))
+        written = os.write(self._file, b"".join((self._begun, *(piece for piece, _ in self._waiting))))
         if written < len(self._begun):
             self._begun = self._begun[written:]
             return
         written -= len(self._begun)
         self._begun = b""
         while written > 0:
-            record = self._waiting.popleft()
-            self._waiting_bytes -= len(record)
-            self._begun = record[written:]
-            written -= len(record)
+            piece, _ = self._waiting.popleft()
+            self._waiting_bytes -= len(piece)
+            self._begun = piece[written:]
+            written -= len(piece)

@@ -8,8 +8,10 @@ import struct
 from pathlib import Path
 
 from tui_gcs.core.appender import Appender
+from tui_gcs.core.wire.frames import MAGIC_V2
 
-_SETUP_SIGNING = b"\x00\x01\x00"  # message id 256, little endian; version 1 frames cannot carry it
+_SETUP_SIGNING = b"\x00\x01\x00"
+"""Message id 256 as it stands in a version 2 frame, bytes 7 to 9; version 1 has no room for it."""
 _MAX_WALL_S = 4e9
 _TIME = struct.Struct(">Q")
 
@@ -38,12 +40,16 @@ class TlogWriter:
         return self._file.dropped
 
     def write(self, wall_s: float, raw: bytes) -> None:
-        """Record one frame at Unix time `wall_s`. SETUP_SIGNING holds a secret key and is never written."""
-        if raw[:1] == b"\xfd" and raw[7:10] == _SETUP_SIGNING:
-            return
-        self.frames += 1
-        time_us = round(min(max(0.0, wall_s), _MAX_WALL_S) * 1e6)
-        self._file.put(_TIME.pack(time_us) + raw)
+        """Record one frame at Unix time `wall_s`; see `write_many`."""
+        self.write_many(wall_s, [raw])
+
+    def write_many(self, wall_s: float, raws: list[bytes]) -> None:
+        """Record frames that came or went at Unix time `wall_s`. SETUP_SIGNING holds a key and is never written."""
+        kept = [raw for raw in raws if raw[7:10] != _SETUP_SIGNING or raw[0] != MAGIC_V2]
+        if kept:
+            stamp = _TIME.pack(round(min(max(0.0, wall_s), _MAX_WALL_S) * 1e6))
+            self._file.put(stamp + stamp.join(kept), len(kept))
+            self.frames += len(kept)
 
     def flush(self) -> None:
         """Hand everything to the operating system."""
