@@ -13,11 +13,13 @@ from tests.bench.decode import decoder
 from tests.bench.headless import help_cpu, lock_step
 from tests.bench.live import live
 from tests.bench.row import NotMeasured, Row
+from tests.bench.tlog import tlog
 
 PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "help": help_cpu,
     "decoder": decoder,
     "lock-step": lock_step,
+    "tlog": tlog,
     "live": live,
 }
 
