@@ -218,7 +218,7 @@ def test_b6_28_forged_streams_take_no_memory() -> None:
     for n in range(20_000):
         forged = sign(heartbeat(n >> 8 & 0xFF, n & 0xFF), OTHER_SECRET, n % 7, NOW)
         assert verifier.check(forged, WALL_S) is Verdict.BAD_SIGNATURE
-    assert verifier.streams() == {"newest": {}, "ahead": {}, "floor": 0}
+    assert verifier.streams() == {"newest": {}, "ahead": [], "floor": 0}
 
 
 def test_b6_28_the_key_holders_own_streams_are_bounded_and_what_is_forgotten_stays_refused() -> None:
@@ -275,6 +275,7 @@ def test_b6_32_a_clock_far_ahead_quarantines_its_own_stream_only(ahead_s: float)
         assert verifier.check(at(ahead_s + second, link=1), WALL_S + second) is Verdict.AHEAD
         assert verifier.check(at(second, link=3), WALL_S + second) is Verdict.GOOD
         assert verifier.check(at(second, component=191), WALL_S + second) is Verdict.GOOD
+        assert verifier.check(at(second, component=191), WALL_S + second) is Verdict.OLD
         assert other_vehicle.check(at(second, system=2, secret=OTHER_SECRET), WALL_S + second) is Verdict.GOOD
     assert verifier.check(at(6, link=1), WALL_S + 6) is Verdict.GOOD, "once its clock is right it is believed"
     assert verifier.check(at(6, link=2), WALL_S + 6) is Verdict.GOOD
@@ -288,12 +289,45 @@ def test_b6_32_what_was_too_far_ahead_cannot_be_played_back_when_its_time_comes(
     after_restart.restore(json.loads(json.dumps(verifier.streams())))
     for each in (verifier, after_restart):
         assert {each.check(frame, WALL_S + HOUR) for frame in ahead} == {Verdict.OLD}
+        assert each.check(at(HOUR - 2), WALL_S + HOUR) is Verdict.GOOD, "its clock was put right"
+        assert {each.check(frame, WALL_S + HOUR) for frame in ahead} == {Verdict.OLD}
         assert each.check(at(HOUR + 31), WALL_S + HOUR) is Verdict.GOOD
+        assert each.streams()["ahead"] == []
 
 
-def test_b6_32_a_stream_that_is_known_survives_a_jump_of_our_own_clock() -> None:
+def test_b6_32_a_clock_that_went_wrong_twice_does_not_lock_out_all_times_between() -> None:
+    verifier = Verifier(SECRET)
+    for ahead_s in (HOUR, 3 * HOUR, HOUR + 60, HOUR + 30):
+        assert verifier.check(at(ahead_s), WALL_S) is Verdict.AHEAD
+    assert verifier.check(at(HOUR + 60), WALL_S + HOUR) is Verdict.OLD
+    assert verifier.check(at(2 * HOUR), WALL_S + 2 * HOUR) is Verdict.GOOD
+    assert verifier.check(at(3 * HOUR), WALL_S + 3 * HOUR) is Verdict.OLD
+
+
+def test_b6_32_quarantined_times_are_those_of_their_own_stream() -> None:
+    verifier = Verifier(SECRET)
+    assert verifier.check(at(HOUR, link=1), WALL_S) is Verdict.AHEAD
+    assert verifier.check(at(HOUR + 1, link=2), WALL_S) is Verdict.AHEAD
+    assert verifier.check(at(HOUR + 2, link=2), WALL_S + HOUR) is Verdict.GOOD
+    assert verifier.check(at(HOUR, link=1), WALL_S + HOUR) is Verdict.OLD
+    assert verifier.check(at(HOUR + 1, link=1), WALL_S + HOUR) is Verdict.GOOD
+
+
+def test_b6_32_quarantined_times_are_bounded() -> None:
+    verifier = Verifier(SECRET, most_streams=4)
+    for hours in (5, 2, 9, 3, 4, 7):
+        assert verifier.check(at(hours * HOUR), WALL_S) is Verdict.AHEAD
+    assert [first for _, first, _ in verifier.streams()["ahead"]] == [
+        NOW + h * HOUR * TICKS_PER_S for h in (5, 2, 3, 4)
+    ]
+
+
+@pytest.mark.parametrize("quarantined", [False, True])
+def test_b6_32_a_stream_that_is_known_survives_a_jump_of_our_own_clock(quarantined: bool) -> None:
     verifier = Verifier(SECRET)
     assert verifier.check(at(0), WALL_S) is Verdict.GOOD
+    if quarantined:
+        assert verifier.check(at(HOUR, link=2), WALL_S) is Verdict.AHEAD
     for our_clock in (WALL_S - HOUR, WALL_S + HOUR, WALL_S + 10 * 365 * DAY, 0.0, float("nan")):
         time_s = verifier.streams()["newest"]["1/1/1"] / TICKS_PER_S - NOW / TICKS_PER_S
         assert verifier.check(at(time_s + 60), our_clock) is Verdict.GOOD
@@ -402,12 +436,12 @@ def test_nothing_shows_a_key() -> None:
     "damaged",
     [
         {},
-        {"newest": [], "ahead": {}, "floor": 0},
-        {"newest": {"1/1": 5}, "ahead": {}, "floor": 0},
-        {"newest": {"1/1/256": 5}, "ahead": {}, "floor": 0},
-        {"newest": {"1/1/1": "x"}, "ahead": {}, "floor": 0},
-        {"newest": {}, "ahead": {"1/1/1": [1]}, "floor": 0},
-        {"newest": {}, "ahead": {}, "floor": None},
+        {"newest": [], "ahead": [], "floor": 0},
+        {"newest": {"1/1": 5}, "ahead": [], "floor": 0},
+        {"newest": {"1/1/256": 5}, "ahead": [], "floor": 0},
+        {"newest": {"1/1/1": "x"}, "ahead": [], "floor": 0},
+        {"newest": {}, "ahead": [["1/1/1", 1]], "floor": 0},
+        {"newest": {}, "ahead": [], "floor": None},
     ],
 )
 def test_a_damaged_memory_is_refused_as_a_whole(damaged: dict[str, object]) -> None:

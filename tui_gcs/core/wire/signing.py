@@ -210,8 +210,8 @@ class Verifier:
         """Newest time accepted, by stream number."""
         self._floor = 0
         """Newest time of the streams that were forgotten."""
-        self._ahead: dict[int, tuple[int, int]] = {}
-        """First and last time that was refused as AHEAD: later, when they would do, they are recordings."""
+        self._ahead: list[tuple[int, int, int]] = []
+        """Stream, first and last time of what was refused as AHEAD: when that time comes these are recordings."""
 
     def check(self, raw: bytes, now_wall_s: float) -> Verdict:
         """Judge a signed frame at `now_wall_s` (Unix seconds by our clock). Only GOOD ones are to be used."""
@@ -235,7 +235,7 @@ class Verifier:
         """What a restart has to know, for `restore`: text keys and whole numbers, no secret."""
         return {
             "newest": {_name(stream): time for stream, time in self._streams.items()},
-            "ahead": {_name(stream): list(times) for stream, times in self._ahead.items()},
+            "ahead": [[_name(stream), first, last] for stream, first, last in self._ahead],
             "floor": self._floor,
         }
 
@@ -251,24 +251,21 @@ class Verifier:
         try:
             margin = int((RESTORE_MARGIN_S + float(streams.get("late_s", 0.0))) * TICKS_PER_S)
             newest = {_number(name): int(time) + margin for name, time in streams["newest"].items()}
-            ahead = {_number(name): (int(first), int(last)) for name, (first, last) in streams["ahead"].items()}
+            ahead = [(_number(name), int(first), int(last)) for name, first, last in streams["ahead"]]
             floor = int(streams["floor"])
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
             raise SigningError("stored signing streams are damaged") from None
         self._streams, self._ahead, self._floor = newest, ahead, floor
-        while len(self._streams) > self._most_streams:
-            self._forget_one()
 
     def _judge(self, stream: int, time: int, newest: int | None, now: int) -> Verdict:
         """Frames that do not simply follow the one before. `now` is 0 while our clock is no clock."""
         if newest is not None and time <= newest:
             return _OLD
-        first, last = self._ahead.get(stream, (time, -1))
         leaps = newest is None or time - newest > _AHEAD_TICKS  # else it is a stream we know, and our clock was set
         if now and leaps and time > now + _AHEAD_TICKS:
-            self._quarantine(stream, min(first, time), max(last, time))
+            self._quarantine(stream, time)
             return Verdict.AHEAD
-        if first <= time <= last:
+        if any(each == stream and first <= time <= last for each, first, last in self._ahead):
             return _OLD
         if newest is None:
             if time + _NEW_STREAM_TICKS < now:
@@ -277,14 +274,18 @@ class Verifier:
                 return _OLD
             if len(self._streams) >= self._most_streams:
                 self._forget_one()
-        if time > last:
-            self._ahead.pop(stream, None)
+        self._ahead = [refused for refused in self._ahead if refused[0] != stream or refused[2] > time]
         return _GOOD
 
-    def _quarantine(self, stream: int, first: int, last: int) -> None:
-        self._ahead[stream] = (first, last)
+    def _quarantine(self, stream: int, time: int) -> None:
+        """Remember the time, together with its neighbours: a clock may go wrong more than once, and differently."""
+        for number, (each, first, last) in enumerate(self._ahead):
+            if each == stream and first - _AHEAD_TICKS <= time <= last + _AHEAD_TICKS:
+                self._ahead[number] = (stream, min(first, time), max(last, time))
+                return
+        self._ahead.append((stream, time, time))
         if len(self._ahead) > self._most_streams:
-            del self._ahead[min(self._ahead, key=lambda number: self._ahead[number][1])]
+            self._ahead.remove(max(self._ahead, key=lambda refused: refused[2]))  # its time comes last
 
     def _forget_one(self) -> None:
         oldest = min(self._streams, key=self._streams.__getitem__)
