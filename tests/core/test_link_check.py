@@ -1,11 +1,12 @@
 """What the commands refuse before a station starts on the operator's links."""
 
 import os
-import socket
 
 import pytest
+from link_rig import free_port
 
 from tui_gcs.commands.common import check_links, loopback_only
+from tui_gcs.core.links import open_link
 from tui_gcs.exits import CommandError
 
 
@@ -17,9 +18,7 @@ def refusal(check: object, *links: str) -> str:
 
 
 def test_good_links_are_left_free_again() -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     master, slave = os.openpty()
     links = [f"udpin:127.0.0.1:{port},network=north,rate=5000", f"serial:{os.ttyname(slave)},secure", "tcp:127.0.0.1:1"]
     check_links(links)
@@ -41,6 +40,28 @@ def test_a_device_that_is_not_there_is_told() -> None:
 
 def test_a_link_named_twice_is_told() -> None:
     assert "named twice" in refusal(check_links, "tcp:127.0.0.1:5760,network=a", "tcp:127.0.0.1:5760,network=b")
+
+
+def test_links_that_stand_in_each_others_way_are_told() -> None:
+    master, slave = os.openpty()
+    device = os.ttyname(slave)
+    assert "another program uses the device" in refusal(check_links, f"serial:{device}", f"serial:{device}:57600")
+    os.close(master)
+    os.close(slave)
+    port = free_port()
+    assert "is busy" in refusal(check_links, f"udpin:0.0.0.0:{port}", f"udpin:127.0.0.1:{port}")
+
+
+def test_no_way_to_a_partner_is_told_before_the_start_and_no_error_of_a_restart() -> None:
+    name = "udpout:255.255.255.255:14550"  # the system connects to no broadcast address
+    assert refusal(check_links, name) == (
+        f"{name}: no way to 255.255.255.255: Permission denied. Check the address and this machine's network"
+    )
+    link = open_link(name)
+    assert link.error == "no way to 255.255.255.255: Permission denied"
+    link.send(b"hello", "")
+    assert (link.send_refused, link.error) == (1, "cannot send: Destination address required")
+    link.close()
 
 
 def test_a_recording_is_no_vehicle() -> None:

@@ -8,7 +8,7 @@ import pytest
 from link_rig import FRAME, stream_of, until
 
 from tui_gcs.core.clock import VirtualClock
-from tui_gcs.core.links import LinkError, check_link, open_link, parse_link
+from tui_gcs.core.links import LinkError, open_link, parse_link, try_links
 from tui_gcs.core.links.base import Link
 
 
@@ -158,9 +158,9 @@ def test_a_device_has_one_user(link: Link, radio: Radio, clock: VirtualClock) ->
     assert other.receive() == []
     assert other.error == "another program uses the device. Close it there; next try in 1 s"
     with pytest.raises(LinkError, match=f"^{other.name}: another program uses the device. Close it there$"):
-        check_link(other.spec)
+        try_links([other.spec])
     link.close()
-    check_link(other.spec)
+    try_links([other.spec])
     clock.advance(1)
     assert other.receive() == [(b"", str(radio.name))]
     other.close()
@@ -177,7 +177,7 @@ def test_a_device_has_one_user(link: Link, radio: Radio, clock: VirtualClock) ->
 def test_what_cannot_be_opened_says_why(device: str, why: str) -> None:
     spec = parse_link(f"serial:{device}")
     with pytest.raises(LinkError) as caught:
-        check_link(spec)
+        try_links([spec])
     assert str(caught.value) == f"{spec.name}: {why}"
 
 

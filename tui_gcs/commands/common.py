@@ -86,24 +86,24 @@ def join(kind: Kind) -> "ZenohBus":
 
 
 def check_links(links: list[str]) -> None:
-    """Open and close each link, so that a wrong name or a busy port is told before anything starts.
+    """Open all links and let go of them, so that a wrong name or a busy port is told before anything starts.
 
     Raises:
         CommandError: a link is no link, is named twice, or cannot be opened; one line with what to do.
     """
-    from tui_gcs.core.links import LinkError, check_link
+    from tui_gcs.core.links import LinkError, try_links
 
-    names: set[str] = set()
-    for spec in _parsed(links):
+    specs = _parsed(links)
+    names = [spec.name for spec in specs]
+    for spec in specs:
         if spec.scheme == "replay":  # its vehicles would look alive, and take no command
             raise CommandError(f"link {spec.name}: a recording is no vehicle. Watch it with `tui-gcs replay`")
-        if spec.name in names:
+        if names.count(spec.name) > 1:
             raise CommandError(f"link {spec.name} is named twice: leave one out")
-        names.add(spec.name)
-        try:
-            check_link(spec)
-        except LinkError as error:
-            raise CommandError(str(error)) from None
+    try:
+        try_links(specs)
+    except LinkError as error:
+        raise CommandError(str(error)) from None
 
 
 def loopback_only(links: list[str]) -> None:

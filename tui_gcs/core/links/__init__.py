@@ -1,5 +1,7 @@
 """Links: how bytes reach vehicles. `open_link` makes one from what the operator wrote."""
 
+from contextlib import ExitStack
+
 from tui_gcs.core.clock import Clock, MonotonicClock
 from tui_gcs.core.links.base import Address, Link
 from tui_gcs.core.links.replay import ReplayLink
@@ -10,13 +12,14 @@ from tui_gcs.core.links.tcp import TcpLink
 from tui_gcs.core.links.tcpin import TcpInLink
 from tui_gcs.core.links.udp import UdpInLink, UdpOutLink
 
-__all__ = ["Address", "Link", "LinkError", "LinkSpec", "check_link", "open_link", "parse_link"]
+__all__ = ["Address", "Link", "LinkError", "LinkSpec", "open_link", "parse_link", "try_links"]
 
 
 def open_link(link: LinkSpec | str, clock: Clock | None = None) -> Link:
     """The link that is meant, e.g. by "udpin:127.0.0.1:14550"; see `parse_link`.
 
-    `tcp` and `serial` links open with the first `receive`, and again whenever their partner has been away.
+    `tcp` and `serial` links open with the first `receive`, and again whenever their partner has been away: that it is
+    not there is no error here (a restarted station must come up without it), but of `try_links`.
 
     Raises:
         LinkError: not such a name, unknown host, busy port, unreadable file; one line with what to do.
@@ -38,16 +41,21 @@ def open_link(link: LinkSpec | str, clock: Clock | None = None) -> Link:
     raise LinkError(f"{spec.name}: a {spec.scheme!r} link cannot be opened")
 
 
-def check_link(spec: LinkSpec) -> None:
-    """Try whether the link can be opened now, and let go of it; also of a device, which `open_link` would wait for.
+def try_links(specs: list[LinkSpec]) -> None:
+    """Open all links together, also what `open_link` would wait for, and let go of them again.
 
     Raises:
-        LinkError: it cannot; one line with what to do.
+        LinkError: one cannot be opened; one line with what to do.
     """
-    if spec.scheme != "serial":
-        open_link(spec).close()
-        return
-    try:
-        open_device(spec).close()
-    except LinkError as error:
-        raise LinkError(f"{spec.name}: {error}") from None
+    with ExitStack() as opened:
+        for spec in specs:
+            if spec.scheme == "serial":
+                try:
+                    opened.callback(open_device(spec).close)
+                except LinkError as error:
+                    raise LinkError(f"{spec.name}: {error}") from None
+                continue
+            link = open_link(spec)
+            opened.callback(link.close)
+            if spec.scheme == "udpout" and link.error:
+                raise LinkError(f"{spec.name}: {link.error}. Check the address and this machine's network")

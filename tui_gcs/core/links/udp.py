@@ -117,14 +117,11 @@ class UdpOutLink(UdpLink):
     """A socket connected to one partner: hears nobody else, and sends only there."""
 
     def __init__(self, spec: LinkSpec, place: Place, clock: Clock) -> None:
-        """Talk to `place` from a free port of ours.
-
-        Raises:
-            LinkError: there is no way there.
-        """
+        """Talk to `place` from a free port of ours; where there is no way just now, as soon as there is one."""
+        super().__init__(spec, _open(spec, place), clock)
         self._place = place
         self._renewed_s = clock.now()
-        super().__init__(spec, self._connect(spec), clock)
+        self._connect()
 
     @property
     def partners(self) -> list[Address]:
@@ -142,35 +139,41 @@ class UdpOutLink(UdpLink):
         except OSError as error:
             self.send_refused += 1
             self._trouble(_why_not_sent(error))
-            if error.errno in _OUR_ADDRESS_IS_GONE:
+            if error.errno in _NO_WAY:
                 self._renew()
 
-    def _connect(self, spec: LinkSpec) -> socket.socket:
-        udp = _open(spec, self._place)
+    def _connect(self) -> None:
         try:
-            udp.connect(self._place.address)
-        except OSError as error:
-            udp.close()
-            raise LinkError(f"{spec.name}: no way to {spec.host}: {reason(error)}. Check the address") from None
-        return udp
+            self._socket.connect(self._place.address)
+        except OSError as error:  # no network; sending will say so, too
+            self._trouble(f"no way to {self.spec.host}: {reason(error)}")
 
     def _renew(self) -> None:
-        """Take a new socket: the old one keeps to an address that this machine no longer has."""
+        """Take a new socket: the old one keeps to an address that this machine does not have."""
         now = self._clock.now()
         if self._closed or now - self._renewed_s < RENEW_GAP_S:
             return
         self._renewed_s = now
         try:
-            udp = self._connect(self.spec)
+            udp = _open(self.spec, self._place)
         except LinkError:
             return
         self._drops_before = self.kernel_drops
         self._socket.close()
         self._socket = udp
+        self._connect()
 
 
-_OUR_ADDRESS_IS_GONE = (errno.EINVAL, errno.ENETUNREACH, errno.EHOSTUNREACH, errno.EADDRNOTAVAIL, errno.ENETDOWN)
-"""What a connected socket says for ever after the machine has changed its network (DHCP, another Wi-Fi)."""
+_NO_WAY = (
+    errno.EINVAL,
+    errno.ENETUNREACH,
+    errno.EHOSTUNREACH,
+    errno.EADDRNOTAVAIL,
+    errno.ENETDOWN,
+    errno.EDESTADDRREQ,
+)
+"""What a connected socket says for ever after the machine has changed its network (DHCP, another Wi-Fi), and one that
+could not be connected."""
 
 
 def _open(spec: LinkSpec, place: Place) -> socket.socket:
