@@ -1,0 +1,442 @@
+"""What other stations may ask of a vehicle, thing by thing. See `forward_rig` for the area and the vehicles."""
+
+import math
+from typing import Any
+
+import pytest
+from forward_rig import HOME_AMSL_M, LOCAL, guard, vehicle
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tui_gcs.core.forward_orders import Asked
+from tui_gcs.core.forward_rules import MESSAGES, judge, may_stop
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.dialect import Message, layout_named
+
+NAN = math.nan
+ARDUCOPTER, PX4 = 3, 12
+HERE_INT = 2**31 - 1
+EVERYTHING = {"target_system": 1, "target_component": 1, "mission_type": 0, "seq": 1, "current": 0, "frame": 6}
+
+
+def flying(autopilot: int = ARDUCOPTER) -> Vehicle:
+    return vehicle(1, autopilot, (50.0, 50.0, 30.0))
+
+
+def landed(autopilot: int = ARDUCOPTER) -> Vehicle:
+    return vehicle(1, autopilot, (50.0, 50.0, 0.0), armed=False)
+
+
+def ask(name: str, who: Vehicle, *others: Vehicle, **fields: Any) -> Asked:
+    return Asked(Message(name, 0, 252, 190, EVERYTHING | fields), who, guard(), LOCAL, (who, *others), 0.0)
+
+
+def said(asked: Asked) -> str:
+    """The guard's word for it, or the reason of the refusal behind "no: "."""
+    ruling = judge(asked)
+    assert bool(ruling.what) != bool(ruling.why_not)
+    return ruling.what or f"no: {ruling.why_not}"
+
+
+def long(who: Vehicle, command: int, *params: float) -> Asked:
+    values = (*params, *[0.0] * 7)[:7]
+    return ask("COMMAND_LONG", who, command=command, **{f"param{i}": v for i, v in enumerate(values, 1)})
+
+
+def placed(who: Vehicle, command: int, x: float, y: float, z: float, *others: Vehicle, **more: Any) -> Asked:
+    """A COMMAND_INT to an ENU place, height above home unless `frame` says otherwise."""
+    lat, lon = LOCAL.to_geodetic(x, y)
+    params = {"param1": -1.0, "param2": 1.0, "param3": 0.0, "param4": NAN}
+    place = {"x": round(lat * 1e7), "y": round(lon * 1e7), "z": z}
+    return ask("COMMAND_INT", who, *others, command=command, **(params | place | more))
+
+
+def item(command: int, x: float, y: float, z: float, who: Vehicle | None = None, **more: Any) -> Asked:
+    """A MISSION_ITEM_INT at an ENU place, height above home unless `frame` says otherwise."""
+    lat, lon = LOCAL.to_geodetic(x, y)
+    params = {f"param{i}": 0.0 for i in range(1, 5)}
+    place = {"x": round(lat * 1e7), "y": round(lon * 1e7), "z": z}
+    return ask("MISSION_ITEM_INT", who or flying(), command=command, **(params | place | more))
+
+
+# ---------------------------------------------------------------- stops
+
+
+@pytest.mark.parametrize(
+    ("command", "params", "word"),
+    [
+        (20, (), "return"),
+        (21, (), "land"),
+        (193, (0,), "hold"),
+        (400, (0, 0), "disarm"),
+        (176, (1, 17), "hold"),  # BRAKE
+        (176, (1, 6), "return"),
+        (176, (1, 21), "return"),  # SMART_RTL
+        (176, (1, 9), "land"),
+        (262, (5,), "return"),
+        (262, (7,), "land"),
+    ],
+)
+def test_stops_have_the_guards_words_for_stops(command: int, params: tuple[float, ...], word: str) -> None:
+    for who in (flying(), landed()):
+        asked = long(who, command, *params)
+        assert said(asked) == word and may_stop(asked)
+
+
+@pytest.mark.parametrize(("sub", "word"), [(3, "hold"), (5, "return"), (6, "land"), (9, "land")])
+def test_px4_stops_by_mode(sub: int, word: str) -> None:
+    assert said(long(flying(PX4), 176, 1, 4, sub)) == word
+    assert said(ask("SET_MODE", flying(PX4), base_mode=209, custom_mode=4 << 16 | sub << 24)) == word
+
+
+def test_a_px4_is_paused_by_repositioning_it_nowhere() -> None:
+    asked = long(flying(PX4), 192, -1, 1, 0, NAN, NAN, NAN, NAN)
+    assert said(asked) == "hold" and may_stop(asked)
+    nowhere = ask("COMMAND_INT", flying(PX4), command=192, x=HERE_INT, y=HERE_INT, z=NAN, param1=-1, param2=1,
+                  param3=0, param4=NAN)  # fmt: skip
+    assert said(nowhere) == "hold"
+
+
+def test_loiter_stops_a_plane_but_a_copter_with_its_stick_down_sinks_in_it() -> None:
+    plane = flying()
+    plane.type = 1
+    assert said(long(plane, 176, 1, 12)) == "hold"
+    assert said(long(flying(), 176, 1, 5)).startswith("no: mode LOITER: only modes that need no pilot's sticks")
+
+
+# ---------------------------------------------------------------- arming, modes, starts
+
+
+@pytest.mark.parametrize(
+    ("params", "word"),
+    [
+        ((1, 0), "arm"),
+        ((0, 0), "disarm"),
+        ((1, 21196), "no: a forced arming or disarming"),
+        ((0, 21196), "no: a forced arming or disarming"),
+        ((1, 2989), "no: a forced arming or disarming"),
+        ((0, NAN), "no: a forced arming or disarming"),
+        ((0.4, 0), "no: neither arm (1) nor disarm (0): 0.4"),
+        ((NAN, 0), "no: neither arm (1) nor disarm (0): nan"),
+    ],
+)
+def test_arming_is_never_forced(params: tuple[float, float], word: str) -> None:
+    assert said(long(flying(), 400, *params)) == word
+    assert said(ask("COMMAND_INT", flying(), command=400, param1=params[0], param2=params[1], param3=0, param4=0,
+                    x=0, y=0, z=0)) == word  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("mode", "word"),
+    [
+        (3, "mode AUTO"),
+        (4, "mode GUIDED"),
+        (0, "no: mode STABILIZE"),
+        (1, "no: mode ACRO"),
+        (14, "no: mode FLIP"),
+        (99, "no: mode mode 99"),
+        (262, "no: 262 is no whole number within 0…255"),  # ArduPilot would make an RTL of it
+        (4.5, "no: 4.5 is no whole number within 0…255"),
+        (NAN, "no: nan is no whole number within 0…255"),
+        (-1, "no: -1 is no whole number within 0…255"),
+        (math.inf, "no: inf is no whole number within 0…255"),
+    ],
+)
+def test_modes_of_arducopter(mode: float, word: str) -> None:
+    assert said(long(flying(), 176, 1, mode)).startswith(word)
+
+
+@pytest.mark.parametrize(
+    ("main", "sub", "word"),
+    [(4, 4, "mode MISSION"), (4, 2, "mode TAKEOFF"), (6, 0, "no: mode OFFBOARD"), (10, 0, "no: mode TERMINATION")],
+)
+def test_modes_of_px4(main: int, sub: int, word: str) -> None:
+    assert said(long(flying(PX4), 176, 1, main, sub)).startswith(word)
+
+
+def test_a_mode_must_be_numbered_and_must_not_arm() -> None:
+    assert said(long(flying(), 176, 0, 4)) == "no: a mode without its number (base mode only)"
+    assert said(ask("SET_MODE", landed(), base_mode=129, custom_mode=4)) == "no: a mode that arms"
+    assert said(ask("SET_MODE", flying(), base_mode=129, custom_mode=4)) == "mode GUIDED"
+    assert said(ask("SET_MODE", flying(), base_mode=1, custom_mode=262)).startswith("no: mode mode 262")
+
+
+def test_missions_are_started_and_stepped() -> None:
+    assert said(long(flying(), 300)) == "mission start"
+    assert said(long(flying(), 224, 3)) == "mission item"
+    assert said(long(flying(), 193, 1)) == "continue"
+
+
+@pytest.mark.parametrize(
+    ("command", "params", "why"),
+    [
+        (185, (1,), "command 185: flight termination"),
+        (209, (1, 0, 20, 5), "command 209: motor test"),
+        (179, (1,), "command 179: would move home, the zero of all heights"),
+        (245, (2,), "command 245: would overwrite stored parameters"),
+        (241, (0, 0, 0, 0, 0, 1), "command 241: calibration, which may run motors"),
+        (420, (), "command 420: failure injection"),
+        (207, (0,), "would switch the fence off"),
+        (207, (2,), "would switch the fence off"),
+        (92, (1,), "command 92: not on the list of what other stations may ask"),
+        (43001, (1,), "command 43001: not on the list of what other stations may ask"),
+        (65535, (), "command 65535: not on the list of what other stations may ask"),
+        (246, (1,), "it is armed"),
+        (246, (3,), "only a plain restart of the autopilot (param 1 = 1, all others 0)"),
+        (246, (1, 0, 0, 0, 0, 20190226), "only a plain restart of the autopilot (param 1 = 1, all others 0)"),
+        (178, (1, 50), "50.0 m/s asked, 8.0 allowed"),
+        (178, (1, math.inf), "inf m/s asked, 8.0 allowed"),
+        (511, (33, -1), "an interval of -1 µs would stop messages or fill the link"),
+        (511, (33, 1000), "an interval of 1000 µs would stop messages or fill the link"),
+        (511, (33, NAN), "an interval of nan µs would stop messages or fill the link"),
+    ],
+)
+def test_what_is_dangerous_or_unknown_is_refused_with_the_reason(
+    command: int, params: tuple[float, ...], why: str
+) -> None:
+    assert said(long(flying(), command, *params)) == f"no: {why}"
+
+
+def test_what_is_harmless() -> None:
+    assert said(long(landed(), 246, 1)) == "reboot"
+    assert said(long(flying(), 207, 1)) == "fence on"
+    assert said(long(flying(), 178, 1, 5)) == said(long(flying(), 178, 1, -1)) == "speed"
+    assert said(long(flying(), 512, 148)) == "request"
+    assert said(long(flying(), 511, 33, 100_000)) == said(long(flying(), 511, 33, 0)) == "message rates"
+    assert judge(long(flying(), 512, 148)).quiet and not judge(long(flying(), 300)).quiet
+
+
+# ---------------------------------------------------------------- places and heights
+
+
+@pytest.mark.parametrize(
+    ("place", "word"),
+    [
+        ((80.0, 50.0, 30.0), "reposition"),
+        ((80.0, 50.0, 19.6), "reposition"),
+        ((250.0, 50.0, 30.0), "no: (250, 50) m is outside the operating area"),
+        ((100.0, 100.0, 30.0), "no: (100, 100) m is outside the operating area"),  # the pond
+        ((150.0, 150.0, 30.0), "no: the straight way there leaves the operating area"),  # over the pond
+        ((80.0, 50.0, 5.0), "no: 5.0 m above home is outside the altitude band 20-90 m"),
+        ((80.0, 50.0, 500.0), "no: 500.0 m above home is outside the altitude band 20-90 m"),
+        ((80.0, 50.0, -math.inf), "no: -inf m above home is outside the altitude band 20-90 m"),
+    ],
+)
+def test_a_reposition_ends_inside_the_area_and_its_band(place: tuple[float, float, float], word: str) -> None:
+    assert said(placed(flying(), 192, *place)) == word
+
+
+def test_heights_are_read_as_the_autopilot_reads_them() -> None:
+    sea = HOME_AMSL_M + 30.0
+    assert said(placed(flying(), 192, 80, 50, sea, frame=0)) == "reposition"
+    assert said(placed(flying(), 192, 80, 50, sea, frame=6)).startswith("no: 518.0 m above home")
+    assert said(placed(flying(PX4), 192, 80, 50, sea, frame=0)) == "reposition"
+    assert said(placed(flying(PX4), 192, 80, 50, 30.0, frame=6)).startswith("no: PX4 takes every height as above sea")
+    assert said(placed(flying(), 192, 80, 50, 30.0, frame=11)).startswith("no: heights in frame 11 cannot be checked")
+    lat, lon = LOCAL.to_geodetic(80.0, 50.0)
+    assert said(long(flying(PX4), 192, -1, 1, 0, NAN, lat, lon, sea)) == "reposition"
+    assert said(long(flying(PX4), 192, -1, 1, 0, NAN, lat, lon, 30.0)).startswith("no: -458.0 m above home")
+    stranger = flying(autopilot=0)
+    assert said(long(stranger, 192, -1, 1, 0, NAN, lat, lon, 30.0)) == (
+        "no: how this autopilot takes the height is not known"
+    )
+
+
+def test_a_reposition_of_a_vehicle_whose_place_is_not_known_is_refused() -> None:
+    lost = flying()
+    lost.position_m = (NAN, NAN, NAN)
+    assert said(placed(lost, 192, 80, 50, 30.0)) == "no: where it is, is not known"
+    deaf = flying()
+    deaf.alt_amsl_m = NAN
+    assert said(placed(deaf, 192, 80, 50, 518.0, frame=0)).startswith("no: its home's height above sea level")
+
+
+def test_a_reposition_may_lead_back_inside_and_change_only_the_height() -> None:
+    outside = flying()
+    outside.position_m = (-50.0, 50.0, 30.0)
+    assert said(placed(outside, 192, 80, 50, 30.0)) == "reposition"
+    higher = ask("COMMAND_INT", flying(), command=192, x=HERE_INT, y=HERE_INT, z=60.0, param1=-1, param2=1,
+                 param3=0, param4=NAN)  # fmt: skip
+    assert said(higher) == "reposition"
+    assert said(long(flying(PX4), 192, -1, 1, 0, NAN, NAN, 8.5, 518.0)) == "no: its latitude and longitude are no place"
+
+
+def test_a_reposition_keeps_clear_of_others() -> None:
+    there, near = vehicle(2, ARDUCOPTER, (80.0, 50.0, 32.0)), vehicle(2, ARDUCOPTER, (65.0, 51.0, 32.0))
+    parked = vehicle(2, ARDUCOPTER, (80.0, 50.0, 30.0), armed=False)
+    assert said(placed(flying(), 192, 80, 50, 30.0, there)) == "no: vehicle 2 is there"
+    assert said(placed(flying(), 192, 95, 50, 30.0, near)).startswith("no: too close to vehicle 2 in")
+    assert said(placed(flying(), 192, 80, 50, 30.0, parked)) == "reposition"
+
+
+def test_a_reposition_is_no_faster_than_allowed_and_circles_inside() -> None:
+    assert said(placed(flying(), 192, 80, 50, 30.0, param1=20.0)) == "no: 20.0 m/s asked, 8.0 allowed"
+    assert said(placed(flying(), 192, 80, 50, 30.0, param3=60.0)).startswith("no: a circle of 60 m about (80, 50) m")
+    assert said(placed(flying(), 192, 80, 50, 30.0, param3=NAN)) == "reposition"
+
+
+@pytest.mark.parametrize(
+    ("who", "params", "word"),
+    [
+        (landed(), (0, 0, 0, 0, 0, 0, 30.0), "take-off"),
+        (landed(), (0, 0, 0, 0, 0, 0, 91.0), "no: 91.0 m above home is outside"),
+        (landed(), (0, 0, 0, 0, 0, 0, NAN), "no: nan m above home is outside"),
+        (landed(PX4), (-1, 0, 0, NAN, NAN, NAN, HOME_AMSL_M + 30.0), "take-off"),
+        (landed(PX4), (-1, 0, 0, NAN, NAN, NAN, NAN), "take-off"),  # its own default height
+        (landed(PX4), (-1, 0, 0, NAN, NAN, NAN, 30.0), "no: -458.0 m above home is outside"),
+        (landed(PX4), (-1, 0, 0, NAN, 0, 0, HOME_AMSL_M + 30.0), "no: (-"),  # it would fly to 0° N 0° E
+        (vehicle(1, ARDUCOPTER, (500.0, 50.0, 0.0), armed=False), (0,) * 6 + (30.0,), "no: (500, 50) m is outside"),
+    ],
+)
+def test_take_off(who: Vehicle, params: tuple[float, ...], word: str) -> None:
+    assert said(long(who, 22, *params)).startswith(word)
+
+
+# ---------------------------------------------------------------- missions
+
+
+def test_missions_are_read_and_written_but_the_fence_is_ours() -> None:
+    who = flying()
+    assert said(ask("MISSION_REQUEST_LIST", who, mission_type=1)) == "mission read"
+    assert said(ask("MISSION_COUNT", who, count=5)) == "mission upload"
+    assert said(ask("MISSION_CLEAR_ALL", who)) == "mission clear"
+    for kind in (1, 255):
+        for name in ("MISSION_COUNT", "MISSION_CLEAR_ALL", "MISSION_WRITE_PARTIAL_LIST", "MISSION_ITEM_INT"):
+            assert said(ask(name, who, mission_type=kind)) == "no: would change the fence"
+    assert said(ask("MISSION_COUNT", who, mission_type=7)) == "no: unknown mission type 7"
+
+
+@pytest.mark.parametrize(
+    ("asked", "word"),
+    [
+        (item(16, 80, 50, 30.0), "mission upload item"),
+        (item(16, 80, 50, HOME_AMSL_M + 30.0, frame=0), "mission upload item"),
+        (item(20, 0, 0, 0.0, frame=2), "mission upload item"),
+        (item(177, 0, 0, 0.0, frame=2), "mission upload item"),
+        (item(21, 80, 50, 0.0), "mission upload item"),
+        (item(22, 80, 50, 15.0), "mission upload item"),
+        (item(5100, 80, 50, 30.0, mission_type=2), "mission upload item"),
+        (item(16, 300, 50, 30.0), "no: mission item 1: (300, 50) m is outside the operating area"),
+        (item(5100, 300, 50, 30.0, mission_type=2), "no: mission item 1: (300, 50) m is outside the operating area"),
+        (item(21, 100, 100, 0.0), "no: mission item 1: (100, 100) m is outside the operating area"),
+        (item(16, 80, 50, 10.0), "no: mission item 1: 10.0 m above home is outside"),
+        (item(16, 80, 50, NAN), "no: mission item 1: nan m above home is outside"),
+        (item(16, 80, 50, 30.0, frame=10), "no: mission item 1: heights in frame 10 cannot be checked"),
+        (item(16, 80, 50, 30.0, frame=1), "no: mission item 1: heights in frame 1 cannot be checked"),
+        (item(18, 80, 50, 30.0, param3=-60.0), "no: mission item 1: a circle of 60 m about (80, 50) m leaves"),
+        (item(17, 80, 50, 30.0, param3=NAN), "no: mission item 1: a circle of nan m"),
+        (item(178, 0, 0, 0.0, param2=30.0), "no: mission item 1: 30.0 m/s asked, 8.0 allowed"),
+        (item(185, 0, 0, 0.0), "no: mission item 1: command 185: not on the list"),
+        (item(179, 0, 0, 0.0), "no: mission item 1: command 179: not on the list"),
+        (item(16, 80, 50, 30.0, current=2), "no: a guided way-point is a set-point"),
+        (item(16, 80, 50, 30.0, seq=0, current=3), "no: a guided way-point is a set-point"),
+    ],
+)
+def test_items_lead_only_where_vehicles_may_be(asked: Asked, word: str) -> None:
+    assert said(asked).startswith(word)
+
+
+def test_the_first_item_is_home_for_arducopter_only() -> None:
+    home = {"seq": 0, "frame": 0}
+    assert said(item(16, 900, 900, 488.0, **home)) == "mission upload item"
+    assert said(item(16, 900, 900, 488.0, flying(PX4), **home)).startswith("no: mission item 0")
+    assert said(item(21, 900, 900, 488.0, **home)).startswith("no: mission item 0")
+
+
+def test_landing_at_0_0_is_here_for_arducopter_and_in_the_atlantic_for_px4() -> None:
+    nowhere = {"x": 0, "y": 0, "z": 30.0} | {f"param{i}": 0.0 for i in range(1, 5)}
+    assert said(ask("MISSION_ITEM_INT", flying(), command=21, **nowhere)) == "mission upload item"
+    assert "outside the operating area" in said(ask("MISSION_ITEM_INT", flying(PX4), command=21, **nowhere))
+    assert "outside the operating area" in said(ask("MISSION_ITEM_INT", flying(), command=16, **nowhere))
+
+
+def test_old_items_have_degrees() -> None:
+    lat, lon = LOCAL.to_geodetic(80.0, 50.0)
+    params = {f"param{i}": 0.0 for i in range(1, 5)}
+    old = ask("MISSION_ITEM", flying(), command=16, frame=3, x=lat, y=lon, z=30.0, **params)
+    assert said(old) == "mission upload item"
+    assert "no place" in said(ask("MISSION_ITEM", flying(), command=16, frame=3, x=95.0, y=lon, z=30.0, **params))
+
+
+# ---------------------------------------------------------------- parameters, rates, logs, files
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "FENCE_ENABLE",
+        "fence_enable",
+        "SYSID_THISMAV",
+        "MAV_SYS_ID",
+        "FS_GCS_ENABLE",
+        "ARMING_CHECK",
+        "CBRK_IO_SAFETY",
+        "NAV_DLL_ACT",
+    ],
+)
+def test_parameters_that_this_station_relies_on_are_not_set(name: str) -> None:
+    text = said(ask("PARAM_SET", flying(), param_id=name, param_value=0.0, param_type=9))
+    assert text == f"no: parameter {name.upper()}: this station relies on it"
+
+
+def test_other_parameters_are_set_and_all_are_read() -> None:
+    assert said(ask("PARAM_SET", flying(), param_id="WPNAV_SPEED", param_value=NAN, param_type=9)) == (
+        "parameter WPNAV_SPEED"
+    )
+    assert said(ask("PARAM_REQUEST_READ", flying(), param_id="FENCE_ENABLE", param_index=-1)) == "parameter read"
+    assert said(ask("PARAM_REQUEST_LIST", flying())) == "parameter read"
+
+
+@pytest.mark.parametrize(
+    ("rate", "start", "ok"), [(4, 1, True), (50, 1, True), (0, 1, False), (4, 0, False), (999, 1, False)]
+)
+def test_streams_are_asked_for_but_not_stopped(rate: int, start: int, ok: bool) -> None:
+    asked = ask("REQUEST_DATA_STREAM", flying(), req_stream_id=0, req_message_rate=rate, start_stop=start)
+    assert (said(asked) == "message rates") == ok
+
+
+def test_logs_are_read_on_the_ground_and_files_are_not() -> None:
+    assert said(ask("LOG_REQUEST_DATA", landed(), id=1, ofs=0, count=90)) == "log read"
+    assert said(ask("LOG_REQUEST_DATA", flying(), id=1, ofs=0, count=90)) == "no: it is armed"
+    assert said(ask("LOG_REQUEST_END", flying())) == "log read"
+    assert said(ask("FILE_TRANSFER_PROTOCOL", landed(), payload=(0,) * 251)).startswith("no: an autopilot has one file")
+
+
+def test_a_stop_is_not_cancelled() -> None:
+    assert said(ask("COMMAND_CANCEL", flying(), command=21)) == "no: would cancel a stop"
+    assert said(ask("COMMAND_CANCEL", flying(), command=2000)) == "cancel"
+
+
+# ---------------------------------------------------------------- anything
+
+NUMBERS = st.one_of(
+    st.floats(width=32),
+    st.integers(-(2**31), 2**31 - 1),
+    st.sampled_from([0.0, 1.0, NAN, math.inf, -math.inf, 1e38, 21196.0]),
+)
+KNOWN = [name for name in MESSAGES if layout_named(name) is not None]
+
+
+@settings(max_examples=400)
+@given(st.sampled_from(KNOWN), st.data())
+def test_judging_never_raises_and_always_says_something(name: str, data: st.DataObject) -> None:
+    known = layout_named(name)
+    assert known is not None
+    fields: dict[str, Any] = {}
+    for field in known.fields:
+        if field.type in ("float", "double"):
+            fields[field.name] = data.draw(NUMBERS.map(float))
+        elif field.is_text:
+            fields[field.name] = data.draw(st.text(max_size=16))
+        else:
+            bits = {"uint8_t": 8, "uint16_t": 16, "uint32_t": 32}.get(field.type)
+            few = st.integers(0, 2**bits - 1) if bits else st.integers(-(2**15), 2**15 - 1)
+            usual = [0, 1, 2, 16, 22, 176, 178, 192, 193, 400, 511]
+            fields[field.name] = data.draw(
+                st.one_of(few, st.sampled_from([n for n in usual if not bits or n < 2**bits]))
+            )
+    who = data.draw(st.sampled_from([flying, landed]))(data.draw(st.sampled_from([ARDUCOPTER, PX4, 0, 8])))
+    asked = ask(name, who, vehicle(2, PX4, (80.0, 50.0, 30.0)), **fields)
+    ruling = judge(asked)
+    assert bool(ruling.what) != bool(ruling.why_not)
+    assert may_stop(asked) or ruling.what not in ("hold", "land", "return", "disarm")

@@ -1,0 +1,284 @@
+"""Forwarding: telemetry out to other stations, and, where the operator said so, their commands in through our guard.
+
+Out go the bytes as they came, by MAVLink's routing rules (https://mavlink.io/en/guide/routing.html): what is for
+everybody to every partner, what is for somebody only where that somebody was heard, nothing back to the link it came
+from, no keys. In come only frames on the allow-list of `forward_rules`, each for one named vehicle, and only through
+the door; heartbeats of other stations, set-points and keys never.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.door import Door
+from tui_gcs.core.events import NOTICE, WARNING, EventLog
+from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.forward_orders import Asked
+from tui_gcs.core.forward_ports import MOST_PARTNERS, MOST_PER_S, Port
+from tui_gcs.core.forward_rules import KEYS, MESSAGES, STEERING, judge, may_stop
+from tui_gcs.core.guard import STOPS, Guard
+from tui_gcs.core.links import Address, Link, LinkError
+from tui_gcs.core.messages import EventClass
+from tui_gcs.core.services.command import DENIED
+from tui_gcs.core.vehicle import IDS_PER_NETWORK, Vehicle
+from tui_gcs.core.wire.dialect import Message, decode, is_known, layout
+from tui_gcs.core.wire.encode import Encoder
+from tui_gcs.core.wire.frames import MAGIC_V2, Frame
+
+ANSWER_GAP_S = 1.0
+"""A refused command is answered at most so often per endpoint (security.md B.6-49)."""
+TELL_GAP_S = 1.0
+TELL_SELDOM_S = 30.0
+"""An event of the same cause at most so often per endpoint: what was asked; what is wrong with a partner."""
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """Another station, or many: `--forward X`, with commands in `--forward-commands X`. Serves `link.spec.network`."""
+
+    link: Link
+    commands: bool
+
+
+@dataclass(frozen=True)
+class Foreign:
+    """One frame of another station, and where it came in."""
+
+    port: Port
+    frame: Frame
+    address: Address
+
+    @property
+    def who(self) -> str:
+        """Address, system and component, for people."""
+        return f"{_place(self.address)} {self.frame.system}/{self.frame.component}"
+
+
+class Forwarder:
+    """Reads and serves all endpoints; the caller hands over what vehicles sent."""
+
+    def __init__(
+        self,
+        endpoints: list[Endpoint],
+        fleet: Fleet,
+        door: Door,
+        guard: Guard,
+        networks: Mapping[str, int],
+        own_system: int,
+        own_component: int,
+        clock: Clock,
+        events: EventLog,
+    ) -> None:
+        """`networks`: number of each network by name; `own_system`/`own_component` sign our refusals.
+
+        Raises:
+            LinkError: an endpoint serves a network that no link has.
+        """
+        self._fleet = fleet
+        self._door = door
+        self._guard = guard
+        self._networks = networks
+        self._own_system = own_system
+        self._clock = clock
+        self._events = events
+        self._ports = [
+            Port(each.link, each.commands, Encoder(own_system, own_component), clock.now()) for each in endpoints
+        ]
+        for port in self._ports:
+            if port.link.spec.network not in networks:
+                known = ", ".join(name or "(default)" for name in networks)
+                raise LinkError(f"{port.link.name}: no link has network {port.link.spec.network!r}; there is {known}")
+        self.forwarded = 0
+        """Frames out, once per partner."""
+        self.passed = 0
+        """Foreign frames that went to a vehicle."""
+        self.refused: Counter[str] = Counter()
+        """Foreign frames that asked for what they may not, or are not what they say, by reason."""
+        self.dropped: Counter[str] = Counter()
+        """What was nobody's fault and for nobody here, both ways, by reason."""
+
+    # ---------------------------------------------------------------- out
+
+    def feed(self, network: str, link: str, raws: list[bytes]) -> None:
+        """Send on frames that vehicles of `network` sent over `link`, in order. Unknown message ids go to everybody."""
+        ways = [
+            (port, partner)
+            for port in self._ports
+            if port.link.spec.network == network and port.link.name != link
+            for partner in port.partners.values()
+        ]
+        if not ways:
+            return
+        for raw in raws:
+            msgid, system, component = _routing(raw)
+            if msgid in KEYS:
+                self.refused["key"] += 1
+                continue
+            sent = self.forwarded
+            for port, partner in ways:
+                if system == 0 or partner.is_for(system, component):
+                    port.put(partner, raw)
+                    self.forwarded += 1
+            if self.forwarded == sent:
+                self.dropped["for nobody at an endpoint"] += 1
+        for port, partner in ways:
+            port.send_waiting(partner)
+
+    # ---------------------------------------------------------------- in
+
+    def tick(self) -> None:
+        """Read all endpoints and pass on what may be passed on; forget partners that fell silent."""
+        now = self._clock.now()
+        for port in self._ports:
+            for data, address in port.link.receive():
+                self._take_all(port, *port.cut(data, address, now), address)
+            for frames, bad_crc, address in port.flush(now):
+                self._take_all(port, frames, bad_crc, address)
+            port.keep_partners(now)
+
+    def _take_all(self, port: Port, frames: list[Frame], bad_crc: int, address: Address) -> None:
+        if bad_crc:
+            self.refused["bad CRC"] += bad_crc
+            self._tell(port, "bad CRC", f"{_place(address)} sends frames with a wrong CRC: not used", TELL_SELDOM_S)
+        for frame in frames:
+            self._take(Foreign(port, frame, address))
+
+    def _take(self, foreign: Foreign) -> None:
+        """One frame of another station."""
+        port, frame, now = foreign.port, foreign.frame, self._clock.now()
+        if not is_known(frame.msgid):  # its CRC cannot be checked: anything may be in it
+            self.dropped["unknown message id"] += 1
+            return
+        if frame.system == 0:
+            self._turn_away(foreign, "system id 0", "speaks with system id 0: not used")
+            return
+        if self._vehicle(port, frame.system) is not None:
+            self._turn_away(foreign, "a vehicle's system id", "speaks with a vehicle's system id: not used")
+            return
+        partner = port.partner(foreign.address, now)
+        if partner is None:
+            self._turn_away(foreign, "too many partners", f"gets nothing: {MOST_PARTNERS} partners are served already")
+        elif frame.system == self._own_system:
+            partner.heard_s = now  # may listen, but what is for us is not for it
+            text = f"uses our own system id {self._own_system}: give that station another one"
+            self._turn_away(foreign, "our own system id", text)
+        else:
+            partner.heard(frame.system, frame.component, now)
+            message = decode(frame) if port.commands else None
+            if message is None:
+                self.dropped["endpoint takes no commands"] += 1
+            else:
+                self._weigh(foreign, message)
+
+    def _weigh(self, foreign: Foreign, message: Message) -> None:
+        """Pass on a message of another station, refuse it, or see that it is for nobody here."""
+        name, target = message.name, message.fields.get("target_system", 0)
+        vehicle = self._vehicle(foreign.port, target)
+        if message.msgid in KEYS or name in STEERING:
+            self._turn_away(foreign, name, f"sends {name}: never passed on")
+        elif name in MESSAGES and _is_longer(foreign.frame):
+            self._turn_away(foreign, "longer than its message", f"sends {name} with more in it than we can read")
+        elif name in MESSAGES and vehicle is not None:
+            self._ask(foreign, message, vehicle)
+        elif name in MESSAGES:
+            why = f"there is no system {target} here" if target else "not addressed to one vehicle by its id"
+            self._refuse(foreign, message, "no such vehicle", why)
+        elif vehicle is not None:
+            self._turn_away(foreign, "not on the list", f"sends {name} for vehicle {vehicle.id}: not passed on")
+        else:
+            self.dropped["not for a vehicle"] += 1
+
+    def _ask(self, foreign: Foreign, message: Message, vehicle: Vehicle) -> None:
+        """Have what is asked of a vehicle judged; if it may be, hand it to the door."""
+        port, frame, now = foreign.port, foreign.frame, self._clock.now()
+        asked = Asked(message, vehicle, self._guard, self._fleet.frame, self._fleet.vehicles.values(), now)
+        urgent = may_stop(asked)
+        ruling = judge(asked) if urgent or port.ordinary.has(now) else None
+        bucket = port.stops if ruling is not None and ruling.what in STOPS else port.ordinary
+        if ruling is None or not bucket.take(now):
+            self._refuse(foreign, message, "too many", f"more than {MOST_PER_S:.0f} frames a second")
+        elif ruling.why_not:
+            self._refuse(foreign, message, "by the rules", f"vehicle {vehicle.id}: {ruling.why_not}")
+        elif vehicle.keyed and not frame.signed:
+            why = f"vehicle {vehicle.id} takes signed frames only, and what others send is not signed for them"
+            self._refuse(foreign, message, "not signed", why)
+        else:
+            source = f"{port.link.name} {foreign.who}"
+            why_not = self._door.foreign(vehicle.id, frame.raw, ruling.what, source)
+            if why_not:
+                self._refuse(foreign, message, "by the door", f"vehicle {vehicle.id}: {why_not}")
+                return
+            self.passed += 1
+            if not ruling.quiet:
+                text = f"{foreign.who}: {ruling.what}, vehicle {vehicle.id}"
+                self._tell(port, "passed on", text, TELL_GAP_S, NOTICE)
+
+    def _turn_away(self, foreign: Foreign, reason: str, text: str) -> None:
+        """Count and tell, not often, what is wrong with a partner."""
+        self.refused[reason] += 1
+        self._tell(foreign.port, reason, f"{foreign.who} {text}", TELL_SELDOM_S)
+
+    def _refuse(self, foreign: Foreign, message: Message, reason: str, why: str) -> None:
+        """Count, tell and answer (commands only, not often) that something is not passed on."""
+        port, now = foreign.port, self._clock.now()
+        self.refused[reason] += 1
+        self._tell(port, f"refused {reason}", f"{foreign.who}: {message.name} refused: {why}", TELL_GAP_S)
+        if message.name not in ("COMMAND_LONG", "COMMAND_INT") or now - port.answered_s < ANSWER_GAP_S:
+            return
+        port.answered_s = now
+        answer = port.encoder.encode(
+            "COMMAND_ACK",
+            command=message.fields["command"],
+            result=DENIED,
+            progress=0,
+            result_param2=0,
+            target_system=message.system,
+            target_component=message.component,
+        )
+        port.link.send(answer, foreign.address)
+
+    def _vehicle(self, port: Port, system: int) -> Vehicle | None:
+        """The vehicle with MAVLink's id `system` in the network that `port` serves."""
+        number = self._networks[port.link.spec.network]
+        return self._fleet.vehicles.get(number * IDS_PER_NETWORK + system)
+
+    def _tell(self, port: Port, cause: str, text: str, every_s: float, severity: int = WARNING) -> None:
+        """An event: the same cause at most every `every_s` per endpoint, the same text even less often."""
+        now = self._clock.now()
+        told_s, told_text = port.told.get(cause, (-math.inf, ""))
+        if now - told_s < (TELL_SELDOM_S if text == told_text else every_s):
+            port.untold[cause] += 1
+            return
+        port.told[cause] = (now, text)
+        more = port.untold.pop(cause, 0)
+        since = f" ({more} more since the last such line)" if more else ""
+        self._events.say(EventClass.OPERATOR, f"forward {port.link.name}", text + since, severity)
+
+
+def _routing(raw: bytes) -> tuple[int, int, int]:
+    """(message id, addressed system, addressed component) of a whole frame; system 0: everybody."""
+    if raw[0] == MAGIC_V2:
+        msgid, body = raw[7] | raw[8] << 8 | raw[9] << 16, 10
+    else:
+        msgid, body = raw[5], 6
+    known = layout(msgid)
+    if known is None or known.target_system_at < 0:
+        return msgid, 0, 0
+    length = raw[1]  # what lies beyond is zero, and was not sent
+    system_at, component_at = known.target_system_at, known.target_component_at
+    system = raw[body + system_at] if system_at < length else 0
+    component = raw[body + component_at] if 0 <= component_at < length else 0
+    return msgid, system, component
+
+
+def _is_longer(frame: Frame) -> bool:
+    """Whether a frame holds fields newer than our dialect."""
+    known = layout(frame.msgid)
+    return known is None or len(frame.payload) > known.size
+
+
+def _place(address: Address) -> str:
+    """An address in words."""
+    return address if isinstance(address, str) else f"{address[0]}:{address[1]}"

@@ -1,0 +1,240 @@
+"""Reading what another station wrote: a command or a mission item, where it leads, and whether that is allowed.
+
+What cannot be read with certainty (a height whose zero is not known, half a place) is refused. Numbers: MAV_CMD,
+MAV_FRAME of common.xml. How autopilots read heights: ArduCopter 4.7 and PX4 1.17, measured.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from shapely.geometry import LineString, Point
+
+from tui_gcs.core.course import Stand
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.guard import SPEED_TOLERANCE, Guard, Mover, predict
+from tui_gcs.core.messages import Vec3
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.dialect import Message
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
+
+AMSL_FRAMES = frozenset({0, 5})
+"""MAV_FRAME_GLOBAL and its _INT twin: heights above sea level."""
+RELATIVE_FRAMES = frozenset({3, 6})
+"""MAV_FRAME_GLOBAL_RELATIVE_ALT and its _INT twin: heights above home. Terrain frames are not read: without terrain
+data ArduCopter sinks into the ground."""
+HERE_INT = 2**31 - 1
+"""A COMMAND_INT's x or y: where it is now."""
+BAND_TOLERANCE_M = 0.5
+"""As the guard's."""
+MOST_RADIUS_M = 10_000.0
+
+
+QUIET = frozenset({"log read", "message rates", "mission read", "mission upload item", "parameter read", "request"})
+"""What is passed on without an event; the door journals it."""
+
+
+class Refused(Exception):
+    """Why it is not passed on, for the operator."""
+
+
+class Ruling(NamedTuple):
+    """May be passed on as `what`, the guard's word for it, or `why_not`."""
+
+    what: str = ""
+    why_not: str = ""
+
+    @property
+    def quiet(self) -> bool:
+        """Reads only, or one of many frames of something told already: no event for it."""
+        return self.what in QUIET
+
+
+@dataclass(frozen=True)
+class Order:
+    """A MAV_CMD as it came: in COMMAND_LONG, COMMAND_INT or a mission item."""
+
+    command: int
+    params: tuple[float, ...]
+    """Param 1 to 7, of which 5 and 6 are as written: a place's latitude and longitude, or anything else."""
+    frame: int | None
+    """MAV_FRAME; None in a COMMAND_LONG, which has none."""
+    whole: bool = False
+    """A place is in whole numbers of 1e-7 degrees."""
+
+    def param(self, number: int) -> float:
+        """Param `number`, from 1."""
+        return self.params[number - 1]
+
+    def degrees(self) -> tuple[float, float] | None:
+        """(latitude, longitude), not checked; None where it says "here"."""
+        lat, lon = self.param(5), self.param(6)
+        if self.whole:
+            lat, lon = (math.nan if value == HERE_INT else value / 1e7 for value in (lat, lon))
+        if math.isnan(lat) and math.isnan(lon):
+            return None
+        return lat, lon
+
+
+@dataclass(frozen=True)
+class Asked:
+    """One message of another station for one vehicle, and what is needed to judge it."""
+
+    message: Message
+    vehicle: Vehicle
+    guard: Guard
+    local: LocalFrame
+    """The scenario's, for degrees."""
+    others: Iterable[Vehicle]
+    """Vehicles to keep clear of; itself does no harm."""
+    now: float
+
+    @property
+    def name(self) -> str:
+        """MAVLink's name of the message."""
+        return self.message.name
+
+    @property
+    def fields(self) -> dict[str, Any]:
+        """The message's values."""
+        return self.message.fields
+
+
+def read_order(message: Message) -> Order:
+    """The order in a COMMAND_LONG, COMMAND_INT, MISSION_ITEM or MISSION_ITEM_INT."""
+    name, fields = message.name, message.fields
+    if name == "COMMAND_LONG":
+        return Order(fields["command"], tuple(fields[f"param{i}"] for i in range(1, 8)), None)
+    params = (*(fields[f"param{i}"] for i in range(1, 5)), fields["x"], fields["y"], fields["z"])
+    return Order(fields["command"], params, fields["frame"], whole=name in ("COMMAND_INT", "MISSION_ITEM_INT"))
+
+
+def whole_number(value: float, most: int) -> int:
+    """`value` as a number 0…`most`. Raises `Refused`: autopilots round and cut differently."""
+    if not (0 <= value <= most and value == int(value)):
+        raise Refused(f"{value:g} is no whole number within 0…{most}")
+    return int(value)
+
+
+def require_speed(asked: Asked, speed_m_s: float) -> None:
+    """Raise `Refused` for a speed above the scenario's limit. Negative or NaN: leave it as it is."""
+    limit = asked.guard.limits.speed_m_s
+    if speed_m_s > limit * SPEED_TOLERANCE:
+        raise Refused(f"{speed_m_s:.1f} m/s asked, {limit:.1f} allowed")
+
+
+def place_m(asked: Asked, order: Order) -> tuple[float, float] | None:
+    """(x, y) in ENU metres of an order's place, None for "here".
+
+    Raises:
+        Refused: no place on Earth.
+    """
+    place = order.degrees()
+    if place is None:
+        return None
+    lat_deg, lon_deg = place
+    if not (abs(lat_deg) <= 90 and abs(lon_deg) <= 180):
+        raise Refused("its latitude and longitude are no place")
+    x, y = asked.local.to_enu(lat_deg, lon_deg)
+    return float(x), float(y)
+
+
+def command_height_m(asked: Asked, order: Order) -> float:
+    """Height above home that a command (no mission item) leads to; NaN where it names none.
+
+    ArduPilot goes by the frame, and takes a COMMAND_LONG's height as above home. PX4 takes every height as above sea
+    level, whatever the frame says.
+
+    Raises:
+        Refused: another frame or autopilot, or its zero is not known.
+    """
+    autopilot = asked.vehicle.autopilot
+    if math.isnan(order.param(7)):
+        return math.nan
+    if autopilot == AUTOPILOT_PX4:
+        if order.frame is not None and order.frame not in AMSL_FRAMES:
+            raise Refused("PX4 takes every height as above sea level: send it so (frame 0 or 5)")
+        return _above_home_m(asked.vehicle, order.param(7))
+    if order.frame is None:
+        if autopilot != AUTOPILOT_ARDUPILOT:
+            raise Refused("how this autopilot takes the height is not known")
+        return order.param(7)
+    return framed_height_m(asked, order)
+
+
+def framed_height_m(asked: Asked, order: Order) -> float:
+    """Height above home by the order's frame. Raises `Refused` for a frame that is not read."""
+    if order.frame in RELATIVE_FRAMES:
+        return order.param(7)
+    if order.frame in AMSL_FRAMES:
+        return _above_home_m(asked.vehicle, order.param(7))
+    raise Refused(f"heights in frame {order.frame} cannot be checked: use above home (3, 6) or sea level (0, 5)")
+
+
+def _above_home_m(vehicle: Vehicle, alt_amsl_m: float) -> float:
+    home_amsl_m = vehicle.alt_amsl_m - vehicle.alt_rel_m
+    if math.isnan(home_amsl_m):
+        raise Refused("its home's height above sea level is not known yet")
+    return alt_amsl_m - home_amsl_m
+
+
+def require_inside(asked: Asked, xy_m: tuple[float, float], radius_m: float = 0.0) -> None:
+    """Raise `Refused` unless the place, and the circle around it, lie inside the area and outside no-fly zones."""
+    where = f"({xy_m[0]:.0f}, {xy_m[1]:.0f}) m"
+    if not asked.guard.inside((*xy_m, 0.0)):
+        raise Refused(f"{where} is outside the operating area")
+    if radius_m == 0:
+        return
+    if not radius_m <= MOST_RADIUS_M or not asked.guard.allowed.covers(Point(xy_m).buffer(radius_m)):
+        raise Refused(f"a circle of {radius_m:.0f} m about {where} leaves the operating area")
+
+
+def require_band(asked: Asked, height_m: float, *, climbing: bool = False) -> None:
+    """Raise `Refused` unless the height lies in the area's altitude band; `climbing`: only not above it."""
+    area = asked.guard.area
+    low = 0.0 if climbing else area.alt_min_m - BAND_TOLERANCE_M
+    if not low <= height_m <= area.alt_max_m + BAND_TOLERANCE_M:
+        band = f"{area.alt_min_m:.0f}-{area.alt_max_m:.0f} m"
+        raise Refused(f"{height_m:.1f} m above home is outside the altitude band {band}")
+
+
+def require_way(asked: Asked, xy_m: tuple[float, float]) -> None:
+    """Raise `Refused` if the straight way there leaves the area. From outside, what leads inside is allowed."""
+    here = here_m(asked.vehicle)
+    way = LineString([here, xy_m])
+    if way.length > 0 and asked.guard.inside((*here, 0.0)) and not asked.guard.allowed.covers(way):
+        raise Refused("the straight way there leaves the operating area")
+
+
+def require_apart(asked: Asked, goal_m: Vec3) -> None:
+    """Raise `Refused` if another vehicle is at the goal, or comes too close on the way in the next seconds."""
+    me, limits = asked.vehicle, asked.guard.limits
+    course = Stand(goal_m, limits.speed_m_s)
+    mover = Mover(me.id, me.position_m, predict(me.position_m, me.velocity_m_s, course, asked.now))
+    others = []
+    for other in asked.others:
+        if other.id == me.id or not other.airborne or not other.has_position():
+            continue
+        level = math.dist(goal_m[:2], other.position_m[:2])
+        upright = abs(goal_m[2] - other.position_m[2])
+        if level < limits.separation_horizontal_m and upright < limits.separation_vertical_m:
+            raise Refused(f"vehicle {other.id} is there")
+        path_m = predict(other.position_m, other.velocity_m_s, None, asked.now)
+        others.append(Mover(other.id, other.position_m, path_m))
+    verdict = asked.guard.separation(mover, others)
+    if not verdict.ok:
+        raise Refused(verdict.text)
+
+
+def says_here(asked: Asked, order: Order) -> bool:
+    """Whether an order names no place. ArduPilot takes 0, 0 for that, others fly there."""
+    place = order.degrees()
+    return place is None or (place == (0.0, 0.0) and asked.vehicle.autopilot == AUTOPILOT_ARDUPILOT)
+
+
+def here_m(vehicle: Vehicle) -> tuple[float, float]:
+    """Where the vehicle is. Raises `Refused` while that is not known."""
+    if not vehicle.has_position():
+        raise Refused("where it is, is not known")
+    return vehicle.position_m[:2]

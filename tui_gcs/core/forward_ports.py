@@ -1,0 +1,175 @@
+"""Who is at the other end of a forwarding endpoint, what was heard of them, and how much of them is listened to."""
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+
+from tui_gcs.core.links import Address, Link
+from tui_gcs.core.wire.encode import Encoder
+from tui_gcs.core.wire.frames import Frame, StreamCutter, cut_datagram
+
+MOST_PARTNERS = 16
+MOST_SYSTEMS = 64
+"""Systems and components remembered behind one partner."""
+SILENT_S = 60.0
+"""Partners, and systems behind them, from which nothing valid came for so long are forgotten."""
+MOST_PER_S = 50.0
+"""Foreign frames for vehicles, per endpoint."""
+FLUSH_S = 0.5
+"""A stream that pauses for so long in a frame has lost the rest of it."""
+PACK_BYTES = 1200
+"""Frames that leave together share datagrams up to this size, as PX4 sends them: it fits every network's MTU."""
+
+
+@dataclass
+class Partner:
+    """One station, or a router with stations behind it."""
+
+    address: Address
+    heard_s: float
+    stays: bool
+    """The one partner of a point-to-point link."""
+    systems: dict[tuple[int, int], float] = field(default_factory=dict)
+    """(system, component) heard from it, and when last."""
+    waiting: list[bytes] = field(default_factory=list)
+    waiting_bytes: int = 0
+
+    def is_for(self, system: int, component: int) -> bool:
+        """Whether a frame for this system (not 0) and component (0: all of them) is to go here."""
+        if component:
+            return (system, component) in self.systems
+        return any(known == system for known, _ in self.systems)
+
+    def heard(self, system: int, component: int, now: float) -> None:
+        """A valid frame of theirs came."""
+        self.heard_s = now
+        if (system, component) in self.systems or len(self.systems) < MOST_SYSTEMS:
+            self.systems[(system, component)] = now
+
+    def forget(self, now: float) -> None:
+        """Drop systems that are silent."""
+        for key in [key for key, heard_s in self.systems.items() if now - heard_s > SILENT_S]:
+            del self.systems[key]
+
+
+class Bucket:
+    """Lets `MOST_PER_S` through per second, and as many at once after a pause."""
+
+    def __init__(self, now: float) -> None:
+        """Full at `now`."""
+        self._tokens = MOST_PER_S
+        self._at_s = now
+
+    def has(self, now: float) -> bool:
+        """Whether there is one left."""
+        self._tokens = min(MOST_PER_S, self._tokens + (now - self._at_s) * MOST_PER_S)
+        self._at_s = now
+        return self._tokens >= 1
+
+    def take(self, now: float) -> bool:
+        """Take one, if there is one left."""
+        if not self.has(now):
+            return False
+        self._tokens -= 1
+        return True
+
+
+@dataclass
+class Stream:
+    """What is cut of one sender's byte stream."""
+
+    heard_s: float
+    cutter: StreamCutter = field(default_factory=StreamCutter)
+    bad_crc: int = 0
+    """Told of so far."""
+
+
+class Port:
+    """An endpoint at work."""
+
+    def __init__(self, link: Link, commands: bool, encoder: Encoder, now: float) -> None:
+        """`encoder` makes our own answers, with this link's own sequence."""
+        self.link = link
+        self.commands = commands
+        self.encoder = encoder
+        self.ordinary = Bucket(now)
+        self.stops = Bucket(now)
+        """Apart, so that no upload keeps a hold waiting."""
+        self.answered_s = -math.inf
+        self.partners: dict[Address, Partner] = {}
+        self.told: dict[str, tuple[float, str]] = {}
+        """(when, text) of the last event, by cause."""
+        self.untold: Counter[str] = Counter()
+        self._streams: dict[Address, Stream] = {}
+        self.keep_partners(now)
+
+    # ---------------------------------------------------------------- partners
+
+    def keep_partners(self, now: float) -> None:
+        """Know the link's own partner, if it has one; forget who is silent."""
+        fixed = self.link.partners
+        for address in fixed:
+            if address not in self.partners:
+                self.partners[address] = Partner(address, now, stays=True)
+        for partner in list(self.partners.values()):
+            partner.forget(now)
+            gone = partner.address not in fixed if partner.stays else now - partner.heard_s > SILENT_S
+            if gone:
+                del self.partners[partner.address]
+
+    def partner(self, address: Address, now: float) -> Partner | None:
+        """Who sends from `address`: known, or new if there is room. To be asked only for a valid frame."""
+        known = self.partners.get(address)
+        if known is None:
+            known = next((p for p in self.partners.values() if p.stays), None)
+        if known is None and len(self.partners) < MOST_PARTNERS:
+            known = self.partners[address] = Partner(address, now, stays=False)
+        return known
+
+    # ---------------------------------------------------------------- frames
+
+    def cut(self, data: bytes, address: Address, now: float) -> tuple[list[Frame], int]:
+        """(good frames, how many with a wrong CRC) in what came from `address`."""
+        if not self.link.stream:
+            done = cut_datagram(data)
+            return done.frames, done.bad_crc
+        if not data:  # begins anew
+            self._streams.pop(address, None)
+            return [], 0
+        stream = self._streams.get(address)
+        if stream is None:
+            if len(self._streams) >= MOST_PARTNERS:
+                del self._streams[min(self._streams, key=lambda known: self._streams[known].heard_s)]
+            stream = self._streams[address] = Stream(now)
+        stream.heard_s = now
+        return self._of_stream(stream, stream.cutter.feed(data))
+
+    def flush(self, now: float) -> list[tuple[list[Frame], int, Address]]:
+        """(frames, wrong CRCs, sender) of streams that paused within a frame; forgets streams that ended."""
+        flushed = []
+        for address, stream in list(self._streams.items()):
+            if now - stream.heard_s > SILENT_S:
+                del self._streams[address]
+            elif now - stream.heard_s > FLUSH_S:
+                flushed.append((*self._of_stream(stream, stream.cutter.flush()), address))
+        return flushed
+
+    @staticmethod
+    def _of_stream(stream: Stream, frames: list[Frame]) -> tuple[list[Frame], int]:
+        bad_crc = stream.cutter.bad_crc - stream.bad_crc
+        stream.bad_crc = stream.cutter.bad_crc
+        return frames, bad_crc
+
+    def put(self, partner: Partner, raw: bytes) -> None:
+        """Have a frame leave with the next ones."""
+        if partner.waiting_bytes + len(raw) > PACK_BYTES:
+            self.send_waiting(partner)
+        partner.waiting.append(raw)
+        partner.waiting_bytes += len(raw)
+
+    def send_waiting(self, partner: Partner) -> None:
+        """Send what `put` was given."""
+        if partner.waiting:
+            self.link.send(b"".join(partner.waiting), partner.address)
+            partner.waiting.clear()
+            partner.waiting_bytes = 0

@@ -1,0 +1,329 @@
+"""What another station may ask of our vehicles: an allow-list, and what is checked of each thing on it.
+
+Whether the vehicle is heard, ours and may be commanded just now is the door's business, not looked at here.
+Numbers: MAV_CMD of common.xml.
+"""
+
+import math
+from collections.abc import Callable
+
+from tui_gcs.core.firmware.ardupilot import COPTER_TYPES
+from tui_gcs.core.firmware.modes import mode_name
+from tui_gcs.core.forward_missions import mission_item, mission_read, mission_write
+from tui_gcs.core.forward_orders import (
+    Asked,
+    Order,
+    Refused,
+    Ruling,
+    command_height_m,
+    here_m,
+    place_m,
+    read_order,
+    require_apart,
+    require_band,
+    require_inside,
+    require_speed,
+    require_way,
+    says_here,
+    whole_number,
+)
+from tui_gcs.core.wire.mavlink import AUTOPILOT_PX4, FLAG_ARMED
+
+KEYS = frozenset({7, 256, 299})
+"""AUTH_KEY, SETUP_SIGNING, WIFI_CONFIG_AP: frames that carry keys go neither in nor out."""
+STEERING = frozenset(
+    {
+        "MANUAL_CONTROL",
+        "RC_CHANNELS_OVERRIDE",
+        "SET_ACTUATOR_CONTROL_TARGET",
+        "SET_ATTITUDE_TARGET",
+        "SET_POSITION_TARGET_GLOBAL_INT",
+        "SET_POSITION_TARGET_LOCAL_NED",
+    }
+)
+"""Set-points and sticks: two stations that steer one vehicle would tear it to and fro."""
+REPOSITION = 192
+SHORTEST_US, LONGEST_US = 20_000, 10_000_000
+"""Message intervals that others may ask for."""
+CUSTOM_MODE = 1
+"""MAV_MODE_FLAG_CUSTOM_MODE_ENABLED."""
+PROTECTED = (
+    *("SYSID_", "MAV_SYS", "MAV_GCS", "MAV_SIGN", "MAV_OPTIONS"),
+    *("FENCE_", "GF_", "ARMING_", "COM_ARM", "CBRK_"),
+    *("FS_", "BATT_FS", "COM_DL", "COM_FAIL", "COM_LOW_BAT", "COM_OBL", "COM_OF", "COM_RC", "NAV_DLL", "NAV_RCL"),
+)
+"""Beginnings of parameters that this station relies on: identity, signing, fence, arming checks, failsafes."""
+
+
+def judge(asked: Asked) -> Ruling:
+    """Whether one message of another station may go to its vehicle. Never raises."""
+    rule = MESSAGES.get(asked.name)
+    if rule is None:
+        return Ruling(why_not="not on the list of what other stations may send")
+    try:
+        return rule(asked)
+    except Refused as refused:
+        return Ruling(why_not=str(refused))
+
+
+def may_stop(asked: Asked) -> bool:
+    """Whether it can be a hold, a landing, a return or a disarming: cheap to judge, and not to be kept waiting."""
+    if asked.name in ("COMMAND_LONG", "COMMAND_INT"):
+        order = read_order(asked.message)
+        return order.command in _MAY_STOP or _is_pause(order)
+    return asked.name == "SET_MODE"
+
+
+def _always(what: str) -> Callable[[Asked], Ruling]:
+    return lambda asked: Ruling(what)
+
+
+# ---------------------------------------------------------------- commands
+
+
+def _command(asked: Asked) -> Ruling:
+    order = read_order(asked.message)
+    if order.command in READS:
+        return Ruling("request")
+    if order.command in PLAIN:
+        return Ruling(PLAIN[order.command])
+    if order.command in CHECKED:
+        return Ruling(CHECKED[order.command](asked, order))
+    why = DANGEROUS.get(order.command, "not on the list of what other stations may ask")
+    raise Refused(f"command {order.command}: {why}")
+
+
+def _arm(asked: Asked, order: Order) -> str:
+    if order.param(2) != 0:  # 21196 forces, 2989 forces ArduPilot to arm
+        raise Refused("a forced arming or disarming")
+    if order.param(1) not in (0, 1):
+        raise Refused(f"neither arm (1) nor disarm (0): {order.param(1):g}")
+    return "arm" if order.param(1) else "disarm"
+
+
+def _set_mode(asked: Asked, order: Order) -> str:
+    base = whole_number(order.param(1), 255)
+    main = whole_number(order.param(2), 255)  # ArduPilot cuts off what is above
+    if asked.vehicle.autopilot == AUTOPILOT_PX4:
+        return _mode(asked, base, main << 16 | whole_number(order.param(3), 255) << 24)
+    return _mode(asked, base, main)
+
+
+def _mode(asked: Asked, base: int, custom: int) -> str:
+    """The guard's word for a mode."""
+    vehicle = asked.vehicle
+    if not base & CUSTOM_MODE:
+        raise Refused("a mode without its number (base mode only)")
+    if base & FLAG_ARMED and not vehicle.armed:
+        raise Refused("a mode that arms")
+    name = mode_name(vehicle.autopilot, vehicle.type, custom)
+    if name in STOP_MODES:
+        return STOP_MODES[name]
+    if name == "LOITER" and vehicle.type not in COPTER_TYPES:
+        return "hold"
+    if name in OTHER_MODES:
+        return f"mode {name}"
+    raise Refused(f"mode {name}: only modes that need no pilot's sticks and no set-points")
+
+
+def _standard_mode(asked: Asked, order: Order) -> str:
+    words = {5: "return", 6: "mode MISSION", 7: "land"}  # MAV_STANDARD_MODE
+    if order.param(1) not in words:
+        raise Refused(f"standard mode {order.param(1):g}: only return (5), mission (6), land (7)")
+    return words[int(order.param(1))]
+
+
+def _take_off(asked: Asked, order: Order) -> str:
+    here = here_m(asked.vehicle)
+    require_inside(asked, here)
+    if not says_here(asked, order):
+        there = place_m(asked, order) or here
+        require_inside(asked, there)
+        require_way(asked, there)
+    height_m = command_height_m(asked, order)
+    if not (math.isnan(height_m) and asked.vehicle.autopilot == AUTOPILOT_PX4):  # which has a default of its own
+        require_band(asked, height_m, climbing=True)
+    return "take-off"
+
+
+def _reposition(asked: Asked, order: Order) -> str:
+    if _is_pause(order):
+        return "hold"
+    require_speed(asked, order.param(1))
+    there = place_m(asked, order) or here_m(asked.vehicle)
+    require_inside(asked, there, max(0.0, order.param(3)))  # which a plane circles at
+    require_way(asked, there)
+    height_m = command_height_m(asked, order)
+    if math.isnan(height_m):
+        height_m = asked.vehicle.position_m[2]
+    require_band(asked, height_m)
+    require_apart(asked, (*there, height_m))
+    return "reposition"
+
+
+def _is_pause(order: Order) -> bool:
+    """To go to where it is, at the height it has: how stations pause a PX4."""
+    return order.command == REPOSITION and order.degrees() is None and math.isnan(order.param(7))
+
+
+def _pause(asked: Asked, order: Order) -> str:
+    if order.param(1) not in (0, 1):
+        raise Refused(f"neither pause (0) nor continue (1): {order.param(1):g}")
+    return "continue" if order.param(1) else "hold"
+
+
+def _speed(asked: Asked, order: Order) -> str:
+    require_speed(asked, order.param(2))
+    return "speed"
+
+
+def _interval(asked: Asked, order: Order) -> str:
+    interval_us = order.param(2)
+    if interval_us != 0 and not SHORTEST_US <= interval_us <= LONGEST_US:  # 0: as usual
+        raise Refused(f"an interval of {interval_us:g} µs would stop messages or fill the link")
+    return "message rates"
+
+
+def _reboot(asked: Asked, order: Order) -> str:
+    if order.param(1) != 1 or any(order.params[1:]):
+        raise Refused("only a plain restart of the autopilot (param 1 = 1, all others 0)")
+    _require_disarmed(asked)
+    return "reboot"
+
+
+def _fence(asked: Asked, order: Order) -> str:
+    if order.param(1) != 1:
+        raise Refused("would switch the fence off")
+    return "fence on"
+
+
+def _require_disarmed(asked: Asked) -> None:
+    if asked.vehicle.armed:
+        raise Refused("it is armed")
+
+
+READS = frozenset({401, 410, 510, 512, 519, 520, 521, 522, 525, 527, 528, 2504, 2505, 5200, 42428})
+"""Requests for information: pre-arm checks, home, messages, versions, cameras, banner."""
+PLAIN = {
+    20: "return",
+    21: "land",
+    115: "yaw",
+    195: "region of interest",
+    197: "region of interest",
+    201: "region of interest",
+    203: "camera",
+    205: "gimbal",
+    224: "mission item",
+    300: "mission start",
+    530: "camera",
+    531: "camera",
+    532: "camera",
+    1000: "gimbal",
+    1001: "gimbal",
+    2000: "camera",
+    2001: "camera",
+    2500: "camera",
+    2501: "camera",
+}
+"""MAV_CMD and the guard's word, where nothing more is to be checked."""
+CHECKED: dict[int, Callable[[Asked, Order], str]] = {
+    22: _take_off,
+    84: _take_off,
+    176: _set_mode,
+    178: _speed,
+    REPOSITION: _reposition,
+    193: _pause,
+    207: _fence,
+    246: _reboot,
+    262: _standard_mode,
+    400: _arm,
+    511: _interval,
+}
+DANGEROUS = {
+    179: "would move home, the zero of all heights",
+    185: "flight termination",
+    208: "releases the parachute",
+    209: "motor test",
+    241: "calibration, which may run motors",
+    245: "would overwrite stored parameters",
+    310: "actuator test",
+    420: "failure injection",
+}
+"""Why not, where more than "not on the list" can be said."""
+_MAY_STOP = frozenset({20, 21, 176, 193, 262, 400})
+STOP_MODES = {
+    "BRAKE": "hold",
+    "HOLD": "hold",
+    "LAND": "land",
+    "PRECLAND": "land",
+    "QLAND": "land",
+    "QRTL": "return",
+    "RTL": "return",
+    "SMART_RTL": "return",
+}
+"""Modes by name, and the guard's word."""
+OTHER_MODES = frozenset({"AUTO", "GUIDED", "MISSION", "READY", "TAKEOFF"})
+
+
+# ---------------------------------------------------------------- the rest
+
+
+def _legacy_mode(asked: Asked) -> Ruling:
+    return Ruling(_mode(asked, asked.fields["base_mode"], asked.fields["custom_mode"]))
+
+
+def _cancel(asked: Asked) -> Ruling:
+    if asked.fields["command"] in _MAY_STOP:
+        raise Refused("would cancel a stop")
+    return Ruling("cancel")
+
+
+def _parameter(asked: Asked) -> Ruling:
+    name = asked.fields["param_id"].upper()  # ArduPilot does not mind the case
+    if name.startswith(PROTECTED):
+        raise Refused(f"parameter {name}: this station relies on it")
+    return Ruling(f"parameter {name}")
+
+
+def _data_stream(asked: Asked) -> Ruling:
+    rate_hz = asked.fields["req_message_rate"] if asked.fields["start_stop"] == 1 else 0
+    if not 0 < rate_hz <= 1e6 / SHORTEST_US:
+        raise Refused(f"{rate_hz} Hz would stop messages or fill the link")
+    return Ruling("message rates")
+
+
+def _log_read(asked: Asked) -> Ruling:
+    _require_disarmed(asked)
+    return Ruling("log read")
+
+
+def _no_files(asked: Asked) -> Ruling:
+    raise Refused("an autopilot has one file session, and it is this station's")
+
+
+MESSAGES: dict[str, Callable[[Asked], Ruling]] = {
+    "COMMAND_CANCEL": _cancel,
+    "COMMAND_INT": _command,
+    "COMMAND_LONG": _command,
+    "FILE_TRANSFER_PROTOCOL": _no_files,
+    "LOG_REQUEST_DATA": _log_read,
+    "LOG_REQUEST_END": _always("log read"),
+    "LOG_REQUEST_LIST": _log_read,
+    "MISSION_ACK": mission_read,
+    "MISSION_CLEAR_ALL": mission_write,
+    "MISSION_COUNT": mission_write,
+    "MISSION_ITEM": mission_item,
+    "MISSION_ITEM_INT": mission_item,
+    "MISSION_REQUEST": mission_read,
+    "MISSION_REQUEST_INT": mission_read,
+    "MISSION_REQUEST_LIST": mission_read,
+    "MISSION_REQUEST_PARTIAL_LIST": mission_read,
+    "MISSION_SET_CURRENT": _always("mission item"),
+    "MISSION_WRITE_PARTIAL_LIST": mission_write,
+    "PARAM_REQUEST_LIST": _always("parameter read"),
+    "PARAM_REQUEST_READ": _always("parameter read"),
+    "PARAM_SET": _parameter,
+    "REQUEST_DATA_STREAM": _data_stream,
+    "SET_MODE": _legacy_mode,
+}
+"""All that is ever passed on, by message name."""
