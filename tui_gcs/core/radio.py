@@ -1,0 +1,88 @@
+"""What a telemetry radio says of itself (RADIO_STATUS 109, RADIO 166), and stepping back while its buffer is full."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+STEP_GAP_S = 2.0
+"""At most one move in this time: its effect is to be seen first."""
+CLIMB_S, LONGEST_CLIMB_S = 5.0, 160.0
+"""The buffer is free for this long before a richer set is tried; twice as long after each try that failed."""
+RELAPSE_S = 60.0
+"""A buffer that fills again this soon after a step up: the step was the cause."""
+EMPTY_ENOUGH_PCT, FILLING_PCT, NEARLY_FULL_PCT = 90, 50, 20
+"""Free buffer, as in ArduPilot's own back-off (security.md C.1)."""
+
+
+@dataclass(frozen=True)
+class RadioReport:
+    """The newest report of a link's radio, in the radio's own units (SiK: dBm = rssi / 1.9 - 127)."""
+
+    txbuf_pct: int
+    """Free share of its transmit buffer; above 100: it does not know."""
+    rssi: int
+    remote_rssi: int
+    noise: int
+    remote_noise: int
+    rx_errors: int
+    fixed: int
+    """Packets that error correction saved."""
+    age_s: float
+
+
+def radio_report(fields: dict[str, Any], age_s: float) -> RadioReport:
+    """The report in a RADIO_STATUS or RADIO message of that age; the two have the same fields."""
+    return RadioReport(
+        txbuf_pct=fields["txbuf"],
+        rssi=fields["rssi"],
+        remote_rssi=fields["remrssi"],
+        noise=fields["noise"],
+        remote_noise=fields["remnoise"],
+        rx_errors=fields["rxerrors"],
+        fixed=fields["fixed"],
+        age_s=age_s,
+    )
+
+
+class BackOff:
+    """How many steps below the set that fits by calculation a link's vehicles are kept, by the radio's buffer."""
+
+    def __init__(self) -> None:
+        """No step."""
+        self.steps = 0
+        self._moved_s = self._climbed_s = -math.inf
+        self._climb_s = CLIMB_S
+        self._free_since_s = math.inf
+
+    def hear(self, txbuf_pct: int, now: float, most: int, *, asked: bool) -> None:
+        """A report came. `most`: steps there are; `asked`: every vehicle was told of the last move.
+
+        Below 20 % free it goes two steps down at once and does not wait until everybody is told.
+        """
+        if txbuf_pct > 100:
+            return
+        self.steps = min(self.steps, most)
+        if txbuf_pct <= EMPTY_ENOUGH_PCT:
+            self._free_since_s = math.inf
+        elif math.isinf(self._free_since_s):
+            self._free_since_s = now
+        if now - self._moved_s < STEP_GAP_S:
+            return
+        if txbuf_pct < NEARLY_FULL_PCT:
+            self._go_down(2, most, now)
+        elif txbuf_pct < FILLING_PCT and asked:
+            self._go_down(1, most, now)
+        elif self.steps and asked and now - self._free_since_s >= self._climb_s:
+            self.steps -= 1
+            self._moved_s = self._climbed_s = self._free_since_s = now
+
+    def _go_down(self, steps: int, most: int, now: float) -> None:
+        if self.steps >= most:
+            return
+        if now - self._climbed_s < RELAPSE_S:
+            self._climb_s = min(2 * self._climb_s, LONGEST_CLIMB_S)
+        elif math.isfinite(self._climbed_s):
+            self._climb_s = CLIMB_S
+        self._climbed_s = -math.inf
+        self.steps = min(self.steps + steps, most)
+        self._moved_s = now

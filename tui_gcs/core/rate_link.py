@@ -1,0 +1,157 @@
+"""One link as the rate desk sees it: who is on it, which set they are to send, and how fast they may be asked."""
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Any
+
+from tui_gcs.core.links.spec import LinkSpec
+from tui_gcs.core.radio import BackOff
+from tui_gcs.core.rate_sets import (
+    FRAME_BYTES,
+    FULL,
+    HALF_LEAN,
+    LADDER,
+    LEAN,
+    RateSet,
+    best_fit,
+    bytes_per_s,
+    telemetry_budget,
+)
+from tui_gcs.core.wire.frames import SIGNATURE_BYTES
+from tui_gcs.core.wire.intake import Slot
+
+CALM_S = 5.0
+"""A set gets richer when nobody has joined or left the link for this long; poorer at once."""
+ASK_BYTES = 2 * (FRAME_BYTES + SIGNATURE_BYTES) + 33 + 10
+"""COMMAND_LONG there, COMMAND_ACK back, signed."""
+ASKING_SHARE = 0.09
+"""Of a link with a budget goes to asking: 3.9 requests a second on a 57.6 kbit/s radio."""
+MOST_PER_S, MOST_AT_ONCE = 500.0, 25.0
+"""Requests on a link without a budget: a fleet of 250 is asked for its positions within a second."""
+
+
+@dataclass
+class Wish:
+    """One thing wanted of one vehicle on one link: a message at a rate, or to know who it is."""
+
+    hz: float = 0.0
+    """0: not to be sent."""
+    settled_s: float = math.nan
+    """When the vehicle agreed; NaN while it has not."""
+    next_s: float = -math.inf
+    asked: int = 0
+    under_way: bool = False
+
+
+@dataclass
+class Member:
+    """A vehicle on a link."""
+
+    heard_s: float
+    """When it was last heard there."""
+    signed: bool
+    """Its frames carry signatures, 13 bytes each."""
+    who: Wish = field(default_factory=Wish)
+    wishes: dict[int, Wish] = field(default_factory=dict)
+    """By message id, most important first."""
+    look_s: float = -math.inf
+    """When it is to be looked at next."""
+    window_s: float = -math.inf
+    """Since when its frames are counted."""
+    counts: dict[int, tuple[Slot, int]] = field(default_factory=dict)
+    """By message id: frames at the beginning of the window."""
+
+
+class Bucket:
+    """So many requests a second. The copies that a request needs may overdraw it: then nobody new is asked."""
+
+    def __init__(self, per_s: float, at_once: float, now: float) -> None:
+        """Full."""
+        self._per_s, self._at_once = per_s, at_once
+        self._left, self._filled_s = at_once, now
+
+    def has_one(self, now: float) -> bool:
+        """Whether a request may be sent."""
+        self._left = min(self._at_once, self._left + self._per_s * (now - self._filled_s))
+        self._filled_s = now
+        return self._left >= 1.0
+
+    def take(self) -> None:
+        """A copy of a request was sent."""
+        self._left -= 1.0
+
+
+class LinkRates:
+    """A link's vehicles and the set that is asked of all of them."""
+
+    def __init__(self, name: str, spec: LinkSpec | None, now: float) -> None:
+        """Nobody there. Without a spec there is no budget."""
+        self.name = name
+        self.silent = spec is not None and spec.high_latency
+        capacity = spec.bytes_per_s if spec is not None else None
+        self.budget = telemetry_budget(capacity)
+        """Bytes per second for telemetry; None is no limit."""
+        self.fit = FULL if capacity is None else LEAN
+        """Place on the ladder of what fits by calculation. With a budget it starts poor: more vehicles may come."""
+        self.place = self.fit
+        """On the ladder, radio's buffer considered: what is asked."""
+        self.changed_s = now
+        """When somebody last joined or left."""
+        self.told: tuple[int, bool] | None = None
+        """(place, too many) that the operator knows."""
+        self.back_off = BackOff()
+        self.radio: tuple[float, dict[str, Any]] | None = None
+        """When its newest report came, and its fields."""
+        self.members: dict[int, Member] = {}
+        self.turns: deque[int] = deque()
+        """Vehicles in the order in which they are looked at; whoever is first has waited longest."""
+        per_s = MOST_PER_S if capacity is None else min(MOST_PER_S, ASKING_SHARE * capacity / ASK_BYTES)
+        self.bucket = Bucket(per_s, max(1.0, min(MOST_AT_ONCE, per_s / 10)), now)
+
+    @property
+    def set(self) -> RateSet:
+        """What is asked of every vehicle there."""
+        return LADDER[self.place]
+
+    @property
+    def lowest(self) -> int:
+        """The poorest place that a full radio buffer leads to: anybody can forge the radio's report."""
+        return max(self.fit, HALF_LEAN)
+
+    @property
+    def too_many(self) -> bool:
+        """Whether not even the poorest set fits."""
+        return self.budget is not None and self.needed(len(LADDER) - 1) > self.budget
+
+    @property
+    def signed(self) -> int:
+        """How many of its vehicles sign."""
+        return sum(member.signed for member in self.members.values())
+
+    def needed(self, place: int) -> float:
+        """Bytes per second of all vehicles with the set at `place`."""
+        return bytes_per_s(LADDER[place].hz, len(self.members), self.signed)
+
+    def join(self, vehicle: int, member: Member, now: float) -> None:
+        """A vehicle is heard on this link from now on."""
+        self.members[vehicle] = member
+        self.turns.append(vehicle)
+        self.changed_s = now
+
+    def leave(self, vehicle: int, now: float) -> None:
+        """Its share is for the others."""
+        del self.members[vehicle]
+        self.turns.remove(vehicle)
+        self.changed_s = now
+
+    def plan(self, now: float) -> None:
+        """Choose the set anew; a change is looked at with every vehicle at once."""
+        fit = best_fit(self.budget, len(self.members), self.signed)
+        if fit > self.fit or now - self.changed_s >= CALM_S:
+            self.fit = fit
+        place = min(self.fit + self.back_off.steps, self.lowest)
+        if place != self.place:
+            self.place = place
+            for member in self.members.values():
+                member.look_s = now
