@@ -14,11 +14,13 @@ from tests.bench.headless import help_cpu, lock_step
 from tests.bench.live import live
 from tests.bench.row import NotMeasured, Row
 from tests.bench.tlog import tlog
+from tests.bench.wire import wire
 
 PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "help": help_cpu,
     "decoder": decoder,
     "lock-step": lock_step,
+    "wire": wire,
     "tlog": tlog,
     "live": live,
 }
