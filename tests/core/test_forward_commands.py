@@ -8,6 +8,7 @@ from forward_rig import KEY, OWN, QGC, TEXT, Rig, any_frame, command_long, hold,
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tui_gcs.core.forward_orders import Asked, Ruling
 from tui_gcs.core.forward_rules import MESSAGES
 from tui_gcs.core.links import Address
 from tui_gcs.core.wire.dialect import layout
@@ -222,6 +223,19 @@ def test_stops_are_bounded_too() -> None:
     for _ in range(500):
         hold(flight)
     assert flight.door.whats == ["hold"] * 50
+    flight.clock.advance(1000.0)
+    for _ in range(500):
+        hold(flight)
+    assert flight.door.whats == ["hold"] * 100, "a pause saves up nothing"
+
+
+def test_what_is_too_much_is_not_even_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+    flight = Rig(link("udpin:a"), commands=True)
+    judged: list[Asked] = []
+    monkeypatch.setattr("tui_gcs.core.forward.judge", lambda asked: judged.append(asked) or Ruling("reposition"))
+    for _ in range(500):
+        flight.command(192)
+    assert len(judged) == 50
 
 
 # ---------------------------------------------------------------- streams
@@ -244,6 +258,7 @@ def test_a_stream_that_begins_anew_forgets_its_half_frame_and_a_pause_ends_one()
         flight.links[0].inject(data, QGC)
     flight.forwarder.tick()
     assert [taken for _, taken, *_ in flight.door.taken] == [raw]
+    assert not flight.forwarder.refused
     flight.links[0].inject(b"\xfd\xff\x00" + raw, QGC)  # noise that announces a long frame
     flight.forwarder.tick()
     assert len(flight.door.taken) == 1

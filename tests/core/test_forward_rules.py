@@ -267,6 +267,7 @@ def test_a_reposition_keeps_clear_of_others() -> None:
     assert said(placed(flying(), 192, 80, 50, 30.0, there)) == "no: vehicle 2 is there"
     assert said(placed(flying(), 192, 95, 50, 30.0, near)).startswith("no: too close to vehicle 2 in")
     assert said(placed(flying(), 192, 80, 50, 30.0, parked)) == "reposition"
+    assert said(placed(flying(), 192, 55, 50, 30.0)) == "reposition", "of itself it need not keep clear"
 
 
 def test_a_reposition_is_no_faster_than_allowed_and_circles_inside() -> None:
@@ -341,6 +342,7 @@ def test_the_first_item_is_home_for_arducopter_only() -> None:
     assert said(item(16, 900, 900, 488.0, **home)) == "mission upload item"
     assert said(item(16, 900, 900, 488.0, flying(PX4), **home)).startswith("no: mission item 0")
     assert said(item(21, 900, 900, 488.0, **home)).startswith("no: mission item 0")
+    assert said(item(16, 900, 900, 488.0, mission_type=2, **home)).startswith("no: mission item 0")
 
 
 def test_landing_at_0_0_is_here_for_arducopter_and_in_the_atlantic_for_px4() -> None:
