@@ -12,6 +12,7 @@ from pathlib import Path
 from tests.bench.decode import decoder
 from tests.bench.headless import help_cpu, lock_step
 from tests.bench.live import live
+from tests.bench.load import latency, load
 from tests.bench.row import NotMeasured, Row
 from tests.bench.tlog import tlog
 from tests.bench.wire import wire
@@ -22,6 +23,8 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "lock-step": lock_step,
     "wire": wire,
     "tlog": tlog,
+    "load": load,
+    "latency": latency,
     "live": live,
 }
 

@@ -30,8 +30,8 @@ ZERO_KEY = bytes(32)
 class Datagram(NamedTuple):
     """What a vehicle sends at once."""
 
-    tick: int
-    """When: counted in `TICK_S`."""
+    t_s: float
+    """When, after the beginning."""
     vehicle: int
     """Which: 0 is the first."""
     data: bytes
@@ -76,19 +76,19 @@ RATE_HZ = sum(RATES_HZ.values())
 
 
 @functools.cache
-def stream(vehicles: int, seconds: float, seed: int = 1) -> tuple[Datagram, ...]:
-    """What `vehicles` vehicles (system ids from 1) send in `seconds`, in order of time."""
-    datagrams = [datagram for vehicle in range(vehicles) for datagram in _vehicle(vehicle, seconds, seed)]
-    return tuple(sorted(datagrams, key=lambda datagram: datagram.tick))
+def stream(vehicles: int, seconds: float, times: int = 1) -> tuple[Datagram, ...]:
+    """What `vehicles` vehicles (system ids from 1) send in `seconds`, in order; all rates `times` what they are."""
+    datagrams = [datagram for vehicle in range(vehicles) for datagram in _vehicle(vehicle, seconds, times)]
+    return tuple(sorted(datagrams, key=lambda datagram: datagram.t_s))
 
 
 @functools.cache
-def signed_stream(vehicles: int, seconds: float, seed: int = 1) -> tuple[Datagram, ...]:
+def signed_stream(vehicles: int, seconds: float) -> tuple[Datagram, ...]:
     """The same frames as PX4 sends them: each signed with the zero key on link 0, each in a datagram of its own."""
     began = (UNIX_S - SIGNATURE_EPOCH_S) * 100_000
     return tuple(
-        Datagram(sent.tick, sent.vehicle, sign(raw, ZERO_KEY, 0, began + sent.tick * round(TICK_S * 1e5) + number), 1)
-        for sent in stream(vehicles, seconds, seed)
+        Datagram(sent.t_s, sent.vehicle, sign(raw, ZERO_KEY, 0, began + round(sent.t_s * 1e5) + number), 1)
+        for sent in stream(vehicles, seconds)
         for number, raw in enumerate(frames_of(sent.data))
     )
 
@@ -127,28 +127,28 @@ def _kind(name: str) -> Any:
     return next(kind for kind in mavlink.mavlink_map.values() if kind.msgname == name)
 
 
-def _vehicle(vehicle: int, seconds: float, seed: int) -> Iterator[Datagram]:
+def _vehicle(vehicle: int, seconds: float, times: int) -> Iterator[Datagram]:
     """All datagrams of one vehicle; each of its messages has a phase of its own."""
-    chance = random.Random(f"{seed}/{vehicle}")
+    chance = random.Random(vehicle)
+    tick_s = TICK_S / times
     due: dict[int, list[str]] = {}
     for name, rate_hz in RATES_HZ.items():
         gap = 1 / (rate_hz * TICK_S)
         phase = chance.uniform(0, gap)
-        for number in range(math.ceil((seconds / TICK_S - phase) / gap)):
+        for number in range(math.ceil((seconds / tick_s - phase) / gap)):
             due.setdefault(int(phase + number * gap), []).append(name)
     seq = chance.randrange(256)
     for tick in sorted(due):
-        flight = _flight(vehicle, tick, chance)
+        flight = _flight(vehicle, tick * tick_s, chance)
         data = b""
         for name in due[tick]:
             data += frame(vehicle + 1, seq, name, VALUES[name](flight))
             seq += 1
-        yield Datagram(tick, vehicle, data, len(due[tick]))
+        yield Datagram(tick * tick_s, vehicle, data, len(due[tick]))
 
 
-def _flight(vehicle: int, tick: int, chance: random.Random) -> Flight:
+def _flight(vehicle: int, t_s: float, chance: random.Random) -> Flight:
     """8 m/s on a circle of 60 m, a little up and down."""
-    t_s = tick * TICK_S
     angle = t_s * 8 / 60 + vehicle
     x_m, y_m = 60 * math.cos(angle), 60 * math.sin(angle)
     north_m, east_m = 20 + 100 * (vehicle // 5) + x_m, 50 + 100 * (vehicle % 5) + y_m

@@ -9,7 +9,7 @@ import numpy as np
 from pymavlink import mavutil
 
 from tests.bench.row import NotMeasured, Row
-from tests.bench.stream import TICK_S, UNIX_S, frames_of, stream
+from tests.bench.stream import UNIX_S, frames_of, stream
 from tui_gcs.core.tlog_index import index_tlog
 
 VEHICLES, BLOCK_S, BLOCKS = 50, 60.0, 60
@@ -54,7 +54,7 @@ def write_hour(path: Path) -> int:
     times_us, raws = [], []
     for sent in stream(VEHICLES, BLOCK_S):
         for raw in frames_of(sent.data):
-            times_us.append(round(sent.tick * TICK_S * 1e6) + sent.vehicle)
+            times_us.append(round(sent.t_s * 1e6) + sent.vehicle)
             raws.append(bytes(8) + raw)
     block = np.frombuffer(bytearray(b"".join(raws)), np.uint8)
     begins = np.cumsum([0, *(len(raw) for raw in raws[:-1])])

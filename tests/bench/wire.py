@@ -51,7 +51,7 @@ def wire(_: Path) -> Iterator[Row]:
 def best_us(makers: list[Maker], sent: tuple[Datagram, ...]) -> list[float]:
     """Microseconds per frame of each reader; they take turns, so that each meets the same machine."""
     before, after = split(sent)
-    frames = sum(datagram.frames for datagram in sent if datagram.tick >= WARM_TICKS)
+    frames = sum(datagram.frames for datagram in sent if tick_of(datagram) >= WARM_TICKS)
     best_s = [float("inf")] * len(makers)
     for _ in range(ROUNDS):
         for i, maker in enumerate(makers):
@@ -67,10 +67,14 @@ def best_us(makers: list[Maker], sent: tuple[Datagram, ...]) -> list[float]:
 
 def split(sent: tuple[Datagram, ...]) -> tuple[list[Batch], list[Batch]]:
     """Datagrams as a link gives them: all that came in one tick, each with its sender; warming up, and then."""
-    batches: list[Batch] = [[] for _ in range(sent[-1].tick + 1)]
+    batches: list[Batch] = [[] for _ in range(tick_of(sent[-1]) + 1)]
     for datagram in sent:
-        batches[datagram.tick].append((datagram.data, ("127.0.0.1", 20_000 + datagram.vehicle)))
+        batches[tick_of(datagram)].append((datagram.data, ("127.0.0.1", 20_000 + datagram.vehicle)))
     return batches[:WARM_TICKS], batches[WARM_TICKS:]
+
+
+def tick_of(datagram: Datagram) -> int:
+    return round(datagram.t_s / TICK_S)
 
 
 def pymavlink() -> Read:
