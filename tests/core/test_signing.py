@@ -308,6 +308,7 @@ def test_b6_32_quarantined_times_are_those_of_their_own_stream() -> None:
     verifier = Verifier(SECRET)
     assert verifier.check(at(HOUR, link=1), WALL_S) is Verdict.AHEAD
     assert verifier.check(at(HOUR + 1, link=2), WALL_S) is Verdict.AHEAD
+    assert verifier.check(at(HOUR, link=3), WALL_S + HOUR) is Verdict.GOOD
     assert verifier.check(at(HOUR + 2, link=2), WALL_S + HOUR) is Verdict.GOOD
     assert verifier.check(at(HOUR, link=1), WALL_S + HOUR) is Verdict.OLD
     assert verifier.check(at(HOUR + 1, link=1), WALL_S + HOUR) is Verdict.GOOD
