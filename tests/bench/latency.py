@@ -22,7 +22,7 @@ from tui_gcs.core import messages as m
 
 SO_TIMESTAMPNS = 35
 """Linux, asm-generic/socket.h; Python's socket module has no name for it."""
-QUIET_S, REQUESTS = 8.0, 150
+QUIET_S, REQUESTS = 15.0, 150
 ASK_GAP_S = 0.04
 TIMESYNC, SET_POSITION_TARGET = b"\x6f\x00\x00", b"\x56\x00\x00"
 PROBE = 1

@@ -27,4 +27,4 @@ class Row:
     def __str__(self) -> str:
         limit = "" if self.limit is None else f"{'>=' if self.at_least else '<='} {self.limit:g} {self.unit}"
         shown = f"{self.value:.0f}" if self.value >= 100 else f"{self.value:.2f}"
-        return f"{self.name:<56}{shown + ' ' + self.unit:>12}{limit:>12}{'' if self.kept else '  NOT KEPT'}"
+        return f"{self.name:<60}{shown + ' ' + self.unit:>14}{limit:>12}{'' if self.kept else '  NOT KEPT'}"

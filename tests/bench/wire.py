@@ -16,9 +16,9 @@ from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.scenario import Origin
 from tui_gcs.core.wire.intake import Intake, Slot, Source
 
-VEHICLES, SECONDS = 250, 10.0
+VEHICLES, SECONDS = 250, 16.0
 ROUNDS = 5
-WARM_TICKS = 200
+WARM_TICKS = 525
 """The first four seconds are read but not measured: every vehicle is found, every message has come."""
 LOOK_EVERY = 2
 """Ticks of 20 ms; a station looks every 50 ms."""
