@@ -35,6 +35,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_run(commands)
     _add_replay(commands)
     _add_control(commands)
+    _add_keys(commands)
     return parser
 
 
@@ -99,6 +100,42 @@ def _add_control(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser = _add(commands, "sim", "sim", "simulated vehicles alone, for any ground station: sends to a UDP address")
     parser.add_argument("scenario", metavar="SCENARIO.toml")
     parser.add_argument("--target", default="127.0.0.1:14550", metavar="HOST:PORT")
+
+
+def _add_keys(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    keys = _add(commands, "keys", "keys", "signing keys: make, import, list, assign, remove, give to a vehicle")
+    actions = keys.add_subparsers(title="actions", required=True, metavar="ACTION", dest="what")
+    parsers: dict[str, argparse.ArgumentParser] = {}
+    for name, text in (
+        ("add", "keep a new random key"),
+        (
+            "import",
+            "keep a key that another ground station has; asks for it without showing it, or reads it from stdin",
+        ),
+        ("list", "names, fingerprints and vehicles; never a key"),
+        ("assign", "a vehicle holds this key already: believe nothing else of it"),
+        ("unassign", "a vehicle does not sign any more"),
+        ("remove", "forget a key; asks"),
+        ("provision", "give a vehicle its key, through the running station; asks"),
+    ):
+        parser = parsers[name] = actions.add_parser(name, help=text, description=text)
+        parser.add_argument("--kind", choices=("live", "sim"), default="live", help="whose keys (default live)")
+        if name == "provision":
+            parser.add_argument("vehicle", type=int, metavar="VEHICLE", help="as the fly screen numbers it")
+        if name not in ("list", "unassign"):
+            parser.add_argument("name", metavar="NAME")
+        if name in ("add", "import", "assign", "unassign"):
+            needed = name.endswith("assign")
+            parser.add_argument("--vehicle", type=int, metavar="ID", required=needed, help="MAVLink system id")
+            parser.add_argument("--network", default="", metavar="NET", help="where ids are told apart by network")
+    parsers["add"].add_argument("--hex", action="store_true", help="not a random one: ask for 64 hex digits")
+    parsers["import"].add_argument(
+        "--as",
+        dest="form",
+        required=True,
+        choices=("hex", "mavproxy", "missionplanner", "qgc"),
+        help="64 hex digits, or a passphrase of that ground station (QGroundControl until 2025: missionplanner)",
+    )
 
 
 def _scenario_and_links(parser: argparse.ArgumentParser) -> None:
