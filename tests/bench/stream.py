@@ -128,7 +128,7 @@ def _kind(name: str) -> Any:
 
 
 def _vehicle(vehicle: int, seconds: float, times: int) -> Iterator[Datagram]:
-    """All datagrams of one vehicle; each of its messages has a phase of its own."""
+    """All datagrams of one vehicle. Its ticks fall between those of others; each of its messages has its own phase."""
     chance = random.Random(vehicle)
     tick_s = TICK_S / times
     due: dict[int, list[str]] = {}
@@ -137,14 +137,15 @@ def _vehicle(vehicle: int, seconds: float, times: int) -> Iterator[Datagram]:
         phase = chance.uniform(0, gap)
         for number in range(math.ceil((seconds / tick_s - phase) / gap)):
             due.setdefault(int(phase + number * gap), []).append(name)
-    seq = chance.randrange(256)
+    seq, offset_s = chance.randrange(256), chance.uniform(0, tick_s)
     for tick in sorted(due):
-        flight = _flight(vehicle, tick * tick_s, chance)
+        t_s = tick * tick_s + offset_s
+        flight = _flight(vehicle, t_s, chance)
         data = b""
         for name in due[tick]:
             data += frame(vehicle + 1, seq, name, VALUES[name](flight))
             seq += 1
-        yield Datagram(tick * tick_s, vehicle, data, len(due[tick]))
+        yield Datagram(t_s, vehicle, data, len(due[tick]))
 
 
 def _flight(vehicle: int, t_s: float, chance: random.Random) -> Flight:

@@ -8,7 +8,7 @@ from pymavlink.dialects.v20 import all as mavlink
 from pymavlink.generator import mavcrc
 
 from tests.bench.row import NotMeasured, Row
-from tests.bench.stream import ORIGIN_DEG, TICK_S, Datagram, signed_stream, stream
+from tests.bench.stream import ORIGIN_DEG, Datagram, signed_stream, stream
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.fleet import Fleet
@@ -18,16 +18,16 @@ from tui_gcs.core.wire.intake import Intake, Slot, Source
 
 VEHICLES, SECONDS = 250, 16.0
 ROUNDS = 5
-WARM_TICKS = 525
-"""The first four seconds are read but not measured: every vehicle is found, every message has come."""
-LOOK_EVERY = 2
-"""Ticks of 20 ms; a station looks every 50 ms."""
+READ_S, LOOK_EVERY = 0.005, 10
+"""As a station under load: links are read every 5 ms, the newest is looked at every 50 ms."""
+WARM_S = 10.5
+"""The beginning is read but not measured: every vehicle is found, every message has come (texts every 10 s)."""
 ORIGIN = Origin(lat_deg=ORIGIN_DEG[0], lon_deg=ORIGIN_DEG[1], ground_amsl_m=110.0)
 LINK = "udpin:0.0.0.0:14550"
 
 Batch = list[tuple[bytes, tuple[str, int]]]
 Read = Callable[[list[Batch]], int]
-"""Reads what came in each 20 ms; how many frames that were."""
+"""Reads what came in each `READ_S`; how many frames that were."""
 Maker = Callable[[], Read]
 
 
@@ -51,7 +51,7 @@ def wire(_: Path) -> Iterator[Row]:
 def best_us(makers: list[Maker], sent: tuple[Datagram, ...]) -> list[float]:
     """Microseconds per frame of each reader; they take turns, so that each meets the same machine."""
     before, after = split(sent)
-    frames = sum(datagram.frames for datagram in sent if tick_of(datagram) >= WARM_TICKS)
+    frames = sum(datagram.frames for datagram in sent if datagram.t_s >= WARM_S)
     best_s = [float("inf")] * len(makers)
     for _ in range(ROUNDS):
         for i, maker in enumerate(makers):
@@ -66,15 +66,12 @@ def best_us(makers: list[Maker], sent: tuple[Datagram, ...]) -> list[float]:
 
 
 def split(sent: tuple[Datagram, ...]) -> tuple[list[Batch], list[Batch]]:
-    """Datagrams as a link gives them: all that came in one tick, each with its sender; warming up, and then."""
-    batches: list[Batch] = [[] for _ in range(tick_of(sent[-1]) + 1)]
+    """Datagrams as a link gives them: all that came since the last look, with their senders; warming up, and then."""
+    batches: list[Batch] = [[] for _ in range(int(sent[-1].t_s / READ_S) + 1)]
     for datagram in sent:
-        batches[tick_of(datagram)].append((datagram.data, ("127.0.0.1", 20_000 + datagram.vehicle)))
-    return batches[:WARM_TICKS], batches[WARM_TICKS:]
-
-
-def tick_of(datagram: Datagram) -> int:
-    return round(datagram.t_s / TICK_S)
+        batches[int(datagram.t_s / READ_S)].append((datagram.data, ("127.0.0.1", 20_000 + datagram.vehicle)))
+    warm = round(WARM_S / READ_S)
+    return batches[:warm], batches[warm:]
 
 
 def pymavlink() -> Read:
@@ -107,7 +104,7 @@ def newest_raw() -> Read:
     intake = Intake("", Nobody())
 
     def read(batches: list[Batch]) -> int:
-        return sum(len(intake.datagrams(LINK, batch, tick * TICK_S)) for tick, batch in enumerate(batches))
+        return sum(len(intake.datagrams(LINK, batch, n * READ_S)) for n, batch in enumerate(batches))
 
     return read
 
@@ -120,10 +117,10 @@ def fleet_columns() -> Read:
 
     def read(batches: list[Batch]) -> int:
         count = 0
-        for tick, batch in enumerate(batches):
-            clock.advance(TICK_S)
+        for number, batch in enumerate(batches):
+            clock.advance(READ_S)
             count += len(intake.datagrams(LINK, batch, clock.now()))
-            if tick % LOOK_EVERY == 0:
+            if number % LOOK_EVERY == 0:
                 fleet.tick()
         seen = fleet.vehicles.values()
         if len(seen) != VEHICLES or not all(v.has_position() and v.has_battery_status for v in seen):
