@@ -28,6 +28,7 @@ from sitl.modes import (
     Stage,
 )
 from sitl.parameters import ParameterTable
+from sitl.signing import Signer
 from sitl.streams import Streams
 from sitl.vehicle import Vehicles, VehicleSpec
 from sitl.wire import Encoder
@@ -64,6 +65,7 @@ class Autopilot:
         self.uid = uid
         self.params = ParameterTable(spec.system_id)
         self.encoder = Encoder(spec.system_id)
+        self.signer = Signer(spec.signing)
         self.out: list[bytes] = []
         self.deferred: list[tuple[str, dict[str, Any]]] | None = None
         """Messages kept back until a command is acknowledged; None: nothing is."""
@@ -94,6 +96,7 @@ class Autopilot:
         self.prearm_text_us = now_us + PREARM_TEXT_US
         self.timesync_us = now_us + TIMESYNC_US
         self.streams = Streams()
+        self.signer.power_on(now_us)
         self.once: list[str] = []
         """Messages to be sent once, with the next tick."""
         self._boot_texts_due = True
@@ -108,7 +111,7 @@ class Autopilot:
         if self.deferred is not None:
             self.deferred.append((name, fields))
             return
-        frame = self.encoder.frame(name, fields)
+        frame = self.signer.sign(self.encoder.frame(name, fields), self.now_us)
         if not self.silent:
             self.out.append(frame)
 

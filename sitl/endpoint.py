@@ -5,6 +5,7 @@ from typing import Any
 
 from sitl import commands, guided
 from sitl.autopilot import Autopilot
+from sitl.modes import Severity
 from sitl.parameters import Entry
 from sitl.wire import Received, cut
 
@@ -17,7 +18,8 @@ def receive(ap: Autopilot, datagram: bytes) -> None:
         handler = _HANDLERS.get(frame.name)
         if handler is None or frame.fields.get("target_system", 0) not in (0, ap.spec.system_id):
             continue
-        handler(ap, frame)
+        if ap.signer.believes(frame.raw):
+            handler(ap, frame)
 
 
 def _heartbeat(ap: Autopilot, frame: Received) -> None:
@@ -119,6 +121,16 @@ def _mission_refused(ap: Autopilot, frame: Received) -> None:
     )
 
 
+def _setup_signing(ap: Autopilot, frame: Received) -> None:
+    """SETUP_SIGNING: never acknowledged; what is sent from now on shows it. PX4 takes it over USB only."""
+    if ap.signer.px4:
+        return
+    if ap.armed:
+        ap.text(Severity.WARNING, "ERROR: Won't setup signing when armed")
+        return
+    ap.signer.take(bytes(frame.fields["secret_key"]), frame.fields["initial_timestamp"])
+
+
 _HANDLERS: dict[str, Callable[[Autopilot, Received], None]] = {
     "HEARTBEAT": _heartbeat,
     "COMMAND_LONG": _command_long,
@@ -133,4 +145,5 @@ _HANDLERS: dict[str, Callable[[Autopilot, Received], None]] = {
     "PARAM_SET": _param_set,
     "MISSION_REQUEST_LIST": _mission_request_list,
     "MISSION_COUNT": _mission_refused,
+    "SETUP_SIGNING": _setup_signing,
 }

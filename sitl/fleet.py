@@ -99,6 +99,10 @@ class SimFleet:
         pilot.armed = False
         self._vehicles.rest(index)
 
+    def set_key(self, index: int, key: bytes, timestamp: int = 0) -> None:
+        """Give the vehicle a signing key as over a cable; without bytes it signs no more."""
+        self._pilots[index].signer.take(key, timestamp)
+
     # Truth, for referees
 
     @property

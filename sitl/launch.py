@@ -1,7 +1,8 @@
 """Simulated vehicles in real time over UDP: python -m sitl.launch --spec FILE --target HOST:PORT.
 
 FILE is JSON: {"seed": 0, "token": "16 hex digits", "vehicles": [{"system_id": 1, "lat_deg": …, "lon_deg": …,
-"ground_amsl_m": …, "heading_deg": …}]}. Each vehicle has its own socket and source port, as ArduPilot's SITL has.
+"ground_amsl_m": …, "heading_deg": …, "signing_key": "64 hex digits", "px4_signing": false}]}; the last three may be
+missing. Each vehicle has its own socket and source port, as ArduPilot's SITL has.
 """
 
 import argparse
@@ -16,6 +17,7 @@ from types import FrameType
 from typing import Any
 
 from sitl.fleet import SimFleet, VehicleSpec
+from sitl.signing import SigningSpec, time_of
 
 TICK_S = 0.05
 MAX_BEHIND_S = 1.0
@@ -60,6 +62,11 @@ def _vehicle(entry: dict[str, Any]) -> VehicleSpec:
         lon_deg=float(entry["lon_deg"]),
         ground_amsl_m=float(entry["ground_amsl_m"]),
         heading_deg=float(entry.get("heading_deg", 0.0)),
+        signing=SigningSpec(
+            key=bytes.fromhex(entry.get("signing_key", "")),
+            timestamp=time_of(time.time()),
+            px4=bool(entry.get("px4_signing", False)),
+        ),
     )
 
 

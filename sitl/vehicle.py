@@ -4,10 +4,12 @@ Each vehicle has its own frame: ENU metres about the place where it was put down
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+
+from sitl.signing import SigningSpec
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -43,6 +45,7 @@ class VehicleSpec:
     lon_deg: float
     ground_amsl_m: float
     heading_deg: float = 0.0
+    signing: SigningSpec = field(default_factory=SigningSpec)
 
 
 def approach_speed(distance_m: Array, decel_m_s2: Array | float) -> Array:

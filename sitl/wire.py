@@ -75,6 +75,8 @@ class Received(NamedTuple):
     component: int
     name: str
     fields: dict[str, Any]
+    raw: bytes
+    """The whole frame."""
 
 
 LAYOUTS: dict[int, Layout] = {msgid: Layout(cls) for msgid, cls in dialect.mavlink_map.items()}
@@ -147,4 +149,4 @@ def _decode(data: bytes, at: int, length: int) -> Received | None:
     crc = int.from_bytes(data[end : end + 2], "little")
     if crc != crc16.mcrf4xx(data[at + 1 : end] + layout.crc_extra):
         return None
-    return Received(system, component, layout.name, layout.unpack(data[start:end]))
+    return Received(system, component, layout.name, layout.unpack(data[start:end]), data[at : at + length])
