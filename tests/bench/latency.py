@@ -23,7 +23,8 @@ from tui_gcs.core import messages as m
 SO_TIMESTAMPNS = 35
 """Linux, asm-generic/socket.h; Python's socket module has no name for it."""
 QUIET_S, REQUESTS = 15.0, 150
-ASK_GAP_S = 0.04
+ASK_GAP_S = 0.06
+"""A station answers the same vehicle every 20 ms at most; PX4 asks every 100 ms."""
 TIMESYNC, SET_POSITION_TARGET = b"\x6f\x00\x00", b"\x56\x00\x00"
 PROBE = 1
 """Its system id: one that the scenario has in a team, so that it may be commanded."""
@@ -66,7 +67,7 @@ def percentile(values: list[float], percent: float) -> float:
 
 
 class Probe:
-    """Vehicle 1 of the stream, in a thread. It asks for the time every 40 ms and notes when everything arrived."""
+    """Vehicle 1 of the stream, in a thread. It asks for the time again and again, and notes when everything arrived."""
 
     def __init__(self, port: int, seconds: float) -> None:
         self.heard: list[tuple[int, bytes]] = []
