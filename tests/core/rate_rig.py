@@ -21,6 +21,8 @@ SET_INTERVAL, REQUEST_MESSAGE = 511, 512
 RADIO, LAN = "serial:radio:57600", "udpin:127.0.0.1:14550"
 SATELLITE = "udpout:127.0.0.1:5000"
 OFF = -1.0
+SIGNED_FRAME = bytes((0xFD, 0, 1))
+"""As far as anybody looks: version 2, with the flag "signed"."""
 
 
 @dataclass
@@ -62,7 +64,7 @@ class Pilot:
             path.slots[message] = Slot(stream, self.vehicle.id, 1, message)
         slot = path.slots[message]
         slot.count += 1
-        slot.t_s = slot.stream.heard_s = self.vehicle.heard_s = now
+        slot.t_s = slot.stream.heard_s = now
         if message == 0:
             self.vehicle.heartbeat_s = now
 
@@ -110,8 +112,11 @@ class Bench:
         """A path of a vehicle over a link."""
         source = Source("", link, ("vehicle", number))
         stream = Stream(source)
-        stream.flags = int(signed)
-        return Path(source, PathState.USED, self.clock.now(), {stream})
+        path = Path(source, PathState.USED, self.clock.now(), [stream])
+        if signed:
+            path.slots[0] = Slot(stream, number, 1, 0)
+            path.slots[0].raw = SIGNED_FRAME
+        return path
 
     def fleet(self, n: int, link: str, **how: Any) -> "Bench":
         """Vehicles 1…n on a link."""

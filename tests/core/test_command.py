@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import pytest
+from vehicles import a_vehicle
 
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.events import ALERT, EventLog
@@ -25,7 +26,7 @@ class Bench:
     def __post_init__(self) -> None:
         self.events = EventLog(self.clock)
         self.service = CommandService(self.clock, self.events)
-        self.vehicle = Vehicle(1, "memory", "here", 3, 2)
+        self.vehicle = a_vehicle(1)
         self.talks = True
 
     def run(self, seconds: float) -> "Bench":
@@ -33,7 +34,7 @@ class Bench:
             self.clock.advance(0.05)
             if self.talks:
                 now = self.clock.now()
-                self.vehicle.heard_s = self.vehicle.heartbeat_s = self.vehicle.position_s = now
+                self.vehicle.heartbeat_s = self.vehicle.position_s = now
             self.service.tick({1: self.vehicle})
         return self
 
@@ -218,10 +219,10 @@ def test_what_was_shown_before_the_stop_was_sent_does_not_confirm_it(bench: Benc
 # ---------------------------------------------------------------- set class
 
 
-def test_set_class_tries_four_times(bench: Bench) -> None:
+def test_set_class_tries_five_times(bench: Bench) -> None:
     bench.ask("speed", Retry.SET, 178)
     bench.run(30.0)
-    assert bench.times("speed") == pytest.approx([0.0, 0.6, 1.2, 1.8], abs=0.06)
+    assert bench.times("speed") == pytest.approx([0.0, 0.6, 1.2, 1.8, 2.4], abs=0.06)
     assert bench.service.unanswered == ["vehicle 1: speed"]
 
 
@@ -230,13 +231,13 @@ def test_set_class_is_dropped_when_superseded(bench: Bench) -> None:
     bench.run(0.7)
     second = bench.ask("speed", Retry.SET, 178)
     bench.run(10.0)
-    assert (first.sent, second.sent) == (2, 4)
+    assert (first.sent, second.sent) == (2, 5)
     assert [outcome for _, outcome, _ in bench.ended] == [Outcome.SUPERSEDED, Outcome.EXPIRED]
 
 
 def test_without_an_ack_of_its_own_it_waits_for_telemetry_after_the_last_copy(bench: Bench) -> None:
     bench.ask("go to", Retry.SET)
-    bench.run(1.8 + 4.9)
+    bench.run(2.4 + 4.9)
     assert bench.ended == []
     bench.run(0.3)
     assert bench.ended == [("go to", Outcome.NOT_CONFIRMED, "")]
@@ -265,7 +266,7 @@ def test_acks_that_belong_to_nothing_are_counted_and_change_nothing(bench: Bench
     bench.vehicle.armed = True
     bench.run(0.2)
     bench.service.on_ack(bench.vehicle, ARM, ACCEPTED)  # late, or a duplicate
-    bench.service.on_ack(Vehicle(2, "memory", "there", 3, 2), ARM, ACCEPTED)
+    bench.service.on_ack(a_vehicle(2), ARM, ACCEPTED)
     assert bench.service.ignored == {"ack for nothing asked": 3}
 
 

@@ -30,7 +30,7 @@ def test_every_frame_to_and_from_a_vehicle_is_in_the_tlog(rig: MakeRig, tmp_path
     frames = list(read_tlog(tmp_path / "run.tlog"))
     ours = [f for _, f in frames if f.system == 254 and f.msgid != 0]
     assert len(ours) == len(flight.sent)
-    assert len([f for _, f in frames if f.system != 254]) == flight.station.counts["memory"].frames
+    assert len([f for _, f in frames if f.system != 254]) == flight.station.fleet.intakes[""].counts("memory")["frames"]
 
 
 def test_actions_are_journalled_one_by_one_and_set_points_by_the_second(rig: MakeRig, tmp_path: Path) -> None:

@@ -46,6 +46,8 @@ def frame(
         slot=("",) * n,
         slot_error_m=nan,
         link=("memory",) * n,
+        signing=("unsigned",) * n,
+        problem=("",) * n,
     )
 
 

@@ -7,6 +7,7 @@ from itertools import combinations
 import msgspec
 import pytest
 from rig import Rig, scenario
+from vehicles import a_vehicle
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.flights import Flight, FlightBook
@@ -112,7 +113,7 @@ def seen_by_the_monitor(at_m: Vec3, home_m: Vec3) -> int:
 
 def hovering(system: int, position_m: Vec3) -> Vehicle:
     telemetry = {"armed": True, "landed_state": 2, "position_m": position_m, "alt_rel_m": position_m[2]}
-    return Vehicle(system, "memory", ("sim", system), 3, 2, velocity_m_s=(0.0, 0.0, -1.0), **telemetry)  # type: ignore[arg-type]
+    return a_vehicle(system, velocity_m_s=(0.0, 0.0, -1.0), **telemetry)
 
 
 def test_the_monitor_counts_who_lands_too_close_away_from_its_own_column() -> None:

@@ -169,6 +169,8 @@ class FakeStation:
             slot=f"{index % 4 + 1}/4" if self.flying else "",
             slot_error_m=0.8 if self.flying else NAN,
             link="udpin:127.0.0.1:14550",
+            signing="unsigned",
+            problem="",
         )
         return row._replace(**self.changes.get(row.id, {}))
 

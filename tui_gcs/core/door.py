@@ -9,16 +9,23 @@ from typing import Any
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import ALERT, EventLog
 from tui_gcs.core.fleet import Fleet
-from tui_gcs.core.guard import Guard
+from tui_gcs.core.guard import STOPS, Guard
 from tui_gcs.core.journal import Journal
-from tui_gcs.core.links import Link
+from tui_gcs.core.links import Address, Link
 from tui_gcs.core.messages import EventClass, Freshness, Kind
 from tui_gcs.core.recorder import TlogWriter
-from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.trust import TrustBook
+from tui_gcs.core.vehicle import Path, Vehicle
+from tui_gcs.core.wire import dialect
 from tui_gcs.core.wire.encode import Encoder
+from tui_gcs.core.wire.intake import Source
+from tui_gcs.core.wire.signing import Key, ticks
 
-HOUSEKEEPING = frozenset({"HEARTBEAT", "COMMAND_LONG:511", "COMMAND_LONG:512"})
-"""What may go to a vehicle that has not proven which kind it is: our heartbeat, interval and information requests."""
+HOUSEKEEPING = frozenset({"HEARTBEAT", "COMMAND_LONG:511", "COMMAND_LONG:512", "TIMESYNC", "PING"})
+"""What may go to a vehicle that has not proven which kind it is: our heartbeat, answers, requests for information."""
+
+NO_MORE_PARAMETERS = {f"param{i}": 0 for i in range(2, 8)}
+HEARTBEAT_ID = b"\x00\x00\x00"
 
 
 class Door:
@@ -36,6 +43,7 @@ class Door:
         events: EventLog,
         kind: Kind,
         token: str,
+        trust: TrustBook,
     ) -> None:
         """`token` is what our own simulator's vehicles prove themselves with; used only when `kind` is SIM."""
         self._links = links
@@ -48,6 +56,7 @@ class Door:
         self._events = events
         self._kind = kind
         self._token = token
+        self._trust = trust
         self._setpoints: Counter[int] = Counter()
         self._summary_s = clock.now()
         self.sent = 0
@@ -60,32 +69,94 @@ class Door:
         return vehicle.identified and vehicle.firmware_token == self._token
 
     def heartbeat(self) -> None:
-        """Our 1 Hz heartbeat, to every vehicle heard: once per address it is heard from."""
-        frame = self._encoder.encode(
+        """Our 1 Hz heartbeat: once to every address that vehicles are heard from, and to configured partners.
+
+        To vehicles with a key it goes signed, so to each of them by itself. Never over a high-latency link.
+        """
+        frame = self.our_heartbeat()
+        targets = {(link.name, partner) for link in self._links.values() for partner in link.partners}
+        for vehicle in self._fleet.vehicles.values():
+            for path in vehicle.used_paths():
+                if vehicle.keyed:
+                    self._put(path.source.link, path.source.address, self._trust.signed(vehicle, frame))
+                else:
+                    targets.add((path.source.link, path.source.address))
+        for link, address in sorted(targets, key=str):
+            self._put(link, address, frame)
+        if targets or self._fleet.vehicles:
+            self._recorder.write(self._clock.wall(), frame)
+
+    def our_heartbeat(self) -> bytes:
+        """Our heartbeat, unsigned: MAV_TYPE_GCS, no autopilot, active."""
+        return self._encoder.encode(
             "HEARTBEAT", type=6, autopilot=8, base_mode=0, custom_mode=0, system_status=4, mavlink_version=3
         )
-        targets = {(vehicle.link, vehicle.address) for vehicle in self._fleet.vehicles.values()}
-        for link, address in sorted(targets, key=str):
-            self._links[link].send(frame, address)
-        if targets:
-            self._recorder.write(self._clock.wall(), frame)
-            self.sent += 1
+
+    def tell_time(self, source: Source, heartbeat: bytes) -> None:
+        """A signed heartbeat to who holds a key of ours and is behind in time; see `TrustBook.behind`."""
+        self._put(source.link, source.address, heartbeat)
 
     def action(self, vehicle_id: int, what: str, name: str, **fields: Any) -> None:
         """Have the guard judge an action, journal it, send it. `what` is the operator's word for it."""
         vehicle = self._fleet.vehicles.get(vehicle_id)
-        lost = vehicle is not None and vehicle.freshness(self._clock.now()) is Freshness.LOST
-        verdict = self._guard.judge_action(what, lost=lost)
-        if not verdict.ok:
-            self._refuse(vehicle_id, name, verdict.text)
+        why = self._why_not(vehicle, what) if vehicle is not None else ""
+        if why:
+            self._refuse(vehicle_id, name, why)
             return
         self._journal.write(
             {"action": what, "vehicle": vehicle_id, "message": name, "wall_s": self._clock.wall()} | _numbers(fields)
         )
         self._send(vehicle_id, name, fields)
 
+    def foreign(self, vehicle_id: int, raw: bytes, what: str, source: str) -> str:
+        """Pass on another station's frame, unchanged, if the guard lets it; "" or why not. Journalled with its source.
+
+        Its sender stays who it is, so a frame for a vehicle with a key cannot be signed here: it is refused.
+        """
+        vehicle = self._fleet.vehicles.get(vehicle_id)
+        if vehicle is None:
+            return "unknown vehicle"
+        why = self._why_not(vehicle, what)
+        if not why and not self.is_ours(vehicle):
+            why = "not one of our simulated vehicles"
+        if not why and vehicle.keyed:
+            why = "the vehicle takes signed frames only, and another station's are not signed for it"
+        entry = {"foreign": what, "source": source, "vehicle": vehicle_id, "wall_s": self._clock.wall()}
+        self._journal.write(entry | ({"refused": why} if why else {}))
+        if why:
+            self.refused[why] += 1
+            return why
+        self._recorder.write(self._clock.wall(), raw)
+        self._put(vehicle.link, vehicle.address, raw)
+        return ""
+
+    def give_key(self, vehicle: Vehicle, key: Key) -> str:
+        """Send `key` with SETUP_SIGNING to one vehicle; "" or why not. Never recorded; journalled by name only.
+
+        The caller has checked that the link is secure and the vehicle disarmed, and has had it confirmed.
+        """
+        why = self._why_not(vehicle, "provision key")
+        if why or not self.is_ours(vehicle):
+            return why or "not one of our simulated vehicles"
+        self._journal.write(
+            {"action": "provision key", "vehicle": vehicle.id, "key": key.name, "fingerprint": key.fingerprint}
+        )
+        frame = self._encoder.encode(
+            "SETUP_SIGNING",
+            target_system=vehicle.system,
+            target_component=vehicle.component,
+            secret_key=list(key.secret),
+            initial_timestamp=ticks(self._clock.wall()),
+        )
+        self._put(vehicle.link, vehicle.address, self._trust.signed(vehicle, frame))
+        return ""
+
     def setpoint(self, vehicle_id: int, **fields: Any) -> None:
         """Send a SET_POSITION_TARGET_GLOBAL_INT that the guard has passed (or that is a hold or a return)."""
+        vehicle = self._fleet.vehicles.get(vehicle_id)
+        if vehicle is not None and vehicle.no_commands:
+            self._refuse(vehicle_id, "set-point", vehicle.no_commands)
+            return
         self._setpoints[vehicle_id] += 1
         self._send(vehicle_id, "SET_POSITION_TARGET_GLOBAL_INT", fields)
 
@@ -103,18 +174,45 @@ class Door:
                 self._journal.write({"setpoints": counts, "wall_s": self._clock.wall()})
                 self._setpoints.clear()
 
+    def ask_path(self, vehicle: Vehicle, path: Path, message: int) -> None:
+        """Ask whoever is on a path that is not accepted yet for one message: is it this vehicle?"""
+        frame = self._encode(
+            vehicle, "COMMAND_LONG", {"command": 512, "confirmation": 0, "param1": message} | NO_MORE_PARAMETERS
+        )
+        self._recorder.write(self._clock.wall(), frame)
+        self._put(path.source.link, path.source.address, self._trust.signed(vehicle, frame))
+
+    def _why_not(self, vehicle: Vehicle, what: str) -> str:
+        """Why an action on `vehicle` must not leave, or ""."""
+        lost = vehicle.freshness(self._clock.now()) is Freshness.LOST
+        verdict = self._guard.judge_action(what, lost=lost)
+        if not verdict.ok:
+            return verdict.text
+        return "" if what in STOPS else vehicle.no_commands
+
     def _send(self, vehicle_id: int, name: str, fields: dict[str, Any]) -> None:
         vehicle = self._fleet.vehicles.get(vehicle_id)
-        if vehicle is None or vehicle_id == 0:
+        if vehicle is None or vehicle.system == 0:
             self._refuse(vehicle_id, name, "unknown vehicle")
             return
         purpose = f"{name}:{fields['command']}" if "command" in fields else name
         if purpose not in HOUSEKEEPING and not self.is_ours(vehicle):
             self._refuse(vehicle_id, name, "not one of our simulated vehicles")
             return
-        frame = self._encoder.encode(name, target_system=vehicle.id, target_component=vehicle.component, **fields)
+        frame = self._encode(vehicle, name, fields)
         self._recorder.write(self._clock.wall(), frame)
-        self._links[vehicle.link].send(frame, vehicle.address)
+        self._put(vehicle.link, vehicle.address, self._trust.signed(vehicle, frame))
+
+    def _encode(self, vehicle: Vehicle, name: str, fields: dict[str, Any]) -> bytes:
+        layout = dialect.layout_named(name)
+        if layout is not None and layout.target_system_at >= 0:
+            fields = fields | {"target_system": vehicle.system, "target_component": vehicle.component}
+        return self._encoder.encode(name, **fields)
+
+    def _put(self, link: str, address: Address, frame: bytes) -> None:
+        if self._links[link].spec.high_latency and frame[7:10] == HEARTBEAT_ID:
+            return
+        self._links[link].send(frame, address)
         self.sent += 1
 
     def _refuse(self, vehicle_id: int, name: str, why: str) -> None:

@@ -1,276 +1,368 @@
-"""The fleet: turns received frames into vehicle state. Knows nothing of missions or commands.
+"""The fleet: whose each frame is. Vehicles by number, found by their heartbeats, on one or several networks.
 
-Every number from a vehicle is checked here once: what is not finite, not plausible or not from the bound
-source address never reaches the rest of the station, and is counted in `Fleet.dropped`.
+`place` decides once for each kind of frame what is done with it; the hot path in `wire.intake` then only follows.
+What is refused, and why, is counted in `Fleet.dropped`.
 """
 
 import math
 from collections import Counter
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.events import ALERT, ERROR, INFO, NOTICE, WARNING, EventLog
+from tui_gcs.core.events import ERROR, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.geo import LocalFrame
-from tui_gcs.core.links import Address
 from tui_gcs.core.messages import EventClass, Freshness
+from tui_gcs.core.paths import PathBook
 from tui_gcs.core.services.text import TextAssembler
-from tui_gcs.core.vehicle import LOST_S, Vehicle
-from tui_gcs.core.wire.dialect import decode, message_name
-from tui_gcs.core.wire.frames import Frame
-from tui_gcs.core.wire.mavlink import AUTOPILOT_INVALID, FLAG_ARMED, NOT_VEHICLES
+from tui_gcs.core.telemetry import Telemetry
+from tui_gcs.core.vehicle import IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
+from tui_gcs.core.wire.dialect import Message, label
+from tui_gcs.core.wire.intake import CALL, STATE, Intake, Slot, Source
+from tui_gcs.core.wire.mavlink import AUTOPILOT_INVALID, NOT_VEHICLES
 
 Fields = dict[str, Any]
 OnMessage = Callable[[Vehicle, Fields], None]
+OnRadio = Callable[[Source, Fields], None]
+Gate = Callable[[bytes], bool]
 
+HEARTBEAT, AUTOPILOT_VERSION, STATUSTEXT, HIGH_LATENCY2 = 0, 148, 253, 235
+SETUP_SIGNING = 256
+"""Carries a key: from a vehicle it is an attack, and is neither recorded nor passed on."""
+RADIO_IDS = frozenset({109, 166})
+"""RADIO_STATUS and 3DR's older RADIO: said by the modem, not by a vehicle."""
 NEVER_AUTOPILOT = frozenset({0, 190, 255})
-"""Component ids that no flight controller has (security.md B.6-19)."""
-MOST_VEHICLES = 255
-"""MAVLink's own limit in one id space."""
-MOST_SPEED_M_S = 150.0
-"""Faster than this between two positions is a jump, not flight."""
-CONSISTENT_FIXES = 3
-"""After a jump this many consistent positions are needed (security.md B.6-100)."""
-REBOOT_STEP_MS = 1000
+"""Component ids of no flight controller (B.6-19)."""
+MOST_CONFIRMED, MOST_UNCONFIRMED = 255, 64
+"""Vehicles of one network: MAVLink's own limit, and how many more may have said hello only (B.6-20)."""
+CONFIRMED_FRAMES, CONFIRMED_S = 5, 0.3
+"""A vehicle that sent so many frames over this time, or answered, was not one forged heartbeat."""
+HELLO_S = 0.6
+"""So long a new vehicle has to show that it is one before others may take its place."""
+LOOK_S, LOSS_GAP_S = 0.25, 1.0
+"""How often it is looked who fell silent, and how much was lost."""
+
+
+class Gates(Protocol):
+    """Who decides whether frames of a system are believed: signing, see `core/trust.py`."""
+
+    def gate(self, source: Source, system: int) -> Gate | None:
+        """The check for all frames of a system that come from `source`; None if any frame is believed."""
+        ...
 
 
 class Fleet:
-    """All vehicles heard on one network, by system id."""
+    """All vehicles heard, by station-wide number."""
 
-    def __init__(self, clock: Clock, events: EventLog, frame: LocalFrame, own_system: int) -> None:
+    def __init__(
+        self,
+        clock: Clock,
+        events: EventLog,
+        frame: LocalFrame,
+        own_system: int,
+        networks: tuple[str, ...] = ("",),
+        gates: Gates | None = None,
+    ) -> None:
         """`frame` is the scenario's ENU frame; `own_system` is this station's id, never a vehicle's."""
         self.vehicles: dict[int, Vehicle] = {}
         self.dropped: Counter[str] = Counter()
-        self.frame = frame
+        self.networks = networks
+        self.intakes = {network: Intake(network, self) for network in networks}
+        self.paths = PathBook(clock, events, self.dropped)
+        self.telemetry = Telemetry(clock, events, frame, self.dropped, self.paths.boot_time)
         self._clock = clock
         self._events = events
         self._own_system = own_system
+        self._gates = gates
         self._on_new: list[Callable[[Vehicle], None]] = []
-        self._on_reboot: list[Callable[[Vehicle], None]] = []
-        self._on_move: list[Callable[[Vehicle], None]] = []
+        self._on_gone: list[Callable[[Vehicle], None]] = []
+        self._on_radio: list[OnRadio] = []
         self._on_message: dict[str, list[OnMessage]] = {}
         self._lost: set[int] = set()
         self._texts = TextAssembler()
-        self._handlers: dict[str, OnMessage] = {
-            "HEARTBEAT": self._heartbeat,
-            "GLOBAL_POSITION_INT": self._position,
-            "GPS_RAW_INT": self._gps,
-            "SYS_STATUS": self._sys_status,
-            "BATTERY_STATUS": self._battery,
-            "EXTENDED_SYS_STATE": self._extended_state,
-            "STATUSTEXT": self._status_text,
-            "AUTOPILOT_VERSION": self._version,
-            "HOME_POSITION": self._home,
-        }
+        self._next_look_s = self._next_loss_s = -math.inf
+
+    @property
+    def frame(self) -> LocalFrame:
+        """The scenario's ENU frame."""
+        return self.telemetry.frame
 
     def in_order(self) -> list[Vehicle]:
-        """All vehicles by id."""
+        """All vehicles by number."""
         return [self.vehicles[i] for i in sorted(self.vehicles)]
+
+    def find(self, network: str, system: int) -> Vehicle | None:
+        """The vehicle with that system id on that network."""
+        return self.vehicles.get(self._number(network, system))
 
     def on_new(self, listener: Callable[[Vehicle], None]) -> None:
         """Call `listener` for each vehicle heard for the first time."""
         self._on_new.append(listener)
 
-    def on_reboot(self, listener: Callable[[Vehicle], None]) -> None:
-        """Call `listener` when a vehicle's clock went back: its message intervals are gone."""
-        self._on_reboot.append(listener)
+    def on_gone(self, listener: Callable[[Vehicle], None]) -> None:
+        """Call `listener` for a vehicle that only said hello and was forgotten to make room."""
+        self._on_gone.append(listener)
 
-    def on_move(self, listener: Callable[[Vehicle], None]) -> None:
-        """Call `listener` when a system id is heard from another address than before: it may be somebody else."""
-        self._on_move.append(listener)
+    def on_radio(self, listener: OnRadio) -> None:
+        """Call `listener` for each RADIO_STATUS of a modem that vehicles are heard through."""
+        self._on_radio.append(listener)
 
     def on_message(self, name: str, listener: OnMessage) -> None:
-        """Call `listener` for each message `name` of a known vehicle, after the fleet took it."""
+        """Call `listener` for each message `name` of a known vehicle's autopilot, after the fleet took it."""
         self._on_message.setdefault(name, []).append(listener)
+        for intake in self.intakes.values():
+            for source in intake.sources.values():
+                source.forget()
 
-    def receive(self, link: str, address: Address, frame: Frame) -> None:
-        """Take one valid frame that came in on `link` from `address`."""
-        if frame.system == 0:
-            self.dropped["system id 0"] += 1
-            return
-        if frame.system == self._own_system:
-            self.dropped["our own system id"] += 1
-            text = f"another station uses our system id {self._own_system}: change one of them"
-            self._events.say(EventClass.CONNECTION, "station", text, ERROR, every_s=30)
-            return
-        vehicle = self.vehicles.get(frame.system)
-        if vehicle is None:
-            vehicle = self._discover(link, address, frame)
-            if vehicle is None:
-                return
-        if not self._is_bound_source(vehicle, link, address):
-            return
-        now = self._clock.now()
-        vehicle.heard_s = now
-        vehicle.count_sequence(frame.component, frame.seq)
-        if frame.component != vehicle.component and message_name(frame.msgid) != "STATUSTEXT":
-            return  # a camera or companion of this vehicle: counted as heard, not the autopilot's word
-        message = decode(frame)
-        if message is None:
-            self.dropped["unknown message id"] += 1
-            return
-        vehicle.message_s[frame.msgid] = now
-        handler = self._handlers.get(message.name)
-        if handler is not None:
-            handler(vehicle, message.fields)
-        for listener in self._on_message.get(message.name, ()):
-            listener(vehicle, message.fields)
-
-    def tick(self) -> None:
-        """Notice vehicles that fell silent or came back; finish chunked texts."""
-        now = self._clock.now()
-        for vehicle in self.vehicles.values():
-            lost = vehicle.freshness(now) is Freshness.LOST
-            if lost and vehicle.id not in self._lost:
-                self._lost.add(vehicle.id)
-                text = f"LOST: nothing heard for {LOST_S:.1f} s"
-                self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ERROR)
-            elif not lost and vehicle.id in self._lost:
-                self._lost.discard(vehicle.id)
-                self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", "heard again", NOTICE)
-        for system, severity, text in self._texts.expired(now):
-            self._tell_text(self.vehicles[system], severity, text)
-
-    def reframe(self, frame: LocalFrame) -> None:
-        """Use another ENU frame: positions are computed anew."""
-        self.frame = frame
-        for vehicle in self.vehicles.values():
-            if vehicle.has_position():
-                x, y = frame.to_enu(vehicle.lat_deg, vehicle.lon_deg)
-                vehicle.position_m = (float(x), float(y), vehicle.alt_rel_m)
-
-    def _discover(self, link: str, address: Address, frame: Frame) -> Vehicle | None:
-        """A new vehicle if `frame` is a flight controller's heartbeat, else None (counted)."""
-        message = decode(frame) if frame.msgid == 0 else None
-        if message is None:
-            self.dropped["before its first heartbeat"] += 1
+    def newest(self, vehicle: Vehicle, msgid: int) -> Message | None:
+        """The newest message of that id from a vehicle's autopilot, decoded now; None if none came."""
+        slot = vehicle.path.slots.get(msgid)
+        if slot is None or not slot.raw:
             return None
-        fields = message.fields
+        return Message(label(msgid), msgid, slot.system, slot.component, slot.fields())
+
+    # ---------------------------------------------------------------- whose is it?
+
+    def place(self, slot: Slot, source: Source) -> None:
+        """Say what is done with a slot's frames; see `wire.intake.Owner`."""
+        slot.gate = self._gates.gate(source, slot.system) if self._gates is not None else None
+        if slot.msgid == SETUP_SIGNING:
+            self._refuse(slot, "SETUP_SIGNING from a vehicle")
+        elif slot.msgid in RADIO_IDS:
+            slot.route, slot.call = CALL, self._radio
+        elif slot.system == 0:
+            self._refuse(slot, "system id 0")
+        elif slot.system == self._own_system:
+            slot.route, slot.call = CALL, self._ourselves
+        else:
+            vehicle = self.find(source.network, slot.system)
+            if vehicle is None:
+                self._place_stranger(slot)
+            else:
+                self._place_vehicle(vehicle, slot, source)
+
+    def odd(self, source: Source, what: str) -> None:
+        """See `wire.intake.Owner`: told at most every 30 s each."""
+        if what == "downgrade" and source.version1_refused < 5:
+            return
+        text = {
+            "downgrade": "MAVLink 1 frames after MAVLink 2: refused (a downgrade?)",
+            "table full": "too many kinds of frames: a flood, new ones are refused",
+        }.get(what, f"{what}: frames with another CRC come from {_place(source)}; give its XML with --dialect")
+        self._events.say(EventClass.CONNECTION, f"link {source.link}", text, WARNING, every_s=30)
+
+    def _place_stranger(self, slot: Slot) -> None:
+        """Frames of an id that is no vehicle (yet): its heartbeat tells."""
+        slot.route = CALL
+        if slot.msgid in (HEARTBEAT, HIGH_LATENCY2):
+            slot.call = self._first
+        else:
+            slot.call = self._too_early
+
+    def _place_vehicle(self, vehicle: Vehicle, slot: Slot, source: Source) -> None:
+        slot.owner = vehicle
+        path = vehicle.path_of(source) or self.paths.add(vehicle, source)
+        if path is None:
+            self._refuse(slot, "second source of one system id")
+            return
+        if slot.stream not in path.streams:
+            path.streams.append(slot.stream)
+        if path.state is not PathState.USED:
+            slot.route, slot.call = CALL, self.paths.unproven
+            return
+        if vehicle.recent is not None:
+            slot.gate = _first_of_copies(vehicle, path, slot.gate, self.dropped)
+        if slot.component == vehicle.component:
+            path.slots[slot.msgid] = slot
+            self._place_autopilot(vehicle, slot, path)
+        elif slot.msgid == STATUSTEXT:
+            slot.route, slot.call = CALL, self._every
+
+    def _place_autopilot(self, vehicle: Vehicle, slot: Slot, path: Path) -> None:
+        """The autopilot's own word: telemetry from the path in use, everything else from every path."""
+        telemetry = self.telemetry
+        heard = slot.layout is not None and slot.layout.name in self._on_message
+        if slot.msgid in telemetry.newest:
+            if path is vehicle.path:
+                slot.route, slot.call = STATE, self._newest if heard else telemetry.newest[slot.msgid]
+        elif slot.msgid == HEARTBEAT and path is not vehicle.path:
+            slot.route = 0
+        elif heard or slot.msgid in telemetry.every or slot.msgid in (AUTOPILOT_VERSION, STATUSTEXT):
+            slot.route, slot.call = CALL, self._every
+
+    def _refuse(self, slot: Slot, reason: str) -> None:
+        dropped = self.dropped
+
+        def refuse(slot: Slot, now: float) -> bool:
+            dropped[reason] += 1
+            return False
+
+        slot.route, slot.call = CALL, refuse
+
+    # ---------------------------------------------------------------- frames
+
+    def _newest(self, slot: Slot, now: float) -> None:
+        """The newest of a message that only counts as such, and that somebody else wants, too."""
+        self.telemetry.newest[slot.msgid](slot, now)
+        self._tell(slot.owner, slot)
+
+    def _every(self, slot: Slot, now: float) -> None:
+        """A message of which each one counts."""
+        vehicle: Vehicle = slot.owner
+        handler = self.telemetry.every.get(slot.msgid)
+        if slot.msgid == STATUSTEXT:
+            self._status_text(vehicle, slot)
+        elif slot.component != vehicle.component:
+            return
+        elif slot.msgid == AUTOPILOT_VERSION:
+            self._version(vehicle, slot, now)
+        elif handler is not None:
+            handler(slot, now)
+        self._tell(vehicle, slot)
+
+    def _tell(self, vehicle: Vehicle, slot: Slot) -> None:
+        listeners = self._on_message.get(slot.layout.name) if slot.layout is not None else None
+        if listeners:
+            fields = slot.fields()
+            for listener in listeners:
+                listener(vehicle, fields)
+
+    def _version(self, vehicle: Vehicle, slot: Slot, now: float) -> None:
+        self.paths.version(vehicle, slot, now)
+        vehicle.identified = True
+        vehicle.confirmed = True
+        vehicle.firmware_token = bytes(slot.fields()["flight_custom_version"]).hex()
+
+    def _ourselves(self, slot: Slot, now: float) -> bool:
+        self.dropped["our own system id"] += 1
+        text = f"another station uses our system id {self._own_system}: change one of them"
+        self._events.say(EventClass.CONNECTION, "station", text, ERROR, every_s=30)
+        return False
+
+    def _radio(self, slot: Slot, now: float) -> bool:
+        """Believed only where vehicles are heard: a stranger's RADIO_STATUS would throttle a link of ours."""
+        source = slot.stream.source
+        if not source.bound:
+            self.dropped["radio status from a stranger"] += 1
+            return False
+        for listener in self._on_radio:
+            listener(source, slot.fields())
+        return True
+
+    def _too_early(self, slot: Slot, now: float) -> bool:
+        self.dropped["before its first heartbeat"] += 1
+        return True
+
+    def _first(self, slot: Slot, now: float) -> bool:
+        """A heartbeat (or HIGH_LATENCY2) of an id that is not known: a vehicle, if a flight controller sent it."""
+        fields = slot.fields()
         if (
             fields["autopilot"] == AUTOPILOT_INVALID
             or fields["type"] in NOT_VEHICLES
-            or frame.component in NEVER_AUTOPILOT
+            or slot.component in NEVER_AUTOPILOT
         ):
             self.dropped["not a vehicle"] += 1
-            return None
-        if len(self.vehicles) >= MOST_VEHICLES:
+            return True
+        source = slot.stream.source
+        if not self._has_room(source.network):
             self.dropped["vehicle table full"] += 1
-            return None
-        vehicle = Vehicle(frame.system, link, address, fields["autopilot"], fields["type"], frame.component)
-        vehicle.heard_s = self._clock.now()
-        self.vehicles[frame.system] = vehicle
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"heard on {link}", INFO)
+            return False
+        vehicle = Vehicle(
+            id=self._number(source.network, slot.system),
+            system=slot.system,
+            network=source.network,
+            path=self.paths.begin(source),
+            autopilot=fields["autopilot"],
+            type=fields["type"],
+            component=slot.component,
+            first_s=now,
+            keyed=slot.gate is not None,
+        )
+        vehicle.paths = [vehicle.path]
+        self.vehicles[vehicle.id] = vehicle
+        source.forget(slot.system)
+        self._place_vehicle(vehicle, slot, source)
+        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"heard on {source.link}", INFO)
         for listener in self._on_new:
             listener(vehicle)
-        return vehicle
-
-    def _is_bound_source(self, vehicle: Vehicle, link: str, address: Address) -> bool:
-        """One vehicle speaks from one address; it may move to another once the old one is silent (B.6-24, 26)."""
-        if (link, address) == (vehicle.link, vehicle.address):
-            return True
-        if self._clock.now() - vehicle.heard_s <= 3.0:
-            self.dropped["second source of one system id"] += 1
-            text = "a second source uses this system id: its frames are not used"
-            self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ERROR, every_s=30)
-            return False
-        vehicle.link, vehicle.address = link, address
-        vehicle.identified, vehicle.firmware_token = False, ""
-        text = f"now heard from another address on {link}: who it is, is asked first"
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING)
-        for listener in self._on_move:
-            listener(vehicle)
+        self._every(slot, now)
         return True
 
-    # ---------------------------------------------------------------- messages
+    # ---------------------------------------------------------------- the table
 
-    def _heartbeat(self, vehicle: Vehicle, fields: Fields) -> None:
-        vehicle.heartbeat_s = self._clock.now()
-        vehicle.autopilot, vehicle.type = fields["autopilot"], fields["type"]
-        vehicle.custom_mode = fields["custom_mode"]
-        vehicle.armed = bool(fields["base_mode"] & FLAG_ARMED)
-        vehicle.system_status = fields["system_status"]
+    def _number(self, network: str, system: int) -> int:
+        return self.networks.index(network) * IDS_PER_NETWORK + system
 
-    def _position(self, vehicle: Vehicle, fields: Fields) -> None:
-        now = self._clock.now()
-        boot_ms = fields["time_boot_ms"]
-        if boot_ms + REBOOT_STEP_MS < vehicle.boot_ms:
-            self._reboot(vehicle)
-        vehicle.boot_ms = boot_ms
-        lat_deg, lon_deg = fields["lat"] / 1e7, fields["lon"] / 1e7
-        if (fields["lat"] == 0 and fields["lon"] == 0) or abs(lat_deg) > 90 or abs(lon_deg) > 180:
-            self.dropped["invalid position"] += 1
-            return
-        x, y = self.frame.to_enu(lat_deg, lon_deg)
-        place = (float(x), float(y), fields["relative_alt"] / 1e3)
-        if self._is_jump(vehicle, place, now):
-            self.dropped["implausible position"] += 1
-            return
-        vehicle.lat_deg, vehicle.lon_deg = lat_deg, lon_deg
-        vehicle.alt_rel_m, vehicle.alt_amsl_m = place[2], fields["alt"] / 1e3
-        vehicle.position_m = place
-        vehicle.velocity_m_s = (fields["vy"] / 100, fields["vx"] / 100, -fields["vz"] / 100)
-        if fields["hdg"] != 65535:
-            vehicle.heading_deg = fields["hdg"] / 100
-        vehicle.position_s = now
-
-    def _is_jump(self, vehicle: Vehicle, place: tuple[float, float, float], now: float) -> bool:
-        """Whether `place` is farther from the last position than flight allows, and not yet confirmed by others."""
-        if not vehicle.has_position():
+    def _has_room(self, network: str) -> bool:
+        """Room for one more; of those that only said hello, and then nothing, the one silent longest is forgotten."""
+        mine = [vehicle for vehicle in self.vehicles.values() if vehicle.network == network]
+        unconfirmed = [vehicle for vehicle in mine if not vehicle.confirmed]
+        if len(mine) - len(unconfirmed) >= MOST_CONFIRMED:
             return False
-        reach_m = 50.0 + MOST_SPEED_M_S * max(0.0, now - vehicle.position_s)
-        if math.dist(place, vehicle.position_m) <= reach_m:
-            vehicle.suspect_jumps = 0
+        if len(unconfirmed) < MOST_UNCONFIRMED:
+            return True
+        quietest = min(unconfirmed, key=lambda vehicle: vehicle.heard_s)
+        if self._clock.now() - quietest.heard_s < HELLO_S:  # a whole fleet came at once: the others are next
             return False
-        consistent = vehicle.suspect_jumps > 0 and math.dist(place, vehicle.suspect_m) <= reach_m
-        vehicle.suspect_jumps = vehicle.suspect_jumps + 1 if consistent else 1
-        vehicle.suspect_m = place
-        text = "position jumped: not used until confirmed"
-        self._events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, WARNING, every_s=10)
-        return vehicle.suspect_jumps <= CONSISTENT_FIXES
+        self._forget(quietest)
+        self.dropped["unconfirmed vehicle forgotten"] += 1
+        return True
 
-    def _reboot(self, vehicle: Vehicle) -> None:
-        vehicle.reboots += 1
-        vehicle.identified = False
-        vehicle.prearm_ok = False
-        self._events.say(EventClass.PROCESSING, f"vehicle {vehicle.id}", "rebooted", WARNING)
-        for listener in self._on_reboot:
+    def _forget(self, vehicle: Vehicle) -> None:
+        del self.vehicles[vehicle.id]
+        self._lost.discard(vehicle.id)
+        self.paths.forget(vehicle)
+        for listener in self._on_gone:
             listener(vehicle)
 
-    def _gps(self, vehicle: Vehicle, fields: Fields) -> None:
-        vehicle.gps_fix = fields["fix_type"]
-        vehicle.satellites = fields["satellites_visible"] if fields["satellites_visible"] != 255 else -1
+    # ---------------------------------------------------------------- time
 
-    def _sys_status(self, vehicle: Vehicle, fields: Fields) -> None:
-        prearm_check = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
-        vehicle.prearm_ok = bool(fields["onboard_control_sensors_health"] & prearm_check)
-        if not vehicle.has_battery_status:
-            vehicle.battery_pct = _percent(fields["battery_remaining"])
-            vehicle.battery_v = _millivolt(fields["voltage_battery"])
+    def tick(self) -> None:
+        """Read the newest telemetry; notice who fell silent or came back; finish chunked texts."""
+        now = self._clock.now()
+        for intake in self.intakes.values():
+            intake.settle()
+            intake.tick(now)
+        if now >= self._next_look_s - 1e-9:
+            self._next_look_s = now + LOOK_S
+            self._look(now)
+        if now >= self._next_loss_s - 1e-9:
+            self._next_loss_s = now + LOSS_GAP_S
+            for vehicle in self.vehicles.values():
+                vehicle.loss_pct = loss_pct(vehicle.path)
+        for number, severity, text in self._texts.expired(now):
+            if number in self.vehicles:
+                self._tell_text(self.vehicles[number], severity, text)
 
-    def _battery(self, vehicle: Vehicle, fields: Fields) -> None:
-        if fields["id"] != 0:
-            return
-        vehicle.has_battery_status = True
-        before, vehicle.battery_pct = vehicle.battery_pct, _percent(fields["battery_remaining"])
-        for limit, severity in ((25.0, WARNING), (15.0, ALERT)):
-            if vehicle.battery_pct < limit <= before:
-                self._events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", f"battery below {limit:.0f} %", severity)
-        cells = [v for v in fields["voltages"] if v != 65535]
-        vehicle.battery_v = sum(cells) / 1e3 if cells else math.nan
+    def _look(self, now: float) -> None:
+        """Who is heard, and whether it is more than one heartbeat."""
+        vehicles = list(self.vehicles.values())
+        for vehicle in vehicles:
+            if now - vehicle.heard_s > LOST_S or vehicle.id in self._lost:
+                self._watch(vehicle, now)
+            if not vehicle.confirmed and now - vehicle.first_s >= CONFIRMED_S:
+                vehicle.confirmed = sum(slot.count for slot in vehicle.path.slots.values()) >= CONFIRMED_FRAMES
+        self.paths.tick(vehicles)
 
-    def _extended_state(self, vehicle: Vehicle, fields: Fields) -> None:
-        vehicle.landed_state = fields["landed_state"]
+    def _watch(self, vehicle: Vehicle, now: float) -> None:
+        """Tell who fell silent, and who is back."""
+        lost = vehicle.freshness(now) is Freshness.LOST
+        if lost and vehicle.id not in self._lost:
+            self._lost.add(vehicle.id)
+            text = f"LOST: nothing heard for {vehicle.lost_after_s:.1f} s"
+            self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ERROR)
+        elif not lost and vehicle.id in self._lost:
+            self._lost.discard(vehicle.id)
+            self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", "heard again", NOTICE)
 
-    def _version(self, vehicle: Vehicle, fields: Fields) -> None:
-        vehicle.identified = True
-        vehicle.firmware_token = bytes(fields["flight_custom_version"]).hex()
+    def reframe(self, frame: LocalFrame) -> None:
+        """Use another ENU frame: positions are computed anew."""
+        self.telemetry.reframe(frame, list(self.vehicles.values()))
 
-    def _home(self, vehicle: Vehicle, fields: Fields) -> None:
-        if fields["latitude"] or fields["longitude"]:
-            x, y = self.frame.to_enu(fields["latitude"] / 1e7, fields["longitude"] / 1e7)
-            vehicle.home_m = (float(x), float(y), 0.0)
+    # ---------------------------------------------------------------- texts
 
-    def _status_text(self, vehicle: Vehicle, fields: Fields) -> None:
+    def _status_text(self, vehicle: Vehicle, slot: Slot) -> None:
+        fields = slot.fields()
         whole = self._texts.add(vehicle.id, fields, self._clock.now())
         if whole is not None:
             self._tell_text(vehicle, fields["severity"], whole)
@@ -284,10 +376,35 @@ class Fleet:
         self._events.say(cls, f"vehicle {vehicle.id}", text, severity, every_s=5)
 
 
-def _percent(value: int) -> float:
-    """BATTERY remaining 0…100; anything else is unknown."""
-    return float(value) if 0 <= value <= 100 else math.nan
+def _first_of_copies(vehicle: Vehicle, path: Path, gate: Gate | None, dropped: Counter[str]) -> Gate:
+    """A gate that lets each frame through once, whichever of several paths brings it first.
+
+    The path in use is never held back: its telemetry is read from there.
+    """
+
+    def admit(raw: bytes) -> bool:
+        if gate is not None and not gate(raw):
+            return False
+        recent = vehicle.recent
+        if recent is None:
+            return True
+        if raw in recent and path is not vehicle.path:
+            dropped["copy over a second link"] += 1
+            return False
+        if len(recent) < 4096:
+            recent[raw] = path.heard_s
+        return True
+
+    return admit
 
 
-def _millivolt(value: int) -> float:
-    return value / 1e3 if 0 < value < 65535 else math.nan
+def loss_pct(path: Path) -> float:
+    """Share of the autopilot's frames that never came over a path, 0…100."""
+    streams = {slot.stream for slot in path.slots.values()}
+    frames = sum(slot.count for slot in path.slots.values()) + sum(stream.frames for stream in streams)
+    lost = sum(stream.lost for stream in streams)
+    return 100.0 * lost / (frames + lost) if frames + lost else 0.0
+
+
+def _place(source: Source) -> str:
+    return f"{source.address[0]}:{source.address[1]}" if isinstance(source.address, tuple) else source.address

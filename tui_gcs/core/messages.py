@@ -14,7 +14,7 @@ from tui_gcs.core.kinds import Kind as Kind
 from tui_gcs.core.scenario import Limits, OperatingArea, Scenario
 from tui_gcs.core.zones import Zone
 
-PROTOCOL = 1
+PROTOCOL = 2
 """Version of this file's contract; consoles and workers say it first (`Hello`)."""
 
 Vec3 = tuple[float, float, float]
@@ -85,6 +85,8 @@ class VehicleRow(NamedTuple):
     slot: str
     slot_error_m: float
     link: str
+    signing: str
+    problem: str
 
 
 class FleetFrame(Message, frozen=True):
@@ -124,6 +126,10 @@ class FleetFrame(Message, frozen=True):
     slot_error_m: tuple[float, ...] = ()
     """Distance from the planned place now."""
     link: tuple[str, ...] = ()
+    signing: tuple[str, ...] = ()
+    """What signatures are worth: "unsigned", "signed, not verified", "signed by us", "unknown key"."""
+    problem: tuple[str, ...] = ()
+    """Why it is not commanded (two vehicles with one id, an unknown key); empty if it is."""
 
     def rows(self) -> list[VehicleRow]:
         """The vehicles one by one."""
@@ -192,8 +198,19 @@ class LinkStatus(Message, frozen=True):
     datagrams: int
     frames: int
     bad: int
-    """Datagrams or bytes that were no valid frame."""
+    """Bytes that belonged to no valid frame."""
     error: str = ""
+    network: str = ""
+    bad_crc: int = 0
+    """Whole frames with a wrong CRC."""
+    kernel_drops: int = 0
+    """Datagrams that the system threw away because we did not read in time."""
+    send_refused: int = 0
+    """Frames that could not be sent."""
+    bytes_in: int = 0
+    bytes_out: int = 0
+    radio: str = ""
+    """What its radio says of itself; empty without one."""
 
 
 class StationStatus(Message, frozen=True):
@@ -386,6 +403,19 @@ class Shutdown(Request, frozen=True, tag="shutdown"):
     lost: tuple[int, ...] = ()
 
 
+class ProvisionKey(Request, frozen=True, tag="provision-key"):
+    """Give a vehicle the signing key of this name, in two steps.
+
+    With an empty `confirm` nothing is sent: the reply tells what would be, and a code of 6 characters. With that code
+    the key is sent.
+    """
+
+    vehicle: int
+    key: str
+    """Its name in the key store; keys themselves never travel on the bus."""
+    confirm: str = ""
+
+
 AnyRequest = (
     Hello
     | GetScenario
@@ -399,6 +429,7 @@ AnyRequest = (
     | SwitchRound
     | ApplyScenario
     | Shutdown
+    | ProvisionKey
 )
 
 

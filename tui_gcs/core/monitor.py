@@ -7,7 +7,7 @@ and the smallest 3-D distance of all.
 
 import math
 from collections.abc import Iterable
-from itertools import combinations
+from itertools import islice
 
 from tui_gcs.core.flights import FlightBook
 from tui_gcs.core.guard import GROUND_M, Guard
@@ -35,12 +35,17 @@ class FleetMonitor:
             self.outside_area_m = max(self.outside_area_m, self._guard.outside_m(vehicle.position_m))
         free = [v for v in flying if v.position_m[2] > GROUND_M and not self._in_column(v)]
         limits = self._guard.limits
-        for a, b in combinations(free, 2):
-            level = math.dist(a.position_m[:2], b.position_m[:2])
-            upright = abs(a.position_m[2] - b.position_m[2])
-            self.min_separation_m = min(self.min_separation_m, math.hypot(level, upright))
-            if level < limits.separation_horizontal_m and upright < limits.separation_vertical_m:
-                self.violations += 1
+        places = sorted(v.position_m for v in free)
+        for i, (x, y, z) in enumerate(places, 1):
+            for other_x, other_y, other_z in islice(places, i, None):  # from west to east: soon too far to matter
+                east_m = other_x - x
+                if east_m > self.min_separation_m and east_m >= limits.separation_horizontal_m:
+                    break
+                level = math.hypot(east_m, other_y - y)
+                upright = abs(other_z - z)
+                self.min_separation_m = min(self.min_separation_m, math.hypot(level, upright))
+                if level < limits.separation_horizontal_m and upright < limits.separation_vertical_m:
+                    self.violations += 1
 
     def _in_column(self, vehicle: Vehicle) -> bool:
         flight = self._book.get(vehicle.id)

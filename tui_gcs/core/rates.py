@@ -135,7 +135,7 @@ class RateDesk:
                     continue
                 link = self._link(path.source.link)
                 member = link.members.get(vehicle.id)
-                signed = any(stream.flags for stream in path.streams)
+                signed = any(slot.signed for slot in path.slots.values())
                 if member is None:
                     link.join(vehicle.id, Member(heard_s, signed), now)
                 else:

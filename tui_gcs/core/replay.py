@@ -130,7 +130,7 @@ class Player:
             self._played.now_s, self._played.ahead_s = due.at_s, due.wall_s - due.at_s
             # what stations say is no vehicle's word; who is a vehicle, heartbeats tell
             if due.frame.msgid == _HEARTBEAT or due.frame.system in self._fleet.vehicles:
-                self._fleet.receive(self.name, self.name, due.frame)
+                self._fleet.intakes[""].datagrams(self.name, [(due.frame.raw, self.name)], due.at_s)
 
     def _next_due(self) -> "_Due | None":
         """The next record; None at the end."""

@@ -130,6 +130,10 @@ class RequestDesk:
             return unsupported
         if not station.door.is_ours(vehicle):
             return "not one of our simulated vehicles: this station is SIM"
+        if vehicle.no_commands:
+            return vehicle.no_commands
+        if station.links[vehicle.link].spec.high_latency:
+            return "heard over a high-latency link: commands only, no planner can steer it"
         if vehicle.armed or flight.phase is not Phase.GROUND:
             return "already armed" if vehicle.armed else f"busy: {flight.phase}"
         if problem := _layer_problem(station.scenario, station.round, flight):

@@ -51,6 +51,8 @@ def fleet_frame(
             steering.slot_error_m(f, v) if f and steering else math.nan for f, v in zip(flights, vehicles, strict=True)
         ),
         link=tuple(v.link for v in vehicles),
+        signing=tuple(v.signing.value for v in vehicles),
+        problem=tuple(v.no_commands for v in vehicles),
     )
 
 

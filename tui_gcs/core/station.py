@@ -6,7 +6,7 @@ a lock-step run calls it as time is moved on.
 
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import msgspec
@@ -15,36 +15,42 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.door import Door
-from tui_gcs.core.events import ERROR, NOTICE, WARNING, EventLog
+from tui_gcs.core.events import WARNING, EventLog
 from tui_gcs.core.executive import Executive
-from tui_gcs.core.firmware.ardupilot import STREAMS_HZ, ArduCopter
+from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.fleet import Fields, Fleet
 from tui_gcs.core.flights import FlightBook
+from tui_gcs.core.forward import Endpoint, Forwarder
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.journal import Journal
+from tui_gcs.core.keystore import KeyStore
+from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Link
 from tui_gcs.core.messages import Event, EventClass, Kind, Plan, RunPhase, ScenarioChanged, decode, encode
 from tui_gcs.core.monitor import FleetMonitor
+from tui_gcs.core.rates import RateDesk
+from tui_gcs.core.reception import Reception
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.requests import RequestDesk
 from tui_gcs.core.scenario import Round, Scenario
 from tui_gcs.core.services.command import CommandService
+from tui_gcs.core.services.timesync import TimeAnswers
 from tui_gcs.core.snapshot import fleet_frame
 from tui_gcs.core.status import station_status
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.teams import TeamDesk
+from tui_gcs.core.trust import TrustBook
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import cut_datagram
 
 FRAME_GAP_S = 0.1
 STATUS_GAP_S = 0.5
 HEARTBEAT_GAP_S = 1.0
-ASK_AGAIN_S, ASK_OFTEN, ASK_SELDOM = 5.0, 4, 16
-"""What a vehicle does not send is asked again every 5 s, after four times less often, down to 16 times as seldom."""
 SYSTEM_ID = {Kind.SIM: 254, Kind.LIVE: 255}
 """SIM and LIVE stations never speak with the same id (architecture.md)."""
+WHO_ARE_YOU = (148, 33)
+"""AUTOPILOT_VERSION and GLOBAL_POSITION_INT: hardware id and boot clock tell whether it is the vehicle we know."""
 COMPONENT_ID = 190
 """MAV_COMP_ID_MISSIONPLANNER, by convention any ground station."""
 
@@ -59,15 +65,11 @@ class StationConfig:
     scenario_path: str
     token: str = ""
     judge_steps: bool = True
-
-
-@dataclass
-class LinkCounts:
-    """What came in on a link."""
-
-    datagrams: int = 0
-    frames: int = 0
-    bad: int = 0
+    forward: tuple[Endpoint, ...] = ()
+    """Other stations that hear our vehicles, and may command them where their endpoint says so."""
+    keys: KeyStore | None = None
+    """Signing keys of the vehicles; None: nothing is signed and no signature is checked."""
+    stamps: TimestampFile | None = None
 
 
 class Station:
@@ -81,7 +83,6 @@ class Station:
         self.clock = clock
         self.bus = bus
         self.links = {link.name: link for link in links}
-        self.counts = {link.name: LinkCounts() for link in links}
         self.recorder = recorder
         self.journal = journal
         self.scenario, self.toml, self.path = config.scenario, config.toml, config.scenario_path
@@ -94,12 +95,17 @@ class Station:
         self.events = EventLog(clock)
         self.events.listen(self._publish_event)
         frame = LocalFrame(self.scenario.origin)
-        self.fleet = Fleet(clock, self.events, frame, SYSTEM_ID[config.kind])
+        own = SYSTEM_ID[config.kind]
+        networks = tuple(dict.fromkeys(link.spec.network for link in links)) or ("",)
+        self.trust = TrustBook(
+            clock, self.events, networks, config.keys, config.stamps, heartbeat=lambda: self.door.our_heartbeat()
+        )
+        self.fleet = Fleet(clock, self.events, frame, own, networks, self.trust)
         self.book = FlightBook()
         self.book.assign(self.scenario, [])
         self.guard = Guard(self.scenario.limits, self.round.area, self.round.no_fly)
         self.commands = CommandService(clock, self.events)
-        encoder = Encoder(SYSTEM_ID[config.kind], COMPONENT_ID)
+        encoder = Encoder(own, COMPONENT_ID)
         self.door = Door(
             self.links,
             self.fleet,
@@ -111,25 +117,36 @@ class Station:
             self.events,
             config.kind,
             config.token,
+            self.trust,
         )
+        self.forwarder = Forwarder(
+            list(config.forward),
+            self.fleet,
+            self.door,
+            self.guard,
+            {network: number for number, network in enumerate(networks)},
+            own,
+            COMPONENT_ID,
+            clock,
+            self.events,
+        )
+        self.reception = Reception(self.links, self.fleet, recorder, self.forwarder, self.trust, clock, self.events)
         self.firmware = ArduCopter(self.door, frame)
         self.steering = Steering(self.fleet, self.book, self.guard, self.firmware, self.commands, self.events, clock)
         speed = self.scenario.limits.speed_m_s
         self.executive = Executive(
             self.fleet, self.book, self.firmware, self.commands, self.steering, self.events, clock, speed
         )
+        specs = {link.name: link.spec for link in links}
+        self.rates = RateDesk(self.fleet, self.commands, self.firmware, specs, clock, self.events)
+        self.answers = TimeAnswers(self.fleet, self.door, clock)
         self.monitor = FleetMonitor(self.guard, self.book)
         self.desks: dict[str, TeamDesk] = {}
         self.requests = RequestDesk(self)
         self.dropped: Counter[str] = Counter()
-        self.link_faults = 0
-        """How often a link went down."""
-        self._links_down: set[str] = set()
         self._assigned_for: tuple[int, ...] = ()
         self._frame_seq = self._status_seq = 0
         self._next_frame_s = self._next_status_s = self._next_heartbeat_s = -math.inf
-        self._ask_next_s: dict[int, float] = {}
-        self._asked: Counter[int] = Counter()
         self._last_state: object = None
         self._listen()
         self._make_desks()
@@ -141,12 +158,29 @@ class Station:
 
     # ---------------------------------------------------------------- time
 
+    def receive(self) -> int:
+        """Take what has arrived and answer what must be answered at once; how many datagrams came."""
+        return self.reception.receive()
+
     def tick(self) -> None:
         """Everything that is due now."""
-        self._receive()
+        for _ in self.steps():
+            pass
+
+    def steps(self) -> Iterator[None]:
+        """Everything that is due now, in parts: between them who is waiting for an answer may be served."""
+        self.reception.receive()
         self.fleet.tick()
+        self.trust.tick(list(self.fleet.vehicles.values()))
         self._assign_when_idle()
-        self._ask_for_telemetry()
+        for vehicle, path in self.fleet.paths.candidates(list(self.fleet.vehicles.values())):
+            for message in WHO_ARE_YOU:
+                self.door.ask_path(vehicle, path, message)
+        for source, heartbeat in self.trust.behind():
+            self.door.tell_time(source, heartbeat)
+        yield
+        self.rates.tick()
+        yield
         self.commands.tick(self.fleet.vehicles)
         self.executive.tick()
         for desk in self.desks.values():
@@ -154,43 +188,24 @@ class Station:
             if silent:
                 self.executive.hold(tuple(silent))
         self.steering.tick()
+        self.forwarder.tick()
         self.door.tick()
-        self._publish_due()
+        yield
+        yield from self._publish_due()
 
-    def _receive(self) -> None:
-        wall_s = self.clock.wall()
-        for name, link in self.links.items():
-            counts = self.counts[name]
-            for data, address in link.receive():
-                counts.datagrams += 1
-                cut = cut_datagram(data)
-                if cut.junk_bytes:
-                    counts.bad += 1
-                for frame in cut.frames:
-                    counts.frames += 1
-                    self.recorder.write(wall_s, frame.raw)
-                    self.fleet.receive(name, address, frame)
-            self._watch_link(name, link.error)
+    def close(self) -> None:
+        """Write down what the next start has to know."""
+        self.trust.close()
 
-    def _watch_link(self, name: str, error: str) -> None:
-        if bool(error) == (name in self._links_down):
-            return
-        if error:
-            self._links_down.add(name)
-            self.link_faults += 1
-            self.events.say(EventClass.CONNECTION, f"link {name}", error, ERROR)
-        else:
-            self._links_down.discard(name)
-            self.events.say(EventClass.CONNECTION, f"link {name}", "works again", NOTICE)
-
-    def _publish_due(self) -> None:
+    def _publish_due(self) -> Iterator[None]:
         now = self.clock.now()
         if now >= self._next_heartbeat_s - 1e-9:
             self._next_heartbeat_s = now + HEARTBEAT_GAP_S
             self.door.heartbeat()
+            yield
         if now >= self._next_frame_s - 1e-9:
             self._next_frame_s = now + FRAME_GAP_S
-            self._publish_frame()
+            yield from self._publish_frame()
         state = (self.executive.run, self.round_index, self.revision, self.door.refused.total())
         if now >= self._next_status_s - 1e-9 or state != self._last_state:
             self._next_status_s = now + STATUS_GAP_S
@@ -199,46 +214,27 @@ class Station:
             self.bus.publish(keys.STATUS, encode(station_status(self, self._status_seq)))
             self.recorder.flush()
 
-    def _publish_frame(self) -> None:
+    def _publish_frame(self) -> Iterator[None]:
         self._frame_seq += 1
         for desk in self.desks.values():
             desk.measure()
         self.monitor.watch(self.fleet.vehicles.values())
+        yield
         frame = fleet_frame(self._frame_seq, self.config.kind, self.fleet, self.book, self.steering, self.clock)
+        yield
         self.bus.publish(keys.FLEET, encode(frame))
 
     # ---------------------------------------------------------------- vehicles
 
     def _assign_when_idle(self) -> None:
         """Teams with a count take the lowest ids heard, until the first start; then everybody keeps his place."""
-        heard = tuple(sorted(self.fleet.vehicles))
+        heard = tuple(sorted(v.id for v in self.fleet.vehicles.values() if v.confirmed))
         if heard != self._assigned_for and self.executive.run is RunPhase.IDLE and math.isnan(self.executive.started_s):
             self._assigned_for = heard
             before = {flight.vehicle: flight.team for flight in self.book}
             self.book.assign(self.scenario, list(heard))
             if {flight.vehicle: flight.team for flight in self.book} != before:
                 self.new_tasks()
-
-    def _ask_for_telemetry(self) -> None:
-        """Ask every vehicle who it is, and for each message that does not come: autopilots forget at reboot."""
-        now = self.clock.now()
-        for vehicle in self.fleet.vehicles.values():
-            if now - vehicle.heard_s > 2.0 or now < self._ask_next_s.get(vehicle.id, -math.inf):
-                continue
-            missing = [message for message, hz in STREAMS_HZ.items() if vehicle.silent_s(message, now) > 3.0 + 2 / hz]
-            if missing or not vehicle.identified:
-                asked = self._asked[vehicle.id]
-                self._asked[vehicle.id] += 1
-                self._ask_next_s[vehicle.id] = now + ASK_AGAIN_S * min(2 ** max(0, asked - ASK_OFTEN), ASK_SELDOM)
-                self._ask(vehicle, missing)
-            else:
-                self._asked[vehicle.id] = 0
-
-    def _ask(self, vehicle: Vehicle, messages: list[int]) -> None:
-        if not vehicle.identified:
-            self.commands.submit(self.firmware.version(vehicle.id))
-        for message in messages:
-            self.commands.submit(self.firmware.interval(vehicle.id, message, STREAMS_HZ[message]))
 
     # ---------------------------------------------------------------- rounds and teams
 
@@ -297,8 +293,11 @@ class Station:
 
     def _listen(self) -> None:
         self.fleet.on_message("COMMAND_ACK", self._on_ack)
-        self.fleet.on_reboot(self._on_reboot)
-        self.fleet.on_move(self._on_move)
+        self.fleet.on_gone(self._on_gone)
+        self.fleet.on_radio(lambda source, fields: self.rates.radio_status(source.link, fields))
+        self.fleet.paths.on_reboot.append(self.rates.forget)
+        self.fleet.paths.on_move.append(self._on_move)
+        self.trust.on_change.append(self._on_keys)
         self.bus.subscribe(keys.PLAN.format(team="*"), self._on_plan)
         self.bus.answer(keys.REQUEST.format(principal="*"), self._on_question)
         self.bus.watch(keys.ALIVE.format(principal="*"), self._on_alive)
@@ -309,15 +308,18 @@ class Station:
         else:
             self.commands.ignored["ack for another station"] += 1
 
-    def _on_reboot(self, vehicle: Vehicle) -> None:
-        self._asked[vehicle.id] = 0
-        self._ask_next_s.pop(vehicle.id, None)
-        self._ask(vehicle, list(STREAMS_HZ))
-
     def _on_move(self, vehicle: Vehicle) -> None:
-        self._asked[vehicle.id] = 0
-        self._ask_next_s.pop(vehicle.id, None)
+        self.rates.forget(vehicle)
         self.executive.moved(vehicle)
+
+    def _on_gone(self, vehicle: Vehicle) -> None:
+        self.commands.cancel(vehicle.id, housekeeping=True)
+
+    def _on_keys(self) -> None:
+        """Keys changed: what is done with whose frames is looked up anew."""
+        for intake in self.fleet.intakes.values():
+            for source in intake.sources.values():
+                source.forget()
 
     def _on_plan(self, key: str, payload: bytes) -> None:
         team = key.split("/")[2]

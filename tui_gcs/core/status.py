@@ -4,6 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 from tui_gcs.core.flights import Flight
+from tui_gcs.core.links import Link
 from tui_gcs.core.messages import Freshness, LinkStatus, Phase, RunPhase, StationStatus
 
 if TYPE_CHECKING:
@@ -49,16 +50,26 @@ def station_status(station: "Station", seq: int) -> StationStatus:
 
 
 def _links(station: "Station") -> tuple[LinkStatus, ...]:
-    return tuple(
-        LinkStatus(
-            name=name,
-            up=not link.error,
-            datagrams=station.counts[name].datagrams,
-            frames=station.counts[name].frames,
-            bad=station.counts[name].bad,
-            error=link.error,
-        )
-        for name, link in station.links.items()
+    return tuple(_link(station, link) for link in station.links.values())
+
+
+def _link(station: "Station", link: Link) -> LinkStatus:
+    counts = station.fleet.intakes[link.spec.network].counts(link.name)
+    radio = station.rates.radio(link.name)
+    return LinkStatus(
+        name=link.name,
+        network=link.spec.network,
+        up=not link.error,
+        datagrams=counts["datagrams"],
+        frames=counts["frames"],
+        bad=counts["junk bytes"],
+        bad_crc=counts["bad CRC"],
+        kernel_drops=link.kernel_drops,
+        send_refused=link.send_refused,
+        bytes_in=link.bytes_in,
+        bytes_out=link.bytes_out,
+        radio=f"txbuf {radio.txbuf_pct} % rssi {radio.rssi}/{radio.remote_rssi}" if radio is not None else "",
+        error=link.error,
     )
 
 
@@ -67,13 +78,16 @@ def _faults(station: "Station") -> dict[str, int]:
         "planner": sum(desk.fault_count for desk in station.desks.values()),
         "unanswered commands": len(station.commands.unanswered),
         "refused on slot": station.steering.vetoed_on_slot,
-        "link": station.link_faults,
+        "link": station.reception.faults,
     }
     return {name: count for name, count in counts.items() if count}
 
 
 def _dropped(station: "Station") -> dict[str, int]:
     counts = station.fleet.dropped + station.commands.ignored + station.door.refused + station.dropped
+    counts += station.trust.dropped + station.forwarder.refused
+    for intake in station.fleet.intakes.values():
+        counts += intake.dropped
     if ignored := sum(desk.ignored for desk in station.desks.values()):
         counts["plan for an older task"] = ignored
     if station.recorder.dropped:
@@ -90,6 +104,9 @@ def _alarm(station: "Station", now: float) -> str:
     lost = [flight.vehicle for flight in station.book if _is_lost(station, flight, now)]
     if lost:
         return f"LOST in the air: vehicle {_ids(lost)}   → !h hold all, r return the others"
+    twins = [v for v in station.fleet.in_order() if v.no_commands]
+    if twins:
+        return f"vehicle {_ids([v.id for v in twins])} NOT COMMANDED: {twins[0].no_commands}"
     low = [v for v in station.fleet.in_order() if v.airborne and v.battery_pct < CRITICAL_BATTERY_PCT]
     if low:
         worst = min(low, key=lambda v: v.battery_pct)

@@ -1,10 +1,13 @@
-"""One vehicle as this station knows it: identity, newest telemetry, how old each part is."""
+"""One vehicle as this station knows it: identity, ways to it, newest telemetry, how old each part is."""
 
 import math
 from dataclasses import dataclass, field
+from enum import StrEnum
 
-from tui_gcs.core.links import Address
+from tui_gcs.core.boot_clock import BootClock
+from tui_gcs.core.links.base import Address
 from tui_gcs.core.messages import Freshness, Vec3
+from tui_gcs.core.wire.intake import Slot, Source, Stream
 
 NAN = math.nan
 UNKNOWN_POSITION: Vec3 = (NAN, NAN, NAN)
@@ -18,20 +21,103 @@ LANDED_ON_GROUND = 1
 """MAV_LANDED_STATE_ON_GROUND in EXTENDED_SYS_STATE.landed_state."""
 
 
-@dataclass
+HIGH_LATENCY_LOST_S = 120.0
+"""The same for a vehicle that is only heard by HIGH_LATENCY2 (PX4's COM_HLDL_LOSS_T)."""
+IDS_PER_NETWORK = 1000
+"""Vehicles of the station's n-th further network are numbered from n times this; the first keeps MAVLink's ids."""
+
+
+class Signing(StrEnum):
+    """What the signatures of a vehicle's frames are worth."""
+
+    UNSIGNED = "unsigned"
+    NOT_VERIFIED = "signed, not verified"
+    """With a key that proves nothing: PX4 signs with zeros when signing is off."""
+    OURS = "signed by us"
+    """With the key that we hold for this vehicle."""
+    UNKNOWN_KEY = "unknown key"
+
+
+class PathState(StrEnum):
+    """What a way to a vehicle is good for."""
+
+    USED = "used"
+    """It is this vehicle: its frames count, and commands may go there."""
+    CANDIDATE = "asked who it is"
+    """Another link brings frames with this id; whether it is the same vehicle is not known yet."""
+    CONFLICT = "conflict"
+    """Somebody else with the same id, or a forger: nothing from there is used, and nothing is sent there."""
+
+
+@dataclass(eq=False, slots=True)
+class Path:
+    """One way to a vehicle: a source that brings frames with its system id."""
+
+    source: Source
+    state: PathState
+    since_s: float
+    streams: list[Stream] = field(default_factory=list)
+    slots: dict[int, Slot] = field(default_factory=dict)
+    """Newest frame per message id, of the autopilot's component."""
+    boot: BootClock = field(default_factory=BootClock)
+    uid: str = ""
+    """Hardware id that was answered over this path."""
+    asked: int = 0
+    ask_next_s: float = -math.inf
+    heartbeats: int = 0
+    ahead: int = 0
+    """How many looks in a row found this path's news newer than those of the path in use."""
+
+    @property
+    def heard_s(self) -> float:
+        """When anything last came this way."""
+        streams = self.streams
+        return streams[0].heard_s if len(streams) == 1 else max((s.heard_s for s in streams), default=-math.inf)
+
+    def boot_offset_s(self) -> float:
+        """Station time minus the vehicle's boot clock in its newest position; NaN if none came this way."""
+        slot = self.slots.get(GLOBAL_POSITION_INT)
+        return math.nan if slot is None or not slot.raw else slot.t_s - slot.values()[0] / 1e3
+
+
+GLOBAL_POSITION_INT = 33
+
+
+@dataclass(eq=False, slots=True)
 class Vehicle:
-    """Mutable telemetry of one system id. Times are the station's monotonic seconds."""
+    """Mutable telemetry of one vehicle. Times are the station's monotonic seconds."""
 
     id: int
-    link: str
-    address: Address
+    """Station-wide number: MAVLink's system id, plus `IDS_PER_NETWORK` for each network before its own."""
+    system: int
+    network: str
+    path: Path
+    """The way in use: telemetry is read from here, and what we send goes there."""
     autopilot: int
     type: int
     component: int = 1
+    paths: list[Path] = field(default_factory=list)
+    """All ways, the one in use included."""
+    confirmed: bool = False
+    """Was not just one heartbeat that anybody could have forged."""
+    first_s: float = 0.0
+    uid: str = ""
+    """Hardware id from AUTOPILOT_VERSION (uid2, else uid) as hex; empty if unknown."""
+    uid_s: float = -math.inf
+    signing: Signing = Signing.UNSIGNED
+    keyed: bool = False
+    """We hold a signing key for it: only frames signed with it are believed, and all we send is signed."""
+    blocked: str = ""
+    """Why it must not be commanded (stops excepted), e.g. "two vehicles use id 3"; empty if it may."""
+    blocked_in_flight: bool = False
+    """The block holds in the air, too: what we send could reach another vehicle."""
+    blocked_s: float = -math.inf
+    """When the newest evidence for the block came."""
+    untrusted: str = ""
+    """Why nothing it sends proves who it is, so that it is not commanded; empty if all is well."""
     custom_mode: int = 0
     armed: bool = False
     system_status: int = 0
-    heard_s: float = -math.inf
     heartbeat_s: float = -math.inf
     position_s: float = -math.inf
     lat_deg: float = NAN
@@ -53,18 +139,26 @@ class Vehicle:
     """First 8 bytes of AUTOPILOT_VERSION.flight_custom_version as hex; our simulator proves itself with it."""
     identified: bool = False
     """AUTOPILOT_VERSION was received."""
-    frames: int = 0
-    lost_frames: int = 0
-    message_s: dict[int, float] = field(default_factory=dict)
-    """When each message id last came."""
-    last_seq: dict[int, int] = field(default_factory=dict)
-    """Newest sequence number per component."""
+    loss_pct: float = 0.0
+    """Share of frames that never came over the path in use, 0…100; measured once a second."""
+    recent: dict[bytes, float] | None = None
+    """Frames of the last seconds, where the same may come over several paths."""
     recent_reasons: list[tuple[float, str]] = field(default_factory=list)
     """(time, text) of the newest status texts that may explain a refusal."""
     suspect_jumps: int = 0
     """How many positions in a row are far from the last used one and near each other."""
     suspect_m: Vec3 = UNKNOWN_POSITION
     """The newest of these."""
+    position_error_m: float = NAN
+    """What its GPS says of its accuracy (h_acc, else HDOP times 2.5 m); NaN when unknown."""
+    ekf_flags: int = -1
+    """EKF_STATUS_REPORT.flags, -1 when it never came."""
+    high_latency_s: float = -math.inf
+    """When HIGH_LATENCY2 last came."""
+    armed_bit: bool = False
+    """As the newest heartbeat had it; `armed` is what we take for true."""
+    flickers_s: list[float] = field(default_factory=list)
+    """When the armed bit changed lately."""
     reboots: int = 0
     home_m: Vec3 | None = None
     """Where the autopilot says home is (HOME_POSITION), ENU."""
@@ -85,10 +179,41 @@ class Vehicle:
         return math.hypot(self.velocity_m_s[0], self.velocity_m_s[1])
 
     @property
-    def loss_pct(self) -> float:
-        """Share of frames that never came, 0…100."""
-        total = self.frames + self.lost_frames
-        return 100.0 * self.lost_frames / total if total else 0.0
+    def heard_s(self) -> float:
+        """When anything last came from it, over any way that is known to be it."""
+        if len(self.paths) == 1:
+            return self.path.heard_s
+        return max(path.heard_s for path in self.paths if path.state is PathState.USED)
+
+    @property
+    def link(self) -> str:
+        """Name of the link in use."""
+        return self.path.source.link
+
+    @property
+    def address(self) -> Address:
+        """Where what we send to it goes."""
+        return self.path.source.address
+
+    @property
+    def lost_after_s(self) -> float:
+        """Silence after which it is LOST."""
+        return HIGH_LATENCY_LOST_S if self.high_latency_s > self.heartbeat_s else LOST_S
+
+    @property
+    def no_commands(self) -> str:
+        """Why it must not be commanded now, stops excepted; "" if it may."""
+        if self.blocked and (self.blocked_in_flight or not self.airborne):
+            return self.blocked
+        return self.untrusted
+
+    def used_paths(self) -> list[Path]:
+        """The ways on which it is this vehicle."""
+        return [path for path in self.paths if path.state is PathState.USED]
+
+    def path_of(self, source: Source) -> Path | None:
+        """The path that `source` is, if it is one."""
+        return next((path for path in self.paths if path.source is source), None)
 
     def has_position(self) -> bool:
         """Whether a valid position was ever received."""
@@ -96,27 +221,16 @@ class Vehicle:
 
     def freshness(self, now: float) -> Freshness:
         """OK, STALE or LOST at time `now`."""
-        if now - self.heard_s > LOST_S:
+        if now - self.heard_s > self.lost_after_s:
             return Freshness.LOST
-        if now - self.position_s > STALE_S:
+        if now - self.position_s > (HIGH_LATENCY_LOST_S if self.high_latency_s > self.heartbeat_s else STALE_S):
             return Freshness.STALE
         return Freshness.OK
 
     def silent_s(self, message: int, now: float) -> float:
-        """Time since message id `message` last came from its autopilot."""
-        return now - self.message_s.get(message, -math.inf)
-
-    def count_sequence(self, component: int, seq: int) -> None:
-        """Loss statistics; a gap above 128 counts as reordering, not as loss."""
-        last = self.last_seq.get(component)
-        self.frames += 1
-        if last is not None:
-            gap = (seq - last - 1) % 256
-            if gap >= 128:
-                return
-            self.lost_frames += gap
-        if last is not None or len(self.last_seq) < 16:
-            self.last_seq[component] = seq
+        """Time since message id `message` last came from its autopilot, over the path in use."""
+        slot = self.path.slots.get(message)
+        return now - slot.t_s if slot is not None else math.inf
 
     def reasons_since(self, t_s: float) -> list[str]:
         """Warning texts this vehicle sent since `t_s`, oldest first, each once."""

@@ -5,7 +5,7 @@ The three retry classes of architecture.md (security.md C.4):
 * start: at most 3 copies within 2 s, then expired; never repeated later.
 * stop: every 400 ms for 10 s until telemetry confirms, then an alarm and every 2 s until confirmed or superseded;
   it cancels what is queued for that vehicle.
-* set: 4 tries, 0.6 s apart; idempotent; dropped when superseded.
+* set: 5 tries, 0.6 s apart; idempotent; dropped when superseded.
 
 Success is what telemetry shows; an ACK only ends the copies. A refusal collects the vehicle's own words for 0.5 s.
 """
@@ -32,7 +32,7 @@ class Retry(Enum):
 
     START = (3, 0.9, 0.0)
     STOP = (25, 0.4, 2.0)
-    SET = (4, 0.6, 0.0)
+    SET = (5, 0.6, 0.0)
 
     @property
     def copies(self) -> int:
@@ -114,11 +114,13 @@ class CommandService:
         self._pending[(action.vehicle, action.name)] = action
         self._run(action, None)
 
-    def cancel(self, vehicle: int, name: str | None = None, *, keep_stops: bool = False) -> None:
-        """Drop the actions pending for `vehicle` (all, or the one called `name`)."""
+    def cancel(
+        self, vehicle: int, name: str | None = None, *, keep_stops: bool = False, housekeeping: bool = False
+    ) -> None:
+        """Drop the actions pending for `vehicle` (all, or the one called `name`); `housekeeping`: those, too."""
         for key, action in list(self._pending.items()):
             kept = keep_stops and action.retry is Retry.STOP
-            if key[0] == vehicle and not kept and (key[1] == name if name else not action.housekeeping):
+            if key[0] == vehicle and not kept and (key[1] == name if name else housekeeping or not action.housekeeping):
                 self._end(action, Outcome.SUPERSEDED, "")
 
     def stopping(self, vehicle: int) -> bool:
@@ -128,6 +130,11 @@ class CommandService:
     def pending(self, vehicle: int, name: str) -> bool:
         """Whether such an action is under way."""
         return (vehicle, name) in self._pending
+
+    @property
+    def waiting(self) -> bool:
+        """Whether an answer to something flown is expected: then we listen without delay."""
+        return any(action.sent and not action.housekeeping for action in self._pending.values())
 
     def tick(self, vehicles: dict[int, Vehicle]) -> None:
         """Send what is due, end what is confirmed, refused or out of time."""

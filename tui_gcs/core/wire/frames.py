@@ -64,6 +64,10 @@ class Scan:
     used: int = 0
     junk_bytes: int = 0
     bad_crc: int = 0
+    bad_msgid: int = 0
+    """Message id of the newest complete frame with a wrong CRC."""
+    good: int = 0
+    """How many frames were good, whoever took them out of `frames`."""
     in_sync: bool = True
 
 
@@ -76,9 +80,14 @@ def cut_datagram(data: bytes) -> Cut:
             return Cut([frame], 0, 0)
     done = Scan()
     scan(data, done, final=True)
-    if not done.frames and done.junk_bytes and not _NOT_TEXT.search(data):
+    if not done.frames and done.junk_bytes and is_text(data):
         return Cut([], 0, 0, len(data))
     return Cut(done.frames, done.junk_bytes, done.bad_crc)
+
+
+def is_text(data: bytes) -> bool:
+    """Whether `data` is printable ASCII and line ends, as ArduPilot's boot banner."""
+    return not _NOT_TEXT.search(data)
 
 
 class StreamCutter:
@@ -118,31 +127,48 @@ def scan(data: bytes, done: Scan, *, final: bool) -> None:
 
     With `final` nothing follows `data`; without, it stops where more bytes are needed to decide.
     """
+    before = -1
+    while before != done.used < len(data):
+        before = done.used
+        scan_step(data, done, final=final)
+
+
+def scan_step(data: bytes, done: Scan, *, final: bool) -> None:
+    """One step of `scan`: a frame, or the junk before the next place where one may begin, or nothing more for now."""
     size = len(data)
-    while done.used < size:
-        start = done.used
-        end = frame_end(data, start, size)
-        if end > size and not final:
-            return
-        frame = None
-        if start < end <= size:
-            frame = check_frame(data[start:end])
-            if frame is None:
-                done.bad_crc += 1
-            elif not dialect.is_known(frame.msgid):
-                if end == size and not final and done.in_sync:
-                    return
-                if not (done.in_sync and (end == size or data[end] in (MAGIC_V1, MAGIC_V2))):
-                    frame = None
-        if frame is not None:
-            done.frames.append(frame)
-            done.used = end
-            done.in_sync = True
-        else:
-            following = MAGIC.search(data, start + 1)
-            done.used = following.start() if following else size
-            done.junk_bytes += done.used - start
-            done.in_sync = False
+    start = done.used
+    if start >= size:
+        return
+    end = frame_end(data, start, size)
+    if end > size and not final:
+        return
+    frame = None
+    if start < end <= size:
+        frame = check_frame(data[start:end])
+        if frame is None:
+            done.bad_crc += 1
+            done.bad_msgid = _msgid(data, start)
+        elif not dialect.is_known(frame.msgid):
+            if end == size and not final and done.in_sync:
+                return
+            if not (done.in_sync and (end == size or data[end] in (MAGIC_V1, MAGIC_V2))):
+                frame = None
+    if frame is not None:
+        done.frames.append(frame)
+        done.good += 1
+        done.used = end
+        done.in_sync = True
+    else:
+        following = MAGIC.search(data, start + 1)
+        done.used = following.start() if following else size
+        done.junk_bytes += done.used - start
+        done.in_sync = False
+
+
+def _msgid(data: bytes, start: int) -> int:
+    if data[start] == MAGIC_V2:
+        return int.from_bytes(data[start + 7 : start + 10], "little")
+    return data[start + 5]
 
 
 def frame_end(data: bytes, start: int, size: int) -> int:

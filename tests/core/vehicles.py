@@ -1,0 +1,12 @@
+"""Vehicles for unit tests, as the fleet would have made them."""
+
+from typing import Any
+
+from tui_gcs.core.vehicle import Path, PathState, Vehicle
+from tui_gcs.core.wire.intake import Source
+
+
+def a_vehicle(system: int = 1, link: str = "memory", **telemetry: Any) -> Vehicle:
+    """An ArduCopter quadrotor, heard over one path."""
+    path = Path(Source("", link, ("sim", system)), PathState.USED, 0.0)
+    return Vehicle(system, system, "", path, 3, 2, paths=[path], **telemetry)

@@ -1,0 +1,83 @@
+"""Receiving: from all links into the fleet, into the log and to other stations.
+
+Called as often as the process likes; what is read is bounded per call, so that a flood starves nobody.
+"""
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.events import ERROR, NOTICE, WARNING, EventLog
+from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.forward import Forwarder
+from tui_gcs.core.links import Link
+from tui_gcs.core.messages import EventClass
+from tui_gcs.core.recorder import TlogWriter
+from tui_gcs.core.trust import TrustBook
+from tui_gcs.core.wire.signing import for_log
+
+
+class Reception:
+    """All links of a station."""
+
+    def __init__(
+        self,
+        links: dict[str, Link],
+        fleet: Fleet,
+        recorder: TlogWriter,
+        forwarder: Forwarder,
+        trust: TrustBook,
+        clock: Clock,
+        events: EventLog,
+    ) -> None:
+        """Nothing is read before the first `receive`."""
+        self._links = links
+        self._fleet = fleet
+        self._recorder = recorder
+        self._forwarder = forwarder
+        self._trust = trust
+        self._clock = clock
+        self._events = events
+        self._down: set[str] = set()
+        self._kernel_drops = dict.fromkeys(links, 0)
+        self._next_look_s = clock.now()
+        self.faults = 0
+        """How often a link went down."""
+
+    def receive(self) -> int:
+        """Take what has arrived; how many datagrams or pieces that were."""
+        now = self._clock.now()
+        wall_s = self._clock.wall()
+        count = 0
+        for name, link in self._links.items():
+            batch = link.receive()
+            if batch:
+                count += len(batch)
+                intake = self._fleet.intakes[link.spec.network]
+                taken = intake.chunks(name, batch, now) if link.stream else intake.datagrams(name, batch, now)
+                if taken:
+                    self._forwarder.feed(link.spec.network, name, taken)
+                    if self._trust.any_keys:  # signatures of real keys do not belong into logs (security.md A.1)
+                        taken = [for_log(raw) for raw in taken]
+                    self._recorder.write_many(wall_s, taken)
+            if bool(link.error) != (name in self._down):
+                self._tell(name, link.error)
+        if now >= self._next_look_s:
+            self._next_look_s = now + 1.0
+            self._look_at_drops()
+        return count
+
+    def _tell(self, name: str, error: str) -> None:
+        if error:
+            self._down.add(name)
+            self.faults += 1
+            self._events.say(EventClass.CONNECTION, f"link {name}", error, ERROR)
+        else:
+            self._down.discard(name)
+            self._events.say(EventClass.CONNECTION, f"link {name}", "works again", NOTICE)
+
+    def _look_at_drops(self) -> None:
+        """Datagrams that the system threw away because we did not read in time."""
+        for name, link in self._links.items():
+            drops = link.kernel_drops
+            if drops > self._kernel_drops[name]:
+                text = f"overload: the system dropped datagrams before we read them ({drops} so far)"
+                self._events.say(EventClass.CONNECTION, f"link {name}", text, WARNING, every_s=10)
+                self._kernel_drops[name] = drops

@@ -1,0 +1,252 @@
+"""Telemetry into a vehicle's columns. Every number is checked here, once, before the rest of the station sees it.
+
+What is not finite or not plausible is shown as unknown and counted (security.md B.6-100…107). The messages arrive as
+slots: the newest frame, decoded here only.
+"""
+
+import math
+import struct
+from collections import Counter
+from collections.abc import Callable
+
+from tui_gcs.core.boot_clock import FITS_MS, Step
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.events import ALERT, WARNING, EventLog
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.messages import EventClass
+from tui_gcs.core.vehicle import NAN, Vehicle
+from tui_gcs.core.wire.frames import MAGIC_V2
+from tui_gcs.core.wire.intake import Slot
+from tui_gcs.core.wire.mavlink import FLAG_ARMED
+
+MOST_SPEED_M_S = 150.0
+"""Faster than this between two positions is a jump, not flight."""
+CONSISTENT_FIXES = 3
+"""After a jump this many consistent positions are needed (security.md B.6-100)."""
+HDOP_M = 2.5
+"""Metres of position error per unit of HDOP: what plain GPS is good for (RTCA DO-229's user range error is less)."""
+DEGRADED_M = 10.0
+"""A position error worth telling."""
+LEAST_FIX = 3
+"""GPS_FIX_TYPE_3D_FIX."""
+FLICKERS, FLICKER_S = 4, 2.0
+"""So many changes of the armed bit in this time are no news but a fault: taken as armed (B.6-104)."""
+HIGH_LATENCY_WAITS_S = 3.0
+"""HIGH_LATENCY2 fills in only what the normal stream has not brought for so long (B.6-107)."""
+
+NEAR_M = 20.0
+"""A step that needs no further thought: 20 Hz at 150 m/s are less."""
+POSITION_BYTES = 28
+_POSITION = struct.Struct("<IiiiihhhH").unpack_from
+
+JudgeBoot = Callable[[Vehicle, int, float], Step]
+Handler = Callable[[Slot, float], None]
+
+
+class Telemetry:
+    """Fills vehicles' columns. `frame` turns degrees into the scenario's ENU metres."""
+
+    def __init__(
+        self, clock: Clock, events: EventLog, frame: LocalFrame, dropped: Counter[str], judge_boot: JudgeBoot
+    ) -> None:
+        """Refused values are counted in `dropped`; `judge_boot` looks at every position's boot time."""
+        self._take(frame)
+        self._clock = clock
+        self._events = events
+        self._dropped = dropped
+        self._judge_boot = judge_boot
+        self.newest: dict[int, Handler] = {
+            33: self._position,
+            24: self._gps,
+            1: self._sys_status,
+            245: self._extended_state,
+            193: self._ekf,
+            242: self._home,
+        }
+        """By message id: only the newest counts, read when the station looks."""
+        self.every: dict[int, Handler] = {0: self._heartbeat, 147: self._battery, 235: self._high_latency}
+        """By message id: each one counts."""
+
+    def reframe(self, frame: LocalFrame, vehicles: list[Vehicle]) -> None:
+        """Use another ENU frame: positions are computed anew."""
+        self._take(frame)
+        for vehicle in vehicles:
+            if vehicle.has_position():
+                x, y = frame.to_enu(vehicle.lat_deg, vehicle.lon_deg)
+                vehicle.position_m = (float(x), float(y), vehicle.alt_rel_m)
+
+    def _take(self, frame: LocalFrame) -> None:
+        self.frame = frame
+        self._lat_deg, self._lon_deg = frame.origin.lat_deg, frame.origin.lon_deg
+        self._east_m, self._north_m = frame.east_m_per_deg, frame.north_m_per_deg
+
+    # ---------------------------------------------------------------- position
+
+    def _position(self, slot: Slot, now: float) -> None:
+        """GLOBAL_POSITION_INT, a quarter of all traffic: no calls on the way of a good one."""
+        vehicle: Vehicle = slot.owner
+        raw = slot.raw
+        values = _POSITION(raw, 10) if raw[0] == MAGIC_V2 and raw[1] >= POSITION_BYTES else slot.values()
+        boot_ms, lat, lon, alt_mm, alt_rel_mm, vx, vy, vz, heading = values
+        boot = vehicle.path.boot
+        if 0 <= boot_ms - boot.boot_ms <= FITS_MS + (now - boot.at_s) * 1e3:
+            boot.boot_ms, boot.at_s = boot_ms, now
+        elif self._judge_boot(vehicle, boot_ms, now) is Step.LATE:
+            self._dropped["late position"] += 1
+            return
+        lat_deg, lon_deg = lat / 1e7, lon / 1e7
+        if not (-90.0 <= lat_deg <= 90.0 and -180.0 <= lon_deg <= 180.0) or (lat == 0 and lon == 0):
+            self._dropped["invalid position"] += 1
+            return
+        east_deg = lon_deg - self._lon_deg
+        if not -180.0 <= east_deg < 180.0:
+            east_deg = (east_deg + 180.0) % 360.0 - 180.0
+        x, y = east_deg * self._east_m, (lat_deg - self._lat_deg) * self._north_m  # as LocalFrame.to_enu
+        place = (x, y, alt_rel_mm / 1e3)
+        before = vehicle.position_m
+        if abs(x - before[0]) + abs(y - before[1]) < NEAR_M and not vehicle.suspect_jumps:
+            pass
+        elif vehicle.has_position() and self._is_jump(vehicle, place, now):
+            self._dropped["implausible position"] += 1
+            return
+        vehicle.lat_deg, vehicle.lon_deg = lat_deg, lon_deg
+        vehicle.alt_rel_m, vehicle.alt_amsl_m = place[2], alt_mm / 1e3
+        vehicle.position_m = place
+        vehicle.velocity_m_s = (vy / 100, vx / 100, -vz / 100)
+        vehicle.heading_deg = heading / 100 if heading <= 36000 else NAN
+        vehicle.position_s = now
+
+    def _is_place(self, lat_deg: float, lon_deg: float) -> bool:
+        if (lat_deg == 0 and lon_deg == 0) or abs(lat_deg) > 90 or abs(lon_deg) > 180:
+            self._dropped["invalid position"] += 1
+            return False
+        return True
+
+    def _is_jump(self, vehicle: Vehicle, place: tuple[float, float, float], now: float) -> bool:
+        """Whether `place` is farther from the last position than flight allows, and not yet confirmed by others."""
+        reach_m = 50.0 + MOST_SPEED_M_S * max(0.0, now - vehicle.position_s)
+        if math.dist(place, vehicle.position_m) <= reach_m:
+            vehicle.suspect_jumps = 0
+            return False
+        consistent = vehicle.suspect_jumps > 0 and math.dist(place, vehicle.suspect_m) <= reach_m
+        vehicle.suspect_jumps = vehicle.suspect_jumps + 1 if consistent else 1
+        vehicle.suspect_m = place
+        text = "position jumped: not used until confirmed"
+        self._events.say(EventClass.SENSOR, _name(vehicle), text, WARNING, every_s=10)
+        return vehicle.suspect_jumps <= CONSISTENT_FIXES
+
+    def _gps(self, slot: Slot, now: float) -> None:
+        vehicle: Vehicle = slot.owner
+        values = slot.values()
+        eph, fix_type, satellites, h_acc = values[4], values[8], values[9], values[11]
+        vehicle.gps_fix = fix_type
+        vehicle.satellites = satellites if satellites != 255 else -1
+        hdop_m = HDOP_M * eph / 100 if eph != 65535 else NAN
+        error_m = h_acc / 1e3 if h_acc else hdop_m
+        was_bad = vehicle.position_error_m > DEGRADED_M
+        vehicle.position_error_m = error_m if fix_type >= LEAST_FIX else math.inf
+        if vehicle.position_error_m > DEGRADED_M and not was_bad and vehicle.armed:
+            text = "position degraded: " + (f"±{error_m:.0f} m" if fix_type >= LEAST_FIX else "no GPS fix")
+            self._events.say(EventClass.SENSOR, _name(vehicle), text, WARNING, every_s=10)
+
+    def _home(self, slot: Slot, now: float) -> None:
+        vehicle: Vehicle = slot.owner
+        latitude, longitude = slot.values()[:2]
+        if self._is_place(latitude / 1e7, longitude / 1e7):
+            x, y = self.frame.to_enu(latitude / 1e7, longitude / 1e7)
+            vehicle.home_m = (float(x), float(y), 0.0)
+
+    # ---------------------------------------------------------------- state
+
+    def _heartbeat(self, slot: Slot, now: float) -> None:
+        vehicle: Vehicle = slot.owner
+        custom_mode, kind, autopilot, base_mode, system_status, _ = slot.values()
+        vehicle.heartbeat_s = now
+        vehicle.autopilot, vehicle.type = autopilot, kind
+        vehicle.custom_mode = custom_mode
+        vehicle.system_status = system_status
+        self._armed(vehicle, bool(base_mode & FLAG_ARMED), now)
+
+    def _armed(self, vehicle: Vehicle, armed: bool, now: float) -> None:
+        """The armed bit; while it flickers, True: who might be armed is treated as armed."""
+        if armed != vehicle.armed_bit:
+            vehicle.armed_bit = armed
+            vehicle.flickers_s = [*vehicle.flickers_s[1 - FLICKERS :], now]
+        vehicle.armed = armed
+        if len(vehicle.flickers_s) == FLICKERS and now - vehicle.flickers_s[0] < FLICKER_S:
+            vehicle.armed = True
+            text = "armed state flickers: taken as armed"
+            self._events.say(EventClass.SENSOR, _name(vehicle), text, ALERT, every_s=10)
+
+    def _extended_state(self, slot: Slot, now: float) -> None:
+        vehicle: Vehicle = slot.owner
+        vehicle.landed_state = slot.values()[1]
+
+    def _ekf(self, slot: Slot, now: float) -> None:
+        vehicle: Vehicle = slot.owner
+        vehicle.ekf_flags = slot.values()[5]
+
+    def _sys_status(self, slot: Slot, now: float) -> None:
+        vehicle: Vehicle = slot.owner
+        values = slot.values()
+        prearm_check = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
+        vehicle.prearm_ok = bool(values[2] & prearm_check)
+        if not vehicle.has_battery_status:
+            self._set_battery(vehicle, _percent(values[12]))
+            vehicle.battery_v = _millivolt(values[4])
+
+    def _battery(self, slot: Slot, now: float) -> None:
+        vehicle: Vehicle = slot.owner
+        values = slot.values()
+        if values[14] != 0:  # a second battery
+            return
+        vehicle.has_battery_status = True
+        self._set_battery(vehicle, _percent(values[17]))
+        cells = [cell for cell in values[3:13] if cell != 65535]
+        vehicle.battery_v = sum(cells) / 1e3 if any(cells) else NAN
+
+    def _set_battery(self, vehicle: Vehicle, percent: float) -> None:
+        before, vehicle.battery_pct = vehicle.battery_pct, percent
+        if math.isnan(percent) and not math.isnan(before) and vehicle.airborne:
+            self._events.say(EventClass.SENSOR, _name(vehicle), "battery unknown", WARNING, every_s=30)
+        for limit, severity in ((25.0, WARNING), (15.0, ALERT)):
+            if percent < limit <= before:
+                self._events.say(EventClass.SENSOR, _name(vehicle), f"battery below {limit:.0f} %", severity)
+
+    def _high_latency(self, slot: Slot, now: float) -> None:
+        """HIGH_LATENCY2: one message for everything, over satellite links. The normal streams come first."""
+        vehicle: Vehicle = slot.owner
+        _, latitude, longitude, mode, altitude, *rest = slot.values()
+        heading, speed, battery = rest[6], rest[11], rest[18]
+        vehicle.high_latency_s = now
+        if now - vehicle.heartbeat_s > HIGH_LATENCY_WAITS_S:
+            vehicle.custom_mode = mode
+        if now - vehicle.position_s <= HIGH_LATENCY_WAITS_S or not self._is_place(latitude / 1e7, longitude / 1e7):
+            return
+        x, y = self.frame.to_enu(latitude / 1e7, longitude / 1e7)
+        vehicle.lat_deg, vehicle.lon_deg = latitude / 1e7, longitude / 1e7
+        vehicle.alt_amsl_m = float(altitude)
+        vehicle.position_m = (float(x), float(y), vehicle.alt_rel_m)
+        course = math.radians(2.0 * heading)
+        vehicle.velocity_m_s = (speed / 5 * math.sin(course), speed / 5 * math.cos(course), 0.0)
+        vehicle.heading_deg = 2.0 * heading
+        vehicle.battery_pct = _percent(battery)
+        vehicle.position_s = now
+
+
+def _name(vehicle: Vehicle) -> str:
+    return f"vehicle {vehicle.id}"
+
+
+def _within(value: float, least: float, most: float) -> float:
+    """`value`, unknown outside of what is possible (NaN compares false)."""
+    return float(value) if least <= value <= most else NAN
+
+
+def _percent(value: int) -> float:
+    """Battery remaining 0…100; anything else is unknown."""
+    return float(value) if 0 <= value <= 100 else NAN
+
+
+def _millivolt(value: int) -> float:
+    return value / 1e3 if 0 < value < 65535 else NAN

@@ -1,0 +1,320 @@
+"""Signatures: which frames are believed, and what we sign (security.md A, B.6-14, 16, 27…37).
+
+A vehicle that we hold a key for is *keyed*: only frames signed with its key count, and everything for it is signed.
+For the others a signature proves nothing; what it is worth is shown as it is. PX4 signs with a zero key while signing
+is off, so "signed" is never taken for "authenticated".
+"""
+
+import math
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.events import ALERT, NOTICE, WARNING, EventLog
+from tui_gcs.core.keystore import KeyStore, KeyStoreError
+from tui_gcs.core.keystore_timestamps import TimestampFile
+from tui_gcs.core.messages import EventClass
+from tui_gcs.core.vehicle import IDS_PER_NETWORK, Signing, Vehicle
+from tui_gcs.core.wire.frames import MAGIC_V2, SIGNED
+from tui_gcs.core.wire.intake import Source
+from tui_gcs.core.wire.signing import (
+    MAY_BE_UNSIGNED,
+    Key,
+    SignedBy,
+    SigningClock,
+    Verdict,
+    Verifier,
+    sign,
+    signature_matches,
+    signed_by,
+    timestamp,
+)
+
+HEARTBEAT = 0
+LOOK_S = 1.0
+RECENT_S = 3.0
+"""What was refused within this time tells how a vehicle signs now."""
+PROVE_S = 10.0
+"""A vehicle that was given a key must sign with it within this time, else it did not take it."""
+OLDS, OLD_S = 10, 5.0
+"""So many old signatures in this time are no swapped neighbours."""
+HELP_S = 1.0
+LINK_ID = 0
+"""One stream per vehicle and key: we sign with one growing clock, whatever the link."""
+
+
+@dataclass
+class _Trust:
+    """One keyed vehicle."""
+
+    key: Key
+    verifier: Verifier
+    clock: SigningClock
+    good_s: float = -math.inf
+    unsigned_s: float = -math.inf
+    bad_s: float = -math.inf
+    old_s: list[float] = field(default_factory=list)
+    """When signatures came that were not newer than what had come."""
+
+
+@dataclass
+class _Given:
+    """A key that was sent to a vehicle, and has to be proven."""
+
+    vehicle: Vehicle
+    key: Key
+    until_s: float
+
+
+class TrustBook:
+    """The keys in use. Without a key store nobody is keyed and every gate is open."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        events: EventLog,
+        networks: tuple[str, ...],
+        store: KeyStore | None = None,
+        stamps: TimestampFile | None = None,
+        heartbeat: Callable[[], bytes] = bytes,
+    ) -> None:
+        """`heartbeat` makes ours; `stamps` remembers signing times across restarts.
+
+        Raises:
+            KeyStoreError: what `stamps` holds is damaged.
+        """
+        self.dropped: Counter[str] = Counter()
+        self.store = store
+        self._clock = clock
+        self._events = events
+        self._networks = networks
+        self._stamps = stamps
+        self._heartbeat = heartbeat
+        self._behind: dict[Source, int] = {}
+        self._next_help_s = -math.inf
+        self._trusts: dict[tuple[str, int], _Trust] = {}
+        self._given: list[_Given] = []
+        self._next_look_s = -math.inf
+        self.on_change: list[Callable[[], None]] = []
+        """Called when keys changed: what is done with frames is to be decided anew."""
+        self._use_keys()
+
+    @property
+    def any_keys(self) -> bool:
+        """Whether any vehicle is keyed."""
+        return bool(self._trusts)
+
+    def is_keyed(self, network: str, system: int) -> bool:
+        """Whether we hold a key for that system."""
+        return (network, system) in self._trusts
+
+    # ---------------------------------------------------------------- in
+
+    def gate(self, source: Source, system: int) -> Callable[[bytes], bool] | None:
+        """The check for frames of a system; None if it has no key: then any frame is believed as before."""
+        trust = self._trusts.get((source.network, system))
+        if trust is None:
+            return None
+        name = self._name(source.network, system)
+
+        def believe(raw: bytes) -> bool:
+            if raw[0] != MAGIC_V2 or not raw[2] & SIGNED:
+                return self._unsigned(trust, name, raw)
+            verdict = trust.verifier.check(raw, self._clock.wall())
+            now = self._clock.now()
+            if verdict is Verdict.GOOD:
+                trust.good_s = now
+                trust.clock.hear(timestamp(raw), self._clock.wall(), now)
+                return True
+            if verdict is not Verdict.BAD_SIGNATURE:
+                self._behind[source] = system
+            return self._bad(trust, name, verdict, now)
+
+        return believe
+
+    def behind(self) -> list[tuple[Source, bytes]]:
+        """Where holders of our keys are whose time is behind, and what tells each of them the time.
+
+        Autopilots count their signing time and are pulled up only by what they hear of us. After a power cycle, or
+        after a restart of ours, both sides would be deaf to each other for ever; one signed heartbeat a second ends
+        that. A replayer gets nothing else from it.
+        """
+        now = self._clock.now()
+        if not self._behind or now < self._next_help_s:
+            return []
+        self._next_help_s = now + HELP_S
+        told = []
+        for source, system in self._behind.items():
+            trust = self._trusts.get((source.network, system))
+            if trust is not None:
+                told.append((source, self._sign(trust, self._heartbeat())))
+        self._behind.clear()
+        return told
+
+    def _unsigned(self, trust: _Trust, name: str, raw: bytes) -> bool:
+        if raw[0] == MAGIC_V2 and int.from_bytes(raw[7:10], "little") in MAY_BE_UNSIGNED:
+            return True
+        what = "unsigned" if raw[0] == MAGIC_V2 else "MAVLink 1 (downgrade)"
+        self.dropped[f"{what}, though a key is set"] += 1
+        trust.unsigned_s = self._clock.now()
+        if trust.good_s > -math.inf:
+            text = "stopped signing, or somebody forges: unsigned frames are not believed"
+        else:
+            text = "does not sign though we hold a key for it: nothing it sends is believed"
+        self._events.say(EventClass.CONNECTION, name, text, ALERT, every_s=30)
+        return False
+
+    def _bad(self, trust: _Trust, name: str, verdict: Verdict, now: float) -> bool:
+        self.dropped[f"signature: {verdict.value}"] += 1
+        if verdict is Verdict.BAD_SIGNATURE:
+            trust.bad_s = now
+            text = "frames signed with an unknown key: not believed"
+        elif verdict is Verdict.AHEAD:
+            text = "its signing clock is more than 5 min ahead: that stream is not believed"
+        elif now - trust.good_s > RECENT_S:
+            text = "its signing clock is behind: it is told the time, and not believed before"
+            self._events.say(EventClass.CONNECTION, name, text, NOTICE, every_s=30)
+            return False
+        else:
+            trust.old_s = [t for t in trust.old_s if now - t < OLD_S] + [now]
+            if len(trust.old_s) < OLDS:  # two threads of PX4 send: now and then neighbours swap
+                return False
+            trust.old_s = []
+            text = "frames with old signatures (recorded ones?): not believed"
+        self._events.say(EventClass.CONNECTION, name, text, ALERT, every_s=30)
+        return False
+
+    # ---------------------------------------------------------------- out
+
+    def signed(self, vehicle: Vehicle, frame: bytes) -> bytes:
+        """`frame` for `vehicle`: signed if it is keyed."""
+        trust = self._trusts.get((vehicle.network, vehicle.system))
+        if trust is None:
+            return frame
+        return self._sign(trust, frame)
+
+    def _sign(self, trust: _Trust, frame: bytes) -> bytes:
+        return sign(frame, trust.key.secret, LINK_ID, trust.clock.next(self._clock.wall(), self._clock.now()))
+
+    def given(self, vehicle: Vehicle, key: Key) -> None:
+        """`key` was sent to `vehicle`: use it as soon as the vehicle signs with it, and not before."""
+        self._given = [each for each in self._given if each.vehicle is not vehicle]
+        self._given.append(_Given(vehicle, key, self._clock.now() + PROVE_S))
+
+    # ---------------------------------------------------------------- time
+
+    def tick(self, vehicles: list[Vehicle]) -> None:
+        """Once a second: say how each vehicle signs, look whether the keys changed."""
+        now = self._clock.now()
+        if now < self._next_look_s:
+            return
+        self._next_look_s = now + LOOK_S
+        self._look_for_keys()
+        if self._stamps is not None and self._trusts:
+            self._stamps.tick(now, self._to_store)
+        for given in list(self._given):
+            self._prove(given, now)
+        for vehicle in vehicles:
+            trust = self._trusts.get((vehicle.network, vehicle.system))
+            vehicle.keyed = trust is not None
+            self._set_signing(vehicle, self._unkeyed(vehicle) if trust is None else _keyed(trust, now))
+
+    def _set_signing(self, vehicle: Vehicle, signing: Signing) -> None:
+        if signing is vehicle.signing:
+            return
+        vehicle.signing = signing
+        vehicle.untrusted = "signed with a key that we do not hold" if signing is Signing.UNKNOWN_KEY else ""
+        severity = ALERT if signing is Signing.UNKNOWN_KEY else NOTICE
+        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"its frames are {signing.value}", severity)
+
+    def _unkeyed(self, vehicle: Vehicle) -> Signing:
+        """What the newest heartbeat says of a vehicle without a key."""
+        slot = vehicle.path.slots.get(HEARTBEAT)
+        if slot is None or not slot.raw or slot.raw[0] != MAGIC_V2 or not slot.raw[2] & SIGNED:
+            return Signing.UNSIGNED
+        return Signing.NOT_VERIFIED if signed_by(slot.raw) is SignedBy.ZERO_KEY else Signing.UNKNOWN_KEY
+
+    def _prove(self, given: _Given, now: float) -> None:
+        slot = given.vehicle.path.slots.get(HEARTBEAT)
+        name = f"vehicle {given.vehicle.id}"
+        proven = slot is not None and slot.raw[2:3] == b"\x01" and signature_matches(slot.raw, given.key.secret)
+        if proven and self.store is not None:
+            self._given.remove(given)
+            try:
+                self.store.assign(given.key.name, given.vehicle.network, given.vehicle.system)
+            except KeyStoreError as error:
+                self._events.say(EventClass.CONNECTION, name, f"signs now, but: {error}", ALERT)
+                return
+            text = f"signs with key {given.key.name} ({given.key.fingerprint})"
+            self._events.say(EventClass.CONNECTION, name, text, NOTICE)
+            self._use_keys()
+        elif now > given.until_s:
+            self._given.remove(given)
+            text = f"did not take key {given.key.name}: it does not sign with it. PX4 takes keys over USB only"
+            self._events.say(EventClass.CONNECTION, name, text, WARNING)
+
+    def _look_for_keys(self) -> None:
+        if self.store is None or not self.store.changed():
+            return
+        try:
+            self.store.reload()
+        except KeyStoreError as error:
+            self._events.say(EventClass.PROCESSING, "keys", f"{error}; the keys stay as they were", ALERT, every_s=60)
+            return
+        self._use_keys()
+
+    def _use_keys(self) -> None:
+        """Take the vehicles' keys from the store."""
+        if self.store is None:
+            return
+        wanted = {vehicle: key for key in self.store.keys for vehicle in self.store.vehicles_of(key.name)}
+        self._to_store()
+        for place in [place for place in self._trusts if place not in wanted]:
+            del self._trusts[place]
+        for place, key in wanted.items():
+            trust = self._trusts.get(place)
+            if trust is None or trust.key.fingerprint != key.fingerprint:
+                self._trusts[place] = self._begin(place, key)
+        for listener in self.on_change:
+            listener()
+
+    # ---------------------------------------------------------------- across restarts
+
+    def _begin(self, place: tuple[str, int], key: Key) -> _Trust:
+        held = self._stamps.stored.get(_holder(place, key), {}) if self._stamps is not None else {}
+        verifier = Verifier(key.secret)
+        if "streams" in held:
+            verifier.restore(held["streams"])
+        return _Trust(key, verifier, SigningClock(self._clock.wall(), self._clock.now(), int(held.get("clock", 0))))
+
+    def _to_store(self) -> dict[str, Any]:
+        """Signing times for the next start, of keys no longer in use, too: they may come back."""
+        if self._stamps is None:
+            return {}
+        for place, trust in self._trusts.items():
+            held = {"clock": trust.clock.last, "streams": trust.verifier.streams()}
+            self._stamps.stored[_holder(place, trust.key)] = held
+        return self._stamps.stored
+
+    def close(self) -> None:
+        """Write down the signing times for the next start."""
+        if self._stamps is not None and self._trusts:
+            self._stamps.write(self._to_store())
+
+    def _name(self, network: str, system: int) -> str:
+        return f"vehicle {self._networks.index(network) * IDS_PER_NETWORK + system}"
+
+
+def _keyed(trust: _Trust, now: float) -> Signing:
+    if now - trust.good_s < RECENT_S:
+        return Signing.OURS
+    if now - trust.bad_s < RECENT_S:
+        return Signing.UNKNOWN_KEY
+    return Signing.UNSIGNED if now - trust.unsigned_s < RECENT_S else Signing.OURS
+
+
+def _holder(place: tuple[str, int], key: Key) -> str:
+    """A vehicle with one key; another key is another holder, for the old one may come back."""
+    return f"{place[0]}/{place[1]}/{key.fingerprint}"

@@ -1,0 +1,515 @@
+"""The hot path: bytes from links to the newest frame of each message, checked once, decoded only where somebody asks.
+
+A fleet of 250 sends some 9,000 frames a second, so what happens to each of them is in one loop here, and everything
+that is rare (version 1, unknown ids, junk, first frame of a kind) is in functions beside it. Whose frame it is, is
+looked up once per kind: a `Slot` per (source, system, component, message id) remembers what is to be done with it.
+"""
+
+from collections import Counter, defaultdict
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+from fastcrc.crc16 import mcrf4xx
+
+from tui_gcs.core.links.base import Address
+from tui_gcs.core.wire import dialect
+from tui_gcs.core.wire.frames import MAGIC_V1, MAGIC_V2, SIGNED, Frame, Scan, is_text, scan_step
+
+_MAGICS = (MAGIC_V2, MAGIC_V1)
+KEEP, STATE, CALL = 0, 1, 2
+"""What is done with a frame beyond keeping it: nothing; its owner reads the newest at the next `settle`; a call now."""
+NEXT_SEQ = bytes((*range(1, 256), 0))
+"""The sequence number after each."""
+LEAST_FRAME_BYTES = 12
+MOST_SLOTS = 65536
+"""Per network: 255 vehicles with some 100 messages each are 25,000. More is a flood; what nobody owns goes first."""
+MOST_SOURCES = 1024
+"""Per network. Addresses of accepted vehicles are never forgotten."""
+MOST_HELD_BYTES = 4096
+"""Of an unfinished frame on a byte stream (security.md B.6-8); a whole frame has at most 280."""
+FLUSH_S = 0.5
+"""A stream that is silent for so long in the middle of a frame: the rest is not coming (B.6-9)."""
+DIALECT_HINT_AFTER = 20
+"""Whole frames of one message with a wrong CRC: noise does not look like that (B.6-13)."""
+MOST_COUNTED_IDS = 64
+LATE_MOST = 16
+"""A sequence number at most so far behind the newest is a late frame, not a new count. PX4 swaps neighbours."""
+
+
+class Stream:
+    """One sender: (source, system, component). When it was last heard, and what of it was lost."""
+
+    __slots__ = ("due", "duplicates", "frames", "heard_s", "lost", "source", "started", "version")
+
+    def __init__(self, source: "Source") -> None:
+        """Nothing heard yet."""
+        self.source = source
+        self.due = -1
+        """The sequence number that comes next if nothing is lost."""
+        self.frames = 0
+        """Of slots that were forgotten; the others are counted there."""
+        self.lost = 0
+        self.duplicates = 0
+        self.heard_s = float("-inf")
+        self.version = 0
+        """Highest MAVLink version it has spoken."""
+        self.started = False
+
+    def jump(self, seq: int) -> None:
+        """The sequence number is not the one that was due: frames lost, a late frame, or a new count."""
+        ahead = (seq - self.due) & 255
+        if not self.started:
+            self.started, self.due = True, (seq + 1) & 255
+        elif ahead < 128:
+            self.lost += ahead
+            self.due = (seq + 1) & 255
+        elif ahead >= 256 - LATE_MOST:
+            if self.lost:
+                self.lost -= 1
+            else:
+                self.duplicates += 1
+        else:
+            self.due = (seq + 1) & 255  # a reboot, or noise: how many were lost cannot be known
+
+
+class Slot:
+    """The newest frame of one message of one component, as one source sends it."""
+
+    __slots__ = (
+        "call",
+        "component",
+        "count",
+        "extra",
+        "gate",
+        "layout",
+        "msgid",
+        "owner",
+        "raw",
+        "route",
+        "stream",
+        "system",
+        "t_s",
+    )
+
+    def __init__(self, stream: Stream, system: int, component: int, msgid: int) -> None:
+        """Nothing received yet."""
+        self.stream = stream
+        self.system, self.component, self.msgid = system, component, msgid
+        self.layout = dialect.layout(msgid)
+        """None: a message that the dialect does not know."""
+        self.extra = self.layout.extra if self.layout is not None else b""
+        self.raw = b""
+        """The whole frame as it came."""
+        self.t_s = float("-inf")
+        """When it came, station time."""
+        self.count = 0
+        self.route = KEEP
+        self.call: Callable[[Slot, float], object] = _nothing
+        """With CALL: called for every frame; False: neither record nor pass it on. With STATE: called at `settle`."""
+        self.gate: Callable[[bytes], bool] | None = None
+        """Decides before anything else whether a frame is believed (signatures, duplicates)."""
+        self.owner: Any = None
+        """Whose it is: the fleet's vehicle, or None."""
+
+    @property
+    def signed(self) -> bool:
+        """Whether the newest frame carries a signature (which nobody may have checked)."""
+        return self.raw[:1] == b"\xfd" and bool(self.raw[2] & SIGNED)
+
+    def values(self) -> tuple[Any, ...]:
+        """The newest frame's values in wire order; only for known messages."""
+        assert self.layout is not None  # noqa: S101 - the caller asked for a known message
+        return dialect.payload_values(self.layout, self.raw)
+
+    def fields(self) -> dict[str, Any]:
+        """The newest frame's fields by name, text cleaned; empty for an unknown message."""
+        return dialect.fields_of(self.layout, self.values()) if self.layout is not None else {}
+
+
+def _nothing(slot: Slot, now: float) -> bool:
+    return True
+
+
+class Source:
+    """Where frames come from: one address on one link. A parser of its own, so junk harms nobody else."""
+
+    __slots__ = (
+        "address",
+        "bad_crc",
+        "bad_crc_of",
+        "bound",
+        "frames",
+        "heard_s",
+        "held",
+        "in_sync",
+        "junk_bytes",
+        "link",
+        "network",
+        "slots",
+        "streams",
+        "text_bytes",
+        "unknown",
+        "version1_refused",
+    )
+
+    def __init__(self, network: str, link: str, address: Address) -> None:
+        """Nothing heard yet."""
+        self.network, self.link, self.address = network, link, address
+        self.slots: dict[bytes, Slot] = {}
+        """Of known messages, by bytes 5…9 of a version 2 frame: system, component, message id."""
+        self.unknown: dict[bytes, Slot] = {}
+        """Of messages that the dialect does not know, whose CRC cannot be checked."""
+        self.streams: dict[tuple[int, int], Stream] = {}
+        self.frames = 0
+        """Of slots that were forgotten; the others are counted there."""
+        self.junk_bytes = 0
+        self.bad_crc = 0
+        self.bad_crc_of: dict[int, int] = {}
+        """Complete frames with a wrong CRC, by message id (a few at most)."""
+        self.text_bytes = 0
+        """ArduPilot's boot banner: plain text, no error."""
+        self.version1_refused = 0
+        self.heard_s = float("-inf")
+        """When anything last came; of byte streams only."""
+        self.held = b""
+        """Of a byte stream: the beginning of a frame whose rest has not come."""
+        self.in_sync = True
+        self.bound = 0
+        """How many vehicles are accepted from here: such a source is never forgotten."""
+
+    def forget(self, system: int | None = None) -> None:
+        """What to do with the frames of `system` (None: of all) is to be looked up anew."""
+        for key in [key for key in (*self.slots, *self.unknown) if system is None or key[0] == system]:
+            self.drop(key)
+
+    def drop(self, key: bytes) -> Slot:
+        """Take one slot out; what it counted is kept."""
+        slot = self.slots.pop(key) if key in self.slots else self.unknown.pop(key)
+        self.frames += slot.count
+        slot.stream.frames += slot.count
+        slot.count = 0
+        return slot
+
+
+class Owner(Protocol):
+    """Who knows whose frames these are: the fleet."""
+
+    def place(self, slot: Slot, source: Source) -> None:
+        """Set what is to be done with a slot's frames: `route`, `call`, `gate`, `owner`."""
+        ...
+
+    def odd(self, source: Source, what: str) -> None:
+        """Something that must not pass silently: "downgrade", "dialect differs", "table full"."""
+        ...
+
+
+class Intake:
+    """All frames of one network (one id space)."""
+
+    def __init__(self, network: str, owner: Owner) -> None:
+        """Nothing heard yet."""
+        self.network = network
+        self.sources: dict[tuple[str, Address], Source] = {}
+        self._slots_at: defaultdict[str, dict[Address, dict[bytes, Slot]]] = defaultdict(dict)
+        """The same sources' slots, by link and address: the one look-up that every datagram costs."""
+        self._received: Counter[str] = Counter()
+        self.dropped: Counter[str] = Counter()
+        self.past: Counter[str] = Counter()
+        """Frames, junk bytes and so on of sources that were forgotten."""
+        self._owner = owner
+        self._dirty: list[Slot] = []
+        self._slots = 0
+        self._holding: set[Source] = set()
+
+    # ---------------------------------------------------------------- bytes in
+
+    def datagrams(self, link: str, batch: list[tuple[bytes, Address]], now: float) -> list[bytes]:
+        """Take datagrams; a frame lies wholly in one. Returns the accepted frames in order, as they came."""
+        taken: list[bytes] = []
+
+        def odd(data: bytes, at: int, address: Address) -> None:
+            self._slow(data, at, self.source(link, address), now, taken)
+
+        self._run(self._slots_at[link], batch, now, taken, odd)
+        self._received[link] += len(batch)
+        return taken
+
+    def chunks(self, link: str, batch: list[tuple[bytes, Address]], now: float) -> list[bytes]:
+        """Take pieces of byte streams (TCP, serial line); an empty piece says that the stream begins anew."""
+        taken: list[bytes] = []
+        for data, address in batch:
+            source = self.sources.get((link, address)) or self.source(link, address)
+            if not data:
+                self._restart(source)
+                continue
+            self._received[link] += 1
+            source.heard_s = now
+            self._stream(source, source.held + data, now, taken, final=False)
+        return taken
+
+    def settle(self) -> None:
+        """Hand the newest frame of everything that changed to its owner."""
+        dirty = self._dirty.copy()
+        self._dirty.clear()
+        for slot in dirty:
+            slot.route = STATE
+            slot.call(slot, slot.t_s)
+
+    def tick(self, now: float) -> None:
+        """Give up on streams that fell silent in the middle of a frame."""
+        for source in [s for s in self._holding if now - s.heard_s > FLUSH_S]:
+            self._stream(source, source.held, now, [], final=True)
+
+    def source(self, link: str, address: Address) -> Source:
+        """The source of that address, made if need be."""
+        found = self.sources.get((link, address))
+        if found is None:
+            if len(self.sources) >= MOST_SOURCES:
+                self._forget_a_source()
+            found = self.sources[(link, address)] = Source(self.network, link, address)
+            self._slots_at[link][address] = found.slots
+        return found
+
+    def counts(self, link: str) -> Counter[str]:
+        """What came in on a link: datagrams (pieces of a stream), frames, junk bytes, bad CRCs, text bytes."""
+        total = Counter({key.removeprefix(f"{link} "): n for key, n in self.past.items() if key.startswith(f"{link} ")})
+        for source in self.sources.values():
+            if source.link == link:
+                total += _counted(source)
+        total["datagrams"] = self._received[link]
+        return total
+
+    # ---------------------------------------------------------------- frames
+
+    def _run(
+        self,
+        slots_at: dict[Address, dict[bytes, Slot]],
+        batch: Sequence[tuple[bytes, Address]],
+        now: float,
+        taken: list[bytes],
+        odd: Callable[[bytes, int, Address], None],
+    ) -> None:
+        """Take good version 2 frames of known kinds from the front of each piece of `batch`.
+
+        Calls odd(piece, how far that went, address) for each piece that is not just such frames. Written for speed,
+        this runs for every frame: one loop, no calls but the CRC's, no copies where a datagram is one frame.
+        """
+        take, crc, dirty, next_seq, v2 = taken.append, mcrf4xx, self._dirty.append, NEXT_SEQ, MAGIC_V2
+        for data, address in batch:
+            slots = slots_at.get(address)
+            if slots is None:
+                odd(data, 0, address)
+                continue
+            rest = data
+            while True:
+                size = len(rest)
+                if size < LEAST_FRAME_BYTES:
+                    break
+                crc_at = 10 + rest[1]
+                end = crc_at + 15 if rest[2] else crc_at + 2  # 2 bytes of CRC, 13 of signature
+                if end == size:
+                    raw = rest
+                    rest = b""
+                elif end < size:
+                    raw = rest[:end]
+                    rest = rest[end:]
+                else:
+                    break
+                slot = slots.get(raw[5:10])
+                if (
+                    slot is None
+                    or raw[0] != v2
+                    or raw[2] > SIGNED
+                    or crc(raw[1:crc_at] + slot.extra) != raw[crc_at] | raw[crc_at + 1] << 8
+                ):
+                    rest = raw + rest
+                    break
+                if slot.gate is None or slot.gate(raw):
+                    stream = slot.stream
+                    if raw[4] == stream.due:
+                        stream.due = next_seq[raw[4]]
+                    else:
+                        stream.jump(raw[4])
+                    stream.heard_s = slot.t_s = now
+                    slot.raw = raw
+                    slot.count += 1
+                    if not slot.route:
+                        take(raw)
+                    elif slot.route == STATE:
+                        slot.route = KEEP  # until settled: once in the list is enough
+                        dirty(slot)
+                        take(raw)
+                    elif slot.call(slot, now) is not False:
+                        take(raw)
+                if not rest:
+                    break
+            if rest:
+                odd(data, len(data) - len(rest), address)
+
+    def _fast(self, data: bytes, slots: dict[bytes, Slot], now: float, taken: list[bytes]) -> int:
+        """How far `data` is good frames of known kinds, which are taken."""
+        reached = [len(data)]
+        self._run({"": slots}, [(data, "")], now, taken, lambda _data, at, _address: reached.append(at))
+        return reached[-1]
+
+    def _slow(self, data: bytes, at: int, source: Source, now: float, taken: list[bytes]) -> None:
+        """The rest of a datagram that is not just good frames of known kinds, from `at` on."""
+        size = len(data)
+        if not source.streams and data[0] not in _MAGICS:  # never a good frame from there: junk is not searched for one
+            if is_text(data):
+                source.text_bytes += size
+            else:
+                source.junk_bytes += size
+            return
+        done = Scan(used=at)
+        while done.used < size:
+            scan_step(data, done, final=True)
+            self._odd_frames(done, source, now, taken)
+            if done.in_sync:
+                done.used += self._fast(data[done.used :], source.slots, now, taken)
+        if at == 0 and done.junk_bytes and not done.good and is_text(data):
+            source.text_bytes += size
+        else:
+            source.junk_bytes += done.junk_bytes
+
+    def _stream(self, source: Source, data: bytes, now: float, taken: list[bytes], *, final: bool) -> None:
+        """Bytes of a stream, with what was held back before them."""
+        size = len(data)
+        done = Scan(in_sync=source.in_sync)
+        while done.used < size:
+            if done.in_sync:
+                done.used += self._fast(data[done.used :], source.slots, now, taken)
+            before = done.used
+            scan_step(data, done, final=final)
+            self._odd_frames(done, source, now, taken)
+            if done.used == before:
+                break
+        rest = data[done.used :]
+        if len(rest) > MOST_HELD_BYTES:
+            done.junk_bytes += len(rest)
+            rest = b""
+        source.held, source.in_sync = rest, done.in_sync
+        source.junk_bytes += done.junk_bytes
+        if rest:
+            self._holding.add(source)
+        else:
+            self._holding.discard(source)
+
+    def _odd_frames(self, done: Scan, source: Source, now: float, taken: list[bytes]) -> None:
+        """Take what one `scan_step` found, or count what it refused."""
+        if done.bad_crc:
+            done.bad_crc = 0
+            self._bad_crc(source, done.bad_msgid)
+        for frame in done.frames:
+            if self._take(frame, source, now):
+                taken.append(frame.raw)
+        done.frames.clear()
+
+    def _take(self, frame: Frame, source: Source, now: float) -> bool:
+        """A good frame off the fast path. Whether it is accepted."""
+        key = bytes((frame.system, frame.component)) + frame.msgid.to_bytes(3, "little")
+        slot = source.slots.get(key) or source.unknown.get(key)
+        if slot is None:
+            slot = self._new_slot(key, frame, source)
+            if slot is None:
+                return False
+        stream = slot.stream
+        if frame.version < stream.version:
+            source.version1_refused += 1
+            self.dropped["MAVLink 1 after 2 (downgrade)"] += 1
+            self._owner.odd(source, "downgrade")
+            return False
+        if slot.gate is not None and not slot.gate(frame.raw):
+            return False
+        stream.version = frame.version
+        if frame.seq == stream.due:
+            stream.due = (frame.seq + 1) & 255
+        else:
+            stream.jump(frame.seq)
+        stream.heard_s = slot.t_s = now
+        slot.raw = frame.raw
+        slot.count += 1
+        if slot.layout is None:
+            self.dropped["unknown message id"] += 1
+        if slot.route == STATE:
+            slot.route = KEEP
+            self._dirty.append(slot)
+        elif slot.route == CALL:
+            return slot.call(slot, now) is not False
+        return True
+
+    def _new_slot(self, key: bytes, frame: Frame, source: Source) -> Slot | None:
+        if self._slots >= MOST_SLOTS:
+            self._count_slots()
+            if self._slots >= MOST_SLOTS:
+                self._forget_unowned()
+            if self._slots >= MOST_SLOTS:
+                self.dropped["message table full"] += 1
+                self._owner.odd(source, "table full")
+                return None
+        stream = source.streams.get((frame.system, frame.component))
+        if stream is None:
+            stream = source.streams[(frame.system, frame.component)] = Stream(source)
+        slot = Slot(stream, frame.system, frame.component, frame.msgid)
+        self._owner.place(slot, source)
+        (source.slots if slot.layout is not None else source.unknown)[key] = slot
+        self._slots += 1
+        return slot
+
+    # ---------------------------------------------------------------- rare things
+
+    def _bad_crc(self, source: Source, msgid: int) -> None:
+        source.bad_crc += 1
+        if not dialect.is_known(msgid):
+            return
+        times = source.bad_crc_of.get(msgid, 0) + 1
+        if times > 1 or len(source.bad_crc_of) < MOST_COUNTED_IDS:
+            source.bad_crc_of[msgid] = times
+        if times % DIALECT_HINT_AFTER == 0:
+            self._owner.odd(source, f"dialect differs: {dialect.label(msgid)}")
+
+    def _restart(self, source: Source) -> None:
+        source.junk_bytes += len(source.held)
+        source.held, source.in_sync = b"", True
+        self._holding.discard(source)
+        source.streams.clear()
+        source.forget()
+        self._count_slots()
+
+    def _forget_unowned(self) -> None:
+        """Room in the table: slots that belong to no vehicle go, and are made again when they are heard again."""
+        for source in self.sources.values():
+            for key in [key for kinds in (source.slots, source.unknown) for key in kinds if kinds[key].owner is None]:
+                slot = source.drop(key)
+                source.streams.pop((slot.system, slot.component), None)
+        self._count_slots()
+
+    def _count_slots(self) -> None:
+        self._slots = sum(len(source.slots) + len(source.unknown) for source in self.sources.values())
+
+    def _forget_a_source(self) -> None:
+        """Room for a new address: the first that belongs to no vehicle goes. Cheap, because addresses can be forged."""
+        for _ in range(len(self.sources)):
+            key = next(iter(self.sources))
+            source = self.sources.pop(key)
+            if source.bound:
+                self.sources[key] = source  # to the end: the next search need not pass it again
+                continue
+            self._holding.discard(source)
+            del self._slots_at[source.link][source.address]
+            for name, count in _counted(source).items():
+                self.past[f"{source.link} {name}"] += count
+            self._slots -= len(source.slots) + len(source.unknown)
+            return
+
+
+def _counted(source: Source) -> Counter[str]:
+    frames = source.frames + sum(slot.count for kinds in (source.slots, source.unknown) for slot in kinds.values())
+    return Counter(
+        {
+            "frames": frames,
+            "junk bytes": source.junk_bytes,
+            "bad CRC": source.bad_crc,
+            "text bytes": source.text_bytes,
+        }
+    )
