@@ -145,7 +145,29 @@ def _scenario_and_links(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="LINK",
-        help="udpin:HOST:PORT, udpout:HOST:PORT or tcp:HOST:PORT; may be repeated (default udpin:127.0.0.1:14550)",
+        help="udpin:HOST:PORT, udpout:…, tcp:…, tcpin:… or serial:DEVICE:BAUD, with ,network=NAME ,secure ,highlatency "
+        ",rate=BYTES_PER_S; may be repeated (default udpin:127.0.0.1:14550)",
+    )
+    parser.add_argument(
+        "--forward",
+        action="append",
+        default=[],
+        metavar="LINK",
+        help="let another station hear the vehicles, e.g. udpout:192.168.1.5:14550; may be repeated",
+    )
+    parser.add_argument(
+        "--forward-commands",
+        action="append",
+        default=[],
+        metavar="LINK",
+        help="as --forward, and take its commands, too: each is judged and journalled",
+    )
+    parser.add_argument(
+        "--dialect",
+        action="append",
+        default=[],
+        metavar="FILE.xml",
+        help="MAVLink definitions of your own, beside all that are known; may be repeated",
     )
     parser.add_argument(
         "--kind",

@@ -56,10 +56,13 @@ def launch(
     sim_spec: dict[str, Any] | None = None,
     *,
     forced_kind: bool = False,
+    forward: list[tuple[str, bool]] | None = None,
+    dialects: list[str] | None = None,
 ) -> None:
     """Start a supervised station, detached from this terminal; returns at once.
 
     With `sim_spec` (see `sitl.launch`) the supervisor starts those vehicles too, with a token only this run knows.
+    `forward`: (link, whether commands may come in) of other stations. `dialects`: files of MAVLink definitions.
     """
     directory = runtime_dir(kind)
     for name in ("error", "memory.json", "bus", "bus.lock"):
@@ -71,6 +74,8 @@ def launch(
         "links": links,
         "run_name": time.strftime("%Y%m%d-%H%M%S") + f"-{secrets.token_hex(2)}",
         "forced_kind": forced_kind,
+        "forward": forward or [],
+        "dialects": dialects or [],
     }
     if sim_spec is not None:
         port = _free_port()

@@ -106,6 +106,23 @@ def check_links(links: list[str]) -> None:
         raise CommandError(str(error)) from None
 
 
+def check_dialects(files: list[str]) -> None:
+    """Read definitions of messages, so that a mistake in them is told before anything starts.
+
+    Raises:
+        CommandError: one line with file, message, reason, and what to do.
+    """
+    if not files:
+        return
+    from tui_gcs.core.wire.dialect import DialectError, add_xml
+
+    for file in files:
+        try:
+            add_xml(Path(file))
+        except DialectError as error:
+            raise CommandError(str(error)) from None
+
+
 def loopback_only(links: list[str]) -> None:
     """`--kind sim` is for simulators on this machine. Raises `CommandError`."""
     for spec in _parsed(links):

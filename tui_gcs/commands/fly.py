@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from tui_gcs.commands.common import check_links, loopback_only, need_terminal, read_scenario, running
+from tui_gcs.commands.common import check_dialects, check_links, loopback_only, need_terminal, read_scenario, running
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
 from tui_gcs.launcher import launch, running_scenario
@@ -30,8 +30,13 @@ def start(kind: Kind, arguments: argparse.Namespace) -> None:
     links = arguments.link or [DEFAULT_LINK]
     if kind is Kind.SIM:
         loopback_only(links)
-    check_links(links)
-    launch(kind, path, toml, links, forced_kind=kind is Kind.SIM)
+    forward = [(link, False) for link in arguments.forward] + [(link, True) for link in arguments.forward_commands]
+    if kind is Kind.SIM:
+        loopback_only([link for link, _ in forward])
+    check_links(links + [link for link, _ in forward])
+    check_dialects(arguments.dialect)
+    dialects = [str(Path(file).resolve()) for file in arguments.dialect]
+    launch(kind, path, toml, links, forced_kind=kind is Kind.SIM, forward=forward, dialects=dialects)
 
 
 def _same_scenario(kind: Kind, arguments: argparse.Namespace) -> None:

@@ -19,13 +19,18 @@ from pathlib import Path
 from tui_gcs.core.bus import BusError
 from tui_gcs.core.clock import MonotonicClock
 from tui_gcs.core.config import STATION_LOCK, socket_path, state_dir, try_lock
+from tui_gcs.core.forward import Endpoint
 from tui_gcs.core.journal import Journal
+from tui_gcs.core.keystore import KeyStore, KeyStoreError, open_store
+from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.links import Link, LinkError, open_link
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.station import Station, StationConfig
+from tui_gcs.core.wire import dialect
+from tui_gcs.core.wire.signing import SigningError
 from tui_gcs.core.zenoh_bus import QueuedBus, ZenohBus, serve
 
 TICK_S = 0.05
@@ -91,7 +96,11 @@ def run(run_file: Path) -> None:
         scenario = parse(toml, where=setting["scenario_path"])
     except ScenarioError as error:
         raise StartError(str(error)) from None
+    _add_dialects(setting.get("dialects", []))
     links = _open_links(setting["links"])
+    others = [(text, commands) for text, commands in setting.get("forward", [])]
+    forward = tuple(Endpoint(link, c) for link, (_, c) in zip(_open_links([t for t, _ in others]), others, strict=True))
+    keys, stamps = _open_keys(kind)
     reader, writer = socket.socketpair()
     reader.setblocking(False)
     writer.setblocking(False)
@@ -103,9 +112,22 @@ def run(run_file: Path) -> None:
     name = setting["run_name"]
     logs = state_dir(kind)
     recorder, journal = TlogWriter(logs / f"{name}.tlog"), Journal(logs / f"{name}.jsonl")
-    journal.write({"station": kind, "links": setting["links"], "forced_kind": setting.get("forced_kind", False)})
-    config = StationConfig(kind, scenario, toml, setting["scenario_path"], setting.get("token", ""))
-    station = Station(config, clock, bus, links, recorder, journal)
+    opened = {"links": setting["links"], "forward": setting.get("forward", []), "dialects": setting.get("dialects", [])}
+    journal.write({"station": kind, "forced_kind": setting.get("forced_kind", False)} | opened)
+    config = StationConfig(
+        kind,
+        scenario,
+        toml,
+        setting["scenario_path"],
+        setting.get("token", ""),
+        forward=forward,
+        keys=keys,
+        stamps=stamps,
+    )
+    try:
+        station = Station(config, clock, bus, links, recorder, journal)
+    except (LinkError, KeyStoreError, SigningError) as error:
+        raise StartError(str(error)) from None
     memory.recall(station)
     workers = Workers(socket_path(kind, run_dir), logs / f"{name}.log")
     try:
@@ -115,7 +137,7 @@ def run(run_file: Path) -> None:
         station.close()
         recorder.close()
         journal.close()
-        for link in links:
+        for link in (*links, *(endpoint.link for endpoint in forward)):
             link.close()
         _close(zenoh_bus)
 
@@ -182,6 +204,23 @@ def _loop(
             workers.keep(list(station.desks), now)
             memory.remember(station)
     time.sleep(0.1)  # let the last answer out
+
+
+def _add_dialects(files: list[str]) -> None:
+    for file in files:
+        try:
+            dialect.add_xml(Path(file))
+        except dialect.DialectError as error:
+            raise StartError(str(error)) from None
+
+
+def _open_keys(kind: Kind) -> tuple[KeyStore, TimestampFile]:
+    """The signing keys of this kind. A store that others can read is not used, and neither is flown without it."""
+    try:
+        store = open_store(kind)
+        return store, TimestampFile(store.directory)
+    except KeyStoreError as error:
+        raise StartError(str(error)) from None
 
 
 def _open_links(names: list[str]) -> list[Link]:
