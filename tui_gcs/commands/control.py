@@ -11,7 +11,7 @@ from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
-    from tui_gcs.core.messages import FleetFrame, StationStatus
+    from tui_gcs.core.messages import FleetFrame, LinkStatus, StationStatus
 
 STATUS_WAIT_S = 3.0
 STOP_LIMIT_S = 10.0
@@ -90,6 +90,21 @@ def _status(kind: Kind, *, as_json: bool) -> int:
     return OK
 
 
+def _link_words(link: "LinkStatus") -> str:
+    """A link, what came over it, and what is wrong with it."""
+    network = f" network {link.network}" if link.network else ""
+    wrong = {
+        "lost in the kernel": link.kernel_drops,
+        "not sent": link.send_refused,
+        "junk bytes": link.bad,
+        "bad CRC": link.bad_crc,
+    }
+    parts = [f"{count} {name}" for name, count in wrong.items() if count]
+    parts += [part for part in (link.radio, link.error) if part]
+    traffic = f"{link.frames} frames, {link.bytes_in / 1e3:.0f} kB in, {link.bytes_out / 1e3:.0f} kB out"
+    return f"link {link.name}{network}  {'up' if link.up else 'DOWN'}  {', '.join([traffic, *parts])}"
+
+
 def _words(status: "StationStatus", frame: "FleetFrame") -> str:
     minutes, seconds = divmod(int(status.mission_time_s), 60)
     lines = [
@@ -98,9 +113,11 @@ def _words(status: "StationStatus", frame: "FleetFrame") -> str:
     ]
     if status.alarm:
         lines.append(f"! {status.alarm}")
+    lines += [_link_words(link) for link in status.links]
     lines += [
         f"{row.id:>4} {row.team:<10} {row.mode:<10} {'armed' if row.armed else '-':<6}{row.phase:<10} "
-        f"{row.position_m[2]:7.1f} m {row.battery_pct:4.0f} % {row.freshness}"
+        f"{row.position_m[2]:7.1f} m {row.battery_pct:4.0f} % {row.freshness:<6} {row.signing}"
+        + (f"  NOT COMMANDED: {row.problem}" if row.problem else "")
         for row in frame.rows()
     ]
     return "\n".join(lines) + "\n"

@@ -37,11 +37,11 @@ def on_ground(row: VehicleRow) -> bool:
 
 
 def level_of(row: VehicleRow) -> Level:
-    """The worst of freshness, hand-over and battery."""
+    """The worst of freshness, identity, hand-over and battery."""
     if row.freshness is Freshness.LOST:
         return Level.GREY if on_ground(row) else Level.WARNING
     battery = row.battery_pct  # NaN compares false: unknown is no alarm
-    if battery < BATTERY_WARNING_PCT and row.armed:
+    if row.problem or (battery < BATTERY_WARNING_PCT and row.armed):
         return Level.WARNING
     if row.freshness is Freshness.STALE or row.phase is Phase.TAKEN_OUT or battery < BATTERY_CAUTION_PCT:
         return Level.CAUTION

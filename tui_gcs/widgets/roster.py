@@ -31,9 +31,9 @@ class Column:
 
 
 def _mode(row: VehicleRow, width: int) -> str:
-    """The mode, or how long ago the vehicle was last heard."""
+    """The mode, or why the vehicle is not commanded, or how long ago it was last heard."""
     if row.freshness is Freshness.OK:
-        return row.mode
+        return "NOT OURS" if row.problem else row.mode
     age_s = whole_age_s(row.heard_age_s if row.freshness is Freshness.LOST else row.age_s)
     word = "LOST" if row.freshness is Freshness.LOST else "old"
     return f"{word} {UNKNOWN if age_s is None else min(age_s, 999)}s"
@@ -96,8 +96,8 @@ class Roster(LinesView):
         """See `LinesView.lines`."""
         if self._frame is None or not self._frame.ids:
             return [[("no vehicle yet", Ink.MUTED)], [(self._waiting, Ink.MUTED)]]
-        columns = fitting_columns(width)
         rows = self._frame.rows()
+        columns = fitting_columns(width, max(row.id for row in rows))
         room = max(1, height - 1)
         self._first = _first_shown(self._first, room, rows, self._selected)
         shown = rows[self._first : self._first + room]
@@ -113,9 +113,10 @@ class Roster(LinesView):
             self.post_message(self.Picked(self._frame.ids[index]))
 
 
-def fitting_columns(width: int) -> list[Column]:
-    """The columns that fit, in their order."""
+def fitting_columns(width: int, highest_id: int = 0) -> list[Column]:
+    """The columns that fit, in their order. A number is never cut: vehicles of a second network have four digits."""
     kept = [replace(column, width=column.narrow or column.width) if width < NARROW else column for column in COLUMNS]
+    kept[0] = replace(kept[0], width=max(kept[0].width, len(str(highest_id))))
     while len(kept) > 1 and MARK_CELLS + sum(column.width + 1 for column in kept) - 1 > width:
         kept.remove(min(kept, key=lambda column: column.keep))
     return kept
