@@ -125,3 +125,25 @@ def test_a_runtime_directory_that_is_a_link_is_refused(tmp_path: Path):
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "run").symlink_to(tmp_path / "elsewhere")
     assert "is not a directory" in refused("status")
+
+
+def test_a_second_networks_vehicles_may_be_in_a_scenario_and_are_not_simulated_with_the_first(tmp_path: Path):
+    whole = SCENARIO.read_text().replace("vehicles = [5, 6, 7, 8]", "vehicles = [5, 6, 7, 1008]")
+    assert "1008" in whole
+    scenario = tmp_path / "two.toml"
+    scenario.write_text(whole)
+    assert "vehicle 1008 is on a second network" in refused("demo", "--headless", "--scenario", str(scenario))
+
+
+def test_a_dialect_with_a_mistake_is_told_before_anything_starts(tmp_path: Path):
+    xml = tmp_path / "mine.xml"
+    xml.write_text(
+        "<mavlink><messages><message id='0' name='HEARTBEAT'><field type='float' name='x'/></message></messages></mavlink>"
+    )
+    told = refused("run", str(SCENARIO), "--link", "udpin:127.0.0.1:14999", "--dialect", str(xml), "--yes")
+    assert "mine.xml" in told and "HEARTBEAT" in told
+
+
+def test_other_stations_are_named_like_links(tmp_path: Path):
+    told = refused("run", str(SCENARIO), "--link", "udpin:127.0.0.1:14999", "--forward", "somewhere", "--yes")
+    assert "somewhere" in told and "udpout:HOST:PORT" in told

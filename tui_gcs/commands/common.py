@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from tui_gcs.core.zenoh_bus import ZenohBus
 
 LEAST_COLUMNS, LEAST_LINES = 80, 24
+ONE_NETWORK = 999
+"""Numbers above are vehicles of further networks."""
 
 
 def read_scenario(path: str | None) -> tuple["Scenario", str, str]:
@@ -33,6 +35,17 @@ def read_scenario(path: str | None) -> tuple["Scenario", str, str]:
         return scenario, file.read_text(encoding="utf-8"), str(file.resolve())
     except ScenarioError as error:
         raise CommandError(str(error)) from None
+
+
+def simulable(scenario: "Scenario") -> "Scenario":
+    """The scenario, if our simulator can fly it: it has one network. Raises `CommandError`."""
+    named = [v for team in scenario.teams for v in team.vehicles]
+    named += [place.vehicle for place in scenario.places if place.vehicle is not None]
+    if max(named, default=0) > ONE_NETWORK:
+        raise CommandError(
+            f"vehicle {max(named)} is on a second network: simulate each network by a scenario of its own"
+        )
+    return scenario
 
 
 def check_writable(json_file: str | None) -> None:

@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from tui_gcs.commands.common import need_terminal, read_scenario, running
+from tui_gcs.commands.common import need_terminal, read_scenario, running, simulable
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
 
@@ -29,4 +29,4 @@ def _launch(arguments: argparse.Namespace) -> None:
     from tui_gcs.launcher import launch
 
     scenario, toml, path = read_scenario(arguments.scenario)
-    launch(Kind.SIM, path, toml, [], sim_spec=spec_of(scenario, arguments.seed))
+    launch(Kind.SIM, path, toml, [], sim_spec=spec_of(simulable(scenario), arguments.seed))

@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui_gcs.commands.common import check_writable, read_scenario
+from tui_gcs.commands.common import check_writable, read_scenario, simulable
 from tui_gcs.core.config import ConfigError, state_dir
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import FAILED, OK, CommandError
@@ -49,6 +49,7 @@ def fly(arguments: argparse.Namespace) -> int:
 
     check_writable(arguments.json)
     scenario, toml, _ = read_scenario(arguments.scenario)
+    simulable(scenario)
     if arguments.seed is not None:
         scenario = msgspec.structs.replace(scenario, seed=arguments.seed)
     if arguments.rounds is not None and not 1 <= arguments.rounds <= len(scenario.rounds):

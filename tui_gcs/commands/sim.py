@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tui_gcs.commands.common import read_scenario
+from tui_gcs.commands.common import read_scenario, simulable
 
 if TYPE_CHECKING:
     from tui_gcs.core.scenario import Scenario
@@ -31,7 +31,7 @@ def run(arguments: argparse.Namespace) -> int:
     scenario, _, _ = read_scenario(arguments.scenario)
     with tempfile.TemporaryDirectory() as folder:
         spec = Path(folder) / "spec.json"
-        spec.write_text(json.dumps(spec_of(scenario) | {"token": ""}))
+        spec.write_text(json.dumps(spec_of(simulable(scenario)) | {"token": ""}))
         command = [sys.executable, "-m", "sitl.launch", "--spec", str(spec), "--target", arguments.target]
         command += ["--parent", str(os.getpid())]
         try:

@@ -35,8 +35,11 @@ MAX_LINE_CHARS = 8192
 MAX_PROBLEMS_TOLD = 50
 MAX_ALTITUDE_M = 10_000.0
 MAX_ROUNDS, MAX_ZONES, MAX_TEAMS, MAX_VEHICLES, MAX_VERTICES = 64, 64, 32, 254, 1000
-MAX_VEHICLE_ID = 254
+MAX_SYSTEM_ID = 254
 """255 is a ground station's (MAVLink convention)."""
+VEHICLES_ALLOWED = f"must be a whole number from 1 to {MAX_SYSTEM_ID} (on a second network from 1001, and so on)"
+MAX_VEHICLE_ID = 9254
+"""A vehicle's number is its system id; on the station's n-th further network, n thousand more."""
 
 
 class ScenarioError(ValueError):
@@ -315,12 +318,15 @@ def _vehicles(table: Table) -> list[int]:
         return []
     good = []
     for i, item in enumerate(value):
-        if isinstance(item, int) and not isinstance(item, bool) and 1 <= item <= MAX_VEHICLE_ID:
+        if isinstance(item, int) and not isinstance(item, bool) and _is_vehicle(item):
             good.append(item)
         else:
-            allowed = f"must be a whole number from 1 to {MAX_VEHICLE_ID}"
-            table.wrong(f"vehicles[{i + 1}]", f"{shown(item)} is not a system id", allowed)
+            table.wrong(f"vehicles[{i + 1}]", f"{shown(item)} is not a system id", VEHICLES_ALLOWED)
     return good
+
+
+def _is_vehicle(number: int) -> bool:
+    return 1 <= number <= MAX_VEHICLE_ID and 1 <= number % 1000 <= MAX_SYSTEM_ID
 
 
 def _parameters(table: Table) -> dict[str, float | int | bool | str] | None:
@@ -340,5 +346,7 @@ def _place(table: Table, frame: LocalFrame | None) -> TakeOffPlace | None:
     place_m = _point(table, "place", frame)
     layer_m = table.number("layer_m", above=0, high=MAX_ALTITUDE_M)
     vehicle = table.integer("vehicle", low=1, high=MAX_VEHICLE_ID) if table.has("vehicle") else None
+    if vehicle is not None and not _is_vehicle(vehicle):
+        table.wrong("vehicle", f"{vehicle} is not a system id", VEHICLES_ALLOWED)
     table.done()
     return TakeOffPlace(place_m, layer_m, vehicle) if table.ok and place_m is not None else None
