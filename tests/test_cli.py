@@ -129,6 +129,7 @@ def test_a_runtime_directory_that_is_a_link_is_refused(tmp_path: Path):
 
 def test_a_second_networks_vehicles_may_be_in_a_scenario_and_are_not_simulated_with_the_first(tmp_path: Path):
     whole = SCENARIO.read_text().replace("vehicles = [5, 6, 7, 8]", "vehicles = [5, 6, 7, 1008]")
+    whole = whole.replace("vehicle = 8", "vehicle = 1008")
     assert "1008" in whole
     scenario = tmp_path / "two.toml"
     scenario.write_text(whole)
@@ -137,9 +138,8 @@ def test_a_second_networks_vehicles_may_be_in_a_scenario_and_are_not_simulated_w
 
 def test_a_dialect_with_a_mistake_is_told_before_anything_starts(tmp_path: Path):
     xml = tmp_path / "mine.xml"
-    xml.write_text(
-        "<mavlink><messages><message id='0' name='HEARTBEAT'><field type='float' name='x'/></message></messages></mavlink>"
-    )
+    message = "<message id='0' name='HEARTBEAT'><field type='float' name='x'/></message>"
+    xml.write_text(f"<mavlink><messages>{message}</messages></mavlink>")
     told = refused("run", str(SCENARIO), "--link", "udpin:127.0.0.1:14999", "--dialect", str(xml), "--yes")
     assert "mine.xml" in told and "HEARTBEAT" in told
 
