@@ -1,5 +1,6 @@
 """The event log: everything worth telling, numbered without gaps, kept for those who join later."""
 
+import math
 from collections import deque
 from collections.abc import Callable
 
@@ -22,7 +23,8 @@ class EventLog:
         self._events: deque[Event] = deque(maxlen=KEPT)
         self._seq = 0
         self._listeners: list[Callable[[Event], None]] = []
-        self._last_said: dict[tuple[str, str], float] = {}
+        self._last_said: dict[tuple[str, str], tuple[float, int]] = {}
+        """(source, text): when it was told, and how often not since."""
         self.suppressed = 0
         """Repeats that `say` did not tell because of `every_s`."""
 
@@ -31,20 +33,29 @@ class EventLog:
         self._listeners.append(listener)
 
     def say(self, cls: EventClass, source: str, text: str, severity: int = INFO, *, every_s: float = 0.0) -> None:
-        """Record an event; the same text of the same source at most once per `every_s` seconds."""
+        """Record an event; the same text of the same source at most once per `every_s` seconds.
+
+        When it is told again it says how often it was not: "... (12 more)".
+        """
         now = self._clock.now()
         if every_s > 0:
-            last = self._last_said.get((source, text))
-            if last is not None and now - last < every_s:
+            told_s, more = self._last_said.get((source, text), (-math.inf, 0))
+            if now - told_s < every_s:
                 self.suppressed += 1
+                self._last_said[(source, text)] = (told_s, more + 1)
                 return
             if len(self._last_said) > KEPT:
                 self._last_said.clear()
-            self._last_said[(source, text)] = now
+            self._last_said[(source, text)] = (now, 0)
+            if more:
+                self._tell(cls, source, f"{text} … ({more} more)", severity)
+                return
+        self._tell(cls, source, text, severity)
+
+    def _tell(self, cls: EventClass, source: str, text: str, severity: int) -> None:
         self._seq += 1
-        event = Event(
-            seq=self._seq, t_s=now, wall_s=self._clock.wall(), cls=cls, severity=severity, source=source, text=text
-        )
+        now, wall_s = self._clock.now(), self._clock.wall()
+        event = Event(seq=self._seq, t_s=now, wall_s=wall_s, cls=cls, severity=severity, source=source, text=text)
         self._events.append(event)
         for listener in self._listeners:
             listener(event)

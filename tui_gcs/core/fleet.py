@@ -14,6 +14,7 @@ from tui_gcs.core.events import ERROR, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import EventClass, Freshness
 from tui_gcs.core.paths import PathBook
+from tui_gcs.core.refusals import RefusalTeller
 from tui_gcs.core.services.text import TextAssembler
 from tui_gcs.core.telemetry import Telemetry
 from tui_gcs.core.vehicle import IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
@@ -70,6 +71,7 @@ class Fleet:
         self.intakes = {network: Intake(network, self) for network in networks}
         self.paths = PathBook(clock, events, self.dropped)
         self.telemetry = Telemetry(clock, events, frame, self.dropped, self.paths.boot_time)
+        self._refusals = RefusalTeller(events, self.dropped, self.intakes.values())
         self._clock = clock
         self._events = events
         self._own_system = own_system
@@ -323,6 +325,7 @@ class Fleet:
         for intake in self.intakes.values():
             intake.settle()
             intake.tick(now)
+        self._refusals.tick(now)
         if now >= self._next_look_s - 1e-9:
             self._next_look_s = now + LOOK_S
             self._look(now)

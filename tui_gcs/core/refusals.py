@@ -1,0 +1,80 @@
+"""Tells what is refused on the links: a line per cause, seldom, with how often (security.md B.6, "the event is in the log").
+
+The counters know everything at once; this is for who reads the log afterwards.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+
+from tui_gcs.core.events import NOTICE, EventLog
+from tui_gcs.core.messages import EventClass
+from tui_gcs.core.wire.intake import Intake
+
+LOOK_S = 1.0
+REPEAT_S = 30.0
+"""The same cause again at the earliest."""
+ORDINARY = frozenset(
+    {
+        "unknown message id",
+        "before its first heartbeat",
+        "not a vehicle",
+        "copy over a second link",
+        "late position",
+        "radio status from a stranger",
+    }
+)
+"""What well-behaved traffic brings, too: counted only."""
+TOLD_ELSEWHERE = frozenset(
+    {"our own system id", "second source of one system id", "implausible position", "message table full"}
+)
+"""With an event of their own that says more."""
+
+
+class RefusalTeller:
+    """Looks at the counters once a second."""
+
+    def __init__(self, events: EventLog, dropped: Counter[str], intakes: Iterable[Intake]) -> None:
+        """`dropped` and the counters of `intakes` are watched; nothing is told of what they hold now."""
+        self._events = events
+        self._dropped = dropped
+        self._intakes = tuple(intakes)
+        self._next_look_s = -math.inf
+        self._told: dict[tuple[str, str], tuple[float, int]] = {}
+        """(source, cause): when it was told, and how many that were."""
+
+    def tick(self, now: float) -> None:
+        """Tell what is new, if it is time."""
+        if now < self._next_look_s - 1e-9:
+            return
+        self._next_look_s = now + LOOK_S
+        counts = Counter({("station", cause): count for cause, count in self._dropped.items()})
+        for intake in self._intakes:
+            counts.update({("station", cause): count for cause, count in intake.dropped.items()})
+            counts.update(_of_links(intake))
+        for (source, cause), count in counts.items():
+            if cause not in ORDINARY and cause not in TOLD_ELSEWHERE:
+                self._tell(source, cause, count, now)
+
+    def _tell(self, source: str, cause: str, count: int, now: float) -> None:
+        told_s, told = self._told.get((source, cause), (-math.inf, 0))
+        if count <= told or now - told_s < REPEAT_S:
+            return
+        self._told[(source, cause)] = (now, count)
+        text = f"refused: {cause} ({count - told} more)" if told else f"refused: {cause} ({count})"
+        self._events.say(EventClass.CONNECTION, source, text, NOTICE)
+
+
+def _of_links(intake: Intake) -> Counter[tuple[str, str]]:
+    """Junk and wrong checksums per link; of sources that are forgotten, too."""
+    found: Counter[tuple[str, str]] = Counter()
+    for source in intake.sources.values():
+        if source.junk_bytes:
+            found[(f"link {source.link}", "junk bytes")] += source.junk_bytes
+        if source.bad_crc:
+            found[(f"link {source.link}", "bad CRC")] += source.bad_crc
+    for key, count in intake.past.items():
+        link, _, cause = key.partition(" ")
+        if cause in ("junk bytes", "bad CRC"):
+            found[(f"link {link}", cause)] += count
+    return found
