@@ -7,6 +7,7 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as pymavlink_all
+from wire_newer import NEW, extra_fields, extra_names
 
 from tui_gcs.core.wire import dialect, mavlink
 from tui_gcs.core.wire.dialect import Layout, Message, decode, fields_of, label, layout, message_name, payload_values
@@ -127,14 +128,29 @@ def test_the_addressee_is_where_pymavlink_reads_it() -> None:
         assert found is not None
         for name, at in (("target_system", found.target_system_at), ("target_component", found.target_component_at)):
             if name in kind.fieldnames:
-                payload = bytes(77 if place == at else 0 for place in range(found.size))
+                payload = bytes(77 if place == at else 0 for place in range(kind.unpacker.size))
                 values = kind.unpacker.unpack(payload)
                 assert values[sum(kind.lengths[: kind.ordered_fieldnames.index(name)])] == 77, kind.msgname
+            elif name not in extra_names(msgid) and (kind.msgname, name) != ("MANUAL_CONTROL", "target_system"):
+                assert at == -1, kind.msgname
+
+
+def test_the_addressee_of_messages_that_pymavlink_lacks_is_known() -> None:
+    time = layout_of("TIMESYNC")
+    assert (time.size, time.target_system_at, time.target_component_at) == (18, 16, 17)
+    addressed = {number: layout(number) for number in NEW}
+    assert {
+        number: (found.target_system_at, found.target_component_at)
+        for number, found in addressed.items()
+        if found is not None and found.target_system_at >= 0
+    } == {80: (2, 3), 412: (4, 5), 413: (4, 5)}  # EVENT has a destination, which is no target that routers look at
 
 
 def test_the_crc_byte_of_every_message_is_known() -> None:
     for msgid, kind in pymavlink_all.mavlink_map.items():
         assert dialect.crc_extra(msgid) == dialect.CRC_EXTRA[msgid] == bytes([kind.crc_extra])
+    for msgid, (_, number, _) in NEW.items():
+        assert dialect.crc_extra(msgid) == dialect.CRC_EXTRA[msgid] == bytes([number])
 
 
 def test_values_are_read_from_frames_of_both_versions() -> None:
@@ -172,7 +188,9 @@ def test_any_payload_of_any_message_is_decoded_as_pymavlink_does(msgid: int, pay
     message = decode(Frame(version, 0, 1, 1, msgid, payload, b"", False))
     assert message is not None
     kind = pymavlink_all.mavlink_map[msgid]
-    assert set(message.fields) == set(kind.fieldnames)
+    assert list(message.fields) == [*kind.ordered_fieldnames, *extra_names(msgid)]
+    more = extra_fields(msgid, payload, kind.unpacker.size)
+    assert {name: message.fields[name] for name in more} == more
     values = kind.unpacker.unpack(payload[: kind.unpacker.size].ljust(kind.unpacker.size, b"\0"))
     for name, order in zip(kind.fieldnames, kind.orders, strict=True):
         first, length = sum(kind.lengths[:order]), kind.lengths[order]

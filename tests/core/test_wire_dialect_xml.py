@@ -16,7 +16,8 @@ from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.frames import cut_datagram
 from tui_gcs.core.wire.tables import Definition, DialectError
 
-KNOWN = {definition.msgid: definition for definition in tables.from_pymavlink()}
+PYMAVLINK = {definition.msgid: definition for definition in tables.from_pymavlink()}
+KNOWN = {definition.msgid: definition for definition in tables.made_anew()}
 WEATHER = """<?xml version="1.0"?>
 <mavlink>
   <include>common.xml</include>
@@ -116,8 +117,19 @@ def test_any_message_is_as_pymavlinks_generator_understands_it(
 def test_pymavlinks_own_definitions_are_read_as_the_tables_that_it_generated() -> None:
     path = tables.pymavlink_xml("all.xml")
     assert path is not None
-    assert {definition.msgid: definition for definition in read_xml(path, {})} == KNOWN
-    assert read_xml(path, KNOWN) == []
+    assert {definition.msgid: definition for definition in read_xml(path, {})} == PYMAVLINK
+    assert read_xml(path, PYMAVLINK) == []
+
+
+def test_pymavlinks_older_definitions_do_not_undo_what_ours_has_more() -> None:
+    for name in ("all.xml", "common.xml"):
+        path = tables.pymavlink_xml(name)
+        assert path is not None
+        assert read_xml(path, KNOWN) == []
+
+
+def test_our_newer_definitions_are_as_pymavlinks_generator_understands_them() -> None:
+    assert_as_the_generator(tables.NEWER_XML, read_xml(tables.NEWER_XML, {}))
 
 
 @pytest.mark.usefixtures("undone")
@@ -150,20 +162,38 @@ def test_what_was_added_is_sent_cut_and_decoded(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("undone")
 def test_a_known_message_becomes_longer_by_new_extensions(write: Callable[..., Path]) -> None:
-    fields = "int64_t tc1", "int64_t ts1"
-    known = dialect.layout(111)
+    fields = "uint64_t time_unix_usec", "uint32_t time_boot_ms"
+    known = dialect.layout(2)
     assert known is not None
-    assert known.names == ("tc1", "ts1")  # pymavlink has not heard of the targets yet
+    assert known.names == ("time_unix_usec", "time_boot_ms")
     newer = write(
-        "newer.xml", message("TIMESYNC", 111, *fields, extensions=("uint8_t target_system", "uint8_t target_component"))
+        "newer.xml", message("SYSTEM_TIME", 2, *fields, extensions=("uint8_t target_system", "int8_t leap_s"))
     )
-    assert dialect.add_xml(newer) == ("TIMESYNC",)
-    longer = dialect.layout(111)
+    assert dialect.add_xml(newer) == ("SYSTEM_TIME",)
+    longer = dialect.layout(2)
     assert longer is not None
-    assert (longer.size, longer.target_system_at, longer.extra) == (18, 16, known.extra)
-    older = write("older.xml", message("TIMESYNC", 111, *fields))
+    assert (longer.size, longer.target_system_at, longer.extra) == (14, 12, known.extra)
+    older = write("older.xml", message("SYSTEM_TIME", 2, *fields))
     assert dialect.add_xml(older) == ()
-    assert dialect.layout(111) == longer
+    assert dialect.layout(2) == longer
+
+
+@pytest.mark.usefixtures("undone")
+def test_a_file_may_bring_what_we_have_from_newer_xml_and_what_we_have_not(write: Callable[..., Path]) -> None:
+    event = (
+        "uint8_t destination_component",
+        "uint8_t destination_system",
+        "uint32_t id",
+        "uint32_t event_time_boot_ms",
+        "uint16_t sequence",
+        "uint8_t log_levels",
+        "uint8_t[40] arguments",
+    )
+    both = write("both.xml", message("EVENT", 410, *event) + message("TUNES", 61000, "uint32_t format"))
+    assert dialect.add_xml(both) == ("TUNES",)
+    other = write("other.xml", message("EVENT", 410, *event[:-1]))
+    with pytest.raises(DialectError, match=r"EVENT \(410, CRC \d+\) differs from the known EVENT \(410, CRC 160\)"):
+        dialect.add_xml(other)
 
 
 @pytest.mark.parametrize(

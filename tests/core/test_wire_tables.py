@@ -1,4 +1,4 @@
-"""The tables of messages say what pymavlink says, and their cache file can be missing or broken but not harmful."""
+"""The tables say what pymavlink says and what it lacks; their cache file can be missing or broken but not harmful."""
 
 import os
 import struct
@@ -12,11 +12,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as pymavlink_all
+from wire_newer import LONGER, NEW
 
 from tui_gcs.core.wire import tables
-from tui_gcs.core.wire.tables import Definition, Field
+from tui_gcs.core.wire.tables import Definition, DialectError, Field
 
-WHOLE = {definition.msgid: definition for definition in tables.from_pymavlink()}
+PYMAVLINK = {definition.msgid: definition for definition in tables.from_pymavlink()}
+WHOLE = {definition.msgid: definition for definition in tables.made_anew()}
 
 
 @pytest.fixture
@@ -28,14 +30,34 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_every_message_is_as_pymavlink_generated_it() -> None:
-    assert set(WHOLE) == set(pymavlink_all.mavlink_map)
+    assert set(PYMAVLINK) == set(pymavlink_all.mavlink_map)
     for msgid, kind in pymavlink_all.mavlink_map.items():
-        ours = WHOLE[msgid]
+        ours = PYMAVLINK[msgid]
         assert ours.name == kind.msgname
         assert ours.crc_extra == kind.crc_extra, ours.name
         assert struct.calcsize(ours.format) == kind.unpacker.size, ours.name
         assert [field.name for field in ours.fields] == kind.ordered_fieldnames
         assert [field.count for field in ours.fields] == kind.lengths, ours.name
+
+
+def test_nothing_that_pymavlink_has_is_changed_and_some_messages_go_on_behind_it() -> None:
+    assert {msgid for msgid in PYMAVLINK if WHOLE[msgid] != PYMAVLINK[msgid]} == set(LONGER)
+    for msgid, (form, names) in LONGER.items():
+        ours, theirs = WHOLE[msgid], PYMAVLINK[msgid]
+        assert (ours.name, ours.crc_extra) == (theirs.name, theirs.crc_extra)
+        assert ours.fields[: len(theirs.fields)] == theirs.fields
+        more = ours.fields[len(theirs.fields) :]
+        assert tuple(field.name for field in more) == names
+        assert "<" + "".join(tables.STRUCT_CODES[field.type] for field in more) == form
+        assert all(field.extension and not field.length for field in more)
+
+
+def test_what_pymavlink_lacks_is_there_with_the_numbers_of_mavlinks_own_generator() -> None:
+    assert WHOLE.keys() - PYMAVLINK.keys() == NEW.keys()
+    for msgid, numbers in NEW.items():
+        ours = WHOLE[msgid]
+        assert (ours.name, ours.crc_extra, struct.calcsize(ours.format)) == numbers
+        assert not any(field.extension for field in ours.fields)
 
 
 def test_fields_that_were_added_later_are_extensions() -> None:
@@ -108,6 +130,46 @@ def test_a_file_for_another_pymavlink_python_or_format_is_made_anew(
     assert cache.read_bytes() != before
     not_from_pymavlink(monkeypatch)
     assert tables.load() == WHOLE
+
+
+@pytest.fixture
+def newer_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of `newer.xml` that is used in its place."""
+    copy = tmp_path / "newer.xml"
+    copy.write_bytes(tables.NEWER_XML.read_bytes())
+    monkeypatch.setattr(tables, "NEWER_XML", copy)
+    return copy
+
+
+def test_a_file_made_with_another_newer_xml_is_made_anew(
+    cache: Path, newer_xml: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = newer_xml.stat()
+    newer_xml.write_text(newer_xml.read_text().replace('name="rpm"', 'name="RPM"'))  # neither size nor time tell
+    os.utime(newer_xml, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert [field.name for field in WHOLE[291].fields].count("rpm") == 1
+    loaded = tables.load()
+    assert [field.name for field in loaded[291].fields].count("RPM") == 1
+    assert loaded == WHOLE | {291: loaded[291]}
+    not_from_pymavlink(monkeypatch)
+    assert tables.load() == loaded
+
+
+def test_the_same_newer_xml_in_another_place_is_the_same(
+    cache: Path, newer_xml: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    not_from_pymavlink(monkeypatch)
+    assert tables.load() == WHOLE
+
+
+@pytest.mark.parametrize(("change", "why"), [("gone", "is not there"), ("float", "TIMESYNC .* differs from the known")])
+def test_a_newer_xml_that_cannot_be_used_says_so(cache: Path, newer_xml: Path, change: str, why: str) -> None:
+    if change == "gone":
+        newer_xml.unlink()
+    else:
+        newer_xml.write_text(newer_xml.read_text().replace('"int64_t"', f'"{change}"'))
+    with pytest.raises(DialectError, match=f"newer.xml: .*{why}"):
+        tables.load()
 
 
 def test_a_file_that_others_may_write_is_not_believed(cache: Path) -> None:
@@ -189,11 +251,11 @@ from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.frames import cut_datagram
 (frame,) = cut_datagram(Encoder(1, 1).encode("SYSTEM_TIME", time_unix_usec=5, time_boot_ms=6)).frames
 assert decode(frame).fields == {"time_unix_usec": 5, "time_boot_ms": 6}
-print(sorted(name for name in sys.modules if name.startswith("pymavlink")))
+print(sorted(name for name in sys.modules if name.startswith(("pymavlink", "xml.", "tui_gcs.core.wire.dialect_xml"))))
 """
 
 
-def test_with_a_cache_nothing_of_pymavlink_is_imported_and_loading_takes_milliseconds(cache: Path) -> None:
+def test_with_a_cache_neither_pymavlink_nor_xml_is_imported_and_loading_takes_milliseconds(cache: Path) -> None:
     taken_ms = []
     for _ in range(3):
         done = subprocess.run([sys.executable, "-c", START], capture_output=True, text=True, check=True)

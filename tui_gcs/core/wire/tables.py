@@ -1,6 +1,8 @@
 """What MAVLink messages consist of, as plain tables: of pymavlink's `all` dialect, the one that knows most messages.
 
-Importing that generated module costs some 80 ms and 14 MB, so what it says is kept in a file of ours
+What autopilots send and it does not know yet is in `newer.xml`, beside this file.
+
+Importing its generated module costs some 80 ms and 14 MB, so what both say is kept in a file of ours
 (`$XDG_CACHE_HOME/tui-gcs`, else `~/.cache/tui-gcs`). The file is data with a checksum and every value in it is checked
 while it is read; one that is broken, foreign, or of another version is made anew, and without one all works as well.
 """
@@ -20,6 +22,8 @@ from fastcrc.crc16 import mcrf4xx
 
 FORMAT = 1
 """Of the cache file. Count up when `Field` or `Definition` change."""
+NEWER_XML = Path(__file__).with_name("newer.xml")
+"""What autopilots send and pymavlink lacks: EVENT and others, opaque ids of missions, who a TIMESYNC is for."""
 MOST_BYTES = 1 << 20
 """The tables of `all` are some 80 kB: a larger file is none of ours."""
 
@@ -116,16 +120,29 @@ _DECODER = msgspec.msgpack.Decoder(list[Definition])
 
 
 def load() -> dict[int, Definition]:
-    """All messages of pymavlink's `all` dialect by id: from the cache file if there is a good one."""
+    """All messages of pymavlink's `all` dialect and of `newer.xml`, by id: from the cache file if it is good."""
     package = _package()
     key = _key(package) if package else None
     path = _cache_path() if key else None
     definitions = _read(path, key) if path and key else None
     if definitions is None:
-        definitions = from_pymavlink()
+        definitions = made_anew()
         if path and key:
             _write(path, key, definitions)
     return {definition.msgid: definition for definition in definitions}
+
+
+def made_anew() -> list[Definition]:
+    """The same without the cache file. Slow.
+
+    Raises:
+        DialectError: `newer.xml` is not there, or contradicts pymavlink (it may make messages longer, not others).
+    """
+    from tui_gcs.core.wire.dialect_xml import read_xml  # rarely needed, and needs this module itself
+
+    known = {definition.msgid: definition for definition in from_pymavlink()}
+    known.update((definition.msgid, definition) for definition in read_xml(NEWER_XML, known))
+    return list(known.values())
 
 
 def from_pymavlink() -> list[Definition]:
@@ -166,10 +183,11 @@ def _key(package: Path) -> bytes | None:
     try:
         version = re.search(r"__version__ *= *['\"]([\w.+-]{1,40})['\"]", (package / "__init__.py").read_text())
         generated = (package / "dialects" / "v20" / "all.py").stat().st_size  # differs if built from other XML
+        newer = zlib.crc32(NEWER_XML.read_bytes())
     except (OSError, UnicodeDecodeError):
         return None
     python = f"{sys.version_info.major}.{sys.version_info.minor}"
-    return f"pymavlink-{version[1]}-{generated}-py{python}-{FORMAT}".encode() if version else None
+    return f"pymavlink-{version[1]}-{generated}-py{python}-{FORMAT}-{newer:08x}".encode() if version else None
 
 
 def _cache_path() -> Path | None:
