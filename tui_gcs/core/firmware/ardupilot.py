@@ -35,14 +35,6 @@ BLIND_S = 1.0
 HOLD_SETTLES_S = 0.8
 """A vehicle that did not get the hold and begins to move is faster than 0.5 m/s after this time."""
 
-STREAMS_HZ = {
-    33: 10.0,  # GLOBAL_POSITION_INT
-    1: 1.0,  # SYS_STATUS
-    24: 1.0,  # GPS_RAW_INT
-    147: 0.5,  # BATTERY_STATUS
-    245: 2.0,  # EXTENDED_SYS_STATE
-}
-"""Message intervals asked of every vehicle. ArduPilot sends almost nothing unasked, and forgets at reboot."""
 AUTOPILOT_VERSION = 148
 
 Done = Callable[[Action, Outcome, str], None]

@@ -205,7 +205,8 @@ class CommandService:
         elif action.command is None or action.acked_s is not None:
             self._end(action, Outcome.NOT_CONFIRMED, "")
         else:
-            self.unanswered.append(f"vehicle {action.vehicle}: {action.name}")
+            if not action.housekeeping:  # those are asked again for as long as it takes
+                self.unanswered.append(f"vehicle {action.vehicle}: {action.name}")
             self._end(action, Outcome.EXPIRED, "")
 
     def _keep_stopping(self, action: Action, now: float) -> None:
