@@ -12,7 +12,7 @@ from typing import Any, Protocol
 from fastcrc.crc16 import mcrf4xx
 
 from tui_gcs.core.links.base import Address
-from tui_gcs.core.wire import dialect
+from tui_gcs.core.wire import checksum, dialect
 from tui_gcs.core.wire.frames import MAGIC_V1, MAGIC_V2, SIGNED, Frame, Scan, is_text, scan_step
 
 _MAGICS = (MAGIC_V2, MAGIC_V1)
@@ -20,7 +20,8 @@ KEEP, STATE, CALL = 0, 1, 2
 """What is done with a frame beyond keeping it: nothing; its owner reads the newest at the next `settle`; a call now."""
 NEXT_SEQ = bytes((*range(1, 256), 0))
 """The sequence number after each."""
-LEAST_FRAME_BYTES = 12
+KIND = slice(5, 10)
+"""Of a version 2 frame: system, component, message id."""
 MOST_SLOTS = 65536
 """Per network: 255 vehicles with some 100 messages each are 25,000. More is a flood; what nobody owns goes first."""
 MOST_SOURCES = 1024
@@ -79,12 +80,12 @@ class Slot:
         "call",
         "component",
         "count",
-        "extra",
         "gate",
         "layout",
         "msgid",
         "owner",
         "raw",
+        "residue",
         "route",
         "stream",
         "system",
@@ -97,7 +98,7 @@ class Slot:
         self.system, self.component, self.msgid = system, component, msgid
         self.layout = dialect.layout(msgid)
         """None: a message that the dialect does not know."""
-        self.extra = self.layout.extra if self.layout is not None else b""
+        self.residue = checksum.residue(self.layout.extra) if self.layout is not None else 0
         self.raw = b""
         """The whole frame as it came."""
         self.t_s = float("-inf")
@@ -292,44 +293,47 @@ class Intake:
         """Take good version 2 frames of known kinds from the front of each piece of `batch`.
 
         Calls odd(piece, how far that went, address) for each piece that is not just such frames. Written for speed,
-        this runs for every frame: one loop, no calls but the CRC's, no copies where a datagram is one frame.
+        this runs for every frame: no calls but the CRC's (see `checksum`), no copy where a datagram is one frame.
         """
-        take, crc, dirty, next_seq, v2 = taken.append, mcrf4xx, self._dirty.append, NEXT_SEQ, MAGIC_V2
+        take, dirty, next_seq, v2, kind = taken.append, self._dirty.append, NEXT_SEQ, MAGIC_V2, KIND
+        crc, begin, low, high = mcrf4xx, checksum.BEFORE_MAGIC, checksum.LOW, checksum.HIGH
         for data, address in batch:
             slots = slots_at.get(address)
             if slots is None:
                 odd(data, 0, address)
                 continue
-            rest = data
-            while True:
-                size = len(rest)
-                if size < LEAST_FRAME_BYTES:
+            rest: bytes | None = data
+            while rest is not None:
+                try:
+                    slot = slots[rest[kind]]
+                except KeyError:  # or too short
                     break
                 crc_at = 10 + rest[1]
-                end = crc_at + 15 if rest[2] else crc_at + 2  # 2 bytes of CRC, 13 of signature
-                if end == size:
+                flags = rest[2]
+                end = crc_at + 15 if flags else crc_at + 2  # 2 bytes of CRC, 13 of signature
+                if end == len(rest):
                     raw = rest
-                    rest = b""
-                elif end < size:
+                    rest = None
+                elif end < len(rest):
                     raw = rest[:end]
                     rest = rest[end:]
                 else:
                     break
-                slot = slots.get(raw[5:10])
                 if (
-                    slot is None
+                    crc(raw[: crc_at + 2] if flags else raw, begin)
+                    != low[raw[crc_at]] ^ high[raw[crc_at + 1]] ^ slot.residue
                     or raw[0] != v2
-                    or raw[2] > SIGNED
-                    or crc(raw[1:crc_at] + slot.extra) != raw[crc_at] | raw[crc_at + 1] << 8
+                    or flags > SIGNED
                 ):
-                    rest = raw + rest
+                    rest = raw + (rest or b"")
                     break
                 if slot.gate is None or slot.gate(raw):
                     stream = slot.stream
-                    if raw[4] == stream.due:
-                        stream.due = next_seq[raw[4]]
+                    seq = raw[4]
+                    if seq == stream.due:
+                        stream.due = next_seq[seq]
                     else:
-                        stream.jump(raw[4])
+                        stream.jump(seq)
                     stream.heard_s = slot.t_s = now
                     slot.raw = raw
                     slot.count += 1
@@ -341,8 +345,6 @@ class Intake:
                         take(raw)
                     elif slot.call(slot, now) is not False:
                         take(raw)
-                if not rest:
-                    break
             if rest:
                 odd(data, len(data) - len(rest), address)
 
@@ -355,6 +357,8 @@ class Intake:
     def _slow(self, data: bytes, at: int, source: Source, now: float, taken: list[bytes]) -> None:
         """The rest of a datagram that is not just good frames of known kinds, from `at` on."""
         size = len(data)
+        if not size:
+            return
         if not source.streams and data[0] not in _MAGICS:  # never a good frame from there: junk is not searched for one
             if is_text(data):
                 source.text_bytes += size
@@ -472,9 +476,8 @@ class Intake:
         source.junk_bytes += len(source.held)
         source.held, source.in_sync = b"", True
         self._holding.discard(source)
-        source.streams.clear()
-        source.forget()
-        self._count_slots()
+        for stream in source.streams.values():  # who connects anew counts anew
+            stream.started = False
 
     def _forget_unowned(self) -> None:
         """Room in the table: slots that belong to no vehicle go, and are made again when they are heard again."""
