@@ -98,7 +98,7 @@ class Rig(LockStep):
         self.station.tick()
         while self.link.sent:
             data, address = self.link.sent.popleft()
-            self._note(data, address)
+            self._note(data)
             if address[0] == "sim" and int(address[1]) < len(self.sim) and not self.loses("down", int(address[1])):
                 self.sim.receive(int(address[1]), data)
 
@@ -203,12 +203,11 @@ class Rig(LockStep):
         """(time, fields) of what was sent to a vehicle."""
         return [(t, f) for t, v, n, f in self.sent if v == vehicle and n == name and t > since_s]
 
-    def _note(self, data: bytes, address: tuple[str, int]) -> None:
+    def _note(self, data: bytes) -> None:
         for frame in cut_datagram(data).frames:
             message = decode(frame)
             if message is not None and message.name != "HEARTBEAT":
-                system = message.fields.get("target_system", int(address[1]) + 1)  # TIMESYNC names no target
-                self.sent.append((self.clock.now(), system, message.name, message.fields))
+                self.sent.append((self.clock.now(), message.fields["target_system"], message.name, message.fields))
 
     def _on_frame(self, key: str, payload: bytes) -> None:
         self.frame = m.decode(payload, FleetFrame)
