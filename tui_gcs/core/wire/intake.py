@@ -35,12 +35,13 @@ DIALECT_HINT_AFTER = 20
 MOST_COUNTED_IDS = 64
 LATE_MOST = 16
 """A sequence number at most so far behind the newest is a late frame, not a new count. PX4 swaps neighbours."""
+SWAPPED_MOST = 4
 
 
 class Stream:
     """One sender: (source, system, component). When it was last heard, and what of it was lost."""
 
-    __slots__ = ("due", "duplicates", "frames", "heard_s", "lost", "source", "started", "version")
+    __slots__ = ("due", "duplicates", "frames", "heard_s", "lost", "odd", "source", "started", "version")
 
     def __init__(self, source: "Source") -> None:
         """Nothing heard yet."""
@@ -51,6 +52,8 @@ class Stream:
         """Of slots that were forgotten; the others are counted there."""
         self.lost = 0
         self.duplicates = 0
+        self.odd = 0
+        """How often the count began elsewhere: a reboot, or two senders that take turns. No swapped neighbours."""
         self.heard_s = float("-inf")
         self.version = 0
         """Highest MAVLink version it has spoken."""
@@ -65,11 +68,13 @@ class Stream:
             self.lost += ahead
             self.due = (seq + 1) & 255
         elif ahead >= 256 - LATE_MOST:
+            self.odd += ahead < 256 - SWAPPED_MOST
             if self.lost:
                 self.lost -= 1
             else:
                 self.duplicates += 1
         else:
+            self.odd += 1
             self.due = (seq + 1) & 255  # a reboot, or noise: how many were lost cannot be known
 
 
