@@ -36,10 +36,14 @@ NEVER_AUTOPILOT = frozenset({0, 190, 255})
 """Component ids of no flight controller (B.6-19)."""
 MOST_CONFIRMED, MOST_UNCONFIRMED = 255, 64
 """Vehicles of one network: MAVLink's own limit, and how many more may have said hello only (B.6-20)."""
+MOST_COMPONENTS = 32
+"""Of one vehicle on one path, that is with cameras, gimbals and computers: really some five."""
 CONFIRMED_FRAMES, CONFIRMED_S = 5, 0.3
 """A vehicle that sent so many frames over this time, or answered, was not one forged heartbeat."""
 HELLO_S = 0.6
 """So long a new vehicle has to show that it is one before others may take its place."""
+HINT_S = 1.0
+"""Hints at another dialect come at most so often per link: noise looks like that, too."""
 LOOK_S, LOSS_GAP_S = 0.25, 1.0
 """How often it is looked who fell silent, and how much was lost."""
 
@@ -81,6 +85,10 @@ class Fleet:
         self._on_radio: list[OnRadio] = []
         self._on_message: dict[str, list[OnMessage]] = {}
         self._lost: set[int] = set()
+        self._full_until_s: dict[str, float] = {}
+        """By network: before then nobody's place can be taken."""
+        self._hinted_s: dict[str, float] = {}
+        """By link."""
         self._texts = TextAssembler()
         self._next_look_s = self._next_loss_s = -math.inf
 
@@ -143,10 +151,19 @@ class Fleet:
             else:
                 self._place_vehicle(vehicle, slot, source)
 
+    def needs(self, slot: Slot) -> bool:
+        """See `wire.intake.Owner`: what a vehicle says that we understand, if it is more than a hello."""
+        return slot.owner is not None and slot.owner.confirmed and slot.layout is not None
+
     def odd(self, source: Source, what: str) -> None:
         """See `wire.intake.Owner`: told at most every 30 s each."""
         if what == "downgrade" and source.version1_refused < 5:
             return
+        now = self._clock.now()
+        if what.startswith("dialect differs"):
+            if now - self._hinted_s.get(source.link, -math.inf) < HINT_S:
+                return
+            self._hinted_s[source.link] = now
         text = {
             "downgrade": "MAVLink 1 frames after MAVLink 2: refused (a downgrade?)",
             "table full": "too many kinds of frames: a flood, new ones are refused",
@@ -162,13 +179,16 @@ class Fleet:
             slot.call = self._too_early
 
     def _place_vehicle(self, vehicle: Vehicle, slot: Slot, source: Source) -> None:
-        slot.owner = vehicle
         path = vehicle.path_of(source) or self.paths.add(vehicle, source)
         if path is None:
             self._refuse(slot, "second source of one system id")
             return
         if slot.stream not in path.streams:
+            if len(path.streams) >= MOST_COMPONENTS and slot.component != vehicle.component:
+                self._refuse(slot, "too many components of one system")
+                return
             path.streams.append(slot.stream)
+        slot.owner = vehicle
         if path.state is not PathState.USED:
             slot.route, slot.call = CALL, self.paths.unproven
             return
@@ -242,9 +262,9 @@ class Fleet:
         return False
 
     def _radio(self, slot: Slot, now: float) -> bool:
-        """Believed only where vehicles are heard: a stranger's RADIO_STATUS would throttle a link of ours."""
+        """Believed only where vehicles are heard, not just hellos: a stranger's RADIO_STATUS would throttle a link."""
         source = slot.stream.source
-        if not source.bound:
+        if not any(v.confirmed for v in self.vehicles.values() if v.path.source is source):
             self.dropped["radio status from a stranger"] += 1
             return False
         for listener in self._on_radio:
@@ -297,6 +317,9 @@ class Fleet:
 
     def _has_room(self, network: str) -> bool:
         """Room for one more; of those that only said hello, and then nothing, the one silent longest is forgotten."""
+        now = self._clock.now()
+        if now < self._full_until_s.get(network, -math.inf):  # else a flood of heartbeats would cost a look each
+            return False
         mine = [vehicle for vehicle in self.vehicles.values() if vehicle.network == network]
         unconfirmed = [vehicle for vehicle in mine if not vehicle.confirmed]
         if len(mine) - len(unconfirmed) >= MOST_CONFIRMED:
@@ -304,7 +327,8 @@ class Fleet:
         if len(unconfirmed) < MOST_UNCONFIRMED:
             return True
         quietest = min(unconfirmed, key=lambda vehicle: vehicle.heard_s)
-        if self._clock.now() - quietest.heard_s < HELLO_S:  # a whole fleet came at once: the others are next
+        if now - quietest.heard_s < HELLO_S:  # a whole fleet came at once: the others are next
+            self._full_until_s[network] = quietest.heard_s + HELLO_S
             return False
         self._forget(quietest)
         self.dropped["unconfirmed vehicle forgotten"] += 1

@@ -1,4 +1,4 @@
-"""Tells what is refused on the links: a line per cause, seldom, with how often (security.md B.6, "the event is in the log").
+"""Tells what is refused on the links: a line per cause, seldom, with how often (the oracle of security.md B.6).
 
 The counters know everything at once; this is for who reads the log afterwards.
 """

@@ -22,8 +22,10 @@ NEXT_SEQ = bytes((*range(1, 256), 0))
 """The sequence number after each."""
 KIND = slice(5, 10)
 """Of a version 2 frame: system, component, message id."""
-MOST_SLOTS = 65536
-"""Per network: 255 vehicles with some 100 messages each are 25,000. More is a flood; what nobody owns goes first."""
+MOST_SLOTS = 32768
+"""Per network: 255 vehicles with some 100 messages each are 25,000. More is a flood, of at most 30 MB."""
+FULL_S = 1.0
+"""With a full table it is looked so seldom whether there is room: the look costs more than a frame."""
 MOST_SOURCES = 1024
 """Per network. Addresses of accepted vehicles are never forgotten."""
 MOST_HELD_BYTES = 4096
@@ -204,6 +206,10 @@ class Owner(Protocol):
         """Set what is to be done with a slot's frames: `route`, `call`, `gate`, `owner`."""
         ...
 
+    def needs(self, slot: Slot) -> bool:
+        """Whether a slot is to be kept when there are too many."""
+        ...
+
     def odd(self, source: Source, what: str) -> None:
         """Something that must not pass silently: "downgrade", "dialect differs", "table full"."""
         ...
@@ -225,6 +231,7 @@ class Intake:
         self._owner = owner
         self._dirty: list[Slot] = []
         self._slots = 0
+        self._full_until_s = float("-inf")
         self._holding: set[Source] = set()
 
     # ---------------------------------------------------------------- bytes in
@@ -419,7 +426,7 @@ class Intake:
         key = bytes((frame.system, frame.component)) + frame.msgid.to_bytes(3, "little")
         slot = source.slots.get(key) or source.unknown.get(key)
         if slot is None:
-            slot = self._new_slot(key, frame, source)
+            slot = self._new_slot(key, frame, source, now)
             if slot is None:
                 return False
         stream = slot.stream
@@ -447,15 +454,11 @@ class Intake:
             return slot.call(slot, now) is not False
         return True
 
-    def _new_slot(self, key: bytes, frame: Frame, source: Source) -> Slot | None:
-        if self._slots >= MOST_SLOTS:
-            self._count_slots()
-            if self._slots >= MOST_SLOTS:
-                self._forget_unowned()
-            if self._slots >= MOST_SLOTS:
-                self.dropped["message table full"] += 1
-                self._owner.odd(source, "table full")
-                return None
+    def _new_slot(self, key: bytes, frame: Frame, source: Source, now: float) -> Slot | None:
+        if self._slots >= MOST_SLOTS and not self._make_room(now):
+            self.dropped["message table full"] += 1
+            self._owner.odd(source, "table full")
+            return None
         stream = source.streams.get((frame.system, frame.component))
         if stream is None:
             stream = source.streams[(frame.system, frame.component)] = Stream(source)
@@ -484,13 +487,24 @@ class Intake:
         for stream in source.streams.values():  # who connects anew counts anew
             stream.started = False
 
-    def _forget_unowned(self) -> None:
-        """Room in the table: slots that belong to no vehicle go, and are made again when they are heard again."""
-        for source in self.sources.values():
-            for key in [key for kinds in (source.slots, source.unknown) for key in kinds if kinds[key].owner is None]:
-                slot = source.drop(key)
-                source.streams.pop((slot.system, slot.component), None)
+    def _make_room(self, now: float) -> bool:
+        """Room in the table: slots that nobody needs go, and are made again when they are heard again."""
+        if now < self._full_until_s:
+            return False
         self._count_slots()
+        if self._slots < MOST_SLOTS:
+            return True
+        for source in self.sources.values():
+            slots = source.slots | source.unknown
+            owned = {(slot.system, slot.component) for slot in slots.values() if slot.owner is not None}
+            for key in [key for key, slot in slots.items() if not self._owner.needs(slot)]:
+                source.drop(key)
+            for sender in [sender for sender in source.streams if sender not in owned]:
+                del source.streams[sender]
+        self._count_slots()
+        if self._slots >= MOST_SLOTS // 2:  # nearly full again at once
+            self._full_until_s = now + FULL_S
+        return self._slots < MOST_SLOTS
 
     def _count_slots(self) -> None:
         self._slots = sum(len(source.slots) + len(source.unknown) for source in self.sources.values())
