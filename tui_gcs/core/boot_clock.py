@@ -1,16 +1,25 @@
 """A vehicle's boot clock tells reboots, and two vehicles that use one id: then two clocks alternate.
 
-The clock is never compared with ours for freshness (a loaded simulator drifts by percents); only steps count.
+The clock is never compared with ours for freshness (a loaded simulator drifts by percents); only steps count. A time
+that is not what follows may be late, of a rebooted vehicle, or of another one: what comes next tells which.
 """
 
 from enum import Enum
 
-REBOOT_STEP_MS = 1000
-"""Older by less is reordering (two threads of PX4 send, links swap datagrams)."""
+FITS_MS = 1500
+"""How well a time must fit a timeline to be taken for its continuation."""
 LEAP_MS = 600_000
 """Ahead by more than any gap explains: the clock was set, everything known is void (B.6-103)."""
-FITS_MS = 1500
-"""How well a time must fit a timeline that was left, to be taken for its continuation."""
+FRESH_MS = 2000
+"""A vehicle that rebooted since it was last heard has run for no longer than that, and a slow link."""
+ALONE_S, ALONE_NEAR_S = 1.0, 3.0
+"""Another timeline on which the clock goes on while the known one is silent for so long has replaced it; the second
+where it might be late frames of the same."""
+JITTER_MS = 5000
+"""Links of 2 s delay, doubled by jitter, deliver frames so late. Two clocks farther apart are two vehicles."""
+STEADY_MS = 300
+STEADY_TURNS = 5
+"""Two clocks nearer to each other are two vehicles if both go on so steadily, so often by turns."""
 WRAP_MS = 2**32
 NEAR_WRAP_MS = 60_000
 
@@ -19,7 +28,7 @@ class Step(Enum):
     """What a new boot time means."""
 
     ON = "goes on"
-    LATE = "older than the newest"
+    LATE = "older than the newest, or not known yet what it is"
     REBOOT = "rebooted"
     TWIN = "another clock with the same id"
 
@@ -27,19 +36,18 @@ class Step(Enum):
 class BootClock:
     """One vehicle's boot clock as heard over one path."""
 
-    __slots__ = ("_left", "at_s", "boot_ms")
+    __slots__ = ("_other", "at_s", "boot_ms")
 
-    def __init__(self) -> None:
-        """Nothing heard yet."""
-        self.boot_ms = -1
+    def __init__(self, boot_ms: int = -1, at_s: float = 0.0) -> None:
+        """Nothing heard yet; or go on from `boot_ms` heard at `at_s`."""
+        self.boot_ms = boot_ms
         """The newest time."""
-        self.at_s = 0.0
+        self.at_s = at_s
         """When it was received."""
-        self._left: tuple[int, float] | None = None
-        """The timeline before the newest step: a boot time and when it was received."""
+        self._other: _Other | None = None
 
     def seen(self, boot_ms: int, now: float) -> Step:
-        """Take a timeboot_ms received at `now` (monotonic seconds)."""
+        """Take a time_boot_ms received at `now` (monotonic seconds)."""
         step_ms = boot_ms - self.boot_ms
         if (step_ms >= 0 and step_ms - (now - self.at_s) * 1e3 <= FITS_MS) or self.boot_ms < 0:
             self.boot_ms, self.at_s = boot_ms, now
@@ -48,21 +56,52 @@ class BootClock:
 
     def _step(self, boot_ms: int, step_ms: int, now: float) -> Step:
         """The time is not what follows."""
-        if self.boot_ms > WRAP_MS - NEAR_WRAP_MS and boot_ms < NEAR_WRAP_MS:  # after 49.7 days
+        elapsed_ms = (now - self.at_s) * 1e3
+        if self.boot_ms > WRAP_MS - NEAR_WRAP_MS and 0 <= step_ms + WRAP_MS <= elapsed_ms + FITS_MS:  # after 49.7 days
             self.boot_ms, self.at_s = boot_ms, now
-            return Step.ON
-        if -REBOOT_STEP_MS <= step_ms < 0:
-            return Step.LATE
-        before = (self.boot_ms, self.at_s)
-        left, ahead_ms = self._left, step_ms - (now - self.at_s) * 1e3
-        self.boot_ms, self.at_s = boot_ms, now
-        if left is not None and abs(boot_ms - left[0] - (now - left[1]) * 1e3) <= FITS_MS:
-            self._left = before
+            return _ON
+        other = self._other
+        if other is not None and other.misses_by_ms(boot_ms, now) <= FITS_MS:
+            return self._goes_on(other, boot_ms, now)
+        ahead_ms = step_ms - elapsed_ms
+        if step_ms >= 0:  # held up on the way, or a simulator in a hurry; if it leaps, who knows
+            self._replace(boot_ms, now)
+            return _ON if ahead_ms <= LEAP_MS else Step.REBOOT
+        if boot_ms <= elapsed_ms + FRESH_MS and ahead_ms < -FITS_MS:
+            self._replace(boot_ms, now)
+            return Step.REBOOT
+        self._other = _Other(boot_ms, now)
+        return Step.LATE
+
+    def _goes_on(self, other: "_Other", boot_ms: int, now: float) -> Step:
+        """The second timeline again: by turns with the first, or instead of it."""
+        steady = other.misses_by_ms(boot_ms, now) <= STEADY_MS
+        by_turns = self.at_s > other.at_s
+        other.turns = other.turns + 1 if steady and by_turns else 0
+        apart_ms = abs(self.boot_ms + (now - self.at_s) * 1e3 - boot_ms)
+        other.boot_ms, other.at_s = boot_ms, now
+        if now - self.at_s >= (ALONE_S if apart_ms > JITTER_MS else ALONE_NEAR_S):
+            self._replace(boot_ms, now)
+            return Step.REBOOT
+        if by_turns and (apart_ms > JITTER_MS or (apart_ms > 2 * STEADY_MS and other.turns >= STEADY_TURNS)):
             return Step.TWIN
-        if step_ms >= 0 and ahead_ms <= LEAP_MS:  # held up on the way, or a vehicle that was suspended
-            return Step.ON
-        self._left = before
-        return Step.REBOOT
+        return Step.LATE
+
+    def _replace(self, boot_ms: int, now: float) -> None:
+        self._other = _Other(self.boot_ms, self.at_s)
+        self.boot_ms, self.at_s = boot_ms, now
+
+
+class _Other:
+    """A second timeline."""
+
+    __slots__ = ("at_s", "boot_ms", "turns")
+
+    def __init__(self, boot_ms: int, at_s: float) -> None:
+        self.boot_ms, self.at_s, self.turns = boot_ms, at_s, 0
+
+    def misses_by_ms(self, boot_ms: int, now: float) -> float:
+        return abs(boot_ms - self.boot_ms - (now - self.at_s) * 1e3)
 
 
 _ON = Step.ON

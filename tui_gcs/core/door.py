@@ -175,7 +175,10 @@ class Door:
                 self._setpoints.clear()
 
     def ask_path(self, vehicle: Vehicle, path: Path, message: int) -> None:
-        """Ask whoever is on a path that is not accepted yet for one message: is it this vehicle?"""
+        """Ask whoever is on a path for one message: is it this vehicle? Nobody is asked over a satellite."""
+        if self._links[path.source.link].spec.high_latency:
+            return
+        vehicle.asked_s = self._clock.now()
         frame = self._encode(
             vehicle, "COMMAND_LONG", {"command": 512, "confirmation": 0, "param1": message} | NO_MORE_PARAMETERS
         )

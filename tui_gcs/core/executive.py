@@ -43,6 +43,8 @@ TARGET_GAP_S = 1.0
 """Return targets are said again this often."""
 LOST = "lost"
 """Step of a vehicle taken out because it is LOST, followed by the phase it was in."""
+REPLACED = "replaced"
+"""Step of a vehicle taken out because another one has its id: it is not taken back."""
 OUT_MODE_GRACE_S = 3.0
 """A mode change we asked for may show this much later in the heartbeat."""
 
@@ -152,8 +154,23 @@ class Executive:
     def moved(self, vehicle: Vehicle) -> None:
         """Its system id is now heard from another address: whoever that is, nothing is sent before it said who."""
         flight = self._book.get(vehicle.id)
-        if flight is not None and flight.phase is not Phase.GROUND:
+        if flight is not None and flight.phase is Phase.ARMING:
+            self._fail_start(flight, "heard from another address", self._clock.now())
+        elif flight is not None and flight.phase not in (Phase.GROUND, Phase.TAKEN_OUT):
             flight.enter(Phase.TAKEN_OUT, self._clock.now(), f"{LOST} {flight.phase}")
+            self._commands.cancel(vehicle.id, keep_stops=True)
+
+    def rebooted(self, vehicle: Vehicle) -> None:
+        """Its autopilot began anew: a start under way is over."""
+        flight = self._book.get(vehicle.id)
+        if flight is not None and flight.phase is Phase.ARMING:
+            self._fail_start(flight, "rebooted", self._clock.now())
+
+    def replaced(self, vehicle: Vehicle) -> None:
+        """Another vehicle has its id now: that one is not ours to steer, wherever the other may be."""
+        flight = self._book.get(vehicle.id)
+        if flight is not None and flight.phase is not Phase.GROUND:
+            flight.enter(Phase.TAKEN_OUT, self._clock.now(), REPLACED)
             self._commands.cancel(vehicle.id)
 
     # ---------------------------------------------------------------- time

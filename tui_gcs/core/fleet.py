@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from tui_gcs.core.clock import Clock
+from tui_gcs.core.copies import Copies
 from tui_gcs.core.events import ERROR, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import EventClass, Freshness
@@ -17,7 +18,7 @@ from tui_gcs.core.paths import PathBook
 from tui_gcs.core.refusals import RefusalTeller
 from tui_gcs.core.services.text import TextAssembler
 from tui_gcs.core.telemetry import Telemetry
-from tui_gcs.core.vehicle import IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
+from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.dialect import Message, label
 from tui_gcs.core.wire.intake import CALL, STATE, Intake, Slot, Source
 from tui_gcs.core.wire.mavlink import AUTOPILOT_INVALID, NOT_VEHICLES
@@ -183,6 +184,7 @@ class Fleet:
         if path is None:
             self._refuse(slot, "second source of one system id")
             return
+        path.streams = [s for s in path.streams if s in source.streams.values()]  # a line that was cut begins new ones
         if slot.stream not in path.streams:
             if len(path.streams) >= MOST_COMPONENTS and slot.component != vehicle.component:
                 self._refuse(slot, "too many components of one system")
@@ -192,13 +194,13 @@ class Fleet:
         if path.state is not PathState.USED:
             slot.route, slot.call = CALL, self.paths.unproven
             return
-        if vehicle.recent is not None:
-            slot.gate = _first_of_copies(vehicle, path, slot.gate, self.dropped)
         if slot.component == vehicle.component:
             path.slots[slot.msgid] = slot
             self._place_autopilot(vehicle, slot, path)
         elif slot.msgid == STATUSTEXT:
             slot.route, slot.call = CALL, self._every
+        if vehicle.copies is not None:
+            _count_once(slot, vehicle, path, vehicle.copies, self.dropped)
 
     def _place_autopilot(self, vehicle: Vehicle, slot: Slot, path: Path) -> None:
         """The autopilot's own word: telemetry from the path in use, everything else from every path."""
@@ -207,12 +209,14 @@ class Fleet:
         if slot.msgid in telemetry.newest:
             if path is vehicle.path:
                 slot.route, slot.call = STATE, self._newest if heard else telemetry.newest[slot.msgid]
+                if vehicle.watched and slot.msgid == GLOBAL_POSITION_INT:
+                    slot.route = CALL
+            elif vehicle.watched and slot.msgid == GLOBAL_POSITION_INT:
+                slot.route, slot.call = CALL, self.paths.beside
         elif slot.msgid == HEARTBEAT and path is not vehicle.path:
             slot.route = 0
-        elif heard or slot.msgid in (AUTOPILOT_VERSION, STATUSTEXT):
+        elif heard or slot.msgid in telemetry.every or slot.msgid in (AUTOPILOT_VERSION, STATUSTEXT):
             slot.route, slot.call = CALL, self._every
-        elif slot.msgid in telemetry.every:
-            slot.route, slot.call = CALL, telemetry.every[slot.msgid]
 
     def _refuse(self, slot: Slot, reason: str) -> None:
         dropped = self.dropped
@@ -378,7 +382,7 @@ class Fleet:
         lost = vehicle.freshness(now) is Freshness.LOST
         if lost and vehicle.id not in self._lost:
             self._lost.add(vehicle.id)
-            text = f"LOST: nothing heard for {vehicle.lost_after_s:.1f} s"
+            text = f"LOST: nothing heard for {vehicle.lost_after_s(now):.1f} s"
             self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ERROR)
         elif not lost and vehicle.id in self._lost:
             self._lost.discard(vehicle.id)
@@ -405,32 +409,29 @@ class Fleet:
         self._events.say(cls, f"vehicle {vehicle.id}", text, severity, every_s=5)
 
 
-def _first_of_copies(vehicle: Vehicle, path: Path, gate: Gate | None, dropped: Counter[str]) -> Gate:
-    """A gate that lets each frame through once, whichever of several paths brings it first.
+def _count_once(slot: Slot, vehicle: Vehicle, path: Path, copies: Copies, dropped: Counter[str]) -> None:
+    """Whichever of several paths brings a frame first: it is recorded, passed on and told once.
 
-    The path in use is never held back: its telemetry is read from there.
+    State is read from the path in use, be it from copies or not. A copy needs no second look at its signature, which
+    would be refused as a replay.
     """
+    gate, route, call = slot.gate, slot.route, slot.call
+    always = path is vehicle.path and (route == STATE or slot.msgid == HEARTBEAT)
 
-    def admit(raw: bytes) -> bool:
-        if gate is not None and not gate(raw):
-            return False
-        recent = vehicle.recent
-        if recent is None:
-            return True
-        if raw in recent and path is not vehicle.path:
+    def once(slot: Slot, now: float) -> bool:
+        first = copies.first(slot.raw, path, now)
+        if not first:
             dropped["copy over a second link"] += 1
-            return False
-        if len(recent) < 4096:
-            recent[raw] = path.heard_s
-        return True
+        accepted = call(slot, now) is not False if route and (first or always) else True
+        return accepted and first
 
-    return admit
+    slot.route, slot.call = CALL, once
+    if gate is not None:
+        slot.gate = lambda raw: copies.is_copy(raw, path) or gate(raw)
 
 
 def loss_pct(path: Path) -> float:
     """Share of the autopilot's frames that never came over a path, 0…100."""
-    if not any(stream.lost for stream in path.streams):  # nearly always, and counting is not cheap
-        return 0.0
     streams = {slot.stream for slot in path.slots.values()}
     frames = sum(slot.count for slot in path.slots.values()) + sum(stream.frames for stream in streams)
     lost = sum(stream.lost for stream in streams)

@@ -1,9 +1,10 @@
-"""Which ways lead to a vehicle, and whether it is one vehicle at all (security.md B.6-24…26, performance of links C.5).
+"""Which ways lead to a vehicle, and whether it is one vehicle at all (security.md B.6-24…26, faults of links C.5).
 
 * A second *link* that brings the same system id is asked who it is; the same hardware id and boot clock make it a
   second way to the vehicle. The freshest way is used; another is taken within 2 s when it falls silent.
 * A second *address* on the same link is somebody else, or a forger: nothing of it is used and nothing is sent there,
   until the first one has been silent for 3 s (a NAT or a modem gave it a new address), or a valid signature proves it.
+  Who is armed is followed to a new address only when it is known to be the same.
 * Two vehicles with one id are told by hardware id, by boot clocks that alternate, or by heartbeats from two addresses.
   Then the id is not commanded any more, stops excepted.
 """
@@ -14,34 +15,42 @@ from collections.abc import Callable
 
 from tui_gcs.core.boot_clock import BootClock, Step
 from tui_gcs.core.clock import Clock
+from tui_gcs.core.copies import Copies
+from tui_gcs.core.doubts import Doubts
 from tui_gcs.core.events import ALERT, ERROR, NOTICE, WARNING, EventLog
 from tui_gcs.core.messages import EventClass
-from tui_gcs.core.vehicle import Path, PathState, Vehicle
+from tui_gcs.core.vehicle import HIGH_LATENCY_LOST_S, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.intake import Slot, Source
 
 REBIND_S = 3.0
-"""Silence of the address in use after which another one may take over."""
+"""Silence of the vehicle after which another address may take over."""
 SWITCH_S = 1.2
 """Silence of the path in use after which another accepted one is used: well within 2 s at 1 Hz of heartbeats."""
-AHEAD_S, AHEAD_LOOKS = 0.3, 3
-"""News on another path newer by this, in so many looks in a row: that path is the fresher one."""
+AHEAD_S, AHEAD_LOOKS = 0.3, 5
+"""News on another path newer by this, in so many looks in a row: that path is the fresher one. A link that is up for
+2 s at a time never is."""
 LOOK_S = 1.0
 SAME_BOOT_S = 3.0
 """Boot clocks of one vehicle over two links differ by their delays only."""
+DIFFERS_S = 1.0
+"""What contradicts for so long is another vehicle; less may be a reboot that one link told first."""
 TWIN_STEPS, TWIN_S = 2, 5.0
-"""So many returns to a clock that was left, within this time, are two vehicles."""
-SECOND_HEARTBEATS, SECOND_S = 3, 1.5
-"""Heartbeats from a second address, over this time and beside the first: no stray frame."""
+"""So many turns of two boot clocks, within this time, are two vehicles."""
+SECOND_HEARTBEATS, SECOND_S, SECOND_WITHIN_S = 3, 1.5, 5.0
+"""Heartbeats from a second address, over and within these times and beside the first: no stray frame."""
 RESOLVED_S = 10.0
 """Without further evidence for so long, a conflict is over."""
 UID_ALTERNATES_S = 5.0
 MOST_PATHS = 8
-"""Of one vehicle; further sources are counted only."""
+"""Of one vehicle; the one that was silent longest makes room."""
+FORGOTTEN_S = 120.0
+"""A path that was never accepted is forgotten after so much silence."""
 ASK_S, ASK_OFTEN = 1.0, 5
 """A candidate is asked who it is every second, five times; then every 10 s."""
+ASK_LONG = 7
+"""Who does not answer so many questions is taken for what its id says, unproven: it may be all that is heard of it."""
 
-AUTOPILOT_VERSION = 148
-ON = Step.ON
+HEARTBEAT, AUTOPILOT_VERSION = 0, 148
 
 
 class PathBook:
@@ -52,12 +61,13 @@ class PathBook:
         self._clock = clock
         self._events = events
         self._dropped = dropped
+        self._doubts = Doubts()
         self._twin_s: dict[int, list[float]] = {}
         self._next_look_s = -math.inf
         self.on_move: list[Callable[[Vehicle], None]] = []
         """Called when a vehicle is heard from an address that nobody has vouched for: it may be somebody else."""
-        self.on_switch: list[Callable[[Vehicle], None]] = []
-        """Called when another proven path of the same vehicle is used from now on."""
+        self.on_replace: list[Callable[[Vehicle], None]] = []
+        """Called when it is known that another vehicle has this id now."""
         self.on_reboot: list[Callable[[Vehicle], None]] = []
 
     # ---------------------------------------------------------------- new ways
@@ -70,12 +80,13 @@ class PathBook:
     def add(self, vehicle: Vehicle, source: Source) -> Path | None:
         """Another source brings this vehicle's id: a path to be judged; None if there are too many already."""
         if len(vehicle.paths) >= MOST_PATHS:
-            silent = min(vehicle.paths, key=lambda path: path.heard_s)
-            if silent is vehicle.path or silent.state is PathState.USED:
+            others = [path for path in vehicle.paths if path.state is not PathState.USED]
+            if not others:
                 return None
-            vehicle.paths.remove(silent)
-        same_link = any(path.source.link == source.link for path in vehicle.used_paths())
-        path = Path(source, PathState.CONFLICT if same_link else PathState.CANDIDATE, self._clock.now())
+            self._drop(vehicle, min(others, key=lambda path: path.heard_s))
+        path = Path(source, PathState.CANDIDATE, self._clock.now())
+        if _shares_link(vehicle, path):
+            path.state = PathState.CONFLICT
         vehicle.paths.append(path)
         return path
 
@@ -88,54 +99,79 @@ class PathBook:
         if path is None:
             slot.stream.source.forget(slot.system)
             return False
+        if slot.component != vehicle.component:  # a camera of its own address: says nothing of its vehicle's
+            self._dropped["component at another address"] += 1
+            return False
         self._dropped["second source of one system id"] += 1
         if vehicle.keyed:  # the gate let only good signatures through: this is the vehicle
             self._accept(vehicle, path, "proven by its signature")
             self._use(vehicle, path)
-        elif now - vehicle.path.heard_s > REBIND_S:
-            self._rebind(vehicle, path)
-        elif path.state is PathState.CANDIDATE:
-            self._learn(vehicle, path, slot)
+            return False
+        path.slots[slot.msgid] = slot
+        if slot.msgid == AUTOPILOT_VERSION:
+            path.uid, path.answered = uid_of(slot), True
+        elif slot.msgid == HEARTBEAT:
+            newest_s = path.beats_s[1 - SECOND_HEARTBEATS :]
+            path.beats_s = [*(t for t in newest_s if now - t < SECOND_WITHIN_S), now]
+        if now - vehicle.heard_s > REBIND_S:
+            self._instead(vehicle, path, now)
+        elif _shares_link(vehicle, path):
+            path.state = PathState.CONFLICT
+            self._beside(vehicle, path, now)
         else:
-            self._second(vehicle, path, slot, now)
+            self._on_another_link(vehicle, path, slot, now)
         return False
 
-    def _second(self, vehicle: Vehicle, path: Path, slot: Slot, now: float) -> None:
+    def _beside(self, vehicle: Vehicle, path: Path, now: float) -> None:
+        """Somebody else on the same link."""
         text = "a second source uses this system id: its frames are not used"
         self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ERROR, every_s=30)
-        if slot.msgid == 0 and slot.component == vehicle.component and now - vehicle.path.heard_s < SECOND_S:
-            path.heartbeats += 1
-        if path.heartbeats >= SECOND_HEARTBEATS and now - path.since_s >= SECOND_S:
+        beats_s = path.beats_s
+        if len(beats_s) >= SECOND_HEARTBEATS and beats_s[-1] - beats_s[0] >= SECOND_S and beats_s[-1] == now:
             self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
 
-    def _learn(self, vehicle: Vehicle, path: Path, slot: Slot) -> None:
-        """What a candidate says of itself."""
-        if slot.component == vehicle.component:
-            path.slots[slot.msgid] = slot
-        if slot.msgid == AUTOPILOT_VERSION:
-            path.uid = uid_of(slot)
-        if path.uid and vehicle.uid and path.uid != vehicle.uid:
-            path.state = PathState.CONFLICT
-            self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
-            return
-        offset_s = path.boot_offset_s() - vehicle.path.boot_offset_s()
-        if abs(offset_s) > SAME_BOOT_S:
-            path.state = PathState.CONFLICT
-            self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
-        elif not math.isnan(offset_s) and path.uid == vehicle.uid:
+    def _on_another_link(self, vehicle: Vehicle, path: Path, slot: Slot, now: float) -> None:
+        same = _is_same(vehicle, path, now, silent=False)
+        if same:
             self._accept(vehicle, path, "the same vehicle")
+            return
+        if same is None:
+            path.differs_s = math.inf
+        else:
+            path.differs_s = min(path.differs_s, now)
+        if now - path.differs_s >= DIFFERS_S:
+            path.state = PathState.CONFLICT
+        if path.state is PathState.CONFLICT and (same is False or slot.msgid == HEARTBEAT):
+            self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
+
+    def _instead(self, vehicle: Vehicle, path: Path, now: float) -> None:
+        """The vehicle is silent: this may be its new address."""
+        path.state = PathState.CANDIDATE
+        same = _is_same(vehicle, path, now, silent=True)
+        text = f"heard from another address on {path.source.link}: asked who it is"
+        if same:
+            self._follow(vehicle, path)
+        elif not vehicle.armed or (same is None and path.asked > ASK_LONG):
+            self._rebind(vehicle, path)
+        elif same is None:
+            self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING, every_s=30)
+        elif same is False:
+            text = f"another vehicle uses id {vehicle.system}; the one that was armed is not heard"
+            self.block(vehicle, text, in_flight=False)
 
     def candidates(self, vehicles: list[Vehicle]) -> list[tuple[Vehicle, Path]]:
-        """Paths that are to be asked now who is there; each is asked at most once a second."""
+        """Paths on which is to be asked now who is there; each at most once a second."""
         now = self._clock.now()
-        due = []
+        due = [(vehicle, vehicle.path) for vehicle in self._doubts.due(now)]
         for vehicle in vehicles:
             if len(vehicle.paths) == 1:
                 continue
             for path in vehicle.paths:
-                if path.state is PathState.CANDIDATE and now >= path.ask_next_s and now - path.heard_s < REBIND_S:
+                if path.state is PathState.USED or now < path.ask_next_s or now - path.heard_s >= REBIND_S:
+                    continue
+                if path.state is PathState.CANDIDATE or not _shares_link(vehicle, path):
                     path.asked += 1
-                    path.ask_next_s = now + (ASK_S if path.asked < ASK_OFTEN else 10 * ASK_S)
+                    path.ask_next_s = now + (ASK_S if path.asked <= ASK_OFTEN else 10 * ASK_S)
                     due.append((vehicle, path))
         return due
 
@@ -144,108 +180,166 @@ class PathBook:
     def _accept(self, vehicle: Vehicle, path: Path, why: str) -> None:
         path.state = PathState.USED
         path.source.bound += 1
-        if vehicle.recent is None:
-            vehicle.recent = {}
-        self._renew(vehicle)
+        _renew(vehicle)
         text = f"also heard on {path.source.link}: {why}"
+        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
+
+    def _follow(self, vehicle: Vehicle, path: Path) -> None:
+        """The same vehicle at another address."""
+        distant = path.high_latency or vehicle.path.high_latency
+        rebooted = not distant and abs(path.boot_offset_s() - vehicle.path.boot_offset_s()) > SAME_BOOT_S
+        self._take(vehicle, path)
+        text = f"now heard from another address on {path.source.link}: the same vehicle"
         self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE)
+        if rebooted:
+            self._rebooted(vehicle)
 
     def _rebind(self, vehicle: Vehicle, path: Path) -> None:
         """The old address is silent: take the new one, and ask who is there before anything is sent."""
-        for old in [p for p in vehicle.paths if p is not path and p.source.link == path.source.link]:
-            vehicle.paths.remove(old)
-            old.source.forget(vehicle.system)
-            old.source.bound -= old.state is PathState.USED
-        path.state = PathState.USED
-        path.source.bound += 1
-        vehicle.path = path
-        vehicle.identified, vehicle.firmware_token = False, ""
-        path.boot = BootClock()
-        self._renew(vehicle)
+        for other in vehicle.used_paths():
+            _withdraw(other, PathState.CANDIDATE)
+        self._take(vehicle, path)
+        vehicle.forget_boot()
+        vehicle.moved = "heard from another address: asked who it is"
         text = f"now heard from another address on {path.source.link}: who it is, is asked first"
         self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING)
         for listener in self.on_move:
             listener(vehicle)
+        if path.answered:
+            self._known(vehicle, path.uid)
+            vehicle.uid = path.uid
+
+    def _take(self, vehicle: Vehicle, path: Path) -> None:
+        """Use `path` from now on, and no other address on its link."""
+        for other in vehicle.used_paths():
+            if other.source.link == path.source.link:
+                _withdraw(other, PathState.CONFLICT)
+        path.state = PathState.USED
+        path.source.bound += 1
+        self._put_in_use(vehicle, path)
 
     def _use(self, vehicle: Vehicle, path: Path) -> None:
         if vehicle.path is path:
             return
-        before, vehicle.path = vehicle.path, path
-        path.boot = BootClock()
+        text = f"link {path.source.link} used instead of {vehicle.path.source.link}"
+        self._put_in_use(vehicle, path)
+        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
+
+    def _put_in_use(self, vehicle: Vehicle, path: Path) -> None:
+        """Its boot clock goes on where the other was, less what the new way may be slower."""
+        before = vehicle.path.boot
+        if before.boot_ms >= 0:
+            path.boot = BootClock(max(0, before.boot_ms - round(SAME_BOOT_S * 1e3)), before.at_s)
+        vehicle.path = path
         for each in vehicle.paths:
             each.ahead = 0
-        self._renew(vehicle)
-        text = f"link {path.source.link} used instead of {before.source.link}"
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE)
-        for listener in self.on_switch:
-            listener(vehicle)
+        _renew(vehicle)
 
-    def _renew(self, vehicle: Vehicle) -> None:
-        """What is done with frames depends on the paths: look it up anew for each kind."""
-        for path in vehicle.paths:
-            path.source.forget(vehicle.system)
+    def _drop(self, vehicle: Vehicle, path: Path) -> None:
+        vehicle.paths.remove(path)
+        path.source.forget(vehicle.system)
 
     # ---------------------------------------------------------------- time
 
     def tick(self, vehicles: list[Vehicle]) -> None:
         """Use the freshest path, end what is over."""
         now = self._clock.now()
-        look = now >= self._next_look_s
+        look = now >= self._next_look_s - 1e-9
         if look:
             self._next_look_s = now + LOOK_S
         for vehicle in vehicles:
             if len(vehicle.paths) > 1:
                 self._choose(vehicle, now, look=look)
+            if self._doubts.look(vehicle, now, look=look):
+                _renew(vehicle)
             if vehicle.blocked_s > -math.inf and now - vehicle.blocked_s > RESOLVED_S:
                 vehicle.blocked, vehicle.blocked_in_flight, vehicle.blocked_s = "", False, -math.inf
                 text = "only one vehicle uses this id again"
                 self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE)
 
     def _choose(self, vehicle: Vehicle, now: float, *, look: bool) -> None:
-        others = [path for path in vehicle.used_paths() if path is not vehicle.path and now - path.heard_s < SWITCH_S]
-        if not others:
-            return
-        if now - vehicle.path.heard_s > SWITCH_S:
-            self._use(vehicle, max(others, key=lambda path: path.heard_s))
+        if look:
+            self._tidy(vehicle, now)
+        used, silent_s = vehicle.path, now - vehicle.path.heard_s
+        others = [path for path in vehicle.used_paths() if path is not used]
+        fresh = [path for path in others if not path.high_latency and now - path.heard_s < SWITCH_S]
+        if fresh and (silent_s > SWITCH_S or used.high_latency):
+            self._use(vehicle, max(fresh, key=lambda path: path.heard_s))
+        elif not fresh and silent_s > LOST_S and not used.high_latency:
+            distant = [path for path in others if path.high_latency and now - path.heard_s < HIGH_LATENCY_LOST_S]
+            if distant:
+                self._use(vehicle, max(distant, key=lambda path: path.heard_s))
         elif look:
             for path in others:
-                lead_s = vehicle.path.boot_offset_s() - path.boot_offset_s()
+                lead_s = used.boot_offset_s() - path.boot_offset_s() if path in fresh else 0.0
                 path.ahead = path.ahead + 1 if lead_s > AHEAD_S else 0
                 if path.ahead >= AHEAD_LOOKS:
                     self._use(vehicle, path)
                     return
-        if vehicle.recent is not None and look:
-            vehicle.recent = {raw: t for raw, t in vehicle.recent.items() if now - t < REBIND_S}
+
+    def _tidy(self, vehicle: Vehicle, now: float) -> None:
+        if vehicle.copies is not None:
+            vehicle.copies.prune(now)
+        for path in list(vehicle.paths):
+            if path.state is not PathState.USED and now - max(path.heard_s, path.since_s) > FORGOTTEN_S:
+                self._drop(vehicle, path)
 
     # ---------------------------------------------------------------- is it one vehicle?
 
     def boot_time(self, vehicle: Vehicle, boot_ms: int, now: float) -> Step:
         """Judge the boot clock of a new position over the path in use."""
         step = vehicle.path.boot.seen(boot_ms, now)
-        if step is ON:
-            return step
         if step is Step.REBOOT:
-            vehicle.reboots += 1
-            vehicle.identified = False
-            vehicle.prearm_ok = False
-            self._events.say(EventClass.PROCESSING, f"vehicle {vehicle.id}", "rebooted", WARNING)
-            for listener in self.on_reboot:
-                listener(vehicle)
+            self._rebooted(vehicle)
         elif step is Step.TWIN:
-            times = [t for t in self._twin_s.get(vehicle.id, []) if now - t < TWIN_S] + [now]
-            self._twin_s[vehicle.id] = times[-TWIN_STEPS:]
-            if len(times) >= TWIN_STEPS:
-                self.block(vehicle, f"two vehicles use id {vehicle.system} on one address", in_flight=True)
+            self._twin(vehicle, now)
         return step
 
-    def version(self, vehicle: Vehicle, slot: Slot, now: float) -> None:
-        """AUTOPILOT_VERSION came over the path in use: is it the board we know?"""
-        uid = uid_of(slot)
-        if vehicle.uid and uid and uid != vehicle.uid and now - vehicle.uid_s < UID_ALTERNATES_S:
+    def beside(self, slot: Slot, now: float) -> None:
+        """A position over an accepted path that is not in use: only its boot clock is looked at."""
+        vehicle: Vehicle = slot.owner
+        path = vehicle.path_of(slot.stream.source)
+        if path is not None and path.boot.seen(slot.values()[0], now) is Step.TWIN:
+            self._twin(vehicle, now)
+
+    def _twin(self, vehicle: Vehicle, now: float) -> None:
+        times = [t for t in self._twin_s.get(vehicle.id, []) if now - t < TWIN_S] + [now]
+        self._twin_s[vehicle.id] = times[-TWIN_STEPS:]
+        if len(times) >= TWIN_STEPS:
+            self._doubts.confirm(vehicle, now)
             self.block(vehicle, f"two vehicles use id {vehicle.system} on one address", in_flight=True)
-        if uid != vehicle.uid:
-            vehicle.uid = uid
-        vehicle.uid_s = now
+
+    def _rebooted(self, vehicle: Vehicle) -> None:
+        vehicle.reboots += 1
+        vehicle.forget_boot()
+        self._events.say(EventClass.PROCESSING, f"vehicle {vehicle.id}", "rebooted", WARNING)
+        for listener in self.on_reboot:
+            listener(vehicle)
+
+    def version(self, vehicle: Vehicle, slot: Slot, now: float) -> None:
+        """AUTOPILOT_VERSION came over an accepted path: is it the board we know?"""
+        uid = uid_of(slot)
+        if vehicle.moved:
+            self._known(vehicle, uid)
+        elif vehicle.uid and uid and uid != vehicle.uid:
+            if now - vehicle.uid_s < UID_ALTERNATES_S:
+                self._doubts.confirm(vehicle, now)
+                self.block(vehicle, f"two vehicles use id {vehicle.system} on one address", in_flight=True)
+            else:
+                self._replaced(vehicle)
+        vehicle.uid, vehicle.uid_s = uid, now
+
+    def _known(self, vehicle: Vehicle, uid: str) -> None:
+        """It said who it is, at its new address."""
+        vehicle.moved = ""
+        if vehicle.uid and uid != vehicle.uid:
+            self._replaced(vehicle)
+
+    def _replaced(self, vehicle: Vehicle) -> None:
+        text = f"another vehicle has id {vehicle.system} now: it does not go on with what the other one did"
+        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING)
+        for listener in self.on_replace:
+            listener(vehicle)
 
     def block(self, vehicle: Vehicle, why: str, *, in_flight: bool) -> None:
         """Evidence that this id is not one vehicle: no commands but stops, until it is gone."""
@@ -258,9 +352,51 @@ class PathBook:
     def forget(self, vehicle: Vehicle) -> None:
         """The vehicle is not known any more."""
         self._twin_s.pop(vehicle.id, None)
+        self._doubts.forget(vehicle)
         for path in vehicle.paths:
             path.source.forget(vehicle.system)
             path.source.bound -= path.state is PathState.USED
+
+
+def _shares_link(vehicle: Vehicle, path: Path) -> bool:
+    """Whether `path` is another address on a link over which the vehicle is heard."""
+    return any(used.source.link == path.source.link for used in vehicle.used_paths() if used is not path)
+
+
+def _withdraw(path: Path, state: PathState) -> None:
+    path.state = state
+    path.source.bound -= 1
+    path.asked, path.ask_next_s, path.uid, path.answered = 0, -math.inf, "", False
+    path.beats_s, path.differs_s = [], math.inf
+
+
+def _renew(vehicle: Vehicle) -> None:
+    """What is done with frames depends on the paths: look it up anew for each kind."""
+    if len(vehicle.used_paths()) == 1:
+        vehicle.copies = None
+    elif vehicle.copies is None:
+        vehicle.copies = Copies()
+    for path in vehicle.paths:
+        path.source.forget(vehicle.system)
+
+
+def _is_same(vehicle: Vehicle, path: Path, now: float, *, silent: bool) -> bool | None:
+    """Whether `path` leads to the vehicle, by hardware id and boot clock; None: not known yet.
+
+    With `silent` the vehicle has not been heard for a while, and may have rebooted.
+    """
+    if path.uid and vehicle.uid and path.uid != vehicle.uid:
+        return False
+    same_board = path.uid == vehicle.uid
+    heard_since_s = -math.inf if silent or vehicle.path.high_latency else now - REBIND_S
+    apart_s = abs(path.boot_offset_s(now - REBIND_S) - vehicle.path.boot_offset_s(heard_since_s))
+    if path.high_latency or vehicle.path.high_latency:  # nobody is asked over a satellite, and it may take a minute
+        return True if apart_s < HIGH_LATENCY_LOST_S else None
+    if apart_s <= SAME_BOOT_S:
+        return True if same_board else None
+    if silent:
+        return True if same_board and path.uid else None
+    return None if math.isnan(apart_s) else False
 
 
 def uid_of(slot: Slot) -> str:

@@ -17,7 +17,7 @@ from tui_gcs.core.clock import Clock
 from tui_gcs.core.door import Door
 from tui_gcs.core.events import WARNING, EventLog
 from tui_gcs.core.executive import Executive
-from tui_gcs.core.firmware.ardupilot import ArduCopter
+from tui_gcs.core.firmware.ardupilot import CMD_REQUEST_MESSAGE, ArduCopter
 from tui_gcs.core.fleet import Fields, Fleet
 from tui_gcs.core.flights import FlightBook
 from tui_gcs.core.forward import Endpoint, Forwarder
@@ -51,6 +51,8 @@ SYSTEM_ID = {Kind.SIM: 254, Kind.LIVE: 255}
 """SIM and LIVE stations never speak with the same id (architecture.md)."""
 WHO_ARE_YOU = (148, 33)
 """AUTOPILOT_VERSION and GLOBAL_POSITION_INT: hardware id and boot clock tell whether it is the vehicle we know."""
+ASKED_S = 5.0
+"""So long the answer to that may take."""
 COMPONENT_ID = 190
 """MAV_COMP_ID_MISSIONPLANNER, by convention any ground station."""
 
@@ -295,7 +297,8 @@ class Station:
         self.fleet.on_message("COMMAND_ACK", self._on_ack)
         self.fleet.on_gone(self._on_gone)
         self.fleet.on_radio(lambda source, fields: self.rates.radio_status(source.link, fields))
-        self.fleet.paths.on_reboot.append(self.rates.forget)
+        self.fleet.paths.on_reboot.append(self._on_reboot)
+        self.fleet.paths.on_replace.append(self._on_replace)
         self.fleet.paths.on_move.append(self._on_move)
         self.trust.on_change.append(self._on_keys)
         self.bus.subscribe(keys.PLAN.format(team="*"), self._on_plan)
@@ -303,6 +306,9 @@ class Station:
         self.bus.watch(keys.ALIVE.format(principal="*"), self._on_alive)
 
     def _on_ack(self, vehicle: Vehicle, fields: Fields) -> None:
+        asked = fields["command"] == CMD_REQUEST_MESSAGE and self.clock.now() - vehicle.asked_s < ASKED_S
+        if asked and not self.commands.pending(vehicle.id, "identify"):
+            return
         if fields.get("target_system", 0) in (0, SYSTEM_ID[self.config.kind]):
             self.commands.on_ack(vehicle, fields["command"], fields["result"])
         else:
@@ -311,6 +317,15 @@ class Station:
     def _on_move(self, vehicle: Vehicle) -> None:
         self.rates.forget(vehicle)
         self.executive.moved(vehicle)
+
+    def _on_reboot(self, vehicle: Vehicle) -> None:
+        self.rates.forget(vehicle)
+        self.commands.cancel(vehicle.id, keep_stops=True, housekeeping=True)
+        self.executive.rebooted(vehicle)
+
+    def _on_replace(self, vehicle: Vehicle) -> None:
+        self.rates.forget(vehicle)
+        self.executive.replaced(vehicle)
 
     def _on_gone(self, vehicle: Vehicle) -> None:
         self.commands.cancel(vehicle.id, housekeeping=True)

@@ -3,11 +3,15 @@
 import math
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from tui_gcs.core.boot_clock import BootClock
 from tui_gcs.core.links.base import Address
 from tui_gcs.core.messages import Freshness, Vec3
 from tui_gcs.core.wire.intake import Slot, Source, Stream
+
+if TYPE_CHECKING:
+    from tui_gcs.core.copies import Copies
 
 NAN = math.nan
 UNKNOWN_POSITION: Vec3 = (NAN, NAN, NAN)
@@ -64,7 +68,12 @@ class Path:
     """Hardware id that was answered over this path."""
     asked: int = 0
     ask_next_s: float = -math.inf
-    heartbeats: int = 0
+    answered: bool = False
+    """AUTOPILOT_VERSION came over this path while it was asked who it is."""
+    beats_s: list[float] = field(default_factory=list)
+    """Newest heartbeats while it was not accepted."""
+    differs_s: float = math.inf
+    """Since when what comes this way contradicts what is known of the vehicle."""
     ahead: int = 0
     """How many looks in a row found this path's news newer than those of the path in use."""
 
@@ -74,13 +83,20 @@ class Path:
         streams = self.streams
         return streams[0].heard_s if len(streams) == 1 else max((s.heard_s for s in streams), default=-math.inf)
 
-    def boot_offset_s(self) -> float:
-        """Station time minus the vehicle's boot clock in its newest position; NaN if none came this way."""
-        slot = self.slots.get(GLOBAL_POSITION_INT)
-        return math.nan if slot is None or not slot.raw else slot.t_s - slot.values()[0] / 1e3
+    @property
+    def high_latency(self) -> bool:
+        """Only HIGH_LATENCY2 comes this way: a satellite link, silent most of the time."""
+        return HIGH_LATENCY2 in self.slots and HEARTBEAT not in self.slots
+
+    def boot_offset_s(self, since_s: float = -math.inf) -> float:
+        """Station time minus the vehicle's boot clock in its newest position; NaN if none came this way `since_s`."""
+        slot = self.slots.get(HIGH_LATENCY2 if self.high_latency else GLOBAL_POSITION_INT)
+        if slot is None or not slot.raw or slot.t_s < since_s:
+            return math.nan
+        return slot.t_s - float(slot.values()[0]) / 1e3
 
 
-GLOBAL_POSITION_INT = 33
+HEARTBEAT, GLOBAL_POSITION_INT, HIGH_LATENCY2 = 0, 33, 235
 
 
 @dataclass(eq=False, slots=True)
@@ -115,6 +131,12 @@ class Vehicle:
     """When the newest evidence for the block came."""
     untrusted: str = ""
     """Why nothing it sends proves who it is, so that it is not commanded; empty if all is well."""
+    moved: str = ""
+    """Heard from an address that nobody vouched for, and not known yet who it is; empty if all is well."""
+    asked_s: float = -math.inf
+    """When it was last asked who it is over any path; the ACK of that is nobody's."""
+    watched: bool = False
+    """Each of its positions is looked at as it comes: there may be two of them."""
     custom_mode: int = 0
     armed: bool = False
     system_status: int = 0
@@ -141,7 +163,7 @@ class Vehicle:
     """AUTOPILOT_VERSION was received."""
     loss_pct: float = 0.0
     """Share of frames that never came over the path in use, 0…100; measured once a second."""
-    recent: dict[bytes, float] | None = None
+    copies: "Copies | None" = None
     """Frames of the last seconds, where the same may come over several paths."""
     recent_reasons: list[tuple[float, str]] = field(default_factory=list)
     """(time, text) of the newest status texts that may explain a refusal."""
@@ -195,17 +217,16 @@ class Vehicle:
         """Where what we send to it goes."""
         return self.path.source.address
 
-    @property
-    def lost_after_s(self) -> float:
-        """Silence after which it is LOST."""
-        return HIGH_LATENCY_LOST_S if self.high_latency_s > self.heartbeat_s else LOST_S
+    def lost_after_s(self, now: float) -> float:
+        """Silence after which it is LOST: longer while it speaks over a satellite, too."""
+        return HIGH_LATENCY_LOST_S if now - self.high_latency_s < HIGH_LATENCY_LOST_S else LOST_S
 
     @property
     def no_commands(self) -> str:
         """Why it must not be commanded now, stops excepted; "" if it may."""
         if self.blocked and (self.blocked_in_flight or not self.airborne):
             return self.blocked
-        return self.untrusted
+        return self.untrusted or self.moved
 
     def used_paths(self) -> list[Path]:
         """The ways on which it is this vehicle."""
@@ -221,11 +242,20 @@ class Vehicle:
 
     def freshness(self, now: float) -> Freshness:
         """OK, STALE or LOST at time `now`."""
-        if now - self.heard_s > self.lost_after_s:
+        silent_s = now - self.heard_s
+        if silent_s > LOST_S and silent_s > self.lost_after_s(now):
             return Freshness.LOST
         if now - self.position_s > (HIGH_LATENCY_LOST_S if self.high_latency_s > self.heartbeat_s else STALE_S):
             return Freshness.STALE
         return Freshness.OK
+
+    def forget_boot(self) -> None:
+        """It rebooted, or is another one: what was true before is not known any more (B.6-103)."""
+        self.identified, self.firmware_token = False, ""
+        self.prearm_ok, self.landed_state, self.home_m = False, 0, None
+        self.has_battery_status, self.battery_pct, self.battery_v = False, NAN, NAN
+        self.gps_fix, self.satellites, self.position_error_m, self.ekf_flags = 0, -1, NAN, -1
+        self.recent_reasons, self.flickers_s, self.suspect_jumps = [], [], 0
 
     def silent_s(self, message: int, now: float) -> float:
         """Time since message id `message` last came from its autopilot, over the path in use."""

@@ -128,7 +128,8 @@ class ArduCopter:
     def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> Action:
         """Stop `vehicle`, whatever it does: what that takes is decided anew for every copy.
 
-        In the air: in GUIDED a position target at `where()`, in any other mode BRAKE. On the ground and armed: disarm
+        In the air: in GUIDED a position target at `where()`, in any other mode BRAKE; BRAKE, too, where it is not sure
+        who would fly to that place. On the ground and armed: disarm
         (a start was cancelled). Armed, but no position tells where it is: BRAKE, which ends a climb and harms nobody on
         the ground. Its mode may change between two heartbeats, and it may lift off after the first copy.
         Done when it hardly moves, and not only in the moment the hold was sent, or when it is disarmed.
@@ -136,7 +137,7 @@ class ArduCopter:
         name = vehicle.id
 
         def send(copy: int) -> None:
-            if vehicle.airborne and vehicle.custom_mode == GUIDED:
+            if vehicle.airborne and vehicle.custom_mode == GUIDED and not vehicle.no_commands:
                 self.position(name, where())
             elif vehicle.airborne or (vehicle.armed and vehicle.heartbeat_s - vehicle.position_s > BLIND_S):
                 self._long(name, "hold", CMD_SET_MODE, copy, CUSTOM_MODE_ENABLED, BRAKE)

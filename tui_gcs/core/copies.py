@@ -1,0 +1,38 @@
+"""Frames of a vehicle that come over several paths: each counts once, whichever path brings it first."""
+
+from tui_gcs.core.vehicle import Path
+
+KEPT_S = 3.0
+"""Longer than one path is slower than another."""
+MOST = 4096
+"""Of one vehicle: 3 s of a very talkative one."""
+
+
+class Copies:
+    """The newest frames of one vehicle, and who brought them."""
+
+    def __init__(self) -> None:
+        """None yet."""
+        self._brought: dict[bytes, tuple[float, tuple[Path, ...]]] = {}
+
+    def __len__(self) -> int:
+        return len(self._brought)
+
+    def first(self, raw: bytes, path: Path, now: float) -> bool:
+        """Note that `path` brought this frame; whether it is the first that did."""
+        known = self._brought.get(raw)
+        if known is None:
+            if len(self._brought) < MOST:
+                self._brought[raw] = (now, (path,))
+            return True
+        self._brought[raw] = (known[0], (*known[1], path) if path not in known[1] else known[1])
+        return False
+
+    def is_copy(self, raw: bytes, path: Path) -> bool:
+        """Whether another path brought this frame, and this one has not yet: no replay, and checked already."""
+        known = self._brought.get(raw)
+        return known is not None and path not in known[1]
+
+    def prune(self, now: float) -> None:
+        """Forget what is old."""
+        self._brought = {raw: known for raw, known in self._brought.items() if now - known[0] < KEPT_S}

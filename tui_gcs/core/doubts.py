@@ -1,0 +1,92 @@
+"""Vehicles that are asked who they are once more: they were silent, or their frames are not numbered in one row.
+
+After a reboot ArduPilot sends little but heartbeats, and so does a second vehicle that has just been switched on: no
+boot clock tells of either. Their sequence numbers do, or the silence before.
+"""
+
+import math
+from dataclasses import dataclass
+
+from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, Path, Vehicle
+
+QUIET_S = 1.2
+"""Nobody reboots in less (ArduPilot: 1 to 2 s)."""
+NEWS_S = 0.3
+"""A position that came within this time tells what is to be known."""
+ASK_S, SELDOM_S = 1.0, 30.0
+"""Asked again after this time, each time after twice as long, while nothing is found."""
+DOUBT_S, QUIET_DOUBT_S = 10.0, 5.0
+"""A doubt ends when nothing has fed it for so long."""
+
+
+@dataclass
+class _Doubt:
+    vehicle: Vehicle
+    since_s: float
+    until_s: float
+    next_s: float
+    gap_s: float = ASK_S
+
+
+class Doubts:
+    """All vehicles in doubt."""
+
+    def __init__(self) -> None:
+        """None."""
+        self._doubts: dict[int, _Doubt] = {}
+        self._quiet: set[int] = set()
+        self._odd: dict[int, int] = {}
+
+    def look(self, vehicle: Vehicle, now: float, *, look: bool) -> bool:
+        """Look for reasons; with `look`, once a second, at sequence numbers, too. True: `watched` changed."""
+        doubt = self._doubts.get(vehicle.id)
+        if now - vehicle.path.heard_s > QUIET_S:
+            self._quiet.add(vehicle.id)
+        elif vehicle.id in self._quiet:
+            self._quiet.discard(vehicle.id)
+            if doubt is None and _position_s(vehicle.path) < now - NEWS_S:
+                self._doubts[vehicle.id] = _Doubt(vehicle, now, now + QUIET_DOUBT_S, now)
+        elif doubt is not None and not vehicle.watched and _position_s(vehicle.path) > doubt.since_s:
+            del self._doubts[vehicle.id]
+        return self._look_at_numbers(vehicle, now) if look else False
+
+    def _look_at_numbers(self, vehicle: Vehicle, now: float) -> bool:
+        odd = sum(stream.odd for path in vehicle.used_paths() for stream in path.streams)
+        before = self._odd.get(vehicle.id, 0)
+        if odd != before:
+            self._odd[vehicle.id] = odd
+        if odd > before:
+            doubt = self._doubts.setdefault(vehicle.id, _Doubt(vehicle, now, now, now))
+            doubt.until_s = now + DOUBT_S
+        watched = vehicle.watched
+        vehicle.watched = vehicle.id in self._doubts and (watched or odd > before)
+        return vehicle.watched is not watched
+
+    def confirm(self, vehicle: Vehicle, now: float) -> None:
+        """There are two: go on asking."""
+        doubt = self._doubts.get(vehicle.id)
+        if doubt is not None:
+            doubt.gap_s, doubt.until_s = ASK_S, now + DOUBT_S
+
+    def due(self, now: float) -> list[Vehicle]:
+        """Who is to be asked now."""
+        due = []
+        for number, doubt in list(self._doubts.items()):
+            if now >= doubt.until_s:
+                del self._doubts[number]
+            elif now >= doubt.next_s:
+                doubt.next_s, doubt.gap_s = now + doubt.gap_s, min(2 * doubt.gap_s, SELDOM_S)
+                if now - doubt.vehicle.path.heard_s < QUIET_S:
+                    due.append(doubt.vehicle)
+        return due
+
+    def forget(self, vehicle: Vehicle) -> None:
+        """The vehicle is not known any more."""
+        self._doubts.pop(vehicle.id, None)
+        self._odd.pop(vehicle.id, None)
+        self._quiet.discard(vehicle.id)
+
+
+def _position_s(path: Path) -> float:
+    slot = path.slots.get(GLOBAL_POSITION_INT)
+    return slot.t_s if slot is not None else -math.inf
