@@ -215,8 +215,10 @@ class Fleet:
                 slot.route, slot.call = CALL, self.paths.beside
         elif slot.msgid == HEARTBEAT and path is not vehicle.path:
             slot.route = 0
-        elif heard or slot.msgid in telemetry.every or slot.msgid in (AUTOPILOT_VERSION, STATUSTEXT):
+        elif heard or slot.msgid in (AUTOPILOT_VERSION, STATUSTEXT):
             slot.route, slot.call = CALL, self._every
+        elif slot.msgid in telemetry.every:
+            slot.route, slot.call = CALL, telemetry.every[slot.msgid]
 
     def _refuse(self, slot: Slot, reason: str) -> None:
         dropped = self.dropped
@@ -432,6 +434,8 @@ def _count_once(slot: Slot, vehicle: Vehicle, path: Path, copies: Copies, droppe
 
 def loss_pct(path: Path) -> float:
     """Share of the autopilot's frames that never came over a path, 0…100."""
+    if not any(stream.lost for stream in path.streams):  # nearly always, and counting is not cheap
+        return 0.0
     streams = {slot.stream for slot in path.slots.values()}
     frames = sum(slot.count for slot in path.slots.values()) + sum(stream.frames for stream in streams)
     lost = sum(stream.lost for stream in streams)

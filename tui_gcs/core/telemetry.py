@@ -8,6 +8,7 @@ import math
 import struct
 from collections import Counter
 from collections.abc import Callable
+from typing import Any
 
 from tui_gcs.core.boot_clock import FITS_MS, Step
 from tui_gcs.core.clock import Clock
@@ -47,6 +48,33 @@ COUNTS = (Step.ON, Step.REBOOT)
 
 JudgeBoot = Callable[[Vehicle, int, float], Step]
 Handler = Callable[[Slot, float], None]
+
+
+class Front:
+    """The first fields of a message, where all that a handler needs is in front of what may be cut off or new."""
+
+    def __init__(self, layout: str) -> None:
+        """`layout` as for `struct`, in wire order."""
+        made = struct.Struct("<" + layout)
+        self.size = made.size
+        self.unpack_from = made.unpack_from
+
+    def values(self, slot: Slot) -> tuple[Any, ...]:
+        """At least these fields of the newest frame."""
+        raw = slot.raw
+        if raw[1] >= self.size and raw[0] == MAGIC_V2:
+            return self.unpack_from(raw, 10)
+        return slot.values()
+
+
+_HEARTBEAT = Front("IBBBB").values
+_GPS = Front("QiiiHHHHBB").values
+GPS_BYTES = 30
+"""GPS_RAW_INT without what came later (h_acc and so on)."""
+_SYS_STATUS = Front("IIIHHhHHHHHHb").values
+_BATTERY = Front("iih10HhBBBb").values
+_EXTENDED_STATE = Front("BB").values
+_EKF = Front("fffffH").values
 
 
 class Telemetry:
@@ -100,7 +128,7 @@ class Telemetry:
         elif self._judge_boot(vehicle, boot_ms, now) not in COUNTS:
             self._dropped["late position"] += 1
             return
-        lat_deg, lon_deg = lat / 1e7, lon / 1e7
+        lat_deg, lon_deg = lat / 10_000_000, lon / 10_000_000  # of two integers is the faster division
         if not (-90.0 <= lat_deg <= 90.0 and -180.0 <= lon_deg <= 180.0) or (lat == 0 and lon == 0):
             self._dropped["invalid position"] += 1
             return
@@ -108,7 +136,7 @@ class Telemetry:
         if not -180.0 <= east_deg < 180.0:
             east_deg = (east_deg + 180.0) % 360.0 - 180.0
         x, y = east_deg * self._east_m, (lat_deg - self._lat_deg) * self._north_m  # as LocalFrame.to_enu
-        place = (x, y, alt_rel_mm / 1e3)
+        place = (x, y, alt_rel_mm / 1000)
         before = vehicle.position_m
         if abs(x - before[0]) + abs(y - before[1]) < NEAR_M and not vehicle.suspect_jumps:
             pass
@@ -116,7 +144,7 @@ class Telemetry:
             self._dropped["implausible position"] += 1
             return
         vehicle.lat_deg, vehicle.lon_deg = lat_deg, lon_deg
-        vehicle.alt_rel_m, vehicle.alt_amsl_m = place[2], alt_mm / 1e3
+        vehicle.alt_rel_m, vehicle.alt_amsl_m = place[2], alt_mm / 1000
         vehicle.position_m = place
         vehicle.velocity_m_s = (vy / 100, vx / 100, -vz / 100)
         vehicle.heading_deg = heading / 100 if heading <= 36000 else NAN
@@ -143,8 +171,9 @@ class Telemetry:
 
     def _gps(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
-        values = slot.values()
-        eph, fix_type, satellites, h_acc = values[4], values[8], values[9], values[11]
+        values = _GPS(slot) if slot.raw[1] == GPS_BYTES else slot.values()
+        eph, fix_type, satellites = values[4], values[8], values[9]
+        h_acc = values[11] if len(values) > 11 else 0
         vehicle.gps_fix = fix_type
         vehicle.satellites = satellites if satellites != 255 else -1
         hdop_m = HDOP_M * eph / 100 if eph != 65535 else NAN
@@ -166,7 +195,7 @@ class Telemetry:
 
     def _heartbeat(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
-        custom_mode, kind, autopilot, base_mode, system_status, _ = slot.values()
+        custom_mode, kind, autopilot, base_mode, system_status = _HEARTBEAT(slot)[:5]
         vehicle.heartbeat_s = now
         vehicle.autopilot, vehicle.type = autopilot, kind
         vehicle.custom_mode = custom_mode
@@ -186,15 +215,15 @@ class Telemetry:
 
     def _extended_state(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
-        vehicle.landed_state = slot.values()[1]
+        vehicle.landed_state = _EXTENDED_STATE(slot)[1]
 
     def _ekf(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
-        vehicle.ekf_flags = slot.values()[5]
+        vehicle.ekf_flags = _EKF(slot)[5]
 
     def _sys_status(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
-        values = slot.values()
+        values = _SYS_STATUS(slot)
         prearm_check = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
         vehicle.prearm_ok = bool(values[2] & prearm_check)
         if not vehicle.has_battery_status:
@@ -203,7 +232,7 @@ class Telemetry:
 
     def _battery(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
-        values = slot.values()
+        values = _BATTERY(slot)
         if values[14] != 0:  # a second battery
             return
         vehicle.has_battery_status = True
