@@ -4,6 +4,7 @@ Actions are one journal line each; set-points, which are many, one summary line 
 """
 
 from collections import Counter
+from collections.abc import Iterator
 from typing import Any
 
 from tui_gcs.core.clock import Clock
@@ -25,6 +26,8 @@ HOUSEKEEPING = frozenset({"HEARTBEAT", "COMMAND_LONG:511", "COMMAND_LONG:512", "
 """What may go to a vehicle that has not proven which kind it is: our heartbeat, answers, requests for information."""
 
 NO_MORE_PARAMETERS = {f"param{i}": 0 for i in range(2, 8)}
+AT_ONCE = 40
+"""Heartbeats sent before others have their turn."""
 HEARTBEAT_ID = b"\x00\x00\x00"
 
 
@@ -68,23 +71,32 @@ class Door:
             return True
         return vehicle.identified and vehicle.firmware_token == self._token
 
-    def heartbeat(self) -> None:
+    def heartbeat(self) -> Iterator[None]:
         """Our 1 Hz heartbeat: once to every address that vehicles are heard from, and to configured partners.
 
-        To vehicles with a key it goes signed, so to each of them by itself. Never over a high-latency link.
+        To vehicles with a key it goes signed, so to each of them by itself. Never over a high-latency link. Sent in
+        parts, because a big fleet's takes some milliseconds.
         """
         frame = self.our_heartbeat()
+        signed: list[tuple[Vehicle, Path]] = []
         targets = {(link.name, partner) for link in self._links.values() for partner in link.partners}
         for vehicle in self._fleet.vehicles.values():
             for path in vehicle.used_paths():
                 if vehicle.keyed:
-                    self._put(path.source.link, path.source.address, self._trust.signed(vehicle, frame))
+                    signed.append((vehicle, path))
                 else:
                     targets.add((path.source.link, path.source.address))
-        for link, address in sorted(targets, key=str):
-            self._put(link, address, frame)
-        if targets or self._fleet.vehicles:
+        if targets or signed:
             self._recorder.write(self._clock.wall(), frame)
+        for number, (vehicle, path) in enumerate(signed, 1):
+            self._put(path.source.link, path.source.address, self._trust.signed(vehicle, frame))
+            if number % AT_ONCE == 0:
+                yield
+        for number, (link, address) in enumerate(sorted(targets, key=str), 1):
+            self._put(link, address, frame)
+            if number % AT_ONCE == 0:
+                yield
+        yield
 
     def our_heartbeat(self) -> bytes:
         """Our heartbeat, unsigned: MAV_TYPE_GCS, no autopilot, active."""

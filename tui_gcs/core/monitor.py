@@ -9,8 +9,11 @@ import math
 from collections.abc import Iterable
 from itertools import islice
 
+import shapely
+
 from tui_gcs.core.flights import FlightBook
 from tui_gcs.core.guard import GROUND_M, Guard
+from tui_gcs.core.messages import Vec3
 from tui_gcs.core.vehicle import Vehicle
 
 
@@ -31,22 +34,47 @@ class FleetMonitor:
     def watch(self, vehicles: Iterable[Vehicle]) -> None:
         """Take one sample."""
         flying = [v for v in vehicles if v.airborne and v.has_position()]
-        for vehicle in flying:
-            self.outside_area_m = max(self.outside_area_m, self._guard.outside_m(vehicle.position_m))
-        free = [v for v in flying if v.position_m[2] > GROUND_M and not self._in_column(v)]
+        if flying:
+            self._measure_outside([v.position_m for v in flying])
+        self._measure_pairs([v.position_m for v in flying if v.position_m[2] > GROUND_M and not self._in_column(v)])
+
+    def _measure_outside(self, places: list[Vec3]) -> None:
+        points = shapely.points([place[:2] for place in places])
+        self.outside_area_m = max(self.outside_area_m, float(shapely.distance(self._guard.allowed, points).max()))
+
+    def _measure_pairs(self, places: list[Vec3]) -> None:
+        """Sorted along the direction in which they are spread farther, so that few neighbours are near enough."""
+        across = _spread(places, 0) < _spread(places, 1)
+        if across:
+            places = [(y, x, z) for x, y, z in places]
+        places.sort()
         limits = self._guard.limits
-        places = sorted(v.position_m for v in free)
+        horizontal_m, vertical_m = limits.separation_horizontal_m, limits.separation_vertical_m
+        least_m = self.min_separation_m
+        reach_m = max(least_m, horizontal_m)
         for i, (x, y, z) in enumerate(places, 1):
-            for other_x, other_y, other_z in islice(places, i, None):  # from west to east: soon too far to matter
-                east_m = other_x - x
-                if east_m > self.min_separation_m and east_m >= limits.separation_horizontal_m:
+            for other_x, other_y, other_z in islice(places, i, None):
+                along_m = other_x - x
+                if along_m > reach_m:  # and so are all that follow
                     break
-                level = math.hypot(east_m, other_y - y)
+                across_m = abs(other_y - y)
+                if across_m > reach_m:
+                    continue
+                level = math.hypot(along_m, across_m)
                 upright = abs(other_z - z)
-                self.min_separation_m = min(self.min_separation_m, math.hypot(level, upright))
-                if level < limits.separation_horizontal_m and upright < limits.separation_vertical_m:
+                distance_m = math.hypot(level, upright)
+                if distance_m < least_m:
+                    least_m = distance_m
+                    reach_m = max(least_m, horizontal_m)
+                if level < horizontal_m and upright < vertical_m:
                     self.violations += 1
+        self.min_separation_m = least_m
 
     def _in_column(self, vehicle: Vehicle) -> bool:
         flight = self._book.get(vehicle.id)
         return flight is not None and flight.in_own_column(vehicle)
+
+
+def _spread(places: list[Vec3], axis: int) -> float:
+    values = [place[axis] for place in places]
+    return max(values, default=0.0) - min(values, default=0.0)

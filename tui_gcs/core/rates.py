@@ -30,6 +30,8 @@ LEFT_S = 30.0
 """A vehicle silent on a link for this long leaves its share of the budget to the others."""
 COUNT_GAP_S, LOOK_GAP_S = 0.25, 1.0
 """How often it is counted who is on which link, and each vehicle is looked at while all is well."""
+MOST_LOOKS = 25
+"""Vehicles looked at in one tick, on each link: what a tick does at once delays who waits for an answer."""
 PATIENCE_S = 3.0
 """A message does not come if it is missing for this long and two of its intervals; one that was turned off and still
 comes after this long was not."""
@@ -135,7 +137,8 @@ class RateDesk:
                     continue
                 link = self._link(path.source.link)
                 member = link.members.get(vehicle.id)
-                signed = any(slot.signed for slot in path.slots.values())
+                heartbeat = path.slots.get(0)
+                signed = heartbeat is not None and heartbeat.signed
                 if member is None:
                     link.join(vehicle.id, Member(heard_s, signed), now)
                 else:
@@ -167,9 +170,13 @@ class RateDesk:
     def _ask_some(self, link: LinkRates, now: float) -> None:
         """As many requests as the link may carry now; who was not reached is first next time."""
         turns, members, bucket = link.turns, link.members, link.bucket
+        looks = 0
         for _ in range(len(turns)):
             member = members[turns[0]]
             if now >= member.look_s:
+                if looks >= MOST_LOOKS:
+                    return
+                looks += 1
                 if not bucket.has_one(now):
                     return
                 vehicle = self._fleet.vehicles.get(turns[0])

@@ -203,17 +203,18 @@ class Station:
         now = self.clock.now()
         if now >= self._next_heartbeat_s - 1e-9:
             self._next_heartbeat_s = now + HEARTBEAT_GAP_S
-            self.door.heartbeat()
-            yield
+            yield from self.door.heartbeat()
         if now >= self._next_frame_s - 1e-9:
             self._next_frame_s = now + FRAME_GAP_S
             yield from self._publish_frame()
+            yield
         state = (self.executive.run, self.round_index, self.revision, self.door.refused.total())
         if now >= self._next_status_s - 1e-9 or state != self._last_state:
             self._next_status_s = now + STATUS_GAP_S
             self._last_state = state
             self._status_seq += 1
             self.bus.publish(keys.STATUS, encode(station_status(self, self._status_seq)))
+            yield
             self.recorder.flush()
 
     def _publish_frame(self) -> Iterator[None]:

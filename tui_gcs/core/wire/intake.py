@@ -288,7 +288,9 @@ class Intake:
         total = Counter({key.removeprefix(f"{link} "): n for key, n in self.past.items() if key.startswith(f"{link} ")})
         for source in self.sources.values():
             if source.link == link:
-                total += _counted(source)
+                for what, count in _counted(source):
+                    if count:
+                        total[what] += count
         total["datagrams"] = self._received[link]
         return total
 
@@ -519,19 +521,19 @@ class Intake:
                 continue
             self._holding.discard(source)
             del self._slots_at[source.link][source.address]
-            for name, count in _counted(source).items():
+            for name, count in _counted(source):
                 self.past[f"{source.link} {name}"] += count
             self._slots -= len(source.slots) + len(source.unknown)
             return
 
 
-def _counted(source: Source) -> Counter[str]:
-    frames = source.frames + sum(slot.count for kinds in (source.slots, source.unknown) for slot in kinds.values())
-    return Counter(
-        {
-            "frames": frames,
-            "junk bytes": source.junk_bytes,
-            "bad CRC": source.bad_crc,
-            "text bytes": source.text_bytes,
-        }
+def _counted(source: Source) -> tuple[tuple[str, int], ...]:
+    frames = source.frames
+    for kinds in (source.slots, source.unknown):
+        frames += sum([slot.count for slot in kinds.values()])
+    return (
+        ("frames", frames),
+        ("junk bytes", source.junk_bytes),
+        ("bad CRC", source.bad_crc),
+        ("text bytes", source.text_bytes),
     )
