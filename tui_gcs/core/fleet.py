@@ -184,7 +184,6 @@ class Fleet:
         if path is None:
             self._refuse(slot, "second source of one system id")
             return
-        path.streams = [s for s in path.streams if s in source.streams.values()]  # a line that was cut begins new ones
         if slot.stream not in path.streams:
             if len(path.streams) >= MOST_COMPONENTS and slot.component != vehicle.component:
                 self._refuse(slot, "too many components of one system")
@@ -260,7 +259,7 @@ class Fleet:
     def _version(self, vehicle: Vehicle, slot: Slot, now: float) -> None:
         self.paths.version(vehicle, slot, now)
         vehicle.identified = True
-        vehicle.confirmed = True
+        self._confirm(vehicle)
         vehicle.firmware_token = bytes(slot.fields()["flight_custom_version"]).hex()
 
     def _ourselves(self, slot: Slot, now: float) -> bool:
@@ -312,7 +311,6 @@ class Fleet:
         self.vehicles[vehicle.id] = vehicle
         source.forget(slot.system)
         self._place_vehicle(vehicle, slot, source)
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"heard on {source.link}", INFO)
         for listener in self._on_new:
             listener(vehicle)
         self._every(slot, now)
@@ -375,9 +373,16 @@ class Fleet:
         for vehicle in vehicles:
             if now - vehicle.heard_s > LOST_S or vehicle.id in self._lost:
                 self._watch(vehicle, now)
-            if not vehicle.confirmed and now - vehicle.first_s >= CONFIRMED_S:
-                vehicle.confirmed = sum(slot.count for slot in vehicle.path.slots.values()) >= CONFIRMED_FRAMES
+            frames = 0 if vehicle.confirmed else sum(slot.count for slot in vehicle.path.slots.values())
+            if frames >= CONFIRMED_FRAMES and now - vehicle.first_s >= CONFIRMED_S:
+                self._confirm(vehicle)
         self.paths.tick(vehicles)
+
+    def _confirm(self, vehicle: Vehicle) -> None:
+        """It is more than a hello; before that nothing is told, or a flood of hellos would flood the log, too."""
+        if not vehicle.confirmed:
+            vehicle.confirmed = True
+            self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"heard on {vehicle.link}", INFO)
 
     def _watch(self, vehicle: Vehicle, now: float) -> None:
         """Tell who fell silent, and who is back."""
