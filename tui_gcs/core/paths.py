@@ -38,6 +38,8 @@ TWIN_STEPS, TWIN_S = 2, 5.0
 """So many turns of two boot clocks, within this time, are two vehicles."""
 SECOND_HEARTBEATS, SECOND_S, SECOND_WITHIN_S = 3, 1.5, 5.0
 """Heartbeats from a second address, over and within these times and beside the first: no stray frame."""
+MOST_BEATS = 64
+"""Kept of these: a second vehicle may send its heartbeats faster than 1 Hz."""
 RESOLVED_S = 10.0
 """Without further evidence for so long, a conflict is over."""
 UID_ALTERNATES_S = 5.0
@@ -111,7 +113,7 @@ class PathBook:
         if slot.msgid == AUTOPILOT_VERSION:
             path.uid, path.answered = uid_of(slot), True
         elif slot.msgid == HEARTBEAT:
-            newest_s = path.beats_s[1 - SECOND_HEARTBEATS :]
+            newest_s = path.beats_s[1 - MOST_BEATS :]
             path.beats_s = [*(t for t in newest_s if now - t < SECOND_WITHIN_S), now]
         if now - vehicle.heard_s > REBIND_S:
             self._instead(vehicle, path, now)
