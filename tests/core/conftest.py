@@ -10,6 +10,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 from rig import Rig, scenario, toml
+from wires import Wired
 
 
 @pytest.fixture
@@ -19,6 +20,20 @@ def rig(tmp_path: Path) -> Iterator[Callable[..., Rig]]:
 
     def make(vehicles: int = 3, **options: Any) -> Rig:
         made.append(Rig(options.pop("mission", None) or scenario(vehicles), toml(), tmp_path, **options))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.close()
+
+
+@pytest.fixture
+def wired(tmp_path: Path) -> Iterator[Callable[..., Wired]]:
+    """Makes systems with several links: `wired(1, wires=[Wire("near"), Wire("far", delay_s=0.8)])`."""
+    made: list[Wired] = []
+
+    def make(vehicles: int = 1, **options: Any) -> Wired:
+        made.append(Wired(options.pop("mission", None) or scenario(vehicles), toml(), tmp_path, **options))
         return made[-1]
 
     yield make

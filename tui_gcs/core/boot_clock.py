@@ -64,6 +64,8 @@ class BootClock:
         if other is not None and other.misses_by_ms(boot_ms, now) <= FITS_MS:
             return self._goes_on(other, boot_ms, now)
         ahead_ms = step_ms - elapsed_ms
+        if self.boot_ms < NEAR_WRAP_MS and boot_ms > WRAP_MS - NEAR_WRAP_MS:
+            return Step.LATE
         if step_ms >= 0:  # held up on the way, or a simulator in a hurry; if it leaps, who knows
             self._replace(boot_ms, now)
             return _ON if ahead_ms <= LEAP_MS else Step.REBOOT
@@ -76,7 +78,7 @@ class BootClock:
     def _goes_on(self, other: "_Other", boot_ms: int, now: float) -> Step:
         """The second timeline again: by turns with the first, or instead of it."""
         steady = other.misses_by_ms(boot_ms, now) <= STEADY_MS
-        by_turns = self.at_s > other.at_s
+        by_turns = self.at_s >= other.at_s
         other.turns = other.turns + 1 if steady and by_turns else 0
         apart_ms = abs(self.boot_ms + (now - self.at_s) * 1e3 - boot_ms)
         other.boot_ms, other.at_s = boot_ms, now

@@ -1,7 +1,8 @@
-"""Vehicles that are asked who they are once more: they were silent, or their frames are not numbered in one row.
+"""Vehicles that are asked who they are once more, because something about what comes from them is odd.
 
 After a reboot ArduPilot sends little but heartbeats, and so does a second vehicle that has just been switched on: no
-boot clock tells of either. Their sequence numbers do, or the silence before.
+boot clock tells of either. The silence before does, the text that ArduPilot boots with, positions that come no more,
+or sequence numbers of two rows.
 """
 
 import math
@@ -13,6 +14,8 @@ QUIET_S = 1.2
 """Nobody reboots in less (ArduPilot: 1 to 2 s)."""
 NEWS_S = 0.3
 """A position that came within this time tells what is to be known."""
+MISSING_S = 2.0
+"""Positions that came are missing."""
 ASK_S, SELDOM_S = 1.0, 30.0
 """Asked again after this time, each time after twice as long, while nothing is found."""
 DOUBT_S, QUIET_DOUBT_S = 10.0, 5.0
@@ -35,19 +38,30 @@ class Doubts:
         """None."""
         self._doubts: dict[int, _Doubt] = {}
         self._quiet: set[int] = set()
+        self._missing: set[int] = set()
         self._odd: dict[int, int] = {}
+        self._texts: dict[int, int] = {}
 
     def look(self, vehicle: Vehicle, now: float, *, look: bool) -> bool:
         """Look for reasons; with `look`, once a second, at sequence numbers, too. True: `watched` changed."""
-        doubt = self._doubts.get(vehicle.id)
-        if now - vehicle.path.heard_s > QUIET_S:
-            self._quiet.add(vehicle.id)
-        elif vehicle.id in self._quiet:
-            self._quiet.discard(vehicle.id)
-            if doubt is None and _position_s(vehicle.path) < now - NEWS_S:
-                self._doubts[vehicle.id] = _Doubt(vehicle, now, now + QUIET_DOUBT_S, now)
-        elif doubt is not None and not vehicle.watched and _position_s(vehicle.path) > doubt.since_s:
-            del self._doubts[vehicle.id]
+        number, path = vehicle.id, vehicle.path
+        if now - path.heard_s > QUIET_S:
+            self._quiet.add(number)
+            return False
+        position_s, texts = _position_s(path), path.source.text_bytes
+        missing = -math.inf < position_s < now - MISSING_S
+        booted = texts > self._texts.get(number, 0)
+        if booted or (missing and number not in self._missing) or (number in self._quiet and position_s < now - NEWS_S):
+            self._doubts.setdefault(number, _Doubt(vehicle, now, now + QUIET_DOUBT_S, now))
+        elif number in self._doubts and not vehicle.watched and position_s > self._doubts[number].since_s:
+            del self._doubts[number]
+        self._quiet.discard(number)
+        if booted:
+            self._texts[number] = texts
+        if missing:
+            self._missing.add(number)
+        else:
+            self._missing.discard(number)
         return self._look_at_numbers(vehicle, now) if look else False
 
     def _look_at_numbers(self, vehicle: Vehicle, now: float) -> bool:
@@ -84,7 +98,9 @@ class Doubts:
         """The vehicle is not known any more."""
         self._doubts.pop(vehicle.id, None)
         self._odd.pop(vehicle.id, None)
+        self._texts.pop(vehicle.id, None)
         self._quiet.discard(vehicle.id)
+        self._missing.discard(vehicle.id)
 
 
 def _position_s(path: Path) -> float:

@@ -112,7 +112,7 @@ class PathBook:
         path.slots[slot.msgid] = slot
         if slot.msgid == AUTOPILOT_VERSION:
             path.uid, path.answered = uid_of(slot), True
-        elif slot.msgid == HEARTBEAT:
+        elif slot.msgid == HEARTBEAT and now - vehicle.heard_s < SECOND_S:
             newest_s = path.beats_s[1 - MOST_BEATS :]
             path.beats_s = [*(t for t in newest_s if now - t < SECOND_WITHIN_S), now]
         if now - vehicle.heard_s > REBIND_S:

@@ -1,0 +1,120 @@
+"""Boot clocks: what goes on, what is late, what rebooted, and two clocks that take turns."""
+
+import random
+
+import pytest
+
+from tui_gcs.core.boot_clock import WRAP_MS, BootClock, Step
+
+
+def told(clock: BootClock, *times: tuple[float, float]) -> list[Step]:
+    """What (boot time in s, received at s) mean one after the other."""
+    return [clock.seen(round(boot_s * 1e3), now) for boot_s, now in times]
+
+
+def running(boot_s: float = 1000.0, until: float = 10.0) -> BootClock:
+    """A clock heard at 10 Hz for 10 s; at 10 s it shows `boot_s`."""
+    clock = BootClock()
+    for k in range(101):
+        assert clock.seen(round((boot_s - until + k / 10) * 1e3), k / 10) is Step.ON
+    return clock
+
+
+def test_a_clock_goes_on_whatever_the_gaps() -> None:
+    clock = running()
+    assert told(clock, (1000.1, 10.1), (1005.0, 15.0), (1005.0, 15.05), (1600.0, 615.0)) == [Step.ON] * 4
+
+
+def test_drift_of_a_loaded_simulator_is_no_step() -> None:
+    clock = running()
+    assert {clock.seen(round((1000 + 0.5 * k) * 1e3), 10.0 + k) for k in range(600)} == {Step.ON}
+    assert {clock.seen(round((1300 + 10 * k) * 1e3), 610.0 + k) for k in range(600)} == {Step.ON}
+
+
+def test_frames_held_up_and_delivered_at_once_go_on() -> None:
+    clock = running()
+    assert {clock.seen(1_000_000 + 100 * k, 40.0) for k in range(300)} == {Step.ON}
+
+
+def test_swapped_and_late_frames_are_late_and_disturb_nothing() -> None:
+    clock = running()
+    late = told(clock, (1000.3, 10.3), (1000.2, 10.31), (999.4, 10.32), (997.0, 10.33), (1000.4, 10.4))
+    assert late == [Step.ON, Step.LATE, Step.LATE, Step.LATE, Step.ON]
+
+
+def test_a_link_with_seconds_of_jitter_is_neither_a_reboot_nor_a_twin() -> None:
+    chance = random.Random(7)
+    arrivals = sorted((k / 10 + chance.uniform(0.0, 4.0), k) for k in range(18_000))
+    clock = BootClock()
+    steps = [clock.seen(100_000 + 100 * k, at) for at, k in arrivals]
+    assert set(steps) == {Step.ON, Step.LATE}
+
+
+@pytest.mark.parametrize("down_s", [0.5, 2.0, 30.0])
+def test_a_reboot_is_told_with_the_first_time(down_s: float) -> None:
+    clock = running()
+    back_s = 10.0 + down_s
+    assert told(clock, (min(0.4, down_s), back_s), (0.5 + down_s / 2, back_s + 0.1)) == [Step.REBOOT, Step.ON]
+
+
+def test_a_reboot_right_after_a_reboot() -> None:
+    clock = running()
+    times = [(0.3, 12.0), (3.0, 14.7), (0.2, 15.0), (0.3, 15.1)]
+    assert told(clock, *times) == [Step.REBOOT, Step.ON, Step.REBOOT, Step.ON]
+
+
+def test_another_board_that_has_run_for_long_replaces_the_silent_one_within_two_seconds() -> None:
+    clock = running()
+    steps = told(clock, *((500.0 + k / 10, 10.1 + k / 10) for k in range(20)))
+    assert steps[0] is Step.LATE, "it might be anything"
+    assert steps.count(Step.REBOOT) == 1 and steps[-1] is Step.ON
+    assert steps.index(Step.REBOOT) <= 10
+
+
+def test_a_leap_of_a_day_is_told_once() -> None:
+    clock = running()
+    steps = told(clock, *((1000 + 86400 + k / 10, 10.1 + k / 10) for k in range(30)))
+    assert steps.count(Step.REBOOT) == 1 and Step.TWIN not in steps and steps[-1] is Step.ON
+
+
+def test_after_49_days_it_wraps_and_goes_on() -> None:
+    clock = BootClock()
+    steps = [clock.seen((WRAP_MS - 2_000 + 100 * k) % WRAP_MS, k / 10) for k in range(60)]
+    assert set(steps) == {Step.ON}
+    assert clock.seen(WRAP_MS - 100, 6.0) is Step.LATE
+
+
+def test_a_reboot_shortly_before_the_wrap_is_no_wrap() -> None:
+    clock = running(boot_s=(WRAP_MS - 40_000) / 1e3)
+    assert told(clock, (0.5, 12.0)) == [Step.REBOOT]
+
+
+@pytest.mark.parametrize("apart_s", [-900.0, -100.0, -7.0, 7.0, 100.0, 500.0, 100_000.0])
+@pytest.mark.parametrize("hz", [1.0, 10.0])
+def test_two_clocks_by_turns_are_twins_at_once(apart_s: float, hz: float) -> None:
+    clock = running()
+    steps = []
+    for k in range(1, 6):
+        now = 10.0 + k / hz
+        steps += told(clock, (990 + now, now), (990 + now + apart_s, now + 0.4 / hz))
+    assert steps.count(Step.TWIN) >= 3
+    assert steps.count(Step.REBOOT) <= (apart_s > 600)
+
+
+@pytest.mark.parametrize("apart_s", [-4.0, -2.0, 2.0, 4.0])
+def test_two_clocks_near_each_other_are_twins_if_they_are_steady(apart_s: float) -> None:
+    clock = running()
+    steps = []
+    for k in range(1, 31):
+        now = 10.0 + k / 10
+        steps += told(clock, (990 + now, now), (990 + now + apart_s, now + 0.04))
+    assert steps.count(Step.TWIN) >= 2
+    assert Step.REBOOT not in steps
+
+
+def test_a_twin_that_goes_away_leaves_the_clock_in_order() -> None:
+    clock = running()
+    for k in range(1, 20):
+        now = 10.0 + k / 10
+        told(clock, (990 + now, now), (490 + now, now + 0.05))
+    assert set(told(clock, *((1002 + k / 10, 12.0 + k / 10) for k in range(50)))) == {Step.ON}
