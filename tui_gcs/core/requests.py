@@ -14,6 +14,7 @@ from tui_gcs.core.firmware.ardupilot import supports
 from tui_gcs.core.flights import Flight
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
+from tui_gcs.core.provision import ProvisionDesk
 from tui_gcs.core.scenario import Round, Scenario, band_m
 from tui_gcs.core.scenario_load import ScenarioError, parse
 
@@ -33,6 +34,7 @@ class RequestDesk:
     def __init__(self, station: "Station") -> None:
         """Serve `station`."""
         self._station = station
+        self._provisioning = ProvisionDesk(station)
         self.in_control = ""
         """The principal whose command came last."""
 
@@ -48,6 +50,8 @@ class RequestDesk:
         if principal.startswith("planner-"):
             return Reply(ok=False, text="a planner worker may not command")
         self.in_control = principal
+        if isinstance(request, m.ProvisionKey):  # tells what it does by itself: its reply holds a code
+            return self._provisioning.ask(principal, request)
         reply = self._command(request)
         self._tell(principal, request, reply)
         return reply

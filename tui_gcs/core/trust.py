@@ -33,9 +33,11 @@ from tui_gcs.core.wire.signing import (
 )
 
 HEARTBEAT = 0
-LOOK_S = 1.0
+LOOK_S = 0.5
 RECENT_S = 3.0
 """What was refused within this time tells how a vehicle signs now."""
+CEASED_S = 1.2
+"""No good signature for so long, and frames without one: it does not sign any more (alarm within 2 s, B.6-37)."""
 PROVE_S = 10.0
 """A vehicle that was given a key must sign with it within this time, else it did not take it."""
 OLDS, OLD_S = 10, 5.0
@@ -66,6 +68,7 @@ class _Given:
     vehicle: Vehicle
     key: Key
     until_s: float
+    proven: bool = False
 
 
 class TrustBook:
@@ -92,7 +95,7 @@ class TrustBook:
         self._networks = networks
         self._stamps = stamps
         self._heartbeat = heartbeat
-        self._behind: dict[Source, int] = {}
+        self._behind: set[tuple[Source, int]] = set()
         self._next_help_s = -math.inf
         self._trusts: dict[tuple[str, int], _Trust] = {}
         self._given: list[_Given] = []
@@ -128,8 +131,10 @@ class TrustBook:
                 trust.good_s = now
                 trust.clock.hear(timestamp(raw), self._clock.wall(), now)
                 return True
-            if verdict is not Verdict.BAD_SIGNATURE:
-                self._behind[source] = system
+            if verdict is Verdict.BAD_SIGNATURE:
+                self._look_for_given(source.network, system, raw)
+            elif verdict is not Verdict.AHEAD:
+                self._behind.add((source, system))
             return self._bad(trust, name, verdict, now)
 
         return believe
@@ -146,7 +151,7 @@ class TrustBook:
             return []
         self._next_help_s = now + HELP_S
         told = []
-        for source, system in self._behind.items():
+        for source, system in sorted(self._behind, key=lambda each: (str(each[0].address), each[1])):
             trust = self._trusts.get((source.network, system))
             if trust is not None:
                 told.append((source, self._sign(trust, self._heartbeat())))
@@ -214,6 +219,9 @@ class TrustBook:
         self._look_for_keys()
         if self._stamps is not None and self._trusts:
             self._stamps.tick(now, self._to_store)
+            if self._stamps.error:
+                text = f"{self._stamps.error}: after a restart recordings may pass as new"
+                self._events.say(EventClass.PROCESSING, "keys", text, WARNING, every_s=60)
         for given in list(self._given):
             self._prove(given, now)
         for vehicle in vehicles:
@@ -225,8 +233,12 @@ class TrustBook:
         if signing is vehicle.signing:
             return
         vehicle.signing = signing
-        vehicle.untrusted = "signed with a key that we do not hold" if signing is Signing.UNKNOWN_KEY else ""
-        severity = ALERT if signing is Signing.UNKNOWN_KEY else NOTICE
+        vehicle.untrusted = ""
+        if signing is Signing.UNKNOWN_KEY:
+            vehicle.untrusted = "signed with a key that we do not hold"
+        elif vehicle.keyed and signing is Signing.UNSIGNED:
+            vehicle.untrusted = "does not sign, though we hold a key for it"
+        severity = ALERT if vehicle.untrusted else NOTICE
         self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"its frames are {signing.value}", severity)
 
     def _unkeyed(self, vehicle: Vehicle) -> Signing:
@@ -236,11 +248,18 @@ class TrustBook:
             return Signing.UNSIGNED
         return Signing.NOT_VERIFIED if signed_by(slot.raw) is SignedBy.ZERO_KEY else Signing.UNKNOWN_KEY
 
+    def _look_for_given(self, network: str, system: int, raw: bytes) -> None:
+        """A frame that the key in use did not sign: perhaps the one that was just given did."""
+        for given in self._given:
+            if (given.vehicle.network, given.vehicle.system) == (network, system):
+                given.proven |= signature_matches(raw, given.key.secret)
+
     def _prove(self, given: _Given, now: float) -> None:
         slot = given.vehicle.path.slots.get(HEARTBEAT)
         name = f"vehicle {given.vehicle.id}"
-        proven = slot is not None and slot.raw[2:3] == b"\x01" and signature_matches(slot.raw, given.key.secret)
-        if proven and self.store is not None:
+        if slot is not None and slot.raw[:1] == b"\xfd" and slot.signed:
+            given.proven |= signature_matches(slot.raw, given.key.secret)
+        if given.proven and self.store is not None:
             self._given.remove(given)
             try:
                 self.store.assign(given.key.name, given.vehicle.network, given.vehicle.system)
@@ -308,11 +327,11 @@ class TrustBook:
 
 
 def _keyed(trust: _Trust, now: float) -> Signing:
-    if now - trust.good_s < RECENT_S:
+    if now - trust.good_s < CEASED_S or max(trust.bad_s, trust.unsigned_s) < now - RECENT_S:
         return Signing.OURS
     if now - trust.bad_s < RECENT_S:
         return Signing.UNKNOWN_KEY
-    return Signing.UNSIGNED if now - trust.unsigned_s < RECENT_S else Signing.OURS
+    return Signing.UNSIGNED
 
 
 def _holder(place: tuple[str, int], key: Key) -> str:

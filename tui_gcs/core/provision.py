@@ -1,0 +1,124 @@
+"""Giving a vehicle its signing key, in two steps: what would be sent is told with a code, and the code sends it.
+
+The key travels in clear (SETUP_SIGNING is all MAVLink has): only over a link that the operator marked `secure`, to one
+vehicle, on the ground. The vehicle proves that it took the key by signing with it; see `TrustBook.given`.
+"""
+
+import secrets
+from dataclasses import dataclass
+from hmac import compare_digest
+from typing import TYPE_CHECKING
+
+from tui_gcs.core import messages as m
+from tui_gcs.core.events import NOTICE, WARNING
+from tui_gcs.core.keystore import KeyStoreError
+from tui_gcs.core.messages import EventClass, Freshness, Reply
+from tui_gcs.core.trust import PROVE_S
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.signing import Key
+
+if TYPE_CHECKING:
+    from tui_gcs.core.station import Station
+
+CODE_S = 60.0
+"""How long a code is good for."""
+CODE_CHARACTERS = 6
+ALPHABET = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
+"""What cannot be mistaken for each other when read from a screen."""
+
+
+@dataclass(frozen=True)
+class _Offer:
+    """What the code stands for."""
+
+    code: str
+    vehicle: int
+    fingerprint: str
+    until_s: float
+
+
+class ProvisionDesk:
+    """Answers `ProvisionKey` requests."""
+
+    def __init__(self, station: "Station") -> None:
+        """Serve `station`."""
+        self._station = station
+        self._offers: dict[str, _Offer] = {}
+        """By principal, one each."""
+
+    def ask(self, principal: str, request: m.ProvisionKey) -> Reply:
+        """Do one of the two steps, or say why not."""
+        offer = self._offers.pop(principal, None)  # a code is for one try
+        try:
+            vehicle, key = self._checked(request)
+            if request.confirm:
+                self._confirm(offer, request, key)
+                return self._send(principal, vehicle, key)
+        except _RefusedError as refused:
+            self._tell(principal, f"vehicle {request.vehicle}: no key given: {refused}", WARNING)
+            return Reply(ok=False, text=f"{refused}; nothing was sent")
+        return self._offer(principal, vehicle, key)
+
+    def _checked(self, request: m.ProvisionKey) -> tuple[Vehicle, Key]:
+        """Who and what, if it may be: both steps look at everything."""
+        station = self._station
+        store = station.trust.store
+        vehicle = station.fleet.vehicles.get(request.vehicle)
+        if store is None:
+            raise _RefusedError("this station was started without keys")
+        if vehicle is None:
+            raise _RefusedError(f"vehicle {request.vehicle} was never heard")
+        if vehicle.freshness(station.clock.now()) is not Freshness.OK:
+            raise _RefusedError(f"it is {vehicle.freshness(station.clock.now())}")
+        if not station.door.is_ours(vehicle):
+            raise _RefusedError("it is not one of our simulated vehicles: this station is SIM")
+        if vehicle.armed:
+            raise _RefusedError("it is armed")
+        if why := vehicle.blocked or vehicle.no_commands:
+            raise _RefusedError(why)
+        if not station.links[vehicle.link].spec.secure:
+            raise _RefusedError(f"link {vehicle.link} is not marked secure: others could hear the key")
+        try:
+            if store.changed():
+                store.reload()
+            key = store.key(request.key)
+        except KeyStoreError as error:
+            raise _RefusedError(str(error)) from None
+        held = store.key_of(vehicle.network, vehicle.system)
+        if held is not None and held.fingerprint == key.fingerprint:
+            raise _RefusedError(f"it signs with key {key.name} already")
+        return vehicle, key
+
+    def _offer(self, principal: str, vehicle: Vehicle, key: Key) -> Reply:
+        code = "".join(secrets.choice(ALPHABET) for _ in range(CODE_CHARACTERS))
+        until_s = self._station.clock.now() + CODE_S
+        self._offers[principal] = _Offer(code, vehicle.id, key.fingerprint, until_s)
+        text = (
+            f"Key {key.name} ({key.fingerprint}) goes to vehicle {vehicle.id} over link {vehicle.link}, in clear. "
+            f"If it takes the key it obeys only stations that hold it. Code, good for {CODE_S:.0f} s: {code}"
+        )
+        return Reply(ok=True, text=text)
+
+    def _confirm(self, offer: _Offer | None, request: m.ProvisionKey, key: Key) -> None:
+        if offer is None or self._station.clock.now() > offer.until_s:
+            raise _RefusedError("there is no such code (any more): begin anew")
+        same = (offer.vehicle, offer.fingerprint) == (request.vehicle, key.fingerprint)
+        typed = request.confirm.strip().upper().encode()
+        if not (compare_digest(offer.code.encode(), typed) and same):
+            raise _RefusedError("that is not the code: begin anew")
+
+    def _send(self, principal: str, vehicle: Vehicle, key: Key) -> Reply:
+        why = self._station.door.give_key(vehicle, key)
+        if why:
+            raise _RefusedError(why)
+        self._station.trust.given(vehicle, key)
+        text = f"key {key.name} ({key.fingerprint}) sent to vehicle {vehicle.id}: whether it took it shows its signing"
+        self._tell(principal, f"{text}, within {PROVE_S:.0f} s", NOTICE)
+        return Reply(ok=True, text=f"{text}, within {PROVE_S:.0f} s")
+
+    def _tell(self, principal: str, text: str, severity: int) -> None:
+        self._station.events.say(EventClass.OPERATOR, principal, text, severity)
+
+
+class _RefusedError(Exception):
+    """Why no key is given."""
