@@ -192,6 +192,8 @@ class Fleet:
         slot.owner = vehicle
         if path.state is not PathState.USED:
             slot.route, slot.call = CALL, self.paths.unproven
+            if slot.gate is not None and vehicle.copies is not None:
+                slot.gate = _copies_pass(slot.gate, path, vehicle.copies)
             return
         if slot.component == vehicle.component:
             path.slots[slot.msgid] = slot
@@ -419,8 +421,7 @@ class Fleet:
 def _count_once(slot: Slot, vehicle: Vehicle, path: Path, copies: Copies, dropped: Counter[str]) -> None:
     """Whichever of several paths brings a frame first: it is recorded, passed on and told once.
 
-    State is read from the path in use, be it from copies or not. A copy needs no second look at its signature, which
-    would be refused as a replay.
+    State is read from the path in use, be it from copies or not.
     """
     gate, route, call = slot.gate, slot.route, slot.call
     always = path is vehicle.path and (route == STATE or slot.msgid == HEARTBEAT)
@@ -434,7 +435,12 @@ def _count_once(slot: Slot, vehicle: Vehicle, path: Path, copies: Copies, droppe
 
     slot.route, slot.call = CALL, once
     if gate is not None:
-        slot.gate = lambda raw: copies.is_copy(raw, path) or gate(raw)
+        slot.gate = _copies_pass(gate, path, copies)
+
+
+def _copies_pass(gate: Gate, path: Path, copies: Copies) -> Gate:
+    """A copy was looked at when the original came; a second look at its signature would find a replay."""
+    return lambda raw: copies.is_copy(raw, path) or gate(raw)
 
 
 def loss_pct(path: Path) -> float:
