@@ -244,9 +244,12 @@ class Telemetry:
         before, vehicle.battery_pct = vehicle.battery_pct, percent
         if math.isnan(percent) and not math.isnan(before) and vehicle.airborne:
             self._events.say(EventClass.SENSOR, _name(vehicle), "battery unknown", WARNING, every_s=30)
-        for limit, severity in ((25.0, WARNING), (15.0, ALERT)):
-            if percent < limit <= before:
-                self._events.say(EventClass.SENSOR, _name(vehicle), f"battery below {limit:.0f} %", severity)
+        for limit, severity in ((15.0, ALERT), (25.0, WARNING)):
+            if percent < limit:
+                if not before < limit:  # unknown before: told, too
+                    text = f"battery below {limit:.0f} %"
+                    self._events.say(EventClass.SENSOR, _name(vehicle), text, severity, every_s=30)
+                break
 
     def _high_latency(self, slot: Slot, now: float) -> None:
         """HIGH_LATENCY2: one message for everything, over satellite links. The normal streams come first."""

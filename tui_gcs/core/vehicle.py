@@ -218,8 +218,12 @@ class Vehicle:
         return self.path.source.address
 
     def lost_after_s(self, now: float) -> float:
-        """Silence after which it is LOST: longer while it speaks over a satellite, too."""
-        return HIGH_LATENCY_LOST_S if now - self.high_latency_s < HIGH_LATENCY_LOST_S else LOST_S
+        """Silence after which it is LOST: longer while it speaks over a satellite, too.
+
+        One HIGH_LATENCY2 among the normal streams of a way does not make it one.
+        """
+        distant = self.high_latency_s - self.heartbeat_s > LOST_S or any(path.high_latency for path in self.paths)
+        return HIGH_LATENCY_LOST_S if distant and now - self.high_latency_s < HIGH_LATENCY_LOST_S else LOST_S
 
     @property
     def no_commands(self) -> str:
