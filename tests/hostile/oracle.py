@@ -282,6 +282,8 @@ class Oracle:
         None for `counted` and `told` where there is nothing to be refused. The station lives on a little first.
         """
         self.run(1.2)
+        if told is not None and not self.told(told):  # what was refused before the attack is told again later
+            self.run(30.0)
         self.judged = True
         watch_files(None, self.folder)
         assert self.flight.frame is not None and self.now - self.flight.frame.t_s < 0.2, "alive: fleet frames go on"
