@@ -32,8 +32,8 @@ class EventLog:
         """Call `listener` for every event from now on."""
         self._listeners.append(listener)
 
-    def say(self, cls: EventClass, source: str, text: str, severity: int = INFO, *, every_s: float = 0.0) -> None:
-        """Record an event; the same text of the same source at most once per `every_s` seconds.
+    def say(self, cls: EventClass, source: str, text: str, severity: int = INFO, *, every_s: float = 0.0) -> bool:
+        """Record an event; the same text of the same source at most once per `every_s` seconds. Whether it was told.
 
         When it is told again it says how often it was not: "... (12 more)".
         """
@@ -43,14 +43,14 @@ class EventLog:
             if now - told_s < every_s:
                 self.suppressed += 1
                 self._last_said[(source, text)] = (told_s, more + 1)
-                return
+                return False
             if len(self._last_said) > KEPT:
                 self._last_said.clear()
             self._last_said[(source, text)] = (now, 0)
             if more:
-                self._tell(cls, source, f"{text} … ({more} more)", severity)
-                return
+                text = f"{text} … ({more} more)"
         self._tell(cls, source, text, severity)
+        return True
 
     def _tell(self, cls: EventClass, source: str, text: str, severity: int) -> None:
         self._seq += 1

@@ -16,7 +16,7 @@ from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import EventClass, Freshness
 from tui_gcs.core.paths import PathBook
 from tui_gcs.core.refusals import RefusalTeller
-from tui_gcs.core.services.text import TextAssembler
+from tui_gcs.core.services.text import TextAssembler, TextPace
 from tui_gcs.core.telemetry import Telemetry
 from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.dialect import Message, label
@@ -91,6 +91,7 @@ class Fleet:
         self._hinted_s: dict[str, float] = {}
         """By link."""
         self._texts = TextAssembler()
+        self._pace = TextPace()
         self._next_look_s = self._next_loss_s = -math.inf
 
     @property
@@ -414,8 +415,13 @@ class Fleet:
         severity = severity if 0 <= severity <= 7 else NOTICE
         if severity <= WARNING:
             vehicle.recent_reasons = [*vehicle.recent_reasons[-19:], (self._clock.now(), text)]
+        now = self._clock.now()
+        if not self._pace.has_room(vehicle.id, severity, now):
+            self.dropped["status texts too fast"] += 1
+            return
         cls = EventClass.SENSOR if text.startswith(("PreArm", "Arm:", "EKF", "GPS")) else EventClass.VEHICLE
-        self._events.say(cls, f"vehicle {vehicle.id}", text, severity, every_s=5)
+        if self._events.say(cls, f"vehicle {vehicle.id}", text, severity, every_s=5):
+            self._pace.told(vehicle.id, severity, now)
 
 
 def _count_once(slot: Slot, vehicle: Vehicle, path: Path, copies: Copies, dropped: Counter[str]) -> None:

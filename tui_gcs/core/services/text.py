@@ -13,6 +13,10 @@ CHUNK_CHARS = 50
 WAIT_S = 1.0
 MOST_CHUNKS = 10
 MOST_OPEN = 32
+BURST, TEXTS_PER_S = 60.0, 5.0
+"""An autopilot says some 30 lines when it boots, and a few a minute later."""
+URGENT = 2
+"""MAV_SEVERITY_CRITICAL and worse."""
 
 
 @dataclass
@@ -25,6 +29,29 @@ class _Open:
     def text(self) -> str:
         end = self.last if self.last is not None else max(self.chunks)
         return "".join(self.chunks.get(i, " ... ") for i in range(end + 1))
+
+
+class TextPace:
+    """How many texts of each vehicle are told: a burst and so many a second (security.md B.6-83).
+
+    What is urgent has a count of its own, so that chatter never hides it.
+    """
+
+    def __init__(self) -> None:
+        """Nobody said anything."""
+        self._left: dict[tuple[int, bool], tuple[float, float]] = {}
+
+    def has_room(self, system: int, severity: int, now: float) -> bool:
+        """Whether one more may be told."""
+        return self._count(system, severity, now) >= 1.0
+
+    def told(self, system: int, severity: int, now: float) -> None:
+        """One more was told."""
+        self._left[(system, severity <= URGENT)] = (self._count(system, severity, now) - 1.0, now)
+
+    def _count(self, system: int, severity: int, now: float) -> float:
+        left, at_s = self._left.get((system, severity <= URGENT), (BURST, now))
+        return min(BURST, left + TEXTS_PER_S * (now - at_s))
 
 
 class TextAssembler:
