@@ -8,7 +8,7 @@ or sequence numbers of two rows.
 import math
 from dataclasses import dataclass
 
-from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, Path, Vehicle
+from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, Path, PathState, Vehicle
 
 QUIET_S = 1.2
 """Nobody reboots in less (ArduPilot: 1 to 2 s)."""
@@ -51,24 +51,34 @@ class Doubts:
         position_s, texts = _position_s(path), path.source.text_bytes
         missing = -math.inf < position_s < now - MISSING_S
         booted = texts > self._texts.get(number, 0)
-        if booted or (missing and number not in self._missing) or (number in self._quiet and position_s < now - NEWS_S):
-            self._doubts.setdefault(number, _Doubt(vehicle, now, now + QUIET_DOUBT_S, now))
-        elif number in self._doubts and not vehicle.watched and position_s > self._doubts[number].since_s:
-            del self._doubts[number]
-        self._quiet.discard(number)
-        if booted:
-            self._texts[number] = texts
-        if missing:
-            self._missing.add(number)
-        else:
-            self._missing.discard(number)
+        if booted or missing or number in self._doubts or number in self._quiet or number in self._missing:
+            if (
+                booted
+                or (missing and number not in self._missing)
+                or (number in self._quiet and position_s < now - NEWS_S)
+            ):
+                self._doubts.setdefault(number, _Doubt(vehicle, now, now + QUIET_DOUBT_S, now))
+            elif number in self._doubts and not vehicle.watched and position_s > self._doubts[number].since_s:
+                del self._doubts[number]
+            self._quiet.discard(number)
+            if booted:
+                self._texts[number] = texts
+            if missing:
+                self._missing.add(number)
+            else:
+                self._missing.discard(number)
         return self._look_at_numbers(vehicle, now) if look else False
 
     def _look_at_numbers(self, vehicle: Vehicle, now: float) -> bool:
-        odd = sum(stream.odd for path in vehicle.used_paths() for stream in path.streams)
+        odd = 0
+        for path in vehicle.paths:
+            if path.state is PathState.USED:
+                for stream in path.streams:
+                    odd += stream.odd
         before = self._odd.get(vehicle.id, 0)
-        if odd != before:
-            self._odd[vehicle.id] = odd
+        if odd == before and not vehicle.watched:
+            return False
+        self._odd[vehicle.id] = odd
         if odd > before:
             doubt = self._doubts.setdefault(vehicle.id, _Doubt(vehicle, now, now, now))
             doubt.until_s = now + DOUBT_S

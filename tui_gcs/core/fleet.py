@@ -451,7 +451,10 @@ def _copies_pass(gate: Gate, path: Path, copies: Copies) -> Gate:
 
 def loss_pct(path: Path) -> float:
     """Share of the autopilot's frames that never came over a path, 0…100."""
-    if not any(stream.lost for stream in path.streams):  # nearly always, and counting is not cheap
+    for stream in path.streams:
+        if stream.lost:
+            break
+    else:  # nearly always, and counting is not cheap
         return 0.0
     streams = {slot.stream for slot in path.slots.values()}
     frames = sum(slot.count for slot in path.slots.values()) + sum(stream.frames for stream in streams)

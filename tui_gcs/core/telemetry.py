@@ -68,9 +68,7 @@ class Front:
 
 
 _HEARTBEAT = Front("IBBBB").values
-_GPS = Front("QiiiHHHHBB").values
-GPS_BYTES = 30
-"""GPS_RAW_INT without what came later (h_acc and so on)."""
+_GPS = Front("QiiiHHHHBBiI").values
 _SYS_STATUS = Front("IIIHHhHHHHHHb").values
 _BATTERY = Front("iih10HhBBBb").values
 _EXTENDED_STATE = Front("BB").values
@@ -171,9 +169,8 @@ class Telemetry:
 
     def _gps(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
-        values = _GPS(slot) if slot.raw[1] == GPS_BYTES else slot.values()
-        eph, fix_type, satellites = values[4], values[8], values[9]
-        h_acc = values[11] if len(values) > 11 else 0
+        values = _GPS(slot)
+        eph, fix_type, satellites, h_acc = values[4], values[8], values[9], values[11]
         vehicle.gps_fix = fix_type
         vehicle.satellites = satellites if satellites != 255 else -1
         hdop_m = HDOP_M * eph / 100 if eph != 65535 else NAN
@@ -237,11 +234,15 @@ class Telemetry:
             return
         vehicle.has_battery_status = True
         self._set_battery(vehicle, _percent(values[17]))
-        cells = [cell for cell in values[3:13] if cell != 65535]
-        vehicle.battery_v = sum(cells) / 1e3 if any(cells) else NAN
+        cells = values[3:13]
+        all_mv = sum(cells) - 65535 * cells.count(65535)  # that is no cell
+        vehicle.battery_v = all_mv / 1000 if all_mv else NAN
 
     def _set_battery(self, vehicle: Vehicle, percent: float) -> None:
-        before, vehicle.battery_pct = vehicle.battery_pct, percent
+        before = vehicle.battery_pct
+        if percent == before:
+            return
+        vehicle.battery_pct = percent
         if math.isnan(percent) and not math.isnan(before) and vehicle.airborne:
             self._events.say(EventClass.SENSOR, _name(vehicle), "battery unknown", WARNING, every_s=30)
         for limit, severity in ((15.0, ALERT), (25.0, WARNING)):
