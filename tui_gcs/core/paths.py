@@ -45,6 +45,8 @@ RESOLVED_S = 10.0
 UID_ALTERNATES_S = 5.0
 MOST_PATHS = 8
 """Of one vehicle; the one that was silent longest makes room."""
+SURE_COPIES = 5
+"""Copies of just received signed frames that a second link brings: who relays those may carry our answers, too."""
 FORGOTTEN_S = 120.0
 """A path that was never accepted is forgotten after so much silence."""
 ASK_S, ASK_OFTEN = 1.0, 5
@@ -90,6 +92,8 @@ class PathBook:
         if _shares_link(vehicle, path):
             path.state = PathState.CONFLICT
         vehicle.paths.append(path)
+        if vehicle.copies is None and _copies_may_come(vehicle):
+            _renew(vehicle)
         return path
 
     # ---------------------------------------------------------------- frames that are not used
@@ -105,9 +109,8 @@ class PathBook:
             self._dropped["component at another address"] += 1
             return False
         self._dropped["second source of one system id"] += 1
-        if vehicle.keyed:  # the gate let only good signatures through: this is the vehicle
-            self._accept(vehicle, path, "proven by its signature")
-            self._use(vehicle, path)
+        if vehicle.keyed:
+            self._signed(vehicle, path, slot, now)
             return False
         path.slots[slot.msgid] = slot
         if slot.msgid == AUTOPILOT_VERSION:
@@ -123,6 +126,17 @@ class PathBook:
         else:
             self._on_another_link(vehicle, path, slot, now)
         return False
+
+    def _signed(self, vehicle: Vehicle, path: Path, slot: Slot, now: float) -> None:
+        """The gate let only good signatures through: this is the vehicle, or a second link brings what it said."""
+        if vehicle.copies is None or not vehicle.copies.is_copy(slot.raw, path):
+            self._accept(vehicle, path, "proven by its signature")
+            self._use(vehicle, path)
+        elif not _shares_link(vehicle, path):
+            vehicle.copies.first(slot.raw, path, now)
+            path.copies += 1
+            if path.copies >= SURE_COPIES:
+                self._accept(vehicle, path, "it brings the same signed frames")
 
     def _beside(self, vehicle: Vehicle, path: Path, now: float) -> None:
         """Somebody else on the same link."""
@@ -365,6 +379,12 @@ def _shares_link(vehicle: Vehicle, path: Path) -> bool:
     return any(used.source.link == path.source.link for used in vehicle.used_paths() if used is not path)
 
 
+def _copies_may_come(vehicle: Vehicle) -> bool:
+    """Over accepted paths; signed ones over any other link, which is accepted for bringing them."""
+    link = vehicle.path.source.link
+    return len(vehicle.used_paths()) > 1 or (vehicle.keyed and any(p.source.link != link for p in vehicle.paths))
+
+
 def _withdraw(path: Path, state: PathState) -> None:
     path.state = state
     path.source.bound -= 1
@@ -374,7 +394,7 @@ def _withdraw(path: Path, state: PathState) -> None:
 
 def _renew(vehicle: Vehicle) -> None:
     """What is done with frames depends on the paths: look it up anew for each kind."""
-    if len(vehicle.used_paths()) == 1:
+    if not _copies_may_come(vehicle):
         vehicle.copies = None
     elif vehicle.copies is None:
         vehicle.copies = Copies()

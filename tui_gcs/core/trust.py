@@ -20,6 +20,7 @@ from tui_gcs.core.vehicle import IDS_PER_NETWORK, Signing, Vehicle
 from tui_gcs.core.wire.frames import MAGIC_V2, SIGNED
 from tui_gcs.core.wire.intake import Source
 from tui_gcs.core.wire.signing import (
+    MAX_TIMESTAMP,
     MAY_BE_UNSIGNED,
     Key,
     SignedBy,
@@ -41,7 +42,9 @@ CEASED_S = 1.2
 PROVE_S = 10.0
 """A vehicle that was given a key must sign with it within this time, else it did not take it."""
 OLDS, OLD_S = 10, 5.0
-"""So many old signatures in this time are no swapped neighbours."""
+"""So many old signatures in this time are told."""
+COPY_S = 3.0
+"""Less old may be what a second link brings, or neighbours that PX4's two threads swapped: refused without a word."""
 HELP_S = 1.0
 LINK_ID = 0
 """One stream per vehicle and key: we sign with one growing clock, whatever the link."""
@@ -55,10 +58,22 @@ class _Trust:
     verifier: Verifier
     clock: SigningClock
     good_s: float = -math.inf
+    newest: int = 0
+    """Signing time of the newest good frame."""
+    lately: int = MAX_TIMESTAMP
+    long_ago: int = MAX_TIMESTAMP
+    """What that was 3 to 6 s ago: autopilots count frames, so the times themselves do not tell how old they are."""
+    marked_s: float = -math.inf
     unsigned_s: float = -math.inf
     bad_s: float = -math.inf
     old_s: list[float] = field(default_factory=list)
     """When signatures came that were not newer than what had come."""
+
+    def hear(self, timestamp: int, now: float) -> None:
+        """A good frame with this signing time."""
+        if now - self.marked_s > COPY_S:
+            self.long_ago, self.lately, self.marked_s = min(self.lately, timestamp), timestamp, now
+        self.newest, self.good_s = timestamp, now
 
 
 @dataclass
@@ -128,13 +143,16 @@ class TrustBook:
             verdict = trust.verifier.check(raw, self._clock.wall())
             now = self._clock.now()
             if verdict is Verdict.GOOD:
-                trust.good_s = now
-                trust.clock.hear(timestamp(raw), self._clock.wall(), now)
+                trust.hear(timestamp(raw), now)
+                trust.clock.hear(trust.newest, self._clock.wall(), now)
                 return True
             if verdict is Verdict.BAD_SIGNATURE:
                 self._look_for_given(source.network, system, raw)
             elif verdict is not Verdict.AHEAD:
                 self._behind.add((source, system))
+            if verdict is Verdict.OLD and timestamp(raw) > trust.long_ago:
+                self.dropped["signature: copy or swapped neighbour"] += 1
+                return False
             return self._bad(trust, name, verdict, now)
 
         return believe
@@ -184,7 +202,7 @@ class TrustBook:
             return False
         else:
             trust.old_s = [t for t in trust.old_s if now - t < OLD_S] + [now]
-            if len(trust.old_s) < OLDS:  # two threads of PX4 send: now and then neighbours swap
+            if len(trust.old_s) < OLDS:
                 return False
             trust.old_s = []
             text = "frames with old signatures (recorded ones?): not believed"

@@ -74,6 +74,8 @@ class Path:
     """Newest heartbeats while it was not accepted."""
     differs_s: float = math.inf
     """Since when what comes this way contradicts what is known of the vehicle."""
+    copies: int = 0
+    """Signed frames that another path had brought just before."""
     ahead: int = 0
     """How many looks in a row found this path's news newer than those of the path in use."""
 
