@@ -28,6 +28,9 @@ FULL_S = 1.0
 """With a full table it is looked so seldom whether there is room: the look costs more than a frame."""
 MOST_SOURCES = 1024
 """Per network. Addresses of accepted vehicles are never forgotten."""
+MOST_TRIES = 32
+"""Places in a datagram where a frame might begin and none does; then the rest is junk, or a flood would cost 1 ms
+each (1,500 bytes of nothing but beginnings). Noise in a frame makes one or two."""
 MOST_HELD_BYTES = 4096
 """Of an unfinished frame on a byte stream (security.md B.6-8); a whole frame has at most 280."""
 FLUSH_S = 0.5
@@ -379,12 +382,17 @@ class Intake:
             else:
                 source.junk_bytes += size
             return
-        done = Scan(used=at)
+        done, tries = Scan(used=at), 0
         while done.used < size:
             scan_step(data, done, final=True)
             self._odd_frames(done, source, now, taken)
             if done.in_sync:
                 done.used += self._fast(data[done.used :], source.slots, now, taken)
+                continue
+            tries += 1
+            if tries >= MOST_TRIES:
+                done.junk_bytes += size - done.used
+                break
         if at == 0 and done.junk_bytes and not done.good and is_text(data):
             source.text_bytes += size
         else:
