@@ -90,6 +90,18 @@ def test_b6_02_random_datagrams(attack: Attack) -> None:
     oracle.holds(counted="junk bytes", told="refused: junk bytes")
 
 
+@pytest.mark.parametrize("junk", [b"\xfe\x00", b"\xfd", b"\xfd\xff\x00\x00\x00"], ids=repr)
+@pytest.mark.parametrize("size", [1472, 65_507])
+def test_b6_02_datagrams_full_of_beginnings(attack: Attack, junk: bytes, size: int) -> None:
+    """The dearest junk: each byte or two could begin a frame. Searched for a while only, so it costs as any other."""
+    oracle = attack()
+    data = (junk * size)[:size]
+    count = 4_000_000 // size * 2
+    oracle.flood((data, (HOME, STRANGER)[number % 2]) for number in range(count))
+    assert oracle.dropped()["junk bytes"] == count * size
+    oracle.holds(counted="junk bytes", told="refused: junk bytes")
+
+
 def test_b6_03_three_bytes_before_every_good_frame(attack: Attack) -> None:
     oracle = attack()
 

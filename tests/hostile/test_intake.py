@@ -2,6 +2,7 @@
 
 import random
 from collections import Counter
+from itertools import pairwise
 
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -121,7 +122,7 @@ def cut_at(stream: bytes, cuts: list[int]) -> list[bytes]:
     edges = [0, *sorted(min(cut, len(stream)) for cut in cuts), len(stream)]
     intake = Intake("", Anybody())
     taken: list[bytes] = []
-    for first, last in zip(edges, edges[1:], strict=False):
+    for first, last in pairwise(edges):
         if first < last:
             taken += intake.chunks(LINK, [(stream[first:last], PLACE)], 1.0)
     intake.tick(9.0)

@@ -1,4 +1,4 @@
-"""Text from outside (B.6-75…87, as far as decoding): every string of every message we know is one line of plain text."""
+"""Text from outside (B.6-75…87, as far as decoding): every string of every message is one line of plain text."""
 
 import unicodedata
 from typing import Any
