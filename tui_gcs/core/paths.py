@@ -196,6 +196,8 @@ class PathBook:
     def _accept(self, vehicle: Vehicle, path: Path, why: str) -> None:
         path.state = PathState.USED
         path.source.bound += 1
+        if path.high_latency:
+            vehicle.high_latency_s = self._clock.now()
         _renew(vehicle)
         text = f"also heard on {path.source.link}: {why}"
         self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)

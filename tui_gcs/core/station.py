@@ -141,7 +141,7 @@ class Station:
         )
         specs = {link.name: link.spec for link in links}
         self.rates = RateDesk(self.fleet, self.commands, self.firmware, specs, clock, self.events)
-        self.answers = TimeAnswers(self.fleet, self.door, clock)
+        self.answers = TimeAnswers(self.fleet, self.door, clock, own)
         self.monitor = FleetMonitor(self.guard, self.book)
         self.desks: dict[str, TeamDesk] = {}
         self.requests = RequestDesk(self)

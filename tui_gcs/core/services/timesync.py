@@ -14,8 +14,9 @@ MOST_PER_S = 50
 class TimeAnswers:
     """Answers at once, from within `Fleet`'s dispatch."""
 
-    def __init__(self, fleet: Fleet, door: Door, clock: Clock) -> None:
-        """Listen to `fleet`, answer through `door`."""
+    def __init__(self, fleet: Fleet, door: Door, clock: Clock, own_system: int) -> None:
+        """Listen to `fleet`, answer through `door` what nobody else than `own_system` is asked."""
+        self._for_us = (0, own_system)
         self._door = door
         self._clock = clock
         self._answered: Counter[int] = Counter()
@@ -27,7 +28,7 @@ class TimeAnswers:
 
     def _timesync(self, vehicle: Vehicle, fields: Fields) -> None:
         """A request has tc1 = 0 and the sender's time in ts1; the answer gives ts1 back, with our time in tc1."""
-        if fields["tc1"] == 0 and self._may(vehicle):
+        if fields["tc1"] == 0 and fields.get("target_system", 0) in self._for_us and self._may(vehicle):
             self._door.ask(vehicle.id, "TIMESYNC", tc1=round(self._clock.now() * 1e9), ts1=fields["ts1"])
 
     def _ping(self, vehicle: Vehicle, fields: Fields) -> None:
