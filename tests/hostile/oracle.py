@@ -343,7 +343,7 @@ def _frames(rig: Watched) -> list[tuple[float, Address, str, bytes]]:
 
 
 def settle_memory() -> None:
-    """As a station process after its start: what the tests before left is not looked through in the middle of a step."""
+    """As a station process after its start: what tests before left is not looked through in the middle of a step."""
     gc.collect()
     gc.freeze()
 
