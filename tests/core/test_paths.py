@@ -181,6 +181,28 @@ def test_an_ack_over_the_other_link_counts(wired: MakeWired) -> None:
     assert done == ["confirmed"] and action.sent == 1
 
 
+def test_another_link_costs_no_questions_about_rates(wired: MakeWired) -> None:
+    """What was counted before the second link came still counts."""
+    near, far = Wire("near", delay_s=0.02), Wire("far", delay_s=0.5, up=False)
+    flight = wired(1, wires=[near, far]).run(30.0)
+    since_s = flight.clock.now()
+    far.up = True
+    flight.run(30.0)
+    assert len(flight.vehicle().used_paths()) == 2
+    assert 511 not in flight.commands(near, since_s) + flight.commands(far, since_s)
+    assert flight.vehicle().loss_pct == 0.0
+
+
+def test_the_radio_of_a_second_link_is_heard(wired: MakeWired) -> None:
+    from tui_gcs.core.wire.encode import Encoder
+
+    flight = wired(1, wires=[Wire("near"), Wire("far", delay_s=0.3)]).run(10.0)
+    said = {"rssi": 200, "remrssi": 190, "noise": 40, "remnoise": 40, "rxerrors": 0, "fixed": 0}
+    flight.wires[1].link.inject(Encoder(51, 68).encode("RADIO_STATUS", txbuf=66, **said), ("sim", 0))
+    flight.run(0.1)
+    assert [link.radio for link in flight.status().links] == ["", "txbuf 66 % rssi 200/190"]
+
+
 def test_frames_lost_on_one_link_come_over_the_other(wired: MakeWired) -> None:
     import random
 
@@ -308,6 +330,9 @@ def test_in_flight_twins_at_one_address_get_stops_only(wired: MakeWired) -> None
     assert not flight.sent_to(1, since_s=since_s)
     assert [f["param2"] for _, f in flight.sent_to(1, "COMMAND_LONG", since_s) if f["command"] == 176][:1] == [17]
     assert int(flight.sim.mode[0]) == 17 and flight.speed(1) < 0.5
+    reply = flight.ask(m.Return(vehicles=(1,)))
+    assert not reply.ok and "only hold is sent" in reply.results[0].text
+    assert not flight.sent_to(1, since_s=since_s)
 
 
 def test_a_stray_heartbeat_now_and_then_blocks_nobody(wired: MakeWired) -> None:

@@ -145,6 +145,8 @@ class Executive:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif flight.phase is Phase.ARMING:
                 results.append(self._hold_one(vehicle, flight, now))
+            elif vehicle.airborne and (why := vehicle.no_commands):  # its way home would be told to who knows whom
+                results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{why}: only hold is sent"))
             else:
                 results.append(self._return_one(flight, vehicle, bool(vehicles), now))
         if results and not vehicles:

@@ -20,7 +20,7 @@ from tui_gcs.core.services.text import TextAssembler, TextPace
 from tui_gcs.core.telemetry import Telemetry
 from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.dialect import Message, label
-from tui_gcs.core.wire.intake import CALL, STATE, Intake, Slot, Source
+from tui_gcs.core.wire.intake import CALL, KEEP, STATE, Intake, Slot, Source
 from tui_gcs.core.wire.mavlink import AUTOPILOT_INVALID, NOT_VEHICLES
 
 Fields = dict[str, Any]
@@ -74,7 +74,7 @@ class Fleet:
         self.dropped: Counter[str] = Counter()
         self.networks = networks
         self.intakes = {network: Intake(network, self) for network in networks}
-        self.paths = PathBook(clock, events, self.dropped)
+        self.paths = PathBook(clock, events, self.dropped, self._place_again)
         self.telemetry = Telemetry(clock, events, frame, self.dropped, self.paths.boot_time)
         self._refusals = RefusalTeller(events, self.dropped, self.intakes.values())
         self._clock = clock
@@ -152,6 +152,17 @@ class Fleet:
                 self._place_stranger(slot)
             else:
                 self._place_vehicle(vehicle, slot, source)
+
+    def _place_again(self, source: Source, system: int) -> None:
+        """Paths changed: with its next frame each slot is placed anew. What it holds and counted stays."""
+        for slot in (*source.slots.values(), *source.unknown.values()):
+            if slot.system == system:
+                slot.route, slot.call = CALL, self._again
+
+    def _again(self, slot: Slot, now: float) -> bool:
+        slot.route, slot.call = KEEP, _nothing
+        self.place(slot, slot.stream.source)
+        return slot.call(slot, now) is not False
 
     def needs(self, slot: Slot) -> bool:
         """See `wire.intake.Owner`: what a vehicle says that we understand, if it is more than a hello."""
@@ -274,7 +285,7 @@ class Fleet:
     def _radio(self, slot: Slot, now: float) -> bool:
         """Believed only where vehicles are heard, not just hellos: a stranger's RADIO_STATUS would throttle a link."""
         source = slot.stream.source
-        if not any(v.confirmed for v in self.vehicles.values() if v.path.source is source):
+        if not any(v.confirmed and v.uses(source) for v in self.vehicles.values()):
             self.dropped["radio status from a stranger"] += 1
             return False
         for listener in self._on_radio:
@@ -422,6 +433,10 @@ class Fleet:
         cls = EventClass.SENSOR if text.startswith(("PreArm", "Arm:", "EKF", "GPS")) else EventClass.VEHICLE
         if self._events.say(cls, f"vehicle {vehicle.id}", text, severity, every_s=5):
             self._pace.told(vehicle.id, severity, now)
+
+
+def _nothing(slot: Slot, now: float) -> bool:
+    return True
 
 
 def _count_once(slot: Slot, vehicle: Vehicle, path: Path, copies: Copies, dropped: Counter[str]) -> None:

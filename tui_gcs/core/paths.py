@@ -19,19 +19,16 @@ from tui_gcs.core.copies import Copies
 from tui_gcs.core.doubts import Doubts
 from tui_gcs.core.events import ALERT, ERROR, NOTICE, WARNING, EventLog
 from tui_gcs.core.messages import EventClass
+from tui_gcs.core.path_rules import REBIND_S, SAME_BOOT_S, copies_may_come, is_same, shares_link, uid_of
 from tui_gcs.core.vehicle import HIGH_LATENCY_LOST_S, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.intake import Slot, Source
 
-REBIND_S = 3.0
-"""Silence of the vehicle after which another address may take over."""
 SWITCH_S = 1.2
 """Silence of the path in use after which another accepted one is used: well within 2 s at 1 Hz of heartbeats."""
 AHEAD_S, AHEAD_LOOKS = 0.3, 5
 """News on another path newer by this, in so many looks in a row: that path is the fresher one. A link that is up for
 2 s at a time never is."""
 LOOK_S = 1.0
-SAME_BOOT_S = 3.0
-"""Boot clocks of one vehicle over two links differ by their delays only."""
 DIFFERS_S = 1.0
 """What contradicts for so long is another vehicle; less may be a reboot that one link told first."""
 TWIN_STEPS, TWIN_S = 2, 5.0
@@ -60,8 +57,15 @@ HEARTBEAT, AUTOPILOT_VERSION = 0, 148
 class PathBook:
     """Judges the paths of all vehicles."""
 
-    def __init__(self, clock: Clock, events: EventLog, dropped: Counter[str]) -> None:
-        """Refused frames are counted in `dropped`."""
+    def __init__(
+        self,
+        clock: Clock,
+        events: EventLog,
+        dropped: Counter[str],
+        place_again: Callable[[Source, int], None],
+    ) -> None:
+        """Refused frames are counted in `dropped`; `place_again` has it decided anew what is done with a system's."""
+        self._place_again = place_again
         self._clock = clock
         self._events = events
         self._dropped = dropped
@@ -89,11 +93,11 @@ class PathBook:
                 return None
             self._drop(vehicle, min(others, key=lambda path: path.heard_s))
         path = Path(source, PathState.CANDIDATE, self._clock.now())
-        if _shares_link(vehicle, path):
+        if shares_link(vehicle, path):
             path.state = PathState.CONFLICT
         vehicle.paths.append(path)
-        if vehicle.copies is None and _copies_may_come(vehicle):
-            _renew(vehicle)
+        if vehicle.copies is None and copies_may_come(vehicle):
+            self._renew(vehicle)
         return path
 
     # ---------------------------------------------------------------- frames that are not used
@@ -120,7 +124,7 @@ class PathBook:
             path.beats_s = [*(t for t in newest_s if now - t < SECOND_WITHIN_S), now]
         if now - vehicle.heard_s > REBIND_S:
             self._instead(vehicle, path, now)
-        elif _shares_link(vehicle, path):
+        elif shares_link(vehicle, path):
             path.state = PathState.CONFLICT
             self._beside(vehicle, path, now)
         else:
@@ -132,7 +136,7 @@ class PathBook:
         if vehicle.copies is None or not vehicle.copies.is_copy(slot.raw, path):
             self._accept(vehicle, path, "proven by its signature")
             self._use(vehicle, path)
-        elif not _shares_link(vehicle, path):
+        elif not shares_link(vehicle, path):
             vehicle.copies.first(slot.raw, path, now)
             path.copies += 1
             if path.copies >= SURE_COPIES:
@@ -147,7 +151,7 @@ class PathBook:
             self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
 
     def _on_another_link(self, vehicle: Vehicle, path: Path, slot: Slot, now: float) -> None:
-        same = _is_same(vehicle, path, now, silent=False)
+        same = is_same(vehicle, path, now, silent=False)
         if same:
             self._accept(vehicle, path, "the same vehicle")
             return
@@ -163,7 +167,7 @@ class PathBook:
     def _instead(self, vehicle: Vehicle, path: Path, now: float) -> None:
         """The vehicle is silent: this may be its new address."""
         path.state = PathState.CANDIDATE
-        same = _is_same(vehicle, path, now, silent=True)
+        same = is_same(vehicle, path, now, silent=True)
         text = f"heard from another address on {path.source.link}: asked who it is"
         if same:
             self._follow(vehicle, path)
@@ -185,7 +189,7 @@ class PathBook:
             for path in vehicle.paths:
                 if path.state is PathState.USED or now < path.ask_next_s or now - path.heard_s >= REBIND_S:
                     continue
-                if path.state is PathState.CANDIDATE or not _shares_link(vehicle, path):
+                if path.state is PathState.CANDIDATE or not shares_link(vehicle, path):
                     path.asked += 1
                     path.ask_next_s = now + (ASK_S if path.asked <= ASK_OFTEN else 10 * ASK_S)
                     due.append((vehicle, path))
@@ -198,7 +202,7 @@ class PathBook:
         path.source.bound += 1
         if path.high_latency:
             vehicle.high_latency_s = self._clock.now()
-        _renew(vehicle)
+        self._renew(vehicle)
         text = f"also heard on {path.source.link}: {why}"
         self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
 
@@ -251,7 +255,16 @@ class PathBook:
         vehicle.path = path
         for each in vehicle.paths:
             each.ahead = 0
-        _renew(vehicle)
+        self._renew(vehicle)
+
+    def _renew(self, vehicle: Vehicle) -> None:
+        """What is done with frames depends on the paths: decide it anew for each kind."""
+        if not copies_may_come(vehicle):
+            vehicle.copies = None
+        elif vehicle.copies is None:
+            vehicle.copies = Copies()
+        for path in vehicle.paths:
+            self._place_again(path.source, vehicle.system)
 
     def _drop(self, vehicle: Vehicle, path: Path) -> None:
         vehicle.paths.remove(path)
@@ -269,7 +282,7 @@ class PathBook:
             if len(vehicle.paths) > 1:
                 self._choose(vehicle, now, look=look)
             if self._doubts.look(vehicle, now, look=look):
-                _renew(vehicle)
+                self._renew(vehicle)
             if vehicle.blocked_s > -math.inf and now - vehicle.blocked_s > RESOLVED_S:
                 vehicle.blocked, vehicle.blocked_in_flight, vehicle.blocked_s = "", False, -math.inf
                 text = "only one vehicle uses this id again"
@@ -376,57 +389,8 @@ class PathBook:
             path.source.bound -= path.state is PathState.USED
 
 
-def _shares_link(vehicle: Vehicle, path: Path) -> bool:
-    """Whether `path` is another address on a link over which the vehicle is heard."""
-    return any(used.source.link == path.source.link for used in vehicle.used_paths() if used is not path)
-
-
-def _copies_may_come(vehicle: Vehicle) -> bool:
-    """Over accepted paths; signed ones over any other link, which is accepted for bringing them."""
-    link = vehicle.path.source.link
-    return len(vehicle.used_paths()) > 1 or (vehicle.keyed and any(p.source.link != link for p in vehicle.paths))
-
-
 def _withdraw(path: Path, state: PathState) -> None:
     path.state = state
     path.source.bound -= 1
     path.asked, path.ask_next_s, path.uid, path.answered = 0, -math.inf, "", False
     path.beats_s, path.differs_s = [], math.inf
-
-
-def _renew(vehicle: Vehicle) -> None:
-    """What is done with frames depends on the paths: look it up anew for each kind."""
-    if not _copies_may_come(vehicle):
-        vehicle.copies = None
-    elif vehicle.copies is None:
-        vehicle.copies = Copies()
-    for path in vehicle.paths:
-        path.source.forget(vehicle.system)
-
-
-def _is_same(vehicle: Vehicle, path: Path, now: float, *, silent: bool) -> bool | None:
-    """Whether `path` leads to the vehicle, by hardware id and boot clock; None: not known yet.
-
-    With `silent` the vehicle has not been heard for a while, and may have rebooted.
-    """
-    if path.uid and vehicle.uid and path.uid != vehicle.uid:
-        return False
-    same_board = path.uid == vehicle.uid
-    heard_since_s = -math.inf if silent or vehicle.path.high_latency else now - REBIND_S
-    apart_s = abs(path.boot_offset_s(now - REBIND_S) - vehicle.path.boot_offset_s(heard_since_s))
-    if path.high_latency or vehicle.path.high_latency:  # nobody is asked over a satellite, and it may take a minute
-        return True if apart_s < HIGH_LATENCY_LOST_S else None
-    if apart_s <= SAME_BOOT_S:
-        return True if same_board else None
-    if silent:
-        return True if same_board and path.uid else None
-    return None if math.isnan(apart_s) else False
-
-
-def uid_of(slot: Slot) -> str:
-    """The hardware id in AUTOPILOT_VERSION: uid2 if the board has one, else uid; empty if neither."""
-    fields = slot.fields()
-    uid2 = bytes(fields["uid2"])
-    if any(uid2):
-        return uid2.hex()
-    return f"{fields['uid']:016x}" if fields["uid"] else ""

@@ -238,6 +238,10 @@ class Vehicle:
         """The ways on which it is this vehicle."""
         return [path for path in self.paths if path.state is PathState.USED]
 
+    def uses(self, source: Source) -> bool:
+        """Whether it is heard, as itself, from there."""
+        return any(path.source is source and path.state is PathState.USED for path in self.paths)
+
     def path_of(self, source: Source) -> Path | None:
         """The path that `source` is, if it is one."""
         return next((path for path in self.paths if path.source is source), None)

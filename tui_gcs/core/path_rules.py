@@ -1,0 +1,50 @@
+"""What two paths say of each other: whether they lead to one vehicle."""
+
+import math
+
+from tui_gcs.core.vehicle import HIGH_LATENCY_LOST_S, Path, Vehicle
+from tui_gcs.core.wire.intake import Slot
+
+REBIND_S = 3.0
+"""Silence of the vehicle after which another address may take over."""
+SAME_BOOT_S = 3.0
+"""Boot clocks of one vehicle over two links differ by their delays only."""
+
+
+def shares_link(vehicle: Vehicle, path: Path) -> bool:
+    """Whether `path` is another address on a link over which the vehicle is heard."""
+    return any(used.source.link == path.source.link for used in vehicle.used_paths() if used is not path)
+
+
+def copies_may_come(vehicle: Vehicle) -> bool:
+    """Over accepted paths; signed ones over any other link, which is accepted for bringing them."""
+    link = vehicle.path.source.link
+    return len(vehicle.used_paths()) > 1 or (vehicle.keyed and any(p.source.link != link for p in vehicle.paths))
+
+
+def is_same(vehicle: Vehicle, path: Path, now: float, *, silent: bool) -> bool | None:
+    """Whether `path` leads to the vehicle, by hardware id and boot clock; None: not known yet.
+
+    With `silent` the vehicle has not been heard for a while, and may have rebooted.
+    """
+    if path.uid and vehicle.uid and path.uid != vehicle.uid:
+        return False
+    same_board = path.uid == vehicle.uid
+    heard_since_s = -math.inf if silent or vehicle.path.high_latency else now - REBIND_S
+    apart_s = abs(path.boot_offset_s(now - REBIND_S) - vehicle.path.boot_offset_s(heard_since_s))
+    if path.high_latency or vehicle.path.high_latency:  # nobody is asked over a satellite, and it may take a minute
+        return True if apart_s < HIGH_LATENCY_LOST_S else None
+    if apart_s <= SAME_BOOT_S:
+        return True if same_board else None
+    if silent:
+        return True if same_board and path.uid else None
+    return None if math.isnan(apart_s) else False
+
+
+def uid_of(slot: Slot) -> str:
+    """The hardware id in AUTOPILOT_VERSION: uid2 if the board has one, else uid; empty if neither."""
+    fields = slot.fields()
+    uid2 = bytes(fields["uid2"])
+    if any(uid2):
+        return uid2.hex()
+    return f"{fields['uid']:016x}" if fields["uid"] else ""
