@@ -6,7 +6,7 @@ import struct
 import sys
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE, Address, LinkState, reason
+from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE, MAX_DATAGRAMS_PER_RECEIVE, Address, LinkState, reason
 from tui_gcs.core.links.resolve import Place, listen_advice
 from tui_gcs.core.links.spec import LinkError, LinkSpec
 
@@ -52,10 +52,14 @@ class UdpLink(LinkState):
     def receive(self) -> list[tuple[bytes, Address]]:
         """See `Link.receive`; drains the socket, bounded."""
         datagrams: list[tuple[bytes, Address]] = []
-        receive = self._socket.recvfrom
+        receive, size = self._socket.recvfrom, 0
         for _ in range(MAX_DATAGRAMS_PER_RECEIVE):
+            if size > MAX_BYTES_PER_RECEIVE:
+                break
             try:
-                datagrams.append(receive(_MAX_DATAGRAM_BYTES))
+                one = receive(_MAX_DATAGRAM_BYTES)
+                size += len(one[0])
+                datagrams.append(one)
             except (BlockingIOError, InterruptedError):
                 break
             except ConnectionRefusedError:  # an earlier send of udpout met nobody; datagrams may wait behind this news
@@ -63,8 +67,7 @@ class UdpLink(LinkState):
             except OSError as error:
                 self._trouble(reason(error))
                 break
-        if datagrams:
-            self.bytes_in += sum([len(data) for data, _ in datagrams])
+        self.bytes_in += size
         if self.error and not self._closed and (datagrams or self._clock.now() >= self._trouble_until_s):
             self.error = ""
         return datagrams
