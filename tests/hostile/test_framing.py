@@ -12,6 +12,7 @@ from fastcrc.crc16 import mcrf4xx
 from tests.core.link_rig import free_port
 from tests.hostile.oracle import STRANGER, Oracle
 from tui_gcs.core.links import Address, Link, open_link
+from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE
 from tui_gcs.core.tlog import read_tlog
 from tui_gcs.core.wire import dialect
 from tui_gcs.core.wire.intake import MOST_SLOTS
@@ -100,6 +101,30 @@ def test_b6_02_datagrams_full_of_beginnings(attack: Attack, junk: bytes, size: i
     oracle.flood((data, (HOME, STRANGER)[number % 2]) for number in range(count))
     assert oracle.dropped()["junk bytes"] == count * size
     oracle.holds(counted="junk bytes", told="refused: junk bytes")
+
+
+def test_b6_05_thousands_of_frames_in_one_datagram(attack: Attack) -> None:
+    """Of kinds that nobody sent before, the dearest of all: as many bytes as one look at a link takes."""
+    oracle = attack()
+    number = 0
+    for _ in range(20):
+        for _ in range(2):
+            frames = [raw_frame(60_000 + number + n, b"", system=77, seq=n & 255) for n in range(5400)]
+            oracle.inject(b"".join(frames), STRANGER)
+            number += 5400
+        oracle.run(0.05)
+    oracle.holds(counted="unknown message id")
+
+
+def test_b6_05_a_look_at_a_real_link_is_bounded_in_bytes() -> None:
+    link = open_link(f"udpin:127.0.0.1:{free_port()}")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for _ in range(10):
+            sender.sendto(bytes(60_000), ("127.0.0.1", link.spec.port))
+    sizes = [sum(len(data) for data, _ in link.receive()) for _ in range(10)]
+    link.close()
+    assert max(sizes) <= MAX_BYTES_PER_RECEIVE + 60_000
+    assert sum(sizes) >= 3 * MAX_BYTES_PER_RECEIVE, "the others come with the next looks"
 
 
 def test_b6_03_three_bytes_before_every_good_frame(attack: Attack) -> None:

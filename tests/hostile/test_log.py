@@ -1,0 +1,60 @@
+"""What the log says of attacks: each cause seldom, with how often; nothing suppressed is lost."""
+
+from collections import Counter
+
+from tests.hostile.test_intake import PLACE, Anybody
+from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.events import EventLog
+from tui_gcs.core.messages import EventClass
+from tui_gcs.core.refusals import RefusalTeller
+from tui_gcs.core.services.text import BURST, TEXTS_PER_S, TextPace
+from tui_gcs.core.wire.intake import Intake
+
+
+def test_what_was_not_told_is_counted_when_it_is_told_again() -> None:
+    clock = VirtualClock()
+    log = EventLog(clock)
+    for _ in range(81):
+        log.say(EventClass.VEHICLE, "vehicle 1", "again", every_s=5.0)
+        clock.advance(0.125)
+    assert [event.text for event in log.since(0)] == ["again", "again … (39 more)", "again … (39 more)"]
+    clock.advance(60.0)
+    assert log.say(EventClass.VEHICLE, "vehicle 1", "again", every_s=5.0)
+    clock.advance(60.0)
+    log.say(EventClass.VEHICLE, "vehicle 1", "again", every_s=5.0)
+    assert [event.text for event in log.since(3)] == ["again", "again"]
+
+
+def test_refusals_are_told_per_cause_every_half_minute() -> None:
+    clock = VirtualClock()
+    log, dropped, intake = EventLog(clock), Counter[str](), Intake("", Anybody())
+    teller = RefusalTeller(log, dropped, [intake])
+    for second in range(62):
+        dropped["system id 0"] += 2
+        dropped["not a vehicle"] += 1  # ordinary on a link
+        if second == 40:
+            intake.datagrams("radio", [(bytes(7), PLACE)], clock.now())
+        teller.tick(clock.now())
+        clock.advance(1.0)
+    told = [(round(event.t_s), event.source, event.text) for event in log.since(0)]
+    assert told == [
+        (0, "station", "refused: system id 0 (2)"),
+        (30, "station", "refused: system id 0 (60 more)"),
+        (40, "link radio", "refused: junk bytes (7)"),
+        (60, "station", "refused: system id 0 (60 more)"),
+    ]
+
+
+def test_texts_at_a_bearable_pace_and_urgent_ones_apart() -> None:
+    pace = TextPace()
+    told = 0
+    for number in range(1000):
+        now = number / 100
+        if pace.has_room(1, 6, now):
+            pace.told(1, 6, now)
+            told += 1
+    assert BURST <= told <= BURST + 10 * TEXTS_PER_S + 1
+    assert not pace.has_room(1, 4, 10.0)
+    assert pace.has_room(1, 0, 10.0), "an emergency is heard through chatter"
+    assert pace.has_room(2, 6, 10.0), "others, too"
+    assert pace.has_room(1, 6, 20.0), "and so is who calms down"
