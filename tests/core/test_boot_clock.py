@@ -42,9 +42,10 @@ def test_swapped_and_late_frames_are_late_and_disturb_nothing() -> None:
     assert late == [Step.ON, Step.LATE, Step.LATE, Step.LATE, Step.ON]
 
 
-def test_a_link_with_seconds_of_jitter_is_neither_a_reboot_nor_a_twin() -> None:
+@pytest.mark.parametrize("jitter_s", [0.7, 1.0, 1.5, 2.0, 4.0])
+def test_a_link_with_jitter_is_neither_a_reboot_nor_a_twin(jitter_s: float) -> None:
     chance = random.Random(7)
-    arrivals = sorted((k / 10 + chance.uniform(0.0, 4.0), k) for k in range(18_000))
+    arrivals = sorted((k / 10 + chance.uniform(0.0, jitter_s), k) for k in range(18_000))
     clock = BootClock()
     steps = [clock.seen(100_000 + 100 * k, at) for at, k in arrivals]
     assert set(steps) == {Step.ON, Step.LATE}

@@ -549,3 +549,23 @@ def test_swapped_neighbours_are_no_loss_and_no_doubt(wired: MakeWired) -> None:
     assert flight.vehicle().loss_pct < 1.0
     assert flight.vehicle().reboots == 0 and not flight.vehicle().blocked
     assert 512 not in flight.commands(wire, since_s)
+
+
+def test_loss_and_a_second_of_jitter_are_no_twin_no_reboot_and_no_loss_of_contact(wired: MakeWired) -> None:
+    import random
+
+    chance = random.Random(5)
+    wire = Wire("near", loses=lambda way, data: chance.random() < 0.2)
+    plain, held = wire.from_vehicle, list[tuple[float, bytes, Address]]()
+
+    def shaken(now: float, data: bytes, address: Address) -> None:
+        held.append((now + chance.uniform(0.0, 1.0), data, address))
+        for due in sorted(each for each in held if each[0] <= now):
+            held.remove(due)
+            plain(now, due[1], due[2])
+
+    wire.from_vehicle = shaken  # type: ignore[method-assign]
+    flight = wired(1, wires=[wire]).run(300.0)
+    assert not flight.vehicle().blocked and flight.vehicle().reboots == 0
+    assert not any(LOST_TEXT in text or "DUPLICATE" in text for text in flight.texts())
+    assert flight.commands(wire).count(512) <= 60

@@ -17,9 +17,9 @@ ALONE_S, ALONE_NEAR_S = 1.0, 3.0
 where it might be late frames of the same."""
 JITTER_MS = 5000
 """Links of 2 s delay, doubled by jitter, deliver frames so late. Two clocks farther apart are two vehicles."""
-STEADY_MS = 300
-STEADY_TURNS = 5
-"""Two clocks nearer to each other are two vehicles if both go on so steadily, so often by turns."""
+NEAR_MS, STEADY_MS, STEADY_TURNS = 600, 120, 10
+"""Two clocks nearer to each other, but not so near, are two vehicles if both go on so steadily, so often by turns:
+late frames of one vehicle are late by this and by that."""
 WRAP_MS = 2**32
 NEAR_WRAP_MS = 60_000
 
@@ -85,7 +85,7 @@ class BootClock:
         if now - self.at_s >= (ALONE_S if apart_ms > JITTER_MS else ALONE_NEAR_S):
             self._replace(boot_ms, now)
             return Step.REBOOT
-        if by_turns and (apart_ms > JITTER_MS or (apart_ms > 2 * STEADY_MS and other.turns >= STEADY_TURNS)):
+        if by_turns and (apart_ms > JITTER_MS or (apart_ms > NEAR_MS and other.turns >= STEADY_TURNS)):
             return Step.TWIN
         return Step.LATE
 
