@@ -45,8 +45,8 @@ HELLO_S = 0.6
 """So long a new vehicle has to show that it is one before others may take its place."""
 HINT_S = 1.0
 """Hints at another dialect come at most so often per link: noise looks like that, too."""
-LOOK_S, LOSS_GAP_S = 0.25, 1.0
-"""How often it is looked who fell silent, and how much was lost."""
+LOOK_S, PATHS_GAP_S, LOSS_GAP_S = 0.25, 0.5, 1.0
+"""How often it is looked who fell silent, which of several ways is best, and how much was lost."""
 
 
 class Gates(Protocol):
@@ -92,7 +92,7 @@ class Fleet:
         """By link."""
         self._texts = TextAssembler()
         self._pace = TextPace()
-        self._next_look_s = self._next_loss_s = -math.inf
+        self._next_look_s = self._next_paths_s = self._next_loss_s = -math.inf
 
     @property
     def frame(self) -> LocalFrame:
@@ -390,7 +390,9 @@ class Fleet:
             frames = 0 if vehicle.confirmed else sum(slot.count for slot in vehicle.path.slots.values())
             if frames >= CONFIRMED_FRAMES and now - vehicle.first_s >= CONFIRMED_S:
                 self._confirm(vehicle)
-        self.paths.tick(vehicles)
+        if now >= self._next_paths_s - 1e-9:
+            self._next_paths_s = now + PATHS_GAP_S
+            self.paths.tick(vehicles)
 
     def _confirm(self, vehicle: Vehicle) -> None:
         """It is more than a hello; before that nothing is told, or a flood of hellos would flood the log, too."""
