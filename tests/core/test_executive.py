@@ -156,8 +156,9 @@ def test_with_a_bad_link_everything_still_works(rig: MakeRig) -> None:
     assert flight.ask(m.Return()).ok
     flight.until(lambda: flight.station.executive.run is RunPhase.IDLE, 200.0)
     assert not flight.sim.armed.any()
-    unanswered = [what for what in flight.station.commands.unanswered if "interval" not in what]
-    assert unanswered == [], "intervals are asked again, commands are confirmed by telemetry"
+    starts = ("arm", "take-off")  # three copies in 2 s and never later: one in sixty is lost, told, and begun anew
+    unanswered = [what for what in flight.station.commands.unanswered if not what.endswith(starts)]
+    assert unanswered == [], "everything else is repeated until telemetry confirms it"
 
 
 # ---------------------------------------------------------------- hold

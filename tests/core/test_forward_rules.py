@@ -247,7 +247,7 @@ def test_a_reposition_of_a_vehicle_whose_place_is_not_known_is_refused() -> None
     lost.position_m = (NAN, NAN, NAN)
     assert said(placed(lost, 192, 80, 50, 30.0)) == "no: where it is, is not known"
     deaf = flying()
-    deaf.alt_amsl_m = NAN
+    deaf.fix = ()
     assert said(placed(deaf, 192, 80, 50, 518.0, frame=0)).startswith("no: its home's height above sea level")
 
 

@@ -113,7 +113,7 @@ def seen_by_the_monitor(at_m: Vec3, home_m: Vec3) -> int:
 
 def hovering(system: int, position_m: Vec3) -> Vehicle:
     telemetry = {"armed": True, "landed_state": 2, "position_m": position_m, "alt_rel_m": position_m[2]}
-    return a_vehicle(system, velocity_m_s=(0.0, 0.0, -1.0), **telemetry)
+    return a_vehicle(system, fix=(0, 0, 0, 0, 0, 0, 0, 100, 0), **telemetry)
 
 
 def test_the_monitor_counts_who_lands_too_close_away_from_its_own_column() -> None:

@@ -72,7 +72,6 @@ _GPS = Front("QiiiHHHHBBiI").values
 _SYS_STATUS = Front("IIIHHhHHHHHHb").values
 _BATTERY = Front("iih10HhBBBb").values
 _EXTENDED_STATE = Front("BB").values
-_EKF = Front("fffffH").values
 
 
 class Telemetry:
@@ -92,7 +91,6 @@ class Telemetry:
             24: self._gps,
             1: self._sys_status,
             245: self._extended_state,
-            193: self._ekf,
             242: self._home,
         }
         """By message id: only the newest counts, read when the station looks."""
@@ -119,7 +117,7 @@ class Telemetry:
         vehicle: Vehicle = slot.owner
         raw = slot.raw
         values = _POSITION(raw, 10) if raw[0] == MAGIC_V2 and raw[1] >= POSITION_BYTES else slot.values()
-        boot_ms, lat, lon, alt_mm, alt_rel_mm, vx, vy, vz, heading = values
+        boot_ms, lat, lon, _, alt_rel_mm, _, _, _, _ = values
         boot = vehicle.path.boot
         if 0 <= boot_ms - boot.boot_ms <= FITS_MS + (now - boot.at_s) * 1e3:
             boot.boot_ms, boot.at_s = boot_ms, now
@@ -141,11 +139,9 @@ class Telemetry:
         elif vehicle.has_position() and self._is_jump(vehicle, place, now):
             self._dropped["implausible position"] += 1
             return
-        vehicle.lat_deg, vehicle.lon_deg = lat_deg, lon_deg
-        vehicle.alt_rel_m, vehicle.alt_amsl_m = place[2], alt_mm / 1000
+        vehicle.fix = values
+        vehicle.alt_rel_m = place[2]
         vehicle.position_m = place
-        vehicle.velocity_m_s = (vy / 100, vx / 100, -vz / 100)
-        vehicle.heading_deg = heading / 100 if heading <= 36000 else NAN
         vehicle.position_s = now
 
     def _is_place(self, lat_deg: float, lon_deg: float) -> bool:
@@ -214,10 +210,6 @@ class Telemetry:
         vehicle: Vehicle = slot.owner
         vehicle.landed_state = _EXTENDED_STATE(slot)[1]
 
-    def _ekf(self, slot: Slot, now: float) -> None:
-        vehicle: Vehicle = slot.owner
-        vehicle.ekf_flags = _EKF(slot)[5]
-
     def _sys_status(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
         values = _SYS_STATUS(slot)
@@ -265,12 +257,10 @@ class Telemetry:
         if now - vehicle.position_s <= HIGH_LATENCY_WAITS_S or not self._is_place(latitude / 1e7, longitude / 1e7):
             return
         x, y = self.frame.to_enu(latitude / 1e7, longitude / 1e7)
-        vehicle.lat_deg, vehicle.lon_deg = latitude / 1e7, longitude / 1e7
-        vehicle.alt_amsl_m = float(altitude)
+        course, speed_cm_s = math.radians(2.0 * heading), 20 * speed
+        north, east = round(speed_cm_s * math.cos(course)), round(speed_cm_s * math.sin(course))
+        vehicle.fix = (boot_ms, latitude, longitude, 1000 * altitude, 0, north, east, 0, 200 * heading)
         vehicle.position_m = (float(x), float(y), vehicle.alt_rel_m)
-        course = math.radians(2.0 * heading)
-        vehicle.velocity_m_s = (speed / 5 * math.sin(course), speed / 5 * math.cos(course), 0.0)
-        vehicle.heading_deg = 2.0 * heading
         vehicle.battery_pct = _percent(battery)
         vehicle.position_s = now
 

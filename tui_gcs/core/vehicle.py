@@ -144,13 +144,13 @@ class Vehicle:
     system_status: int = 0
     heartbeat_s: float = -math.inf
     position_s: float = -math.inf
-    lat_deg: float = NAN
-    lon_deg: float = NAN
+    fix: tuple[int, ...] = ()
+    """The newest good GLOBAL_POSITION_INT as it came (MAVLink's scaling, wire order); empty before the first.
+
+    Numbers are made of it when somebody looks: it comes more often than that.
+    """
     alt_rel_m: float = NAN
-    alt_amsl_m: float = NAN
     position_m: Vec3 = UNKNOWN_POSITION
-    velocity_m_s: Vec3 = (NAN, NAN, NAN)
-    heading_deg: float = NAN
     boot_ms: int = 0
     gps_fix: int = 0
     satellites: int = -1
@@ -175,8 +175,6 @@ class Vehicle:
     """The newest of these."""
     position_error_m: float = NAN
     """What its GPS says of its accuracy (h_acc, else HDOP times 2.5 m); NaN when unknown."""
-    ekf_flags: int = -1
-    """EKF_STATUS_REPORT.flags, -1 when it never came."""
     high_latency_s: float = -math.inf
     """When HIGH_LATENCY2 last came."""
     armed_bit: bool = False
@@ -208,6 +206,34 @@ class Vehicle:
         if len(self.paths) == 1:
             return self.path.heard_s
         return max(path.heard_s for path in self.paths if path.state is PathState.USED)
+
+    @property
+    def lat_deg(self) -> float:
+        """Latitude of the newest position, NaN when unknown; so `lon_deg`."""
+        return self.fix[1] / 1e7 if self.fix else NAN
+
+    @property
+    def lon_deg(self) -> float:
+        """Longitude."""
+        return self.fix[2] / 1e7 if self.fix else NAN
+
+    @property
+    def alt_amsl_m(self) -> float:
+        """Height above mean sea level, NaN when unknown."""
+        return self.fix[3] / 1e3 if self.fix else NAN
+
+    @property
+    def velocity_m_s(self) -> Vec3:
+        """East, north, up; NaN when unknown. MAVLink has north, east, down in cm/s."""
+        if not self.fix:
+            return UNKNOWN_POSITION
+        vx, vy, vz = self.fix[5:8]
+        return (vy / 100, vx / 100, -vz / 100)
+
+    @property
+    def heading_deg(self) -> float:
+        """Where its nose points, NaN when unknown."""
+        return self.fix[8] / 100 if self.fix and self.fix[8] <= 36000 else NAN
 
     @property
     def link(self) -> str:
@@ -264,7 +290,7 @@ class Vehicle:
         self.identified, self.firmware_token = False, ""
         self.prearm_ok, self.landed_state, self.home_m = False, 0, None
         self.has_battery_status, self.battery_pct, self.battery_v = False, NAN, NAN
-        self.gps_fix, self.satellites, self.position_error_m, self.ekf_flags = 0, -1, NAN, -1
+        self.gps_fix, self.satellites, self.position_error_m = 0, -1, NAN
         self.recent_reasons, self.flickers_s, self.suspect_jumps = [], [], 0
 
     def silent_s(self, message: int, now: float) -> float:
