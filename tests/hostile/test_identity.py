@@ -268,7 +268,7 @@ def test_b6_31_a_vehicle_that_signs_with_a_key_we_do_not_hold(attack: Attack) ->
     assert not reply.ok
     frame = oracle.flight.frame
     assert frame is not None and frame.signing[0] == "unknown key" and "key" in frame.problem[0]
-    assert "its frames are unknown key" in oracle.flight.texts("vehicle 1")
+    assert "its frames: unknown key" in oracle.flight.texts("vehicle 1")
     oracle.holds()
 
 

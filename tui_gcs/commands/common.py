@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from tui_gcs.core.zenoh_bus import ZenohBus
 
 LEAST_COLUMNS, LEAST_LINES = 80, 24
+OURSELVES = ("127.0.0.1", "localhost", "::1", "0.0.0.0", "::")  # noqa: S104 - compared with, not bound
 ONE_NETWORK = 999
 """Numbers above are vehicles of further networks."""
 
@@ -134,6 +135,14 @@ def check_dialects(files: list[str]) -> None:
             add_xml(Path(file))
         except DialectError as error:
             raise CommandError(str(error)) from None
+
+
+def check_forward(links: list[str], forward: list[str]) -> None:
+    """Our own vehicles must not come back to us as somebody else's. Raises `CommandError`."""
+    listening = {spec.port: spec.name for spec in _parsed(links) if spec.scheme in ("udpin", "tcpin")}
+    for spec in _parsed(forward):
+        if spec.scheme in ("udpout", "tcp") and spec.port in listening and spec.host in OURSELVES:
+            raise CommandError(f"forward {spec.name} leads back into {listening[spec.port]}: name another station")
 
 
 def loopback_only(links: list[str]) -> None:

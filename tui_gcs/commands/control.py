@@ -117,7 +117,8 @@ def _words(status: "StationStatus", frame: "FleetFrame") -> str:
     lines += [
         f"{row.id:>4} {row.team:<10} {row.mode:<10} {'armed' if row.armed else '-':<6}{row.phase:<10} "
         f"{row.position_m[2]:7.1f} m {row.battery_pct:4.0f} % {row.freshness:<6} {row.signing}"
-        + (f"  NOT COMMANDED: {row.problem}" if row.problem else "")
+        + f"  {row.link}"
+        + (f"  {row.problem}" if row.problem else "")
         for row in frame.rows()
     ]
     return "\n".join(lines) + "\n"

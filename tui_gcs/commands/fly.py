@@ -3,7 +3,15 @@
 import argparse
 from pathlib import Path
 
-from tui_gcs.commands.common import check_dialects, check_links, loopback_only, need_terminal, read_scenario, running
+from tui_gcs.commands.common import (
+    check_dialects,
+    check_forward,
+    check_links,
+    loopback_only,
+    need_terminal,
+    read_scenario,
+    running,
+)
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
 from tui_gcs.launcher import launch, running_scenario
@@ -33,6 +41,7 @@ def start(kind: Kind, arguments: argparse.Namespace) -> None:
     forward = [(link, False) for link in arguments.forward] + [(link, True) for link in arguments.forward_commands]
     if kind is Kind.SIM:
         loopback_only([link for link, _ in forward])
+    check_forward(links, [link for link, _ in forward])
     check_links(links + [link for link, _ in forward])
     check_dialects(arguments.dialect)
     dialects = [str(Path(file).resolve()) for file in arguments.dialect]

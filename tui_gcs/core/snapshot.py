@@ -55,8 +55,15 @@ def fleet_frame(
         ),
         link=tuple([v.link for v in vehicles]),
         signing=tuple([v.signing.value for v in vehicles]),
-        problem=tuple([v.no_commands for v in vehicles]),
+        problem=tuple([problem_of(v) for v in vehicles]),
     )
+
+
+def problem_of(vehicle: Vehicle) -> str:
+    """What is wrong with who a vehicle is, and what that means for commands; empty if nothing is."""
+    if vehicle.no_commands:
+        return f"NOT COMMANDED: {vehicle.no_commands}"
+    return f"{vehicle.blocked}; this one is flown on" if vehicle.blocked else ""
 
 
 def _phase_without_team(vehicle: Vehicle) -> Phase:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.core.flights import Flight
 from tui_gcs.core.links import Link
 from tui_gcs.core.messages import Freshness, LinkStatus, Phase, RunPhase, StationStatus
+from tui_gcs.core.snapshot import problem_of
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station
@@ -104,9 +105,14 @@ def _alarm(station: "Station", now: float) -> str:
     lost = [flight.vehicle for flight in station.book if _is_lost(station, flight, now)]
     if lost:
         return f"LOST in the air: vehicle {_ids(lost)}   → !h hold all, r return the others"
-    twins = [v for v in station.fleet.in_order() if v.no_commands]
-    if twins:
-        return f"vehicle {_ids([v.id for v in twins])} NOT COMMANDED: {twins[0].no_commands}"
+    doubtful: dict[str, list[int]] = {}
+    for vehicle in station.fleet.in_order():
+        if problem := problem_of(vehicle):
+            doubtful.setdefault(problem, []).append(vehicle.id)
+    if doubtful:
+        more = f" (+ {len(doubtful) - 1} other reasons)" if len(doubtful) > 1 else ""
+        problem, ids = next(iter(doubtful.items()))
+        return f"vehicle {_ids(ids)} {problem}{more}"
     low = [v for v in station.fleet.in_order() if v.airborne and v.battery_pct < CRITICAL_BATTERY_PCT]
     if low:
         worst = min(low, key=lambda v: v.battery_pct)

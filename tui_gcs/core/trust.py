@@ -245,19 +245,19 @@ class TrustBook:
         for vehicle in vehicles:
             trust = self._trusts.get((vehicle.network, vehicle.system))
             vehicle.keyed = trust is not None
-            self._set_signing(vehicle, self._unkeyed(vehicle) if trust is None else _keyed(trust, now))
+            self._set_signing(vehicle, self._unkeyed(vehicle) if trust is None else _keyed(trust, now, vehicle.signing))
 
     def _set_signing(self, vehicle: Vehicle, signing: Signing) -> None:
+        vehicle.untrusted = ""  # anew each time: keys come and go while it signs as before
+        if signing is Signing.UNKNOWN_KEY:
+            vehicle.untrusted = "signed with a key that we do not hold"
+        elif vehicle.keyed and signing is not Signing.OURS:
+            vehicle.untrusted = "does not sign, though we hold a key for it"
         if signing is vehicle.signing:
             return
         vehicle.signing = signing
-        vehicle.untrusted = ""
-        if signing is Signing.UNKNOWN_KEY:
-            vehicle.untrusted = "signed with a key that we do not hold"
-        elif vehicle.keyed and signing is Signing.UNSIGNED:
-            vehicle.untrusted = "does not sign, though we hold a key for it"
         severity = ALERT if vehicle.untrusted else NOTICE
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"its frames are {signing.value}", severity)
+        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"its frames: {signing.value}", severity)
 
     def _unkeyed(self, vehicle: Vehicle) -> Signing:
         """What the newest heartbeat says of a vehicle without a key."""
@@ -344,12 +344,15 @@ class TrustBook:
         return f"vehicle {self._networks.index(network) * IDS_PER_NETWORK + system}"
 
 
-def _keyed(trust: _Trust, now: float) -> Signing:
-    if now - trust.good_s < CEASED_S or max(trust.bad_s, trust.unsigned_s) < now - RECENT_S:
+def _keyed(trust: _Trust, now: float, before: Signing) -> Signing:
+    """How a keyed vehicle signs; `before` while nothing tells."""
+    if now - trust.good_s < CEASED_S:
         return Signing.OURS
     if now - trust.bad_s < RECENT_S:
         return Signing.UNKNOWN_KEY
-    return Signing.UNSIGNED
+    if now - trust.unsigned_s < RECENT_S:
+        return Signing.UNSIGNED
+    return Signing.OURS if trust.good_s > -math.inf else before
 
 
 def _holder(place: tuple[str, int], key: Key) -> str:

@@ -31,9 +31,9 @@ class Column:
 
 
 def _mode(row: VehicleRow, width: int) -> str:
-    """The mode, or why the vehicle is not commanded, or how long ago it was last heard."""
+    """The mode, or how long ago the vehicle was last heard."""
     if row.freshness is Freshness.OK:
-        return "NOT OURS" if row.problem else row.mode
+        return row.mode
     age_s = whole_age_s(row.heard_age_s if row.freshness is Freshness.LOST else row.age_s)
     word = "LOST" if row.freshness is Freshness.LOST else "old"
     return f"{word} {UNKNOWN if age_s is None else min(age_s, 999)}s"

@@ -52,7 +52,7 @@ def selected_lines(row: VehicleRow, glyphs: GlyphSet) -> list[list[Run]]:
         _pair("spd", _if(known, f"{number(speed_m_s(row.velocity_m_s), 1)} m/s   hdg {_heading(row, glyphs)}")),
         _pair("bat", _if(known, f"{number(row.battery_v, 1)} V  {number(row.battery_pct)} %")),
         _pair("gps", _if(known, f"{gps(row.gps_fix, row.satellites)} sat   {_place(row)}")),
-        _pair("NOT", f"commanded: {row.problem}", Ink.WARNING)
+        _pair("WHO?", row.problem, Ink.WARNING)
         if row.problem
         else _pair("slot", f"{row.slot or UNKNOWN}   off {number(row.slot_error_m, 1)} m   {row.signing}"),
         _pair("link", f"{row.link}  loss {number(row.loss_pct, 1)} %  heard {number(row.heard_age_s, 0)} s"),
