@@ -118,7 +118,7 @@ class Door:
         self._journal.write(
             {"action": what, "vehicle": vehicle_id, "message": name, "wall_s": self._clock.wall()} | _numbers(fields)
         )
-        self._send(vehicle_id, name, fields)
+        self._send(vehicle_id, name, fields, every_way=what in STOPS)
 
     def foreign(self, vehicle_id: int, raw: bytes, what: str, source: str) -> str:
         """Pass on another station's frame, unchanged, if the guard lets it; "" or why not. Journalled with its source.
@@ -139,7 +139,7 @@ class Door:
             self.refused[why] += 1
             return why
         self._recorder.write(self._clock.wall(), raw)
-        self._put(vehicle.link, vehicle.address, raw)
+        self._put_to(vehicle, raw, every_way=what in STOPS)
         return ""
 
     def give_key(self, vehicle: Vehicle, key: Key) -> str:
@@ -205,7 +205,7 @@ class Door:
             return verdict.text
         return "" if what in STOPS else vehicle.no_commands
 
-    def _send(self, vehicle_id: int, name: str, fields: dict[str, Any]) -> None:
+    def _send(self, vehicle_id: int, name: str, fields: dict[str, Any], *, every_way: bool = False) -> None:
         vehicle = self._fleet.vehicles.get(vehicle_id)
         if vehicle is None or vehicle.system == 0:
             self._refuse(vehicle_id, name, "unknown vehicle")
@@ -216,7 +216,12 @@ class Door:
             return
         frame = self._encode(vehicle, name, fields)
         self._recorder.write(self._clock.wall(), frame)
-        self._put(vehicle.link, vehicle.address, self._trust.signed(vehicle, frame))
+        self._put_to(vehicle, self._trust.signed(vehicle, frame), every_way=every_way)
+
+    def _put_to(self, vehicle: Vehicle, frame: bytes, *, every_way: bool) -> None:
+        """Over the way in use; a stop over all of them, for the one in use may lead into the void and not show it."""
+        for path in vehicle.stop_paths(self._clock.now()) if every_way else (vehicle.path,):
+            self._put(path.source.link, path.source.address, frame)
 
     def _encode(self, vehicle: Vehicle, name: str, fields: dict[str, Any]) -> bytes:
         layout = dialect.layout_named(name)

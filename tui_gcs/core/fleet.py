@@ -20,7 +20,7 @@ from tui_gcs.core.services.text import TextAssembler, TextPace
 from tui_gcs.core.telemetry import Telemetry
 from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.dialect import Message, label
-from tui_gcs.core.wire.intake import CALL, KEEP, STATE, Intake, Slot, Source
+from tui_gcs.core.wire.intake import CALL, KEEP, STATE, Intake, Slot, Source, Stream
 from tui_gcs.core.wire.mavlink import AUTOPILOT_INVALID, NOT_VEHICLES
 
 Fields = dict[str, Any]
@@ -142,6 +142,7 @@ class Fleet:
             self._refuse(slot, "SETUP_SIGNING from a vehicle")
         elif slot.msgid in RADIO_IDS:
             slot.route, slot.call = CALL, self._radio
+            slot.stream = Stream(source)  # the modem's, whatever ids it uses: it says nothing of an autopilot
         elif slot.system == 0:
             self._refuse(slot, "system id 0")
         elif slot.system == self._own_system:
@@ -202,6 +203,8 @@ class Fleet:
                 return
             path.streams.append(slot.stream)
         slot.owner = vehicle
+        if slot.component == vehicle.component:
+            path.pilot = slot.stream
         if path.state is not PathState.USED:
             slot.route, slot.call = CALL, self.paths.unproven
             if slot.gate is not None and vehicle.copies is not None:

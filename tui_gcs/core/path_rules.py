@@ -2,13 +2,26 @@
 
 import math
 
-from tui_gcs.core.vehicle import HIGH_LATENCY_LOST_S, Path, Vehicle
+from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, HIGH_LATENCY_LOST_S, Path, Vehicle
 from tui_gcs.core.wire.intake import Slot
 
 REBIND_S = 3.0
 """Silence of the vehicle after which another address may take over."""
 SAME_BOOT_S = 3.0
 """Boot clocks of one vehicle over two links differ by their delays only."""
+
+
+STALLED_S = 2.0
+"""Positions come at least so often; a path whose newest is older than the other's by more brings none any more."""
+
+
+def ahead_s(path: Path, used: Path) -> float:
+    """How much newer the news on `path` are than on `used`; NaN if one of them never brought a position."""
+    ours, theirs = path.slots.get(GLOBAL_POSITION_INT), used.slots.get(GLOBAL_POSITION_INT)
+    if ours is None or theirs is None:
+        return math.nan
+    later_s = ours.t_s - theirs.t_s
+    return later_s if later_s > STALLED_S else used.boot_offset_s() - path.boot_offset_s()
 
 
 def shares_link(vehicle: Vehicle, path: Path) -> bool:

@@ -19,7 +19,7 @@ from tui_gcs.core.copies import Copies
 from tui_gcs.core.doubts import Doubts
 from tui_gcs.core.events import ALERT, ERROR, NOTICE, WARNING, EventLog
 from tui_gcs.core.messages import EventClass
-from tui_gcs.core.path_rules import REBIND_S, SAME_BOOT_S, copies_may_come, is_same, shares_link, uid_of
+from tui_gcs.core.path_rules import REBIND_S, SAME_BOOT_S, ahead_s, copies_may_come, is_same, shares_link, uid_of
 from tui_gcs.core.vehicle import HIGH_LATENCY_LOST_S, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.intake import Slot, Source
 
@@ -302,7 +302,7 @@ class PathBook:
                 self._use(vehicle, max(distant, key=lambda path: path.heard_s))
         elif look:
             for path in others:
-                lead_s = used.boot_offset_s() - path.boot_offset_s() if path in fresh else 0.0
+                lead_s = ahead_s(path, used) if path in fresh else 0.0
                 path.ahead = path.ahead + 1 if lead_s > AHEAD_S else 0
                 if path.ahead >= AHEAD_LOOKS:
                     self._use(vehicle, path)

@@ -61,6 +61,8 @@ class Path:
     state: PathState
     since_s: float
     streams: list[Stream] = field(default_factory=list)
+    pilot: Stream | None = None
+    """What its autopilot's component sends this way; None before anything came."""
     slots: dict[int, Slot] = field(default_factory=dict)
     """Newest frame per message id, of the autopilot's component."""
     boot: BootClock = field(default_factory=BootClock)
@@ -81,9 +83,8 @@ class Path:
 
     @property
     def heard_s(self) -> float:
-        """When anything last came this way."""
-        streams = self.streams
-        return streams[0].heard_s if len(streams) == 1 else max((s.heard_s for s in streams), default=-math.inf)
+        """When its autopilot was last heard this way: a companion, a camera or a modem may outlive it."""
+        return self.pilot.heard_s if self.pilot is not None else -math.inf
 
     @property
     def high_latency(self) -> bool:
@@ -202,7 +203,7 @@ class Vehicle:
 
     @property
     def heard_s(self) -> float:
-        """When anything last came from it, over any way that is known to be it."""
+        """When its autopilot was last heard, over any way that is known to be it."""
         if len(self.paths) == 1:
             return self.path.heard_s
         return max(path.heard_s for path in self.paths if path.state is PathState.USED)
@@ -263,6 +264,10 @@ class Vehicle:
     def used_paths(self) -> list[Path]:
         """The ways on which it is this vehicle."""
         return [path for path in self.paths if path.state is PathState.USED]
+
+    def stop_paths(self, now: float) -> list[Path]:
+        """Where a stop goes: everywhere it is this vehicle."""
+        return self.used_paths() or [self.path]
 
     def uses(self, source: Source) -> bool:
         """Whether it is heard, as itself, from there."""
