@@ -1,8 +1,10 @@
 """`tui-gcs keys …`: what it keeps, what it asks, and that it never shows a key."""
 
+import argparse
 import io
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -15,6 +17,7 @@ from tui_gcs.core.keystore_import import secret_from
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.messages import ProvisionKey, Reply, decode_request, encode
 from tui_gcs.core.wire.signing import Key
+from tui_gcs.exits import CommandError
 
 CANARY = bytes.fromhex("ca9a4ec0de" * 6 + "ca9a")
 PASSPHRASE = "correct horse battery"
@@ -249,3 +252,14 @@ def test_provisioning_needs_a_running_station(shell: Shell) -> None:
     code, said = shell.run("provision", "3", "north", terminal=True)
     assert code == 2
     assert "no LIVE station runs" in said
+
+
+def test_the_key_of_a_vehicle_that_flies_is_not_taken_away(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without its key it would obey nobody, stops included."""
+    frame = SimpleNamespace(rows=lambda: [SimpleNamespace(id=2, armed=True), SimpleNamespace(id=3, armed=False)])
+    monkeypatch.setattr(keys, "running", lambda kind: True)
+    monkeypatch.setattr(control, "newest", lambda kind: (None, frame))
+    live = argparse.Namespace(kind="live")
+    with pytest.raises(CommandError, match="vehicle 2 is armed"):
+        keys._not_in_flight(live, [("", 2), ("", 3)])
+    keys._not_in_flight(live, [("", 3)])

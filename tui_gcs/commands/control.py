@@ -59,9 +59,8 @@ def _stop(kind: Kind, lost: tuple[int, ...]) -> int:
     return OK
 
 
-def _status(kind: Kind, *, as_json: bool) -> int:
-    import msgspec
-
+def newest(kind: Kind) -> tuple["StationStatus", "FleetFrame"]:
+    """What the running station says just now. Raises `CommandError`."""
     from tui_gcs.core import bus as keys
     from tui_gcs.core.messages import FleetFrame, StationStatus, decode
 
@@ -80,7 +79,13 @@ def _status(kind: Kind, *, as_json: bool) -> int:
     bus.close()
     if not heard:
         raise CommandError(f"the {kind} station says nothing")
-    status, frame = decode(got[keys.STATUS], StationStatus), decode(got[keys.FLEET], FleetFrame)
+    return decode(got[keys.STATUS], StationStatus), decode(got[keys.FLEET], FleetFrame)
+
+
+def _status(kind: Kind, *, as_json: bool) -> int:
+    import msgspec
+
+    status, frame = newest(kind)
     if as_json:
         vehicles = [row._asdict() for row in frame.rows()]
         text = msgspec.json.encode({"status": status, "vehicles": vehicles}).decode()
@@ -101,8 +106,9 @@ def _link_words(link: "LinkStatus") -> str:
     }
     parts = [f"{count} {name}" for name, count in wrong.items() if count]
     parts += [part for part in (link.radio, link.error) if part]
-    traffic = f"{link.frames} frames, {link.bytes_in / 1e3:.0f} kB in, {link.bytes_out / 1e3:.0f} kB out"
-    return f"link {link.name}{network}  {'up' if link.up else 'DOWN'}  {', '.join([traffic, *parts])}"
+    frames = f"{link.frames} frames, " if link.frames else ""
+    traffic = f"{frames}{link.bytes_in / 1e3:.0f} kB in, {link.bytes_out / 1e3:.0f} kB out"
+    return f"{link.name}{network}  {'up' if link.up else 'DOWN'}  {', '.join([traffic, *parts])}"
 
 
 def _words(status: "StationStatus", frame: "FleetFrame") -> str:
@@ -113,7 +119,8 @@ def _words(status: "StationStatus", frame: "FleetFrame") -> str:
     ]
     if status.alarm:
         lines.append(f"! {status.alarm}")
-    lines += [_link_words(link) for link in status.links]
+    lines += [f"link {_link_words(link)}" for link in status.links]
+    lines += [f"forward {_link_words(link)}" for link in status.forward]
     lines += [
         f"{row.id:>4} {row.team:<10} {row.mode:<10} {'armed' if row.armed else '-':<6}{row.phase:<10} "
         f"{row.position_m[2]:7.1f} m {row.battery_pct:4.0f} % {row.freshness:<6} {row.signing}"

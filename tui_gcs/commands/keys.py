@@ -14,6 +14,7 @@ from tui_gcs.core.wire.signing import KEY_BYTES, Key
 from tui_gcs.exits import FAILED, OK, CommandError
 
 ASK_LIMIT_S = 5.0
+IDS_PER_NETWORK = 1000
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -62,7 +63,22 @@ def _assign(store: KeyStore, arguments: argparse.Namespace) -> int:
     return OK
 
 
+def _not_in_flight(arguments: argparse.Namespace, vehicles: list[tuple[str, int]]) -> None:
+    """A vehicle that flies and whose key goes obeys nobody. Raises `CommandError`."""
+    kind = Kind(arguments.kind.upper())
+    if not vehicles or not running(kind):
+        return
+    from tui_gcs.commands.control import newest
+
+    _, frame = newest(kind)
+    flying = {row.id % IDS_PER_NETWORK for row in frame.rows() if row.armed}
+    if armed := sorted(system for _, system in vehicles if system in flying):
+        ids = ", ".join(map(str, armed))
+        raise CommandError(f"vehicle {ids} is armed: without its key it would obey nobody. Land it first")
+
+
 def _unassign(store: KeyStore, arguments: argparse.Namespace) -> int:
+    _not_in_flight(arguments, [(arguments.network, arguments.vehicle)])
     store.unassign(arguments.network, arguments.vehicle)
     _say(f"vehicle {vehicle_name(arguments.network, arguments.vehicle)}: has no key any more")
     return OK
@@ -70,6 +86,7 @@ def _unassign(store: KeyStore, arguments: argparse.Namespace) -> int:
 
 def _remove(store: KeyStore, arguments: argparse.Namespace) -> int:
     key = store.key(arguments.name)
+    _not_in_flight(arguments, store.vehicles_of(key.name))
     vehicles = ", ".join(vehicle_name(*vehicle) for vehicle in store.vehicles_of(key.name))
     if vehicles:
         _say(f"Vehicles that hold this key obey nobody without it: {vehicles}")

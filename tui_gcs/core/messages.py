@@ -232,6 +232,8 @@ class StationStatus(Message, frozen=True):
     in_control: str
     teams: tuple[TeamStatus, ...] = ()
     links: tuple[LinkStatus, ...] = ()
+    forward: tuple[LinkStatus, ...] = ()
+    """Other stations that hear the vehicles."""
     min_separation_m: float = float("nan")
     outside_area_m: float = 0.0
     vetoes: dict[str, int] = {}

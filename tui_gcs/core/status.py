@@ -4,6 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 from tui_gcs.core.flights import Flight
+from tui_gcs.core.forward import Endpoint
 from tui_gcs.core.links import Link
 from tui_gcs.core.messages import Freshness, LinkStatus, Phase, RunPhase, StationStatus
 from tui_gcs.core.snapshot import problem_of
@@ -39,6 +40,7 @@ def station_status(station: "Station", seq: int) -> StationStatus:
         in_control=station.requests.in_control,
         teams=tuple(desk.status() for desk in station.desks.values()),
         links=_links(station),
+        forward=tuple(_endpoint(endpoint) for endpoint in station.config.forward),
         min_separation_m=separation if math.isfinite(separation) else math.nan,
         outside_area_m=station.monitor.outside_area_m,
         vetoes=dict(station.guard.vetoes),
@@ -70,6 +72,22 @@ def _link(station: "Station", link: Link) -> LinkStatus:
         bytes_in=link.bytes_in,
         bytes_out=link.bytes_out,
         radio=f"txbuf {radio.txbuf_pct} % rssi {radio.rssi}/{radio.remote_rssi}" if radio is not None else "",
+        error=link.error,
+    )
+
+
+def _endpoint(endpoint: Endpoint) -> LinkStatus:
+    link = endpoint.link
+    return LinkStatus(
+        name=link.name + (" (takes commands)" if endpoint.commands else ""),
+        network=link.spec.network,
+        up=not link.error,
+        datagrams=0,
+        frames=0,
+        bad=0,
+        send_refused=link.send_refused,
+        bytes_in=link.bytes_in,
+        bytes_out=link.bytes_out,
         error=link.error,
     )
 
