@@ -10,7 +10,7 @@ import pytest
 
 from tests.console_pty import PtyConsole
 from tui_gcs.cli import main
-from tui_gcs.commands import keys
+from tui_gcs.commands import control, keys
 from tui_gcs.core.bus import BusError
 from tui_gcs.core.keystore import open_store
 from tui_gcs.core.keystore_import import secret_from
