@@ -8,7 +8,8 @@ from forward_rig import HOME_AMSL_M, LOCAL, guard, vehicle
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tui_gcs.core.forward_orders import Asked
+from tui_gcs.core.forward_orders import Asked, Order
+from tui_gcs.core.forward_plans import Plan, Step
 from tui_gcs.core.forward_rules import MESSAGES, judge, may_stop
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.dialect import Message, layout_named
@@ -27,8 +28,20 @@ def landed(autopilot: int = ARDUCOPTER) -> Vehicle:
     return vehicle(1, autopilot, (50.0, 50.0, 0.0), armed=False)
 
 
-def ask(name: str, who: Vehicle, *others: Vehicle, **fields: Any) -> Asked:
-    return Asked(Message(name, 0, 252, 190, EVERYTHING | fields), who, guard(), LOCAL, (who, *others), 0.0)
+def ask(name: str, who: Vehicle, *others: Vehicle, plan: Plan | None = None, **fields: Any) -> Asked:
+    message = Message(name, 0, 252, 190, EVERYTHING | fields)
+    return Asked(message, who, guard(), LOCAL, (who, *others), 0.0, plan or Plan())
+
+
+def plan_of(*places: tuple[float, float] | None, accepted: bool = True) -> Plan:
+    """A whole mission of the station that asks."""
+    steps = [Step(Order(16, (0.0,) * 7, 6), place) for place in places]
+    return Plan((252, 190), len(steps), steps, accepted)
+
+
+def upload(done: int, count: int = 10) -> Plan:
+    """An upload of which `done` items, that lead nowhere, have come."""
+    return Plan((252, 190), count, [Step(Order(20, (0.0,) * 7, 6))] * done)
 
 
 def said(asked: Asked) -> str:
@@ -38,9 +51,9 @@ def said(asked: Asked) -> str:
     return ruling.what or f"no: {ruling.why_not}"
 
 
-def long(who: Vehicle, command: int, *params: float) -> Asked:
+def long(who: Vehicle, command: int, *params: float, plan: Plan | None = None) -> Asked:
     values = (*params, *[0.0] * 7)[:7]
-    return ask("COMMAND_LONG", who, command=command, **{f"param{i}": v for i, v in enumerate(values, 1)})
+    return ask("COMMAND_LONG", who, plan=plan, command=command, **{f"param{i}": v for i, v in enumerate(values, 1)})
 
 
 def placed(who: Vehicle, command: int, x: float, y: float, z: float, *others: Vehicle, **more: Any) -> Asked:
@@ -56,7 +69,8 @@ def item(command: int, x: float, y: float, z: float, who: Vehicle | None = None,
     lat, lon = LOCAL.to_geodetic(x, y)
     params = {f"param{i}": 0.0 for i in range(1, 5)}
     place = {"x": round(lat * 1e7), "y": round(lon * 1e7), "z": z}
-    return ask("MISSION_ITEM_INT", who or flying(), command=command, **(params | place | more))
+    plan = upload(more.get("seq", 1))
+    return ask("MISSION_ITEM_INT", who or flying(), plan=plan, command=command, **(params | place | more))
 
 
 # ---------------------------------------------------------------- stops
@@ -129,7 +143,6 @@ def test_arming_is_never_forced(params: tuple[float, float], word: str) -> None:
 @pytest.mark.parametrize(
     ("mode", "word"),
     [
-        (3, "mode AUTO"),
         (4, "mode GUIDED"),
         (0, "no: mode STABILIZE"),
         (1, "no: mode ACRO"),
@@ -148,7 +161,7 @@ def test_modes_of_arducopter(mode: float, word: str) -> None:
 
 @pytest.mark.parametrize(
     ("main", "sub", "word"),
-    [(4, 4, "mode MISSION"), (4, 2, "mode TAKEOFF"), (6, 0, "no: mode OFFBOARD"), (10, 0, "no: mode TERMINATION")],
+    [(4, 2, "mode TAKEOFF"), (6, 0, "no: mode OFFBOARD"), (10, 0, "no: mode TERMINATION")],
 )
 def test_modes_of_px4(main: int, sub: int, word: str) -> None:
     assert said(long(flying(PX4), 176, 1, main, sub)).startswith(word)
@@ -161,10 +174,39 @@ def test_a_mode_must_be_numbered_and_must_not_arm() -> None:
     assert said(ask("SET_MODE", flying(), base_mode=1, custom_mode=262)).startswith("no: mode mode 262")
 
 
-def test_missions_are_started_and_stepped() -> None:
-    assert said(long(flying(), 300)) == "mission start"
-    assert said(long(flying(), 224, 3)) == "mission item"
-    assert said(long(flying(), 193, 1)) == "continue"
+@pytest.mark.parametrize("current", [None, 1])
+def test_missions_are_started_and_stepped_if_known_and_the_way_to_them_is_free(current: int | None) -> None:
+    starts = [((300,), "mission start"), ((224, 1), "mission item"), ((193, 1), "continue"), ((176, 1, 3), "mode AUTO"),
+              ((262, 6), "mode MISSION")]  # fmt: skip
+    unknown = "no: which mission is on board is not known: upload it through this station first"
+    blocked = "no: mission: to (150, 150) m: the straight way there leaves the operating area"
+    for params, word in starts:
+        near, far = plan_of(None, (60.0, 60.0)), plan_of(None, (150.0, 150.0))
+        for plan in (near, far):
+            if current is not None:
+                plan.comes_next(current, 0.0)
+        assert said(long(flying(), *params, plan=near)) == word
+        assert said(long(flying(), *params, plan=far)).startswith(blocked)
+        assert said(long(flying(), *params)) == unknown
+        assert said(long(flying(), *params, plan=plan_of((60.0, 60.0), accepted=False))) == unknown
+    assert said(ask("MISSION_SET_CURRENT", flying(), plan=far, seq=1)).startswith(blocked)
+    assert said(ask("SET_MODE", flying(PX4), base_mode=209, custom_mode=4 << 16 | 4 << 24)) == unknown
+
+
+def test_a_mission_goes_on_where_the_vehicle_says_it_is() -> None:
+    round_the_pond = plan_of((60.0, 60.0), (60.0, 140.0), (150.0, 150.0))
+    assert said(long(flying(), 193, 1, plan=round_the_pond)) == (
+        "no: mission: to (150, 150) m: the straight way there leaves the operating area, "
+        "and it has not said which item is next"
+    )
+    round_the_pond.comes_next(1, 0.0)
+    assert said(long(flying(), 193, 1, plan=round_the_pond)) == "continue"
+    assert said(long(flying(), 224, -1, plan=round_the_pond)) == "mission item"
+    assert said(long(flying(), 224, 2, plan=round_the_pond)).startswith("no: mission: to (150, 150) m")
+    assert said(long(flying(), 300, 2, plan=round_the_pond)).startswith("no: mission: to (150, 150) m")
+    assert said(long(flying(), 224, NAN, plan=round_the_pond)).startswith("no: nan is no whole number")
+    round_the_pond.comes_next(1, -6.0)
+    assert "has not said which item" in said(long(flying(), 193, 1, plan=round_the_pond))
 
 
 @pytest.mark.parametrize(
@@ -186,9 +228,13 @@ def test_missions_are_started_and_stepped() -> None:
         (246, (1, 0, 0, 0, 0, 20190226), "only a plain restart of the autopilot (param 1 = 1, all others 0)"),
         (178, (1, 50), "50.0 m/s asked, 8.0 allowed"),
         (178, (1, math.inf), "inf m/s asked, 8.0 allowed"),
-        (511, (33, -1), "an interval of -1 µs would stop messages or fill the link"),
-        (511, (33, 1000), "an interval of 1000 µs would stop messages or fill the link"),
-        (511, (33, NAN), "an interval of nan µs would stop messages or fill the link"),
+        (511, (30, -1), "an interval of -1 µs would stop messages or fill the link"),
+        (511, (30, 1000), "an interval of 1000 µs would stop messages or fill the link"),
+        (511, (0, 10_000_000), "an interval of 1e+07 µs: this station needs message 0 at least once a second"),
+        (511, (33, 1_000_001), "an interval of 1e+06 µs: this station needs message 33 at least once a second"),
+        (511, (33, 0), "an interval of 0 µs: this station needs message 33 at least once a second"),
+        (511, (33.4, 100_000), "33.4 is no whole number within 0…16777215"),
+        (511, (30, NAN), "an interval of nan µs would stop messages or fill the link"),
     ],
 )
 def test_what_is_dangerous_or_unknown_is_refused_with_the_reason(
@@ -202,8 +248,8 @@ def test_what_is_harmless() -> None:
     assert said(long(flying(), 207, 1)) == "fence on"
     assert said(long(flying(), 178, 1, 5)) == said(long(flying(), 178, 1, -1)) == "speed"
     assert said(long(flying(), 512, 148)) == "request"
-    assert said(long(flying(), 511, 33, 100_000)) == said(long(flying(), 511, 33, 0)) == "message rates"
-    assert judge(long(flying(), 512, 148)).quiet and not judge(long(flying(), 300)).quiet
+    assert said(long(flying(), 511, 33, 100_000)) == said(long(flying(), 511, 30, 0)) == "message rates"
+    assert judge(long(flying(), 512, 148)).quiet and not judge(long(flying(), 20)).quiet
 
 
 # ---------------------------------------------------------------- places and heights
@@ -314,6 +360,10 @@ def test_missions_are_read_and_written_but_the_fence_is_ours() -> None:
         (item(16, 80, 50, HOME_AMSL_M + 30.0, frame=0), "mission upload item"),
         (item(20, 0, 0, 0.0, frame=2), "mission upload item"),
         (item(177, 0, 0, 0.0, frame=2), "mission upload item"),
+        (item(177, 0, 0, 0.0, frame=2, param1=5.0), "no: mission item 1: jumps only back"),
+        (item(177, 0, 0, 0.0, frame=2, param1=NAN), "no: mission item 1: nan is no whole number"),
+        (item(601, 0, 0, 0.0, frame=2), "no: mission item 1: command 601: not on the list"),
+        (item(82, 80, 50, 30.0), "no: mission item 1: command 82: not on the list"),  # a curve is no straight way
         (item(21, 80, 50, 0.0), "mission upload item"),
         (item(22, 80, 50, 15.0), "mission upload item"),
         (item(5100, 80, 50, 30.0, mission_type=2), "mission upload item"),
@@ -347,7 +397,7 @@ def test_the_first_item_is_home_for_arducopter_only() -> None:
 
 def test_landing_at_0_0_is_here_for_arducopter_and_in_the_atlantic_for_px4() -> None:
     nowhere = {"x": 0, "y": 0, "z": 30.0} | {f"param{i}": 0.0 for i in range(1, 5)}
-    assert said(ask("MISSION_ITEM_INT", flying(), command=21, **nowhere)) == "mission upload item"
+    assert said(ask("MISSION_ITEM_INT", flying(), plan=upload(1), command=21, **nowhere)) == "mission upload item"
     assert "outside the operating area" in said(ask("MISSION_ITEM_INT", flying(PX4), command=21, **nowhere))
     assert "outside the operating area" in said(ask("MISSION_ITEM_INT", flying(), command=16, **nowhere))
 
@@ -355,7 +405,7 @@ def test_landing_at_0_0_is_here_for_arducopter_and_in_the_atlantic_for_px4() -> 
 def test_old_items_have_degrees() -> None:
     lat, lon = LOCAL.to_geodetic(80.0, 50.0)
     params = {f"param{i}": 0.0 for i in range(1, 5)}
-    old = ask("MISSION_ITEM", flying(), command=16, frame=3, x=lat, y=lon, z=30.0, **params)
+    old = ask("MISSION_ITEM", flying(), plan=upload(1), command=16, frame=3, x=lat, y=lon, z=30.0, **params)
     assert said(old) == "mission upload item"
     assert "no place" in said(ask("MISSION_ITEM", flying(), command=16, frame=3, x=95.0, y=lon, z=30.0, **params))
 
@@ -374,16 +424,31 @@ def test_old_items_have_degrees() -> None:
         "ARMING_CHECK",
         "CBRK_IO_SAFETY",
         "NAV_DLL_ACT",
+        *("FORMAT_VERSION", "SERIAL0_PROTOCOL", "SR0_POSITION", "MAV1_POSITION", "BRD_SAFETY_MASK", "RC_OPTIONS"),
+        *("MOT_SPIN_MIN", "SERVO1_FUNCTION", "FRAME_CLASS", "BATT_LOW_VOLT", "BATT2_CRT_VOLT", "SIM_ENGINE_FAIL"),
+        *("RTL_ALT", "WPNAV_SPEED", "LAND_SPEED", "GUID_TIMEOUT", "EK3_SRC1_POSXY", "AHRS_EKF_TYPE", "CRASH_CHECK"),
+        *(
+            "MAV_0_RATE",
+            "SER_TEL1_BAUD",
+            "SYS_AUTOSTART",
+            "PWM_MAIN_FUNC1",
+            "CA_ROTOR0_PX",
+            "BAT_LOW_THR",
+            "BAT1_V_DIV",
+        ),
+        *("COM_LOW_BAT_ACT", "RTL_RETURN_ALT", "MPC_XY_VEL_MAX"),
     ],
 )
 def test_parameters_that_this_station_relies_on_are_not_set(name: str) -> None:
-    text = said(ask("PARAM_SET", flying(), param_id=name, param_value=0.0, param_type=9))
+    text = said(ask("PARAM_SET", landed(), param_id=name, param_value=0.0, param_type=9))
     assert text == f"no: parameter {name.upper()}: this station relies on it"
 
 
-def test_other_parameters_are_set_and_all_are_read() -> None:
-    assert said(ask("PARAM_SET", flying(), param_id="WPNAV_SPEED", param_value=NAN, param_type=9)) == (
-        "parameter WPNAV_SPEED"
+def test_other_parameters_are_set_on_the_ground_and_all_are_read() -> None:
+    tuning = {"param_id": "ATC_RAT_RLL_P", "param_value": NAN, "param_type": 9}
+    assert said(ask("PARAM_SET", landed(), **tuning)) == "parameter ATC_RAT_RLL_P"
+    assert said(ask("PARAM_SET", flying(), **tuning)) == (
+        "no: parameter ATC_RAT_RLL_P: it is armed, and this station relies on its parameters in flight"
     )
     assert said(ask("PARAM_REQUEST_READ", flying(), param_id="FENCE_ENABLE", param_index=-1)) == "parameter read"
     assert said(ask("PARAM_REQUEST_LIST", flying())) == "parameter read"

@@ -7,7 +7,7 @@ the door; heartbeats of other stations, set-points and keys never.
 """
 
 import math
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -15,7 +15,9 @@ from tui_gcs.core.clock import Clock
 from tui_gcs.core.door import Door
 from tui_gcs.core.events import NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.forward_missions import note_heard, note_passed
 from tui_gcs.core.forward_orders import Asked
+from tui_gcs.core.forward_plans import Plan
 from tui_gcs.core.forward_ports import MOST_PARTNERS, MOST_PER_S, Port
 from tui_gcs.core.forward_rules import KEYS, MESSAGES, STEERING, judge, may_stop
 from tui_gcs.core.guard import STOPS, Guard
@@ -25,10 +27,12 @@ from tui_gcs.core.services.command import DENIED
 from tui_gcs.core.vehicle import IDS_PER_NETWORK, Vehicle
 from tui_gcs.core.wire.dialect import Message, decode, is_known, layout
 from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import MAGIC_V2, Frame
+from tui_gcs.core.wire.frames import MAGIC_V2, Frame, cut_datagram
 
 ANSWER_GAP_S = 1.0
 """A refused command is answered at most so often per endpoint (security.md B.6-49)."""
+MISSION_NEWS = frozenset({42, 47})
+"""MISSION_CURRENT, MISSION_ACK."""
 TELL_GAP_S = 1.0
 TELL_SELDOM_S = 30.0
 """An event of the same cause at most so often per endpoint: what was asked; what is wrong with a partner."""
@@ -90,6 +94,8 @@ class Forwarder:
             if port.link.spec.network not in networks:
                 known = ", ".join(name or "(default)" for name in networks)
                 raise LinkError(f"{port.link.name}: no link has network {port.link.spec.network!r}; there is {known}")
+        self._plans: defaultdict[int, Plan] = defaultdict(Plan)
+        """The mission of each vehicle, by number."""
         self.forwarded = 0
         """Frames out, once per partner."""
         self.passed = 0
@@ -116,6 +122,8 @@ class Forwarder:
             if msgid in KEYS:
                 self.refused["key"] += 1
                 continue
+            if msgid in MISSION_NEWS:
+                self._hear_of_mission(network, raw)
             sent = self.forwarded
             for port, partner in ways:
                 if system == 0 or partner.is_for(system, component):
@@ -125,6 +133,14 @@ class Forwarder:
                 self.dropped["for nobody at an endpoint"] += 1
         for port, partner in ways:
             port.send_waiting(partner)
+
+    def _hear_of_mission(self, network: str, raw: bytes) -> None:
+        """An autopilot told something of its mission."""
+        for frame in cut_datagram(raw).frames:
+            number, message = self._networks[network] * IDS_PER_NETWORK + frame.system, decode(frame)
+            vehicle = self._fleet.vehicles.get(number)
+            if message is not None and vehicle is not None and vehicle.component == frame.component:
+                note_heard(self._plans[number], message, self._clock.now())
 
     # ---------------------------------------------------------------- in
 
@@ -193,7 +209,8 @@ class Forwarder:
     def _ask(self, foreign: Foreign, message: Message, vehicle: Vehicle) -> None:
         """Have what is asked of a vehicle judged; if it may be, hand it to the door."""
         port, frame, now = foreign.port, foreign.frame, self._clock.now()
-        asked = Asked(message, vehicle, self._guard, self._fleet.frame, self._fleet.vehicles.values(), now)
+        fleet, plan = self._fleet, self._plans[vehicle.id]
+        asked = Asked(message, vehicle, self._guard, fleet.frame, fleet.vehicles.values(), now, plan)
         urgent = may_stop(asked)
         ruling = judge(asked) if urgent or port.ordinary.has(now) else None
         bucket = port.stops if ruling is not None and ruling.what in STOPS else port.ordinary
@@ -211,6 +228,7 @@ class Forwarder:
                 self._refuse(foreign, message, "by the door", f"vehicle {vehicle.id}: {why_not}")
                 return
             self.passed += 1
+            note_passed(asked)
             if not ruling.quiet:
                 text = f"{foreign.who}: {ruling.what}, vehicle {vehicle.id}"
                 self._tell(port, "passed on", text, TELL_GAP_S, NOTICE)

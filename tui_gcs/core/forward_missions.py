@@ -1,8 +1,11 @@
-"""Missions of other stations: reading is free, items may lead only where vehicles may be, the fence is ours.
+"""Missions of other stations: reading is free, items and the ways between them may lead only where vehicles may be.
+
+The fence is ours. A mission is started for others only if its whole upload passed through here.
 
 Numbers: MAV_CMD, MAV_MISSION_TYPE of common.xml.
 """
 
+from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.forward_orders import (
     Asked,
     Order,
@@ -15,23 +18,29 @@ from tui_gcs.core.forward_orders import (
     require_band,
     require_inside,
     require_speed,
+    require_way,
     says_here,
+    whole_number,
 )
+from tui_gcs.core.forward_plans import Place, Plan, Step
+from tui_gcs.core.wire.dialect import Message
 from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT
 
+FLIES_MISSION = frozenset({"AUTO", "AUTO_RTL", "MISSION"})
+"""Modes."""
 FENCE, ALL_MISSIONS = 1, 255
 """MAV_MISSION_TYPE."""
-CHANGE_SPEED, WAYPOINT = 178, 16
-ITEM_PLACES = frozenset({16, 17, 18, 19, 21, 22, 31, 82, 84, 85, 5100})
-"""Items that are flown to: way-points, loitering, landing, take-off, rally points."""
+CHANGE_SPEED, JUMP, WAYPOINT = 178, 177, 16
+ITEM_PLACES = frozenset({16, 17, 18, 19, 21, 22, 31, 84, 85, 5100})
+"""Items that are flown to on a straight way: way-points (no splines), loitering, landing, take-off, rally points."""
 ITEM_HERE = frozenset({21, 22, 84, 85})
 """Items that may name no place (0, 0): where it is then."""
-ITEM_LANDINGS = frozenset({21, 85})
+ITEM_LANDINGS, ITEM_TAKE_OFFS = frozenset({21, 85}), frozenset({22, 84})
 ITEM_RADIUS = {17: 3, 18: 3, 19: 3, 31: 2}
 """Which parameter is the radius to circle at."""
-ITEM_PLAIN = frozenset({20, 93, 112, 114, 115, 177, 195, 197, 201, 203, 205, 206, 214, 530, 600, 601})
+ITEM_PLAIN = frozenset({20, 93, 112, 114, 115, 195, 197, 201, 203, 205, 206, 214, 530, 600})
 ITEM_PLAIN |= {1000, 1001, 2000, 2001, 2500, 2501}
-"""Return, delays, conditions, jumps, region of interest, camera and gimbal."""
+"""Return, delays, conditions, region of interest, camera and gimbal."""
 
 
 def mission_read(asked: Asked) -> Ruling:
@@ -42,8 +51,23 @@ def mission_read(asked: Asked) -> Ruling:
 
 def mission_write(asked: Asked) -> Ruling:
     """The beginning of an upload, or the deletion of all items. Raises `Refused`."""
-    _mission_type(asked, writes=True)
+    if _mission_type(asked, writes=True) == 0:
+        _require_no_mission(asked)
     return Ruling("mission clear" if asked.name == "MISSION_CLEAR_ALL" else "mission upload")
+
+
+def mission_part(asked: Asked) -> Ruling:
+    """Some items in the midst of a mission: always refused, for the ways to them and from them are not known."""
+    _mission_type(asked, writes=True)
+    raise Refused("a part of a mission cannot be checked: upload it whole")
+
+
+def _require_no_mission(asked: Asked) -> None:
+    """Raise `Refused` while it flies its mission: ArduPilot flies to each new item at once."""
+    vehicle = asked.vehicle
+    mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+    if vehicle.armed and mode in FLIES_MISSION:
+        raise Refused("it flies its mission: have it hold before you change that")
 
 
 def _mission_type(asked: Asked, *, writes: bool = False) -> int:
@@ -57,21 +81,35 @@ def _mission_type(asked: Asked, *, writes: bool = False) -> int:
 
 def mission_item(asked: Asked) -> Ruling:
     """One item of an upload. Raises `Refused`."""
-    kind = _mission_type(asked, writes=True)
-    seq, order = asked.fields["seq"], read_order(asked.message)
+    kind, seq = _mission_type(asked, writes=True), asked.fields["seq"]
     if asked.fields["current"] not in (0, 1):  # 2 and 3: ArduPilot flies there at once
         raise Refused("a guided way-point is a set-point")
-    is_home = seq == 0 and kind == 0 and asked.vehicle.autopilot == AUTOPILOT_ARDUPILOT
-    if not (is_home and order.command == WAYPOINT):  # stored as the real home, whatever is sent
-        try:
-            _item_order(asked, order)
-        except Refused as refused:
-            raise Refused(f"mission item {seq}: {refused}") from None
+    try:
+        step = _step(asked)
+        if kind == 0:
+            _require_no_mission(asked)
+            _require_turn(asked, step)
+            _require_ways(asked, step)
+    except Refused as refused:
+        raise Refused(f"mission item {seq}: {refused}") from None
     return Ruling("mission upload item")
 
 
-def _item_order(asked: Asked, order: Order) -> None:
-    """Raise `Refused` for an item that leads where no vehicle may go."""
+def _step(asked: Asked) -> Step:
+    """An item as it will be flown. Raises `Refused` if it leads where no vehicle may go."""
+    seq, order = asked.fields["seq"], read_order(asked.message)
+    is_ardupilot = asked.vehicle.autopilot == AUTOPILOT_ARDUPILOT
+    if seq == 0 and asked.fields["mission_type"] == 0 and is_ardupilot and order.command == WAYPOINT:
+        return Step(order)  # stored as the real home, whatever is sent, and not flown to
+    if order.command == JUMP:
+        return Step(order, jump=whole_number(order.param(1), 0xFFFF))
+    there = _item_place(asked, order)
+    # ArduPilot takes off where it stands, whatever place is named
+    return Step(order, None if is_ardupilot and order.command in ITEM_TAKE_OFFS else there)
+
+
+def _item_place(asked: Asked, order: Order) -> Place | None:
+    """Where an item leads to, None for nowhere. Raises `Refused` if no vehicle may go there."""
     if order.command == CHANGE_SPEED:
         require_speed(asked, order.param(2))
     elif order.command in ITEM_PLACES:
@@ -81,5 +119,101 @@ def _item_order(asked: Asked, order: Order) -> None:
         require_inside(asked, there or here_m(asked.vehicle), abs(order.param(radius)) if radius else 0.0)
         if order.command not in ITEM_LANDINGS:
             require_band(asked, framed_height_m(asked, order), climbing=order.command in ITEM_HERE)
+        return there
     elif order.command not in ITEM_PLAIN:
         raise Refused(f"command {order.command}: not on the list of what other stations may send in a mission")
+    return None
+
+
+# ---------------------------------------------------------------- ways
+
+
+def _require_turn(asked: Asked, step: Step) -> None:
+    """Raise `Refused` unless it is the next item of its sender's upload, or one of that upload again."""
+    plan, seq = asked.plan, asked.fields["seq"]
+    if plan.sender != (asked.message.system, asked.message.component):
+        raise Refused("no upload of that station is under way (MISSION_COUNT comes first)")
+    if seq >= plan.count or seq > len(plan.steps):
+        raise Refused(f"out of order: item {len(plan.steps)} of {plan.count} comes next")
+    if seq < len(plan.steps) and repr(plan.steps[seq].order) != repr(step.order):  # by repr: NaN is like NaN
+        raise Refused("it has come already, and was different: upload the mission anew")
+
+
+def _require_ways(asked: Asked, step: Step) -> None:
+    """Raise `Refused` if the ways from the items before it leave the area, or are not known."""
+    plan, seq = asked.plan, asked.fields["seq"]
+    goals = [] if step.place_m is None else [step.place_m]
+    if step.jump is not None:
+        if step.jump >= seq:
+            raise Refused("jumps only back: the way to what has not come yet is not known")
+        goals = plan.places_from(step.jump)
+    before_m = plan.place_before(seq)
+    for goal_m in goals:
+        if before_m is not None:
+            require_way(asked, goal_m, before_m)
+
+
+def require_resumable(asked: Asked) -> None:
+    """Raise `Refused` unless the ways to the first and to the current item stay inside: it goes on or begins anew."""
+    _require_start(asked, _current(asked), 0)
+
+
+def mission_start(asked: Asked, first: float) -> str:
+    """The guard's word for a start, which may name the `first` item. Raises `Refused`."""
+    _require_start(asked, _current(asked), 0, whole_number(first, 0xFFFF))
+    return "mission start"
+
+
+def mission_step(asked: Asked, seq: float) -> str:
+    """The guard's word for going to an item; -1: to the current one. Raises `Refused`."""
+    _require_start(asked, _current(asked) if seq == -1 else whole_number(seq, 0xFFFF))
+    return "mission item"
+
+
+def mission_continue(asked: Asked) -> str:
+    """The guard's word for going on after a pause. Raises `Refused`."""
+    _require_start(asked, _current(asked))
+    return "continue"
+
+
+def _current(asked: Asked) -> int | None:
+    return asked.plan.current(asked.now)
+
+
+def _require_start(asked: Asked, *items: int | None) -> None:
+    """Raise `Refused` unless the mission is known, and so are clear ways to `items`; None: to any of its places."""
+    plan = asked.plan
+    if not plan.accepted:
+        raise Refused("which mission is on board is not known: upload it through this station first")
+    for item in items:
+        for goal_m in plan.places() if item is None else plan.places_from(item):
+            try:
+                require_way(asked, goal_m)
+            except Refused as refused:
+                unsaid = ", and it has not said which item is next" if item is None else ""
+                where = f"({goal_m[0]:.0f}, {goal_m[1]:.0f}) m"
+                raise Refused(f"mission: to {where}: {refused}{unsaid}") from None
+
+
+# ---------------------------------------------------------------- what has been passed on
+
+
+def note_passed(asked: Asked) -> None:
+    """Keep in mind what went to the vehicle, after it was judged and sent."""
+    plan: Plan = asked.plan
+    if asked.fields.get("mission_type") != 0:
+        return
+    if asked.name == "MISSION_COUNT":
+        plan.begin((asked.message.system, asked.message.component), asked.fields["count"])
+    elif asked.name == "MISSION_CLEAR_ALL":
+        plan.forget()
+    elif asked.name in ("MISSION_ITEM", "MISSION_ITEM_INT"):
+        plan.add(asked.fields["seq"], _step(asked))
+
+
+def note_heard(plan: Plan, message: Message, now: float) -> None:
+    """Keep in mind what the vehicle said of its mission: MISSION_ACK, MISSION_CURRENT."""
+    if message.name == "MISSION_CURRENT":
+        plan.comes_next(message.fields["seq"], now)
+    elif message.name == "MISSION_ACK" and message.fields["mission_type"] == 0:
+        plan.answered(message.fields["target_system"], message.fields["type"] == 0)

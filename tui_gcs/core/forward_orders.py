@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from shapely.geometry import LineString, Point
 
 from tui_gcs.core.course import Stand
+from tui_gcs.core.forward_plans import Plan
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.guard import SPEED_TOLERANCE, Guard, Mover, predict
 from tui_gcs.core.messages import Vec3
@@ -89,6 +90,8 @@ class Asked:
     others: Iterable[Vehicle]
     """Vehicles to keep clear of; itself does no harm."""
     now: float
+    plan: Plan
+    """What others have put on it as its mission."""
 
     @property
     def name(self) -> str:
@@ -199,12 +202,16 @@ def require_band(asked: Asked, height_m: float, *, climbing: bool = False) -> No
         raise Refused(f"{height_m:.1f} m above home is outside the altitude band {band}")
 
 
-def require_way(asked: Asked, xy_m: tuple[float, float]) -> None:
-    """Raise `Refused` if the straight way there leaves the area. From outside, what leads inside is allowed."""
-    here = here_m(asked.vehicle)
-    way = LineString([here, xy_m])
-    if way.length > 0 and asked.guard.inside((*here, 0.0)) and not asked.guard.allowed.covers(way):
-        raise Refused("the straight way there leaves the operating area")
+def require_way(asked: Asked, xy_m: tuple[float, float], start_m: tuple[float, float] | None = None) -> None:
+    """Raise `Refused` if the straight way there leaves the area. From outside, what leads inside is allowed.
+
+    `start_m`: from where; where the vehicle is, if None.
+    """
+    start = start_m or here_m(asked.vehicle)
+    way = LineString([start, xy_m])
+    if way.length > 0 and asked.guard.inside((*start, 0.0)) and not asked.guard.allowed.covers(way):
+        from_m = f"from ({start_m[0]:.0f}, {start_m[1]:.0f}) m " if start_m else ""
+        raise Refused(f"the straight way {from_m}there leaves the operating area")
 
 
 def require_apart(asked: Asked, goal_m: Vec3) -> None:

@@ -9,7 +9,16 @@ from collections.abc import Callable
 
 from tui_gcs.core.firmware.ardupilot import COPTER_TYPES
 from tui_gcs.core.firmware.modes import mode_name
-from tui_gcs.core.forward_missions import mission_item, mission_read, mission_write
+from tui_gcs.core.forward_missions import (
+    mission_continue,
+    mission_item,
+    mission_part,
+    mission_read,
+    mission_start,
+    mission_step,
+    mission_write,
+    require_resumable,
+)
 from tui_gcs.core.forward_orders import (
     Asked,
     Order,
@@ -27,6 +36,7 @@ from tui_gcs.core.forward_orders import (
     says_here,
     whole_number,
 )
+from tui_gcs.core.forward_parameters import parameter
 from tui_gcs.core.wire.mavlink import AUTOPILOT_PX4, FLAG_ARMED
 
 KEYS = frozenset({7, 256, 299})
@@ -45,14 +55,10 @@ STEERING = frozenset(
 REPOSITION = 192
 SHORTEST_US, LONGEST_US = 20_000, 10_000_000
 """Message intervals that others may ask for."""
+RELIED_ON, RELIED_ON_US = frozenset({0, 33}), 1_000_000
+"""HEARTBEAT and GLOBAL_POSITION_INT: by them this station judges and predicts; they come at least so often."""
 CUSTOM_MODE = 1
 """MAV_MODE_FLAG_CUSTOM_MODE_ENABLED."""
-PROTECTED = (
-    *("SYSID_", "MAV_SYS", "MAV_GCS", "MAV_SIGN", "MAV_OPTIONS"),
-    *("FENCE_", "GF_", "ARMING_", "COM_ARM", "CBRK_"),
-    *("FS_", "BATT_FS", "COM_DL", "COM_FAIL", "COM_LOW_BAT", "COM_OBL", "COM_OF", "COM_RC", "NAV_DLL", "NAV_RCL"),
-)
-"""Beginnings of parameters that this station relies on: identity, signing, fence, arming checks, failsafes."""
 
 
 def judge(asked: Asked) -> Ruling:
@@ -121,6 +127,8 @@ def _mode(asked: Asked, base: int, custom: int) -> str:
         return STOP_MODES[name]
     if name == "LOITER" and vehicle.type not in COPTER_TYPES:
         return "hold"
+    if name in MISSION_MODES:
+        require_resumable(asked)
     if name in OTHER_MODES:
         return f"mode {name}"
     raise Refused(f"mode {name}: only modes that need no pilot's sticks and no set-points")
@@ -130,6 +138,8 @@ def _standard_mode(asked: Asked, order: Order) -> str:
     words = {5: "return", 6: "mode MISSION", 7: "land"}  # MAV_STANDARD_MODE
     if order.param(1) not in words:
         raise Refused(f"standard mode {order.param(1):g}: only return (5), mission (6), land (7)")
+    if order.param(1) == 6:
+        require_resumable(asked)
     return words[int(order.param(1))]
 
 
@@ -169,7 +179,7 @@ def _is_pause(order: Order) -> bool:
 def _pause(asked: Asked, order: Order) -> str:
     if order.param(1) not in (0, 1):
         raise Refused(f"neither pause (0) nor continue (1): {order.param(1):g}")
-    return "continue" if order.param(1) else "hold"
+    return mission_continue(asked) if order.param(1) else "hold"
 
 
 def _speed(asked: Asked, order: Order) -> str:
@@ -178,7 +188,9 @@ def _speed(asked: Asked, order: Order) -> str:
 
 
 def _interval(asked: Asked, order: Order) -> str:
-    interval_us = order.param(2)
+    msgid, interval_us = whole_number(order.param(1), 0xFFFFFF), order.param(2)
+    if msgid in RELIED_ON and not SHORTEST_US <= interval_us <= RELIED_ON_US:  # nor 0: "as usual" may be never
+        raise Refused(f"an interval of {interval_us:g} µs: this station needs message {msgid} at least once a second")
     if interval_us != 0 and not SHORTEST_US <= interval_us <= LONGEST_US:  # 0: as usual
         raise Refused(f"an interval of {interval_us:g} µs would stop messages or fill the link")
     return "message rates"
@@ -213,8 +225,6 @@ PLAIN = {
     201: "region of interest",
     203: "camera",
     205: "gimbal",
-    224: "mission item",
-    300: "mission start",
     530: "camera",
     531: "camera",
     532: "camera",
@@ -234,8 +244,10 @@ CHECKED: dict[int, Callable[[Asked, Order], str]] = {
     REPOSITION: _reposition,
     193: _pause,
     207: _fence,
+    224: lambda asked, order: mission_step(asked, order.param(1)),
     246: _reboot,
     262: _standard_mode,
+    300: lambda asked, order: mission_start(asked, order.param(1)),
     400: _arm,
     511: _interval,
 }
@@ -262,7 +274,8 @@ STOP_MODES = {
     "SMART_RTL": "return",
 }
 """Modes by name, and the guard's word."""
-OTHER_MODES = frozenset({"AUTO", "GUIDED", "MISSION", "READY", "TAKEOFF"})
+MISSION_MODES = frozenset({"AUTO", "MISSION"})
+OTHER_MODES = MISSION_MODES | frozenset({"GUIDED", "READY", "TAKEOFF"})
 
 
 # ---------------------------------------------------------------- the rest
@@ -276,13 +289,6 @@ def _cancel(asked: Asked) -> Ruling:
     if asked.fields["command"] in _MAY_STOP:
         raise Refused("would cancel a stop")
     return Ruling("cancel")
-
-
-def _parameter(asked: Asked) -> Ruling:
-    name = asked.fields["param_id"].upper()  # ArduPilot does not mind the case
-    if name.startswith(PROTECTED):
-        raise Refused(f"parameter {name}: this station relies on it")
-    return Ruling(f"parameter {name}")
 
 
 def _data_stream(asked: Asked) -> Ruling:
@@ -318,11 +324,11 @@ MESSAGES: dict[str, Callable[[Asked], Ruling]] = {
     "MISSION_REQUEST_INT": mission_read,
     "MISSION_REQUEST_LIST": mission_read,
     "MISSION_REQUEST_PARTIAL_LIST": mission_read,
-    "MISSION_SET_CURRENT": _always("mission item"),
-    "MISSION_WRITE_PARTIAL_LIST": mission_write,
+    "MISSION_SET_CURRENT": lambda asked: Ruling(mission_step(asked, asked.fields["seq"])),
+    "MISSION_WRITE_PARTIAL_LIST": mission_part,
     "PARAM_REQUEST_LIST": _always("parameter read"),
     "PARAM_REQUEST_READ": _always("parameter read"),
-    "PARAM_SET": _parameter,
+    "PARAM_SET": parameter,
     "REQUEST_DATA_STREAM": _data_stream,
     "SET_MODE": _legacy_mode,
 }

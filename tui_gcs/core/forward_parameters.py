@@ -1,0 +1,34 @@
+"""Which parameters other stations may set: none of an armed vehicle, and none that this station relies on.
+
+Names as in ArduPilot 4.6/4.7 and PX4 1.17, by their beginnings.
+"""
+
+from tui_gcs.core.forward_orders import Asked, Refused, Ruling
+
+IDENTITY = ("MAV", "SYSID_", "SYS_", "FORMAT_", "FRAME_")
+"""Ids, signing and message rates (MAV1_), which airframe it is; FORMAT_VERSION wipes all parameters."""
+LINKS = ("SERIAL", "SER_", "SR", "BRD_", "CAN_", "UAVCAN_", "NET_", "SCR_")
+OUTPUTS = ("MOT_", "SERVO", "RC", "PWM_", "CA_", "RELAY", "CHUTE_")
+"""Motors, servos, and what sticks and switches set off."""
+SAFETY = (
+    *("FENCE_", "GF_", "ARMING_", "CBRK_", "FS_", "FD_", "BAT", "COM_", "NAV_", "CRASH_", "DISARM_"),
+    *("AHRS_EKF", "EK3_ENABLE", "EK3_SRC", "SIM_", "SIH_"),
+)
+"""Fence, arming checks, failsafes (of batteries too), which estimate it flies by, faults of simulators."""
+WAYS = ("RTL_", "WP", "LOIT_", "LAND_", "GUID_", "AUTO_", "MIS_", "MPC_XY_", "MPC_Z_", "MPC_LAND", "MPC_TKO")
+"""How fast and how high it flies: separation is predicted from it."""
+PROTECTED = (*IDENTITY, *LINKS, *OUTPUTS, *SAFETY, *WAYS)
+
+
+def parameter(asked: Asked) -> Ruling:
+    """A parameter to be set. Raises `Refused`.
+
+    In flight none may be: tuning, speeds, estimators and failsafes all bear on what the guard predicts and on what the
+    stops of this station do, and no list of names would stay complete over firmware releases.
+    """
+    name = asked.fields["param_id"].upper()  # ArduPilot does not mind the case
+    if asked.vehicle.armed:
+        raise Refused(f"parameter {name}: it is armed, and this station relies on its parameters in flight")
+    if name.startswith(PROTECTED):
+        raise Refused(f"parameter {name}: this station relies on it")
+    return Ruling(f"parameter {name}")
