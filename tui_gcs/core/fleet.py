@@ -9,19 +9,20 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from tui_gcs.core.boot_clock import BootClock
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.copies import Copies
 from tui_gcs.core.events import ERROR, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import EventClass, Freshness
 from tui_gcs.core.paths import PathBook
+from tui_gcs.core.pilots import is_autopilot, replaces
 from tui_gcs.core.refusals import RefusalTeller
 from tui_gcs.core.services.text import TextAssembler, TextPace
 from tui_gcs.core.telemetry import Telemetry
 from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.dialect import Message, label
 from tui_gcs.core.wire.intake import CALL, KEEP, STATE, Intake, Slot, Source, Stream
-from tui_gcs.core.wire.mavlink import AUTOPILOT_INVALID, NOT_VEHICLES
 
 Fields = dict[str, Any]
 OnMessage = Callable[[Vehicle, Fields], None]
@@ -33,8 +34,6 @@ SETUP_SIGNING = 256
 """Carries a key: from a vehicle it is an attack, and is neither recorded nor passed on."""
 RADIO_IDS = frozenset({109, 166})
 """RADIO_STATUS and 3DR's older RADIO: said by the modem, not by a vehicle."""
-NEVER_AUTOPILOT = frozenset({0, 190, 255})
-"""Component ids of no flight controller (B.6-19)."""
 MOST_CONFIRMED, MOST_UNCONFIRMED = 255, 64
 """Vehicles of one network: MAVLink's own limit, and how many more may have said hello only (B.6-20)."""
 MOST_COMPONENTS = 32
@@ -84,6 +83,7 @@ class Fleet:
         self._on_new: list[Callable[[Vehicle], None]] = []
         self._on_gone: list[Callable[[Vehicle], None]] = []
         self._on_radio: list[OnRadio] = []
+        self._on_component: list[Callable[[Vehicle], None]] = []
         self._on_message: dict[str, list[OnMessage]] = {}
         self._lost: set[int] = set()
         self._full_until_s: dict[str, float] = {}
@@ -114,6 +114,10 @@ class Fleet:
     def on_gone(self, listener: Callable[[Vehicle], None]) -> None:
         """Call `listener` for a vehicle that only said hello and was forgotten to make room."""
         self._on_gone.append(listener)
+
+    def on_component(self, listener: Callable[[Vehicle], None]) -> None:
+        """Call `listener` for a vehicle whose autopilot turned out to be another component: it knows of nothing yet."""
+        self._on_component.append(listener)
 
     def on_radio(self, listener: OnRadio) -> None:
         """Call `listener` for each RADIO_STATUS of a modem that vehicles are heard through."""
@@ -215,6 +219,8 @@ class Fleet:
             self._place_autopilot(vehicle, slot, path)
         elif slot.msgid == STATUSTEXT:
             slot.route, slot.call = CALL, self._every
+        elif slot.msgid == HEARTBEAT and path is vehicle.path:
+            slot.route, slot.call = CALL, self._other_heartbeat
         if vehicle.copies is not None:
             _count_once(slot, vehicle, path, vehicle.copies, self.dropped)
 
@@ -302,11 +308,7 @@ class Fleet:
     def _first(self, slot: Slot, now: float) -> bool:
         """A heartbeat (or HIGH_LATENCY2) of an id that is not known: a vehicle, if a flight controller sent it."""
         fields = slot.fields()
-        if (
-            fields["autopilot"] == AUTOPILOT_INVALID
-            or fields["type"] in NOT_VEHICLES
-            or slot.component in NEVER_AUTOPILOT
-        ):
+        if not is_autopilot(fields, slot.component):
             self.dropped["not a vehicle"] += 1
             return True
         source = slot.stream.source
@@ -331,6 +333,24 @@ class Fleet:
         for listener in self._on_new:
             listener(vehicle)
         self._every(slot, now)
+        return True
+
+    def _other_heartbeat(self, slot: Slot, now: float) -> bool:
+        """A heartbeat of another component than the one taken for the autopilot: was that a mistake?"""
+        vehicle: Vehicle = slot.owner
+        if not replaces(vehicle, slot.fields(), slot.component, now):
+            return True
+        vehicle.component = slot.component
+        vehicle.forget_boot()
+        for path in vehicle.paths:
+            path.slots.clear()
+            path.boot = BootClock()
+            self._place_again(path.source, vehicle.system)
+        text = f"its autopilot now speaks as component {slot.component}"
+        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING, every_s=30)
+        for listener in self._on_component:
+            listener(vehicle)
+        self._again(slot, now)
         return True
 
     # ---------------------------------------------------------------- the table

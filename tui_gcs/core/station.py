@@ -298,6 +298,7 @@ class Station:
         self.fleet.on_message("COMMAND_ACK", self._on_ack)
         self.fleet.on_gone(self._on_gone)
         self.fleet.on_radio(lambda source, fields: self.rates.radio_status(source.link, fields))
+        self.fleet.on_component(self.rates.forget)
         self.fleet.paths.on_reboot.append(self._on_reboot)
         self.fleet.paths.on_replace.append(self._on_replace)
         self.fleet.paths.on_move.append(self._on_move)
