@@ -36,7 +36,9 @@ class OtherComponent(Wire):
     component = 1
 
     def from_vehicle(self, now: float, data: bytes, address: Address) -> None:
-        super().from_vehicle(now, as_component(data, self.component), address)
+        if data[0] == 0xFD:  # no text of its boot
+            data = as_component(data, self.component)
+        super().from_vehicle(now, data, address)
 
 
 # ---------------------------------------------------------------- which component is the autopilot
