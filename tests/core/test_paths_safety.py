@@ -7,6 +7,7 @@ import pytest
 from wires import Wire, Wired
 
 from tui_gcs.core.keystore import KeyStore
+from tui_gcs.core.links import Address
 from tui_gcs.core.messages import Freshness
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.signing import Key, ticks
@@ -98,3 +99,70 @@ def test_a_stop_goes_over_every_way_and_nothing_else_does(wired: MakeWired) -> N
     flight.run(1.0)
     assert 176 in flight.commands(near, since_s) and 176 in flight.commands(far, since_s)
     assert "land: confirmed" in flight.texts("vehicle 1")
+
+
+# ---------------------------------------------------------------- who repeats signed frames
+
+
+def relayed(flight: Wired, wire: Wire, loses: Callable[[float], bool], *, first: bool = False) -> None:
+    """Somebody at another address of `wire` repeats each frame at once; some of the originals are lost."""
+    plain = wire.from_vehicle
+
+    def relay(now: float, data: bytes, address: Address) -> None:
+        if first:
+            plain(now, data, ("relay", 1))
+        if not loses(now):
+            plain(now, data, address)
+        if not first:
+            plain(now, data, ("relay", 1))
+
+    wire.from_vehicle = relay  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.01, 0.05, 0.3])
+@pytest.mark.parametrize("first", [False, True], ids=["after the original", "before it"])
+def test_a_relay_on_the_same_link_is_not_followed(wired: MakeWired, tmp_path: Any, loss: float, first: bool) -> None:
+    import random
+
+    chance = random.Random(7)
+    near = Wire("near")
+    flight = keyed(wired, tmp_path, [near]).flying().run(5.0)
+    relayed(flight, near, lambda now: chance.random() < loss, first=first)
+    told: list[str] = []
+    flight.station.fleet.on_message("STATUSTEXT", lambda v, fields: told.append(fields["text"]))
+    flight.sim._pilots[0].text(4, "before the relay or after it")
+    for _ in range(300):
+        flight.step()
+        assert flight.vehicle().address == ("sim", 0)
+    assert loss or told == ["before the relay or after it"]
+    land(flight)
+    flight.run(12.0)
+    assert flight.place(1)[2] < 20.0
+
+
+def test_a_relay_is_followed_while_the_vehicle_is_silent_and_no_longer(wired: MakeWired, tmp_path: Any) -> None:
+    near = Wire("near")
+    flight = keyed(wired, tmp_path, [near]).flying().run(5.0)
+    since_s = flight.clock.now()
+    relayed(flight, near, lambda now: since_s + 1.0 < now < since_s + 3.0)
+    flight.run(2.0)
+    assert flight.vehicle().address == ("sim", 0)
+    flight.run(0.8)
+    assert flight.vehicle().address == ("relay", 1)
+    land(flight)
+    flight.run(0.4)
+    assert flight.vehicle().address == ("sim", 0) and len(flight.vehicle().used_paths()) == 1
+    flight.run(12.0)
+    assert flight.vehicle().address == ("sim", 0)
+    assert flight.place(1)[2] < 20.0, "a stop goes to both"
+
+
+def test_a_signed_vehicle_that_has_moved_is_followed_within_two_seconds(wired: MakeWired, tmp_path: Any) -> None:
+    place: dict[str, Address] = {"now": ("sim", 0)}
+    flight = keyed(wired, tmp_path, [Wire("near", place=lambda fleet, index: place["now"])]).flying().run(5.0)
+    for port in (5, 6):
+        place["now"] = ("nat", port)
+        flight.until(lambda port=port: flight.vehicle().address == ("nat", port), 1.6)
+        flight.run(5.0)
+        assert flight.vehicle().address == ("nat", port) and len(flight.vehicle().used_paths()) == 1
+    assert flight.vehicle().freshness(flight.clock.now()) is Freshness.OK and not flight.vehicle().no_commands

@@ -13,20 +13,25 @@ class Copies:
 
     def __init__(self) -> None:
         """None yet."""
-        self._brought: dict[bytes, tuple[float, tuple[Path, ...]]] = {}
+        self._brought: dict[bytes, tuple[float, tuple[Path, ...], bool]] = {}
+        """When it came first, who brought it, and whether one of these is accepted."""
 
     def __len__(self) -> int:
         return len(self._brought)
 
-    def first(self, raw: bytes, path: Path, now: float) -> bool:
-        """Note that `path` brought this frame; whether it is the first that did."""
+    def first(self, raw: bytes, path: Path, now: float, *, accepted: bool = True) -> bool:
+        """Note that `path` brought this frame; whether no accepted one did before.
+
+        Who repeats frames faster than they come may not keep them from being counted.
+        """
         known = self._brought.get(raw)
         if known is None:
             if len(self._brought) < MOST:
-                self._brought[raw] = (now, (path,))
+                self._brought[raw] = (now, (path,), accepted)
             return True
-        self._brought[raw] = (known[0], (*known[1], path) if path not in known[1] else known[1])
-        return False
+        since_s, paths, counted = known
+        self._brought[raw] = (since_s, paths if path in paths else (*paths, path), counted or accepted)
+        return not counted
 
     def is_copy(self, raw: bytes, path: Path) -> bool:
         """Whether another path brought this frame, and this one has not yet: no replay, and checked already."""

@@ -30,9 +30,8 @@ def shares_link(vehicle: Vehicle, path: Path) -> bool:
 
 
 def copies_may_come(vehicle: Vehicle) -> bool:
-    """Over accepted paths; signed ones over any other link, which is accepted for bringing them."""
-    link = vehicle.path.source.link
-    return len(vehicle.used_paths()) > 1 or (vehicle.keyed and any(p.source.link != link for p in vehicle.paths))
+    """Over accepted paths; signed ones over any other, which may be a relay."""
+    return len(vehicle.paths) > 1 and (vehicle.keyed or len(vehicle.used_paths()) > 1)
 
 
 def is_same(vehicle: Vehicle, path: Path, now: float, *, silent: bool) -> bool | None:

@@ -3,7 +3,8 @@
 * A second *link* that brings the same system id is asked who it is; the same hardware id and boot clock make it a
   second way to the vehicle. The freshest way is used; another is taken within 2 s when it falls silent.
 * A second *address* on the same link is somebody else, or a forger: nothing of it is used and nothing is sent there,
-  until the first one has been silent for 3 s (a NAT or a modem gave it a new address), or a valid signature proves it.
+  until the first one has been silent for 3 s (a NAT or a modem gave it a new address); with valid signatures, which a
+  relay brings, too, for 1.2 s, and only for as long.
   Who is armed is followed to a new address only when it is known to be the same.
 * Two vehicles with one id are told by hardware id, by boot clocks that alternate, or by heartbeats from two addresses.
   Then the id is not commanded any more, stops excepted.
@@ -132,12 +133,24 @@ class PathBook:
         return False
 
     def _signed(self, vehicle: Vehicle, path: Path, slot: Slot, now: float) -> None:
-        """The gate let only good signatures through: this is the vehicle, or a second link brings what it said."""
-        if vehicle.copies is None or not vehicle.copies.is_copy(slot.raw, path):
+        """The gate let only good signatures through: this is the vehicle, or somebody repeats what it said.
+
+        Who repeats may bring a frame whose original was lost. So another address on the same link is used only while
+        the one before is silent, and no longer; stops go to both.
+        """
+        copy = vehicle.copies is not None and vehicle.copies.is_copy(slot.raw, path)
+        if vehicle.copies is not None:
+            vehicle.copies.first(slot.raw, path, now, accepted=False)
+        path.proven_s = now
+        before = next((used for used in vehicle.used_paths() if used.source.link == path.source.link), None)
+        if before is not None:
+            if path.displaced or (not copy and now - before.heard_s > SWITCH_S):
+                self._displace(vehicle, before, path)
+        elif not copy:
             self._accept(vehicle, path, "proven by its signature")
-            self._use(vehicle, path)
-        elif not shares_link(vehicle, path):
-            vehicle.copies.first(slot.raw, path, now)
+            if now - vehicle.path.heard_s > SWITCH_S:
+                self._use(vehicle, path)
+        else:
             path.copies += 1
             if path.copies >= SURE_COPIES:
                 self._accept(vehicle, path, "it brings the same signed frames")
@@ -239,6 +252,23 @@ class PathBook:
         path.state = PathState.USED
         path.source.bound += 1
         self._put_in_use(vehicle, path)
+
+    def _displace(self, vehicle: Vehicle, before: Path, path: Path) -> None:
+        """Another address on the same link, proven by its signature; the one before comes back when it speaks."""
+        came_back = path.displaced
+        for other in vehicle.paths:
+            if other.source.link == path.source.link:
+                other.displaced = other is before and not came_back
+        before.proven_s = before.heard_s
+        _withdraw(before, PathState.CONFLICT)
+        path.state = PathState.USED
+        path.source.bound += 1
+        if vehicle.path is before:
+            self._put_in_use(vehicle, path)
+        else:
+            self._renew(vehicle)
+        text = f"now heard from another address on {path.source.link}: proven by its signature"
+        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
 
     def _use(self, vehicle: Vehicle, path: Path) -> None:
         if vehicle.path is path:

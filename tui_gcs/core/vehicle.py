@@ -27,6 +27,8 @@ LANDED_ON_GROUND = 1
 
 HIGH_LATENCY_LOST_S = 120.0
 """The same for a vehicle that is only heard by HIGH_LATENCY2 (PX4's COM_HLDL_LOSS_T)."""
+PROVEN_S = 3.0
+"""Stops go to an address that brought good signatures within this time, too: the one in use may be a relay's."""
 IDS_PER_NETWORK = 1000
 """Vehicles of the station's n-th further network are numbered from n times this; the first keeps MAVLink's ids."""
 
@@ -78,6 +80,10 @@ class Path:
     """Since when what comes this way contradicts what is known of the vehicle."""
     copies: int = 0
     """Signed frames that another path had brought just before."""
+    proven_s: float = -math.inf
+    """When a good signature last came this way while it was not accepted."""
+    displaced: bool = False
+    """Another address on its link has taken over while this one was silent; it is used again when it speaks."""
     ahead: int = 0
     """How many looks in a row found this path's news newer than those of the path in use."""
 
@@ -266,8 +272,8 @@ class Vehicle:
         return [path for path in self.paths if path.state is PathState.USED]
 
     def stop_paths(self, now: float) -> list[Path]:
-        """Where a stop goes: everywhere it is this vehicle."""
-        return self.used_paths() or [self.path]
+        """Where a stop goes: everywhere it is this vehicle, and where its signed frames came from just now."""
+        return [path for path in self.paths if path.state is PathState.USED or now - path.proven_s < PROVEN_S]
 
     def uses(self, source: Source) -> bool:
         """Whether it is heard, as itself, from there."""
