@@ -1,9 +1,11 @@
 """A vehicle's boot clock tells reboots, and two vehicles that use one id: then two clocks alternate.
 
-The clock is never compared with ours for freshness (a loaded simulator drifts by percents); only steps count. A time
-that is not what follows may be late, of a rebooted vehicle, or of another one: what comes next tells which.
+The clock is compared with ours loosely only (a loaded simulator drifts by percents); steps count, and what comes ever
+later. A time that is not what follows may be late, of a rebooted vehicle, or of another one: what comes next tells
+which.
 """
 
+import math
 from enum import Enum
 
 FITS_MS = 1500
@@ -20,6 +22,11 @@ JITTER_MS = 5000
 NEAR_MS, STEADY_MS, STEADY_TURNS = 600, 120, 10
 """Two clocks nearer to each other, but not so near, are two vehicles if both go on so steadily, so often by turns:
 late frames of one vehicle are late by this and by that."""
+LATE_S = 2.0
+"""Frames that come later by this than the quickest did are late: more than jitter."""
+SLOWER = 0.03
+"""So much slower than ours the vehicle's clock may run. A delay that grows no faster is not noticed, and one that
+stays for long is taken for the way's own in the end: a simulator that was stopped for a while looks the same."""
 WRAP_MS = 2**32
 NEAR_WRAP_MS = 60_000
 
@@ -36,7 +43,7 @@ class Step(Enum):
 class BootClock:
     """One vehicle's boot clock as heard over one path."""
 
-    __slots__ = ("_other", "at_s", "boot_ms")
+    __slots__ = ("_least_s", "_other", "_since_s", "at_s", "boot_ms", "late_s", "told_s")
 
     def __init__(self, boot_ms: int = -1, at_s: float = 0.0) -> None:
         """Nothing heard yet; or go on from `boot_ms` heard at `at_s`."""
@@ -44,7 +51,24 @@ class BootClock:
         """The newest time."""
         self.at_s = at_s
         """When it was received."""
+        self.late_s = 0.0
+        """How much later than the quickest the newest time came, at the last `look`; 0 for what is jitter."""
+        self.told_s = -math.inf
+        """When that was last told."""
+        self._least_s, self._since_s = math.inf, at_s
+        """Our time minus this clock's, of the quickest frame, and when that came."""
         self._other: _Other | None = None
+
+    def look(self) -> float:
+        """`late_s`, measured anew."""
+        if self.boot_ms < 0:
+            return 0.0
+        offset_s = self.at_s - self.boot_ms / 1e3
+        late_s = offset_s - self._least_s - SLOWER * (self.at_s - self._since_s)
+        if late_s <= 0.0:
+            self._least_s, self._since_s = offset_s, self.at_s
+        self.late_s = late_s if late_s > LATE_S else 0.0
+        return self.late_s
 
     def seen(self, boot_ms: int, now: float) -> Step:
         """Take a time_boot_ms received at `now` (monotonic seconds)."""
@@ -59,6 +83,7 @@ class BootClock:
         elapsed_ms = (now - self.at_s) * 1e3
         if self.boot_ms > WRAP_MS - NEAR_WRAP_MS and 0 <= step_ms + WRAP_MS <= elapsed_ms + FITS_MS:  # after 49.7 days
             self.boot_ms, self.at_s = boot_ms, now
+            self._least_s += WRAP_MS / 1e3
             return _ON
         other = self._other
         if other is not None and other.misses_by_ms(boot_ms, now) <= FITS_MS:
@@ -92,6 +117,7 @@ class BootClock:
     def _replace(self, boot_ms: int, now: float) -> None:
         self._other = _Other(self.boot_ms, self.at_s)
         self.boot_ms, self.at_s = boot_ms, now
+        self.late_s, self._least_s = 0.0, math.inf
 
 
 class _Other:

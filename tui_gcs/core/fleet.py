@@ -416,6 +416,7 @@ class Fleet:
         if now >= self._next_paths_s - 1e-9:
             self._next_paths_s = now + PATHS_GAP_S
             self.paths.tick(vehicles)
+            self.telemetry.look(vehicles, now)
 
     def _confirm(self, vehicle: Vehicle) -> None:
         """It is more than a hello; before that nothing is told, or a flood of hellos would flood the log, too."""

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
-from tui_gcs.core.boot_clock import FITS_MS, Step
+from tui_gcs.core.boot_clock import FITS_MS, BootClock, Step
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.geo import LocalFrame
@@ -40,6 +40,8 @@ LONGEST_WAY_MS = 600_000
 
 NEAR_M = 20.0
 """A step that needs no further thought: 20 Hz at 150 m/s are less."""
+LATE_TOLD_S = 30.0
+"""That positions come late is told so often at most."""
 POSITION_BYTES = 28
 _POSITION = struct.Struct("<IiiiihhhH").unpack_from
 
@@ -119,8 +121,12 @@ class Telemetry:
         values = _POSITION(raw, 10) if raw[0] == MAGIC_V2 and raw[1] >= POSITION_BYTES else slot.values()
         boot_ms, lat, lon, _, alt_rel_mm, _, _, _, _ = values
         boot = vehicle.path.boot
-        if 0 <= boot_ms - boot.boot_ms <= FITS_MS + (now - boot.at_s) * 1e3:
+        if 0 < boot_ms - boot.boot_ms <= FITS_MS + (now - boot.at_s) * 1e3:
             boot.boot_ms, boot.at_s = boot_ms, now
+        elif boot_ms == boot.boot_ms:  # no news of the clock: a copy, or one that stands still
+            if values == vehicle.fix:
+                self._dropped["repeated position"] += 1
+                return
         elif self._judge_boot(vehicle, boot_ms, now) not in COUNTS:
             self._dropped["late position"] += 1
             return
@@ -142,7 +148,28 @@ class Telemetry:
         vehicle.fix = values
         vehicle.alt_rel_m = place[2]
         vehicle.position_m = place
-        vehicle.position_s = now
+        vehicle.position_s = now - boot.late_s
+
+    def look(self, vehicles: list[Vehicle], now: float) -> None:
+        """See how late positions come; to be called some times a second.
+
+        A modem that buffers delivers old ones, of which each looks new: they count as old as they are.
+        """
+        for vehicle in vehicles:
+            boot = vehicle.path.boot
+            before_s = boot.late_s
+            if boot.look():
+                self._late(vehicle, boot, before_s, now)
+
+    def _late(self, vehicle: Vehicle, boot: BootClock, before_s: float, now: float) -> None:
+        """Positions come late, by `before_s` so far."""
+        late_s = boot.late_s
+        if vehicle.position_s == boot.at_s - before_s:
+            vehicle.position_s = boot.at_s - late_s
+        if vehicle.confirmed and now - boot.told_s >= LATE_TOLD_S:
+            boot.told_s = now
+            text = f"positions come {late_s:.0f} s late"
+            self._events.say(EventClass.CONNECTION, _name(vehicle), text, WARNING)
 
     def _is_place(self, lat_deg: float, lon_deg: float) -> bool:
         if (lat_deg == 0 and lon_deg == 0) or abs(lat_deg) > 90 or abs(lon_deg) > 180:
