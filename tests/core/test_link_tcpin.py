@@ -1,5 +1,7 @@
 """The TCP link that listens: every client its own address and stream; none harms the others."""
 
+import errno
+import os
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -9,9 +11,10 @@ from link_rig import FRAME, LIMIT_S, free_port, taken, until
 
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.links import Address, open_link, parse_link
+from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE
 from tui_gcs.core.links.outbox import STALLED_S
 from tui_gcs.core.links.resolve import resolve
-from tui_gcs.core.links.tcpin import MAX_CLIENTS, SILENT_S, TcpInLink
+from tui_gcs.core.links.tcpin import MAX_CLIENTS, PAUSE_S, SILENT_S, TcpInLink
 
 
 @pytest.fixture
@@ -120,6 +123,43 @@ def test_a_client_that_does_not_read_is_dropped_alone(link: TcpInLink, client: M
     link.receive()
     assert len(link.filenos()) == 2
     assert hears(link, good)
+
+
+def test_where_no_descriptor_is_left_the_listener_does_not_keep_us_busy(
+    link: TcpInLink, clock: VirtualClock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Full:
+        """The listener of a process that may open nothing more: it stays readable."""
+
+        def __init__(self, listener: socket.socket) -> None:
+            self.fileno, self.close = listener.fileno, listener.close
+
+        def accept(self) -> None:
+            raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    listener = link._listener
+    with socket.create_connection(("127.0.0.1", link.spec.port), timeout=LIMIT_S) as waits:
+        monkeypatch.setattr(link, "_listener", Full(listener))
+        assert link.receive() == []
+        assert "open files" in link.error
+        assert link.filenos() == [], "select does not wake up for it"
+        monkeypatch.setattr(link, "_listener", listener)
+        clock.advance(PAUSE_S)
+        assert len(link.filenos()) == 1
+        assert until(link.receive) == [(b"", waits.getsockname())]
+        assert link.error == ""
+
+
+def test_many_clients_that_flood_are_read_in_turn(link: TcpInLink, client: MakeClient) -> None:
+    flooders = [client() for _ in range(5)]
+    for flooder in flooders:
+        flooder.settimeout(0.05)
+        with suppress(TimeoutError):
+            while True:
+                flooder.sendall(bytes(65536))
+    looks = [link.receive() for _ in range(3)]
+    assert all(sum(len(data) for data, _ in look) <= MAX_BYTES_PER_RECEIVE for look in looks)
+    assert {address for look in looks for _, address in look} == {one.getsockname() for one in flooders}
 
 
 def test_a_client_that_floods_leaves_the_others_their_share(link: TcpInLink, client: MakeClient) -> None:

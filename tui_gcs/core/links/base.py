@@ -9,8 +9,8 @@ Address = tuple[str, int] | tuple[str, int, int, int] | str
 
 MAX_DATAGRAMS_PER_RECEIVE = 2048
 """One `receive` takes at most this many, so that a flood on one link cannot starve the others."""
-MAX_BYTES_PER_RECEIVE = 128 * 1024
-"""Nor much more than this: a datagram of 64 KiB may be 5,000 frames. At 200 looks a second it is 26 MB/s."""
+MAX_BYTES_PER_RECEIVE = 32 * 1024
+"""Nor much more than this: a datagram of 64 KiB may be 5,000 frames. At 200 looks a second it is 6.5 MB/s."""
 
 
 class Link(Protocol):

@@ -14,7 +14,7 @@ from tui_gcs.core.links.retry import Retry
 from tui_gcs.core.links.spec import LinkError, LinkSpec
 
 LEAST_UNSENT_BYTES = 1024
-_MOST_BYTES = 65536
+_MOST_BYTES = 16384
 _BITS_PER_BYTE = 10
 
 

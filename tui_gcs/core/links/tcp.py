@@ -12,7 +12,7 @@ from tui_gcs.core.links.retry import Retry
 from tui_gcs.core.links.spec import LinkSpec
 
 _CONNECT_TIMEOUT_S = 5.0
-_MOST_BYTES = 65536
+_MOST_BYTES = 16384
 """Taken per `receive`: 1700 telemetry frames."""
 
 

@@ -1,9 +1,10 @@
 """A TCP link that listens: simulators, routers and vehicles' companions connect to it, several at once."""
 
+import math
 import socket
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.links.base import Address, LinkState, reason
+from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE, Address, LinkState, reason
 from tui_gcs.core.links.connection import Connection
 from tui_gcs.core.links.resolve import Place, listen_advice
 from tui_gcs.core.links.spec import LinkError, LinkSpec
@@ -13,6 +14,8 @@ SILENT_S = 30.0
 """A client from which nothing came for so long makes room for a new one when all places are taken."""
 _MOST_BYTES = 16384
 """Taken of one client per `receive`: 430 telemetry frames, so that none starves the others."""
+PAUSE_S = 1.0
+"""Where the system has no descriptor left the listener stays readable: asked at once again, it would be all we do."""
 
 
 class TcpInLink(LinkState):
@@ -31,17 +34,23 @@ class TcpInLink(LinkState):
         """Turned away because all places were taken."""
         self._clock = clock
         self._clients: dict[Address, Connection] = {}
+        self._paused_until_s = -math.inf
         self._listener = _listener(spec, place)
 
     def receive(self) -> list[tuple[bytes, Address]]:
         """See `Link.receive`."""
         chunks: list[tuple[bytes, Address]] = [(b"", client.address) for client in self._accept()]
+        size = 0
         for client in list(self._clients.values()):
+            if size >= MAX_BYTES_PER_RECEIVE:
+                break
             data = client.read(_MOST_BYTES)
+            del self._clients[client.address]
             if data:
+                size += len(data)
                 chunks.append((data, client.address))
-            if client.error:
-                del self._clients[client.address]
+            if not client.error:
+                self._clients[client.address] = client  # to the end: the next look begins with who was not read
         return chunks
 
     def send(self, data: bytes, to: Address) -> None:
@@ -54,7 +63,9 @@ class TcpInLink(LinkState):
 
     def filenos(self) -> list[int]:
         """See `Link.filenos`."""
-        numbers = [self._listener.fileno(), *(client.fileno() for client in self._clients.values())]
+        numbers = [client.fileno() for client in self._clients.values()]
+        if not self._paused:
+            numbers.append(self._listener.fileno())
         return [number for number in numbers if number >= 0]
 
     def close(self) -> None:
@@ -65,9 +76,15 @@ class TcpInLink(LinkState):
             client.close(self.error)
         self._clients.clear()
 
+    @property
+    def _paused(self) -> bool:
+        return self._clock.now() < self._paused_until_s
+
     def _accept(self) -> list[Connection]:
         """The clients that are new; at most as many as there are places."""
         new: list[Connection] = []
+        if self._paused:
+            return new
         for _ in range(MAX_CLIENTS):
             try:
                 tcp, address = self._listener.accept()
@@ -75,6 +92,7 @@ class TcpInLink(LinkState):
                 break
             except OSError as error:  # no descriptor left; or closed
                 self.error = reason(error)
+                self._paused_until_s = self._clock.now() + PAUSE_S
                 return new
             if not self._has_room():
                 self.refused_clients += 1
