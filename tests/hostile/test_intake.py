@@ -27,6 +27,7 @@ class Anybody:
 
     def place(self, slot: Slot, source: Source) -> None:
         slot.route = KEEP
+        source.bound = 1
 
     def needs(self, slot: Slot) -> bool:
         return True

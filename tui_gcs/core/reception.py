@@ -3,6 +3,8 @@
 Called as often as the process likes; what is read is bounded per call, so that a flood starves nobody.
 """
 
+from collections.abc import Callable
+
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import ERROR, NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
@@ -12,6 +14,9 @@ from tui_gcs.core.messages import EventClass
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.trust import TrustBook
 from tui_gcs.core.wire.signing import for_log
+
+MOST_BYTES = 256 * 1024
+"""Of all links together in one `receive`; what is left stays where it is, and its link is first the next time."""
 
 
 class Reception:
@@ -35,21 +40,33 @@ class Reception:
         self._trust = trust
         self._clock = clock
         self._events = events
+        self._first = 0
+        """Which link is read first: none is always behind a flooded one."""
         self._down: set[str] = set()
         self._kernel_drops = dict.fromkeys(links, 0)
         self._next_look_s = clock.now()
         self.faults = 0
         """How often a link went down."""
 
-    def receive(self) -> int:
-        """Take what has arrived; how many datagrams or pieces that were."""
+    def receive(self, may_go_on: Callable[[], bool] = lambda: True) -> int:
+        """Take what has arrived; how many datagrams or pieces that were.
+
+        Before each link but the first `may_go_on` is asked: a process has only so much time.
+        """
         now = self._clock.now()
         wall_s = self._clock.wall()
-        count = 0
-        for name, link in self._links.items():
+        count = size = 0
+        links = list(self._links.items())
+        for number in range(self._first, self._first + len(links)):
+            if number > self._first and (size > MOST_BYTES or not may_go_on()):
+                self._first = number % len(links)
+                break
+            name, link = links[number % len(links)]
+            before = link.bytes_in
             batch = link.receive()
             if batch:
                 count += len(batch)
+                size += link.bytes_in - before
                 intake = self._fleet.intakes[link.spec.network]
                 taken = intake.chunks(name, batch, now) if link.stream else intake.datagrams(name, batch, now)
                 if taken:

@@ -160,18 +160,24 @@ class Station:
 
     # ---------------------------------------------------------------- time
 
-    def receive(self) -> int:
-        """Take what has arrived and answer what must be answered at once; how many datagrams came."""
-        return self.reception.receive()
+    def receive(self, may_go_on: Callable[[], bool] = lambda: True) -> int:
+        """Take what has arrived and answer what must be answered at once; how many datagrams came.
+
+        `may_go_on` is asked between links, see `Reception.receive`.
+        """
+        return self.reception.receive(may_go_on)
 
     def tick(self) -> None:
-        """Everything that is due now."""
+        """Take what has arrived, and do everything that is due now."""
+        self.receive()
         for _ in self.steps():
             pass
 
     def steps(self) -> Iterator[None]:
-        """Everything that is due now, in parts: between them who is waiting for an answer may be served."""
-        self.reception.receive()
+        """Everything that is due now, in parts: between them who is waiting for an answer may be served.
+
+        Nothing is received: the caller has done so just before.
+        """
         self.fleet.tick()
         self.trust.tick(list(self.fleet.vehicles.values()))
         self._assign_when_idle()

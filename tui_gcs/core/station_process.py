@@ -37,6 +37,8 @@ from tui_gcs.core.zenoh_bus import QueuedBus, ZenohBus, serve
 TICK_S = 0.05
 RECEIVE_S = 0.005
 """Under load links are read this often: one wake-up for many datagrams (performance.md 4a)."""
+MOST_RECEIVE_S = 0.005
+"""After so long no further link is read, and within one tick none again: whatever comes in, the tick ends."""
 PART_S = 0.001
 """After so much of a tick, who waits for an answer is served; a small fleet's tick is shorter."""
 BUSY_DATAGRAMS_PER_S = 400.0
@@ -173,6 +175,23 @@ class ReceiveGap:
 LOAD_WINDOW_S = 0.25
 
 
+class Receiver:
+    """Receives within its time, and says so to `ReceiveGap`. Real time: what it costs, not what the clock says."""
+
+    def __init__(self, station: Station, gap: ReceiveGap, clock: MonotonicClock) -> None:
+        """Nothing received yet."""
+        self._station, self._gap, self._clock = station, gap, clock
+        self.spent_s = 0.0
+        """Since somebody set it to 0."""
+
+    def receive(self) -> None:
+        """Take what has arrived, for `MOST_RECEIVE_S` and one link's share at most."""
+        began_s = time.perf_counter()
+        count = self._station.receive(lambda: time.perf_counter() - began_s < MOST_RECEIVE_S)
+        self._gap.saw(count, self._clock.now())
+        self.spent_s += time.perf_counter() - began_s
+
+
 def _loop(
     station: Station,
     bus: QueuedBus,
@@ -186,27 +205,32 @@ def _loop(
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     next_tick_s = next_receive_s = clock.now()
     gap = ReceiveGap(clock.now())
+    receiver = Receiver(station, gap, clock)
     gc.collect()
     gc.freeze()  # what start-up left is never garbage: looking through it would hold everything up for 40 ms
     while not (station.ending or stop["asked"]):
         by_data = gap.waits_for_data(answer_expected=station.commands.waiting)
         files = [number for link in station.links.values() for number in link.filenos()] if by_data else []
         wait_s = max(0.0, min(next_tick_s, next_tick_s if by_data else next_receive_s) - clock.now())
-        ready = select.select([wake.fileno(), *files], [], [], wait_s)[0]
+        foreign = [number for endpoint in station.config.forward for number in endpoint.link.filenos()]
+        ready = select.select([wake.fileno(), *files, *foreign], [], [], wait_s)[0]
         if wake.fileno() in ready:
             with contextlib.suppress(BlockingIOError):
                 wake.recv(4096)
         bus.run_pending()
+        if not set(foreign).isdisjoint(ready):  # another station's hold does not wait for the tick
+            station.forwarder.tick()
         now = clock.now()
-        if by_data or now >= next_receive_s:
+        if by_data or now >= min(next_receive_s, next_tick_s):
             next_receive_s = now + RECEIVE_S
-            gap.saw(station.receive(), now)
+            receiver.receive()
         if now >= next_tick_s:
             next_tick_s = max(next_tick_s + TICK_S, now)
-            served_s = now
+            served_s, receiver.spent_s = clock.now(), 0.0
             for _ in station.steps():
                 if clock.now() - served_s >= PART_S:
-                    gap.saw(station.receive(), clock.now())
+                    if receiver.spent_s < MOST_RECEIVE_S:
+                        receiver.receive()
                     bus.run_pending()
                     served_s = clock.now()
             workers.keep(list(station.desks), now)

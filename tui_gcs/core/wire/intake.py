@@ -31,6 +31,20 @@ MOST_SOURCES = 1024
 MOST_TRIES = 32
 """Places in a datagram where a frame might begin and none does; then the rest is junk, or a flood would cost 1 ms
 each (1,500 bytes of nothing but beginnings). Noise in a frame makes one or two."""
+MOST_DATAGRAM_BYTES = 8192
+"""From where no vehicle is: routers and PX4 pack some 1,400 bytes, 64 KiB of 8-byte frames are a flood."""
+MOST_STRANGE_FRAMES = 40
+"""Looked at per datagram from where no vehicle is (one of ours sends one, PX4 a dozen); the rest is junk."""
+MOST_STRANGE_STEPS = 256
+"""The same per piece of a byte stream, which may have waited for us."""
+MOST_STEPS = 1024
+"""Off the fast path (junk, version 1, unknown ids), per piece, from where a vehicle is: 16 KiB of real frames."""
+STRANGE_PER_S, STRANGE_PER_NETWORK_PER_S = 10, 500
+"""Frames of no vehicle from where no vehicle is: so many per source, and in all, are recorded and passed on."""
+PIECE_BYTES = 2048
+"""More frames than that in one go are cut out of slices of it: each cut copies what follows."""
+VERSION_1_AFTER_S = 3.0
+"""Without a version 2 frame version 1 is believed again: else one forged frame would end a version 1 vehicle."""
 MOST_HELD_BYTES = 4096
 """Of an unfinished frame on a byte stream (security.md B.6-8); a whole frame has at most 280."""
 FLUSH_S = 0.5
@@ -46,7 +60,18 @@ SWAPPED_MOST = 4
 class Stream:
     """One sender: (source, system, component). When it was last heard, and what of it was lost."""
 
-    __slots__ = ("due", "duplicates", "frames", "heard_s", "lost", "odd", "source", "started", "version")
+    __slots__ = (
+        "due",
+        "duplicates",
+        "frames",
+        "heard_s",
+        "lost",
+        "odd",
+        "source",
+        "started",
+        "version1_s",
+        "version2_s",
+    )
 
     def __init__(self, source: "Source") -> None:
         """Nothing heard yet."""
@@ -60,9 +85,15 @@ class Stream:
         self.odd = 0
         """How often the count began elsewhere: a reboot, or two senders that take turns. No swapped neighbours."""
         self.heard_s = float("-inf")
-        self.version = 0
-        """Highest MAVLink version it has spoken."""
+        self.version1_s = self.version2_s = float("-inf")
+        """When it last spoke that MAVLink version, as far as `believes_version_1` looked."""
         self.started = False
+
+    def believes_version_1(self, now: float) -> bool:
+        """Whether a version 1 frame is no downgrade. Every frame sets `heard_s`: the fast path need not tell."""
+        if self.heard_s > self.version1_s:
+            self.version2_s = self.heard_s
+        return now - self.version2_s >= VERSION_1_AFTER_S
 
     def jump(self, seq: int) -> None:
         """The sequence number is not the one that was due: frames lost, a late frame, or a new count."""
@@ -157,6 +188,8 @@ class Source:
         "link",
         "network",
         "slots",
+        "strange",
+        "strange_until_s",
         "streams",
         "text_bytes",
         "unknown",
@@ -186,7 +219,9 @@ class Source:
         """Of a byte stream: the beginning of a frame whose rest has not come."""
         self.in_sync = True
         self.bound = 0
-        """How many vehicles are accepted from here: such a source is never forgotten."""
+        """How many vehicles are accepted from here: such a source is never forgotten, and others get less work."""
+        self.strange, self.strange_until_s = 0, float("-inf")
+        """Frames of no vehicle within the present second, and when that ends."""
 
     def forget(self, system: int | None = None) -> None:
         """What to do with the frames of `system` (None: of all) is to be looked up anew."""
@@ -226,7 +261,7 @@ class Intake:
         self.network = network
         self.sources: dict[tuple[str, Address], Source] = {}
         self._slots_at: defaultdict[str, dict[Address, dict[bytes, Slot]]] = defaultdict(dict)
-        """The same sources' slots, by link and address: the one look-up that every datagram costs."""
+        """Slots of the sources where vehicles are, by link and address: the one look-up that every datagram costs."""
         self._received: Counter[str] = Counter()
         self.dropped: Counter[str] = Counter()
         self.past: Counter[str] = Counter()
@@ -236,6 +271,9 @@ class Intake:
         self._slots = 0
         self._full_until_s = float("-inf")
         self._holding: set[Source] = set()
+        self._next_demotion_s = float("-inf")
+        self._strange, self._strange_until_s = 0, float("-inf")
+        """As each source's: of all together."""
 
     # ---------------------------------------------------------------- bytes in
 
@@ -268,11 +306,16 @@ class Intake:
         dirty = self._dirty.copy()
         self._dirty.clear()
         for slot in dirty:
+            if slot.route == CALL:  # placed anew meanwhile: whoever did that has been called with a newer frame
+                continue
             slot.route = STATE
             slot.call(slot, slot.t_s)
 
     def tick(self, now: float) -> None:
         """Give up on streams that fell silent in the middle of a frame."""
+        if now >= self._next_demotion_s:
+            self._next_demotion_s = now + 1.0
+            self._demote()
         for source in [s for s in self._holding if now - s.heard_s > FLUSH_S]:
             self._stream(source, source.held, now, [], final=True)
 
@@ -283,7 +326,6 @@ class Intake:
             if len(self.sources) >= MOST_SOURCES:
                 self._forget_a_source()
             found = self.sources[(link, address)] = Source(self.network, link, address)
-            self._slots_at[link][address] = found.slots
         return found
 
     def counts(self, link: str) -> Counter[str]:
@@ -331,7 +373,7 @@ class Intake:
                 if end == len(rest):
                     raw = rest
                     rest = None
-                elif end < len(rest):
+                elif end < len(rest) <= PIECE_BYTES:
                     raw = rest[:end]
                     rest = rest[end:]
                 else:
@@ -376,21 +418,26 @@ class Intake:
         size = len(data)
         if not size:
             return
+        if source.bound:
+            self._slots_at[source.link][source.address] = source.slots
+        elif size > MOST_DATAGRAM_BYTES:
+            source.junk_bytes += size
+            return
         if not source.streams and data[0] not in _MAGICS:  # never a good frame from there: junk is not searched for one
             if is_text(data):
                 source.text_bytes += size
             else:
                 source.junk_bytes += size
             return
-        done, tries = Scan(used=at), 0
+        done, tries, steps = Scan(used=at), 0, 0
         while done.used < size:
+            if self._ahead(data, done, source, now, taken):
+                continue
             scan_step(data, done, final=True)
             self._odd_frames(done, source, now, taken)
-            if done.in_sync:
-                done.used += self._fast(data[done.used :], source.slots, now, taken)
-                continue
-            tries += 1
-            if tries >= MOST_TRIES:
+            steps += 1
+            tries += not done.in_sync
+            if tries >= MOST_TRIES or steps >= (MOST_STEPS if source.bound else MOST_STRANGE_FRAMES):
                 done.junk_bytes += size - done.used
                 break
         if at == 0 and done.junk_bytes and not done.good and is_text(data):
@@ -401,15 +448,19 @@ class Intake:
     def _stream(self, source: Source, data: bytes, now: float, taken: list[bytes], *, final: bool) -> None:
         """Bytes of a stream, with what was held back before them."""
         size = len(data)
-        done = Scan(in_sync=source.in_sync)
+        done, steps = Scan(in_sync=source.in_sync), 0
         while done.used < size:
-            if done.in_sync:
-                done.used += self._fast(data[done.used :], source.slots, now, taken)
+            if self._ahead(data, done, source, now, taken):
+                continue
             before = done.used
             scan_step(data, done, final=final)
             self._odd_frames(done, source, now, taken)
             if done.used == before:
                 break
+            steps += 1
+            if steps >= (MOST_STEPS if source.bound else MOST_STRANGE_STEPS):
+                done.junk_bytes += size - done.used
+                done.used, done.in_sync = size, False
         rest = data[done.used :]
         if len(rest) > MOST_HELD_BYTES:
             done.junk_bytes += len(rest)
@@ -420,6 +471,14 @@ class Intake:
             self._holding.add(source)
         else:
             self._holding.discard(source)
+
+    def _ahead(self, data: bytes, done: Scan, source: Source, now: float, taken: list[bytes]) -> bool:
+        """Take good frames of known kinds by the fast path, where a vehicle is; whether there were any."""
+        if not (done.in_sync and source.bound):
+            return False
+        ahead = self._fast(data[done.used : done.used + PIECE_BYTES], source.slots, now, taken)
+        done.used += ahead
+        return ahead > 0
 
     def _odd_frames(self, done: Scan, source: Source, now: float, taken: list[bytes]) -> None:
         """Take what one `scan_step` found, or count what it refused."""
@@ -440,14 +499,15 @@ class Intake:
             if slot is None:
                 return False
         stream = slot.stream
-        if frame.version < stream.version:
+        if frame.version == 1 and not stream.believes_version_1(now):
             source.version1_refused += 1
             self.dropped["MAVLink 1 after 2 (downgrade)"] += 1
             self._owner.odd(source, "downgrade")
             return False
         if slot.gate is not None and not slot.gate(frame.raw):
             return False
-        stream.version = frame.version
+        if frame.version == 1:
+            stream.version1_s = now
         if frame.seq == stream.due:
             stream.due = (frame.seq + 1) & 255
         else:
@@ -460,9 +520,28 @@ class Intake:
         if slot.route == STATE:
             slot.route = KEEP
             self._dirty.append(slot)
-        elif slot.route == CALL:
-            return slot.call(slot, now) is not False
-        return True
+        elif slot.route == CALL and slot.call(slot, now) is False:
+            return False
+        return source.bound > 0 or slot.owner is not None or self._has_strange(source, now)
+
+    def _has_strange(self, source: Source, now: float) -> bool:
+        """Whether one more frame of no vehicle is recorded and passed on: a flood would fill the disk."""
+        if now >= source.strange_until_s:
+            source.strange, source.strange_until_s = 0, now + 1.0
+        if now >= self._strange_until_s:
+            self._strange, self._strange_until_s = 0, now + 1.0
+        source.strange += 1
+        self._strange += 1
+        if source.strange <= STRANGE_PER_S and self._strange <= STRANGE_PER_NETWORK_PER_S:
+            return True
+        self.dropped["too many of no vehicle to record"] += 1
+        return False
+
+    def _demote(self) -> None:
+        """Sources where no vehicle is any more leave the fast path."""
+        for source in self.sources.values():
+            if not source.bound and source.address in self._slots_at[source.link]:
+                del self._slots_at[source.link][source.address]
 
     def _new_slot(self, key: bytes, frame: Frame, source: Source, now: float) -> Slot | None:
         if self._slots >= MOST_SLOTS and not self._make_room(now):
@@ -496,6 +575,7 @@ class Intake:
         self._holding.discard(source)
         for stream in source.streams.values():  # who connects anew counts anew
             stream.started = False
+            stream.version1_s, stream.version2_s = stream.heard_s, float("-inf")
 
     def _make_room(self, now: float) -> bool:
         """Room in the table: slots that nobody needs go, and are made again when they are heard again."""
@@ -528,7 +608,7 @@ class Intake:
                 self.sources[key] = source  # to the end: the next search need not pass it again
                 continue
             self._holding.discard(source)
-            del self._slots_at[source.link][source.address]
+            self._slots_at[source.link].pop(source.address, None)
             for name, count in _counted(source):
                 self.past[f"{source.link} {name}"] += count
             self._slots -= len(source.slots) + len(source.unknown)
