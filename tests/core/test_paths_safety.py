@@ -166,3 +166,69 @@ def test_a_signed_vehicle_that_has_moved_is_followed_within_two_seconds(wired: M
         flight.run(5.0)
         assert flight.vehicle().address == ("nat", port) and len(flight.vehicle().used_paths()) == 1
     assert flight.vehicle().freshness(flight.clock.now()) is Freshness.OK and not flight.vehicle().no_commands
+
+
+# ---------------------------------------------------------------- two vehicles with one power switch
+
+
+def only(number: int) -> Callable[[int, int], Address | None]:
+    """Only that fleet is heard on this wire."""
+    return lambda fleet, index: (f"fleet {number}", index) if fleet == number else None
+
+
+def together(wired: MakeWired, uid: str, age_s: float, north_m: float) -> Wired:
+    """Two boards with one id, each on a link of its own, switched on `age_s` apart."""
+    flight = wired(1, wires=[Wire("near", place=only(0)), Wire("far", delay_s=0.1, place=only(1))])
+    flight.stranger(age_s=age_s)
+    flight.fleets[1]._vehicles.position_m[0, 1] += north_m
+    flight.same_uid(uid)
+    return flight
+
+
+UIDS = {"equal": "f" * 20, "none": "\0" * 20}
+
+
+@pytest.mark.parametrize("age_s", [0.0, 0.5, 2.5])
+@pytest.mark.parametrize("uid", list(UIDS))
+def test_two_vehicles_switched_on_together_are_two(wired: MakeWired, uid: str, age_s: float) -> None:
+    flight = together(wired, UIDS[uid], age_s, north_m=30.0).run(40.0)
+    assert "two vehicles use id 1" in flight.vehicle().no_commands
+    assert len(flight.vehicle().used_paths()) == 1
+
+
+@pytest.mark.parametrize("age_s", [0.5, 2.5])
+@pytest.mark.parametrize("uid", list(UIDS))
+def test_two_that_stand_side_by_side_are_never_taken_for_one(wired: MakeWired, uid: str, age_s: float) -> None:
+    flight = together(wired, UIDS[uid], age_s, north_m=1.0)
+    for _ in range(60):
+        flight.run(1.0)
+        assert len(flight.vehicle().used_paths()) <= 1
+        assert flight.vehicle().link == "near"
+
+
+@pytest.mark.parametrize("uid", list(UIDS))
+def test_a_second_link_in_flight_proves_itself_by_where_the_vehicle_is(wired: MakeWired, uid: str) -> None:
+    """The boards say nothing of who they are, and no frame is the same: each link has positions of its own."""
+
+    def every_other(rest: int) -> Callable[[str, bytes], bool]:
+        return lambda way, data: way == "up" and data[7:10] == b"\x21\0\0" and sum(data[10:-2]) % 2 == rest
+
+    near = Wire("near", loses=every_other(0))
+    far = Wire("far", delay_s=0.1, up=False, numbers=True, loses=every_other(1))
+    flight = wired(1, wires=[near, far])
+    flight.same_uid(UIDS[uid])
+    flight.flying().run(5.0)
+    far.up = True
+    flight.until(lambda: len(flight.vehicle().used_paths()) == 2, 15.0)
+    assert not flight.vehicle().blocked
+
+
+def test_two_that_were_taken_for_one_are_told_apart_when_they_part(wired: MakeWired) -> None:
+    """Simulated without noise, at one place, at one time: every position is the same to the last bit."""
+    flight = together(wired, UIDS["none"], 0.5, north_m=0.0).run(40.0)
+    flight.fleets[1]._vehicles.position_m[0, 1] += 30.0
+    flight.run(6.0)
+    assert "two vehicles use id 1" in flight.vehicle().no_commands
+    assert len(flight.vehicle().used_paths()) == 1
+    flight.run(20.0)
+    assert flight.vehicle().no_commands, "for as long as both are there"

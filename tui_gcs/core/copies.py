@@ -1,9 +1,12 @@
 """Frames of a vehicle that come over several paths: each counts once, whichever path brings it first."""
 
 from tui_gcs.core.vehicle import Path
+from tui_gcs.core.wire.frames import MAGIC_V2
 
 KEPT_S = 3.0
 """Longer than one path is slower than another."""
+POSITION = b"\x21\0\0"
+"""GLOBAL_POSITION_INT, which begins with the boot time, in a version 2 frame."""
 MOST = 4096
 """Of one vehicle: 3 s of a very talkative one."""
 
@@ -15,6 +18,8 @@ class Copies:
         """None yet."""
         self._brought: dict[bytes, tuple[float, tuple[Path, ...], bool]] = {}
         """When it came first, who brought it, and whether one of these is accepted."""
+        self._news: dict[bytes, tuple[float, Path]] = {}
+        """Payloads of positions: when they came first, and who brought them last."""
 
     def __len__(self) -> int:
         return len(self._brought)
@@ -24,6 +29,8 @@ class Copies:
 
         Who repeats frames faster than they come may not keep them from being counted.
         """
+        if raw[7:10] == POSITION and raw[0] == MAGIC_V2:
+            self._compare_news(raw, path, now)
         known = self._brought.get(raw)
         if known is None:
             if len(self._brought) < MOST:
@@ -41,3 +48,16 @@ class Copies:
     def prune(self, now: float) -> None:
         """Forget what is old."""
         self._brought = {raw: known for raw, known in self._brought.items() if now - known[0] < KEPT_S}
+        self._news = {said: known for said, known in self._news.items() if now - known[0] < KEPT_S}
+
+    def _compare_news(self, raw: bytes, path: Path, now: float) -> None:
+        """Autopilots number the frames of each link by themselves: only what a position says is the same."""
+        said = raw[10 : 10 + raw[1]]
+        known = self._news.get(said)
+        if known is None:
+            if len(self._news) < MOST and any(said[4:12]):  # latitude, longitude: known
+                self._news[said] = (now, path)
+        elif known[1] is not path:
+            path.news += 1
+            known[1].news += 1
+            self._news[said] = (known[0], path)

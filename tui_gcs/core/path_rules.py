@@ -2,7 +2,8 @@
 
 import math
 
-from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, HIGH_LATENCY_LOST_S, Path, Vehicle
+from tui_gcs.core.likeness import APART_M, SURE_NEWS, gap, position_of
+from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, HIGH_LATENCY_LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.intake import Slot
 
 REBIND_S = 3.0
@@ -30,12 +31,17 @@ def shares_link(vehicle: Vehicle, path: Path) -> bool:
 
 
 def copies_may_come(vehicle: Vehicle) -> bool:
-    """Over accepted paths; signed ones over any other, which may be a relay."""
-    return len(vehicle.paths) > 1 and (vehicle.keyed or len(vehicle.used_paths()) > 1)
+    """Over accepted paths and those that may be; signed ones over any other, which may be a relay."""
+    paths = vehicle.paths
+    return len(paths) > 1 and (
+        vehicle.keyed
+        or len(vehicle.used_paths()) > 1
+        or any(path.state is PathState.CANDIDATE and not shares_link(vehicle, path) for path in paths)
+    )
 
 
 def is_same(vehicle: Vehicle, path: Path, now: float, *, silent: bool) -> bool | None:
-    """Whether `path` leads to the vehicle, by hardware id and boot clock; None: not known yet.
+    """Whether `path` leads to the vehicle, by hardware id, boot clock and position; None: not known yet.
 
     With `silent` the vehicle has not been heard for a while, and may have rebooted.
     """
@@ -47,7 +53,13 @@ def is_same(vehicle: Vehicle, path: Path, now: float, *, silent: bool) -> bool |
     if path.high_latency or vehicle.path.high_latency:  # nobody is asked over a satellite, and it may take a minute
         return True if apart_s < HIGH_LATENCY_LOST_S else None
     if apart_s <= SAME_BOOT_S:
-        return True if same_board else None
+        if silent:
+            far = gap(position_of(vehicle.path), position_of(path)) > APART_M
+            return False if far else True if same_board else None
+        if path.news >= SURE_NEWS:
+            return True if same_board else None
+        same = path.likeness.same if path.likeness is not None else None
+        return same if same_board or same is False else None
     if silent:
         return True if same_board and path.uid else None
     return None if math.isnan(apart_s) else False

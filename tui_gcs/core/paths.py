@@ -1,7 +1,7 @@
 """Which ways lead to a vehicle, and whether it is one vehicle at all (security.md B.6-24…26, faults of links C.5).
 
-* A second *link* that brings the same system id is asked who it is; the same hardware id and boot clock make it a
-  second way to the vehicle. The freshest way is used; another is taken within 2 s when it falls silent.
+* A second *link* that brings the same system id is asked who it is; the same hardware id, boot clock and positions make
+  it a second way to the vehicle. The freshest way is used; another is taken within 2 s when it falls silent.
 * A second *address* on the same link is somebody else, or a forger: nothing of it is used and nothing is sent there,
   until the first one has been silent for 3 s (a NAT or a modem gave it a new address); with valid signatures, which a
   relay brings, too, for 1.2 s, and only for as long.
@@ -19,9 +19,10 @@ from tui_gcs.core.clock import Clock
 from tui_gcs.core.copies import Copies
 from tui_gcs.core.doubts import Doubts
 from tui_gcs.core.events import ALERT, ERROR, NOTICE, WARNING, EventLog
+from tui_gcs.core.likeness import APART_M, Likeness, gap, position_of
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.path_rules import REBIND_S, SAME_BOOT_S, ahead_s, copies_may_come, is_same, shares_link, uid_of
-from tui_gcs.core.vehicle import HIGH_LATENCY_LOST_S, LOST_S, Path, PathState, Vehicle
+from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, HIGH_LATENCY_LOST_S, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.intake import Slot, Source
 
 SWITCH_S = 1.2
@@ -29,6 +30,8 @@ SWITCH_S = 1.2
 AHEAD_S, AHEAD_LOOKS = 0.3, 5
 """News on another path newer by this, in so many looks in a row: that path is the fresher one. A link that is up for
 2 s at a time never is."""
+APART_LOOKS = 2
+"""Positions of two accepted paths far apart in so many looks in a row: no jump that one of them brought first."""
 LOOK_S = 1.0
 DIFFERS_S = 1.0
 """What contradicts for so long is another vehicle; less may be a reboot that one link told first."""
@@ -164,6 +167,11 @@ class PathBook:
             self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
 
     def _on_another_link(self, vehicle: Vehicle, path: Path, slot: Slot, now: float) -> None:
+        if vehicle.copies is not None:
+            vehicle.copies.first(slot.raw, path, now, accepted=False)
+        if slot.msgid == GLOBAL_POSITION_INT:
+            path.likeness = path.likeness or Likeness()
+            path.likeness.compare(position_of(vehicle.path), slot)
         same = is_same(vehicle, path, now, silent=False)
         if same:
             self._accept(vehicle, path, "the same vehicle")
@@ -331,12 +339,25 @@ class PathBook:
             if distant:
                 self._use(vehicle, max(distant, key=lambda path: path.heard_s))
         elif look:
-            for path in others:
+            self._apart(vehicle, others, now)
+            for path in others if vehicle.path is used else ():
                 lead_s = ahead_s(path, used) if path in fresh else 0.0
                 path.ahead = path.ahead + 1 if lead_s > AHEAD_S else 0
                 if path.ahead >= AHEAD_LOOKS:
                     self._use(vehicle, path)
                     return
+
+    def _apart(self, vehicle: Vehicle, others: list[Path], now: float) -> None:
+        """Two accepted ways whose positions go apart were two vehicles all the time."""
+        ours = position_of(vehicle.path)
+        for path in others:
+            theirs = position_of(path)
+            fresh = ours is not None and theirs is not None and now - min(ours.t_s, theirs.t_s) < SECOND_S
+            path.apart = path.apart + 1 if fresh and gap(ours, theirs) > APART_M else 0
+            if path.apart >= APART_LOOKS:
+                _withdraw(path, PathState.CONFLICT)
+                self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
+                self._renew(vehicle)
 
     def _tidy(self, vehicle: Vehicle, now: float) -> None:
         if vehicle.copies is not None:
@@ -424,3 +445,4 @@ def _withdraw(path: Path, state: PathState) -> None:
     path.source.bound -= 1
     path.asked, path.ask_next_s, path.uid, path.answered = 0, -math.inf, "", False
     path.beats_s, path.differs_s = [], math.inf
+    path.likeness, path.news, path.apart = None, 0, 0

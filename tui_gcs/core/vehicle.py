@@ -12,6 +12,7 @@ from tui_gcs.core.wire.intake import Slot, Source, Stream
 
 if TYPE_CHECKING:
     from tui_gcs.core.copies import Copies
+    from tui_gcs.core.likeness import Likeness
 
 NAN = math.nan
 UNKNOWN_POSITION: Vec3 = (NAN, NAN, NAN)
@@ -76,14 +77,20 @@ class Path:
     """AUTOPILOT_VERSION came over this path while it was asked who it is."""
     beats_s: list[float] = field(default_factory=list)
     """Newest heartbeats while it was not accepted."""
+    likeness: "Likeness | None" = None
+    """Its positions compared with the vehicle's, while it was not accepted."""
     differs_s: float = math.inf
     """Since when what comes this way contradicts what is known of the vehicle."""
     copies: int = 0
     """Signed frames that another path had brought just before."""
+    news: int = 0
+    """Positions that another path brought bit for bit, boot time included."""
     proven_s: float = -math.inf
     """When a good signature last came this way while it was not accepted."""
     displaced: bool = False
     """Another address on its link has taken over while this one was silent; it is used again when it speaks."""
+    apart: int = 0
+    """How many looks in a row found its positions far from those of the path in use."""
     ahead: int = 0
     """How many looks in a row found this path's news newer than those of the path in use."""
 
