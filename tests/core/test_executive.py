@@ -86,11 +86,11 @@ def test_start_refuses_other_autopilots(rig: MakeRig) -> None:
     """A PX4 with the id of a team's vehicle: shown, named, not flown."""
     flight = rig(3)
     flight.sim.silence(2)
-    for _ in range(10):
+    for k in range(10):
         flight.say(
             "HEARTBEAT", 3, type=2, autopilot=12, base_mode=81, custom_mode=0, system_status=3, mavlink_version=3
         )
-        flight.say("GLOBAL_POSITION_INT", 3, **position(flight, 45.0, 210.0))
+        flight.say("GLOBAL_POSITION_INT", 3, **position(flight, 45.0, 210.0, boot_ms=60_000 + 700 * k))
         flight.run(0.7)
     assert results(flight.ask(m.Start(vehicles=(1, 2, 3)))) == {3: "only ArduCopter can be flown so far"}
     assert flight.frame is not None and flight.frame.autopilot == ("ArduCopter", "ArduCopter", "PX4")
