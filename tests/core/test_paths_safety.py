@@ -232,3 +232,14 @@ def test_two_that_were_taken_for_one_are_told_apart_when_they_part(wired: MakeWi
     assert len(flight.vehicle().used_paths()) == 1
     flight.run(20.0)
     assert flight.vehicle().no_commands, "for as long as both are there"
+
+
+def test_two_links_that_agree_with_each_other_prove_nothing(wired: MakeWired) -> None:
+    wires = [Wire("near", place=only(0)), Wire("b", place=only(1)), Wire("c", delay_s=0.1, place=only(1))]
+    flight = wired(1, wires=wires)
+    flight.stranger(age_s=0.5)
+    flight.fleets[1]._vehicles.position_m[0, 1] += 10.0
+    flight.same_uid()
+    for _ in range(30):
+        flight.run(1.0)
+        assert [path.source.link for path in flight.vehicle().used_paths()] == ["near"]

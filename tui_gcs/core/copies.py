@@ -1,6 +1,6 @@
 """Frames of a vehicle that come over several paths: each counts once, whichever path brings it first."""
 
-from tui_gcs.core.vehicle import Path
+from tui_gcs.core.vehicle import Path, PathState
 from tui_gcs.core.wire.frames import MAGIC_V2
 
 KEPT_S = 3.0
@@ -19,7 +19,7 @@ class Copies:
         self._brought: dict[bytes, tuple[float, tuple[Path, ...], bool]] = {}
         """When it came first, who brought it, and whether one of these is accepted."""
         self._news: dict[bytes, tuple[float, Path]] = {}
-        """Payloads of positions: when they came first, and who brought them last."""
+        """Payloads of positions: when they came first, and who brought them, an accepted path before all others."""
 
     def __len__(self) -> int:
         return len(self._brought)
@@ -57,7 +57,8 @@ class Copies:
         if known is None:
             if len(self._news) < MOST and any(said[4:12]):  # latitude, longitude: known
                 self._news[said] = (now, path)
-        elif known[1] is not path:
-            path.news += 1
+        elif known[1].state is PathState.USED:
+            path.news += path.state is not PathState.USED
+        elif path.state is PathState.USED:  # what two others agree on proves nothing
             known[1].news += 1
             self._news[said] = (known[0], path)

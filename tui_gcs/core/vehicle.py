@@ -84,7 +84,7 @@ class Path:
     copies: int = 0
     """Signed frames that another path had brought just before."""
     news: int = 0
-    """Positions that another path brought bit for bit, boot time included."""
+    """Positions that an accepted path brought bit for bit, boot time included."""
     proven_s: float = -math.inf
     """When a good signature last came this way while it was not accepted."""
     displaced: bool = False
