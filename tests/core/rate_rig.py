@@ -112,7 +112,7 @@ class Bench:
         """A path of a vehicle over a link."""
         source = Source("", link, ("vehicle", number))
         stream = Stream(source)
-        path = Path(source, PathState.USED, self.clock.now(), [stream])
+        path = Path(source, PathState.USED, self.clock.now(), [stream], stream)
         if signed:
             path.slots[0] = Slot(stream, number, 1, 0)
             path.slots[0].raw = SIGNED_FRAME
