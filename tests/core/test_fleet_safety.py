@@ -175,7 +175,7 @@ def test_a_vehicle_without_a_boot_clock_is_seen_to_move(wired: MakeWired) -> Non
     assert not lateness(flight) and flight.vehicle().reboots == 0
 
 
-def test_positions_that_come_ever_later_get_stale_and_it_is_told(wired: MakeWired) -> None:
+def test_positions_that_come_ever_later_are_told(wired: MakeWired) -> None:
     """A modem that buffers: the way becomes 30 s slow within 2 minutes."""
     near = Wire("near")
     flight = wired(1, wires=[near], wants=lambda frame, task: [])
@@ -184,14 +184,14 @@ def test_positions_that_come_ever_later_get_stale_and_it_is_told(wired: MakeWire
     for _ in range(2400):
         near.delay_s += 30 / 2400
         flight.step()
-    age_s = flight.clock.now() - flight.vehicle().position_s
-    assert flight.vehicle().freshness(flight.clock.now()) is Freshness.STALE
-    assert 19.0 < age_s < 25.0, "what comes now was sent 24 s ago; less 3 % by which the vehicle's clock may be slow"
-    assert 2 <= len(lateness(flight)) <= 5
+    assert flight.vehicle().freshness(flight.clock.now()) is Freshness.OK, "freshness is the time of arrival"
+    told = lateness(flight)
+    assert 2 <= len(told) <= 5
+    assert 15.0 < float(told[-1].split()[2]) < 30.0, "less 3 % by which the vehicle's clock may be slow"
     near.delay_s = 0.0
     near._up.clear()
-    flight.run(1.0)
-    assert flight.clock.now() - flight.vehicle().position_s < 0.5, "at once, when they are new again"
+    flight.run(60.0)
+    assert len(lateness(flight)) == len(told), "not any more, when they are new again"
 
 
 class Stopped(Wire):
@@ -205,7 +205,7 @@ class Stopped(Wire):
             self.link.inject(data, address)
 
 
-def test_a_backlog_is_old_and_what_comes_after_it_is_not(wired: MakeWired) -> None:
+def test_a_backlog_is_told_once(wired: MakeWired) -> None:
     """The way stops for 20 s, then brings all of it little by little."""
     near = Stopped("near")
     flight = wired(1, wires=[near])
@@ -214,9 +214,7 @@ def test_a_backlog_is_old_and_what_comes_after_it_is_not(wired: MakeWired) -> No
     flight.run(20.0)
     near.most, held = 4, len(near._up)
     flight.run(0.5)
-    while len(near._up) > held / 3:
-        assert flight.vehicle().freshness(flight.clock.now()) is Freshness.STALE
-        flight.step()
+    assert held > 100
     flight.until(lambda: not near._up, 30.0)
     flight.run(0.5)
     assert flight.clock.now() - flight.vehicle().position_s < 0.5

@@ -569,3 +569,34 @@ def test_loss_and_a_second_of_jitter_are_no_twin_no_reboot_and_no_loss_of_contac
     assert not flight.vehicle().blocked and flight.vehicle().reboots == 0
     assert not any(LOST_TEXT in text or "DUPLICATE" in text for text in flight.texts())
     assert flight.commands(wire).count(512) <= 60
+
+
+# ---------------------------------------------------------------- clients that connect anew
+
+
+def test_a_client_that_connects_anew_is_the_same_vehicle_and_no_second_one(wired: MakeWired) -> None:
+    """TCP: a new connection has a new address, and from the old one nothing will ever come again."""
+    port = [1000]
+    flight = wired(1, wires=[Wire("near"), Wire("far", place=lambda fleet, index: ("client", port[0] + index))])
+    flight.run(10.0)
+    assert [path.source.link for path in flight.vehicle().used_paths()] == ["near", "far"]
+    intake = flight.station.fleet.intakes[""]
+    for _ in range(3):
+        intake.chunks("far", [(b"", ("client", port[0]))], flight.clock.now())
+        port[0] += 100
+        flight.run(12.0)
+        used = [path.source.address for path in flight.vehicle().used_paths() if path.source.link == "far"]
+        assert used == [("client", port[0])]
+        assert not flight.vehicle().blocked and len(flight.vehicle().paths) == 2
+    assert not [text for text in alarms(flight) if "second source" in text or "DUPLICATE" in text]
+
+
+def test_the_only_client_that_connects_anew_is_followed(wired: MakeWired) -> None:
+    port = [1000]
+    flight = wired(1, wires=[Wire("far", place=lambda fleet, index: ("client", port[0] + index))]).run(10.0)
+    flight.station.fleet.intakes[""].chunks("far", [(b"", ("client", port[0]))], flight.clock.now())
+    port[0] += 100
+    flight.run(8.0)
+    assert flight.vehicle().address == ("client", port[0])
+    assert flight.vehicle().freshness(flight.clock.now()) is Freshness.OK
+    assert not flight.vehicle().blocked

@@ -26,8 +26,9 @@ def ahead_s(path: Path, used: Path) -> float:
 
 
 def shares_link(vehicle: Vehicle, path: Path) -> bool:
-    """Whether `path` is another address on a link over which the vehicle is heard."""
-    return any(used.source.link == path.source.link for used in vehicle.used_paths() if used is not path)
+    """Whether `path` is another address on a link over which the vehicle is heard, and may be heard again."""
+    others = [used for used in vehicle.used_paths() if used is not path and not used.source.gone]
+    return any(used.source.link == path.source.link for used in others)
 
 
 def copies_may_come(vehicle: Vehicle) -> bool:

@@ -223,6 +223,7 @@ class PathBook:
         path.source.bound += 1
         if path.high_latency:
             vehicle.high_latency_s = self._clock.now()
+        self._end_closed(vehicle, path)
         self._renew(vehicle)
         text = f"also heard on {path.source.link}: {why}"
         self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
@@ -303,6 +304,16 @@ class PathBook:
             vehicle.copies = Copies()
         for path in vehicle.paths:
             self._place_again(path.source, vehicle.system)
+
+    def _end_closed(self, vehicle: Vehicle, path: Path) -> None:
+        """A client that connected anew has another address: nothing will come from the old one any more."""
+        for old in [used for used in vehicle.used_paths() if used is not path and used.source.gone]:
+            if old.source.link != path.source.link:
+                continue
+            if vehicle.path is old:
+                self._use(vehicle, path)
+            old.source.bound -= 1
+            self._drop(vehicle, old)
 
     def _drop(self, vehicle: Vehicle, path: Path) -> None:
         vehicle.paths.remove(path)

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
-from tui_gcs.core.boot_clock import FITS_MS, BootClock, Step
+from tui_gcs.core.boot_clock import FITS_MS, Step
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.geo import LocalFrame
@@ -148,28 +148,21 @@ class Telemetry:
         vehicle.fix = values
         vehicle.alt_rel_m = place[2]
         vehicle.position_m = place
-        vehicle.position_s = now - boot.late_s
+        vehicle.position_s = now
 
     def look(self, vehicles: list[Vehicle], now: float) -> None:
         """See how late positions come; to be called some times a second.
 
-        A modem that buffers delivers old ones, of which each looks new: they count as old as they are.
+        A modem that buffers delivers old ones, of which each looks new. It is told, and no more: a simulator on a
+        loaded machine looks the same, so freshness stays the time of arrival (architecture.md, Time).
         """
         for vehicle in vehicles:
             boot = vehicle.path.boot
-            before_s = boot.late_s
-            if boot.look():
-                self._late(vehicle, boot, before_s, now)
-
-    def _late(self, vehicle: Vehicle, boot: BootClock, before_s: float, now: float) -> None:
-        """Positions come late, by `before_s` so far."""
-        late_s = boot.late_s
-        if vehicle.position_s == boot.at_s - before_s:
-            vehicle.position_s = boot.at_s - late_s
-        if vehicle.confirmed and now - boot.told_s >= LATE_TOLD_S:
-            boot.told_s = now
-            text = f"positions come {late_s:.0f} s late"
-            self._events.say(EventClass.CONNECTION, _name(vehicle), text, WARNING)
+            late_s = boot.look()
+            if late_s and vehicle.confirmed and now - boot.told_s >= LATE_TOLD_S:
+                boot.told_s = now
+                text = f"positions come {late_s:.0f} s late, or its clock runs slow"
+                self._events.say(EventClass.CONNECTION, _name(vehicle), text, WARNING)
 
     def _is_place(self, lat_deg: float, lon_deg: float) -> bool:
         if (lat_deg == 0 and lon_deg == 0) or abs(lat_deg) > 90 or abs(lon_deg) > 180:

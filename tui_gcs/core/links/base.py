@@ -69,7 +69,7 @@ class Link(Protocol):
     def receive(self) -> list[tuple[bytes, Address]]:
         """What has arrived, each with its sender; bounded per call. Also the link's chance to reconnect.
 
-        Of a stream link: chunks as they come, cut anywhere; b"" says that the sender's stream (re)starts here:
+        Of a stream link: chunks as they come, cut anywhere; b"" says that the sender's stream ends or (re)starts here:
         forget what is held back of it.
         """
         ...

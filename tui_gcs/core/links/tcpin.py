@@ -49,7 +49,9 @@ class TcpInLink(LinkState):
             if data:
                 size += len(data)
                 chunks.append((data, client.address))
-            if not client.error:
+            if client.error:
+                chunks.append((b"", client.address))  # nothing more will come from there
+            else:
                 self._clients[client.address] = client  # to the end: the next look begins with who was not read
         return chunks
 

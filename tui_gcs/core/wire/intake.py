@@ -181,6 +181,7 @@ class Source:
         "bad_crc_of",
         "bound",
         "frames",
+        "gone",
         "heard_s",
         "held",
         "in_sync",
@@ -218,6 +219,8 @@ class Source:
         self.held = b""
         """Of a byte stream: the beginning of a frame whose rest has not come."""
         self.in_sync = True
+        self.gone = False
+        """Its connection was closed, or began and has brought nothing yet."""
         self.bound = 0
         """How many vehicles are accepted from here: such a source is never forgotten, and others get less work."""
         self.strange, self.strange_until_s = 0, float("-inf")
@@ -289,10 +292,11 @@ class Intake:
         return taken
 
     def chunks(self, link: str, batch: list[tuple[bytes, Address]], now: float) -> list[bytes]:
-        """Take pieces of byte streams (TCP, serial line); an empty piece says that the stream begins anew."""
+        """Take pieces of byte streams (TCP, serial line); an empty piece says that the stream ends or begins anew."""
         taken: list[bytes] = []
         for data, address in batch:
             source = self.sources.get((link, address)) or self.source(link, address)
+            source.gone = not data
             if not data:
                 self._restart(source)
                 continue
