@@ -80,7 +80,6 @@ class Fleet:
         self._events = events
         self._own_system = own_system
         self._gates = gates
-        self._on_new: list[Callable[[Vehicle], None]] = []
         self._on_gone: list[Callable[[Vehicle], None]] = []
         self._on_radio: list[OnRadio] = []
         self._on_component: list[Callable[[Vehicle], None]] = []
@@ -106,10 +105,6 @@ class Fleet:
     def find(self, network: str, system: int) -> Vehicle | None:
         """The vehicle with that system id on that network."""
         return self.vehicles.get(self._number(network, system))
-
-    def on_new(self, listener: Callable[[Vehicle], None]) -> None:
-        """Call `listener` for each vehicle heard for the first time."""
-        self._on_new.append(listener)
 
     def on_gone(self, listener: Callable[[Vehicle], None]) -> None:
         """Call `listener` for a vehicle that only said hello and was forgotten to make room."""
@@ -330,8 +325,6 @@ class Fleet:
         self.vehicles[vehicle.id] = vehicle
         source.forget(slot.system)
         self._place_vehicle(vehicle, slot, source)
-        for listener in self._on_new:
-            listener(vehicle)
         self._every(slot, now)
         return True
 

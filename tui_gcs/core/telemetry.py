@@ -289,11 +289,6 @@ def _name(vehicle: Vehicle) -> str:
     return f"vehicle {vehicle.id}"
 
 
-def _within(value: float, least: float, most: float) -> float:
-    """`value`, unknown outside of what is possible (NaN compares false)."""
-    return float(value) if least <= value <= most else NAN
-
-
 def _percent(value: int) -> float:
     """Battery remaining 0…100; anything else is unknown."""
     return float(value) if 0 <= value <= 100 else NAN

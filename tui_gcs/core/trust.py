@@ -124,10 +124,6 @@ class TrustBook:
         """Whether any vehicle is keyed."""
         return bool(self._trusts)
 
-    def is_keyed(self, network: str, system: int) -> bool:
-        """Whether we hold a key for that system."""
-        return (network, system) in self._trusts
-
     # ---------------------------------------------------------------- in
 
     def gate(self, source: Source, system: int) -> Callable[[bytes], bool] | None:
