@@ -14,7 +14,8 @@ from tui_gcs.core.events import EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.scenario import Origin
-from tui_gcs.core.wire.intake import Intake, Slot, Source
+from tui_gcs.core.wire.intake import Intake
+from tui_gcs.core.wire.sources import Slot, Source
 
 VEHICLES, SECONDS = 250, 16.0
 ROUNDS = 5

@@ -24,7 +24,7 @@ from tui_gcs.core.vehicle import Path, PathState, Vehicle
 from tui_gcs.core.wire.dialect import decode, layout
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.frames import Frame, StreamCutter, cut_datagram
-from tui_gcs.core.wire.intake import Source
+from tui_gcs.core.wire.sources import Source
 from tui_gcs.core.zones import Circle, Rectangle, Role, Zone
 
 HOME_AMSL_M = 488.0

@@ -13,7 +13,7 @@ from tui_gcs.core.rates import RateDesk
 from tui_gcs.core.scenario import Origin
 from tui_gcs.core.services.command import ACCEPTED, FAILED, CommandService
 from tui_gcs.core.vehicle import Path, PathState, Vehicle
-from tui_gcs.core.wire.intake import Slot, Source, Stream
+from tui_gcs.core.wire.sources import Slot, Source, Stream
 
 TICK_S = 0.05
 ARDUPILOT, PX4 = 3, 12

@@ -27,6 +27,9 @@ from tui_gcs.rehearsal import TICK_S, LockStep
 SHIPPED = Path(__file__).parents[2] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
 SETPOINT = "SET_POSITION_TARGET_GLOBAL_INT"
 
+DISARM = 400
+"""MAV_CMD_COMPONENT_ARM_DISARM."""
+
 Wants = Callable[[FleetFrame, PlannerTask], list[Intent]]
 """A planner made of one function: intents for a frame."""
 
@@ -202,6 +205,21 @@ class Rig(LockStep):
     def sent_to(self, vehicle: int, name: str = SETPOINT, since_s: float = 0.0) -> list[tuple[float, dict[str, Any]]]:
         """(time, fields) of what was sent to a vehicle."""
         return [(t, f) for t, v, n, f in self.sent if v == vehicle and n == name and t > since_s]
+
+    def disarms_in_the_air(self, seconds: float) -> list[tuple[float, int]]:
+        """Let time pass; (time, vehicle) of every DISARM that was sent to a vehicle in the air."""
+        wrong = []
+        end_s = self.clock.now() + seconds
+        while self.clock.now() < end_s:
+            flying = {v for v in self.ids if self.place(v)[2] > 0.2}
+            before = len(self.sent)
+            self.step()
+            wrong += [
+                (t, v)
+                for t, v, _, fields in self.sent[before:]
+                if v in flying and fields.get("command") == DISARM and fields["param1"] == 0
+            ]
+        return wrong
 
     def _note(self, data: bytes) -> None:
         for frame in cut_datagram(data).frames:

@@ -15,18 +15,14 @@ from tui_gcs.core.wire import intake as intake_module
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.frames import Scan, scan_step
 from tui_gcs.core.wire.intake import (
-    CALL,
     MOST_DATAGRAM_BYTES,
     MOST_STEPS,
     MOST_STRANGE_FRAMES,
     MOST_STRANGE_STEPS,
-    STATE,
     STRANGE_PER_S,
-    VERSION_1_AFTER_S,
     Intake,
-    Slot,
-    Source,
 )
+from tui_gcs.core.wire.sources import CALL, STATE, VERSION_1_AFTER_S, Slot, Source
 
 HOME: Address = ("vehicle", 1)
 STRANGER: Address = ("stranger", 1)

@@ -16,7 +16,6 @@ from tui_gcs.core.wire.frames import cut_datagram
 
 MakeRig = Callable[..., Rig]
 GLOBAL_POSITION_INT, COMMAND_ACK, EXTENDED_SYS_STATE = 33, 77, 245
-DISARM = 400
 
 
 def losing(flight: Rig, vehicle: int, *msgids: int) -> set[int]:
@@ -32,22 +31,6 @@ def losing(flight: Rig, vehicle: int, *msgids: int) -> set[int]:
 
 
 # ---------------------------------------------------------------- a take-off nobody hears of
-
-
-def disarms_in_the_air(flight: Rig, seconds: float) -> list[tuple[float, int]]:
-    """Let time pass; (time, vehicle) of every DISARM that was sent to a vehicle in the air."""
-    wrong = []
-    end_s = flight.clock.now() + seconds
-    while flight.clock.now() < end_s:
-        flying = {v for v in flight.ids if flight.place(v)[2] > 0.2}
-        before = len(flight.sent)
-        flight.step()
-        wrong += [
-            (t, v)
-            for t, v, _, fields in flight.sent[before:]
-            if v in flying and fields.get("command") == DISARM and fields["param1"] == 0
-        ]
-    return wrong
 
 
 UNHEARD = {
@@ -78,9 +61,9 @@ def test_a_start_that_seems_to_fail_disarms_nobody_in_the_air(
     flight.until(lambda: flight.station.book.flights[1].step == "take-off", 60.0)
     flight.run(after_s)
     lost = losing(flight, 1, *UNHEARD[unheard])
-    assert disarms_in_the_air(flight, for_s) == []
+    assert flight.disarms_in_the_air(for_s) == []
     lost.clear()
-    assert disarms_in_the_air(flight, 30.0) == []
+    assert flight.disarms_in_the_air(30.0) == []
     in_the_air = flight.place(1)[2] > 0.5
     assert in_the_air == (flight.phase(1) is not Phase.GROUND), "what it is and what is shown agree"
     if in_the_air:

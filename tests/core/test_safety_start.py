@@ -16,7 +16,6 @@ from tui_gcs.core.scenario import Limits, Scenario
 from tui_gcs.rehearsal import simulated_vehicles
 
 MakeRig = Callable[..., Rig]
-DISARM = 400
 
 
 def standing_on(monkeypatch: pytest.MonkeyPatch, *ground_amsl_m: float) -> None:
@@ -118,22 +117,6 @@ def test_start_beside_one_that_flies_elsewhere_is_fine(rig: MakeRig) -> None:
 # ---------------------------------------------------------------- hold while starting
 
 
-def disarms_in_the_air(flight: Rig, seconds: float) -> list[tuple[float, int]]:
-    """Let time pass; (time, vehicle) of every DISARM that was sent to a vehicle in the air."""
-    wrong = []
-    end_s = flight.clock.now() + seconds
-    while flight.clock.now() < end_s:
-        flying = {v for v in flight.ids if flight.place(v)[2] > 0.2}
-        before = len(flight.sent)
-        flight.step()
-        wrong += [
-            (t, v)
-            for t, v, _, fields in flight.sent[before:]
-            if v in flying and fields.get("command") == DISARM and fields["param1"] == 0
-        ]
-    return wrong
-
-
 def begun(rig: MakeRig, step: str) -> Rig:
     """Vehicle 1 is being started and has just come to this step."""
     flight = rig(2).ready()
@@ -146,7 +129,7 @@ def begun(rig: MakeRig, step: str) -> Rig:
 def test_hold_while_it_lifts_off_ends_the_climb(rig: MakeRig, after_s: float) -> None:
     flight = begun(rig, "take-off").run(after_s)
     assert flight.ask(m.Hold()).ok
-    assert disarms_in_the_air(flight, 20.0) == []
+    assert flight.disarms_in_the_air(20.0) == []
     height_m = flight.place(1)[2]
     assert 0.3 < height_m < 15.0, "its layer is at 27 m"
     assert flight.phase(1) is Phase.HOLDING
@@ -158,7 +141,7 @@ def test_hold_while_it_lifts_off_ends_the_climb(rig: MakeRig, after_s: float) ->
 def test_hold_at_any_moment_of_a_start_never_lets_it_climb_on(rig: MakeRig, after_s: float) -> None:
     flight = begun(rig, "take-off").run(after_s)
     flight.ask(m.Hold())
-    assert disarms_in_the_air(flight, 30.0) == []
+    assert flight.disarms_in_the_air(30.0) == []
     assert flight.place(1)[2] < 15.0
     hovers = flight.sim.armed[0] and flight.place(1)[2] > 0.3 and flight.phase(1) is Phase.HOLDING
     assert hovers or (not flight.sim.armed[0] and flight.phase(1) is Phase.GROUND)

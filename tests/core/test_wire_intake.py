@@ -4,8 +4,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.intake import Intake, Slot, Source
+from tui_gcs.core.wire.intake import Intake
 from tui_gcs.core.wire.signing import sign
+from tui_gcs.core.wire.sources import Slot, Source
 
 HERE = ("127.0.0.1", 5000)
 

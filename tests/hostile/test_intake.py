@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from tests.hostile.test_framing import raw_frame
 from tui_gcs.core.links import Address
 from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.intake import KEEP, MOST_HELD_BYTES, Intake, Slot, Source
+from tui_gcs.core.wire.intake import MOST_HELD_BYTES, Intake
 from tui_gcs.core.wire.signing import sign
+from tui_gcs.core.wire.sources import KEEP, Slot, Source
 
 PLACE: Address = ("there", 1)
 LINK = "udp"

@@ -19,8 +19,8 @@ from tui_gcs.core.trust import TrustBook
 from tui_gcs.core.vehicle import Path, Vehicle
 from tui_gcs.core.wire import dialect
 from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.intake import Source
 from tui_gcs.core.wire.signing import Key, ticks
+from tui_gcs.core.wire.sources import Source
 
 HOUSEKEEPING = frozenset({"HEARTBEAT", "COMMAND_LONG:511", "COMMAND_LONG:512", "TIMESYNC", "PING"})
 """What may go to a vehicle that has not proven which kind it is: our heartbeat, answers, requests for information."""

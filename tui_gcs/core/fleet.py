@@ -22,7 +22,8 @@ from tui_gcs.core.services.text import TextAssembler, TextPace
 from tui_gcs.core.telemetry import Telemetry
 from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.dialect import Message, label
-from tui_gcs.core.wire.intake import CALL, KEEP, STATE, Intake, Slot, Source, Stream
+from tui_gcs.core.wire.intake import Intake
+from tui_gcs.core.wire.sources import CALL, KEEP, STATE, Slot, Source, Stream
 
 Fields = dict[str, Any]
 OnMessage = Callable[[Vehicle, Fields], None]

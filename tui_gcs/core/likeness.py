@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, Path
-from tui_gcs.core.wire.intake import Slot
+from tui_gcs.core.wire.sources import Slot
 
 APART_M = 15.0
 """Positions farther apart than GPS and two EKFs explain are of two vehicles."""

@@ -19,7 +19,7 @@ from tui_gcs.core.rate_sets import (
     telemetry_budget,
 )
 from tui_gcs.core.wire.frames import SIGNATURE_BYTES
-from tui_gcs.core.wire.intake import Slot
+from tui_gcs.core.wire.sources import Slot
 
 CALM_S = 5.0
 """A set gets richer when nobody has joined or left the link for this long; poorer at once."""

@@ -17,8 +17,8 @@ from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.vehicle import NAN, Vehicle
 from tui_gcs.core.wire.frames import MAGIC_V2
-from tui_gcs.core.wire.intake import Slot
 from tui_gcs.core.wire.mavlink import FLAG_ARMED
+from tui_gcs.core.wire.sources import Slot
 
 MOST_SPEED_M_S = 150.0
 """Faster than this between two positions is a jump, not flight."""

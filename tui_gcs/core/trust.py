@@ -18,7 +18,6 @@ from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.vehicle import IDS_PER_NETWORK, Signing, Vehicle
 from tui_gcs.core.wire.frames import MAGIC_V2, SIGNED
-from tui_gcs.core.wire.intake import Source
 from tui_gcs.core.wire.signing import (
     MAX_TIMESTAMP,
     MAY_BE_UNSIGNED,
@@ -32,6 +31,7 @@ from tui_gcs.core.wire.signing import (
     signed_by,
     timestamp,
 )
+from tui_gcs.core.wire.sources import Source
 
 HEARTBEAT = 0
 LOOK_S = 0.5

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.core.boot_clock import BootClock
 from tui_gcs.core.links.base import Address
 from tui_gcs.core.messages import Freshness, Vec3
-from tui_gcs.core.wire.intake import Slot, Source, Stream
+from tui_gcs.core.wire.sources import Slot, Source, Stream
 
 if TYPE_CHECKING:
     from tui_gcs.core.copies import Copies
