@@ -1,6 +1,6 @@
 """The one door: every frame to a vehicle leaves here, addressed to one named vehicle, recorded, and journalled.
 
-Actions are one journal line each; set-points, which are many, one summary line a second and vehicle.
+Actions are one journal line each; set-points and parts of transfers, which are many, one summary line a second.
 """
 
 from collections import Counter
@@ -61,6 +61,7 @@ class Door:
         self._token = token
         self._trust = trust
         self._setpoints: Counter[int] = Counter()
+        self._parts: Counter[tuple[int, str]] = Counter()
         self._summary_s = clock.now()
         self.sent = 0
         self.refused: Counter[str] = Counter()
@@ -172,12 +173,26 @@ class Door:
         self._setpoints[vehicle_id] += 1
         self._send(vehicle_id, "SET_POSITION_TARGET_GLOBAL_INT", fields)
 
+    def transfer(self, vehicle_id: int, what: str, name: str, **fields: Any) -> bool:
+        """Send a part of something long whose beginning was an `action` (plan items, file blocks); whether it left.
+
+        The guard judges every part; the journal gets one line a second with their number.
+        """
+        vehicle = self._fleet.vehicles.get(vehicle_id)
+        why = self._why_not(vehicle, what) if vehicle is not None else ""
+        if why:
+            self._refuse(vehicle_id, name, why)
+            return False
+        self._parts[(vehicle_id, what)] += 1
+        self._send(vehicle_id, name, fields)
+        return True
+
     def ask(self, vehicle_id: int, name: str, **fields: Any) -> None:
         """Send a request for information or message rates."""
         self._send(vehicle_id, name, fields)
 
     def tick(self) -> None:
-        """Write the set-point summary when it is due."""
+        """Write the summary of set-points and transfers when it is due."""
         now = self._clock.now()
         if now - self._summary_s >= 1.0:
             self._summary_s = now
@@ -185,6 +200,9 @@ class Door:
                 counts = {str(k): v for k, v in sorted(self._setpoints.items())}
                 self._journal.write({"setpoints": counts, "wall_s": self._clock.wall()})
                 self._setpoints.clear()
+            for (vehicle, what), parts in sorted(self._parts.items()):
+                self._journal.write({"action": what, "vehicle": vehicle, "parts": parts, "wall_s": self._clock.wall()})
+            self._parts.clear()
 
     def ask_path(self, vehicle: Vehicle, path: Path, message: int) -> None:
         """Ask whoever is on a path for one message: is it this vehicle? Nobody is asked over a satellite."""

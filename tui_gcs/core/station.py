@@ -35,6 +35,9 @@ from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.requests import RequestDesk
 from tui_gcs.core.scenario import Round, Scenario
 from tui_gcs.core.services.command import CommandService
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.jobs import JobDesk
+from tui_gcs.core.services.services import Services
 from tui_gcs.core.services.timesync import TimeAnswers
 from tui_gcs.core.snapshot import fleet_frame
 from tui_gcs.core.status import station_status
@@ -142,6 +145,8 @@ class Station:
         specs = {link.name: link.spec for link in links}
         self.rates = RateDesk(self.fleet, self.commands, self.firmware, specs, clock, self.events)
         self.answers = TimeAnswers(self.fleet, self.door, clock, own)
+        self.jobs = JobDesk(self.fleet.vehicles, clock, self.events)
+        self.services = Services(Context(self.fleet, self.door, self.commands, self.jobs, clock, self.events, own))
         self.monitor = FleetMonitor(self.guard, self.book)
         self.desks: dict[str, TeamDesk] = {}
         self.requests = RequestDesk(self)
@@ -157,6 +162,11 @@ class Station:
     def round(self) -> Round:
         """The present round."""
         return self.scenario.rounds[self.round_index]
+
+    @property
+    def waiting(self) -> bool:
+        """Whether an answer is expected: then what arrives is taken at once."""
+        return self.commands.waiting or self.jobs.busy
 
     # ---------------------------------------------------------------- time
 
@@ -190,6 +200,8 @@ class Station:
         self.rates.tick()
         yield
         self.commands.tick(self.fleet.vehicles)
+        self.jobs.tick()
+        self.services.tick()
         self.executive.tick()
         for desk in self.desks.values():
             silent = desk.tick()

@@ -209,7 +209,7 @@ def _loop(
     gc.collect()
     gc.freeze()  # what start-up left is never garbage: looking through it would hold everything up for 40 ms
     while not (station.ending or stop["asked"]):
-        by_data = gap.waits_for_data(answer_expected=station.commands.waiting)
+        by_data = gap.waits_for_data(answer_expected=station.waiting)
         files = [number for link in station.links.values() for number in link.filenos()] if by_data else []
         wait_s = max(0.0, min(next_tick_s, next_tick_s if by_data else next_receive_s) - clock.now())
         foreign = [number for endpoint in station.config.forward for number in endpoint.link.filenos()]

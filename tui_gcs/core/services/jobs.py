@@ -1,0 +1,156 @@
+"""Long exchanges with vehicles (plans, parameters, files, logs): one at a time per vehicle, few at a time per link.
+
+A job is a small state machine that is begun, ticked and told what arrives by its own service. The desk says when it
+may begin: never two on one vehicle (autopilots have one FTP session and one mission transfer), and at most
+`MOST_PER_LINK` on one link, so that fifty vehicles do not download at once over one radio (mavlink.md D).
+"""
+
+from collections.abc import Callable
+from enum import StrEnum
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.events import INFO, WARNING, EventLog
+from tui_gcs.core.messages import EventClass, Freshness
+from tui_gcs.core.vehicle import Vehicle
+
+MOST_PER_LINK = 2
+MOST_QUEUED = 1000
+
+
+class JobState(StrEnum):
+    """Where a job is."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+
+class Job:
+    """One long exchange with one vehicle. Subclasses override `begin`, `tick` and `abort`, and call `finish`."""
+
+    def __init__(self, vehicle: int, name: str, on_done: "Callable[[Job], None] | None" = None) -> None:
+        """`name` is the operator's word for it, e.g. "mission upload"; `on_done` is called once, however it ends."""
+        self.vehicle = vehicle
+        self.name = name
+        self.state = JobState.QUEUED
+        self.done, self.total = 0, 0
+        """Progress, in whatever the job counts (items, bytes); a total of 0 is not known yet."""
+        self.error = ""
+        """Why it failed: one line for the operator."""
+        self.link = ""
+        """The link it began on."""
+        self.begun_s = 0.0
+        self.on_done = on_done
+
+    @property
+    def over(self) -> bool:
+        """Whether it ended, well or not."""
+        return self.state not in (JobState.QUEUED, JobState.RUNNING)
+
+    def begin(self, vehicle: Vehicle, now: float) -> None:
+        """Its turn has come: send the first frame."""
+
+    def tick(self, vehicle: Vehicle, now: float) -> None:
+        """Repeat what is not answered, give up in time."""
+
+    def abort(self) -> None:
+        """It is cancelled while running: tell the vehicle, where the protocol has a word for it."""
+
+    def finish(self, error: str = "") -> None:
+        """It is over: done, or failed because of `error`."""
+        if not self.over:
+            self.state = JobState.FAILED if error else JobState.DONE
+            self.error = error
+
+
+class JobDesk:
+    """Lets jobs run, in order of submission."""
+
+    def __init__(self, vehicles: dict[int, Vehicle], clock: Clock, events: EventLog) -> None:
+        """`vehicles` is the fleet's own table."""
+        self._vehicles = vehicles
+        self._clock = clock
+        self._events = events
+        self._queue: list[Job] = []
+        self._running: dict[int, Job] = {}
+
+    def submit(self, job: Job, *, first: bool = False) -> None:
+        """Queue `job`; `first` puts it before all others, for the vehicle that somebody looks at."""
+        if len(self._queue) >= MOST_QUEUED:
+            job.finish("too many transfers are waiting")
+            self._over(job)
+            return
+        self._queue.insert(0 if first else len(self._queue), job)
+        self._begin_some()
+
+    def running(self, vehicle: int) -> Job | None:
+        """What is under way with a vehicle."""
+        return self._running.get(vehicle)
+
+    def jobs(self, vehicle: int) -> list[Job]:
+        """What runs and waits for a vehicle, in order."""
+        running = self._running.get(vehicle)
+        return ([running] if running is not None else []) + [job for job in self._queue if job.vehicle == vehicle]
+
+    @property
+    def busy(self) -> bool:
+        """Whether answers are expected: then we listen without delay."""
+        return bool(self._running)
+
+    def cancel(self, vehicle: int, name: str = "") -> int:
+        """Cancel what runs and waits for `vehicle` (all, or what is called `name`); how many."""
+        cancelled = [job for job in self.jobs(vehicle) if not name or job.name == name]
+        for job in cancelled:
+            if job.state is JobState.RUNNING:
+                job.abort()
+            job.state, job.error = JobState.CANCELLED, "cancelled"
+            self._over(job)
+        self._begin_some()
+        return len(cancelled)
+
+    def tick(self) -> None:
+        """Move on what runs, begin what may."""
+        now = self._clock.now()
+        for job in list(self._running.values()):
+            vehicle = self._vehicles.get(job.vehicle)
+            if not job.over:
+                if vehicle is None or vehicle.freshness(now) is Freshness.LOST:
+                    job.finish("the vehicle is LOST")
+                else:
+                    job.tick(vehicle, now)
+            if job.over:
+                self._over(job)
+        self._begin_some()
+
+    def _begin_some(self) -> None:
+        now = self._clock.now()
+        for job in list(self._queue):
+            vehicle = self._vehicles.get(job.vehicle)
+            if vehicle is None or vehicle.freshness(now) is Freshness.LOST:
+                job.finish("the vehicle is LOST" if vehicle is not None else "unknown vehicle")
+                self._over(job)
+            elif vehicle.path.high_latency:
+                job.finish("heard over a high-latency link: commands only")
+                self._over(job)
+            elif job.vehicle not in self._running and self._on_link(vehicle.link) < MOST_PER_LINK:
+                self._queue.remove(job)
+                self._running[job.vehicle] = job
+                job.state, job.link, job.begun_s = JobState.RUNNING, vehicle.link, now
+                job.begin(vehicle, now)
+
+    def _on_link(self, link: str) -> int:
+        return sum(1 for job in self._running.values() if job.link == link)
+
+    def _over(self, job: Job) -> None:
+        """Take it off the desk and tell how it ended."""
+        if job in self._queue:
+            self._queue.remove(job)
+        if self._running.get(job.vehicle) is job:
+            del self._running[job.vehicle]
+        good = job.state is JobState.DONE
+        text = f"{job.name}: {job.state.value}" + (f" ({job.error})" if job.error else "")
+        self._events.say(EventClass.MISSION, f"vehicle {job.vehicle}", text, INFO if good else WARNING)
+        if job.on_done is not None:
+            job.on_done(job)
