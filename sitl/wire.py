@@ -10,6 +10,8 @@ from typing import Any, NamedTuple
 from fastcrc import crc16
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from sitl.newer import NEWER
+
 MAGIC_V1 = 0xFE
 MAGIC_V2 = 0xFD
 HEADER_V1_BYTES = 6
@@ -80,6 +82,7 @@ class Received(NamedTuple):
 
 
 LAYOUTS: dict[int, Layout] = {msgid: Layout(cls) for msgid, cls in dialect.mavlink_map.items()}
+LAYOUTS |= {definition.id: Layout(definition) for definition in NEWER}
 LAYOUT_BY_NAME: dict[str, Layout] = {layout.name: layout for layout in LAYOUTS.values()}
 
 
