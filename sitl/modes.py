@@ -55,10 +55,13 @@ class Result(IntEnum):
 class Severity(IntEnum):
     """MAV_SEVERITY, as far as used."""
 
+    EMERGENCY = 0
     CRITICAL = 2
+    ERROR = 3
     WARNING = 4
     NOTICE = 5
     INFO = 6
+    DEBUG = 7
 
 
 class Stage(IntEnum):
