@@ -1,23 +1,34 @@
-"""What a vehicle says and can do between power-on and readiness, in the order measured on ArduCopter."""
+"""What a vehicle says and can do between power-on and readiness, in the order measured."""
+
+from typing import NamedTuple
 
 from sitl.modes import Stage
 
-BOOT_TEXT = (b"\n\nInit ArduCopter V4.7.0-dev (cef8bcef)\n\nFree RAM: 0\n", b"0 ", b"Init Gyro", b"*", b"\n")
+
+class BootStep(NamedTuple):
+    """Share of the boot time, what is reached then, status texts."""
+
+    share: float
+    stage: Stage
+    texts: tuple[str, ...] = ()
+
+
+ARDUPILOT_BOOT_TEXT = (b"\n\nInit ArduCopter V4.7.0-dev (cef8bcef)\n\nFree RAM: 0\n", b"0 ", b"Init Gyro", b"*", b"\n")
 """Plain-text datagrams at power-on: not MAVLink."""
 
-BOOT_STEPS: tuple[tuple[float, Stage, tuple[str, ...]], ...] = (
-    (0.10, Stage.BEATING, ()),
-    (0.30, Stage.READY, ("ArduPilot Ready", "AHRS: DCM active")),
-    (0.40, Stage.EKF_ACTIVE, ("EKF3 IMU0 initialised", "AHRS: EKF3 active")),
-    (0.50, Stage.EKF_ALIGNED, ("EKF3 IMU0 tilt alignment complete",)),
-    (0.60, Stage.GPS_FOUND, ("GPS 1: detected u-blox",)),
-    (0.65, Stage.GPS_FIX, ()),
-    (0.75, Stage.HOME_SET, ("EKF3 IMU0 origin set",)),
-    (0.85, Stage.PREARM_OK, ()),
-    (0.95, Stage.POSITION_OK, ("EKF3 IMU0 is using GPS",)),
-    (1.00, Stage.ALL_OK, ()),
+ARDUPILOT_BOOT: tuple[BootStep, ...] = (
+    BootStep(0.10, Stage.BEATING),
+    BootStep(0.30, Stage.READY, ("ArduPilot Ready", "AHRS: DCM active")),
+    BootStep(0.40, Stage.EKF_ACTIVE, ("EKF3 IMU0 initialised", "AHRS: EKF3 active")),
+    BootStep(0.50, Stage.EKF_ALIGNED, ("EKF3 IMU0 tilt alignment complete",)),
+    BootStep(0.60, Stage.GPS_FOUND, ("GPS 1: detected u-blox",)),
+    BootStep(0.65, Stage.GPS_FIX),
+    BootStep(0.75, Stage.HOME_SET, ("EKF3 IMU0 origin set",)),
+    BootStep(0.85, Stage.PREARM_OK),
+    BootStep(0.95, Stage.POSITION_OK, ("EKF3 IMU0 is using GPS",)),
+    BootStep(1.00, Stage.ALL_OK),
 )
-"""Share of the boot time (really 42.5 s), stage, status texts."""
+"""Really 42.5 s."""
 
 NOT_BOOTED = (
     "Hardware safety switch",

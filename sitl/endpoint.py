@@ -3,8 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from sitl import commands, guided
-from sitl.autopilot import Autopilot
+from sitl.autopilot import Autopilot, Command
 from sitl.modes import Severity
 from sitl.parameters import Entry
 from sitl.wire import Received, cut
@@ -29,27 +28,21 @@ def _heartbeat(ap: Autopilot, frame: Received) -> None:
 def _command_long(ap: Autopilot, frame: Received) -> None:
     f = frame.fields
     p = (f["param1"], f["param2"], f["param3"], f["param4"], f["param5"], f["param6"], f["param7"])
-    commands.execute(ap, commands.Command(f["command"], p, None), frame.system, frame.component)
+    ap.execute(Command(f["command"], p, None), frame.system, frame.component)
 
 
 def _command_int(ap: Autopilot, frame: Received) -> None:
     f = frame.fields
     p = (f["param1"], f["param2"], f["param3"], f["param4"], f["x"], f["y"], f["z"])
-    commands.execute(ap, commands.Command(f["command"], p, f["frame"]), frame.system, frame.component)
+    ap.execute(Command(f["command"], p, f["frame"]), frame.system, frame.component)
 
 
 def _set_mode(ap: Autopilot, frame: Received) -> None:
-    """SET_MODE (11): obeyed, never acknowledged."""
-    if frame.fields["base_mode"] & commands.CUSTOM_MODE_ENABLED:
-        ap.set_mode(frame.fields["custom_mode"] & 0xFF)
+    ap.legacy_set_mode(frame.fields, frame.system, frame.component)
 
 
-def _global_target(ap: Autopilot, frame: Received) -> None:
-    guided.global_target(ap, frame.fields)
-
-
-def _local_target(ap: Autopilot, frame: Received) -> None:
-    guided.local_target(ap, frame.fields)
+def _set_point(ap: Autopilot, frame: Received) -> None:
+    ap.set_point(frame.name, frame.fields)
 
 
 def _request_data_stream(ap: Autopilot, frame: Received) -> None:
@@ -136,8 +129,8 @@ _HANDLERS: dict[str, Callable[[Autopilot, Received], None]] = {
     "COMMAND_LONG": _command_long,
     "COMMAND_INT": _command_int,
     "SET_MODE": _set_mode,
-    "SET_POSITION_TARGET_GLOBAL_INT": _global_target,
-    "SET_POSITION_TARGET_LOCAL_NED": _local_target,
+    "SET_POSITION_TARGET_GLOBAL_INT": _set_point,
+    "SET_POSITION_TARGET_LOCAL_NED": _set_point,
     "REQUEST_DATA_STREAM": _request_data_stream,
     "TIMESYNC": _timesync,
     "PARAM_REQUEST_READ": _param_request_read,

@@ -5,12 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sitl import endpoint, telemetry
+from sitl import endpoint
+from sitl.ardupilot import ArduCopter
 from sitl.autopilot import Autopilot
 from sitl.vehicle import Array, Vehicles, VehicleSpec
 
 __all__ = ["SimFleet", "VehicleSpec"]
 
+PILOTS: dict[str, type[Autopilot]] = {"ardupilot": ArduCopter}
 TOKEN_BYTES = 8
 DEFAULT_VERSION = b"cef8bcef"
 MIN_BOOT_S, MAX_BOOT_S = 0.5, 600.0
@@ -40,8 +42,8 @@ class SimFleet:
         self.specs = tuple(vehicles)
         self._vehicles = Vehicles(vehicles)
         self._now_us = 0
-        self._pilots = [
-            Autopilot(
+        self._pilots: list[Autopilot] = [
+            PILOTS[spec.autopilot](
                 index,
                 spec,
                 self._vehicles,
@@ -66,8 +68,7 @@ class SimFleet:
         self._now_us += round(dt_s * 1e6)
         self._vehicles.step(dt_s)
         for pilot in self._pilots:
-            for name in pilot.tick(self._now_us):
-                telemetry.report(pilot, name)
+            pilot.tick(self._now_us)
 
     def receive(self, index: int, data: bytes) -> None:
         """One datagram for vehicle `index`; answers are in the next `drain`."""
@@ -166,5 +167,7 @@ def _check(vehicles: Sequence[VehicleSpec]) -> None:
         seen.add(spec.system_id)
         if not (abs(spec.lat_deg) < 89.0 and abs(spec.lon_deg) <= 180.0):
             raise ValueError(f"system_id {spec.system_id}: lat_deg must be within ±89, lon_deg within ±180")
+        if spec.autopilot not in PILOTS:
+            raise ValueError(f"system_id {spec.system_id}: autopilot must be one of {', '.join(PILOTS)}")
         if not all(np.isfinite((spec.ground_amsl_m, spec.heading_deg))):
             raise ValueError(f"system_id {spec.system_id}: ground_amsl_m and heading_deg must be finite")

@@ -4,10 +4,13 @@ As measured: nothing is ever acknowledged, and what cannot be flown is dropped w
 """
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sitl.autopilot import Autopilot
 from sitl.modes import GUIDED, Phase
+
+if TYPE_CHECKING:
+    from sitl.ardupilot import ArduCopter
 
 Point = tuple[float, float, float]
 
@@ -22,7 +25,7 @@ FARTHEST_M = 3e7
 _IGNORE_POSITION, _IGNORE_VELOCITY, _IGNORE_ACCEL, _IGNORE_YAW = 0x007, 0x038, 0x1C0, 0x400
 
 
-def global_target(ap: Autopilot, fields: dict[str, Any]) -> None:
+def global_target(ap: "ArduCopter", fields: dict[str, Any]) -> None:
     """SET_POSITION_TARGET_GLOBAL_INT."""
     velocity = _velocity(ap, fields, body=False)
     if fields["type_mask"] & _IGNORE_POSITION:
@@ -33,7 +36,7 @@ def global_target(ap: Autopilot, fields: dict[str, Any]) -> None:
         _take(ap, fields, position, velocity)
 
 
-def local_target(ap: Autopilot, fields: dict[str, Any]) -> None:
+def local_target(ap: "ArduCopter", fields: dict[str, Any]) -> None:
     """SET_POSITION_TARGET_LOCAL_NED: about the EKF origin, or offsets along NED or body axes."""
     frame = fields["coordinate_frame"]
     if frame not in (LOCAL_NED, LOCAL_OFFSET_NED, BODY_NED, BODY_OFFSET_NED):
@@ -81,7 +84,7 @@ def _velocity(ap: Autopilot, fields: dict[str, Any], *, body: bool) -> Point | N
     return east, north, -fields["vz"]
 
 
-def _take(ap: Autopilot, fields: dict[str, Any], position: Point | None, velocity: Point | None) -> None:
+def _take(ap: "ArduCopter", fields: dict[str, Any], position: Point | None, velocity: Point | None) -> None:
     """Follow a target, if mode and state allow it."""
     numbers = (position or ()) + (velocity or ())
     if not numbers or not all(abs(number) <= FARTHEST_M for number in numbers):
@@ -95,12 +98,12 @@ def _take(ap: Autopilot, fields: dict[str, Any], position: Point | None, velocit
     fly(ap, position, velocity)
 
 
-def flies_guided(ap: Autopilot) -> bool:
+def flies_guided(ap: "ArduCopter") -> bool:
     """Set-points are obeyed only in GUIDED and off the ground."""
     return ap.mode == GUIDED and ap.armed and ap.phase in (Phase.TAKEOFF, Phase.AIRBORNE)
 
 
-def fly(ap: Autopilot, position: Point | None, velocity: Point | None) -> None:
+def fly(ap: "ArduCopter", position: Point | None, velocity: Point | None) -> None:
     """Hand a target to the position controller. Only velocities expire (GUID_TIMEOUT)."""
     ap.fly_target()
     ap.target_expires_us = None

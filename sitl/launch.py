@@ -1,8 +1,8 @@
 """Simulated vehicles in real time over UDP: python -m sitl.launch --spec FILE --target HOST:PORT.
 
 FILE is JSON: {"seed": 0, "token": "16 hex digits", "vehicles": [{"system_id": 1, "lat_deg": …, "lon_deg": …,
-"ground_amsl_m": …, "heading_deg": …, "signing_key": "64 hex digits", "px4_signing": false}]}; the last three may be
-missing. Each vehicle has its own socket and source port, as ArduPilot's SITL has.
+"ground_amsl_m": …, "heading_deg": …, "signing_key": "64 hex digits", "px4_signing": false, "autopilot": "ardupilot"}]};
+the last four may be missing. Each vehicle has its own socket and source port, as ArduPilot's SITL has.
 """
 
 import argparse
@@ -67,6 +67,7 @@ def _vehicle(entry: dict[str, Any]) -> VehicleSpec:
             timestamp=time_of(time.time()),
             px4=bool(entry.get("px4_signing", False)),
         ),
+        autopilot=entry.get("autopilot", "ardupilot"),
     )
 
 

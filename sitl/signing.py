@@ -52,8 +52,8 @@ def time_of(unix_s: float) -> int:
 class Signer:
     """The signing of one vehicle on its one link."""
 
-    def __init__(self, spec: SigningSpec) -> None:
-        self.px4 = spec.px4
+    def __init__(self, spec: SigningSpec, *, px4: bool) -> None:
+        self.px4 = px4
         self.key = spec.key
         self.timestamp = 0
         self._stored = spec.timestamp

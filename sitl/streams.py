@@ -1,14 +1,7 @@
 """Which message is due when. Rates are exact: the next due time is the last one plus the interval."""
 
-# REQUEST_DATA_STREAM groups, of the messages this simulator has (facts: ArduCopter, "Groups").
-STREAMS: dict[int, tuple[str, ...]] = {
-    2: ("SYS_STATUS", "MISSION_CURRENT", "GPS_RAW_INT", "POSITION_TARGET_GLOBAL_INT"),
-    6: ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"),
-    10: ("ATTITUDE",),
-    11: ("VFR_HUD",),
-    12: ("SYSTEM_TIME", "BATTERY_STATUS", "EKF_STATUS_REPORT"),
-}
-ALL_STREAMS = tuple(name for group in STREAMS.values() for name in group)
+from collections.abc import Mapping
+
 OFF = 0
 MIN_INTERVAL_MS = 3
 """At most 0.8 messages per 400 Hz loop: 2500 us is refused."""
@@ -17,7 +10,9 @@ MIN_INTERVAL_MS = 3
 class Streams:
     """Intervals of one link: set per message, else by its stream."""
 
-    def __init__(self) -> None:
+    def __init__(self, groups: Mapping[int, tuple[str, ...]]) -> None:
+        """`groups`: what REQUEST_DATA_STREAM knows."""
+        self._groups = groups
         self._stream_ms: dict[str, int] = {}
         self._asked_ms: dict[str, int] = {}
         self._due_us: dict[str, int] = {}
@@ -38,9 +33,10 @@ class Streams:
     def ask_stream(self, stream: int, rate_hz: int, now_us: int) -> None:
         """REQUEST_DATA_STREAM; stream 0 is all, rate 0 is off."""
         interval_ms = max(1000 // rate_hz, MIN_INTERVAL_MS) if rate_hz > 0 else OFF
-        for name in ALL_STREAMS if stream == 0 else STREAMS.get(stream, ()):
-            self._stream_ms[name] = interval_ms
-            self._schedule(name, now_us)
+        for number, names in self._groups.items():
+            for name in names if stream in (0, number) else ():
+                self._stream_ms[name] = interval_ms
+                self._schedule(name, now_us)
 
     def _schedule(self, name: str, now_us: int) -> None:
         interval_ms = self.interval_ms(name)

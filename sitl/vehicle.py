@@ -5,6 +5,7 @@ Each vehicle has its own frame: ENU metres about the place where it was put down
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from sitl.signing import SigningSpec
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+AutopilotName = Literal["ardupilot", "px4"]
 
 GRAVITY_M_S2 = 9.80665
 SPEED_M_S = 10.0  # WPNAV_SPEED
@@ -46,6 +48,7 @@ class VehicleSpec:
     ground_amsl_m: float
     heading_deg: float = 0.0
     signing: SigningSpec = field(default_factory=SigningSpec)
+    autopilot: AutopilotName = "ardupilot"
 
 
 def approach_speed(distance_m: Array, decel_m_s2: Array | float) -> Array:

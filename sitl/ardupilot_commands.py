@@ -1,32 +1,26 @@
-"""COMMAND_LONG / COMMAND_INT: what is done, and with which result it is acknowledged."""
+"""ArduCopter's COMMAND_LONG / COMMAND_INT: what is done, and with which result it is acknowledged."""
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 from sitl import guided
-from sitl.autopilot import MAX_SPEED_M_S, Autopilot
+from sitl.autopilot import Command
 from sitl.modes import GUIDED, LAND, LOITER, RTL, Result, Severity, Stage
 from sitl.streams import MIN_INTERVAL_MS, OFF
-from sitl.telemetry import BUILDERS, report
 from sitl.wire import LAYOUTS
+
+if TYPE_CHECKING:
+    from sitl.ardupilot import ArduCopter
 
 FORCE = 21196
 CUSTOM_MODE_ENABLED = 1
+MAX_SPEED_M_S = 10.0
 CHANGE_MODE = 1
 """DO_REPOSITION flag: go to GUIDED from any mode."""
 
 
-class Command(NamedTuple):
-    """Either form. For COMMAND_INT p5 and p6 are x and y (1e-7 degrees) and `frame` is set."""
-
-    number: int
-    p: tuple[float, float, float, float, float, float, float]
-    """param1 … param7."""
-    frame: int | None
-
-
-def execute(ap: Autopilot, command: Command, system: int, component: int) -> None:
+def execute(ap: "ArduCopter", command: Command, system: int, component: int) -> None:
     """Do it and acknowledge it to `system`/`component`.
 
     Texts follow the acknowledgement; before 'ArduPilot Ready' they come first (both measured).
@@ -37,13 +31,7 @@ def execute(ap: Autopilot, command: Command, system: int, component: int) -> Non
     if ap.stage < Stage.READY:
         ap.flush()
     kept, ap.deferred = ap.deferred, None
-    ap.send(
-        "COMMAND_ACK",
-        command=command.number,
-        result=int(result),
-        target_system=system,
-        target_component=component,
-    )
+    ap.acknowledge(command.number, result, system, component)
     ap.deferred = kept
     ap.flush()
     if command.number == _REBOOT and result == Result.ACCEPTED:
@@ -54,7 +42,7 @@ def _result(done: bool) -> Result:
     return Result.ACCEPTED if done else Result.FAILED
 
 
-def _do_set_mode(ap: Autopilot, command: Command) -> Result:
+def _do_set_mode(ap: "ArduCopter", command: Command) -> Result:
     if not int(_number(command.p[0])) & CUSTOM_MODE_ENABLED:
         return Result.DENIED
     return _result(ap.set_mode(int(_number(command.p[1])) & 0xFF))
@@ -65,7 +53,7 @@ def _number(value: float) -> float:
     return value if math.isfinite(value) else 0.0
 
 
-def _arm_disarm(ap: Autopilot, command: Command) -> Result:
+def _arm_disarm(ap: "ArduCopter", command: Command) -> Result:
     forced = command.p[1] == FORCE
     if command.p[0] == 1:
         return _arm(ap, forced=forced)
@@ -78,7 +66,7 @@ def _arm_disarm(ap: Autopilot, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _arm(ap: Autopilot, *, forced: bool) -> Result:
+def _arm(ap: "ArduCopter", *, forced: bool) -> Result:
     if ap.armed:
         return Result.ACCEPTED
     problems = [] if forced and ap.stage >= Stage.READY else ap.arming_problems()
@@ -90,15 +78,15 @@ def _arm(ap: Autopilot, *, forced: bool) -> Result:
     return Result.ACCEPTED
 
 
-def _take_off(ap: Autopilot, command: Command) -> Result:
+def _take_off(ap: "ArduCopter", command: Command) -> Result:
     return _result(ap.take_off(command.p[6]))
 
 
-def _mode_command(mode: int) -> Callable[[Autopilot, Command], Result]:
+def _mode_command(mode: int) -> "Callable[[ArduCopter, Command], Result]":
     return lambda ap, _: _result(ap.set_mode(mode))
 
 
-def _reposition(ap: Autopilot, command: Command) -> Result:
+def _reposition(ap: "ArduCopter", command: Command) -> Result:
     """Only as COMMAND_INT; speed and yaw are ignored."""
     if command.frame is None:
         return Result.UNSUPPORTED
@@ -113,7 +101,7 @@ def _reposition(ap: Autopilot, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _change_speed(ap: Autopilot, command: Command) -> Result:
+def _change_speed(ap: "ArduCopter", command: Command) -> Result:
     kind, speed_m_s = command.p[0], command.p[1]
     if not speed_m_s > 0.0:
         return Result.FAILED
@@ -123,7 +111,7 @@ def _change_speed(ap: Autopilot, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _pause(ap: Autopilot, command: Command) -> Result:
+def _pause(ap: "ArduCopter", command: Command) -> Result:
     if ap.mode != GUIDED:
         return Result.DENIED
     if not guided.flies_guided(ap):
@@ -136,7 +124,7 @@ def _pause(ap: Autopilot, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _condition_yaw(ap: Autopilot, command: Command) -> Result:
+def _condition_yaw(ap: "ArduCopter", command: Command) -> Result:
     yaw = math.radians(_number(command.p[0]))
     if command.p[3] == 1:
         yaw = float(ap.vehicles.yaw_rad[ap.index]) + math.copysign(1.0, command.p[2]) * yaw
@@ -145,7 +133,7 @@ def _condition_yaw(ap: Autopilot, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _set_home(ap: Autopilot, command: Command) -> Result:
+def _set_home(ap: "ArduCopter", command: Command) -> Result:
     """Here only: p1=1. It moves the zero of relative altitude, in flight too."""
     if command.p[0] != 1 or ap.stage < Stage.HOME_SET:
         return Result.FAILED
@@ -153,13 +141,13 @@ def _set_home(ap: Autopilot, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _message_name(msgid: float) -> str | None:
+def _message_name(ap: "ArduCopter", msgid: float) -> str | None:
     layout = LAYOUTS.get(int(_number(msgid)))
-    return layout.name if layout is not None and layout.name in BUILDERS else None
+    return layout.name if layout is not None and layout.name in ap.BUILDERS else None
 
 
-def _set_message_interval(ap: Autopilot, command: Command) -> Result:
-    name = _message_name(command.p[0])
+def _set_message_interval(ap: "ArduCopter", command: Command) -> Result:
+    name = _message_name(ap, command.p[0])
     interval_us = command.p[1]
     if name is None or not math.isfinite(interval_us):
         return Result.DENIED
@@ -178,47 +166,47 @@ def _set_message_interval(ap: Autopilot, command: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _get_message_interval(ap: Autopilot, command: Command) -> Result:
-    name = _message_name(command.p[0])
+def _get_message_interval(ap: "ArduCopter", command: Command) -> Result:
+    name = _message_name(ap, command.p[0])
     interval_ms = 0 if name is None else ap.streams.interval_ms(name)
     interval_us = 0 if name is None else interval_ms * 1000 if interval_ms else -1
     ap.send("MESSAGE_INTERVAL", message_id=int(_number(command.p[0])) & 0xFFFF, interval_us=interval_us)
     return Result.ACCEPTED
 
 
-def _request_message(ap: Autopilot, command: Command) -> Result:
-    name = _message_name(command.p[0])
-    return _result(name is not None and report(ap, name))
+def _request_message(ap: "ArduCopter", command: Command) -> Result:
+    name = _message_name(ap, command.p[0])
+    return _result(name is not None and ap.report(name))
 
 
-def _run_prearm_checks(ap: Autopilot, _: Command) -> Result:
+def _run_prearm_checks(ap: "ArduCopter", _: Command) -> Result:
     if ap.armed:
         return Result.FAILED
     ap.say_prearm()
     return Result.ACCEPTED
 
 
-def _calibrate(ap: Autopilot, command: Command) -> Result:
+def _calibrate(ap: "ArduCopter", command: Command) -> Result:
     if ap.armed:
         ap.text(Severity.NOTICE, "Disarm to allow calibration")
         return Result.FAILED
     return Result.ACCEPTED if any(command.p[k] for k in (0, 1, 2, 4)) else Result.UNSUPPORTED
 
 
-def _reboot(ap: Autopilot, command: Command) -> Result:
+def _reboot(ap: "ArduCopter", command: Command) -> Result:
     if command.p[0] not in (1, 3):
         return Result.UNSUPPORTED
     return _result(not ap.armed)
 
 
-def _reset_battery(ap: Autopilot, command: Command) -> Result:
+def _reset_battery(ap: "ArduCopter", command: Command) -> Result:
     ap.consumed_mah = ap.params["BATT_CAPACITY"] * (1.0 - min(max(_number(command.p[1]), 0.0), 100.0) / 100.0)
     ap.failsafes.discard("battery")
     return Result.ACCEPTED
 
 
 _REBOOT = 246
-_HANDLERS: dict[int, Callable[[Autopilot, Command], Result]] = {
+_HANDLERS: "dict[int, Callable[[ArduCopter, Command], Result]]" = {
     17: _mode_command(LOITER),
     20: _mode_command(RTL),
     21: _mode_command(LAND),
