@@ -144,8 +144,9 @@ class ServiceRig:
         self.clock = VirtualClock()
         self.bus = MemoryBus()
         self.link = MemoryLink(spec=LinkSpec("memory", "memory", "", bytes_per_s=bytes_per_s))
+        (tmp_path / "state").mkdir(mode=0o700, exist_ok=True)
         self.recorder, self.journal = TlogWriter(tmp_path / "run.tlog"), Journal(tmp_path / "run.jsonl")
-        config = StationConfig(Kind.LIVE, scenario(), toml(), "", judge_steps=False)
+        config = StationConfig(Kind.LIVE, scenario(), toml(), "", judge_steps=False, folder=tmp_path / "state")
         self.station = Station(config, self.clock, self.bus, [self.link], self.recorder, self.journal)
         self._under_way: list[tuple[float, int, Callable[[], None]]] = []
         self._count = 0

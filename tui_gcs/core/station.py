@@ -8,6 +8,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import msgspec
 
@@ -75,6 +76,8 @@ class StationConfig:
     keys: KeyStore | None = None
     """Signing keys of the vehicles; None: nothing is signed and no signature is checked."""
     stamps: TimestampFile | None = None
+    folder: Path | None = None
+    """Where what is downloaded from vehicles goes, and caches of it; None: nothing is written."""
 
 
 class Station:
@@ -146,7 +149,9 @@ class Station:
         self.rates = RateDesk(self.fleet, self.commands, self.firmware, specs, clock, self.events)
         self.answers = TimeAnswers(self.fleet, self.door, clock, own)
         self.jobs = JobDesk(self.fleet.vehicles, clock, self.events)
-        self.services = Services(Context(self.fleet, self.door, self.commands, self.jobs, clock, self.events, own))
+        self.services = Services(
+            Context(self.fleet, self.door, self.commands, self.jobs, clock, self.events, own, specs, config.folder)
+        )
         self.monitor = FleetMonitor(self.guard, self.book)
         self.desks: dict[str, TeamDesk] = {}
         self.requests = RequestDesk(self)

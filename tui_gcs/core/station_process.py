@@ -128,6 +128,7 @@ def run(run_file: Path) -> None:
         forward=forward,
         keys=keys,
         stamps=stamps,
+        folder=logs,
     )
     try:
         station = Station(config, clock, bus, links, recorder, journal)
