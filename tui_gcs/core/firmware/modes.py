@@ -1,6 +1,6 @@
 """Names of flight modes: HEARTBEAT.custom_mode means something else in every firmware.
 
-ArduPilot numbers: enum Mode::Number of each vehicle (ArduCopter/mode.h, ArduPlane/mode.h, Rover/mode.h).
+ArduPilot numbers: enum Mode::Number of each vehicle (mode.h of ArduCopter, ArduPlane, Rover, ArduSub).
 PX4: main mode in bits 16-23, sub mode in bits 24-31 (px4_custom_mode.h).
 """
 
@@ -9,6 +9,7 @@ from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 _COPTER_TYPES = frozenset({2, 3, 4, 13, 14, 15, 29, 35, 43})
 _PLANE_TYPES = frozenset({1, 7, 16, 17, 19, 20, 21, 22, 23, 24, 25, 28})
 _ROVER_TYPES = frozenset({10, 11})
+_SUB_TYPES = frozenset({12})
 
 _COPTER = {
     0: "STABILIZE",
@@ -55,6 +56,7 @@ _PLANE = {
     13: "TAKEOFF",
     14: "AVOID_ADSB",
     15: "GUIDED",
+    16: "INITIALISING",
     17: "QSTABILIZE",
     18: "QHOVER",
     19: "QLOITER",
@@ -63,6 +65,8 @@ _PLANE = {
     22: "QAUTOTUNE",
     23: "QACRO",
     24: "THERMAL",
+    25: "LOITER_ALT_QLAND",
+    26: "AUTOLAND",
 }
 _ROVER = {
     0: "MANUAL",
@@ -78,7 +82,22 @@ _ROVER = {
     11: "RTL",
     12: "SMART_RTL",
     15: "GUIDED",
+    16: "INITIALISING",
 }
+_SUB = {
+    0: "STABILIZE",
+    1: "ACRO",
+    2: "ALT_HOLD",
+    3: "AUTO",
+    4: "GUIDED",
+    7: "CIRCLE",
+    9: "SURFACE",
+    16: "POSHOLD",
+    19: "MANUAL",
+    20: "MOTOR_DETECT",
+    21: "SURFTRAK",
+}
+_ARDUPILOT = ((_COPTER_TYPES, _COPTER), (_PLANE_TYPES, _PLANE), (_ROVER_TYPES, _ROVER), (_SUB_TYPES, _SUB))
 _PX4_MAIN = {
     1: "MANUAL",
     2: "ALTCTL",
@@ -103,6 +122,29 @@ _PX4_AUTO = {
     9: "PRECLAND",
     10: "VTOL_TAKEOFF",
 } | {10 + i: f"EXTERNAL{i}" for i in range(1, 9)}
+_PX4_POSCTL_MAIN, _PX4_AUTO_MAIN = 3, 4
+_PX4_OTHER_WORDS = {
+    "POSITION": "POSCTL",
+    "ALTITUDE": "ALTCTL",
+    "LOITER": "HOLD",
+    "RETURN": "RTL",
+    "ALTITUDECRUISE": "ALTITUDE_CRUISE",
+}
+"""What PX4's own documents and other stations call them."""
+_NOT_CHOSEN = frozenset({"READY", "TERMINATION", "RATTITUDE", "INITIALISING", "MOTOR_DETECT"})
+"""Modes that an autopilot enters by itself, or has no more."""
+
+STANDARD_MODES = {
+    1: "POSITION HOLD",
+    2: "ORBIT",
+    3: "CRUISE",
+    4: "ALTITUDE HOLD",
+    5: "RTL",
+    6: "MISSION",
+    7: "LAND",
+    8: "TAKEOFF",
+}
+"""MAV_STANDARD_MODE: the same in every firmware; PX4 leaves the names of these modes empty (px4.md)."""
 
 
 def mode_name(autopilot: int, vehicle_type: int, custom_mode: int) -> str:
@@ -112,17 +154,44 @@ def mode_name(autopilot: int, vehicle_type: int, custom_mode: int) -> str:
     """
     if autopilot == AUTOPILOT_PX4:
         return _px4_name(custom_mode)
+    return _ardupilot_modes(autopilot, vehicle_type).get(custom_mode, f"mode {custom_mode}")
+
+
+def is_named(autopilot: int, vehicle_type: int, custom_mode: int) -> bool:
+    """Whether our tables have a word of their own for a mode: PX4's external ones are named by the vehicle only."""
+    return not mode_name(autopilot, vehicle_type, custom_mode).startswith(("mode ", "AUTO ", "POSCTL ", "EXTERNAL"))
+
+
+def known_modes(autopilot: int, vehicle_type: int) -> dict[int, str]:
+    """custom_mode and name of what an operator may choose, for vehicles that do not tell themselves."""
+    if autopilot == AUTOPILOT_PX4:
+        modes = {main << 16: name for main, name in _PX4_MAIN.items() if main != _PX4_AUTO_MAIN}
+        modes |= {_PX4_POSCTL_MAIN << 16 | sub << 24: name for sub, name in _PX4_POSCTL.items()}
+        modes |= {_PX4_AUTO_MAIN << 16 | sub << 24: name for sub, name in _PX4_AUTO.items()}
+    else:
+        modes = _ardupilot_modes(autopilot, vehicle_type)
+    return {
+        number: name for number, name in modes.items() if name not in _NOT_CHOSEN and not name.startswith("EXTERNAL")
+    }
+
+
+def other_word(autopilot: int, name: str) -> str:
+    """Our word for what pilots of that autopilot also call a mode; `name` itself if there is none."""
+    return _PX4_OTHER_WORDS.get(name.upper(), name) if autopilot == AUTOPILOT_PX4 else name
+
+
+def _ardupilot_modes(autopilot: int, vehicle_type: int) -> dict[int, str]:
     if autopilot == AUTOPILOT_ARDUPILOT:
-        for types, names in ((_COPTER_TYPES, _COPTER), (_PLANE_TYPES, _PLANE), (_ROVER_TYPES, _ROVER)):
+        for types, names in _ARDUPILOT:
             if vehicle_type in types:
-                return names.get(custom_mode, f"mode {custom_mode}")
-    return f"mode {custom_mode}"
+                return names
+    return {}
 
 
 def _px4_name(custom_mode: int) -> str:
     main, sub = custom_mode >> 16 & 0xFF, custom_mode >> 24 & 0xFF
-    if main == 4 and sub:
+    if main == _PX4_AUTO_MAIN and sub:
         return _PX4_AUTO.get(sub, f"AUTO {sub}")
-    if main == 3 and sub:
+    if main == _PX4_POSCTL_MAIN and sub:
         return _PX4_POSCTL.get(sub, f"POSCTL {sub}")
     return _PX4_MAIN.get(main, f"mode {custom_mode}")

@@ -1,0 +1,269 @@
+"""What a vehicle's EVENTs mean: its all_events.json(.xz), read, and events decoded with it.
+
+The file comes from the vehicle (FTP) and is as hostile as everything from there: unpacked size, number of definitions
+and lengths of texts are limited; message templates are filled in by our own few rules, never by `str.format`.
+Format: MAVLink's events interface and libevents' JSON (version 1 and 2), as PX4 serves it.
+"""
+
+import lzma
+import math
+import re
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import msgspec
+
+from tui_gcs.core.text import SafeText, clean
+
+MOST_BYTES = 8 << 20
+"""Unpacked (security.md B.6-95); PX4's has 172 kB."""
+_XZ_MEMORY = 80 << 20
+"""PX4 packs with `xz -9`, whose dictionary is 64 MiB of address space; only what is unpacked is really used."""
+MOST_DEFINITIONS = 10_000
+"""PX4 has 378."""
+MOST_TEMPLATE = 500
+"""Characters of one message."""
+ARGUMENT_BYTES = 40
+_XZ_MAGIC = b"\xfd7zXZ\x00"
+_BASE = {
+    "uint8_t": "B",
+    "int8_t": "b",
+    "uint16_t": "H",
+    "int16_t": "h",
+    "uint32_t": "I",
+    "int32_t": "i",
+    "uint64_t": "Q",
+    "int64_t": "q",
+    "float": "f",
+}
+_PLACE = re.compile(r"\{(\d{1,2})(?::\.(\d{1,2}))?([a-zA-Z^/_]{0,8})\}")
+_PROFILE = re.compile(r"<profile [^<>]{0,80}>[^<>]*(?:<(?!/profile)[^<>]{0,80}>[^<>]*)*</profile>")
+_TAG = re.compile(r"(?<!\\)</?(?:a|param|profile)(?: [^<>]{0,200})?>")
+_ESCAPED = re.compile(r"\\([<>{}\\])")
+_UNITS = {"m": " m", "m_v": " m", "m/s": " m/s", "m^2": " m²", "C": " °C"}
+
+Number = int | float
+
+
+class MetadataError(Exception):
+    """The file is no event metadata, or not one we take: one line."""
+
+
+class _Argument(msgspec.Struct):
+    type: str
+    name: str = ""
+
+
+class _Event(msgspec.Struct):
+    message: str
+    name: str = ""
+    type: str = ""
+    arguments: list[_Argument] = []
+
+
+class _Group(msgspec.Struct):
+    events: dict[str, _Event] = {}
+
+
+class _Entry(msgspec.Struct):
+    name: str = ""
+    description: str = ""
+
+
+class _Enum(msgspec.Struct):
+    type: str
+    entries: dict[str, _Entry] = {}
+    is_bitfield: bool = False
+
+
+class _ModeGroups(msgspec.Struct):
+    groups: dict[str, list[int]] = {}
+
+
+class _Component(msgspec.Struct):
+    namespace: str = ""
+    enums: dict[str, _Enum] = {}
+    event_groups: dict[str, _Group] = {}
+    navigation_mode_groups: _ModeGroups | None = None
+
+
+class _File(msgspec.Struct):
+    version: int
+    components: dict[str, _Component]
+
+
+class Enumeration(NamedTuple):
+    """Names of the values of one type."""
+
+    words: dict[int, str]
+    is_bitfield: bool
+
+
+class Definition(NamedTuple):
+    """One kind of event."""
+
+    name: str
+    group: str
+    """E.g. "default", "arming_check", "health"."""
+    type: str
+    """E.g. "summary", "append_health_and_arming_messages"; mostly empty."""
+    message: str
+    """Template, not cleaned."""
+    layout: struct.Struct
+    enums: tuple[Enumeration | None, ...]
+    """By argument; None is a plain number."""
+
+
+@dataclass(frozen=True)
+class Decoded:
+    """One event, understood."""
+
+    name: str
+    group: str
+    type: str
+    text: SafeText
+    values: tuple[Number, ...]
+    """The arguments as numbers."""
+
+
+class EventMetadata:
+    """All events of one firmware."""
+
+    def __init__(self, definitions: dict[int, Definition], mode_groups: dict[int, int], skipped: int) -> None:
+        """Use `parse`."""
+        self.definitions = definitions
+        """By event id: component in bits 24-31, the rest below."""
+        self.mode_groups = mode_groups
+        """Bit of a group of modes, by custom_mode: whether one can arm or run is told by these bits."""
+        self.skipped = skipped
+        """Definitions that cannot be used: unknown types, too many arguments."""
+
+    def decode(self, event_id: int, arguments: bytes) -> Decoded | None:
+        """The event in words; None if it is not in this metadata."""
+        definition = self.definitions.get(event_id)
+        if definition is None:
+            return None
+        values = definition.layout.unpack(arguments[: definition.layout.size].ljust(definition.layout.size, b"\0"))
+        text = _fill_in(definition, values)
+        return Decoded(definition.name, definition.group, definition.type, text, values)
+
+
+def parse(raw: bytes) -> EventMetadata:
+    """Read an all_events.json, packed with xz or not.
+
+    Raises:
+        MetadataError: it is damaged, too big, or something else.
+    """
+    try:
+        file = msgspec.json.decode(_unpacked(raw), type=_File)
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+        raise MetadataError(f"no event metadata: {clean(str(error), 100)}") from None
+    if file.version not in (1, 2):
+        raise MetadataError(f"event metadata of unknown version {file.version}")
+    enums = _enums(file)
+    definitions: dict[int, Definition] = {}
+    skipped = 0
+    mode_groups: dict[int, int] = {}
+    for number, component in file.components.items():
+        for group, event_id, event in _events(number, component):
+            definition = _definition(event, group, component.namespace, enums)
+            if definition is None or len(definitions) >= MOST_DEFINITIONS:
+                skipped += 1
+            else:
+                definitions[event_id] = definition
+        if component.navigation_mode_groups is not None:
+            mode_groups |= _bits(component.navigation_mode_groups)
+    if not definitions:
+        raise MetadataError("event metadata without events")
+    return EventMetadata(definitions, mode_groups, skipped)
+
+
+def _unpacked(raw: bytes) -> bytes:
+    if not raw.startswith(_XZ_MAGIC):
+        data = raw
+    else:
+        try:
+            data = lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=_XZ_MEMORY).decompress(raw, MOST_BYTES + 1)
+        except (lzma.LZMAError, EOFError) as error:
+            raise MetadataError(f"no event metadata: {error}") from None
+    if len(data) > MOST_BYTES:
+        raise MetadataError(f"event metadata of more than {MOST_BYTES >> 20} MB")
+    return data
+
+
+def _enums(file: _File) -> dict[str, tuple[str, Enumeration]]:
+    """By full name ("px4::arm_disarm_reason_t"): base type and words."""
+    enums = {}
+    for component in file.components.values():
+        for name, enum in component.enums.items():
+            if enum.type in _BASE and enum.type != "float":
+                words = {
+                    int(value): entry.description or entry.name
+                    for value, entry in enum.entries.items()
+                    if value.isdecimal() and len(value) <= 20
+                }
+                enums[f"{component.namespace}::{name}"] = (_BASE[enum.type], Enumeration(words, enum.is_bitfield))
+    return enums
+
+
+def _events(number: str, component: _Component) -> Iterator[tuple[str, int, _Event]]:
+    for group, content in component.event_groups.items():
+        for sub_id, event in content.events.items():
+            if sub_id.isdecimal() and number.isdecimal() and len(sub_id) <= 8 and len(number) <= 3:
+                yield group, int(number) << 24 | int(sub_id), event
+
+
+def _bits(groups: _ModeGroups) -> dict[int, int]:
+    return {
+        custom_mode: 1 << int(bit)
+        for bit, modes in groups.groups.items()
+        if bit.isdecimal() and len(bit) <= 2 and int(bit) < 64
+        for custom_mode in modes[:16]
+    }
+
+
+def _definition(
+    event: _Event, group: str, namespace: str, enums: dict[str, tuple[str, Enumeration]]
+) -> Definition | None:
+    layout, words = "<", []
+    for argument in event.arguments[: ARGUMENT_BYTES + 1]:
+        base, enum = _BASE.get(argument.type), None
+        if base is None:
+            full = argument.type if "::" in argument.type else f"{namespace}::{argument.type}"
+            base, enum = enums.get(full) or enums.get(f"common::{argument.type}") or (None, None)
+        if base is None:
+            return None
+        layout += base
+        words.append(enum)
+    if struct.calcsize(layout) > ARGUMENT_BYTES:
+        return None
+    message = event.message[:MOST_TEMPLATE]
+    return Definition(event.name[:80], group, event.type, message, struct.Struct(layout), tuple(words))
+
+
+def _fill_in(definition: Definition, values: tuple[Number, ...]) -> SafeText:
+    """The message with its arguments; what is not understood stays as it is."""
+
+    def value(match: re.Match[str]) -> str:
+        index = int(match[1]) - 1
+        if not 0 <= index < len(values):
+            return match[0]
+        word = _word(values[index], definition.enums[index], match[2])
+        return word + _UNITS.get(match[3], f" {match[3]}" if match[3] else "")
+
+    text = _TAG.sub("", _PROFILE.sub("", definition.message))
+    return clean(_ESCAPED.sub(r"\1", _PLACE.sub(value, text)).strip())
+
+
+def _word(value: Number, enum: Enumeration | None, decimals: str | None) -> str:
+    if enum is not None:
+        if not enum.is_bitfield:
+            return enum.words.get(int(value), str(value))
+        return ", ".join(word for bit, word in enum.words.items() if bit and int(value) & bit) or "none"
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            return "?"
+        return f"{value:.{min(int(decimals), 10)}f}" if decimals else f"{value:g}"
+    return str(value)

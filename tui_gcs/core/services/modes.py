@@ -1,0 +1,190 @@
+"""Flight modes by name: as the vehicle lists them (AVAILABLE_MODES), else from our tables.
+
+Nothing is asked until somebody wants a list (`want`): a fleet of 250 is not asked for 24 names each at connect.
+ArduPilot gives one mode per request, whatever index is asked for; PX4 gives all for index 0 (measured). So index 0 is
+asked first, and then, one by one, what is missing.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from tui_gcs.core.firmware.modes import STANDARD_MODES, is_named, known_modes, mode_name, other_word
+from tui_gcs.core.fleet import Fields
+from tui_gcs.core.services.command import Action, Outcome, Retry
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.vehicle import Vehicle
+
+REQUEST_MESSAGE = 512
+AVAILABLE_MODES = 435
+ADVANCED, NOT_SELECTABLE = 1, 2
+"""MAV_MODE_PROPERTY."""
+MOST_MODES = 64
+"""Of one vehicle: ArduCopter has 24, PX4 26."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One flight mode of one vehicle."""
+
+    number: int
+    """HEARTBEAT.custom_mode."""
+    name: str
+    """The pilot's word; text from a vehicle, cleaned."""
+    advanced: bool = False
+    """For pilots who know what they do."""
+
+
+@dataclass
+class _Offer:
+    """What one vehicle lists."""
+
+    total: int = 0
+    by_index: dict[int, Fields] = field(default_factory=dict)
+    asked: set[int] = field(default_factory=set)
+    asking: bool = False
+    over: bool = False
+    """All came, or the vehicle has no such list."""
+    monitor: int | None = None
+
+
+class ModeService:
+    """Names and numbers of modes."""
+
+    def __init__(self, context: Context) -> None:
+        """Nothing is asked yet."""
+        self._context = context
+        self._offers: dict[int, _Offer] = {}
+        self.ignored: Counter[str] = Counter()
+        fleet = context.fleet
+        fleet.on_message("AVAILABLE_MODES", self._available)
+        fleet.on_message("AVAILABLE_MODES_MONITOR", self._monitor)
+        fleet.on_gone(self.forget)
+        fleet.on_component(self.forget)
+        fleet.paths.on_reboot.append(self.forget)
+        fleet.paths.on_replace.append(self.forget)
+
+    # ---------------------------------------------------------------- for others
+
+    def name(self, vehicle: Vehicle, custom_mode: int | None = None) -> str:
+        """The word for a mode of `vehicle`, by default the one it is in.
+
+        Ours where our tables have one, so that a mode is called the same in a whole fleet.
+        """
+        number = vehicle.custom_mode if custom_mode is None else custom_mode
+        if not is_named(vehicle.autopilot, vehicle.type, number):
+            for fields in self._listed(vehicle):
+                if fields["custom_mode"] == number and _offered_name(fields):
+                    return _offered_name(fields)
+        return mode_name(vehicle.autopilot, vehicle.type, number)
+
+    def list(self, vehicle: Vehicle) -> tuple[Mode, ...]:
+        """What an operator may choose, in the order the vehicle lists them; from our tables until it did."""
+        listed = self._listed(vehicle)
+        if not listed:
+            table = known_modes(vehicle.autopilot, vehicle.type)
+            return tuple(Mode(number, name) for number, name in table.items())
+        modes = {}
+        for fields in listed:
+            number = fields["custom_mode"]
+            if not fields["properties"] & NOT_SELECTABLE:
+                modes[number] = Mode(number, self.name(vehicle, number), bool(fields["properties"] & ADVANCED))
+        return tuple(modes.values())
+
+    def number(self, vehicle: Vehicle, name: str) -> int | None:
+        """custom_mode of the mode that is called `name` (case, spaces, "_" and "-" do not matter); None: no such one.
+
+        The vehicle's own words for its modes are known, too, once it listed them, and MAVLink's for standard modes.
+        """
+        listed = self._listed(vehicle)
+        usable = {fields["custom_mode"] for fields in listed if not fields["properties"] & NOT_SELECTABLE}
+        wanted = {_plain(name), _plain(other_word(vehicle.autopilot, _plain(name).upper()))}
+        for number, word in known_modes(vehicle.autopilot, vehicle.type).items():
+            if _plain(word) in wanted and (number in usable or not self._complete(vehicle)):
+                return number
+        for fields in listed:
+            words = {_plain(fields["mode_name"]), _plain(STANDARD_MODES.get(fields["standard_mode"], ""))} - {""}
+            if fields["custom_mode"] in usable and words & wanted:
+                return int(fields["custom_mode"])
+        return None
+
+    def want(self, vehicle: Vehicle) -> None:
+        """Somebody looks at this vehicle's modes: have it list them, once."""
+        offer = self._offers.setdefault(vehicle.id, _Offer())
+        if not offer.asking and not offer.over and self._context.door.is_ours(vehicle):
+            self._ask(vehicle, offer, 0)
+
+    def forget(self, vehicle: Vehicle) -> None:
+        """It rebooted, or is another one now: what it listed may be wrong."""
+        self._offers.pop(vehicle.id, None)
+
+    # ---------------------------------------------------------------- the vehicle's list
+
+    def _listed(self, vehicle: Vehicle) -> Sequence[Fields]:
+        offer = self._offers.get(vehicle.id)
+        return [offer.by_index[index] for index in sorted(offer.by_index)] if offer is not None else []
+
+    def _complete(self, vehicle: Vehicle) -> bool:
+        offer = self._offers.get(vehicle.id)
+        return offer is not None and 0 < offer.total <= len(offer.by_index)
+
+    def _ask(self, vehicle: Vehicle, offer: _Offer, index: int) -> None:
+        offer.asking = True
+        offer.asked.add(index)
+        fields = {"command": REQUEST_MESSAGE, "param1": AVAILABLE_MODES, "param2": index}
+        fields |= {f"param{i}": 0 for i in range(3, 8)}
+        self._context.commands.submit(
+            Action(
+                vehicle.id,
+                "list modes",
+                Retry.SET,
+                send=lambda copy: self._context.door.ask(vehicle.id, "COMMAND_LONG", confirmation=copy, **fields),
+                confirmed=lambda _: index in offer.by_index or (index == 0 and bool(offer.by_index)),
+                command=REQUEST_MESSAGE,
+                on_done=lambda action, outcome, why: self._answered(vehicle, offer, outcome),
+                ack_ends=False,
+                housekeeping=True,
+            )
+        )
+
+    def _answered(self, vehicle: Vehicle, offer: _Offer, outcome: Outcome) -> None:
+        """Go on with what is missing. Each index gets its five tries once; who has no list is asked no more."""
+        offer.asking = False
+        if self._offers.get(vehicle.id) is not offer or outcome is Outcome.SUPERSEDED:
+            return
+        wanted = range(1, min(offer.total, MOST_MODES) + 1)
+        missing = [index for index in wanted if index not in offer.by_index and index not in offer.asked]
+        if missing and (outcome is Outcome.CONFIRMED or offer.by_index):
+            self._ask(vehicle, offer, missing[0])
+        else:
+            offer.over = True
+
+    def _available(self, vehicle: Vehicle, fields: Fields) -> None:
+        offer = self._offers.get(vehicle.id)
+        if offer is None:
+            self.ignored["modes that nobody asked for"] += 1
+            return
+        index = fields["mode_index"]
+        if not 1 <= index <= min(fields["number_modes"], MOST_MODES):
+            self.ignored["mode beyond the number of modes"] += 1
+            return
+        offer.total = fields["number_modes"]
+        offer.by_index[index] = fields
+
+    def _monitor(self, vehicle: Vehicle, fields: Fields) -> None:
+        """Its sequence number changes when modes come and go, e.g. with a companion computer of PX4."""
+        offer = self._offers.get(vehicle.id)
+        if offer is None:
+            return
+        before, offer.monitor = offer.monitor, fields["seq"]
+        if before is not None and before != offer.monitor and offer.over:
+            self._offers[vehicle.id] = _Offer(monitor=offer.monitor)
+            self.want(vehicle)
+
+
+def _offered_name(fields: Fields) -> str:
+    return str(fields["mode_name"]) or STANDARD_MODES.get(fields["standard_mode"], "")
+
+
+def _plain(name: str) -> str:
+    return "".join(char for char in name.casefold() if char.isalnum())
