@@ -109,17 +109,16 @@ class Door:
         """A signed heartbeat to who holds a key of ours and is behind in time; see `TrustBook.behind`."""
         self._put(source.link, source.address, heartbeat)
 
-    def action(self, vehicle_id: int, what: str, name: str, **fields: Any) -> None:
-        """Have the guard judge an action, journal it, send it. `what` is the operator's word for it."""
+    def action(self, vehicle_id: int, what: str, name: str, **fields: Any) -> str:
+        """Have the guard judge an action, journal it, send it; "" or why not. `what` is the operator's word for it."""
         vehicle = self._fleet.vehicles.get(vehicle_id)
         why = self._why_not(vehicle, what) if vehicle is not None else ""
         if why:
-            self._refuse(vehicle_id, name, why)
-            return
+            return self._refuse(vehicle_id, name, why)
         self._journal.write(
             {"action": what, "vehicle": vehicle_id, "message": name, "wall_s": self._clock.wall()} | _numbers(fields)
         )
-        self._send(vehicle_id, name, fields, every_way=what in STOPS)
+        return self._send(vehicle_id, name, fields, every_way=what in STOPS)
 
     def foreign(self, vehicle_id: int, raw: bytes, what: str, source: str) -> str:
         """Pass on another station's frame, unchanged, if the guard lets it; "" or why not. Journalled with its source.
@@ -184,12 +183,11 @@ class Door:
             self._refuse(vehicle_id, name, why)
             return False
         self._parts[(vehicle_id, what)] += 1
-        self._send(vehicle_id, name, fields)
-        return True
+        return not self._send(vehicle_id, name, fields)
 
-    def ask(self, vehicle_id: int, name: str, **fields: Any) -> None:
-        """Send a request for information or message rates."""
-        self._send(vehicle_id, name, fields)
+    def ask(self, vehicle_id: int, name: str, **fields: Any) -> str:
+        """Send a request for information or message rates; "" or why not."""
+        return self._send(vehicle_id, name, fields)
 
     def tick(self) -> None:
         """Write the summary of set-points and transfers when it is due."""
@@ -223,18 +221,18 @@ class Door:
             return verdict.text
         return "" if what in STOPS else vehicle.no_commands
 
-    def _send(self, vehicle_id: int, name: str, fields: dict[str, Any], *, every_way: bool = False) -> None:
+    def _send(self, vehicle_id: int, name: str, fields: dict[str, Any], *, every_way: bool = False) -> str:
+        """Put it on the wire; "" or why not."""
         vehicle = self._fleet.vehicles.get(vehicle_id)
         if vehicle is None or vehicle.system == 0:
-            self._refuse(vehicle_id, name, "unknown vehicle")
-            return
+            return self._refuse(vehicle_id, name, "unknown vehicle")
         purpose = f"{name}:{fields['command']}" if "command" in fields else name
         if purpose not in HOUSEKEEPING and not self.is_ours(vehicle):
-            self._refuse(vehicle_id, name, "not one of our simulated vehicles")
-            return
+            return self._refuse(vehicle_id, name, "not one of our simulated vehicles")
         frame = self._encode(vehicle, name, fields)
         self._recorder.write(self._clock.wall(), frame)
         self._put_to(vehicle, self._trust.signed(vehicle, frame), every_way=every_way)
+        return ""
 
     def _put_to(self, vehicle: Vehicle, frame: bytes, *, every_way: bool) -> None:
         """Over the way in use; a stop over all of them, for the one in use may lead into the void and not show it."""
@@ -253,11 +251,12 @@ class Door:
         self._links[link].send(frame, address)
         self.sent += 1
 
-    def _refuse(self, vehicle_id: int, name: str, why: str) -> None:
-        """Nothing that was meant for a vehicle is lost silently."""
+    def _refuse(self, vehicle_id: int, name: str, why: str) -> str:
+        """Nothing that was meant for a vehicle is lost silently; `why`."""
         self.refused[why] += 1
         text = f"{name} NOT SENT: {why}"
         self._events.say(EventClass.PROCESSING, f"vehicle {vehicle_id}", text, ALERT, every_s=5)
+        return why
 
 
 def _numbers(fields: dict[str, Any]) -> dict[str, float]:
