@@ -68,7 +68,7 @@ class Action:
     name: str
     """For the operator and the journal, e.g. "arm"; a newer action of the same name supersedes this one."""
     retry: Retry
-    send: Callable[[int], None]
+    send: Callable[[int], object]
     """Sends copy number 0, 1, …"""
     confirmed: Callable[[Vehicle], bool]
     """Whether telemetry shows it done."""
