@@ -1,0 +1,201 @@
+"""Is a plan fit to be sent at all? Values, jumps, fence geometry, whatever the autopilot (security.md B.6-59, 61, 63).
+
+What one autopilot does not take is `PlanDialect.problems` in `core/firmware/plans.py`.
+"""
+
+import math
+from dataclasses import dataclass
+
+import shapely
+from shapely.geometry import Polygon
+from shapely.validation import explain_validity
+
+from tui_gcs.core.plan import (
+    CIRCLES,
+    DELAY,
+    FENCE_COMMANDS,
+    HERE,
+    JUMP,
+    NAV_LAST,
+    PLAIN_FRAME,
+    POLYGONS,
+    RALLY_POINT,
+    FenceShape,
+    Plan,
+    PlanItem,
+    PlanKind,
+    fence_shapes,
+)
+
+MOST_ITEMS = 2000
+"""Of one plan: bounds what geometry costs, and what a vehicle may make us download (B.6-52)."""
+MOST_TOLD = 20
+LOWEST_M, HIGHEST_M = -10_000.0, 83_000.0
+"""Heights: below the Dead Sea, and what ArduPilot can store."""
+LARGEST_PARAM = 3.4e38
+"""float32."""
+POLE_DEG = 89.9
+MOST_RADIUS_M = 1_000_000.0
+METRES_PER_DEG = 111_195.0
+"""Of a great circle, mean earth radius 6371 km."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Why a plan must not be sent; `item` is the index it is about, None for the whole."""
+
+    item: int | None
+    text: str
+
+    def __str__(self) -> str:
+        """One line; items are counted from 1 as operators do."""
+        return self.text if self.item is None else f"item {self.item + 1}: {self.text}"
+
+
+def check(plan: Plan) -> list[Problem]:
+    """What is wrong with `plan`, the first `MOST_TOLD`; empty if nothing is."""
+    if len(plan.items) > MOST_ITEMS:
+        return [Problem(None, f"{len(plan.items)} items, the most are {MOST_ITEMS}")]
+    found = [Problem(i, text) for i, item in enumerate(plan.items) if (text := item_problem(plan.kind, item))]
+    if not found and plan.kind is PlanKind.MISSION:
+        found = _jumps(plan.items)
+    if not found and plan.kind is PlanKind.FENCE:
+        for shape in fence_shapes(plan.items):
+            found += _shape(shape)
+    return found[:MOST_TOLD]
+
+
+# ---------------------------------------------------------------- single items
+
+
+def item_problem(kind: PlanKind, item: PlanItem) -> str:
+    """What is wrong with one item alone, or ""."""
+    return _command(kind, item) or _numbers(item) or _place(item)
+
+
+def _command(kind: PlanKind, item: PlanItem) -> str:
+    if not 0 < item.command <= 0xFFFF:
+        return f"command {item.command} does not exist"
+    belongs = {
+        PlanKind.FENCE: item.command in FENCE_COMMANDS,
+        PlanKind.RALLY: item.command == RALLY_POINT,
+        PlanKind.MISSION: item.command not in FENCE_COMMANDS and item.command != RALLY_POINT,
+    }
+    if not belongs[kind]:
+        return f"command {item.command} does not belong into a {kind.word}"
+    return "" if item.frame in PLAIN_FRAME else f"frame {item.frame} is not for plans"
+
+
+def _numbers(item: PlanItem) -> str:
+    needed = item.command in FENCE_COMMANDS or item.command == JUMP
+    for number, value in enumerate(item.params, 1):
+        if math.isnan(value):
+            if needed and number <= 2:
+                return f"param {number} is no number"
+        elif abs(value) > LARGEST_PARAM:
+            return f"param {number} is infinite"
+    if not all(-(2**31) <= value < 2**31 for value in (item.x, item.y)):
+        return "x or y do not fit 32 bits"
+    return "z is infinite" if abs(item.z) > LARGEST_PARAM else ""
+
+
+def _place(item: PlanItem) -> str:
+    if not item.is_place:
+        return ""
+    if abs(item.x) > 900_000_000:
+        return f"latitude {item.lat_deg:.7f} is beyond a pole"
+    if abs(item.y) > 1_800_000_000:
+        return f"longitude {item.lon_deg:.7f} is not on earth"
+    if item.x == 0 and item.y == 0 and item.command not in HERE:
+        return "has no place (0, 0)"
+    if not LOWEST_M <= item.z <= HIGHEST_M:  # NaN, too
+        return f"height {item.z:.6g} m is impossible"
+    return ""
+
+
+# ---------------------------------------------------------------- jumps
+
+
+def _jumps(items: tuple[PlanItem, ...]) -> list[Problem]:
+    """Jumps to what is not there, and those that go round without flying anywhere."""
+    found = []
+    for i, item in enumerate(items):
+        if item.command == JUMP:
+            target, repeat = item.params[:2]
+            if target != int(target) or not 0 <= target < len(items):
+                found.append(Problem(i, f"jumps to item {target + 1:g} of {len(items)}"))
+            elif target == i:
+                found.append(Problem(i, "jumps to itself"))
+            elif repeat != int(repeat) or repeat < -1:
+                found.append(Problem(i, f"jumps {repeat:g} times"))
+    return found or [Problem(i, "jumps in a circle without flying anywhere") for i in _idle_circles(items)]
+
+
+def _idle_circles(items: tuple[PlanItem, ...]) -> list[int]:
+    """Indices of the jumps that lie on a circle of items none of which takes any time.
+
+    What comes after an item is one item (a jump is taken), so each is looked at once.
+    """
+    done: set[int] = set()
+    circles = []
+    for start in range(len(items)):
+        way: dict[int, None] = {}
+        at = start
+        while at < len(items) and at not in done and at not in way and not _takes_time(items[at]):
+            way[at] = None
+            at = int(items[at].params[0]) if items[at].command == JUMP else at + 1
+        if at in way:
+            circle = list(way)[list(way).index(at) :]
+            circles += [i for i in circle if items[i].command == JUMP]
+        done.update(way)
+    return sorted(circles)
+
+
+def _takes_time(item: PlanItem) -> bool:
+    return item.command < NAV_LAST or item.command == DELAY or item.command in (112, 113, 114)
+
+
+# ---------------------------------------------------------------- fences
+
+
+def _shape(shape: FenceShape) -> list[Problem]:
+    if shape.command in CIRCLES:
+        return _circle(shape.first, shape.items[0])
+    return _polygon(shape) if shape.command in POLYGONS else []
+
+
+def _circle(first: int, item: PlanItem) -> list[Problem]:
+    radius_m = item.params[0]
+    if not 0 < radius_m <= MOST_RADIUS_M:
+        return [Problem(first, f"a circle of {radius_m:g} m")]
+    reach_deg = radius_m / METRES_PER_DEG
+    if abs(item.lat_deg) + reach_deg > POLE_DEG:
+        return [Problem(first, "the circle reaches over a pole")]
+    if abs(item.lon_deg) + reach_deg / math.cos(math.radians(abs(item.lat_deg) + reach_deg)) > 180:
+        return [Problem(first, "the circle reaches over the antimeridian")]
+    return []
+
+
+def _polygon(shape: FenceShape) -> list[Problem]:
+    points = [(item.lon_deg, item.lat_deg) for item in shape.items]
+    count, said = len(points), {item.params[0] for item in shape.items}
+    if count < 3:
+        return [Problem(shape.first, f"a polygon of {count} point{'s'[: count - 1]}: it needs 3")]
+    if said != {float(count)}:
+        return [Problem(shape.first, f"its {count} points say that it has {', '.join(f'{n:g}' for n in sorted(said))}")]
+    if max(abs(lat) for _, lat in points) > POLE_DEG:
+        return [Problem(shape.first, "the polygon reaches over a pole")]
+    if any(abs(a[0] - b[0]) > 180 for a, b in zip(points, points[1:] + points[:1], strict=True)):
+        return [Problem(shape.first, "the polygon reaches over the antimeridian")]
+    polygon = Polygon(points)
+    if polygon.area == 0:
+        return [Problem(shape.first, "the polygon has no area")]
+    if not shapely.is_valid(polygon):
+        return [Problem(shape.first, f"the polygon crosses itself {_where(explain_validity(polygon))}".rstrip())]
+    return []
+
+
+def _where(reason: str) -> str:
+    """GEOS says "Self-intersection[8.5 47.4]": where that is, latitude first."""
+    lon, _, lat = reason.partition("[")[2].rstrip("]").partition(" ")
+    return f"near {lat}, {lon}" if lat else ""
