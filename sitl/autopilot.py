@@ -54,7 +54,7 @@ class Autopilot(ABC):
         self.vehicles = vehicles
         self.token = token
         self.uid = uid
-        self.params = ParameterTable(spec.system_id)
+        self.params = ParameterTable(spec.system_id, spec.autopilot)
         self.encoder = Encoder(spec.system_id)
         self.signer = Signer(spec.signing, px4=spec.autopilot == "px4" or spec.signing.px4)
         self.out: list[bytes] = []

@@ -1,21 +1,24 @@
 """A vehicle's MAVLink endpoint: datagrams in, to the autopilot; everything else is ignored."""
 
 from collections.abc import Callable
-from typing import Any
 
+from sitl import parameter_protocol
 from sitl.autopilot import Autopilot, Command
 from sitl.modes import Severity
-from sitl.parameters import Entry
 from sitl.wire import Received, cut
 
+AUTOPILOT_COMPONENT = 1
 _MISSION_UNSUPPORTED = 3
 
 
 def receive(ap: Autopilot, datagram: bytes) -> None:
-    """Handle all frames of one datagram; junk is skipped."""
+    """Handle all frames of one datagram; junk is skipped. Only PX4 looks at the target component."""
+    handlers, px4 = _HANDLERS[ap.spec.autopilot], ap.spec.autopilot == "px4"
     for frame in cut(datagram):
-        handler = _HANDLERS.get(frame.name)
+        handler = handlers.get(frame.name)
         if handler is None or frame.fields.get("target_system", 0) not in (0, ap.spec.system_id):
+            continue
+        if px4 and frame.fields.get("target_component", 0) not in (0, AUTOPILOT_COMPONENT):
             continue
         if ap.signer.believes(frame.raw):
             handler(ap, frame)
@@ -55,44 +58,6 @@ def _timesync(ap: Autopilot, frame: Received) -> None:
         ap.send("TIMESYNC", tc1=(ap.now_us - ap.power_on_us) * 1000, ts1=frame.fields["ts1"])
 
 
-def _send_parameter(ap: Autopilot, entry: Entry, index: int) -> None:
-    ap.send(
-        "PARAM_VALUE",
-        param_id=entry.name.encode("ascii"),
-        param_value=entry.value,
-        param_type=entry.kind,
-        param_count=len(ap.params),
-        param_index=index,
-    )
-
-
-_BY_NAME = 65535
-"""param_index of answers by name and to PARAM_SET."""
-
-
-def _name(raw: Any) -> str:
-    return bytes(raw).split(b"\0", 1)[0].decode("ascii", "replace")
-
-
-def _param_request_read(ap: Autopilot, frame: Received) -> None:
-    index = frame.fields["param_index"]
-    entry = ap.params.by_index(index) if index >= 0 else ap.params.by_name(_name(frame.fields["param_id"]))
-    if entry is not None:
-        _send_parameter(ap, entry, index if index >= 0 else _BY_NAME)
-
-
-def _param_request_list(ap: Autopilot, _: Received) -> None:
-    ap.banner()
-    for entry in ap.params:
-        _send_parameter(ap, entry, entry.position)
-
-
-def _param_set(ap: Autopilot, frame: Received) -> None:
-    entry = ap.params.set(_name(frame.fields["param_id"]), frame.fields["param_value"])
-    if entry is not None:
-        _send_parameter(ap, entry, _BY_NAME)
-
-
 def _mission_request_list(ap: Autopilot, frame: Received) -> None:
     ap.send(
         "MISSION_COUNT",
@@ -124,7 +89,9 @@ def _setup_signing(ap: Autopilot, frame: Received) -> None:
     ap.signer.take(bytes(frame.fields["secret_key"]), frame.fields["initial_timestamp"])
 
 
-_HANDLERS: dict[str, Callable[[Autopilot, Received], None]] = {
+Handlers = dict[str, Callable[[Autopilot, Received], None]]
+
+_COMMON: Handlers = {
     "HEARTBEAT": _heartbeat,
     "COMMAND_LONG": _command_long,
     "COMMAND_INT": _command_int,
@@ -133,10 +100,21 @@ _HANDLERS: dict[str, Callable[[Autopilot, Received], None]] = {
     "SET_POSITION_TARGET_LOCAL_NED": _set_point,
     "REQUEST_DATA_STREAM": _request_data_stream,
     "TIMESYNC": _timesync,
-    "PARAM_REQUEST_READ": _param_request_read,
-    "PARAM_REQUEST_LIST": _param_request_list,
-    "PARAM_SET": _param_set,
     "MISSION_REQUEST_LIST": _mission_request_list,
     "MISSION_COUNT": _mission_refused,
     "SETUP_SIGNING": _setup_signing,
+}
+_HANDLERS: dict[str, Handlers] = {
+    "ardupilot": {
+        **_COMMON,
+        "PARAM_REQUEST_READ": parameter_protocol.ardupilot_read,
+        "PARAM_REQUEST_LIST": parameter_protocol.ardupilot_list,
+        "PARAM_SET": parameter_protocol.ardupilot_set,
+    },
+    "px4": {
+        **_COMMON,
+        "PARAM_REQUEST_READ": parameter_protocol.px4_read,
+        "PARAM_REQUEST_LIST": parameter_protocol.px4_list,
+        "PARAM_SET": parameter_protocol.px4_set,
+    },
 }

@@ -84,3 +84,9 @@ def _crc_extra(name: str, fields: list[tuple[str, str, int]]) -> int:
 
 
 NEWER: tuple[Definition, ...] = tuple(Definition(line) for line in _MESSAGES.strip().splitlines())
+
+PARAM_VALUE_BYTES = Definition(
+    "22 PARAM_VALUE u32 param_value, u16 param_count, u16 param_index, char param_id[16], u8 param_type"
+)
+"""PARAM_VALUE whose value is four bytes: not every integer survives a stay in a float."""
+PARAM_VALUE_BYTES.crc_extra = 220

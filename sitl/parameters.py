@@ -1,43 +1,28 @@
-"""A small parameter table with ArduPilot's manners: values floats, ints truncated and clamped, no range check."""
+"""Parameters of both autopilots: names, types and values as read from real vehicles, changes per vehicle.
+
+The tables are text files in `sitl/data`, read when the first vehicle of their kind is made and shared by all.
+"""
 
 import math
+import struct
+import zlib
 from collections.abc import Iterator
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import resources
+from typing import Any, NamedTuple
 
 INT8, INT16, INT32, REAL32 = 2, 4, 6, 9
-_LIMITS = {INT8: (-128, 127), INT16: (-32768, 32767), INT32: (-(2**31), 2**31 - 1)}
+"""MAV_PARAM_TYPE; PX4 has the last two only."""
+UINT32 = 5
 
-# Names and units of ArduCopter 4.7; the values are its defaults except the battery's.
-_DEFAULTS: tuple[tuple[str, float, int], ...] = (
-    ("ANGLE_MAX", 3000, INT16),  # centidegrees
-    ("ARMING_CHECK", 1, INT32),
-    ("BATT_CAPACITY", 9333, INT32),  # mAh: 20 min at 28 A
-    ("BATT_FS_CRT_ACT", 0, INT8),
-    ("BATT_FS_LOW_ACT", 0, INT8),
-    ("BATT_LOW_MAH", 0, REAL32),
-    ("DISARM_DELAY", 10, INT8),  # s
-    ("FENCE_ENABLE", 0, INT8),
-    ("FRAME_CLASS", 1, INT8),
-    ("FS_GCS_ENABLE", 0, INT8),
-    ("FS_GCS_TIMEOUT", 5, REAL32),  # s
-    ("FS_THR_ENABLE", 1, INT8),
-    ("GUID_TIMEOUT", 3, REAL32),  # s
-    ("LAND_SPEED", 50, INT16),  # cm/s
-    ("MAV_GCS_SYSID", 255, INT16),
-    ("MAV_OPTIONS", 0, INT16),
-    ("MAV_SYSID", 1, INT16),
-    ("PILOT_TKOFF_ALT", 0, REAL32),
-    ("RTL_ALT", 1500, INT32),  # cm
-    ("RTL_ALT_FINAL", 0, INT16),
-    ("RTL_LOIT_TIME", 5000, INT32),  # ms
-    ("STAT_RUNTIME", 0, INT32),
-    ("TERRAIN_ENABLE", 1, INT8),
-    ("WPNAV_ACCEL", 250, REAL32),  # cm/s/s
-    ("WPNAV_SPEED", 1000, REAL32),  # cm/s
-    ("WPNAV_SPEED_DN", 150, REAL32),
-    ("WPNAV_SPEED_UP", 250, REAL32),
-    ("WP_YAW_BEHAVIOR", 2, INT8),
-)
+HASH_NAME = "_HASH_CHECK"
+
+_LIMITS = {INT8: (-128, 127), INT16: (-32768, 32767), INT32: (-(2**31), 2**31 - 1)}
+_ARDUPILOT_KINDS = {"1": INT8, "2": INT16, "3": INT32, "4": REAL32}
+
+# What the simulation wants otherwise: 20 min of battery at 28 A, and no counters of another life.
+_ARDUPILOT_CHANGES = {"BATT_CAPACITY": 9333.0, "MIS_TOTAL": 0.0, "STAT_RUNTIME": 0.0}
 
 
 class Entry(NamedTuple):
@@ -49,41 +34,141 @@ class Entry(NamedTuple):
     position: int
 
 
-class ParameterTable:
-    """Parameters by name."""
+@dataclass(frozen=True)
+class Defaults:
+    """What all vehicles of a kind have in common; nobody writes to it."""
 
-    def __init__(self, system_id: int) -> None:
-        self._values = {name: float(value) for name, value, _ in _DEFAULTS}
-        self._kinds = {name: kind for name, _, kind in _DEFAULTS}
-        self._index = {name: i for i, (name, _, _) in enumerate(_DEFAULTS)}
-        self._values["MAV_SYSID"] = float(system_id)
+    values: dict[str, float] = field(default_factory=dict)
+    kinds: dict[str, int] = field(default_factory=dict)
+    factory: dict[str, float] = field(default_factory=dict)
+    """ArduPilot: defaults of the parameters whose value is another."""
+    volatile: set[str] = field(default_factory=set)
+    """PX4: not in `_HASH_CHECK`."""
+    late: frozenset[str] = frozenset()
+    """PX4: listed only once somebody used them; then the indices of all that follow shift."""
+
+
+def _lines(file: str) -> Iterator[list[str]]:
+    for line in (resources.files("sitl") / "data" / file).read_text(encoding="ascii").splitlines():
+        if not line.startswith("#"):
+            yield line.split(" ")
+
+
+@cache
+def ardupilot_defaults() -> Defaults:
+    """ArduCopter's table, in the order of its list."""
+    table = Defaults()
+    for name, kind, value, *default in _lines("arducopter.param"):
+        table.kinds[name] = _ARDUPILOT_KINDS[kind]
+        table.values[name] = _ARDUPILOT_CHANGES.get(name, float(value))
+        if default or name in _ARDUPILOT_CHANGES:
+            table.factory[name] = float((default or [value])[0])
+    return table
+
+
+@cache
+def px4_defaults() -> Defaults:
+    """PX4's table, in the order of its list."""
+    table = Defaults()
+    late = []
+    for name, kind, value, *flags in _lines("px4.param"):
+        table.kinds[name] = int(kind)
+        table.values[name] = float(value) if int(kind) == REAL32 else int(value)
+        if "volatile" in flags:
+            table.volatile.add(name)
+        if "late" in flags:
+            late.append(name)
+    return Defaults(table.values, table.kinds, volatile=table.volatile, late=frozenset(late))
+
+
+class ParameterTable:
+    """Parameters of one vehicle by name."""
+
+    def __init__(self, system_id: int, autopilot: str = "ardupilot") -> None:
+        self.defaults = px4_defaults() if autopilot == "px4" else ardupilot_defaults()
+        self._values = self.defaults.values
+        self._changed: dict[str, float] = {"MAV_SYS_ID" if autopilot == "px4" else "MAV_SYSID": system_id}
+        self._listed: list[str] | None = None
+        self._index: dict[str, int] = {}
+        self._used: set[str] = set()
 
     def __len__(self) -> int:
-        return len(self._values)
+        return len(self._values) - len(self.defaults.late) + len(self._used)
 
     def __getitem__(self, name: str) -> float:
-        return self._values[name]
+        return self._changed[name] if name in self._changed else self._values[name]
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._values
 
     def __iter__(self) -> Iterator[Entry]:
-        return (self._entry(name) for name in self._values)
+        return (self._entry(name) for name in self._names())
+
+    def _names(self) -> list[str]:
+        """Names in the order of the list; made when first needed."""
+        if self._listed is None:
+            hidden = self.defaults.late - self._used
+            self._listed = [name for name in self._values if name not in hidden]
+            self._index = {name: position for position, name in enumerate(self._listed)}
+        return self._listed
 
     def _entry(self, name: str) -> Entry:
-        return Entry(name, self._values[name], self._kinds[name], self._index[name])
+        self._names()
+        return Entry(name, self[name], self.defaults.kinds[name], self._index.get(name, len(self) - 1))
 
     def by_name(self, name: str) -> Entry | None:
-        """None if there is no such parameter: the real one does not answer then."""
+        """None if there is no such parameter."""
         return self._entry(name) if name in self._values else None
 
     def by_index(self, index: int) -> Entry | None:
         """None if there is no such index."""
-        return self._entry(_DEFAULTS[index][0]) if 0 <= index < len(_DEFAULTS) else None
+        names = self._names()
+        return self._entry(names[index]) if 0 <= index < len(names) else None
+
+    def use_all(self) -> None:
+        """PX4: every parameter has been used, so the list is longer from now on."""
+        if len(self._used) < len(self.defaults.late):
+            self._used = set(self.defaults.late)
+            self._listed = None
+
+    def default(self, name: str) -> float:
+        """The factory's value."""
+        return self.defaults.factory.get(name, self._values[name])
 
     def set(self, name: str, value: float) -> Entry | None:
-        """Store and return what was stored; None (no answer) for unknown names, NaN and infinity."""
+        """Store and return what was stored; None for unknown names, NaN and infinity.
+
+        Integers are cut off and clamped to what their type holds; nothing else is checked, as on both autopilots.
+        """
         if name not in self._values or not math.isfinite(value):
             return None
-        limits = _LIMITS.get(self._kinds[name])
-        if limits is not None:
-            value = float(int(max(limits[0], min(limits[1], value))))
-        self._values[name] = value
+        limits = _LIMITS.get(self.defaults.kinds[name])
+        if limits is None:
+            value = struct.unpack("<f", struct.pack("<f", value))[0] if abs(value) < 3.4e38 else value
+        else:
+            value = int(max(limits[0], min(limits[1], value)))
+        self._changed[name] = value
         return self._entry(name)
+
+    def value_bits(self, name: str) -> int:
+        """PX4: the four bytes of a value, whatever its type."""
+        return bits_of(self[name], self.defaults.kinds[name])
+
+    def hash(self) -> int:
+        """PX4's `_HASH_CHECK`: CRC-32 (init 0, no final inversion) over names and values of what is listed."""
+        crc = 0
+        for name in self._names():
+            if name not in self.defaults.volatile:
+                crc = crc32(name.encode() + self.value_bits(name).to_bytes(4, "little"), crc)
+        return crc
+
+
+def bits_of(value: float, kind: int) -> int:
+    """The four bytes that PX4 sends for a value."""
+    packed: Any = struct.pack("<f", value) if kind == REAL32 else struct.pack("<i", int(value))
+    return int.from_bytes(packed, "little")
+
+
+def crc32(data: bytes, crc: int = 0) -> int:
+    """PX4's (and NuttX's) CRC-32: the usual polynomial, started with 0, without the final inversion."""
+    return zlib.crc32(data, crc ^ 0xFFFFFFFF) ^ 0xFFFFFFFF

@@ -27,7 +27,8 @@ class Tasks:
         """Run `task` up to its first wait now, the rest when it is due."""
         self.stop(name)
         self._tasks[name] = task
-        self._advance(name, task, now_us)
+        self._due_us[name] = now_us
+        self._go_on(name, task, now_us)
         self._reckon()
 
     def after(self, name: str, wait_us: int, act: Callable[[], None], now_us: int) -> None:
@@ -49,9 +50,12 @@ class Tasks:
     def run(self, now_us: int) -> None:
         """Let everything due by `now_us` go on. Waits count from when they were due, so rates are exact."""
         for name, task in list(self._tasks.items()):
-            while self._tasks.get(name) is task and self._due_us[name] <= now_us:
-                self._advance(name, task, self._due_us[name])
+            self._go_on(name, task, now_us)
         self._reckon()
+
+    def _go_on(self, name: str, task: Task, now_us: int) -> None:
+        while self._tasks.get(name) is task and self._due_us[name] <= now_us:
+            self._advance(name, task, self._due_us[name])
 
     def _advance(self, name: str, task: Task, at_us: int) -> None:
         try:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from fastcrc import crc16
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from sitl.newer import NEWER
+from sitl.newer import NEWER, PARAM_VALUE_BYTES
 
 MAGIC_V1 = 0xFE
 MAGIC_V2 = 0xFD
@@ -84,6 +84,7 @@ class Received(NamedTuple):
 LAYOUTS: dict[int, Layout] = {msgid: Layout(cls) for msgid, cls in dialect.mavlink_map.items()}
 LAYOUTS |= {definition.id: Layout(definition) for definition in NEWER}
 LAYOUT_BY_NAME: dict[str, Layout] = {layout.name: layout for layout in LAYOUTS.values()}
+LAYOUT_BY_NAME["PARAM_VALUE_BYTES"] = Layout(PARAM_VALUE_BYTES)
 
 
 class Encoder:

@@ -138,32 +138,6 @@ def test_home_position_on_request(booted):
     assert math.isnan(home["q"][0])
 
 
-def test_parameters_by_name_carry_index_65535(booted):
-    ground = booted()
-    ground.say("PARAM_REQUEST_READ", param_id=b"WPNAV_SPEED", param_index=-1)
-    ground.say("PARAM_REQUEST_READ", param_index=3)
-    ground.listen()
-    by_name, by_index = ground.of("PARAM_VALUE")
-    assert (by_name["param_value"], by_name["param_index"]) == (1000.0, 65535)
-    assert by_index["param_index"] == 3
-
-
-def test_parameter_set_truncates_clamps_and_never_answers_nonsense(booted):
-    ground = booted()
-    for name, value in ((b"FS_GCS_ENABLE", 1.6), (b"FS_GCS_ENABLE", 300.0), (b"NO_SUCH", 1.0), (b"RTL_ALT", math.nan)):
-        ground.say("PARAM_SET", param_id=name, param_value=value, param_type=9)
-    ground.listen()
-    assert [m["param_value"] for m in ground.of("PARAM_VALUE")] == [1.0, 127.0]
-
-
-def test_parameter_list_is_complete_and_in_order(booted):
-    ground = booted()
-    ground.say("PARAM_REQUEST_LIST")
-    ground.listen()
-    values = ground.of("PARAM_VALUE")
-    assert [m["param_index"] for m in values] == list(range(values[0]["param_count"]))
-
-
 def test_timesync_is_answered(booted):
     ground = booted()
     ground.say("TIMESYNC", tc1=0, ts1=123456789)
