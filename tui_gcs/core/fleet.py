@@ -18,7 +18,7 @@ from tui_gcs.core.messages import EventClass, Freshness
 from tui_gcs.core.paths import PathBook
 from tui_gcs.core.pilots import is_autopilot, replaces
 from tui_gcs.core.refusals import RefusalTeller
-from tui_gcs.core.services.text import TextAssembler, TextPace
+from tui_gcs.core.services.text import TextDesk
 from tui_gcs.core.telemetry import Telemetry
 from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.dialect import Message, label
@@ -90,8 +90,7 @@ class Fleet:
         """By network: before then nobody's place can be taken."""
         self._hinted_s: dict[str, float] = {}
         """By link."""
-        self._texts = TextAssembler()
-        self._pace = TextPace()
+        self.texts = TextDesk(clock, events, self.dropped)
         self._next_look_s = self._next_paths_s = self._next_loss_s = -math.inf
 
     @property
@@ -259,7 +258,7 @@ class Fleet:
         vehicle: Vehicle = slot.owner
         handler = self.telemetry.every.get(slot.msgid)
         if slot.msgid == STATUSTEXT:
-            self._status_text(vehicle, slot)
+            self.texts.status_text(vehicle, slot.fields())
         elif slot.component != vehicle.component:
             return
         elif slot.msgid == AUTOPILOT_VERSION:
@@ -394,9 +393,7 @@ class Fleet:
             self._next_loss_s = now + LOSS_GAP_S
             for vehicle in self.vehicles.values():
                 vehicle.loss_pct = loss_pct(vehicle.path)
-        for number, severity, text in self._texts.expired(now):
-            if number in self.vehicles:
-                self._tell_text(self.vehicles[number], severity, text)
+        self.texts.tick(self.vehicles)
 
     def _look(self, now: float) -> None:
         """Who is heard, and whether it is more than one heartbeat."""
@@ -404,9 +401,10 @@ class Fleet:
         for vehicle in vehicles:
             if now - vehicle.heard_s > LOST_S or vehicle.id in self._lost:
                 self._watch(vehicle, now)
-            frames = 0 if vehicle.confirmed else sum(slot.count for slot in vehicle.path.slots.values())
-            if frames >= CONFIRMED_FRAMES and now - vehicle.first_s >= CONFIRMED_S:
-                self._confirm(vehicle)
+            if not vehicle.confirmed and now - vehicle.first_s >= CONFIRMED_S:
+                frames = sum(slot.count for slot in vehicle.path.slots.values())
+                if frames >= CONFIRMED_FRAMES:
+                    self._confirm(vehicle)
         if now >= self._next_paths_s - 1e-9:
             self._next_paths_s = now + PATHS_GAP_S
             self.paths.tick(vehicles)
@@ -432,27 +430,6 @@ class Fleet:
     def reframe(self, frame: LocalFrame) -> None:
         """Use another ENU frame: positions are computed anew."""
         self.telemetry.reframe(frame, list(self.vehicles.values()))
-
-    # ---------------------------------------------------------------- texts
-
-    def _status_text(self, vehicle: Vehicle, slot: Slot) -> None:
-        fields = slot.fields()
-        whole = self._texts.add(vehicle.id, fields, self._clock.now())
-        if whole is not None:
-            self._tell_text(vehicle, fields["severity"], whole)
-
-    def _tell_text(self, vehicle: Vehicle, severity: int, text: str) -> None:
-        text = text.rstrip("\u2409 ")  # PX4 ends texts that also come as events in a TAB
-        severity = severity if 0 <= severity <= 7 else NOTICE
-        if severity <= WARNING:
-            vehicle.recent_reasons = [*vehicle.recent_reasons[-19:], (self._clock.now(), text)]
-        now = self._clock.now()
-        if not self._pace.has_room(vehicle.id, severity, now):
-            self.dropped["status texts too fast"] += 1
-            return
-        cls = EventClass.SENSOR if text.startswith(("PreArm", "Arm:", "EKF", "GPS")) else EventClass.VEHICLE
-        if self._events.say(cls, f"vehicle {vehicle.id}", text, severity, every_s=5):
-            self._pace.told(vehicle.id, severity, now)
 
 
 def _nothing(slot: Slot, now: float) -> bool:

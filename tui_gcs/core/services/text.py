@@ -1,22 +1,40 @@
-"""STATUSTEXT: puts chunked texts together (MAVLink common.xml, message 253).
+"""What vehicles say: STATUSTEXT, whole or in chunks (MAVLink common.xml, message 253), and the texts of their EVENTs.
 
 A text with `id` 0 is whole. Otherwise chunks carry the same `id` and count from 0; the last one contains a NUL,
 that is, it is shorter than 50 characters. What stays incomplete for a second is told with " ... " for the gaps,
 as QGroundControl does.
 """
 
-from collections.abc import Iterator
+import re
+from collections import Counter, deque
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.events import NOTICE, WARNING, EventLog
+from tui_gcs.core.messages import EventClass
+from tui_gcs.core.vehicle import Vehicle
 
 CHUNK_CHARS = 50
 WAIT_S = 1.0
 MOST_CHUNKS = 10
-MOST_OPEN = 32
+MOST_OPEN = 4
+"""Of one vehicle: it sends the chunks of a text one after the other."""
 BURST, TEXTS_PER_S = 60.0, 5.0
 """An autopilot says some 30 lines when it boots, and a few a minute later."""
 URGENT = 2
 """MAV_SEVERITY_CRITICAL and worse."""
+TAB = "\u2409"
+"""As `clean` shows it. PX4 ends texts that it also sends as an EVENT in one."""
+TWIN_S, TWINS_KEPT, TWIN_SHARE = 1.0, 20, 0.5
+"""A text and an EVENT of the same news come within this time, and share this part of the words of the shorter one.
+
+Measured (px4-8.tlog, px4-services.tlog): 0-100 ms apart, either first, and worded differently: "IGN MISSION_ITEM:
+Invalid item" is "Ignoring mission item, invalid item".
+"""
+MOST_REASONS = 20
+_WORD = re.compile(r"[^\W_]+")
 
 
 @dataclass
@@ -70,7 +88,9 @@ class TextAssembler:
         if index >= MOST_CHUNKS:
             return None
         key = (system, chunk_id)
-        if key not in self._open and len(self._open) >= MOST_OPEN:
+        if key in self._open and index in self._open[key].chunks and self._open[key].chunks[index] != text:
+            del self._open[key]  # the id is used again, for another text
+        if key not in self._open and sum(1 for who, _ in self._open if who == system) >= MOST_OPEN:
             return text
         part = self._open.setdefault(key, _Open(fields["severity"], now))
         part.chunks[index] = text
@@ -86,3 +106,80 @@ class TextAssembler:
         for key in [k for k, part in self._open.items() if now - part.since_s > WAIT_S]:
             part = self._open.pop(key)
             yield key[0], part.severity, part.text()
+
+
+class Twins:
+    """News that come twice, as a text and as an EVENT: whichever is second is not told."""
+
+    def __init__(self) -> None:
+        """Nobody said anything."""
+        self._said: dict[int, deque[tuple[float, bool, frozenset[str]]]] = {}
+
+    def is_second(self, vehicle: int, text: str, *, event: bool, now: float) -> bool:
+        """Whether `text` was just said the other way; else it is remembered as the first."""
+        said = self._said.setdefault(vehicle, deque(maxlen=TWINS_KEPT))
+        words = frozenset(_WORD.findall(text.casefold()))
+        for entry in said:
+            when, was_event, others = entry
+            if was_event != event and now - when <= TWIN_S:
+                fewer = min(len(words), len(others))
+                if fewer and len(words & others) >= TWIN_SHARE * fewer:
+                    said.remove(entry)
+                    return True
+        said.append((now, event, words))
+        return False
+
+
+class TextDesk:
+    """Tells the operator what vehicles say, each thing once and not too fast, and keeps what may explain a refusal."""
+
+    def __init__(self, clock: Clock, events: EventLog, dropped: Counter[str]) -> None:
+        """What is not told is counted in `dropped`."""
+        self._clock = clock
+        self._events = events
+        self._dropped = dropped
+        self._assembler = TextAssembler()
+        self._pace = TextPace()
+        self._twins = Twins()
+
+    def status_text(self, vehicle: Vehicle, fields: dict[str, Any]) -> None:
+        """A STATUSTEXT came."""
+        whole = self._assembler.add(vehicle.id, fields, self._clock.now())
+        if whole is not None:
+            self._tell_text(vehicle, fields["severity"], whole)
+
+    def event(self, vehicle: Vehicle, severity: int, text: str) -> None:
+        """An EVENT was decoded to `text`."""
+        if self._twins.is_second(vehicle.id, text, event=True, now=self._clock.now()):
+            self._dropped["event told as text"] += 1
+        else:
+            self._tell(vehicle, severity, text)
+
+    def reason(self, vehicle: Vehicle, text: str) -> None:
+        """Keep what may explain a refusal: `Vehicle.reasons_since`."""
+        vehicle.recent_reasons = [*vehicle.recent_reasons[1 - MOST_REASONS :], (self._clock.now(), text)]
+
+    def tick(self, vehicles: Mapping[int, Vehicle]) -> None:
+        """Tell the texts whose chunks did not all come in time."""
+        for number, severity, text in self._assembler.expired(self._clock.now()):
+            if number in vehicles:
+                self._tell_text(vehicles[number], severity, text)
+
+    def _tell_text(self, vehicle: Vehicle, severity: int, text: str) -> None:
+        twin = text.endswith(TAB) and self._twins.is_second(vehicle.id, text, event=False, now=self._clock.now())
+        if twin:
+            self._dropped["text told as event"] += 1
+        else:
+            self._tell(vehicle, severity, text.rstrip(f"{TAB} "))
+
+    def _tell(self, vehicle: Vehicle, severity: int, text: str) -> None:
+        severity = severity if 0 <= severity <= 7 else NOTICE
+        if severity <= WARNING:
+            self.reason(vehicle, text)
+        now = self._clock.now()
+        if not self._pace.has_room(vehicle.id, severity, now):
+            self._dropped["status texts too fast"] += 1
+            return
+        cls = EventClass.SENSOR if text.startswith(("PreArm", "Arm:", "EKF", "GPS")) else EventClass.VEHICLE
+        if self._events.say(cls, f"vehicle {vehicle.id}", text, severity, every_s=5):
+            self._pace.told(vehicle.id, severity, now)
