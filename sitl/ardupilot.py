@@ -246,7 +246,7 @@ class ArduCopter(Autopilot):
         i = self.index
         if not self.armed or self.mode != GUIDED or not self.landed:
             return False
-        if not (math.isfinite(alt_m) and alt_m + self.home_m[2] > self.vehicles.position_m[i, 2]):
+        if not (math.isfinite(alt_m) and alt_m + self.home_m[2] > self.vehicles.seen(i)[2]):
             return False
         self.takeoff_m = alt_m + self.home_m[2]
         self.enter(Phase.SPOOL_UP)
@@ -273,12 +273,12 @@ class ArduCopter(Autopilot):
             return
         if phase == Phase.SPOOL_UP:
             if since_us >= SPOOL_UP_US:
-                x, y, _ = vehicles.position_m[i].tolist()
+                x, y, _ = vehicles.seen(i)
                 vehicles.set_target(i, (x, y, self.takeoff_m))
                 vehicles.flying[i] = True
                 self.enter(Phase.TAKEOFF)
             return
-        if phase == Phase.TAKEOFF and vehicles.position_m[i, 2] >= self.takeoff_m - REACHED_M:
+        if phase == Phase.TAKEOFF and vehicles.seen(i)[2] >= self.takeoff_m - REACHED_M:
             self.enter(Phase.AIRBORNE)
         elif phase >= Phase.RTL_CLIMB:
             self._fly_home(since_us)
@@ -288,7 +288,7 @@ class ArduCopter(Autopilot):
 
     def _fly_home(self, since_us: int) -> None:
         i, vehicles = self.index, self.vehicles
-        dx, dy, dz = (vehicles.target_m[i] - vehicles.position_m[i]).tolist()
+        dx, dy, dz = (vehicles.target_m[i] - vehicles.seen(i)).tolist()
         if self.phase == Phase.RTL_CLIMB:
             if abs(dz) < REACHED_M:
                 vehicles.set_target(i, (self.home_m[0], self.home_m[1], float(vehicles.target_m[i, 2])))
@@ -299,7 +299,7 @@ class ArduCopter(Autopilot):
         elif self.phase == Phase.RTL_LOITER:
             if since_us >= self.params["RTL_LOIT_TIME"] * 1000:
                 self._land(home=True)
-        elif vehicles.position_m[i, 2] <= LAND_ALT_LOW_M:
+        elif vehicles.seen(i)[2] <= LAND_ALT_LOW_M:
             vehicles.target_velocity_m_s[i, 2] = -self.params["LAND_SPEED"] / 100.0
 
     def _land(self, *, home: bool = False) -> None:

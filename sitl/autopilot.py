@@ -219,7 +219,7 @@ class Autopilot(ABC):
 
     def set_home(self) -> None:
         """Home is where the vehicle is now: also the zero of relative altitude. Sent once."""
-        x, y, z = self.vehicles.position_m[self.index].tolist()
+        x, y, z = self.vehicles.seen(self.index)
         self.home_m = (x, y, z)
         self.once += ["GPS_GLOBAL_ORIGIN", "HOME_POSITION"]
 

@@ -8,9 +8,11 @@ from numpy.typing import NDArray
 from sitl import endpoint
 from sitl.ardupilot import ArduCopter
 from sitl.autopilot import Autopilot
-from sitl.vehicle import Array, Vehicles, VehicleSpec
+from sitl.quantities import Array
+from sitl.vehicle import Vehicles, VehicleSpec
+from sitl.weather import WeatherSpec
 
-__all__ = ["SimFleet", "VehicleSpec"]
+__all__ = ["SimFleet", "VehicleSpec", "WeatherSpec"]
 
 PILOTS: dict[str, type[Autopilot]] = {"ardupilot": ArduCopter}
 TOKEN_BYTES = 8
@@ -27,20 +29,29 @@ class SimFleet:
         vehicles: Who stands where. System ids must differ.
         seed: Of everything random (switch-on times, board ids).
         token: 16 hex digits, reported in AUTOPILOT_VERSION.flight_custom_version: proves whose vehicles these are.
-        boot_s: Simulated time from power-on to readiness for arming in GUIDED (really 42 s).
+        boot_s: Simulated time from power-on to readiness for arming (really 42 s in ArduCopter's GUIDED, 6 s for PX4).
+        weather: Wind and GPS noise; none by default.
 
     Raises:
         ValueError: Bad ids, places, token, boot time.
     """
 
-    def __init__(self, vehicles: Sequence[VehicleSpec], *, seed: int = 0, token: str = "", boot_s: float = 3.0) -> None:
+    def __init__(
+        self,
+        vehicles: Sequence[VehicleSpec],
+        *,
+        seed: int = 0,
+        token: str = "",
+        boot_s: float = 3.0,
+        weather: WeatherSpec | None = None,
+    ) -> None:
         _check(vehicles)
         if not MIN_BOOT_S <= boot_s <= MAX_BOOT_S:
             raise ValueError(f"boot_s must be {MIN_BOOT_S:g} to {MAX_BOOT_S:g}, not {boot_s:g}")
         rng = np.random.default_rng(seed)
         version = _token_bytes(token)
         self.specs = tuple(vehicles)
-        self._vehicles = Vehicles(vehicles)
+        self._vehicles = Vehicles(vehicles, weather, seed)
         self._now_us = 0
         self._pilots: list[Autopilot] = [
             PILOTS[spec.autopilot](

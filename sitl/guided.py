@@ -47,7 +47,7 @@ def local_target(ap: "ArduCopter", fields: dict[str, Any]) -> None:
         _take(ap, fields, None, velocity)
         return
     east, north = _rotated(ap, fields["x"], fields["y"]) if body else (fields["y"], fields["x"])
-    x0, y0, z0 = (0.0, 0.0, 0.0) if frame == LOCAL_NED else ap.vehicles.position_m[ap.index].tolist()
+    x0, y0, z0 = (0.0, 0.0, 0.0) if frame == LOCAL_NED else ap.vehicles.seen(ap.index)
     _take(ap, fields, (x0 + east, y0 + north, z0 - fields["z"]), velocity)
 
 
@@ -62,7 +62,7 @@ def place(ap: Autopilot, frame: int, lat_1e7: int, lon_1e7: int, alt_m: float) -
         return x, y, alt_m + ap.home_m[2]
     if frame in FRAMES_TERRAIN:
         # Measured: without terrain data it believes the ground to be at sea level, stays and sinks.
-        here = ap.vehicles.position_m[ap.index].tolist()
+        here = ap.vehicles.seen(ap.index)
         return here[0], here[1], alt_m - ap.spec.ground_amsl_m
     return None
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from sitl.autopilot import Autopilot, Fields
 from sitl.modes import LANDED_STATE, Stage
-from sitl.vehicle import GRAVITY_M_S2
+from sitl.quantities import GRAVITY_M_S2
 
 HOVER_THROTTLE_PERCENT = 36
 UNIX_EPOCH_US = 1_700_000_000_000_000
@@ -19,7 +19,7 @@ def _system_time(ap: Autopilot) -> Fields:
 
 def place(ap: Autopilot) -> tuple[int, int, float, float]:
     """Latitude and longitude in 1e-7 degrees, altitude AMSL and above home in metres."""
-    x, y, z = ap.vehicles.position_m[ap.index].tolist()
+    x, y, z = ap.vehicles.seen(ap.index)
     lat_deg, lon_deg = ap.vehicles.to_geodetic(ap.index, x, y)
     return round(lat_deg * 1e7), round(lon_deg * 1e7), z + ap.spec.ground_amsl_m, z - ap.home_m[2]
 
@@ -68,7 +68,7 @@ def _global_position_int(ap: Autopilot) -> Fields:
 def _local_position_ned(ap: Autopilot) -> Fields | None:
     if ap.stage < Stage.POSITION_OK:
         return None
-    x, y, z = ap.vehicles.position_m[ap.index].tolist()
+    x, y, z = ap.vehicles.seen(ap.index)
     vx, vy, vz = ap.vehicles.velocity_m_s[ap.index].tolist()
     return {"time_boot_ms": ap.boot_ms, "x": y, "y": x, "z": -z, "vx": vy, "vy": vx, "vz": -vz}
 

@@ -8,15 +8,14 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitl.px4_control import Px4Control
+from sitl.quantities import GRAVITY_M_S2, Array, Flags
 from sitl.signing import SigningSpec
+from sitl.weather import Weather, WeatherSpec
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 AutopilotName = Literal["ardupilot", "px4"]
 
-GRAVITY_M_S2 = 9.80665
 SPEED_M_S = 10.0  # WPNAV_SPEED
 CLIMB_M_S = 2.5  # WPNAV_SPEED_UP
 DESCENT_M_S = 1.5  # WPNAV_SPEED_DN
@@ -32,6 +31,7 @@ YAW_RATE_RAD_S = np.deg2rad(60.0)
 YAW_SPEED_M_S = 1.0  # slower than this a vehicle keeps its heading
 MAX_STEP_S = 0.05
 MAX_VERTICAL_M_S = 10.0
+WIND_PUSH_HZ = 0.3  # how hard air that moves otherwise than expected pushes
 FALL_M_S = 10.7  # measured: thrust lost, 20 m to the ground in 3.2 s
 
 WGS84_A_M = 6378137.0
@@ -72,8 +72,10 @@ def stopping_distance_m(speed_m_s: float, decel_m_s2: float) -> float:
 class Vehicles:
     """State and targets of n vehicles (struct of arrays). The autopilots write the targets."""
 
-    def __init__(self, specs: Sequence[VehicleSpec]) -> None:
+    def __init__(self, specs: Sequence[VehicleSpec], weather: WeatherSpec | None = None, seed: int = 0) -> None:
         n = len(specs)
+        self.weather = Weather(weather or WeatherSpec(), n, seed)
+        self.px4 = Px4Control(np.flatnonzero([s.autopilot == "px4" for s in specs]))
         lat_rad = np.deg2rad([s.lat_deg for s in specs])
         bend = 1.0 - WGS84_E2 * np.sin(lat_rad) ** 2
         self.origin_lat_deg: Array = np.array([s.lat_deg for s in specs], dtype=np.float64)
@@ -112,6 +114,7 @@ class Vehicles:
     def step(self, dt_s: float) -> None:
         """Advance by `dt_s`, in equal substeps of at most MAX_STEP_S."""
         substeps = max(1, int(np.ceil(dt_s / MAX_STEP_S - 1e-9)))
+        self.weather.step(dt_s)
         if not (self.flying.any() or self.falling.any()):
             return
         for _ in range(substeps):
@@ -122,6 +125,11 @@ class Vehicles:
         change = np.empty_like(before)
         change[:, :2] = self._horizontal_change(dt)
         change[:, 2] = self._vertical_change(dt)
+        if self.weather.windy:
+            change[:, :2] += self.weather.surprise_m_s * (WIND_PUSH_HZ * dt)
+        rows = self.px4.rows
+        if rows.size:
+            change[rows] = self.px4.change(dt, self.seen_m[rows], before[rows], self.weather.wind_m_s[rows])
         self._move_targets(dt)
         velocity = np.where(self.flying[:, None], before + change, before)
         if self.falling.any():
@@ -145,7 +153,7 @@ class Vehicles:
         self.target_age_s += dt
 
     def _horizontal_change(self, dt: float) -> Array:
-        error = self.target_m[:, :2] - self.position_m[:, :2]
+        error = self.target_m[:, :2] - self.seen_m[:, :2]
         distance = np.maximum(np.hypot(error[:, 0], error[:, 1]), 1e-9)
         carried = self.target_velocity_m_s[:, :2]
         # A moving target is closed in on gently: what its turns need of the acceleration limit is not ours to use.
@@ -164,7 +172,7 @@ class Vehicles:
         return change
 
     def _vertical_change(self, dt: float) -> Array:
-        error = self.target_m[:, 2] - self.position_m[:, 2]
+        error = self.target_m[:, 2] - self.seen_m[:, 2]
         correction = self.hold_z * np.copysign(approach_speed(np.abs(error), BRAKE_Z_M_S2), error)
         # A demanded velocity is not limited: measured, ArduCopter flies vz = -6 with WPNAV_SPEED_UP 250.
         wanted = self.target_velocity_m_s[:, 2] + np.clip(correction, -self.descent_m_s, self.climb_m_s)
@@ -187,7 +195,7 @@ class Vehicles:
         speed = float(np.hypot(vx, vy))
         ahead = stopping_distance_m(speed, BRAKE_M_S2) / speed if speed > 1e-6 else 0.0
         rise = np.copysign(stopping_distance_m(abs(vz), BRAKE_Z_M_S2), vz)
-        x, y, z = self.position_m[i]
+        x, y, z = self.seen(i)
         self.set_target(i, (x + vx * ahead, y + vy * ahead, max(z + rise, 0.0)))
 
     def set_target(
@@ -229,6 +237,19 @@ class Vehicles:
         if not self.falling[i]:
             self.velocity_m_s[i] = 0.0
             self.accel_m_s2[i] = 0.0
+
+    @property
+    def seen_m(self) -> Array:
+        """(n, 3) where the vehicles believe to be."""
+        return self.position_m + self.weather.gps_error_m if self.weather.noisy else self.position_m
+
+    def seen(self, i: int) -> tuple[float, float, float]:
+        """Where vehicle i believes to be, in its frame."""
+        x, y, z = self.position_m[i].tolist()
+        if self.weather.noisy:
+            dx, dy, dz = self.weather.gps_error_m[i].tolist()
+            return x + dx, y + dy, z + dz
+        return x, y, z
 
     @property
     def lat_deg(self) -> Array:
