@@ -1,0 +1,11 @@
+"""All checks, in the order in which they are made."""
+
+import importlib
+
+MODULES = ("link",)
+
+
+def load() -> None:
+    """Import every module of checks: importing registers."""
+    for name in MODULES:
+        importlib.import_module(f"tests.conformance.check_{name}")
