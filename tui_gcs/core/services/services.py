@@ -1,7 +1,9 @@
 """All MAVLink services of a station, made and ticked in one place."""
 
 from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.ftp import FtpService
 from tui_gcs.core.services.modes import ModeService
+from tui_gcs.core.services.vehicle_events import VehicleEvents
 
 
 class Services:
@@ -10,7 +12,10 @@ class Services:
     def __init__(self, context: Context) -> None:
         """Make them all; they listen from now on."""
         self.context = context
+        self.ftp = FtpService(context)
         self.modes = ModeService(context)
+        self.vehicle_events = VehicleEvents(context)
 
     def tick(self) -> None:
         """Everything that is due in the services (jobs are ticked by the desk)."""
+        self.vehicle_events.tick()

@@ -1,0 +1,48 @@
+"""Which bytes of something are there already: half-open ranges, in order, never touching each other."""
+
+from bisect import bisect_left, bisect_right
+
+
+class ByteRanges:
+    """A set of byte numbers."""
+
+    def __init__(self, ranges: list[tuple[int, int]] | None = None) -> None:
+        """Those of `ranges`: (first, last + 1) each."""
+        self._starts: list[int] = []
+        self._ends: list[int] = []
+        self.held = 0
+        """How many bytes."""
+        for start, end in ranges or []:
+            self.add(start, end)
+
+    def add(self, start: int, end: int) -> int:
+        """Add the bytes from `start` to before `end`; how many of them are new."""
+        if end <= start:
+            return 0
+        first = bisect_left(self._ends, start)
+        last = bisect_right(self._starts, end)
+        before = sum(self._ends[i] - self._starts[i] for i in range(first, last))
+        if first < last:
+            start, end = min(start, self._starts[first]), max(end, self._ends[last - 1])
+        self._starts[first:last], self._ends[first:last] = [start], [end]
+        self.held += end - start - before
+        return end - start - before
+
+    def first_gap(self) -> tuple[int, int | None]:
+        """The first bytes that are missing: where they begin and end; None: nothing beyond is there."""
+        if not self._starts or self._starts[0] > 0:
+            return 0, self._starts[0] if self._starts else None
+        return self._ends[0], self._starts[1] if len(self._starts) > 1 else None
+
+    @property
+    def end(self) -> int:
+        """Behind the last byte that is there."""
+        return self._ends[-1] if self._ends else 0
+
+    def covers(self, size: int) -> bool:
+        """Whether all bytes below `size` are there."""
+        return size <= 0 or (bool(self._starts) and self._starts[0] <= 0 and self._ends[0] >= size)
+
+    def as_list(self) -> list[tuple[int, int]]:
+        """All ranges."""
+        return list(zip(self._starts, self._ends, strict=True))
