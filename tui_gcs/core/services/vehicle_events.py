@@ -1,0 +1,367 @@
+"""MAVLink's events interface: EVENTs in sequence, what was lost is asked for again, and told in words.
+
+A vehicle numbers its EVENTs (16 bits, wrapping) and says the newest number every 3 s (CURRENT_EVENT_SEQUENCE), so
+that a gap is noticed; it keeps some 20 for who asks (REQUEST_EVENT). PX4 says why it refuses to arm only so: the
+reasons are a report of several EVENTs, sent when they change, which is kept here (`report`).
+"""
+
+import math
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from tui_gcs.core.events import ERROR, NOTICE, WARNING
+from tui_gcs.core.fleet import Fields
+from tui_gcs.core.messages import EventClass
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.event_metadata import Decoded, EventMetadata
+from tui_gcs.core.text import SafeText
+from tui_gcs.core.vehicle import Vehicle
+
+RESET = 1
+"""MAV_EVENT_CURRENT_SEQUENCE_FLAGS_RESET: it counts from anew."""
+PROTOCOL = 8
+"""Log level of EVENTs that are for programs, not for people; 9 is "disabled"."""
+KEPT = 64
+"""EVENTs of one vehicle, to put its reports together."""
+MOST_MISSING = 20
+"""Asked for again: a vehicle keeps no more (PX4)."""
+TRIES, ASK_GAP_S = 5, 0.5
+MOST_ASKED_PER_S = 4
+"""REQUEST_EVENTs to one vehicle, whatever it says."""
+ARMING, HEALTH = "arming_check", "health"
+SUMMARY, APPENDS_REASONS = "summary", "append_health_and_arming_messages"
+"""`type` in the metadata."""
+ARM_DISARM = 400
+REFUSED_S = 5.0
+"""So long after a refusal its reasons are still news."""
+_HALF, _ALL = 1 << 15, 1 << 16
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing a vehicle's own arming checks found."""
+
+    text: SafeText
+    severity: int
+    """MAV_SEVERITY."""
+    modes: int
+    """Bits of the groups of modes it matters for."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a vehicle's arming checks found when it last told."""
+
+    checks: tuple[Check, ...]
+    can_arm: int
+    """Bits of the groups of modes in which it can arm."""
+    can_run: int
+    """Bits of the groups of modes it can change to."""
+    t_s: float
+
+
+@dataclass
+class _Book:
+    """The EVENTs of one vehicle."""
+
+    newest: int | None = None
+    kept: dict[int, tuple[Fields, Decoded | None]] = field(default_factory=dict)
+    """By sequence number, in order of arrival."""
+    missing: dict[int, int] = field(default_factory=dict)
+    """How often each was asked for."""
+    old: set[int] = field(default_factory=set)
+    """From before we listened: no loss if they are gone."""
+    ask_s: float = 0.0
+    asked_s: list[float] = field(default_factory=list)
+    report: Report | None = None
+    report_seq: int = -1
+    refused_s: float = -math.inf
+    """When it refused to arm and we did not know why."""
+
+
+class VehicleEvents:
+    """Hears EVENTs of all vehicles."""
+
+    def __init__(self, context: Context) -> None:
+        """No metadata: until some is given, EVENTs are told by number."""
+        self._context = context
+        self._books: dict[int, _Book] = {}
+        self._metadata: dict[int, EventMetadata] = {}
+        self._wanted: set[int] = set()
+        self.fetch: Callable[[Vehicle], None] | None = None
+        """Called once for a vehicle whose EVENTs cannot be read: gets the metadata, and calls `learn`."""
+        self.ignored: Counter[str] = Counter()
+        self.lost = 0
+        """EVENTs that never came."""
+        fleet = context.fleet
+        fleet.on_message("EVENT", self._event)
+        fleet.on_message("CURRENT_EVENT_SEQUENCE", self._current)
+        fleet.on_message("RESPONSE_EVENT_ERROR", self._gone)
+        fleet.on_message("COMMAND_ACK", self._ack)
+        fleet.on_gone(self.forget)
+        fleet.on_component(self.forget)
+        fleet.paths.on_reboot.append(self._rebooted)
+        fleet.paths.on_replace.append(self.forget)
+
+    # ---------------------------------------------------------------- for others
+
+    def learn(self, vehicle: Vehicle, metadata: EventMetadata) -> None:
+        """What this vehicle's EVENTs mean; its arming checks are read anew."""
+        self._metadata[vehicle.id] = metadata
+        book = self._books.get(vehicle.id)
+        if book is not None:
+            for sequence, (fields, _) in book.kept.items():
+                book.kept[sequence] = (fields, self._decoded(vehicle, fields))
+            self._look_for_report(vehicle, book)
+
+    def knows(self, vehicle: Vehicle) -> bool:
+        """Whether there is metadata for its EVENTs."""
+        return vehicle.id in self._metadata
+
+    def report(self, vehicle: Vehicle) -> Report | None:
+        """What its arming checks found; None if it did not tell, or cannot be understood."""
+        book = self._books.get(vehicle.id)
+        return book.report if book is not None else None
+
+    def can_arm(self, vehicle: Vehicle, custom_mode: int | None = None) -> bool | None:
+        """Whether its own checks would let it arm in a mode, by default the present one; None if not known."""
+        report, bit = self.report(vehicle), self._bit(vehicle, custom_mode)
+        return None if report is None or not bit else bool(report.can_arm & bit)
+
+    def reasons(self, vehicle: Vehicle, custom_mode: int | None = None) -> list[SafeText]:
+        """What speaks against arming in a mode, worst first; empty if nothing does, or if it is not known."""
+        report, bit = self.report(vehicle), self._bit(vehicle, custom_mode)
+        if report is None or report.can_arm & bit:
+            return []
+        checks = [check for check in report.checks if check.modes & bit or not bit]
+        return [check.text for check in sorted(checks, key=lambda check: check.severity)]
+
+    def catch_up(self, vehicle: Vehicle) -> None:
+        """Ask for the EVENTs before the first we heard: the arming checks are told when they change only."""
+        book = self._books.get(vehicle.id)
+        if book is None or book.newest is None or book.report is not None:
+            return
+        newest = book.newest
+        first = min(book.kept, key=lambda sequence: _ahead(sequence, newest), default=newest + 1)
+        for back in range(1, MOST_MISSING + 1):
+            book.missing.setdefault((first - back) % _ALL, 0)
+            book.old.add((first - back) % _ALL)
+        self._ask(vehicle, book)
+
+    def forget(self, vehicle: Vehicle) -> None:
+        """It is another vehicle now, or gone."""
+        self._books.pop(vehicle.id, None)
+        self._metadata.pop(vehicle.id, None)
+        self._wanted.discard(vehicle.id)
+
+    def tick(self) -> None:
+        """Ask again for what is missing."""
+        now = self._context.clock.now()
+        for number, book in self._books.items():
+            if book.missing and now >= book.ask_s:
+                vehicle = self._context.fleet.vehicles.get(number)
+                if vehicle is None:
+                    book.missing.clear()
+                else:
+                    self._ask(vehicle, book)
+
+    # ---------------------------------------------------------------- what arrives
+
+    def _event(self, vehicle: Vehicle, fields: Fields) -> None:
+        if fields["destination_system"] not in (0, self._context.own_system):
+            self.ignored["event for another station"] += 1
+            return
+        book = self._books.setdefault(vehicle.id, _Book())
+        sequence = fields["sequence"]
+        if sequence in book.kept:
+            self.ignored["event heard twice"] += 1
+            return
+        expected = sequence in book.missing
+        if not expected and book.newest is not None and _ahead(sequence, book.newest) <= 0:
+            self.ignored["old event"] += 1
+            return
+        book.missing.pop(sequence, None)
+        decoded = self._decoded(vehicle, fields)
+        book.kept[sequence] = (fields, decoded)
+        while len(book.kept) > KEPT:
+            del book.kept[next(iter(book.kept))]
+        self._advance(vehicle, book, sequence, came=True)
+        self._tell(vehicle, fields, decoded)
+        if decoded is None or decoded.group in (ARMING, HEALTH):
+            self._look_for_report(vehicle, book)
+
+    def _current(self, vehicle: Vehicle, fields: Fields) -> None:
+        book = self._books.setdefault(vehicle.id, _Book())
+        sequence = fields["sequence"]
+        if fields["flags"] & RESET and book.newest is not None and _ahead(sequence, book.newest) < 0:
+            self._books[vehicle.id] = _Book(newest=-1)  # counts from 0: what it said since is all missing
+            self._advance(vehicle, self._books[vehicle.id], sequence, came=False)
+        else:
+            self._advance(vehicle, book, sequence, came=False)
+
+    def _advance(self, vehicle: Vehicle, book: _Book, sequence: int, *, came: bool) -> None:
+        """The newest number is `sequence`, if it is newer than what we knew; what was skipped is missing."""
+        if book.newest is None:
+            book.newest = sequence
+            return
+        ahead = _ahead(sequence, book.newest)
+        if ahead <= 0:
+            return
+        gap = ahead - came
+        self._lose(vehicle, max(0, gap - MOST_MISSING))
+        book.missing |= {(sequence - came - back) % _ALL: 0 for back in range(min(gap, MOST_MISSING))}
+        book.newest = sequence
+        while len(book.missing) > MOST_MISSING:
+            self._give_up(vehicle, book, next(iter(book.missing)))
+        if gap > 0:
+            self._ask(vehicle, book)
+
+    def _gone(self, vehicle: Vehicle, fields: Fields) -> None:
+        """It has no longer what we asked for."""
+        book = self._books.get(vehicle.id)
+        if book is None or not self._context.is_for_us(fields):
+            return
+        oldest = fields["sequence_oldest_available"]
+        for sequence in [s for s in book.missing if s == fields["sequence"] or _ahead(s, oldest) < 0]:
+            self._give_up(vehicle, book, sequence)
+
+    def _rebooted(self, vehicle: Vehicle) -> None:
+        """It counts anew; its firmware, and so the metadata, is most probably the same."""
+        self._books.pop(vehicle.id, None)
+
+    def _ack(self, vehicle: Vehicle, fields: Fields) -> None:
+        """It refused to arm: its checks' findings are the reasons."""
+        if fields["command"] == ARM_DISARM and fields["result"] in (1, 2, 4) and self._context.is_for_us(fields):
+            if self.report(vehicle) is None:
+                self._books.setdefault(vehicle.id, _Book()).refused_s = self._context.clock.now()
+                self._want_metadata(vehicle)
+                self.catch_up(vehicle)
+            self._give_reasons(vehicle)
+
+    # ---------------------------------------------------------------- asking
+
+    def _ask(self, vehicle: Vehicle, book: _Book) -> None:
+        """Ask for all that is missing, a run of numbers at a time; give up what was asked for often enough."""
+        now = self._context.clock.now()
+        for sequence in [s for s, tries in book.missing.items() if tries >= TRIES]:
+            self._give_up(vehicle, book, sequence)
+        book.ask_s = now + ASK_GAP_S
+        book.asked_s = [t for t in book.asked_s if now - t < 1.0]
+        if not self._context.door.is_ours(vehicle):
+            book.missing.clear()
+        for first, last in _runs(book.missing):
+            if len(book.asked_s) >= MOST_ASKED_PER_S:
+                return
+            book.asked_s.append(now)
+            for sequence in book.missing:
+                if 0 <= (sequence - first) % _ALL <= (last - first) % _ALL:
+                    book.missing[sequence] += 1
+            self._context.door.ask(vehicle.id, "REQUEST_EVENT", first_sequence=first, last_sequence=last)
+
+    def _give_up(self, vehicle: Vehicle, book: _Book, sequence: int) -> None:
+        del book.missing[sequence]
+        self._lose(vehicle, 0 if sequence in book.old else 1)
+
+    def _lose(self, vehicle: Vehicle, count: int) -> None:
+        if count:
+            self.lost += count
+            text = "some of its events were lost on the way"
+            self._context.events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=60)
+
+    # ---------------------------------------------------------------- telling
+
+    def _decoded(self, vehicle: Vehicle, fields: Fields) -> Decoded | None:
+        metadata = self._metadata.get(vehicle.id)
+        return metadata.decode(fields["id"], bytes(fields["arguments"])) if metadata is not None else None
+
+    def _tell(self, vehicle: Vehicle, fields: Fields, decoded: Decoded | None) -> None:
+        """What is for people, and no arming check: those are a report, not news."""
+        severity = fields["log_levels"] & 0x0F
+        texts = self._context.fleet.texts
+        if decoded is None and severity <= WARNING:
+            self._want_metadata(vehicle)
+        if severity >= PROTOCOL or (decoded is not None and decoded.group in (ARMING, HEALTH)):
+            return
+        if decoded is not None:
+            texts.event(vehicle, severity, decoded.text)
+            if decoded.type == APPENDS_REASONS:
+                self._give_reasons(vehicle)
+        elif severity <= ERROR and self.knows(vehicle):
+            texts.event(vehicle, severity, f"event {fields['id']:#010x} (not in its metadata)")
+        elif severity <= ERROR:
+            texts.event(vehicle, severity, f"event {fields['id']:#010x} (no metadata)")
+        else:
+            self.ignored["event without metadata"] += 1
+
+    def _want_metadata(self, vehicle: Vehicle) -> None:
+        if self.fetch is not None and vehicle.id not in self._wanted and not self.knows(vehicle):
+            self._wanted.add(vehicle.id)
+            self.fetch(vehicle)
+
+    def _give_reasons(self, vehicle: Vehicle) -> None:
+        for text in reversed(self.reasons(vehicle)):
+            self._context.fleet.texts.reason(vehicle, text)
+
+    # ---------------------------------------------------------------- arming checks
+
+    def _bit(self, vehicle: Vehicle, custom_mode: int | None) -> int:
+        metadata = self._metadata.get(vehicle.id)
+        mode = vehicle.custom_mode if custom_mode is None else custom_mode
+        return metadata.mode_groups.get(mode, 0) if metadata is not None else 0
+
+    def _look_for_report(self, vehicle: Vehicle, book: _Book) -> None:
+        """Put the newest whole report together: from the arming summary, chunk 0, to the health summary."""
+        ends = [s for s, (_, d) in book.kept.items() if d is not None and d.group == HEALTH and d.type == SUMMARY]
+        for end in sorted(ends, key=lambda s: _ahead(s, book.newest or 0), reverse=True):
+            if end == book.report_seq:
+                return
+            report = self._report_until(book, end)
+            if report is not None:
+                book.report, book.report_seq = report, end
+                if self._context.clock.now() - book.refused_s < REFUSED_S:
+                    book.refused_s = -math.inf
+                    self._explain(vehicle)
+                return
+
+    def _explain(self, vehicle: Vehicle) -> None:
+        """The reasons of a refusal came late: after its action was ended."""
+        self._give_reasons(vehicle)
+        for text in self.reasons(vehicle):
+            self._context.fleet.texts.event(vehicle, WARNING, f"cannot arm: {text}")
+
+    def _report_until(self, book: _Book, end: int) -> Report | None:
+        checks: list[Check] = []
+        can_arm = can_run = -1
+        for back in range(KEPT):
+            fields, decoded = book.kept.get((end - back) % _ALL, (None, None))
+            if fields is None or decoded is None:
+                return None
+            if decoded.group == ARMING and decoded.type == SUMMARY and len(decoded.values) >= 5:
+                chunk, _, _, arm, run = (int(value) for value in decoded.values[:5])
+                can_arm, can_run = can_arm & arm, can_run & run
+                if chunk == 0:
+                    return Report(tuple(reversed(checks)), can_arm, can_run, self._context.clock.now())
+            elif decoded.group in (ARMING, HEALTH) and decoded.type != SUMMARY and decoded.values:
+                checks.append(Check(decoded.text, fields["log_levels"] & 0x0F, int(decoded.values[0])))
+        return None
+
+
+def _ahead(sequence: int, of: int) -> int:
+    """How far a number is ahead of another, -32768…32767."""
+    return (sequence - of + _HALF) % _ALL - _HALF
+
+
+def _runs(numbers: dict[int, int]) -> list[tuple[int, int]]:
+    """First and last of each run of numbers without a gap, oldest first; they lie within one half of the circle."""
+    if not numbers:
+        return []
+    anchor = next(iter(numbers))
+    ordered = sorted(numbers, key=lambda sequence: _ahead(sequence, anchor))
+    runs = [(ordered[0], ordered[0])]
+    for sequence in ordered[1:]:
+        if sequence == (runs[-1][1] + 1) % _ALL:
+            runs[-1] = (runs[-1][0], sequence)
+        else:
+            runs.append((sequence, sequence))
+    return runs
