@@ -2,6 +2,7 @@
 
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.ftp import FtpService
+from tui_gcs.core.services.health import HealthService
 from tui_gcs.core.services.modes import ModeService
 from tui_gcs.core.services.vehicle_events import VehicleEvents
 
@@ -15,6 +16,7 @@ class Services:
         self.ftp = FtpService(context)
         self.modes = ModeService(context)
         self.vehicle_events = VehicleEvents(context)
+        self.health = HealthService(context.fleet, self.vehicle_events, context.clock)
 
     def tick(self) -> None:
         """Everything that is due in the services (jobs are ticked by the desk)."""

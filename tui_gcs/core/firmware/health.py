@@ -1,0 +1,319 @@
+"""Could a vehicle arm now, in the mode it would fly in, and if not, why? Per autopilot; read from its own telemetry.
+
+Pure functions of what was heard. A problem `blocks` if the vehicle would refuse to arm, or must not be flown so.
+What an autopilot says of itself counts most; the rest explains it in words.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from tui_gcs.core.firmware.modes import known_modes, mode_name
+from tui_gcs.core.fleet import Fields
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
+
+Newest = Callable[[int], Fields | None]
+"""The newest message of an id, None if none came lately."""
+
+SYS_STATUS, GPS_RAW_INT, RC_CHANNELS, BATTERY_STATUS = 1, 24, 65, 147
+EKF_STATUS_REPORT, ESTIMATOR_STATUS = 193, 230
+
+PREARM_CHECK = 0x10000000
+"""MAV_SYS_STATUS_PREARM_CHECK in SYS_STATUS.onboard_control_sensors_health."""
+MOTOR_OUTPUTS = 0x8000
+SENSORS = {
+    0x1: "gyro",
+    0x2: "accelerometer",
+    0x4: "compass",
+    0x8: "barometer",
+    0x10: "airspeed sensor",
+    0x20: "GPS",
+    0x40: "optical flow",
+    0x80: "vision position",
+    0x100: "range finder",
+    0x400: "rate control",
+    0x800: "attitude control",
+    0x1000: "yaw control",
+    0x2000: "altitude control",
+    0x4000: "position control",
+    0x10000: "RC receiver",
+    0x20000: "second gyro",
+    0x40000: "second accelerometer",
+    0x80000: "second compass",
+    0x100000: "geofence",
+    0x200000: "AHRS",
+    0x400000: "terrain data",
+    0x1000000: "logging",
+    0x2000000: "battery",
+    0x4000000: "proximity sensor",
+    0x8000000: "satellite link",
+    0x20000000: "obstacle avoidance",
+    0x40000000: "propulsion",
+}
+"""MAV_SYS_STATUS_SENSOR."""
+ESSENTIAL = 0x1 | 0x2 | 0x8 | 0x200000
+BATTERY_STATES = {2: "low", 3: "critical", 4: "at its end", 5: "failed", 6: "unhealthy", 7: "charging"}
+"""MAV_BATTERY_CHARGE_STATE, as far as it is worth telling."""
+BATTERY_FAULTS = (
+    "deep discharge",
+    "spikes",
+    "cell failed",
+    "over-current",
+    "over-temperature",
+    "under-temperature",
+    "incompatible voltage",
+    "incompatible firmware",
+    "incompatible cells",
+)
+"""MAV_BATTERY_FAULT, by bit."""
+LOW_PCT, LITTLE_S = 25.0, 180
+MOST_VARIANCE = 1.0
+"""An estimator's innovation above this part of what it accepts (both autopilots scale to 1)."""
+LEAST_FIX = 3
+"""GPS_FIX_TYPE_3D_FIX."""
+POOR_M = 10.0
+"""A horizontal accuracy worth a word."""
+
+EKF_READY = 0x33F
+"""EKF_STATUS_REPORT.flags of an ArduPilot that has a position (831, measured); a GPS fix alone is 31 s too early."""
+EKF_UNINITIALISED, EKF_CONSTANT_POSITION, EKF_GLITCH = 0x400, 0x80, 0x8000
+EKF_PARTS = {
+    0x1: "attitude",
+    0x2: "horizontal velocity",
+    0x4: "vertical velocity",
+    0x8: "relative position",
+    0x10: "absolute position",
+    0x20: "height",
+    0x100: "predicted relative position",
+    0x200: "predicted absolute position",
+}
+"""ESTIMATOR_STATUS_FLAGS' and EKF_STATUS_FLAGS' common part."""
+PX4_PARTS = {0x1: "attitude", 0x2: "horizontal velocity", 0x4: "vertical velocity", 0x10: "absolute position"}
+PX4_GLITCH, PX4_ACCEL_ERROR = 0x400, 0x800
+OFFBOARD = 0x60000
+"""PX4's custom_mode: without a stream of set-points it cannot arm, and it stays in it after an OFFBOARD flight."""
+STICK_MODES = frozenset({"ALT_HOLD", "LOITER", "POSHOLD", "CIRCLE", "SPORT", "DRIFT", "FLOWHOLD", "AUTOTUNE"})
+"""ArduCopter modes in which the throttle stick is the climb rate, an absent pilot's stick included."""
+STICK_LOW_US = 1400
+"""Below this the stick orders a descent (middle 1500 less THR_DZ's 100 µs); 0 is no stick."""
+PREARM_TEXT_S = 35.0
+"""ArduPilot repeats its pre-arm texts every 30 s."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is not well."""
+
+    text: str
+    blocks: bool
+    """Whether it must not be armed so."""
+
+
+def problems(vehicle: Vehicle, newest: Newest, checks: Sequence[str], now: float) -> Iterator[Problem]:
+    """All that is wrong; `checks` are the vehicle's own arming checks as told by EVENTs (empty if none, or unknown)."""
+    yield from _state(vehicle)
+    if vehicle.autopilot == AUTOPILOT_ARDUPILOT:
+        yield from _ardupilot(vehicle, newest, now)
+    elif vehicle.autopilot == AUTOPILOT_PX4:
+        yield from _px4(vehicle, newest, checks)
+    else:
+        yield from _gps(vehicle, newest, blocks=True)
+    yield from _sensors(newest)
+    yield from _battery(vehicle, newest)
+
+
+def flight_mode(vehicle: Vehicle) -> int:
+    """custom_mode in which this station flies such a vehicle; the one it is in, for autopilots we do not know."""
+    if vehicle.autopilot == AUTOPILOT_PX4:
+        return 0x3040000  # Hold: arming and take-off begin there
+    for number, name in known_modes(vehicle.autopilot, vehicle.type).items():
+        if name == "GUIDED":
+            return number
+    return vehicle.custom_mode
+
+
+def sinking_stick(vehicle: Vehicle, newest: Newest) -> str:
+    """Why a mode that reads the throttle stick would lose height, or "".
+
+    Measured on ArduCopter: LOITER by a ground station with the stick at the bottom sinks at 2.5 m/s, silently.
+    """
+    if vehicle.autopilot != AUTOPILOT_ARDUPILOT:
+        return ""
+    sticks = newest(RC_CHANNELS)
+    if sticks is None or not 0 < sticks["chan3_raw"] < STICK_LOW_US:
+        return ""
+    return f"throttle stick is low ({sticks['chan3_raw']} µs): LOITER, ALT_HOLD, POSHOLD and CIRCLE would sink"
+
+
+# ---------------------------------------------------------------- every autopilot
+
+
+def _state(vehicle: Vehicle) -> Iterator[Problem]:
+    """HEARTBEAT.system_status (MAV_STATE)."""
+    words = {
+        0: "still starting",
+        1: "still booting",
+        2: "calibrating",
+        5: "CRITICAL: one of its failsafes is active",
+        6: "EMERGENCY: it says that it is out of control",
+        7: "switching off",
+        8: "flight was terminated",
+    }
+    if vehicle.system_status in words:
+        yield Problem(words[vehicle.system_status], blocks=True)
+
+
+def _sensors(newest: Newest) -> Iterator[Problem]:
+    status = newest(SYS_STATUS)
+    if status is None:
+        yield Problem("nothing is heard of its sensors (SYS_STATUS)", blocks=True)
+        return
+    enabled = status["onboard_control_sensors_present"] & status["onboard_control_sensors_enabled"]
+    bad = enabled & ~status["onboard_control_sensors_health"]
+    for bit, name in SENSORS.items():
+        if bad & bit:
+            yield Problem(f"{name} unhealthy", blocks=bool(bit & ESSENTIAL))
+
+
+def _gps(vehicle: Vehicle, newest: Newest, *, blocks: bool) -> Iterator[Problem]:
+    gps = newest(GPS_RAW_INT)
+    if gps is None:
+        yield Problem("nothing is heard of its GPS", blocks)
+        return
+    satellites = f"{gps['satellites_visible']} satellites" if gps["satellites_visible"] != 255 else "satellites unknown"
+    if gps["fix_type"] < LEAST_FIX:
+        yield Problem(f"no GPS fix: {satellites}", blocks)
+    elif vehicle.position_error_m > POOR_M:
+        yield Problem(f"GPS is poor: ±{vehicle.position_error_m:.0f} m, {satellites}", blocks=False)
+
+
+def _battery(vehicle: Vehicle, newest: Newest) -> Iterator[Problem]:
+    """BATTERY_STATUS before SYS_STATUS."""
+    battery = newest(BATTERY_STATUS)
+    if battery is not None:
+        state = BATTERY_STATES.get(battery["charge_state"])
+        if state is not None:
+            yield Problem(f"battery {state}", blocks=True)
+        faults = [word for bit, word in enumerate(BATTERY_FAULTS) if battery["fault_bitmask"] >> bit & 1]
+        if faults:
+            yield Problem(f"battery fault: {', '.join(faults)}", blocks=True)
+        if 0 < battery["time_remaining"] < LITTLE_S:
+            yield Problem(f"battery for {battery['time_remaining']} s only", blocks=False)
+    if math.isnan(vehicle.battery_pct):
+        yield Problem("battery: charge unknown", blocks=False)
+    elif vehicle.battery_pct < LOW_PCT:
+        yield Problem(f"battery at {vehicle.battery_pct:.0f} %", blocks=False)
+
+
+def _estimates(values: Sequence[tuple[str, float]], whose: str) -> Iterator[Problem]:
+    for name, value in values:
+        if not math.isfinite(value):
+            yield Problem(f"{whose}: {name} is no number", blocks=True)
+        elif value > MOST_VARIANCE:
+            yield Problem(f"{whose}: {name} does not fit ({value:.1f}, should be below 1)", blocks=True)
+
+
+def _checks_fail(newest: Newest) -> bool:
+    """Whether the autopilot says that it would refuse to arm in the mode it is in."""
+    status = newest(SYS_STATUS)
+    return status is not None and not status["onboard_control_sensors_health"] & PREARM_CHECK
+
+
+# ---------------------------------------------------------------- ArduPilot
+
+
+def _ardupilot(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[Problem]:
+    if not vehicle.armed:
+        yield from _ardupilot_prearm(vehicle, newest, now)
+    ready = True
+    for problem in _ardupilot_ekf(newest):
+        ready = ready and not problem.blocks
+        yield problem
+    yield from _gps(vehicle, newest, blocks=not ready)
+    if vehicle.home_m is None:
+        yield Problem("home is not known yet", blocks=False)
+    stick = sinking_stick(vehicle, newest)
+    if stick:
+        reads = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode) in STICK_MODES
+        yield Problem(stick, blocks=vehicle.armed and reads)
+
+
+def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[Problem]:
+    """The pre-arm bit is for the mode it is in: true in STABILIZE long before GUIDED can be armed (measured)."""
+    mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+    if _checks_fail(newest):
+        yield Problem(f"pre-arm checks fail in {mode}", blocks=True)
+        for text in vehicle.reasons_since(now - PREARM_TEXT_S):
+            if text.startswith(("PreArm:", "Arm:")):
+                yield Problem(text, blocks=True)
+    elif vehicle.custom_mode != flight_mode(vehicle):
+        wanted = mode_name(vehicle.autopilot, vehicle.type, flight_mode(vehicle))
+        yield Problem(f"its checks are for {mode}; those for {wanted} are known in {wanted} only", blocks=False)
+    status = newest(SYS_STATUS)
+    if status is not None:
+        present, enabled = status["onboard_control_sensors_present"], status["onboard_control_sensors_enabled"]
+        if present & ~enabled & MOTOR_OUTPUTS:
+            yield Problem("motors are off: safety switch", blocks=True)
+
+
+def _ardupilot_ekf(newest: Newest) -> Iterator[Problem]:
+    report = newest(EKF_STATUS_REPORT)
+    if report is None:
+        yield Problem("nothing is heard of its EKF", blocks=True)
+        return
+    flags = report["flags"]
+    if flags & EKF_UNINITIALISED or not flags:
+        yield Problem("EKF is not started", blocks=True)
+    elif flags & EKF_CONSTANT_POSITION:
+        yield Problem("EKF has no position yet: GPS is not used so far", blocks=True)
+    elif flags & EKF_READY != EKF_READY:
+        missing = [word for bit, word in EKF_PARTS.items() if not flags & bit]
+        yield Problem(f"EKF without {', '.join(missing)}", blocks=True)
+    if flags & EKF_GLITCH:
+        yield Problem("GPS glitch: its position may jump to a wrong place within seconds", blocks=True)
+    names = {
+        "velocity": "velocity_variance",
+        "position": "pos_horiz_variance",
+        "height": "pos_vert_variance",
+        "compass": "compass_variance",
+    }
+    yield from _estimates([(word, report[name]) for word, name in names.items()], "EKF")
+
+
+# ---------------------------------------------------------------- PX4
+
+
+def _px4(vehicle: Vehicle, newest: Newest, checks: Sequence[str]) -> Iterator[Problem]:
+    if not vehicle.armed:
+        for text in checks:
+            yield Problem(text, blocks=True)
+        if vehicle.custom_mode == OFFBOARD:
+            yield Problem("in OFFBOARD without set-points it does not arm: set HOLD first", blocks=True)
+        elif _checks_fail(newest) and not checks:
+            mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+            yield Problem(f"its arming checks fail in {mode}", blocks=True)
+    yield from _gps(vehicle, newest, blocks=_checks_fail(newest))
+    estimator = newest(ESTIMATOR_STATUS)
+    if estimator is not None:  # slow, and off where a link has no room: its checks say the same
+        yield from _px4_estimator(estimator)
+    if vehicle.home_m is None:
+        yield Problem("home is not known yet: take-off heights are counted from it", blocks=True)
+
+
+def _px4_estimator(estimator: Fields) -> Iterator[Problem]:
+    flags = estimator["flags"]
+    missing = [word for bit, word in PX4_PARTS.items() if not flags & bit]
+    if missing:
+        yield Problem(f"estimator without {', '.join(missing)}", blocks=True)
+    if flags & PX4_GLITCH:
+        yield Problem("GPS glitch: its position may be wrong", blocks=True)
+    if flags & PX4_ACCEL_ERROR:
+        yield Problem("accelerometer is not believed", blocks=True)
+    names = {
+        "velocity": "vel_ratio",
+        "position": "pos_horiz_ratio",
+        "height": "pos_vert_ratio",
+        "compass": "mag_ratio",
+    }
+    yield from _estimates([(word, estimator[name]) for word, name in names.items()], "estimator")

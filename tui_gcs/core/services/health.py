@@ -1,0 +1,77 @@
+"""The health of each vehicle in words: could it arm now, and if not, why (see `core/firmware/health.py`)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.firmware.health import Problem, flight_mode, problems, sinking_stick
+from tui_gcs.core.fleet import Fields, Fleet
+from tui_gcs.core.messages import Freshness
+from tui_gcs.core.services.vehicle_events import VehicleEvents
+from tui_gcs.core.vehicle import Vehicle
+
+OLD_S = 60.0
+"""Older telemetry says nothing of now: the poorest set of a radio has a message every 20 s."""
+
+__all__ = ["Health", "HealthService", "Problem"]
+
+
+@dataclass(frozen=True)
+class Health:
+    """Whether a vehicle could arm in the mode this station flies it in."""
+
+    ready: bool
+    problems: tuple[Problem, ...]
+    """What blocks first; each once."""
+
+
+class HealthService:
+    """Judges when somebody asks; asks nothing of the vehicles itself."""
+
+    def __init__(self, fleet: Fleet, events: VehicleEvents, clock: Clock) -> None:
+        """`events` knows what arming checks told."""
+        self._fleet = fleet
+        self._events = events
+        self._clock = clock
+
+    def of(self, vehicle: Vehicle) -> Health:
+        """What is wrong with it now."""
+        now = self._clock.now()
+        found = [*self._link(vehicle, now), *problems(vehicle, self._newest(vehicle, now), self._checks(vehicle), now)]
+        blocking = [problem for problem in found if problem.blocks]
+        others = [problem for problem in found if not problem.blocks]
+        return Health(not blocking, tuple(dict.fromkeys([*blocking, *others])))
+
+    def sinking_stick(self, vehicle: Vehicle) -> str:
+        """Why a mode that reads its throttle stick would lose height, or "": look before LOITER and its like."""
+        return sinking_stick(vehicle, self._newest(vehicle, self._clock.now()))
+
+    def _newest(self, vehicle: Vehicle, now: float) -> "_Newest":
+        return _Newest(self._fleet, vehicle, now)
+
+    def _checks(self, vehicle: Vehicle) -> Sequence[str]:
+        return self._events.reasons(vehicle, flight_mode(vehicle))
+
+    def _link(self, vehicle: Vehicle, now: float) -> list[Problem]:
+        freshness = vehicle.freshness(now)
+        found = []
+        if freshness is Freshness.LOST:
+            found.append(Problem(f"LOST: silent for {now - vehicle.heard_s:.0f} s", blocks=True))
+        elif freshness is Freshness.STALE:
+            found.append(Problem("no position is heard", blocks=True))
+        if vehicle.no_commands:
+            found.append(Problem(vehicle.no_commands, blocks=True))
+        return found
+
+
+class _Newest:
+    """The newest messages of one vehicle, as long as they are not too old."""
+
+    def __init__(self, fleet: Fleet, vehicle: Vehicle, now: float) -> None:
+        self._fleet, self._vehicle, self._now = fleet, vehicle, now
+
+    def __call__(self, msgid: int) -> Fields | None:
+        if self._vehicle.silent_s(msgid, self._now) > OLD_S:
+            return None
+        message = self._fleet.newest(self._vehicle, msgid)
+        return message.fields if message is not None else None
