@@ -1,0 +1,234 @@
+"""What a vehicle does by itself when a link, its battery, its position or its set-points are lost, in words.
+
+Which parameters say so is different in every firmware; their values are from the autopilots' own parameter
+references (PX4: parameters.json of 1.17; ArduPilot: ArduCopter/Parameters.cpp, AP_BattMonitor_Params.cpp,
+AC_Fence.cpp of 4.7). What happens then was measured (facts px4.md, ardupilot.md). Both ship with the failsafe for a
+lost ground station switched off.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from tui_gcs.core.firmware.modes import known_modes
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
+
+Values = Mapping[str, float]
+"""Parameters that the vehicle told, by name."""
+
+
+@dataclass(frozen=True)
+class FailsafeLine:
+    """One thing that may go wrong, and what the vehicle does then."""
+
+    when: str
+    does: str
+    warning: bool
+    """Nothing, something dangerous, or not known: an operator must accept it."""
+
+
+_COPTER = (
+    "FS_GCS_ENABLE",
+    "FS_GCS_TIMEOUT",
+    "FS_OPTIONS",
+    "MAV_GCS_SYSID",
+    "SYSID_MYGCS",
+    "BATT_FS_LOW_ACT",
+    "BATT_FS_CRT_ACT",
+    "BATT_LOW_VOLT",
+    "BATT_LOW_MAH",
+    "BATT_CRT_VOLT",
+    "BATT_CRT_MAH",
+    "FENCE_ENABLE",
+    "FENCE_ACTION",
+    "FS_EKF_ACTION",
+    "FS_THR_ENABLE",
+    "GUID_TIMEOUT",
+)
+_PX4 = (
+    "NAV_DLL_ACT",
+    "COM_DL_LOSS_T",
+    "COM_DLL_EXCEPT",
+    "COM_FAIL_ACT_T",
+    "COM_OBL_RC_ACT",
+    "COM_OF_LOSS_T",
+    "COM_LOW_BAT_ACT",
+    "BAT_CRIT_THR",
+    "BAT_EMERGEN_THR",
+    "GF_ACTION",
+    "NAV_RCL_ACT",
+    "COM_RC_IN_MODE",
+)
+_SMART = "returns by its own track (SmartRTL)"
+_GCS_ACTIONS = {
+    1: "returns (RTL)",
+    2: "returns (RTL)",
+    3: f"{_SMART} or RTL",
+    4: f"{_SMART} or lands",
+    5: "lands where it is",
+    6: "flies its landing sequence, or RTL",
+    7: "brakes, or lands",
+}
+_THR_ACTIONS = {
+    1: "returns (RTL)",
+    2: "returns (RTL)",
+    3: "lands where it is",
+    4: f"{_SMART} or RTL",
+    5: f"{_SMART} or lands",
+    6: "flies its landing sequence, or RTL",
+    7: "brakes, or lands",
+}
+_BATTERY_ACTIONS = {
+    1: "lands where it is",
+    2: "returns (RTL)",
+    3: f"{_SMART} or RTL",
+    4: f"{_SMART} or lands",
+    5: "TERMINATES the flight",
+    6: "flies its landing sequence, or RTL",
+    7: "brakes, or lands",
+}
+_FENCE_ACTIONS = {
+    1: "returns (RTL) or lands",
+    2: "lands where it is",
+    3: f"{_SMART}, RTL or lands",
+    4: "brakes, or lands",
+    5: f"{_SMART} or lands",
+}
+_EKF_ACTIONS = {1: "lands after 8 s", 2: "changes to ALT_HOLD, which reads the throttle stick", 3: "lands after 8 s"}
+_CONTINUE_AUTO, _CONTINUE_GUIDED = 2, 4
+"""FS_OPTIONS: bit 1 goes on in AUTO without a ground station; bit 2, with the pilot's RC lost, in GUIDED."""
+
+_DLL_ACTIONS = {
+    1: "holds",
+    2: "returns (RTL)",
+    3: "lands where it is",
+    5: "TERMINATES the flight",
+    6: "DISARMS in the air",
+}
+_OBL_ACTIONS = {
+    0: "Position mode, without a pilot RTL",
+    1: "Altitude mode, without a pilot RTL",
+    2: "Stabilized mode, without a pilot RTL",
+    3: "returns (RTL)",
+    4: "lands where it is",
+    5: "holds",
+    6: "TERMINATES the flight",
+    7: "DISARMS in the air",
+}
+_GF_ACTIONS = {2: "holds", 3: "returns (RTL)", 4: "TERMINATES the flight", 5: "lands where it is"}
+_OFFBOARD_EXCEPTED = 4
+"""COM_DLL_EXCEPT, bit 2."""
+
+
+def wanted(vehicle: Vehicle) -> tuple[str, ...]:
+    """Parameters that tell; old and new names of one are both there, of which a vehicle has one."""
+    if vehicle.autopilot == AUTOPILOT_PX4:
+        return _PX4
+    return _COPTER if _is_copter(vehicle) else ()
+
+
+def explain(vehicle: Vehicle, values: Values, own_system: int) -> tuple[FailsafeLine, ...]:
+    """What it does, by cause; `values` may lack what was not told, which is a warning then."""
+    if vehicle.autopilot == AUTOPILOT_PX4:
+        return tuple(_px4(values))
+    if _is_copter(vehicle):
+        return tuple(_copter(values, own_system))
+    return (FailsafeLine("anything is lost", "not known for this kind of vehicle", warning=True),)
+
+
+def _is_copter(vehicle: Vehicle) -> bool:
+    return vehicle.autopilot == AUTOPILOT_ARDUPILOT and "BRAKE" in known_modes(vehicle.autopilot, vehicle.type).values()
+
+
+def _line(values: Values, when: str, name: str, words: Mapping[int, str], delay: str = "") -> FailsafeLine:
+    """One action parameter in words: 0 and whatever is not in `words` is a warning."""
+    value = values.get(name)
+    if value is None:
+        return FailsafeLine(when, f"not known: {name} was not read", warning=True)
+    word = words.get(int(value)) if value == value and abs(value) < 1e9 else None
+    if word is None:
+        nothing = "NOTHING" if value == 0 else f"not known: {name} is {value:g}"
+        return FailsafeLine(when, f"{nothing} ({name} 0)" if value == 0 else nothing, warning=True)
+    dangerous = word.split()[0].isupper()
+    return FailsafeLine(when, f"{word}{delay} ({name} {value:g})", dangerous)
+
+
+def _seconds(values: Values, name: str) -> str:
+    return f" after {values[name]:g} s" if name in values else ""
+
+
+# ---------------------------------------------------------------- ArduCopter
+
+
+def _copter(values: Values, own_system: int) -> Iterator[FailsafeLine]:
+    yield from _copter_station(values, own_system)
+    for level, action in (("low", "BATT_FS_LOW_ACT"), ("critical", "BATT_FS_CRT_ACT")):
+        yield _copter_battery(values, level, action)
+    yield _copter_fence(values)
+    yield _line(values, "position estimate lost (GPS, EKF)", "FS_EKF_ACTION", _EKF_ACTIONS)
+    yield _line(values, "pilot's RC lost", "FS_THR_ENABLE", _THR_ACTIONS)
+    brakes = f"brakes {values['GUID_TIMEOUT']:g} s after the last moving one" if "GUID_TIMEOUT" in values else "brakes"
+    yield FailsafeLine("set-points cease (GUIDED)", f"{brakes}; flies to the last fixed place and stays", warning=False)
+
+
+def _copter_station(values: Values, own_system: int) -> Iterator[FailsafeLine]:
+    line = _line(values, "this station is not heard", "FS_GCS_ENABLE", _GCS_ACTIONS, _seconds(values, "FS_GCS_TIMEOUT"))
+    yield line
+    if int(values.get("FS_OPTIONS", 0)) & _CONTINUE_AUTO:
+        yield FailsafeLine("this station is not heard in AUTO", "goes on with its mission (FS_OPTIONS)", warning=False)
+    name = "MAV_GCS_SYSID" if "MAV_GCS_SYSID" in values else "SYSID_MYGCS"
+    station = values.get(name)
+    if station is None:
+        yield FailsafeLine("which station it listens for", "not known: MAV_GCS_SYSID was not read", warning=True)
+    elif station != own_system:
+        text = f"waits for the heartbeat of station {station:g}, not ours ({own_system}): {name}"
+        yield FailsafeLine("which station it listens for", text, warning=True)
+
+
+def _copter_battery(values: Values, level: str, action: str) -> FailsafeLine:
+    line = _line(values, f"battery {level}", action, _BATTERY_ACTIONS)
+    prefix = "BATT_LOW" if level == "low" else "BATT_CRT"
+    volts, mah = values.get(f"{prefix}_VOLT"), values.get(f"{prefix}_MAH")
+    if not line.warning and volts == 0 and mah == 0:
+        return FailsafeLine(line.when, f"NOTHING: no limit is set ({prefix}_VOLT, {prefix}_MAH)", warning=True)
+    return line
+
+
+def _copter_fence(values: Values) -> FailsafeLine:
+    line = _line(values, "fence crossed", "FENCE_ACTION", _FENCE_ACTIONS)
+    enabled = values.get("FENCE_ENABLE")
+    if enabled == 0:
+        text = "NOTHING by parameter (FENCE_ENABLE 0); a fence may be on by command: see the GEOFENCE sensor"
+        return FailsafeLine(line.when, text, warning=True)
+    if enabled is None:
+        return FailsafeLine(line.when, "not known: FENCE_ENABLE was not read", warning=True)
+    return line
+
+
+# ---------------------------------------------------------------- PX4
+
+
+def _px4(values: Values) -> Iterator[FailsafeLine]:
+    hold = f" and {values['COM_FAIL_ACT_T']:g} s of holding" if values.get("COM_FAIL_ACT_T", 0) > 0 else ""
+    delay = _seconds(values, "COM_DL_LOSS_T") + (hold if "COM_DL_LOSS_T" in values else "")
+    yield _line(values, "no station is heard", "NAV_DLL_ACT", _DLL_ACTIONS, delay)
+    if int(values.get("COM_DLL_EXCEPT", 0)) & _OFFBOARD_EXCEPTED:
+        yield FailsafeLine("no station is heard in OFFBOARD", "NOTHING (COM_DLL_EXCEPT)", warning=True)
+    offboard = _seconds(values, "COM_OF_LOSS_T")
+    line = _line(values, "set-points cease (OFFBOARD)", "COM_OBL_RC_ACT", _OBL_ACTIONS | {}, offboard)
+    lands = values.get("COM_OBL_RC_ACT") == 4
+    yield FailsafeLine(line.when, line.does, line.warning or lands)
+    yield _px4_battery(values)
+    yield _line(values, "fence crossed", "GF_ACTION", _GF_ACTIONS)
+    yield FailsafeLine("position estimate lost (GPS)", "descends where it is after 5 s (measured)", warning=False)
+    without = "" if values.get("COM_RC_IN_MODE") == 4 else "; ignored if there was none at arming"
+    line = _line(values, "sticks (RC or joystick) lost", "NAV_RCL_ACT", _DLL_ACTIONS)
+    yield FailsafeLine(line.when, line.does + without, line.warning)
+
+
+def _px4_battery(values: Values) -> FailsafeLine:
+    critical, last = (
+        f" at {values[name] * 100:.0f} %" if name in values else "" for name in ("BAT_CRIT_THR", "BAT_EMERGEN_THR")
+    )
+    words = {2: f"lands where it is{critical}", 3: f"returns (RTL){critical}, lands{last}"}
+    return _line(values, "battery critical", "COM_LOW_BAT_ACT", words)

@@ -1,0 +1,63 @@
+"""Failsafes on demand: the parameters that say what a vehicle does by itself are read, and told in words.
+
+Read by name, a dozen small questions; nothing is downloaded. What somebody changes later is heard as PARAM_VALUE.
+"""
+
+from collections.abc import Callable, Sequence
+
+from tui_gcs.core.firmware.failsafes import FailsafeLine, Values, explain, wanted
+from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.vehicle import Vehicle
+
+OnRead = Callable[[dict[str, float]], None]
+Read = Callable[[int, Sequence[str], OnRead], None]
+"""(vehicle id, names, on_done): on_done gets the values of those names that the vehicle told."""
+
+__all__ = ["FailsafeLine", "FailsafeService"]
+
+
+class FailsafeService:
+    """Knows what was read of each vehicle."""
+
+    def __init__(self, fleet: Fleet, read: Read, own_system: int) -> None:
+        """`read` is the parameter service's; `own_system` is who ArduPilot has to listen for."""
+        self._fleet = fleet
+        self._read = read
+        self._own_system = own_system
+        self._values: dict[int, dict[str, float]] = {}
+        fleet.on_gone(self.forget)
+        fleet.paths.on_reboot.append(self.forget)
+        fleet.paths.on_replace.append(self.forget)
+
+    def ask(self, vehicle_id: int, on_done: Callable[[], None] | None = None) -> None:
+        """Read its failsafe parameters (again); `on_done` is called when `report` has them, however many came."""
+        vehicle = self._fleet.vehicles.get(vehicle_id)
+        names = wanted(vehicle) if vehicle is not None else ()
+
+        def took(values: dict[str, float]) -> None:
+            if self._fleet.vehicles.get(vehicle_id) is vehicle:
+                self._values[vehicle_id] = {name: value for name, value in values.items() if name in names}
+            if on_done is not None:
+                on_done()
+
+        if names:
+            self._read(vehicle_id, names, took)
+        else:
+            took({})
+
+    def known(self, vehicle: Vehicle) -> bool:
+        """Whether they were read since it booted."""
+        return vehicle.id in self._values
+
+    def report(self, vehicle: Vehicle) -> tuple[FailsafeLine, ...]:
+        """What it does when something is lost; all of it is a warning until it was read."""
+        values: Values = self._values.get(vehicle.id, {})
+        return explain(vehicle, values, self._own_system)
+
+    def warnings(self, vehicle: Vehicle) -> tuple[FailsafeLine, ...]:
+        """What an operator has to accept before a start."""
+        return tuple(line for line in self.report(vehicle) if line.warning)
+
+    def forget(self, vehicle: Vehicle) -> None:
+        """It rebooted or is another one: its parameters may be others."""
+        self._values.pop(vehicle.id, None)
