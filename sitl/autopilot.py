@@ -8,9 +8,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple
 
 from sitl.boot import BootStep
+from sitl.missions import Plans
 from sitl.modes import Phase, Severity, Stage
 from sitl.parameters import ParameterTable
 from sitl.signing import Signer
+from sitl.stores import Stores
 from sitl.streams import Streams
 from sitl.tasks import Tasks
 from sitl.vehicle import Vehicles, VehicleSpec
@@ -61,6 +63,7 @@ class Autopilot(ABC):
         self.deferred: list[tuple[str, Fields]] | None = None
         """Messages kept back until a command is acknowledged; None: nothing is."""
         self.tasks = Tasks()
+        self.plans = Plans()
         self.silent = False
         self.dead = False
         self.consumed_mah = 0.0
@@ -81,6 +84,7 @@ class Autopilot(ABC):
         self.failsafes: set[str] = set()
         self.gcs_heard_us: int | None = None
         self.tasks.clear()
+        self.stores = Stores()
         self.streams = self.new_streams()
         self.signer.power_on(now_us)
         self.once: list[str] = []

@@ -1,14 +1,14 @@
 """A vehicle's MAVLink endpoint: datagrams in, to the autopilot; everything else is ignored."""
 
 from collections.abc import Callable
+from typing import Any
 
-from sitl import parameter_protocol
+from sitl import parameter_protocol, plan_ardupilot, plan_px4
 from sitl.autopilot import Autopilot, Command
 from sitl.modes import Severity
 from sitl.wire import Received, cut
 
 AUTOPILOT_COMPONENT = 1
-_MISSION_UNSUPPORTED = 3
 
 
 def receive(ap: Autopilot, datagram: bytes) -> None:
@@ -58,27 +58,6 @@ def _timesync(ap: Autopilot, frame: Received) -> None:
         ap.send("TIMESYNC", tc1=(ap.now_us - ap.power_on_us) * 1000, ts1=frame.fields["ts1"])
 
 
-def _mission_request_list(ap: Autopilot, frame: Received) -> None:
-    ap.send(
-        "MISSION_COUNT",
-        target_system=frame.system,
-        target_component=frame.component,
-        count=0,
-        mission_type=frame.fields["mission_type"],
-    )
-
-
-def _mission_refused(ap: Autopilot, frame: Received) -> None:
-    """This simulator stores no missions."""
-    ap.send(
-        "MISSION_ACK",
-        target_system=frame.system,
-        target_component=frame.component,
-        type=_MISSION_UNSUPPORTED,
-        mission_type=frame.fields["mission_type"],
-    )
-
-
 def _setup_signing(ap: Autopilot, frame: Received) -> None:
     """SETUP_SIGNING: never acknowledged; what is sent from now on shows it. PX4 takes it over USB only."""
     if ap.signer.px4:
@@ -89,7 +68,8 @@ def _setup_signing(ap: Autopilot, frame: Received) -> None:
     ap.signer.take(bytes(frame.fields["secret_key"]), frame.fields["initial_timestamp"])
 
 
-Handlers = dict[str, Callable[[Autopilot, Received], None]]
+Handlers = dict[str, Callable[[Any, Received], None]]
+"""By message; the vehicle is of the personality whose table it is."""
 
 _COMMON: Handlers = {
     "HEARTBEAT": _heartbeat,
@@ -100,8 +80,6 @@ _COMMON: Handlers = {
     "SET_POSITION_TARGET_LOCAL_NED": _set_point,
     "REQUEST_DATA_STREAM": _request_data_stream,
     "TIMESYNC": _timesync,
-    "MISSION_REQUEST_LIST": _mission_request_list,
-    "MISSION_COUNT": _mission_refused,
     "SETUP_SIGNING": _setup_signing,
 }
 _HANDLERS: dict[str, Handlers] = {
@@ -110,11 +88,28 @@ _HANDLERS: dict[str, Handlers] = {
         "PARAM_REQUEST_READ": parameter_protocol.ardupilot_read,
         "PARAM_REQUEST_LIST": parameter_protocol.ardupilot_list,
         "PARAM_SET": parameter_protocol.ardupilot_set,
+        "MISSION_COUNT": plan_ardupilot.count,
+        "MISSION_ITEM_INT": plan_ardupilot.item_int,
+        "MISSION_ITEM": plan_ardupilot.item,
+        "MISSION_REQUEST_LIST": plan_ardupilot.request_list,
+        "MISSION_REQUEST_INT": plan_ardupilot.request_int,
+        "MISSION_REQUEST": plan_ardupilot.request,
+        "MISSION_CLEAR_ALL": plan_ardupilot.clear_all,
+        "MISSION_WRITE_PARTIAL_LIST": plan_ardupilot.write_partial,
     },
     "px4": {
         **_COMMON,
         "PARAM_REQUEST_READ": parameter_protocol.px4_read,
         "PARAM_REQUEST_LIST": parameter_protocol.px4_list,
         "PARAM_SET": parameter_protocol.px4_set,
+        "MISSION_COUNT": plan_px4.count,
+        "MISSION_ITEM_INT": plan_px4.item_int,
+        "MISSION_ITEM": plan_px4.item,
+        "MISSION_REQUEST_LIST": plan_px4.request_list,
+        "MISSION_REQUEST_INT": plan_px4.request_int,
+        "MISSION_REQUEST": plan_px4.request,
+        "MISSION_CLEAR_ALL": plan_px4.clear_all,
+        "MISSION_ACK": plan_px4.acknowledged,
+        "MISSION_SET_CURRENT": plan_px4.set_current,
     },
 }

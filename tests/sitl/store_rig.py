@@ -1,17 +1,34 @@
 """One vehicle's stores without its flight: messages in through the endpoint, what it sends by name, a clock by hand."""
 
 import math
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
 from sitl import endpoint
+from sitl.events import EventLog, kinds
+from sitl.missions import Item, Plans, item_of
 from sitl.modes import Severity
 from sitl.parameters import ParameterTable
 from sitl.signing import Signer, SigningSpec
+from sitl.stores import Stores
 from sitl.tasks import Tasks
 from sitl.wire import Encoder, cut
 
 HOME = (47.397742, 8.545594, 488.0)
+
+
+class Ground:
+    """A flat earth around HOME."""
+
+    M_PER_DEG = 111_319.5
+
+    def to_geodetic(self, _: int, x_m: float, y_m: float) -> tuple[float, float]:
+        return HOME[0] + y_m / self.M_PER_DEG, HOME[1] + x_m / (self.M_PER_DEG * math.cos(math.radians(HOME[0])))
+
+    def to_local(self, _: int, lat_deg: float, lon_deg: float) -> tuple[float, float]:
+        east = (lon_deg - HOME[1]) * self.M_PER_DEG * math.cos(math.radians(HOME[0]))
+        return east, (lat_deg - HOME[0]) * self.M_PER_DEG
 
 
 class Vehicle:
@@ -26,6 +43,10 @@ class Vehicle:
         self.now_us = self.power_on_us = 0
         self.armed = False
         self.mode = 0
+        self.plans, self.stores = Plans(), Stores()
+        self.index, self.home_m = 0, (0.0, 0.0, 0.0)
+        self.vehicles = Ground()
+        self.log = EventLog()
         self.out: list[bytes] = []
 
     def send(self, name: str, **fields: Any) -> None:
@@ -36,6 +57,13 @@ class Vehicle:
 
     def acknowledge(self, command: int, result: int, system: int, component: int) -> None:
         self.send("COMMAND_ACK", command=command, result=int(result), target_system=system, target_component=component)
+
+    def event(self, name: str, *arguments: float, levels: int = 0x66) -> None:
+        self.send("EVENT", **self.log.add(name, arguments, levels, self.now_us // 1000))
+
+    def tell(self, text: str, event: str, *arguments: float, severity: int = 6, levels: int | None = None) -> None:
+        self.text(Severity(severity), f"{text}\t")
+        self.event(event, *arguments, levels=levels or 0x66)
 
     def banner(self) -> None:
         for text in ("ArduCopter V4.7.0-dev (cef8bcef)", "0" * 32, "Frame: QUAD/PLUS"):
@@ -69,6 +97,30 @@ class Bench:
             self.ap.tasks.run(self.ap.now_us)
             self._listen()
 
+    # Plans
+
+    def upload(self, kind: int, items: list[Item], answer: Callable[[int], bool] = lambda seq: True) -> int | None:
+        """The result of an upload whose requests are answered at once where `answer` says so."""
+        self.forget()
+        self.say("MISSION_COUNT", count=len(items), mission_type=kind)
+        asked = -1
+        while not self.of("MISSION_ACK"):
+            requests = self.of("MISSION_REQUEST") + self.of("MISSION_REQUEST_INT")
+            seq = requests[-1]["seq"]
+            if seq == asked or not answer(seq):
+                return None
+            asked = seq
+            self.say("MISSION_ITEM_INT", mission_type=kind, **items[seq].fields(seq))
+        return int(self.last("MISSION_ACK")["type"])
+
+    def download(self, kind: int) -> list[Item]:
+        self.forget()
+        self.say("MISSION_REQUEST_LIST", mission_type=kind)
+        for seq in range(self.last("MISSION_COUNT")["count"]):
+            self.say("MISSION_REQUEST_INT", mission_type=kind, seq=seq)
+        self.say("MISSION_ACK", mission_type=kind, type=0)
+        return [item_of(fields) for fields in self.of("MISSION_ITEM_INT")]
+
     def _listen(self) -> None:
         for datagram in self.ap.out:
             self.heard += [(self.ap.now_us / 1e6, frame.name, frame.fields) for frame in cut(datagram)]
@@ -82,6 +134,10 @@ class Bench:
 
     def texts(self) -> list[str]:
         return [text_of(fields) for fields in self.of("STATUSTEXT")]
+
+    def events(self) -> list[str]:
+        names = {kind.id: name for name, kind in kinds().items()}
+        return [names[fields["id"]] for fields in self.of("EVENT")]
 
     def forget(self) -> None:
         self.heard = []

@@ -1,0 +1,21 @@
+"""What a vehicle remembers of its dialogues; plans and parameters outlive a reboot, this does not."""
+
+from dataclasses import dataclass, field
+
+from sitl.missions import Transfer
+
+
+@dataclass
+class Stores:
+    """Dialogues of one vehicle since its boot."""
+
+    uploads: dict[int, Transfer] = field(default_factory=dict)
+    """ArduPilot: one per kind of plan at a time."""
+    transfer: Transfer | None = None
+    """PX4: the one upload or download under way."""
+    done: Transfer | None = None
+    """PX4: the last upload that was completed; its last item may come again."""
+    sending: bool = False
+    """PX4: that transfer is a download."""
+    complained: set[str] = field(default_factory=set)
+    """Texts that were said since the last upload began and are not repeated."""
