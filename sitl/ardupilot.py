@@ -129,8 +129,18 @@ class ArduCopter(Autopilot):
         else:
             self.set_mode(mode)
 
-    def hear_gcs(self, system: int) -> None:
-        """A heartbeat of a ground station."""
+    def event(self, name: str, *arguments: float, levels: int = 0x66) -> None:
+        """ArduPilot has no EVENTs."""
+
+    def resend_events(self, fields: Fields, system: int, component: int) -> None:
+        """ArduPilot has no EVENTs."""
+
+    def hear_sticks(self, system: int, fields: Fields) -> None:
+        """MANUAL_CONTROL counts as a heartbeat of its station."""
+        self.hear_gcs(system, 0)
+
+    def hear_gcs(self, system: int, kind: int) -> None:
+        """A heartbeat of its ground station, whatever the type."""
         if system not in (int(self.params["MAV_GCS_SYSID"]), SIM_STATION_SYSID):
             return
         self.gcs_heard_us = self.now_us

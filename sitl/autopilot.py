@@ -75,6 +75,8 @@ class Autopilot(ABC):
         """Power on or reboot: everything but the parameters and the battery is as new."""
         self.power_on_us = now_us
         self.now_us = now_us
+        self.elapsed_us = 0
+        """Since the tick before this one."""
         self.stage = Stage.OFF
         self.armed = False
         self.phase = Phase.GROUND
@@ -83,6 +85,8 @@ class Autopilot(ABC):
         self.home_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
         self.failsafes: set[str] = set()
         self.gcs_heard_us: int | None = None
+        self.gps_lost_us: int | None = None
+        """Since when there is no GPS."""
         self.tasks.clear()
         self.stores = Stores()
         self.streams = self.new_streams()
@@ -130,8 +134,20 @@ class Autopilot(ABC):
         """The battery was drained."""
 
     @abstractmethod
-    def hear_gcs(self, system: int) -> None:
-        """A heartbeat of a ground station."""
+    def hear_gcs(self, system: int, kind: int) -> None:
+        """A heartbeat of somebody of MAV_TYPE `kind`."""
+
+    @abstractmethod
+    def hear_sticks(self, system: int, fields: Fields) -> None:
+        """MANUAL_CONTROL."""
+
+    @abstractmethod
+    def event(self, name: str, *arguments: float, levels: int = 0x66) -> None:
+        """EVENT `name` of the metadata; only PX4 sends them."""
+
+    @abstractmethod
+    def resend_events(self, fields: Fields, system: int, component: int) -> None:
+        """REQUEST_EVENT."""
 
     @abstractmethod
     def execute(self, command: Command, system: int, component: int) -> None:
@@ -144,6 +160,14 @@ class Autopilot(ABC):
     @abstractmethod
     def set_point(self, name: str, fields: Fields) -> None:
         """SET_POSITION_TARGET_GLOBAL_INT or …_LOCAL_NED."""
+
+    def lose_gps(self) -> None:
+        """No satellites."""
+        self.gps_lost_us = self.now_us if self.gps_lost_us is None else self.gps_lost_us
+
+    def find_gps(self) -> None:
+        """Satellites again."""
+        self.gps_lost_us = None
 
     # Sending
 
@@ -189,14 +213,14 @@ class Autopilot(ABC):
 
     def tick(self, now_us: int) -> None:
         """Advance to `now_us` and report what is due."""
-        elapsed_us = now_us - self.now_us
+        self.elapsed_us = now_us - self.now_us
         self.now_us = now_us
         if self.dead:
             return
         if self._boot_steps:
             self._boot()
         if self.armed:
-            self.consumed_mah += self.current_a * elapsed_us / 3.6e6
+            self.consumed_mah += self.current_a * self.elapsed_us / 3.6e6
             self.watch_battery()
             self.fly()
         if self.stage >= Stage.READY:

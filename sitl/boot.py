@@ -39,3 +39,13 @@ NOT_BOOTED = (
     "Battery 1 unhealthy",
 )
 """Why it cannot be armed before 'ArduPilot Ready'."""
+
+PX4_BOOT: tuple[BootStep, ...] = (
+    BootStep(0.25, Stage.READY),
+    BootStep(0.40, Stage.EKF_ALIGNED),
+    BootStep(0.45, Stage.GPS_FIX),
+    BootStep(0.80, Stage.HOME_SET),
+    BootStep(0.85, Stage.POSITION_OK),
+    BootStep(0.90, Stage.ALL_OK),
+)
+"""Really 6 s."""

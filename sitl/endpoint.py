@@ -25,7 +25,7 @@ def receive(ap: Autopilot, datagram: bytes) -> None:
 
 
 def _heartbeat(ap: Autopilot, frame: Received) -> None:
-    ap.hear_gcs(frame.system)
+    ap.hear_gcs(frame.system, frame.fields["type"])
 
 
 def _command_long(ap: Autopilot, frame: Received) -> None:
@@ -42,6 +42,14 @@ def _command_int(ap: Autopilot, frame: Received) -> None:
 
 def _set_mode(ap: Autopilot, frame: Received) -> None:
     ap.legacy_set_mode(frame.fields, frame.system, frame.component)
+
+
+def _sticks(ap: Autopilot, frame: Received) -> None:
+    ap.hear_sticks(frame.system, frame.fields)
+
+
+def _request_event(ap: Autopilot, frame: Received) -> None:
+    ap.resend_events(frame.fields, frame.system, frame.component)
 
 
 def _set_point(ap: Autopilot, frame: Received) -> None:
@@ -78,6 +86,8 @@ _COMMON: Handlers = {
     "SET_MODE": _set_mode,
     "SET_POSITION_TARGET_GLOBAL_INT": _set_point,
     "SET_POSITION_TARGET_LOCAL_NED": _set_point,
+    "MANUAL_CONTROL": _sticks,
+    "REQUEST_EVENT": _request_event,
     "REQUEST_DATA_STREAM": _request_data_stream,
     "TIMESYNC": _timesync,
     "SETUP_SIGNING": _setup_signing,

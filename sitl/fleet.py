@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 from sitl import endpoint
 from sitl.ardupilot import ArduCopter
 from sitl.autopilot import Autopilot
+from sitl.px4 import Px4
 from sitl.quantities import Array
 from sitl.vehicle import Vehicles, VehicleSpec
 from sitl.weather import WeatherSpec
 
 __all__ = ["SimFleet", "VehicleSpec", "WeatherSpec"]
 
-PILOTS: dict[str, type[Autopilot]] = {"ardupilot": ArduCopter}
+PILOTS: dict[str, type[Autopilot]] = {"ardupilot": ArduCopter, "px4": Px4}
 TOKEN_BYTES = 8
 DEFAULT_VERSION = b"cef8bcef"
 MIN_BOOT_S, MAX_BOOT_S = 0.5, 600.0
@@ -111,6 +112,14 @@ class SimFleet:
         pilot.armed = False
         self._vehicles.rest(index)
 
+    def break_gps(self, index: int) -> None:
+        """The GPS of one vehicle finds nothing any more."""
+        self._pilots[index].lose_gps()
+
+    def mend_gps(self, index: int) -> None:
+        """It works again."""
+        self._pilots[index].find_gps()
+
     def set_key(self, index: int, key: bytes, timestamp: int = 0) -> None:
         """Give the vehicle a signing key as over a cable; without bytes it signs no more."""
         self._pilots[index].signer.take(key, timestamp)
@@ -152,7 +161,7 @@ class SimFleet:
 
     @property
     def mode(self) -> NDArray[np.int64]:
-        """(n,) ArduCopter mode numbers."""
+        """(n,) custom_mode."""
         return np.array([pilot.mode for pilot in self._pilots], dtype=np.int64)
 
 

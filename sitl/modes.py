@@ -1,4 +1,4 @@
-"""ArduCopter's numbers: modes, results, severities, boot stages, flight phases."""
+"""ArduCopter's modes; results, severities, boot stages and flight phases of both autopilots."""
 
 from enum import IntEnum
 
@@ -47,6 +47,7 @@ class Result(IntEnum):
     """MAV_RESULT."""
 
     ACCEPTED = 0
+    TEMPORARILY_REJECTED = 1
     DENIED = 2
     UNSUPPORTED = 3
     FAILED = 4

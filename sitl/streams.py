@@ -10,9 +10,10 @@ MIN_INTERVAL_MS = 3
 class Streams:
     """Intervals of one link: set per message, else by its stream."""
 
-    def __init__(self, groups: Mapping[int, tuple[str, ...]]) -> None:
-        """`groups`: what REQUEST_DATA_STREAM knows."""
+    def __init__(self, groups: Mapping[int, tuple[str, ...]], defaults_ms: Mapping[str, int] | None = None) -> None:
+        """`groups`: what REQUEST_DATA_STREAM knows; `defaults_ms`: intervals of what is sent unasked."""
         self._groups = groups
+        self._defaults_ms = defaults_ms or {}
         self._stream_ms: dict[str, int] = {}
         self._asked_ms: dict[str, int] = {}
         self._due_us: dict[str, int] = {}
@@ -21,6 +22,10 @@ class Streams:
     def interval_ms(self, name: str) -> int:
         """Interval in force; OFF if not sent."""
         return self._asked_ms.get(name, self._stream_ms.get(name, OFF))
+
+    def default_ms(self, name: str) -> int:
+        """Interval of a message that is sent unasked; OFF of all others."""
+        return self._defaults_ms.get(name, OFF)
 
     def ask(self, name: str, interval_ms: int | None, now_us: int) -> None:
         """Set one message's interval; None returns to its stream's rate."""
@@ -45,6 +50,11 @@ class Streams:
         else:
             self._due_us[name] = now_us + interval_ms * 1000
         self._next_us = min(self._due_us.values(), default=None)
+
+    def start_defaults(self, first_us: int) -> None:
+        """All that is sent unasked begins."""
+        for name, interval_ms in self._defaults_ms.items():
+            self.start(name, interval_ms, first_us)
 
     def start(self, name: str, interval_ms: int, first_us: int) -> None:
         """A message that is sent unasked, at first at `first_us`."""

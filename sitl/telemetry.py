@@ -29,7 +29,8 @@ def course_cdeg(vx: float, vy: float) -> int:
     return round(math.degrees(math.atan2(vx, vy)) * 100) % 36000
 
 
-def _attitude(ap: Autopilot) -> Fields:
+def attitude(ap: Autopilot) -> Fields:
+    """ATTITUDE: leaning as it accelerates."""
     east, north, _ = ap.vehicles.accel_m_s2[ap.index].tolist()
     yaw = float(ap.vehicles.yaw_rad[ap.index])
     forward = east * math.sin(yaw) + north * math.cos(yaw)
@@ -120,7 +121,7 @@ def _gps_global_origin(ap: Autopilot) -> Fields | None:
 
 COMMON: dict[str, Callable[[Autopilot], Fields | None]] = {
     "SYSTEM_TIME": _system_time,
-    "ATTITUDE": _attitude,
+    "ATTITUDE": attitude,
     "GLOBAL_POSITION_INT": _global_position_int,
     "LOCAL_POSITION_NED": _local_position_ned,
     "VFR_HUD": _vfr_hud,

@@ -49,6 +49,8 @@ class VehicleSpec:
     heading_deg: float = 0.0
     signing: SigningSpec = field(default_factory=SigningSpec)
     autopilot: AutopilotName = "ardupilot"
+    sitl_rates: bool = False
+    """PX4: stream as fast as its SITL start script wants (368 frames/s) instead of a real vehicle's rates."""
 
 
 def approach_speed(distance_m: Array, decel_m_s2: Array | float) -> Array:

@@ -1,0 +1,107 @@
+"""PX4's modes: custom_mode is main << 16 | sub << 24."""
+
+from typing import NamedTuple
+
+
+def custom_mode(main: int, sub: int = 0) -> int:
+    """The number in HEARTBEAT and CURRENT_MODE."""
+    return main << 16 | sub << 24
+
+
+AUTO_MAIN = 4
+MANUAL, ALTCTL, POSCTL, ACRO = custom_mode(1), custom_mode(2), custom_mode(3), custom_mode(5)
+ORBIT, SLOW, STABILIZED = custom_mode(3, 1), custom_mode(3, 2), custom_mode(7)
+OFFBOARD, TERMINATION, ALTITUDE_CRUISE = custom_mode(6), custom_mode(10), custom_mode(11)
+TAKEOFF, HOLD, MISSION, RTL, LAND = (custom_mode(AUTO_MAIN, sub) for sub in (2, 3, 4, 5, 6))
+FOLLOW, PRECLAND, VTOL_TAKEOFF = (custom_mode(AUTO_MAIN, sub) for sub in (8, 9, 10))
+EXTERNAL = tuple(custom_mode(AUTO_MAIN, sub) for sub in range(11, 19))
+
+MAIN_MODES = frozenset({1, 2, 3, 4, 5, 6, 7, 10, 11})
+STICKS = frozenset({MANUAL, ALTCTL, POSCTL, SLOW, ACRO, STABILIZED, ALTITUDE_CRUISE})
+"""Flown by hand: they need MANUAL_CONTROL."""
+PASSING = frozenset({TAKEOFF, RTL, LAND, PRECLAND, VTOL_TAKEOFF})
+"""Modes that end by themselves; after the flight the mode before them is back."""
+
+
+class ModeInfo(NamedTuple):
+    """What is said of a mode."""
+
+    bit: int
+    """Its bit in the masks of arming_check events (navigation_mode_group)."""
+    number: int
+    """navigation_mode of events."""
+    name: str
+
+
+MODES: dict[int, ModeInfo] = {
+    MANUAL: ModeInfo(0x1, 0, "Manual"),
+    ALTCTL: ModeInfo(0x2, 1, "Altitude"),
+    POSCTL: ModeInfo(0x4, 2, "Position"),
+    MISSION: ModeInfo(0x8, 3, "Mission"),
+    HOLD: ModeInfo(0x10, 4, "Hold"),
+    RTL: ModeInfo(0x20, 5, "Return"),
+    SLOW: ModeInfo(0x40, 9, "Position Slow"),
+    ACRO: ModeInfo(0x400, 6, "Acro"),
+    OFFBOARD: ModeInfo(0x4000, 7, "Offboard"),
+    STABILIZED: ModeInfo(0x8000, 8, "Stabilized"),
+    TAKEOFF: ModeInfo(0x20000, 10, "Takeoff"),
+    LAND: ModeInfo(0x40000, 11, "Land"),
+    FOLLOW: ModeInfo(0x80000, 12, "Follow Target"),
+    PRECLAND: ModeInfo(0x100000, 13, "Precision Landing"),
+    ORBIT: ModeInfo(0x200000, 14, "Orbit"),
+    VTOL_TAKEOFF: ModeInfo(0x400000, 15, "VTOL Takeoff"),
+    ALTITUDE_CRUISE: ModeInfo(0x2, 24, "Altitude Cruise"),
+}
+
+
+def base_mode(mode: int, *, armed: bool) -> int:
+    """HEARTBEAT.base_mode as recorded."""
+    if mode in STICKS:
+        base = 0x51
+    elif mode in (OFFBOARD, ORBIT):
+        base = 0x11
+    else:
+        base = 0x1D
+    return base | (0x80 if armed else 0)
+
+
+def mode_of(main: int, sub: int) -> int | None:
+    """What DO_SET_MODE's parameters mean; None for main modes that do not exist."""
+    if main not in MAIN_MODES:
+        return None
+    if main == AUTO_MAIN:
+        return custom_mode(main, sub) if sub in range(2, 19) and sub != 7 else HOLD if sub == 1 else None
+    return custom_mode(main, sub if main == 3 and sub in (1, 2) else 0)
+
+
+class Offered(NamedTuple):
+    """One entry of AVAILABLE_MODES as recorded."""
+
+    standard: int
+    custom: int
+    properties: int
+    name: str
+
+
+OFFERED: tuple[Offered, ...] = (
+    Offered(0, MANUAL, 1, "Manual"),
+    Offered(4, ALTCTL, 0, ""),
+    Offered(1, POSCTL, 0, ""),
+    Offered(6, MISSION, 1, ""),
+    Offered(0, HOLD, 1, "Hold"),
+    Offered(5, RTL, 1, ""),
+    Offered(0, SLOW, 1, "Position Slow"),
+    Offered(0, ALTITUDE_CRUISE, 1, "Altitude Cruise"),
+    Offered(0, ACRO, 1, "Acro"),
+    Offered(0, TERMINATION, 3, "Termination"),
+    Offered(0, OFFBOARD, 1, "Offboard"),
+    Offered(0, STABILIZED, 1, "Stabilized"),
+    Offered(8, TAKEOFF, 1, ""),
+    Offered(7, LAND, 1, ""),
+    Offered(0, FOLLOW, 1, "Follow Target"),
+    Offered(0, PRECLAND, 1, "Precision Landing"),
+    Offered(2, ORBIT, 1, ""),
+    Offered(0, VTOL_TAKEOFF, 1, "VTOL Takeoff"),
+    *(Offered(0, mode, 2, "(Mode not available)") for mode in EXTERNAL),
+)
+"""AVAILABLE_MODES, in the order of its indices."""
