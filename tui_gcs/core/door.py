@@ -240,9 +240,10 @@ class Door:
             self._put(path.source.link, path.source.address, frame)
 
     def _encode(self, vehicle: Vehicle, name: str, fields: dict[str, Any]) -> bytes:
+        """For its autopilot, where `fields` do not name another component of it (a camera, a gimbal)."""
         layout = dialect.layout_named(name)
         if layout is not None and layout.target_system_at >= 0:
-            fields = fields | {"target_system": vehicle.system, "target_component": vehicle.component}
+            fields = {"target_component": vehicle.component} | fields | {"target_system": vehicle.system}
         return self._encoder.encode(name, **fields)
 
     def _put(self, link: str, address: Address, frame: bytes) -> None:

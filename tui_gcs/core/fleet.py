@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 from tui_gcs.core.boot_clock import BootClock
 from tui_gcs.core.clock import Clock
+from tui_gcs.core.components import Components
 from tui_gcs.core.copies import Copies
 from tui_gcs.core.events import ERROR, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.geo import LocalFrame
@@ -91,6 +92,7 @@ class Fleet:
         self._hinted_s: dict[str, float] = {}
         """By link."""
         self.texts = TextDesk(clock, events, self.dropped)
+        self.components = Components()
         self._next_look_s = self._next_paths_s = self._next_loss_s = -math.inf
 
     @property
@@ -216,6 +218,8 @@ class Fleet:
             slot.route, slot.call = CALL, self._every
         elif slot.msgid == HEARTBEAT and path is vehicle.path:
             slot.route, slot.call = CALL, self._other_heartbeat
+        elif path is vehicle.path and self.components.hears(slot):
+            slot.route, slot.call = CALL, self.components.tell
         if vehicle.copies is not None:
             _count_once(slot, vehicle, path, vehicle.copies, self.dropped)
 
@@ -332,7 +336,7 @@ class Fleet:
         """A heartbeat of another component than the one taken for the autopilot: was that a mistake?"""
         vehicle: Vehicle = slot.owner
         if not replaces(vehicle, slot.fields(), slot.component, now):
-            return True
+            return self.components.tell(slot, now)
         vehicle.component = slot.component
         vehicle.forget_boot()
         for path in vehicle.paths:
