@@ -6,7 +6,7 @@ from typing import Any
 
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.events import EventLog
-from tui_gcs.core.firmware.ardupilot import ArduCopter
+from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.links.spec import parse_link
 from tui_gcs.core.rates import RateDesk
@@ -92,7 +92,7 @@ class Bench:
         self.pilots: dict[int, Pilot] = {}
         self.asked: list[Asked] = []
         specs = {spec.name: spec for spec in map(parse_link, links)}
-        firmware = ArduCopter(self, LocalFrame(Origin(lat_deg=52.0, lon_deg=0.0, ground_amsl_m=0.0)))
+        firmware = Speech(self, LocalFrame(Origin(lat_deg=52.0, lon_deg=0.0, ground_amsl_m=0.0)))
         fleet: Any = SimpleNamespace(vehicles=self.vehicles)
         self.desk = RateDesk(fleet, self.commands, firmware, specs, self.clock, self.events)
         self._acks: list[tuple[float, int, int, int]] = []

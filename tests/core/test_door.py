@@ -51,8 +51,8 @@ def test_nobody_is_addressed_as_system_0_and_the_unknown_are_refused(rig: MakeRi
     flight.run(3.0)
     assert {system for _, system, _, _ in flight.sent} == {1, 2}
     before = len(flight.sent)
-    flight.station.firmware.position(0, (50.0, 200.0, 30.0))
-    flight.station.firmware.position(99, (50.0, 200.0, 30.0))
+    flight.station.speech.position(0, (50.0, 200.0, 30.0))
+    flight.station.speech.position(99, (50.0, 200.0, 30.0))
     flight.tick()
     assert flight.station.door.refused["unknown vehicle"] == 2
     assert {s for _, s, _, _ in flight.sent[before:]} <= {1, 2}

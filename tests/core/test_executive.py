@@ -83,17 +83,17 @@ def test_start_refuses_without_position_and_outside_the_area(rig: MakeRig) -> No
 
 
 def test_start_refuses_other_autopilots(rig: MakeRig) -> None:
-    """A PX4 with the id of a team's vehicle: shown, named, not flown."""
+    """A Paparazzi with the id of a team's vehicle: shown, named, not flown."""
     flight = rig(3)
     flight.sim.silence(2)
     for k in range(10):
         flight.say(
-            "HEARTBEAT", 3, type=2, autopilot=12, base_mode=81, custom_mode=0, system_status=3, mavlink_version=3
+            "HEARTBEAT", 3, type=2, autopilot=9, base_mode=81, custom_mode=0, system_status=3, mavlink_version=3
         )
         flight.say("GLOBAL_POSITION_INT", 3, **position(flight, 45.0, 210.0, boot_ms=60_000 + 700 * k))
         flight.run(0.7)
-    assert results(flight.ask(m.Start(vehicles=(1, 2, 3)))) == {3: "only ArduCopter can be flown so far"}
-    assert flight.frame is not None and flight.frame.autopilot == ("ArduCopter", "ArduCopter", "PX4")
+    assert results(flight.ask(m.Start(vehicles=(1, 2, 3)))) == {3: "only ArduCopter and PX4 multicopters can be flown so far"}
+    assert flight.frame is not None and flight.frame.autopilot == ("ArduCopter", "ArduCopter", "Paparazzi")
 
 
 def position(flight: Rig, x: float, y: float, z: float = 0.0, boot_ms: int = 60_000) -> dict[str, int]:
@@ -118,7 +118,7 @@ def test_in_sim_only_our_own_simulated_vehicles_start(rig: MakeRig) -> None:
     assert set(results(flight.ask(m.Start(vehicles=(1, 2)))).values()) == {
         "not one of our simulated vehicles: this station is SIM"
     }
-    flight.station.firmware.position(1, (50.0, 200.0, 30.0))
+    flight.station.speech.position(1, (50.0, 200.0, 30.0))
     flight.run(1.0)
     assert {(name, f.get("command")) for _, _, name, f in flight.sent} == {("COMMAND_LONG", 511), ("COMMAND_LONG", 512)}
     assert flight.station.door.refused["not one of our simulated vehicles"] == 1

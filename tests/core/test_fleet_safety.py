@@ -4,6 +4,7 @@ import random
 from collections.abc import Callable
 from typing import Any
 
+import orders
 import pytest
 from fastcrc.crc16 import mcrf4xx
 from wires import Wire, Wired
@@ -66,7 +67,7 @@ def test_after_a_restart_in_flight_a_forged_heartbeat_keeps_no_landing_from_arri
     beat(flight, near, 2)
     flight.run(5.0)
     height_m = flight.place(1)[2]
-    flight.station.commands.submit(flight.station.firmware.land(1))
+    flight.station.commands.submit(orders.land(flight, 1))
     flight.run(10.0)
     assert flight.place(1)[2] < height_m - 5.0
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import orders
 import pytest
 from wires import Wire, Wired
 
@@ -49,7 +50,7 @@ def test_commands_go_to_the_vehicle_on_its_own_network_only(wired: MakeWired) ->
     flight = two_networks(wired)
     south, north = flight.wires
     since_s = flight.clock.now()
-    flight.station.commands.submit(flight.station.firmware.land(1001))
+    flight.station.commands.submit(orders.land(flight, 1001))
     flight.run(2.0)
     assert 176 in flight.commands(north, since_s) and 176 not in flight.commands(south, since_s)
     assert int(flight.fleets[1].mode[0]) == 9 and int(flight.fleets[0].mode[0]) != 9
@@ -60,7 +61,7 @@ def test_an_ack_on_one_network_does_not_answer_for_the_other(wired: MakeWired) -
     flight = two_networks(wired)
     flight.remove(1)
     done: list[str] = []
-    action = flight.station.firmware.speed(1001, 5.0)
+    action = orders.speed(flight, 1001, 5.0)
     action.on_done = lambda _, outcome, why: done.append(outcome.value)
     flight.station.commands.submit(action)
     flight.wires[0].link.inject(
@@ -130,7 +131,7 @@ def test_a_vehicle_heard_over_a_satellite_only_is_shown_and_left_in_peace(wired:
     assert vehicle.battery_pct == 71.0 and vehicle.position_m[:2] == pytest.approx((50.0, 200.0), abs=0.1)
     assert vehicle.custom_mode == 4
     assert satellite.seen == [], "no heartbeat, no request for rates, nobody asks who it is"
-    flight.station.firmware.land(1).send(0)
+    orders.land(flight, 1).send(0)
     flight.run(0.1)
     assert flight.commands(satellite) == [176]
     assert flight.frame is not None and flight.frame.freshness[0] is Freshness.OK
@@ -183,7 +184,7 @@ def test_when_the_normal_link_dies_the_satellite_takes_over_without_flapping(wir
         flight.run(20.0)
         assert flight.vehicle().freshness(flight.clock.now()) is Freshness.OK
     assert flight.vehicle().link == "satellite" and flight.vehicle().battery_pct == 55.0
-    flight.station.firmware.land(1).send(0)
+    orders.land(flight, 1).send(0)
     flight.run(0.1)
     assert flight.commands(satellite) == [176] and set(flight.names(satellite)) == {"COMMAND_LONG"}
     near.up = True

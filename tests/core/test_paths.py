@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+import orders
 import pytest
 from wires import Wire, Wired
 
@@ -61,8 +62,8 @@ def test_what_comes_twice_is_recorded_and_told_once(wired: MakeWired, tmp_path: 
     flight.run(5.0)
     flight.sim._pilots[0].text(4, "only once")
     flight.run(2.0)
-    flight.station.firmware.position(1, (50.0, 200.0, 30.0))
-    flight.station.commands.submit(flight.station.firmware.speed(1, 5.0))
+    flight.station.speech.position(1, (50.0, 200.0, 30.0))
+    flight.station.commands.submit(orders.speed(flight, 1, 5.0))
     flight.run(2.0)
     assert acks == [178] and told == [4]
     assert flight.texts("vehicle 1").count("only once") == 1
@@ -174,7 +175,7 @@ def test_an_ack_over_the_other_link_counts(wired: MakeWired) -> None:
     flight = wired(1, wires=[near, far]).run(10.0)
     near.loses = lambda way, data: way == "up" and data[7:10] == b"\x4d\0\0"
     done: list[str] = []
-    action = flight.station.firmware.speed(1, 5.0)
+    action = orders.speed(flight, 1, 5.0)
     action.on_done = lambda _, outcome, why: done.append(outcome.value)
     flight.station.commands.submit(action)
     flight.run(1.0)
@@ -226,7 +227,7 @@ def test_the_same_id_on_another_network_is_another_vehicle(wired: MakeWired) -> 
     assert not flight.vehicle(1).no_commands and not flight.vehicle(1001).no_commands
     near, north = flight.wires
     since_s = flight.clock.now()
-    flight.station.commands.submit(flight.station.firmware.speed(1001, 5.0))
+    flight.station.commands.submit(orders.speed(flight, 1001, 5.0))
     flight.run(1.0)
     assert flight.commands(north, since_s).count(178) == 1 and 178 not in flight.commands(near, since_s)
     assert flight.station.fleet.vehicles[1001].identified
@@ -253,11 +254,11 @@ def only_stops_pass(flight: Wired) -> None:
     since_s = flight.clock.now()
     door = flight.station.door
     before = door.refused.total()
-    flight.station.commands.submit(flight.station.firmware.guided(1))
+    flight.station.commands.submit(orders.prepare(flight, 1))
     flight.run(1.0)
     assert door.refused.total() > before
     assert all(176 not in flight.commands(wire, since_s) for wire in flight.wires)
-    flight.station.commands.submit(flight.station.firmware.land(1))
+    flight.station.commands.submit(orders.land(flight, 1))
     flight.run(1.0)
     assert any(176 in flight.commands(wire, since_s) for wire in flight.wires)
 
@@ -412,7 +413,7 @@ def test_nothing_but_stops_goes_to_an_address_that_does_not_say_who_it_is(wired:
     assert flight.vehicle().address == ("elsewhere", 1)
     assert "asked who it is" in flight.vehicle().no_commands
     since_s = flight.clock.now()
-    flight.station.commands.submit(flight.station.firmware.guided(1))
+    flight.station.commands.submit(orders.prepare(flight, 1))
     flight.run(0.5)
     assert 176 not in flight.commands(flight.wires[0], since_s)
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+import orders
 import pytest
 from wires import Wire, Wired
 
@@ -48,7 +49,7 @@ def speak(flight: Wired, wire: Wire, who: str, seconds: float) -> None:
 
 
 def land(flight: Wired) -> None:
-    flight.station.commands.submit(flight.station.firmware.land(1))
+    flight.station.commands.submit(orders.land(flight, 1))
 
 
 # ---------------------------------------------------------------- who speaks for a path
@@ -92,7 +93,7 @@ def test_a_stop_goes_over_every_way_and_nothing_else_does(wired: MakeWired) -> N
     near, far = Wire("near"), Wire("far", delay_s=0.05)
     flight = wired(1, wires=[near, far]).flying().run(5.0)
     since_s = flight.clock.now()
-    flight.station.commands.submit(flight.station.firmware.speed(1, 5.0))
+    flight.station.commands.submit(orders.speed(flight, 1, 5.0))
     flight.run(1.0)
     assert 178 in flight.commands(near, since_s) and 178 not in flight.commands(far, since_s)
     land(flight)

@@ -7,7 +7,7 @@ from typing import Any
 from sitl.fleet import SimFleet, VehicleSpec
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.events import EventLog
-from tui_gcs.core.firmware.ardupilot import ArduCopter
+from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.links.spec import parse_link
@@ -63,7 +63,7 @@ class Ground:
         self.fleet = Fleet(self.clock, events, frame, 255)
         self.commands = CommandService(self.clock, events)
         self.fleet.on_message("COMMAND_ACK", lambda v, f: self.commands.on_ack(v, f["command"], f["result"]))
-        firmware = ArduCopter(self, frame)
+        firmware = Speech(self, frame)
         self.desk = RateDesk(self.fleet, self.commands, firmware, {RADIO.name: RADIO}, self.clock, events)
         self.encoder = Encoder(255, 190)
         self.sim = SimFleet([VehicleSpec(i + 1, 52.07 + 0.0002 * i, -0.63, 110.0) for i in range(vehicles)])

@@ -45,6 +45,7 @@ def frame(
         loss_pct=(0.0,) * n,
         slot=("",) * n,
         slot_error_m=nan,
+        lag_s=nan,
         link=("memory",) * n,
         signing=("unsigned",) * n,
         problem=("",) * n,

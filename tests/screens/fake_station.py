@@ -168,6 +168,7 @@ class FakeStation:
             loss_pct=0.0,
             slot=f"{index % 4 + 1}/4" if self.flying else "",
             slot_error_m=0.8 if self.flying else NAN,
+            lag_s=0.1 if self.flying else NAN,
             link="udpin:127.0.0.1:14550",
             signing="unsigned",
             problem="",

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,14 @@ from tui_gcs.core.messages import Intent, Vec3
 Samples = NDArray[np.float64]
 
 STILL: Vec3 = (0.0, 0.0, 0.0)
+
+
+class Reference(Protocol):
+    """What is wanted of a vehicle as a function of time."""
+
+    def at(self, t_s: float) -> tuple[Vec3, Vec3]:
+        """Position and velocity wanted at `t_s`."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -63,6 +72,16 @@ class Track:
         p = (1 - share) * self.positions_m[i] + share * self.positions_m[i + 1]
         v = (1 - share) * self.velocities_m_s[i] + share * self.velocities_m_s[i + 1]
         return (float(p[0]), float(p[1]), float(p[2])), (float(v[0]), float(v[1]), float(v[2]))
+
+    def acceleration(self, t_s: float) -> Vec3:
+        """How its velocity changes about `t_s`, m/s²; none before it begins and after it ends."""
+        if not self.t0_s <= t_s < self.end_s:
+            return STILL
+        place = (t_s - self.t0_s) / self.dt_s
+        i = min(max(round(place), 1), len(self.positions_m) - 2) if len(self.positions_m) > 2 else 0
+        before, after = (i - 1, i + 1) if len(self.positions_m) > 2 else (0, 1)
+        x, y, z = (self.velocities_m_s[after] - self.velocities_m_s[before]) / ((after - before) * self.dt_s)
+        return (float(x), float(y), float(z))
 
     def predict(self, now: float, position_m: Vec3, times_s: Samples) -> Samples:
         """(k, 3) where the vehicle will be `times_s` after `now`; its present error fades within 2 s."""

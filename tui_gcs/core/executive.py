@@ -10,7 +10,8 @@ import math
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.course import Course, Stand
 from tui_gcs.core.events import ALERT, INFO, NOTICE, WARNING, EventLog
-from tui_gcs.core.firmware.ardupilot import BRAKE, GUIDED, LAND, ArduCopter, supports
+from tui_gcs.core.firmware.modes import mode_name
+from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import IN_THE_AIR, Flight, FlightBook
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, Vec3, VehicleResult
@@ -56,7 +57,7 @@ class Executive:
         self,
         fleet: Fleet,
         book: FlightBook,
-        firmware: ArduCopter,
+        firmware: Firmwares,
         commands: CommandService,
         steering: Steering,
         events: EventLog,
@@ -93,7 +94,8 @@ class Executive:
             flight = self._book.flights[vehicle_id]
             flight.enter(Phase.ARMING, now, "mode")
             flight.touchdown_m = None
-            self._commands.submit(self._firmware.guided(vehicle_id, self._on_step))
+            vehicle = self._fleet.vehicles[vehicle_id]
+            self._commands.submit(self._firmware.of(vehicle).prepare(vehicle, self._on_step))
 
     def hold(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
         """Hold at once: these, or every vehicle of a team. A start under way is cancelled.
@@ -108,7 +110,9 @@ class Executive:
             concerned = flight is not None and (vehicle.airborne or flight.phase is not Phase.GROUND)
             if (vehicles and vehicle.id not in vehicles) or not (concerned or (vehicles and vehicle.airborne)):
                 continue
-            why = "is in no team: not ours to command" if flight is None else supports(vehicle)
+            why = (
+                "is in no team: not ours to command" if flight is None else self._firmware.of(vehicle).why_not(vehicle)
+            )
             if flight is None or why:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             else:
@@ -141,7 +145,7 @@ class Executive:
             wanted = flight.vehicle in vehicles if vehicles else flight.phase is not Phase.GROUND
             if not wanted or vehicle is None:
                 continue
-            if why := supports(vehicle):
+            if why := self._firmware.of(vehicle).why_not(vehicle):
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif flight.phase is Phase.ARMING:
                 results.append(self._hold_one(vehicle, flight, now))
@@ -159,7 +163,7 @@ class Executive:
         if flight is not None and flight.phase is Phase.ARMING:
             self._fail_start(flight, "heard from another address", self._clock.now())
         elif flight is not None and flight.phase not in (Phase.GROUND, Phase.TAKEN_OUT):
-            flight.enter(Phase.TAKEN_OUT, self._clock.now(), f"{LOST} {flight.phase}")
+            self._take_out(flight, vehicle, f"{LOST} {flight.phase}", self._clock.now())
             self._commands.cancel(vehicle.id, keep_stops=True)
 
     def rebooted(self, vehicle: Vehicle) -> None:
@@ -172,7 +176,8 @@ class Executive:
         """Another vehicle has its id now: that one is not ours to steer, wherever the other may be."""
         flight = self._book.get(vehicle.id)
         if flight is not None and flight.phase is not Phase.GROUND:
-            flight.enter(Phase.TAKEN_OUT, self._clock.now(), REPLACED)
+            self._take_out(flight, vehicle, REPLACED, self._clock.now())
+            flight.tracking = None
             self._commands.cancel(vehicle.id)
 
     # ---------------------------------------------------------------- time
@@ -232,23 +237,26 @@ class Executive:
             self._fail_start(flight, f"{action.name} {outcome.value}" + (f": {why}" if why else ""), now)
         elif action.name == "arm":
             flight.go_to_step("take-off", now)
-            self._commands.submit(self._firmware.take_off(flight.vehicle, flight.layer_m, self._on_step))
+            vehicle = self._fleet.vehicles[flight.vehicle]
+            self._commands.submit(self._firmware.of(vehicle).take_off(vehicle, flight.layer_m, self._on_step))
         elif action.name == "take-off":
             flight.enter(Phase.TAKEOFF, now, "climb")
         else:
             flight.go_to_step("prearm", now)
 
     def _follow_arming(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
+        firmware = self._firmware.of(vehicle)
         if vehicle.freshness(now) is Freshness.LOST:
             self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", "not started: not heard any more", ALERT)
             self._notice_loss(flight, vehicle, now)
-        elif flight.step in ("prearm", "ask why") and vehicle.prearm_ok and vehicle.custom_mode == GUIDED:
+        elif flight.step in ("prearm", "ask why") and vehicle.prearm_ok and firmware.is_prepared(vehicle):
             flight.home_m = vehicle.position_m
             flight.go_to_step("arm", now)
-            self._commands.submit(self._firmware.arm(flight.vehicle, self._on_step))
+            self._commands.submit(firmware.arm(vehicle, self._on_step))
         elif flight.step == "prearm" and now - flight.since_s > PREARM_WAIT_S:
             flight.go_to_step("ask why", now)
-            self._commands.submit(self._firmware.say_prearm(flight.vehicle))
+            if (question := firmware.say_prearm(vehicle)) is not None:
+                self._commands.submit(question)
         elif flight.step == "ask why" and now - flight.since_s > PREARM_ANSWER_S:
             reasons = "; ".join(vehicle.reasons_since(now - 35.0)) or "it does not say why"
             self._fail_start(flight, f"pre-arm checks do not pass: {reasons}", now)
@@ -275,10 +283,9 @@ class Executive:
         return VehicleResult(vehicle=vehicle.id, ok=True, text="start cancelled" if flight.step else "holds")
 
     def _take_over(self, flight: Flight, now: float) -> None:
-        """From a hold back to the planner: GUIDED, then up or down to its own layer, then ready."""
+        """From a hold back to the planner: up or down to its own layer, then ready."""
         vehicle = self._fleet.vehicles[flight.vehicle]
-        if vehicle.custom_mode != GUIDED:
-            self._commands.submit(self._firmware.guided(flight.vehicle))
+        self._engage(vehicle)
         flight.enter(Phase.TAKEOFF, now, "climb")
         x, y, _ = self._steering.stop_place(vehicle)
         flight.course = self._stand((x, y, flight.layer_m))
@@ -286,7 +293,7 @@ class Executive:
     def _notice_loss(self, flight: Flight, vehicle: Vehicle, now: float) -> bool:
         """LOST, without position, or in a mode nobody here asked for: out of the team until it is back.
 
-        Stops are still repeated. Without set-points ArduCopter brakes by itself after 3 s.
+        Stops are still repeated. What it does without set-points was shown before the start.
         """
         blind = vehicle.freshness(now) is Freshness.STALE and now - vehicle.heard_s < HEARD_S
         if blind or vehicle.freshness(now) is Freshness.LOST:
@@ -294,18 +301,30 @@ class Executive:
             if blind:
                 text = "NO POSITION for 3 s: taken out of the mission"
                 self._events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, ALERT)
-            flight.enter(Phase.TAKEN_OUT, now, f"{LOST} {before}")
+            self._take_out(flight, vehicle, f"{LOST} {before}", now)
             self._commands.cancel(vehicle.id, keep_stops=True)
             return True
-        modes = {Phase.LANDING: (LAND,), Phase.HOLDING: (GUIDED, BRAKE)}.get(flight.phase, (GUIDED,))
+        firmware = self._firmware.of(vehicle)
+        checks = {Phase.LANDING: firmware.is_landing, Phase.HOLDING: firmware.is_holding}
         settled = now - flight.since_s > OUT_MODE_GRACE_S and not self._commands.stopping(vehicle.id)
-        if vehicle.custom_mode in modes or not settled:
+        if checks.get(flight.phase, firmware.is_steerable)(vehicle) or not settled:
             return False
-        text = f"left its mode (now {vehicle.custom_mode}): taken out of the mission"
+        mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+        text = f"left its mode (now {mode}): taken out of the mission"
         self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
-        flight.enter(Phase.TAKEN_OUT, now, "mode")
+        self._take_out(flight, vehicle, "mode", now)
         self._commands.cancel(vehicle.id)
         return True
+
+    def _take_out(self, flight: Flight, vehicle: Vehicle, step: str, now: float) -> None:
+        """Nothing is sent to it by itself from now on."""
+        flight.enter(Phase.TAKEN_OUT, now, step)
+        self._firmware.of(vehicle).release(vehicle)
+
+    def _engage(self, vehicle: Vehicle) -> None:
+        """Make it take what is said next."""
+        if (order := self._firmware.of(vehicle).engage(vehicle)) is not None:
+            self._commands.submit(order)
 
     def _take_back(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         """A lost vehicle is heard again: it goes on with what it did, if that is still wanted; else it holds."""
@@ -315,12 +334,14 @@ class Executive:
             return
         before = flight.step.removeprefix(LOST).strip()
         on_layer = abs(vehicle.alt_rel_m - flight.layer_m) <= 2 * LAYER_TOLERANCE_M
-        ready = self.run is RunPhase.RUNNING and vehicle.custom_mode == GUIDED and on_layer
-        if before == Phase.LANDING and (vehicle.custom_mode == LAND or self._commands.stopping(vehicle.id)):
+        firmware = self._firmware.of(vehicle)
+        steerable = firmware.is_steerable(vehicle)
+        ready = self.run is RunPhase.RUNNING and steerable and on_layer
+        if before == Phase.LANDING and (firmware.is_landing(vehicle) or self._commands.stopping(vehicle.id)):
             flight.enter(Phase.LANDING, now, "in place")
-        elif before == Phase.RETURNING and vehicle.custom_mode == GUIDED:
+        elif before == Phase.RETURNING and steerable:
             self._return_one(flight, vehicle, True, now)
-        elif self.resume_found and vehicle.custom_mode == GUIDED:
+        elif self.resume_found and steerable:
             self._take_over(flight, now)
             self.run = RunPhase.STARTING
             text = "found in the air: goes on, as the scenario says"
@@ -331,7 +352,7 @@ class Executive:
         else:
             flight.enter(Phase.HOLDING, now)
             found = before == FOUND
-            if vehicle.custom_mode == GUIDED and not found and not self._commands.stopping(vehicle.id):
+            if steerable and not found and not self._commands.stopping(vehicle.id):
                 self._steering.hold(vehicle)
             text = "is back and holds: resume to take it in again"
             if found:
@@ -359,6 +380,7 @@ class Executive:
             text = "start cancelled, disarmed" if flight.step == CANCELLED else "landed and disarmed"
         flight.touchdown_m = vehicle.position_m
         self._commands.cancel(vehicle.id)
+        self._firmware.of(vehicle).release(vehicle)
         flight.enter(Phase.GROUND, now)
         self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, INFO if expected else ALERT)
 
@@ -375,8 +397,7 @@ class Executive:
             return VehicleResult(vehicle=vehicle.id, ok=False, text="is not in the air" if home else "has no home")
         flight.home_m = home
         self._commands.cancel(vehicle.id)
-        if vehicle.custom_mode != GUIDED:
-            self._commands.submit(self._firmware.guided(vehicle.id))
+        self._engage(vehicle)
         flight.enter(Phase.RETURNING, now, "layer")
         x, y, z = self._steering.stop_place(vehicle)
         if self._is_near(vehicle, home[:2]):  # above its home already: only down, not up to its layer first
@@ -395,18 +416,17 @@ class Executive:
         if flight.step == "layer" and abs(vehicle.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M:
             flight.go_to_step("home", now)
             flight.way_m = self._steering.way_home(vehicle, home)
-            self._fly_leg(flight, now)
-            # ArduCopter takes its own speed again whenever it begins to fly to a place: so after the target
-            self._commands.submit(self._firmware.speed(flight.vehicle, self.speed_m_s))
+            self._fly_leg(flight, vehicle, now, anew=True)
         elif flight.step == "home" and len(flight.way_m) > 1 and self._is_near(vehicle, flight.way_m[0]):
             del flight.way_m[0]
             flight.since_s = now
-            self._fly_leg(flight, now)
+            self._fly_leg(flight, vehicle, now, anew=False)
         elif flight.step == "home" and self._is_over_home(flight, vehicle, home):
             flight.go_to_step("over home", now)
         if now >= self._next_target_s.get(flight.vehicle, 0.0):
             self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
-            self._firmware.position(flight.vehicle, self._return_target(flight, flight.course, vehicle, now))
+            target = self._return_target(flight, flight.course, vehicle, now)
+            self._firmware.of(vehicle).go_to(vehicle, target, self.speed_m_s, anew=False)
             if (
                 flight.step != "over home"
                 and now - flight.since_s > STUCK_S
@@ -423,11 +443,11 @@ class Executive:
             return self._steering.stop_place(vehicle)
         return course.at(now)[0]
 
-    def _fly_leg(self, flight: Flight, now: float) -> None:
+    def _fly_leg(self, flight: Flight, vehicle: Vehicle, now: float, *, anew: bool) -> None:
         x, y = flight.way_m[0]
         flight.course = self._stand((x, y, flight.layer_m))
         self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
-        self._firmware.position(flight.vehicle, flight.course.point_m)
+        self._firmware.of(vehicle).go_to(vehicle, flight.course.point_m, self.speed_m_s, anew=anew)
 
     def _is_near(self, vehicle: Vehicle, place_m: tuple[float, float]) -> bool:
         return math.dist(vehicle.position_m[:2], place_m) <= OVER_HOME_M
@@ -449,7 +469,8 @@ class Executive:
         self._last_landing_s = now
         flight = min(there, key=lambda f: f.layer_m)
         flight.enter(Phase.LANDING, now)
-        self._commands.submit(self._firmware.land(flight.vehicle))
+        vehicle = self._fleet.vehicles[flight.vehicle]
+        self._commands.submit(self._firmware.of(vehicle).land(vehicle))
 
     def _stand(self, point_m: Vec3) -> Stand:
         return Stand(point_m, self.speed_m_s)

@@ -8,6 +8,7 @@ from tui_gcs.core.course import Course
 from tui_gcs.core.guard import Mover, predict
 from tui_gcs.core.messages import Phase, Vec3
 from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.tracking import Tracking
 from tui_gcs.core.vehicle import Vehicle
 
 IN_THE_AIR = frozenset({Phase.TAKEOFF, Phase.FLYING, Phase.HOLDING, Phase.RETURNING, Phase.LANDING, Phase.TAKEN_OUT})
@@ -35,6 +36,11 @@ class Flight:
     way_m: list[tuple[float, float]] = field(default_factory=list)
     """Of a return: turning points still ahead, the last one above home."""
     next_setpoint_s: float = 0.0
+    passed: Course | None = None
+    """The course that the guard passed last, and when."""
+    passed_s: float = -math.inf
+    tracking: Tracking | None = None
+    """How well it keeps to moving courses; None before the first."""
     limited: bool = False
     """Told to keep to our speed on the way to a place, since it last did something else."""
     slot: str = ""
@@ -47,7 +53,9 @@ class Flight:
     def enter(self, phase: Phase, now: float, step: str = "") -> None:
         """Change phase; what belonged to the last one is forgotten."""
         self.phase, self.step, self.since_s = phase, step, now
-        self.course, self.limited = None, False
+        self.course, self.passed, self.limited = None, None, False
+        if self.tracking is not None:
+            self.tracking.pause()
         if phase is not Phase.FLYING:
             self.slot, self.joined, self.vetoed = "", False, ""
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from shapely.geometry import LineString, Point
 from shapely.geometry.base import BaseGeometry
 
-from tui_gcs.core.course import Course, Samples, stopping_point
+from tui_gcs.core.course import Course, Reference, Samples, stopping_point
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.scenario import Limits, OperatingArea
 from tui_gcs.core.zones import Zone, polygon_of
@@ -101,7 +101,7 @@ class Guard:
             return 0.0
         return float(self.allowed.distance(Point(position_m[0], position_m[1])))
 
-    def judge(self, me: Mover, course: Course, others: list[Mover], now: float) -> Verdict:
+    def judge(self, me: Mover, course: Reference, others: list[Mover], now: float) -> Verdict:
         """Judge the set-point that `course` gives now for `me`, whose path follows it; vetoes are counted."""
         verdict = (
             self._rate(me, now)
@@ -136,13 +136,13 @@ class Guard:
             return Verdict("rate", f"set-points less than {MIN_SETPOINT_GAP_S * 1e3:.0f} ms apart")
         return None
 
-    def _speed(self, course: Course, now: float) -> Verdict | None:
+    def _speed(self, course: Reference, now: float) -> Verdict | None:
         speed = math.hypot(*course.at(now)[1])
         if speed > self.limits.speed_m_s * SPEED_TOLERANCE:
             return Verdict("speed", f"{speed:.1f} m/s asked, {self.limits.speed_m_s:.1f} allowed")
         return None
 
-    def _region(self, me: Mover, course: Course, now: float) -> Verdict | None:
+    def _region(self, me: Mover, course: Reference, now: float) -> Verdict | None:
         """Target and stopping point inside area and band, and the way there too, unless it leads back inside."""
         target, velocity = course.at(now)
         for place in (target, stopping_point(target, velocity, self.limits.accel_m_s2)):

@@ -14,7 +14,7 @@ from tui_gcs.core.kinds import Kind as Kind
 from tui_gcs.core.scenario import Limits, OperatingArea, Scenario
 from tui_gcs.core.zones import Zone
 
-PROTOCOL = 2
+PROTOCOL = 3
 """Version of this file's contract; consoles and workers say it first (`Hello`)."""
 
 Vec3 = tuple[float, float, float]
@@ -84,6 +84,7 @@ class VehicleRow(NamedTuple):
     loss_pct: float
     slot: str
     slot_error_m: float
+    lag_s: float
     link: str
     signing: str
     problem: str
@@ -124,7 +125,9 @@ class FleetFrame(Message, frozen=True):
     slot: tuple[str, ...] = ()
     """What the planner calls this vehicle's place, e.g. "2/4"; empty without one."""
     slot_error_m: tuple[float, ...] = ()
-    """Distance from the planned place now."""
+    """Distance from the planned place at the time of its newest position."""
+    lag_s: tuple[float, ...] = ()
+    """How much later than planned it comes by; negative: earlier. NaN where its course does not move."""
     link: tuple[str, ...] = ()
     signing: tuple[str, ...] = ()
     """What signatures are worth: "unsigned", "signed, not verified", "signed by us", "unknown key"."""
@@ -240,6 +243,8 @@ class StationStatus(Message, frozen=True):
     """Guard vetoes since start, by reason."""
     not_ready: dict[int, str] = {}
     """Vehicles of teams that could not be started now, and why."""
+    if_silent: dict[int, str] = {}
+    """What each vehicle of a team does when our set-points stop: to be seen before a start."""
     faults: dict[str, int] = {}
     """What should never happen, counted since start: "planner", "unanswered commands", "refused on slot", "link"."""
     dropped: dict[str, int] = {}

@@ -9,7 +9,7 @@ from typing import Any
 
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import INFO, NOTICE, WARNING, EventLog
-from tui_gcs.core.firmware.ardupilot import ArduCopter
+from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.messages import EventClass
@@ -48,7 +48,7 @@ class RateDesk:
         self,
         fleet: Fleet,
         commands: CommandService,
-        firmware: ArduCopter,
+        speech: Speech,
         specs: dict[str, LinkSpec],
         clock: Clock,
         events: EventLog,
@@ -58,14 +58,14 @@ class RateDesk:
         Args:
             fleet: Whose vehicles are asked.
             commands: Runs the requests.
-            firmware: Words them; SET_MESSAGE_INTERVAL and REQUEST_MESSAGE are the same for PX4.
+            speech: Words them; SET_MESSAGE_INTERVAL and REQUEST_MESSAGE are the same for PX4.
             specs: All links by name; one that is not there has no budget.
             clock: The station's.
             events: Told when a link's set changes or does not fit.
         """
         self._fleet = fleet
         self._commands = commands
-        self._firmware = firmware
+        self._speech = speech
         self._specs = specs
         self._clock = clock
         self._events = events
@@ -194,7 +194,7 @@ class RateDesk:
         if vehicle.identified:
             who.asked = 0
         elif not who.under_way and now >= who.next_s:
-            self._submit(link, member, who, self._firmware.version(vehicle.id), now)
+            self._submit(link, member, who, self._speech.version(vehicle.id), now)
             return True
         _bring_up_to_date(link, member, vehicle, now)
         _judge_rates(member, vehicle, now)
@@ -205,7 +205,7 @@ class RateDesk:
             return False
         message, wish = min(due, key=lambda pair: pair[1].hz > 0.0)  # first what is to fall silent
         hz = wish.hz if wish.hz > 0.0 else OFF_HZ
-        self._submit(link, member, wish, self._firmware.interval(vehicle.id, message, hz), now)
+        self._submit(link, member, wish, self._speech.interval(vehicle.id, message, hz), now)
         return True
 
     def _submit(self, link: LinkRates, member: Member, wish: Wish, action: Action, now: float) -> None:

@@ -10,7 +10,6 @@ import msgspec
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.events import NOTICE, WARNING
-from tui_gcs.core.firmware.ardupilot import supports
 from tui_gcs.core.flights import Flight
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
@@ -130,7 +129,8 @@ class RequestDesk:
             return "in no team, or without a take-off place"
         if vehicle.freshness(now) is not Freshness.OK:
             return f"{vehicle.freshness(now)}: last heard {now - vehicle.heard_s:.0f} s ago"
-        if unsupported := supports(vehicle):
+        firmware = station.firmware.of(vehicle)
+        if unsupported := firmware.why_not(vehicle):
             return unsupported
         if not station.door.is_ours(vehicle):
             return "not one of our simulated vehicles: this station is SIM"
@@ -140,6 +140,8 @@ class RequestDesk:
             return "heard over a high-latency link: commands only, no planner can steer it"
         if vehicle.armed or flight.phase is not Phase.GROUND:
             return "already armed" if vehicle.armed else f"busy: {flight.phase}"
+        if problem := firmware.start_problem(vehicle):
+            return problem
         if problem := _layer_problem(station.scenario, station.round, flight):
             return problem
         desk = station.desks.get(flight.team)

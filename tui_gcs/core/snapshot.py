@@ -3,14 +3,14 @@
 import math
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.firmware.ardupilot import supports
 from tui_gcs.core.firmware.modes import mode_name
+from tui_gcs.core.firmware.registry import name_of
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import FlightBook
 from tui_gcs.core.messages import FleetFrame, Kind, Phase
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.mavlink import autopilot_name, type_name
+from tui_gcs.core.wire.mavlink import type_name
 
 
 def fleet_frame(
@@ -27,7 +27,7 @@ def fleet_frame(
         kind=kind,
         ids=tuple([v.id for v in vehicles]),
         team=tuple([f.team if f else "" for f in flights]),
-        autopilot=tuple([_autopilot(v) for v in vehicles]),
+        autopilot=tuple([name_of(v) for v in vehicles]),
         vehicle_type=tuple([type_name(v.type) for v in vehicles]),
         mode=tuple([mode_name(v.autopilot, v.type, v.custom_mode) for v in vehicles]),
         armed=tuple([v.armed for v in vehicles]),
@@ -53,6 +53,7 @@ def fleet_frame(
                 for f, v in zip(flights, vehicles, strict=True)
             ]
         ),
+        lag_s=tuple([f.tracking.lag_s if f and f.tracking else math.nan for f in flights]),
         link=tuple([v.link for v in vehicles]),
         signing=tuple([v.signing.value for v in vehicles]),
         problem=tuple([problem_of(v) for v in vehicles]),
@@ -68,7 +69,3 @@ def problem_of(vehicle: Vehicle) -> str:
 
 def _phase_without_team(vehicle: Vehicle) -> Phase:
     return Phase.TAKEN_OUT if vehicle.airborne else Phase.GROUND
-
-
-def _autopilot(vehicle: Vehicle) -> str:
-    return "ArduCopter" if not supports(vehicle) else autopilot_name(vehicle.autopilot)

@@ -18,7 +18,9 @@ from tui_gcs.core.clock import Clock
 from tui_gcs.core.door import Door
 from tui_gcs.core.events import WARNING, EventLog
 from tui_gcs.core.executive import Executive
-from tui_gcs.core.firmware.ardupilot import CMD_REQUEST_MESSAGE, ArduCopter
+from tui_gcs.core.firmware.commands import CMD_REQUEST_MESSAGE
+from tui_gcs.core.firmware.registry import Firmwares
+from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.fleet import Fields, Fleet
 from tui_gcs.core.flights import FlightBook
 from tui_gcs.core.forward import Endpoint, Forwarder
@@ -139,14 +141,15 @@ class Station:
             self.events,
         )
         self.reception = Reception(self.links, self.fleet, recorder, self.forwarder, self.trust, clock, self.events)
-        self.firmware = ArduCopter(self.door, frame)
+        self.speech = Speech(self.door, frame)
+        self.firmware = Firmwares(self.speech, self.fleet, self.commands, clock, self.events)
         self.steering = Steering(self.fleet, self.book, self.guard, self.firmware, self.commands, self.events, clock)
         speed = self.scenario.limits.speed_m_s
         self.executive = Executive(
             self.fleet, self.book, self.firmware, self.commands, self.steering, self.events, clock, speed
         )
         specs = {link.name: link.spec for link in links}
-        self.rates = RateDesk(self.fleet, self.commands, self.firmware, specs, clock, self.events)
+        self.rates = RateDesk(self.fleet, self.commands, self.speech, specs, clock, self.events)
         self.answers = TimeAnswers(self.fleet, self.door, clock, own)
         self.jobs = JobDesk(self.fleet.vehicles, clock, self.events)
         self.services = Services(
@@ -208,6 +211,7 @@ class Station:
         self.jobs.tick()
         self.services.tick()
         self.executive.tick()
+        self.firmware.tick()
         for desk in self.desks.values():
             silent = desk.tick()
             if silent:
@@ -277,7 +281,7 @@ class Station:
         self.round_index = min(self.round_index, len(scenario.rounds) - 1)
         frame = LocalFrame(scenario.origin)
         self.fleet.reframe(frame)
-        self.firmware.frame = frame
+        self.speech.frame = frame
         self.executive.speed_m_s = scenario.limits.speed_m_s
         if not self.book.any_in_the_air():  # in flight everybody keeps team and layer
             self.book.assign(scenario, sorted(self.fleet.vehicles))
@@ -322,6 +326,7 @@ class Station:
         self.fleet.on_gone(self._on_gone)
         self.fleet.on_radio(lambda source, fields: self.rates.radio_status(source.link, fields))
         self.fleet.on_component(self.rates.forget)
+        self.fleet.on_component(self.firmware.forget)
         self.fleet.paths.on_reboot.append(self._on_reboot)
         self.fleet.paths.on_replace.append(self._on_replace)
         self.fleet.paths.on_move.append(self._on_move)
@@ -345,14 +350,17 @@ class Station:
 
     def _on_reboot(self, vehicle: Vehicle) -> None:
         self.rates.forget(vehicle)
+        self.firmware.forget(vehicle)
         self.commands.cancel(vehicle.id, keep_stops=True, housekeeping=True)
         self.executive.rebooted(vehicle)
 
     def _on_replace(self, vehicle: Vehicle) -> None:
         self.rates.forget(vehicle)
+        self.firmware.forget(vehicle)
         self.executive.replaced(vehicle)
 
     def _on_gone(self, vehicle: Vehicle) -> None:
+        self.firmware.forget(vehicle)
         self.commands.cancel(vehicle.id, housekeeping=True)
 
     def _on_keys(self) -> None:

@@ -45,6 +45,11 @@ def station_status(station: "Station", seq: int) -> StationStatus:
         outside_area_m=station.monitor.outside_area_m,
         vetoes=dict(station.guard.vetoes),
         not_ready={f.vehicle: why for f in station.book if (why := station.requests.why_not_start(f.vehicle))},
+        if_silent={
+            f.vehicle: station.firmware.of(v).if_silent(v)
+            for f in station.book
+            if (v := station.fleet.vehicles.get(f.vehicle)) is not None
+        },
         faults=_faults(station),
         dropped=_dropped(station),
         recording=_recording(station),

@@ -8,23 +8,26 @@ import math
 from collections.abc import Callable
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.course import Course, Stand, stopping_point
+from tui_gcs.core.course import Course, Stand, Track, stopping_point
 from tui_gcs.core.events import ALERT, WARNING, EventLog
-from tui_gcs.core.firmware.ardupilot import ArduCopter
+from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.guard import Guard, Mover
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.route import route
 from tui_gcs.core.services.command import CommandService
+from tui_gcs.core.tracking import Led, Tracking
 from tui_gcs.core.vehicle import Vehicle
 
 STANDS_M_S = 1.0
 """Slower than this a vehicle that brakes is as good as there."""
 LEAST_HOVER_M = 2.5
 """Nobody is held lower: a copter told to stay at 0 m sits on the ground with its motors running."""
-SETPOINT_GAP_S = 0.2
-"""5 Hz: ArduCopter needs one within 3 s, PX4 two a second; a patrol slot moves 1.6 m between two."""
+JUDGE_GAP_S = 0.2
+"""The guard looks at every new course, and at the same one again after this time; it looks 5 s ahead."""
+STAND_GAP_S = 0.2
+"""How often a place to stand at is said; firmware that needs to say it once does so."""
 
 
 class Steering:
@@ -35,7 +38,7 @@ class Steering:
         fleet: Fleet,
         book: FlightBook,
         guard: Guard,
-        firmware: ArduCopter,
+        firmware: Firmwares,
         commands: CommandService,
         events: EventLog,
         clock: Clock,
@@ -59,14 +62,15 @@ class Steering:
         due = [f for f in steered if f.course is not None and now >= f.next_setpoint_s - 1e-9]
         if not due:
             return
-        movers = self._movers(now)
+        movers = self._movers(now)  # of all in the air, once
         for flight in due:
             vehicle = self._fleet.vehicles.get(flight.vehicle)
             if vehicle is None or flight.course is None:
                 continue
             if vehicle.freshness(now) is Freshness.OK:
+                self._measure(flight, flight.course, vehicle, now)
                 self._steer(flight, flight.course, vehicle, movers)
-            else:  # nobody knows where it is: without set-points it brakes by itself after 3 s
+            else:  # nobody knows where it is; what it does without set-points was shown before the start
                 text = "no position for 3 s: no set-points"
                 self._events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, ALERT, every_s=5)
 
@@ -84,7 +88,7 @@ class Steering:
         flight = self._book.get(vehicle.id)
         if flight is not None:
             flight.limited = False
-        self._commands.submit(self._firmware.hold(vehicle, self._stop_places(vehicle)))
+        self._commands.submit(self._firmware.of(vehicle).hold(vehicle, self._stop_places(vehicle)))
 
     def blocked(self, flight: Flight, vehicle: Vehicle) -> str:
         """Who is in the way of the flight's course, or ""."""
@@ -112,28 +116,49 @@ class Steering:
         return where
 
     def slot_error_m(self, flight: Flight, vehicle: Vehicle) -> float:
-        """Distance from where the course wants it now; NaN without a course."""
+        """Distance from where the course wanted it when its newest position came; NaN without a course."""
         if flight.course is None or not vehicle.has_position():
             return math.nan
-        return math.dist(flight.course.at(self._clock.now())[0], vehicle.position_m)
+        return math.dist(flight.course.at(vehicle.position_s)[0], vehicle.position_m)
+
+    def _measure(self, flight: Flight, course: Course, vehicle: Vehicle, now: float) -> None:
+        """How well it follows; who does not at all is told."""
+        if flight.tracking is None:
+            flight.tracking = Tracking(self._firmware.of(vehicle).lead)
+        flight.tracking.look(course, vehicle)
+        if flight.tracking.ignores(course, vehicle, now) and not flight.vetoed:
+            text = "stands still although it is asked to move: outside of its own fence, or its mode does not take it?"
+            self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
 
     def _steer(self, flight: Flight, course: Course, vehicle: Vehicle, movers: list[Mover]) -> None:
         now = self._clock.now()
-        flight.next_setpoint_s = now + SETPOINT_GAP_S
-        verdict = self._guard.judge(flight.mover(vehicle, now), course, movers, now)
-        if not verdict.ok:
-            self._brake_for_veto(flight, vehicle, verdict.text)
+        firmware = self._firmware.of(vehicle)
+        sent = Led(course, flight.tracking.lead) if isinstance(course, Track) and flight.tracking else course
+        flight.next_setpoint_s = now + (firmware.setpoint_gap_s if isinstance(course, Track) else STAND_GAP_S)
+        if not self._may_pass(flight, course, sent, vehicle, movers):
             return
-        flight.vetoed = ""
         self._commands.cancel(vehicle.id, "hold")  # of a veto or a change of round: it would fight the new course
-        point, velocity = course.at(now)
+        point, velocity = sent.at(now)
         if isinstance(course, Stand):
-            self._firmware.position(vehicle.id, point)
-            if not flight.limited:  # ArduCopter takes its own speed again whenever it begins to fly to a place
-                self._commands.submit(self._firmware.speed(vehicle.id, course.speed_m_s))
+            firmware.go_to(vehicle, point, course.speed_m_s, anew=not flight.limited)
         else:
-            self._firmware.moving(vehicle.id, point, velocity)
+            firmware.follow(vehicle, point, velocity)
         flight.limited = isinstance(course, Stand)
+
+    def _may_pass(
+        self, flight: Flight, course: Course, sent: Course | Led, vehicle: Vehicle, movers: list[Mover]
+    ) -> bool:
+        """Whether the guard passes what is sent; a vetoed vehicle brakes and holds."""
+        now = self._clock.now()
+        if flight.passed is course and now - flight.passed_s < JUDGE_GAP_S - 1e-9:
+            return True
+        verdict = self._guard.judge(flight.mover(vehicle, now), sent, movers, now)
+        flight.passed, flight.passed_s = (course, now) if verdict.ok else (None, now)
+        if verdict.ok:
+            flight.vetoed = ""
+        else:
+            self._brake_for_veto(flight, vehicle, verdict.text)
+        return verdict.ok
 
     def _brake_for_veto(self, flight: Flight, vehicle: Vehicle, why: str) -> None:
         if flight.joined:

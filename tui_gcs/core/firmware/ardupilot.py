@@ -1,129 +1,106 @@
 """ArduCopter's way of saying things (facts/ardupilot.md; measured on 4.7-dev).
 
 Flying is GUIDED: position, or position and velocity targets in frame 6 (relative altitude), which are never
-acknowledged. Modes are believed from the heartbeat, not from the ACK.
+acknowledged. Modes are believed from the heartbeat, not from the ACK. Outside GUIDED set-points are dropped without a
+word. LOITER, ALT_HOLD, POSHOLD and CIRCLE are never used: without a pilot their throttle stick is down, and they sink.
 """
 
-import math
 from collections.abc import Callable
 
-from tui_gcs.core.door import Door
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.firmware import commands as c
+from tui_gcs.core.firmware.base import Lead, has_left_ground, is_settled, may_be_flying, stands_still
+from tui_gcs.core.firmware.speech import Done, Speech
 from tui_gcs.core.messages import Vec3
-from tui_gcs.core.services.command import Action, Outcome, Retry
+from tui_gcs.core.services.command import CommandService
+from tui_gcs.core.services.order import Action, Order, Retry
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT
 
-GUIDED, RTL, LAND, BRAKE = 4, 6, 9, 17
+AUTO, GUIDED, RTL, LAND, BRAKE = 3, 4, 6, 9, 17
 """ArduCopter custom_mode."""
 COPTER_TYPES = frozenset({2, 3, 4, 13, 14, 15, 29, 35})
 """MAV_TYPE of what ArduCopter flies: quad-, coaxial, heli-, hexa-, octo-, tri-, dodeca-, decarotor."""
-FRAME_RELATIVE_ALT_INT = 6
-POSITION_ONLY = 0xDF8
-"""SET_POSITION_TARGET type_mask: use x, y, z."""
-POSITION_AND_VELOCITY = 0xDC0
-"""SET_POSITION_TARGET type_mask: use x, y, z, vx, vy, vz."""
-CMD_LAND, CMD_TAKEOFF = 21, 22
-CMD_SET_MODE, CMD_CHANGE_SPEED = 176, 178
-CMD_RUN_PREARM_CHECKS = 401
-CMD_ARM_DISARM, CMD_SET_MESSAGE_INTERVAL, CMD_REQUEST_MESSAGE = 400, 511, 512
-CUSTOM_MODE_ENABLED = 1
-LANDED_IN_AIR, LANDED_TAKEOFF = 2, 3
-"""MAV_LANDED_STATE."""
-BLIND_S = 1.0
-"""A heartbeat this much newer than the position: whether it left the ground since is not known."""
-HOLD_SETTLES_S = 0.8
-"""A vehicle that did not get the hold and begins to move is faster than 0.5 m/s after this time."""
-
-AUTOPILOT_VERSION = 148
-
-Done = Callable[[Action, Outcome, str], None]
-
-
-def supports(vehicle: Vehicle) -> str:
-    """Why this vehicle cannot be flown by this module, or ""."""
-    if vehicle.autopilot != AUTOPILOT_ARDUPILOT or vehicle.type not in COPTER_TYPES:
-        return "only ArduCopter can be flown so far"
-    return ""
+MODE_BITS = 8
+"""DO_SET_MODE's mode is cut to so many bits without a word: 262 is taken as 6, RTL."""
 
 
 class ArduCopter:
-    """Builds actions and set-points; all of them leave through the door."""
+    """The `Firmware` of ArduCopter."""
 
-    def __init__(self, door: Door, frame: LocalFrame) -> None:
-        """`frame` turns ENU metres into degrees."""
-        self._door = door
-        self.frame = frame
+    name = "ArduCopter"
+    setpoint_gap_s = 0.2
+    """Velocities expire after 3 s (GUID_TIMEOUT); a patrol slot moves 1.6 m between two."""
+    lead = Lead()
 
-    def mode(self, vehicle: int, mode: int, name: str, retry: Retry, on_done: Done | None = None) -> Action:
-        """Change mode; done when the heartbeat says so."""
-        return Action(
-            vehicle,
-            name,
-            retry,
-            send=lambda copy: self._long(vehicle, name, CMD_SET_MODE, copy, CUSTOM_MODE_ENABLED, mode),
-            confirmed=lambda v: v.custom_mode == mode,
-            command=CMD_SET_MODE,
-            on_done=on_done,
-        )
+    def __init__(self, speech: Speech, commands: CommandService) -> None:
+        """`commands` runs what comes along with a set-point."""
+        self._speech = speech
+        self._commands = commands
 
-    def land(self, vehicle: int, on_done: Done | None = None) -> Action:
-        """LAND where it is."""
-        return self.mode(vehicle, LAND, "land", Retry.STOP, on_done)
+    def why_not(self, vehicle: Vehicle) -> str:
+        """It can."""
+        return ""
 
-    def guided(self, vehicle: int, on_done: Done | None = None) -> Action:
-        """GUIDED mode."""
+    def start_problem(self, vehicle: Vehicle) -> str:
+        """Before "ArduPilot Ready" commands are acknowledged and lost."""
+        return "still booting" if vehicle.system_status <= c.STATUS_BOOT else ""
+
+    def if_silent(self, vehicle: Vehicle) -> str:
+        """GUIDED has no failsafe of its own."""
+        return "flies to its last target and holds there; after a moving target it brakes within 3 s"
+
+    # ---------------------------------------------------------------- from the ground and back
+
+    def prepare(self, vehicle: Vehicle, on_done: Done | None = None) -> Action:
+        """GUIDED: pre-arm checks are those of the present mode."""
         return self.mode(vehicle, GUIDED, "mode GUIDED", Retry.SET, on_done)
 
-    def arm(self, vehicle: int, on_done: Done) -> Action:
-        """Arm; done when the heartbeat shows it."""
-        return Action(
-            vehicle,
-            "arm",
-            Retry.START,
-            send=lambda copy: self._long(vehicle, "arm", CMD_ARM_DISARM, copy, 1),
-            confirmed=lambda v: v.armed,
-            command=CMD_ARM_DISARM,
-            confirm_s=3.0,
-            on_done=on_done,
+    def is_prepared(self, vehicle: Vehicle) -> bool:
+        """In GUIDED."""
+        return vehicle.custom_mode == GUIDED
+
+    def say_prearm(self, vehicle: Vehicle) -> Action:
+        """Have the pre-arm checks run and their problems told as status texts; unasked it tells every 30 s only."""
+        order = Order(c.CMD_RUN_PREARM_CHECKS)
+        return self._speech.action(vehicle.id, "pre-arm checks", Retry.SET, order, None)
+
+    def arm(self, vehicle: Vehicle, on_done: Done) -> Action:
+        """Take-off must follow within 10 s, or it disarms itself."""
+        order = Order(c.CMD_ARM_DISARM, (1,))
+        return self._speech.action(vehicle.id, "arm", Retry.START, order, lambda v: v.armed, on_done, confirm_s=3.0)
+
+    def disarm(self, vehicle: Vehicle) -> Action:
+        """On the ground; in the air it refuses."""
+        order = Order(c.CMD_ARM_DISARM, (0,))
+        return self._speech.action(vehicle.id, "disarm", Retry.STOP, order, lambda v: not v.armed)
+
+    def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> Action:
+        """NAV_TAKEOFF's height is above home."""
+        order = Order(c.CMD_TAKEOFF, (0, 0, 0, 0, 0, 0, alt_rel_m))
+        states = (c.LANDED_IN_AIR, c.LANDED_TAKEOFF)
+        return self._speech.action(
+            vehicle.id, "take-off", Retry.START, order, lambda v: has_left_ground(v, states), on_done, confirm_s=8.0
         )
 
-    def say_prearm(self, vehicle: int) -> Action:
-        """Have the pre-arm checks run and their problems told as status texts."""
-        action = Action(
-            vehicle,
-            "pre-arm checks",
-            Retry.SET,
-            send=lambda copy: self._long(vehicle, "pre-arm checks", CMD_RUN_PREARM_CHECKS, copy),
-            confirmed=lambda v: action.acked_s is not None,
-            command=CMD_RUN_PREARM_CHECKS,
-        )
-        return action
+    def land(self, vehicle: Vehicle) -> Action:
+        """LAND."""
+        return self.mode(vehicle, LAND, "land", Retry.STOP)
 
-    def take_off(self, vehicle: int, alt_rel_m: float, on_done: Done) -> Action:
-        """Climb vertically to `alt_rel_m` above home; done when it has left the ground."""
-        return Action(
-            vehicle,
-            "take-off",
-            Retry.START,
-            send=lambda copy: self._long(vehicle, "take-off", CMD_TAKEOFF, copy, 0, 0, 0, 0, 0, 0, alt_rel_m),
-            confirmed=lambda v: v.armed and (v.alt_rel_m > 1.0 or v.landed_state in (LANDED_IN_AIR, LANDED_TAKEOFF)),
-            command=CMD_TAKEOFF,
-            confirm_s=8.0,
-            on_done=on_done,
-        )
+    def rtl(self, vehicle: Vehicle) -> Action:
+        """RTL."""
+        return self.mode(vehicle, RTL, "return", Retry.STOP)
 
-    def speed(self, vehicle: int, speed_m_s: float) -> Action:
-        """Limit the speed of flights to a place. There is no telemetry of it: the ACK is all."""
-        action = Action(
-            vehicle,
-            "speed",
-            Retry.SET,
-            send=lambda copy: self._long(vehicle, "speed", CMD_CHANGE_SPEED, copy, 1, speed_m_s, -1),
-            confirmed=lambda v: action.acked_s is not None,
-            command=CMD_CHANGE_SPEED,
-        )
-        return action
+    def mode(self, vehicle: Vehicle, mode: int, name: str, retry: Retry, on_done: Done | None = None) -> Action:
+        """Change mode; done when the heartbeat says so.
+
+        Raises:
+            ValueError: a mode that would be cut to another one.
+        """
+        if not 0 <= mode < 1 << MODE_BITS:
+            raise ValueError(f"ArduCopter has no mode {mode}")
+        order = Order(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, mode))
+        return self._speech.action(vehicle.id, name, retry, order, lambda v: v.custom_mode == mode, on_done)
+
+    # ---------------------------------------------------------------- in the air
 
     def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> Action:
         """Stop `vehicle`, whatever it does: what that takes is decided anew for every copy.
@@ -134,87 +111,78 @@ class ArduCopter:
         the ground. Its mode may change between two heartbeats, and it may lift off after the first copy.
         Done when it hardly moves, and not only in the moment the hold was sent, or when it is disarmed.
         """
-        name = vehicle.id
+        name, speech = vehicle.id, self._speech
 
         def send(copy: int) -> None:
             if vehicle.airborne and vehicle.custom_mode == GUIDED and not vehicle.no_commands:
-                self.position(name, where())
-            elif vehicle.airborne or (vehicle.armed and vehicle.heartbeat_s - vehicle.position_s > BLIND_S):
-                self._long(name, "hold", CMD_SET_MODE, copy, CUSTOM_MODE_ENABLED, BRAKE)
+                speech.position(name, where())
+            elif may_be_flying(vehicle):
+                speech.say(name, "hold", Order(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, BRAKE)), copy)
             elif vehicle.armed:
-                self._long(name, "disarm", CMD_ARM_DISARM, copy, 0)
+                speech.say(name, "disarm", Order(c.CMD_ARM_DISARM, (0,)), copy)
 
         def stopped(v: Vehicle) -> bool:
-            settled = min(v.position_s, v.heartbeat_s) > action.first_s + HOLD_SETTLES_S
-            still = v.airborne and v.custom_mode in (GUIDED, BRAKE) and math.hypot(*v.velocity_m_s) < 0.5
-            return settled and (not v.armed or still)
+            still = v.airborne and self.is_holding(v) and stands_still(v)
+            return is_settled(v, action) and (not v.armed or still)
 
         action = Action(name, "hold", Retry.STOP, send=send, confirmed=stopped)
+        action.look = lambda: speech.ask(name, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)
         return action
 
-    def interval(self, vehicle: int, message: int, hz: float) -> Action:
-        """Ask for a message at a rate; the ACK is all the confirmation there is."""
-        action = Action(
-            vehicle,
-            f"interval {message}",
-            Retry.SET,
-            send=lambda copy: self._ask(vehicle, CMD_SET_MESSAGE_INTERVAL, copy, message, 1e6 / hz),
-            confirmed=lambda v: action.acked_s is not None,
-            command=CMD_SET_MESSAGE_INTERVAL,
-            housekeeping=True,
-        )
-        return action
+    def engage(self, vehicle: Vehicle) -> Action | None:
+        """GUIDED."""
+        return None if self.is_steerable(vehicle) else self.prepare(vehicle)
 
-    def version(self, vehicle: int) -> Action:
-        """Ask who it is."""
-        return Action(
-            vehicle,
-            "identify",
-            Retry.SET,
-            send=lambda copy: self._ask(vehicle, CMD_REQUEST_MESSAGE, copy, AUTOPILOT_VERSION),
-            confirmed=lambda v: v.identified,
-            command=CMD_REQUEST_MESSAGE,
-            ack_ends=False,
-            housekeeping=True,
-        )
+    def go_to(self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, *, anew: bool) -> None:
+        """One position target is enough, and has no time-out; further ones do no harm.
 
-    def position(self, vehicle: int, point_m: Vec3) -> None:
-        """Fly to a point and stay; one message is enough, it has no time-out."""
-        self._target(vehicle, POSITION_ONLY, point_m, (0.0, 0.0, 0.0))
+        ArduCopter takes its own speed again whenever it begins to fly to a place: so after the target.
+        """
+        self._speech.position(vehicle.id, point_m)
+        if anew:
+            self._commands.submit(self.change_speed(vehicle, speed_m_s))
 
-    def moving(self, vehicle: int, point_m: Vec3, velocity_m_s: Vec3) -> None:
-        """Be at `point_m` moving with `velocity_m_s`; after 3 s without another it brakes (GUID_TIMEOUT)."""
-        self._target(vehicle, POSITION_AND_VELOCITY, point_m, velocity_m_s)
+    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3) -> None:
+        """After 3 s without another it brakes (GUID_TIMEOUT)."""
+        self._speech.moving(vehicle.id, point_m, velocity_m_s)
 
-    def _target(self, vehicle: int, type_mask: int, point_m: Vec3, velocity_m_s: Vec3) -> None:
-        lat_deg, lon_deg = self.frame.to_geodetic(point_m[0], point_m[1])
-        east, north, up = velocity_m_s
-        self._door.setpoint(
-            vehicle,
-            time_boot_ms=0,
-            coordinate_frame=FRAME_RELATIVE_ALT_INT,
-            type_mask=type_mask,
-            lat_int=round(float(lat_deg) * 1e7),
-            lon_int=round(float(lon_deg) * 1e7),
-            alt=point_m[2],
-            vx=north,
-            vy=east,
-            vz=-up,
-            afx=0,
-            afy=0,
-            afz=0,
-            yaw=0,
-            yaw_rate=0,
-        )
+    def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
+        """As `follow`. Its own limits of climb and descent do not apply to velocities: the caller's do."""
+        self._speech.velocity(vehicle.id, velocity_m_s)
 
-    def _long(self, vehicle: int, what: str, command: int, copy: int, *params: float) -> None:
-        self._door.action(vehicle, what, "COMMAND_LONG", **_command_long(command, copy, params))
+    def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> Action:
+        """There is no telemetry of it: the ACK is all."""
+        order = Order(c.CMD_CHANGE_SPEED, (1, speed_m_s, -1))
+        return self._speech.action(vehicle.id, "speed", Retry.SET, order, None)
 
-    def _ask(self, vehicle: int, command: int, copy: int, *params: float) -> None:
-        self._door.ask(vehicle, "COMMAND_LONG", **_command_long(command, copy, params))
+    def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> Action:
+        """AUTO, in the air: on the ground it is not armable in AUTO (AUTO_OPTIONS)."""
+        return self.mode(vehicle, AUTO, "mission start", Retry.START, on_done)
 
+    def mission_pause(self, vehicle: Vehicle) -> Action:
+        """BRAKE, which no stick moves; AUTO resumes the same item (MIS_RESTART 0)."""
+        return self.mode(vehicle, BRAKE, "hold", Retry.STOP)
 
-def _command_long(command: int, copy: int, params: tuple[float, ...]) -> dict[str, float]:
-    padded = (*params, *([0.0] * 7))[:7]
-    values = {f"param{i}": float(value) for i, value in enumerate(padded, start=1)}
-    return {"command": command, "confirmation": min(copy, 255), **values}
+    def mission_continue(self, vehicle: Vehicle) -> Action:
+        """AUTO again."""
+        return self.mode(vehicle, AUTO, "mission continue", Retry.START)
+
+    # ---------------------------------------------------------------- what telemetry shows
+
+    def is_steerable(self, vehicle: Vehicle) -> bool:
+        """In GUIDED."""
+        return vehicle.custom_mode == GUIDED
+
+    def is_holding(self, vehicle: Vehicle) -> bool:
+        """In GUIDED or BRAKE."""
+        return vehicle.custom_mode in (GUIDED, BRAKE)
+
+    def is_landing(self, vehicle: Vehicle) -> bool:
+        """In LAND."""
+        return vehicle.custom_mode == LAND
+
+    def tick(self, vehicles: list[Vehicle]) -> None:
+        """Nothing is due by itself."""
+
+    def release(self, vehicle: Vehicle) -> None:
+        """Nothing is sent unasked."""

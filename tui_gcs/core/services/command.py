@@ -10,85 +10,63 @@ The three retry classes of architecture.md (security.md C.4):
 Success is what telemetry shows; an ACK only ends the copies. A refusal collects the vehicle's own words for 0.5 s.
 """
 
-from collections import Counter
-from collections.abc import Callable
+from collections import Counter, OrderedDict
+from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import Enum
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.events import ALERT, INFO, WARNING, EventLog
+from tui_gcs.core.events import ALERT, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.messages import EventClass
+from tui_gcs.core.services.order import Action as Action
+from tui_gcs.core.services.order import Order as Order
+from tui_gcs.core.services.order import Outcome as Outcome
+from tui_gcs.core.services.order import Retry as Retry
 from tui_gcs.core.vehicle import Vehicle
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS, CANCELLED = range(7)
+LONG_ONLY, INT_ONLY, UNSUPPORTED_FRAME, NOT_IN_CONTROL = range(7, 11)
 """MAV_RESULT."""
-RESULT_WORDS = {1: "temporarily rejected", 2: "denied", 3: "unsupported", 4: "failed", 6: "cancelled"}
+RESULT_WORDS = {
+    ACCEPTED: "",
+    TEMPORARILY_REJECTED: "temporarily rejected",
+    DENIED: "denied",
+    UNSUPPORTED: "unsupported",
+    FAILED: "failed",
+    IN_PROGRESS: "still in progress",
+    CANCELLED: "cancelled",
+    LONG_ONLY: "taken as COMMAND_LONG only",
+    INT_ONLY: "taken as COMMAND_INT only",
+    UNSUPPORTED_FRAME: "frame of reference not supported",
+    NOT_IN_CONTROL: "another station has control",
+}
+OTHER_WAY = {LONG_ONLY: False, INT_ONLY: True}
+"""Results that ask for the other message: whether that is COMMAND_INT."""
 REASON_WAIT_S = 0.5
 """STATUSTEXT is queued by the autopilot: reasons come up to this long after a refusing ACK (ardupilot.md)."""
-
-
-class Retry(Enum):
-    """How an action is repeated: (copies, gap s, slow gap s after the copies or 0)."""
-
-    START = (3, 0.9, 0.0)
-    STOP = (25, 0.4, 2.0)
-    SET = (5, 0.6, 0.0)
-
-    @property
-    def copies(self) -> int:
-        """How many are sent at most before it is given up (stop: before the alarm)."""
-        return int(self.value[0])
-
-    @property
-    def gap_s(self) -> float:
-        """Time between copies."""
-        return float(self.value[1])
-
-    @property
-    def slow_gap_s(self) -> float:
-        """Time between further copies of a stop that is still not confirmed."""
-        return float(self.value[2])
-
-
-class Outcome(Enum):
-    """How an action ended."""
-
-    CONFIRMED = "confirmed"
-    REFUSED = "refused"
-    EXPIRED = "no answer"
-    NOT_CONFIRMED = "accepted, not confirmed"
-    SUPERSEDED = "superseded"
+START_WITHIN_S = 2.0
+"""No copy of a start leaves later than this after it was asked for."""
+PROGRESS_LIMIT_S = 60.0
+"""What is in progress for longer is told as that (B.6-43)."""
+LATE_S = 60.0
+"""How long it is remembered what was given up, so that its late ACK is told as late."""
+DOUBT_S = 15.0
+"""So long after giving up without an answer an ACK may belong to either of two equal commands (B.6-45)."""
+MOST_REMEMBERED = 1000
+LOOK_FROM = 2
+"""From this copy of a stop on, the telemetry that confirms it is asked for: a heartbeat a second may be lost, too."""
+REQUEST_MESSAGE = 512
+"""MAV_CMD_REQUEST_MESSAGE."""
+QUESTION_S = 5.0
+"""So long the ACK of a question may take."""
 
 
 @dataclass
-class Action:
-    """One thing asked of one vehicle."""
+class _Past:
+    """An action that is over."""
 
-    vehicle: int
     name: str
-    """For the operator and the journal, e.g. "arm"; a newer action of the same name supersedes this one."""
-    retry: Retry
-    send: Callable[[int], object]
-    """Sends copy number 0, 1, …"""
-    confirmed: Callable[[Vehicle], bool]
-    """Whether telemetry shows it done."""
-    command: int | None = None
-    """MAV_CMD whose COMMAND_ACK belongs to this action; None if it has none (set-points, heartbeat-confirmed modes)."""
-    confirm_s: float = 5.0
-    """After an accepting ACK, or the last copy, wait this long for telemetry."""
-    on_done: Callable[["Action", Outcome, str], None] | None = None
-    ack_ends: bool = True
-    """Whether an accepting ACK ends the copies; not where what is asked for is a message that may be lost itself."""
-    housekeeping: bool = False
-    """A request for information or rates: no stop needs to cancel it."""
-    sent: int = 0
-    first_s: float = 0.0
-    """When the first copy was sent."""
-    next_s: float = 0.0
-    acked_s: float | None = None
-    refused_s: float | None = None
-    result: int | None = None
-    alarmed: bool = False
+    ended_s: float
+    unanswered: bool
 
 
 class CommandService:
@@ -98,80 +76,138 @@ class CommandService:
         """Nothing pending."""
         self._clock = clock
         self._events = events
-        self._pending: dict[tuple[int, str], Action] = {}
+        self._pending: dict[int, dict[str, Action]] = {}
+        """By vehicle and name, in order of submission."""
+        self._past: OrderedDict[tuple[int, int], _Past] = OrderedDict()
+        """By vehicle and command: what came last and is over."""
+        self._questions_s: dict[tuple[int, int], float] = {}
         self.unanswered: list[str] = []
         """Actions that expired without any answer."""
         self.ignored: Counter[str] = Counter()
         """ACKs that belonged to nothing, by reason."""
+
+    # ---------------------------------------------------------------- asking
 
     def submit(self, action: Action) -> None:
         """Begin `action` at the next tick; a stop cancels everything else queued for that vehicle."""
         if action.retry is Retry.STOP:
             self.cancel(action.vehicle)
         else:
-            self._end(self._pending.get((action.vehicle, action.name)), Outcome.SUPERSEDED, "")
-        action.next_s = self._clock.now()
-        self._pending[(action.vehicle, action.name)] = action
+            self._end(self._pending.get(action.vehicle, {}).get(action.name), Outcome.SUPERSEDED, "")
+        now = self._clock.now()
+        action.asked_s = action.next_s = now
+        if action.command is not None and not action.housekeeping:
+            past = self._past.get((action.vehicle, action.command))
+            action.doubtful = past is not None and past.unanswered and now - past.ended_s < DOUBT_S
+        self._pending.setdefault(action.vehicle, {})[action.name] = action
         self._run(action, None)
 
     def cancel(
         self, vehicle: int, name: str | None = None, *, keep_stops: bool = False, housekeeping: bool = False
     ) -> None:
         """Drop the actions pending for `vehicle` (all, or the one called `name`); `housekeeping`: those, too."""
-        for key, action in list(self._pending.items()):
+        for action in list(self._pending.get(vehicle, {}).values()):
             kept = keep_stops and action.retry is Retry.STOP
-            if key[0] == vehicle and not kept and (key[1] == name if name else housekeeping or not action.housekeeping):
+            if not kept and (action.name == name if name else housekeeping or not action.housekeeping):
                 self._end(action, Outcome.SUPERSEDED, "")
 
     def stopping(self, vehicle: int) -> bool:
         """Whether a hold, landing or disarming of `vehicle` is not confirmed yet."""
-        return any(key[0] == vehicle and action.retry is Retry.STOP for key, action in self._pending.items())
+        return any(action.retry is Retry.STOP for action in self._pending.get(vehicle, {}).values())
 
     def pending(self, vehicle: int, name: str) -> bool:
         """Whether such an action is under way."""
-        return (vehicle, name) in self._pending
+        return name in self._pending.get(vehicle, {})
 
     @property
     def waiting(self) -> bool:
         """Whether an answer to something flown is expected: then we listen without delay."""
-        return any(action.sent and not action.housekeeping for action in self._pending.values())
+        return any(action.sent and not action.housekeeping for action in self._all())
 
     def tick(self, vehicles: dict[int, Vehicle]) -> None:
         """Send what is due, end what is confirmed, refused or out of time."""
-        for action in list(self._pending.values()):
+        for action in list(self._all()):
             self._run(action, vehicles.get(action.vehicle))
+
+    def _all(self) -> Iterator[Action]:
+        return (action for actions in self._pending.values() for action in actions.values())
+
+    # ---------------------------------------------------------------- ACKs
+
+    def question(self, vehicle: int, command: int) -> None:
+        """Something was asked by `command` that no action waits for: its ACK is nobody's, and not worth counting."""
+        self._questions_s[(vehicle, command)] = self._clock.now()
 
     def on_ack(self, vehicle: Vehicle, command: int, result: int) -> None:
         """A COMMAND_ACK arrived."""
         action = self._waiting_for(vehicle.id, command)
         if action is None:
-            self.ignored["ack for nothing asked"] += 1
+            self._ack_for_nobody(vehicle.id, command, result)
             return
+        action.acks += 1
+        if action.acks > action.sent * (2 if action.double_ack else 1):
+            self.ignored["repeated ack"] += 1
         now = self._clock.now()
-        if result in (ACCEPTED, IN_PROGRESS):
-            action.acked_s, action.result = now, result
-            action.refused_s = None
-        elif action.acked_s is None and action.refused_s is None:
-            action.refused_s, action.result = now, result
+        if self._turns(action, result):
+            action.next_s = now
+        elif result in (ACCEPTED, IN_PROGRESS):
+            if not (action.double_ack and action.refused_s is not None):
+                action.acked_s, action.result, action.refused_s = now, result, None
+                action.in_progress = result == IN_PROGRESS
+        elif action.refused_s is None and (action.acked_s is None or action.double_ack or action.in_progress):
+            action.refused_s, action.result, action.in_progress = now, result, False
+
+    def _turns(self, action: Action, result: int) -> bool:
+        """Whether the vehicle wants the same order by the other message; then the next copy is that."""
+        if action.order is None or action.turned or OTHER_WAY.get(result) is not (not action.order.as_int):
+            return False
+        action.order, action.turned = action.order.other_way(), True
+        return True
+
+    def _ack_for_nobody(self, vehicle: int, command: int, result: int) -> None:
+        now = self._clock.now()
+        key = (vehicle, command)
+        past = self._past.get(key)
+        if now - self._questions_s.get(key, -QUESTION_S) < QUESTION_S:
+            return
+        if past is None or now - past.ended_s > LATE_S:
+            self.ignored["ack for nothing asked"] += 1
+        elif not past.unanswered:
+            self.ignored["repeated ack"] += 1
+        else:
+            self.ignored["late ack"] += 1
+            word = _word(result) or "accepted"
+            text = f"{past.name}: {word}, {now - past.ended_s:.1f} s after it was given up: not counted"
+            self._events.say(EventClass.MISSION, f"vehicle {vehicle}", text, NOTICE, every_s=5)
 
     def _waiting_for(self, vehicle: int, command: int) -> Action | None:
-        for (vehicle_id, _), action in self._pending.items():
-            if vehicle_id == vehicle and action.command == command:
+        for action in self._pending.get(vehicle, {}).values():
+            if action.command == command and action.sent:
                 return action
         return None
 
+    # ---------------------------------------------------------------- time
+
     def _run(self, action: Action, vehicle: Vehicle | None) -> None:
         now = self._clock.now()
-        if vehicle is not None and self._is_shown(action, vehicle):
+        if action.refusal:
+            self._end(action, Outcome.REFUSED, action.refusal)
+        elif vehicle is not None and self._is_shown(action, vehicle):
             self._end(action, Outcome.CONFIRMED, "")
-        elif action.refused_s is not None and action.retry is not Retry.STOP:
+        elif action.retry is Retry.STOP or action.doubtful:
+            self._tell_refused_stop(action, vehicle, now)
+            self._send_if_due(action, vehicle, now)
+        elif action.refused_s is not None:
             if now - action.refused_s >= REASON_WAIT_S:
                 self._end(action, Outcome.REFUSED, self._why(action, vehicle))
-        elif action.acked_s is not None and action.ack_ends and action.retry is not Retry.STOP:
+        elif action.in_progress:
+            if now - action.asked_s > PROGRESS_LIMIT_S:
+                self._end(action, Outcome.NOT_CONFIRMED, self._why(action, vehicle))
+        elif action.acked_s is not None and action.ack_ends:
             if now - action.acked_s > action.confirm_s:
                 self._end(action, Outcome.NOT_CONFIRMED, self._why(action, vehicle))
-        elif now >= action.next_s - 1e-9 and not self._waits_its_turn(action):
-            self._send_or_expire(action, now)
+        else:
+            self._send_if_due(action, vehicle, now)
 
     def _is_shown(self, action: Action, vehicle: Vehicle) -> bool:
         """Whether telemetry shows it done. A stop is not confirmed by a picture that is older than the order."""
@@ -179,35 +215,50 @@ class CommandService:
             return False
         return action.confirmed(vehicle)
 
-    def _waits_its_turn(self, action: Action) -> bool:
-        """An ACK names only the command: so one of a kind is under way per vehicle, in order of submission."""
+    def _send_if_due(self, action: Action, vehicle: Vehicle | None, now: float) -> None:
+        if now >= action.next_s - 1e-9 and not self._waits_its_turn(action, now):
+            self._send_or_expire(action, vehicle, now)
+
+    def _waits_its_turn(self, action: Action, now: float) -> bool:
+        """An ACK names only the command: so one of a kind is under way per vehicle, in order of submission.
+
+        A start waits no longer than it may be sent.
+        """
         if action.command is None or action.sent:
             return False
-        for (vehicle, _), other in self._pending.items():
+        if action.retry is Retry.START and now - action.asked_s > START_WITHIN_S:
+            return False
+        for other in self._pending[action.vehicle].values():
             if other is action:
                 return False
-            if vehicle == action.vehicle and other.command == action.command:
+            if other.command == action.command:
                 return True
         return False
 
-    def _send_or_expire(self, action: Action, now: float) -> None:
+    def _send_or_expire(self, action: Action, vehicle: Vehicle | None, now: float) -> None:
         if not action.sent:
             action.first_s = now
-        if action.sent < action.retry.copies:
+        last = action.retry.copies
+        if action.retry is Retry.START and now - action.asked_s > START_WITHIN_S + 1e-9:
+            last = action.sent  # nobody expects it any more, whatever held us up
+        if action.sent < last:
             action.send(action.sent)
             action.sent += 1
-            last = action.sent == action.retry.copies
+            if action.look is not None and action.sent > LOOK_FROM:
+                self._look(action)
             patient = action.command is None or action.retry is Retry.START  # no more copies, but telemetry may tell
-            wait_s = action.confirm_s if last and patient else action.retry.gap_s
+            wait_s = action.confirm_s if action.sent == last and patient else action.retry.gap_s
             action.next_s = now + (action.retry.gap_s if action.retry is Retry.STOP else wait_s)
         elif action.retry is Retry.STOP:
             self._keep_stopping(action, now)
-        elif action.command is None or action.acked_s is not None:
+        elif action.refused_s is not None:
+            self._end(action, Outcome.REFUSED, self._why(action, vehicle))
+        elif (action.command is None and action.sent) or action.acked_s is not None:
             self._end(action, Outcome.NOT_CONFIRMED, "")
         else:
             if not action.housekeeping:  # those are asked again for as long as it takes
                 self.unanswered.append(f"vehicle {action.vehicle}: {action.name}")
-            self._end(action, Outcome.EXPIRED, "")
+            self._end(action, Outcome.EXPIRED, "" if action.sent else "not sent in time")
 
     def _keep_stopping(self, action: Action, now: float) -> None:
         if not action.alarmed:
@@ -216,22 +267,62 @@ class CommandService:
             self._events.say(EventClass.CONNECTION, f"vehicle {action.vehicle}", text, ALERT)
         action.send(action.sent)
         action.sent += 1
+        self._look(action)
         action.next_s = now + action.retry.slow_gap_s
 
+    def _look(self, action: Action) -> None:
+        if action.look is not None:
+            self.question(action.vehicle, REQUEST_MESSAGE)
+            action.look()
+
+    def _tell_refused_stop(self, action: Action, vehicle: Vehicle | None, now: float) -> None:
+        """A stop goes on whatever the vehicle answers, but what it answers is told, once."""
+        if action.retry is not Retry.STOP or action.refused_s is None or action.told_refusal:
+            return
+        if now - action.refused_s >= REASON_WAIT_S:
+            action.told_refusal = True
+            text = f"{action.name}: refused ({self._why(action, vehicle)}), still trying"
+            self._events.say(EventClass.MISSION, f"vehicle {action.vehicle}", text, WARNING)
+
     def _why(self, action: Action, vehicle: Vehicle | None) -> str:
-        word = RESULT_WORDS.get(action.result or 0, "" if action.result == ACCEPTED else f"result {action.result}")
+        word = _word(action.result or ACCEPTED)
         since = min(t for t in (action.refused_s, action.acked_s, self._clock.now()) if t is not None) - 1.0
         reasons = vehicle.reasons_since(since) if vehicle is not None else []
         return ": ".join(part for part in (word, "; ".join(reasons)) if part)
 
+    # ---------------------------------------------------------------- the end
+
     def _end(self, action: Action | None, outcome: Outcome, why: str) -> None:
-        if action is None or self._pending.get((action.vehicle, action.name)) is not action:
+        actions = self._pending.get(action.vehicle) if action is not None else None
+        if action is None or actions is None or actions.get(action.name) is not action:
             return
-        del self._pending[(action.vehicle, action.name)]
+        del actions[action.name]
+        if not actions:
+            del self._pending[action.vehicle]
+        self._remember(action, outcome)
         if outcome is not Outcome.SUPERSEDED and not action.housekeeping:
-            text = f"{action.name}: {outcome.value}" + (f" ({why})" if why else "")
-            severity = INFO if outcome is Outcome.CONFIRMED else WARNING
-            if action.retry is not Retry.SET or severity == WARNING:
-                self._events.say(EventClass.MISSION, f"vehicle {action.vehicle}", text, severity)
+            self._tell(action, outcome, why)
         if action.on_done is not None:
             action.on_done(action, outcome, why)
+
+    def _tell(self, action: Action, outcome: Outcome, why: str) -> None:
+        text = f"{action.name}: {outcome.value}" + (f" ({why})" if why else "")
+        severity = INFO if outcome is Outcome.CONFIRMED else WARNING
+        if outcome is Outcome.NOT_CONFIRMED and action.retry is Retry.START:
+            severity = ALERT  # it may happen yet, or have happened (B.6-41)
+        if action.retry is not Retry.SET or severity != INFO:
+            self._events.say(EventClass.MISSION, f"vehicle {action.vehicle}", text, severity)
+
+    def _remember(self, action: Action, outcome: Outcome) -> None:
+        if action.command is None or not action.sent:
+            return
+        unanswered = action.acks == 0 and outcome in (Outcome.EXPIRED, Outcome.NOT_CONFIRMED)
+        self._past[(action.vehicle, action.command)] = _Past(action.name, self._clock.now(), unanswered)
+        self._past.move_to_end((action.vehicle, action.command))
+        while len(self._past) > MOST_REMEMBERED:
+            self._past.popitem(last=False)
+
+
+def _word(result: int) -> str:
+    """What a MAV_RESULT says; "" for ACCEPTED."""
+    return RESULT_WORDS.get(result, f"unknown result {result}")

@@ -1,0 +1,23 @@
+"""Orders to one vehicle as its own firmware words them, for tests that need any order at all."""
+
+from typing import Any
+
+from tui_gcs.core.services.order import Action
+
+
+def land(flight: Any, vehicle: int) -> Action:
+    """Land where it is: stop class."""
+    one = flight.station.fleet.vehicles[vehicle]
+    return flight.station.firmware.of(one).land(one)
+
+
+def speed(flight: Any, vehicle: int, speed_m_s: float) -> Action:
+    """Limit its speed: set class, confirmed by its ACK."""
+    one = flight.station.fleet.vehicles[vehicle]
+    return flight.station.firmware.of(one).change_speed(one, speed_m_s)
+
+
+def prepare(flight: Any, vehicle: int) -> Action:
+    """The mode it is armed in: set class, confirmed by its heartbeat."""
+    one = flight.station.fleet.vehicles[vehicle]
+    return flight.station.firmware.of(one).prepare(one, None)

@@ -1,0 +1,172 @@
+"""What the station wants of any autopilot. What differs between autopilots is behind this, and nowhere else.
+
+Actions are for the caller to submit to the command service; set-points leave at once.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from tui_gcs.core.firmware.speech import Done
+from tui_gcs.core.messages import Vec3
+from tui_gcs.core.services.order import Action
+from tui_gcs.core.vehicle import Vehicle
+
+HOLD_SETTLES_S = 0.8
+"""A vehicle that did not get the hold and begins to move is faster than 0.5 m/s after this time."""
+HOLD_SPEED_M_S = 0.5
+BLIND_S = 1.0
+"""A heartbeat this much newer than the position: whether it left the ground since is not known."""
+
+
+@dataclass(frozen=True)
+class Lead:
+    """How far ahead of the plan a moving reference is sent, so that the vehicle is on the plan."""
+
+    time_s: float = 0.0
+    """The vehicle is this much late."""
+    inward_s2: float = 0.0
+    """In a curve it flies outside of the plan by this much times the centripetal acceleration."""
+
+
+class Firmware(Protocol):
+    """One kind of autopilot. Heights are above each vehicle's own home, places ENU metres."""
+
+    name: str
+    """For people, e.g. "ArduCopter"."""
+    setpoint_gap_s: float
+    """A moving reference is sent this often."""
+    lead: Lead
+    """What a vehicle's lead is before its own was measured."""
+
+    def why_not(self, vehicle: Vehicle) -> str:
+        """Why this vehicle cannot be commanded at all, or ""."""
+        ...
+
+    def start_problem(self, vehicle: Vehicle) -> str:
+        """Why this autopilot cannot start a flight now, or ""."""
+        ...
+
+    def if_silent(self, vehicle: Vehicle) -> str:
+        """What it does when our set-points stop; shown before a start."""
+        ...
+
+    # ---------------------------------------------------------------- from the ground and back
+
+    def prepare(self, vehicle: Vehicle, on_done: Done) -> Action:
+        """Set the mode it is armed in."""
+        ...
+
+    def is_prepared(self, vehicle: Vehicle) -> bool:
+        """Whether it is in that mode."""
+        ...
+
+    def say_prearm(self, vehicle: Vehicle) -> Action | None:
+        """Have it tell why it cannot arm, as status texts or events; None where it tells that unasked."""
+        ...
+
+    def arm(self, vehicle: Vehicle, on_done: Done) -> Action:
+        """Arm; done when the heartbeat shows it."""
+        ...
+
+    def disarm(self, vehicle: Vehicle) -> Action:
+        """Disarm on the ground."""
+        ...
+
+    def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> Action:
+        """Climb vertically to `alt_rel_m` above home; done when it has left the ground."""
+        ...
+
+    def land(self, vehicle: Vehicle) -> Action:
+        """Land where it is."""
+        ...
+
+    def rtl(self, vehicle: Vehicle) -> Action:
+        """Return to launch by the autopilot's own procedure."""
+        ...
+
+    # ---------------------------------------------------------------- in the air
+
+    def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> Action:
+        """Stop, whatever it does; `where()` is where it comes to rest. Never reads an absent pilot's sticks."""
+        ...
+
+    def engage(self, vehicle: Vehicle) -> Action | None:
+        """Make it take what we say next; None if it does already."""
+        ...
+
+    def go_to(self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, *, anew: bool) -> None:
+        """Fly to a place and stay there, no faster than `speed_m_s`; may be said again and again.
+
+        `anew`: it did something else before, so that its speed must be set.
+        """
+        ...
+
+    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3) -> None:
+        """Be at `point_m` now, moving with `velocity_m_s`: to be said every `setpoint_gap_s`."""
+        ...
+
+    def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
+        """Move with `velocity_m_s` (east, north, up): to be said every `setpoint_gap_s`."""
+        ...
+
+    def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> Action:
+        """Limit the speed of flights to a place."""
+        ...
+
+    def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> Action:
+        """Fly the mission on board from its present item."""
+        ...
+
+    def mission_pause(self, vehicle: Vehicle) -> Action:
+        """Stop where it is, keeping its place in the mission."""
+        ...
+
+    def mission_continue(self, vehicle: Vehicle) -> Action:
+        """Go on with a paused mission."""
+        ...
+
+    # ---------------------------------------------------------------- what telemetry shows
+
+    def is_steerable(self, vehicle: Vehicle) -> bool:
+        """Whether it is in a mode in which what we say works."""
+        ...
+
+    def is_holding(self, vehicle: Vehicle) -> bool:
+        """Whether it is in a mode in which a hold of ours leaves it."""
+        ...
+
+    def is_landing(self, vehicle: Vehicle) -> bool:
+        """Whether it is in a mode that ends on the ground where it is."""
+        ...
+
+    # ---------------------------------------------------------------- time
+
+    def tick(self, vehicles: list[Vehicle]) -> None:
+        """Do what is due by itself for `vehicles`, which are of this kind."""
+        ...
+
+    def release(self, vehicle: Vehicle) -> None:
+        """It is not ours to steer any more, or not the one it was: nothing more is sent unasked."""
+        ...
+
+
+def stands_still(vehicle: Vehicle) -> bool:
+    """Whether it hardly moves; False where its velocity is not known."""
+    return math.hypot(*vehicle.velocity_m_s) < HOLD_SPEED_M_S
+
+
+def is_settled(vehicle: Vehicle, action: Action) -> bool:
+    """Whether the newest picture of it shows what became of an order, and not only the moment it was given."""
+    return min(vehicle.position_s, vehicle.heartbeat_s) > action.first_s + HOLD_SETTLES_S
+
+
+def may_be_flying(vehicle: Vehicle) -> bool:
+    """In the air, or armed and nobody knows: no position since its heartbeat."""
+    return vehicle.airborne or (vehicle.armed and vehicle.heartbeat_s - vehicle.position_s > BLIND_S)
+
+
+def has_left_ground(vehicle: Vehicle, landed_states: tuple[int, ...]) -> bool:
+    """Whether a take-off shows."""
+    return vehicle.armed and (vehicle.alt_rel_m > 1.0 or vehicle.landed_state in landed_states)

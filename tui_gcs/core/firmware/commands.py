@@ -1,0 +1,19 @@
+"""MAV_CMD numbers, frames and masks that every autopilot shares (MAVLink common.xml)."""
+
+CMD_TAKEOFF = 22
+CMD_SET_MODE, CMD_CHANGE_SPEED, CMD_DO_REPOSITION, CMD_PAUSE_CONTINUE = 176, 178, 192, 193
+CMD_MISSION_START = 300
+CMD_ARM_DISARM, CMD_RUN_PREARM_CHECKS = 400, 401
+CMD_SET_MESSAGE_INTERVAL, CMD_REQUEST_MESSAGE = 511, 512
+CUSTOM_MODE_ENABLED = 1
+"""MAV_MODE_FLAG: the first parameter of DO_SET_MODE; without it ArduPilot denies."""
+HEARTBEAT, AUTOPILOT_VERSION, HOME_POSITION = 0, 148, 242
+"""Message ids that are asked for once."""
+FRAME_RELATIVE_ALT_INT = 6
+"""MAV_FRAME_GLOBAL_RELATIVE_ALT_INT. Terrain frames (10, 11) are never sent: without terrain data ArduPilot sinks."""
+POSITION_ONLY, POSITION_AND_VELOCITY, VELOCITY_ONLY = 0xDF8, 0xDC0, 0xDC7
+"""SET_POSITION_TARGET type_mask: what is used of x, y, z, vx, vy, vz."""
+LANDED_IN_AIR, LANDED_TAKEOFF = 2, 3
+"""MAV_LANDED_STATE."""
+STATUS_BOOT, STATUS_CRITICAL = 1, 5
+"""MAV_STATE: booting; a failsafe is on."""

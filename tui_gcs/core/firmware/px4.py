@@ -1,0 +1,311 @@
+"""PX4's way of saying things to multicopters (facts/px4.md; measured on 1.17 alpha).
+
+A place to fly to and stay at is DO_REPOSITION: always above mean sea level, whatever frame is said, and with flag 1
+and no other. A moving reference is OFFBOARD, see `px4_offboard`. Hold is AUTO LOITER. DO_SET_MODE is acknowledged
+twice, and the first ACK is always ACCEPTED: modes are believed from the heartbeat.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.events import WARNING, EventLog
+from tui_gcs.core.firmware import commands as c
+from tui_gcs.core.firmware.base import (
+    Lead,
+    has_left_ground,
+    is_settled,
+    may_be_flying,
+    stands_still,
+)
+from tui_gcs.core.firmware.px4_failsafe import OffboardLoss
+from tui_gcs.core.firmware.px4_offboard import GAP_S, OFFBOARD, Offboard
+from tui_gcs.core.firmware.speech import Done, Speech
+from tui_gcs.core.messages import EventClass, Vec3
+from tui_gcs.core.services.command import CommandService
+from tui_gcs.core.services.order import FRAME_AMSL, Action, Order, Outcome, Retry, refused
+from tui_gcs.core.vehicle import Vehicle
+
+AUTO = 4
+TAKEOFF, HOLD, MISSION, RTL, LAND = (AUTO << 16 | sub << 24 for sub in (2, 3, 4, 5, 6))
+"""custom_mode: main mode AUTO in bits 16-23, sub mode in bits 24-31."""
+CHANGE_MODE = 1.0
+"""MAV_DO_REPOSITION_FLAGS_CHANGE_MODE; with any other bit PX4 answers UNSUPPORTED, without it, too."""
+SAME_PLACE_M, SAME_SPEED_M_S = 0.3, 0.1
+SAY_AGAIN_S = 3.0
+"""A place that was not taken, or that it does not fly to, is said again."""
+THERE_M = 2.0
+HOME_TOLERANCE_M = 10.0
+"""Its home's height, as its position and HOME_POSITION have it, may differ by so much: they are two filters' words."""
+NAN = math.nan
+
+
+@dataclass
+class _Goal:
+    """Where it was told to fly."""
+
+    point_m: Vec3
+    speed_m_s: float
+    said_s: float
+    taken: bool = False
+
+
+class Px4Multicopter:
+    """The `Firmware` of PX4 on multicopters."""
+
+    name = "PX4"
+    setpoint_gap_s = GAP_S
+    lead = Lead(0.25, 1.9)
+    """Measured on a 60 m circle at 8 m/s with position and velocity: 0.23-0.30 s late, 2.1 m outside at 1.07 m/s²."""
+
+    def __init__(self, speech: Speech, commands: CommandService, clock: Clock, events: EventLog) -> None:
+        """Nothing is known of any vehicle."""
+        self._speech = speech
+        self._commands = commands
+        self._clock = clock
+        self._events = events
+        self._offboard = Offboard(speech, commands, clock, frozenset({HOLD, TAKEOFF}))
+        self._loss = OffboardLoss(speech, commands, clock)
+        self._goals: dict[int, _Goal] = {}
+        self.heights: Callable[[Vehicle], float] = lambda vehicle: NAN
+        """Height of home above mean sea level by HOME_POSITION; NaN where it did not come."""
+
+    def why_not(self, vehicle: Vehicle) -> str:
+        """It can."""
+        return ""
+
+    def start_problem(self, vehicle: Vehicle) -> str:
+        """Booting, height of home unknown, or an unacceptable failsafe."""
+        if vehicle.system_status <= c.STATUS_BOOT:
+            return "still booting"
+        return self._home(vehicle)[1] or self._loss.problem(vehicle)
+
+    def if_silent(self, vehicle: Vehicle) -> str:
+        """By parameter."""
+        return self._loss.text(vehicle)
+
+    def hear_parameter(self, vehicle: Vehicle, fields: dict[str, Any]) -> None:
+        """A PARAM_VALUE came."""
+        self._loss.hear(vehicle, fields)
+
+    # ---------------------------------------------------------------- from the ground and back
+
+    def prepare(self, vehicle: Vehicle, on_done: Done | None = None) -> Action:
+        """Hold: after an OFFBOARD flight the mode is OFFBOARD again, in which it does not arm."""
+        return self._mode(vehicle, HOLD, "mode HOLD", Retry.SET, on_done)
+
+    def is_prepared(self, vehicle: Vehicle) -> bool:
+        """In Hold."""
+        return vehicle.custom_mode == HOLD
+
+    def say_prearm(self, vehicle: Vehicle) -> Action | None:
+        """It tells by events, unasked."""
+        return None
+
+    def arm(self, vehicle: Vehicle, on_done: Done) -> Action:
+        """Take-off must follow within 10 s, or it disarms itself. Arming by force does not skip any check."""
+        order = Order(c.CMD_ARM_DISARM, (1,))
+        return self._speech.action(vehicle.id, "arm", Retry.START, order, lambda v: v.armed, on_done, confirm_s=3.0)
+
+    def disarm(self, vehicle: Vehicle) -> Action:
+        """On the ground; in the air it refuses."""
+        order = Order(c.CMD_ARM_DISARM, (0,))
+        return self._speech.action(vehicle.id, "disarm", Retry.STOP, order, lambda v: not v.armed)
+
+    def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> Action:
+        """NAV_TAKEOFF's height is above mean sea level; without one it climbs to 2.5 m only."""
+        home_m, problem = self._home(vehicle)
+        if problem:
+            return refused(vehicle.id, "take-off", problem, on_done)
+        order = Order(c.CMD_TAKEOFF, (NAN, 0, 0, NAN, NAN, NAN, home_m + alt_rel_m))
+        states = (c.LANDED_IN_AIR, c.LANDED_TAKEOFF)
+        return self._speech.action(
+            vehicle.id, "take-off", Retry.START, order, lambda v: has_left_ground(v, states), on_done, confirm_s=8.0
+        )
+
+    def land(self, vehicle: Vehicle) -> Action:
+        """AUTO LAND."""
+        self._end_guided(vehicle)
+        return self._mode(vehicle, LAND, "land", Retry.STOP)
+
+    def rtl(self, vehicle: Vehicle) -> Action:
+        """AUTO RTL."""
+        self._end_guided(vehicle)
+        return self._mode(vehicle, RTL, "return", Retry.STOP)
+
+    def _mode(self, vehicle: Vehicle, mode: int, name: str, retry: Retry, on_done: Done | None = None) -> Action:
+        order = _mode_order(mode)
+        return self._speech.action(
+            vehicle.id, name, retry, order, lambda v: v.custom_mode == mode, on_done, double_ack=True
+        )
+
+    # ---------------------------------------------------------------- in the air
+
+    def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> Action:
+        """AUTO LOITER, which reads no stick; on the ground and armed: disarm (a start was cancelled).
+
+        Decided anew for every copy, as it may lift off after the first. Out of OFFBOARD it is told to stop at
+        `where()` until the mode shows. Done when it hardly moves in Hold, or is disarmed.
+        """
+        self._end_guided(vehicle, where)
+        name = vehicle.id
+
+        def send(copy: int) -> None:
+            if may_be_flying(vehicle):
+                self._speech.say(name, "hold", _mode_order(HOLD), copy)
+            elif vehicle.armed:
+                self._speech.say(name, "disarm", Order(c.CMD_ARM_DISARM, (0,)), copy)
+
+        def stopped(v: Vehicle) -> bool:
+            still = v.airborne and v.custom_mode == HOLD and stands_still(v)
+            return is_settled(v, action) and (not v.armed or still)
+
+        action = Action(name, "hold", Retry.STOP, send=send, confirmed=stopped, command=c.CMD_SET_MODE, double_ack=True)
+        action.look = lambda: self._speech.ask(name, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)
+        return action
+
+    def engage(self, vehicle: Vehicle) -> Action | None:
+        """Hold, where it takes DO_REPOSITION and OFFBOARD from."""
+        return None if self.is_steerable(vehicle) else self.prepare(vehicle)
+
+    def go_to(self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, *, anew: bool) -> None:
+        """DO_REPOSITION, said once per place; again if it was not taken, or if the vehicle does not fly there.
+
+        The ACK says nothing of that: a place outside of its own fence is accepted, and not flown to.
+        """
+        now = self._clock.now()
+        goal = self._goals.get(vehicle.id)
+        if goal is not None and _is_same(goal, point_m, speed_m_s):
+            stuck = stands_still(vehicle) and math.dist(vehicle.position_m, point_m) > THERE_M
+            due = not goal.taken or stuck or vehicle.custom_mode == OFFBOARD
+            if not due or now - goal.said_s < SAY_AGAIN_S or self._commands.pending(vehicle.id, "go to"):
+                return
+        home_m, problem = self._home(vehicle)
+        if problem:
+            self._events.say(
+                EventClass.PROCESSING, f"vehicle {vehicle.id}", f"go to NOT SENT: {problem}", WARNING, every_s=5
+            )
+            return
+        self._offboard.leave(vehicle)
+        self._reposition(vehicle, _Goal(point_m, speed_m_s, now), home_m)
+
+    def _reposition(self, vehicle: Vehicle, goal: _Goal, home_m: float) -> None:
+        self._goals[vehicle.id] = goal
+        x, y, z = goal.point_m
+        lat_deg, lon_deg = self._speech.degrees((x, y, z))
+        order = Order(
+            c.CMD_DO_REPOSITION,
+            (goal.speed_m_s, CHANGE_MODE, 0, NAN, lat_deg, lon_deg, home_m + z),
+            as_int=True,
+            is_place=True,
+            frame=FRAME_AMSL,
+        )
+
+        def taken(action: Action, outcome: Outcome, why: str) -> None:
+            goal.taken = outcome is Outcome.CONFIRMED
+
+        self._commands.submit(self._speech.action(vehicle.id, "go to", Retry.SET, order, None, taken))
+
+    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3) -> None:
+        """OFFBOARD with position and velocity."""
+        self._end_goal(vehicle)
+        self._speech.moving(vehicle.id, point_m, velocity_m_s)
+        self._offboard.follow(vehicle)
+
+    def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
+        """OFFBOARD with velocity only; it drifts."""
+        self._end_goal(vehicle)
+        self._speech.velocity(vehicle.id, velocity_m_s)
+        self._offboard.follow(vehicle)
+
+    def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> Action:
+        """For missions; DO_REPOSITION carries its own."""
+        order = Order(c.CMD_CHANGE_SPEED, (1, speed_m_s, -1))
+        return self._speech.action(vehicle.id, "speed", Retry.SET, order, None)
+
+    def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> Action:
+        """AUTO MISSION in the air; on the ground MISSION_START, which arms by itself where the mission is feasible."""
+        self._end_guided(vehicle)
+        if vehicle.airborne:
+            return self._mode(vehicle, MISSION, "mission start", Retry.START, on_done)
+        order = Order(c.CMD_MISSION_START)
+        return self._speech.action(
+            vehicle.id, "mission start", Retry.START, order, lambda v: v.custom_mode == MISSION and v.armed, on_done
+        )
+
+    def mission_pause(self, vehicle: Vehicle) -> Action:
+        """Hold; it keeps its place in the mission. DO_PAUSE_CONTINUE is unsupported."""
+        return self._mode(vehicle, HOLD, "hold", Retry.STOP)
+
+    def mission_continue(self, vehicle: Vehicle) -> Action:
+        """AUTO MISSION goes on at the same item."""
+        return self._mode(vehicle, MISSION, "mission continue", Retry.START)
+
+    # ---------------------------------------------------------------- what telemetry shows
+
+    def is_steerable(self, vehicle: Vehicle) -> bool:
+        """In Hold, at the end of a take-off, or in OFFBOARD; where it should be in OFFBOARD, only there."""
+        if self._offboard.is_out(vehicle):
+            return False
+        return vehicle.custom_mode in (HOLD, TAKEOFF, OFFBOARD)
+
+    def is_holding(self, vehicle: Vehicle) -> bool:
+        """In Hold, or climbing to where a take-off ends in Hold."""
+        return vehicle.custom_mode in (HOLD, TAKEOFF)
+
+    def is_landing(self, vehicle: Vehicle) -> bool:
+        """In AUTO LAND."""
+        return vehicle.custom_mode == LAND
+
+    # ---------------------------------------------------------------- time
+
+    def tick(self, vehicles: list[Vehicle]) -> None:
+        """Streams of those leaving OFFBOARD; questions."""
+        self._offboard.tick(vehicles)
+        self._loss.tick(vehicles)
+
+    def release(self, vehicle: Vehicle) -> None:
+        """No stream may pull it back."""
+        self._offboard.drop(vehicle)
+        self._goals.pop(vehicle.id, None)
+
+    def forget(self, vehicle: Vehicle) -> None:
+        """It rebooted, or is another one: what was read from it is not known any more."""
+        self.release(vehicle)
+        self._loss.forget(vehicle)
+
+    def _end_goal(self, vehicle: Vehicle) -> None:
+        if self._goals.pop(vehicle.id, None) is not None:
+            self._commands.cancel(vehicle.id, "go to")
+
+    def _end_guided(self, vehicle: Vehicle, where: Callable[[], Vec3] | None = None) -> None:
+        """Another mode is asked for: neither a place nor a stream may take it back."""
+        self._end_goal(vehicle)
+        self._offboard.leave(vehicle, where)
+
+    def _home(self, vehicle: Vehicle) -> tuple[float, str]:
+        """Height of its home above mean sea level, or why it cannot be relied on.
+
+        From its position: height above mean sea level less height above home, both of one message.
+        """
+        by_position_m = vehicle.alt_amsl_m - vehicle.alt_rel_m
+        by_home_m = self.heights(vehicle)
+        if not math.isfinite(by_position_m):
+            return NAN, "the height of its home is not known"
+        if vehicle.home_m is None or not math.isfinite(by_home_m):
+            return NAN, "it has not told its home position yet"
+        if abs(by_position_m - by_home_m) > HOME_TOLERANCE_M:
+            text = f"its home is at {by_home_m:.0f} m by HOME_POSITION, at {by_position_m:.0f} m by its position"
+            return NAN, f"heights contradict each other: {text}"
+        return by_position_m, ""
+
+
+def _mode_order(mode: int) -> Order:
+    return Order(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, mode >> 16 & 0xFF, mode >> 24 & 0xFF))
+
+
+def _is_same(goal: _Goal, point_m: Vec3, speed_m_s: float) -> bool:
+    near = math.dist(goal.point_m, point_m) < SAME_PLACE_M
+    return near and abs(goal.speed_m_s - speed_m_s) < SAME_SPEED_M_S

@@ -1,0 +1,88 @@
+"""What PX4 does when the set-points of OFFBOARD stop: COM_OBL_RC_ACT, read from each vehicle before it may start.
+
+The rule: Hold, Return and the pilot's modes (which end in Return where there is no pilot) are told before the start,
+and the start confirmation accepts them. Landing where it is, terminating and disarming in the air are refused.
+"""
+
+import math
+import struct
+from typing import Any
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.firmware import commands as c
+from tui_gcs.core.firmware.speech import Speech
+from tui_gcs.core.services.command import CommandService
+from tui_gcs.core.vehicle import Vehicle
+
+PARAMETER = "COM_OBL_RC_ACT"
+TYPE_INT32 = 6
+"""MAV_PARAM_TYPE_INT32; PX4 sends its bytes in the float (PARAM_ENCODE_BYTEWISE)."""
+ACTIONS = {
+    0: "Position mode, without a pilot RTL",
+    1: "Altitude mode, without a pilot RTL",
+    2: "Manual mode, without a pilot RTL",
+    3: "RTL",
+    4: "lands where it is",
+    5: "Hold",
+    6: "TERMINATES the flight",
+    7: "DISARMS in the air",
+}
+"""PX4's parameter reference; what 0 and 5 end in was measured."""
+DANGEROUS = frozenset({4, 6, 7})
+ASK_AGAIN_S, ASK_SELDOM_S, ASK_OFTEN = 2.0, 20.0, 5
+
+
+class OffboardLoss:
+    """Reads and remembers the parameter of every PX4 vehicle, and has HOME_POSITION sent where it is not known."""
+
+    def __init__(self, speech: Speech, commands: CommandService, clock: Clock) -> None:
+        """Nothing is known."""
+        self._speech = speech
+        self._commands = commands
+        self._clock = clock
+        self._action: dict[int, int] = {}
+        self._asked: dict[int, tuple[float, int]] = {}
+        """When each was asked last, and how often."""
+
+    def tick(self, vehicles: list[Vehicle]) -> None:
+        """Ask who has not answered yet; seldom, who never does."""
+        now = self._clock.now()
+        for vehicle in vehicles:
+            unknown = vehicle.id not in self._action or vehicle.home_m is None
+            if not unknown or not vehicle.identified or vehicle.path.high_latency or not self._speech.is_ours(vehicle):
+                continue
+            asked_s, times = self._asked.get(vehicle.id, (-math.inf, 0))
+            if now - asked_s < (ASK_AGAIN_S if times < ASK_OFTEN else ASK_SELDOM_S):
+                continue
+            self._asked[vehicle.id] = (now, times + 1)
+            if vehicle.id not in self._action:
+                self._speech.read_parameter(vehicle.id, PARAMETER)
+            if vehicle.home_m is None:
+                self._commands.question(vehicle.id, c.CMD_REQUEST_MESSAGE)
+                self._speech.ask(vehicle.id, c.CMD_REQUEST_MESSAGE, c.HOME_POSITION)
+
+    def hear(self, vehicle: Vehicle, fields: dict[str, Any]) -> None:
+        """A PARAM_VALUE came: an answer, or a change that PX4 tells unasked."""
+        if fields["param_id"] == PARAMETER and fields["param_type"] == TYPE_INT32:
+            self._action[vehicle.id] = int(struct.unpack("<i", struct.pack("<f", fields["param_value"]))[0])
+
+    def forget(self, vehicle: Vehicle) -> None:
+        """It rebooted, or is another one."""
+        self._action.pop(vehicle.id, None)
+        self._asked.pop(vehicle.id, None)
+
+    def problem(self, vehicle: Vehicle) -> str:
+        """Why it must not fly by set-points, or ""."""
+        action = self._action.get(vehicle.id)
+        if action is None:
+            return f"{PARAMETER} is not read yet: what it does without set-points is not known"
+        if action in DANGEROUS or action not in ACTIONS:
+            what = ACTIONS.get(action, "nobody knows what")
+            return f"{PARAMETER} = {action}: without set-points it {what}; set it to 5 (Hold) or 3 (RTL)"
+        return ""
+
+    def text(self, vehicle: Vehicle) -> str:
+        """What it does when the set-points stop."""
+        action = self._action.get(vehicle.id)
+        word = "unknown, not read yet" if action is None else ACTIONS.get(action, f"unknown action {action}")
+        return f"after 1-2 s without set-points: {word} ({PARAMETER})"

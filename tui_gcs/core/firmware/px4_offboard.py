@@ -1,0 +1,148 @@
+"""PX4's OFFBOARD: a stream of set-points first, then the mode; the other mode first, then the end of the stream.
+
+Measured (px4.md): without a stream the mode is refused; a stream that stops is a failsafe after 1.3-2.1 s; a stream
+that begins again takes the vehicle back into OFFBOARD by itself. So a stream is never left running beside another
+mode: when it leaves OFFBOARD it is told to stop where it is until its heartbeat shows the other mode. And OFFBOARD is
+asked for once per stream: whoever took the vehicle out of it, its pilot or a failsafe, is not fought.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.course import stopping_point
+from tui_gcs.core.firmware import commands as c
+from tui_gcs.core.firmware.speech import Speech
+from tui_gcs.core.messages import Freshness, Vec3
+from tui_gcs.core.services.command import CommandService
+from tui_gcs.core.services.order import Action, Order, Outcome, Retry
+from tui_gcs.core.vehicle import Vehicle
+
+OFFBOARD = 6 << 16
+"""custom_mode: main mode 6."""
+ENTER = "mode OFFBOARD"
+STREAM_S = 1.0
+"""The stream runs for so long before the mode is asked for."""
+GAP_S = 0.1
+"""10 Hz: five in a row may be lost before COM_OF_LOSS_T."""
+NEW_AFTER_S = 1.0
+"""A stream with a longer pause than this is a new one."""
+MOST_TRIES, TRY_AGAIN_S = 3, 2.0
+BACK_WITHIN_S = 3.0
+"""After a failsafe it comes back to OFFBOARD by itself, with the first set-point; so long that may show."""
+BRAKE_M_S2 = 2.5
+"""How hard it brakes on its way out: `limits.accel_m_s2` of most scenarios; PX4's own default is 3."""
+
+
+@dataclass
+class _Stream:
+    """One vehicle's stream."""
+
+    began_s: float
+    said_s: float
+    tries: int = 0
+    next_try_s: float = 0.0
+    refused: str = ""
+    entered: bool = False
+    """Its heartbeat has shown OFFBOARD since the stream began."""
+    out_s: float = math.inf
+    """Since when it has been out of OFFBOARD again."""
+    left_s: float = math.inf
+    """Since when it is leaving."""
+    where: Callable[[], Vec3] | None = None
+    """Where it stops while it is leaving."""
+
+
+class Offboard:
+    """The streams of all PX4 vehicles."""
+
+    def __init__(self, speech: Speech, commands: CommandService, clock: Clock, ready_modes: frozenset[int]) -> None:
+        """OFFBOARD is asked for in `ready_modes` only: modes that orders of ours leave a vehicle in."""
+        self._speech = speech
+        self._commands = commands
+        self._clock = clock
+        self._ready_modes = ready_modes
+        self._streams: dict[int, _Stream] = {}
+
+    def follow(self, vehicle: Vehicle) -> None:
+        """A set-point is said now: begin a stream or keep it up, and enter the mode when it has run long enough."""
+        now = self._clock.now()
+        stream = self._streams.get(vehicle.id)
+        if stream is None or stream.where is not None or now - stream.said_s > NEW_AFTER_S:
+            stream = self._streams[vehicle.id] = _Stream(now, now)
+        stream.said_s = now
+        if vehicle.custom_mode == OFFBOARD:
+            stream.entered, stream.out_s = True, math.inf
+        elif stream.entered:
+            stream.out_s = min(stream.out_s, now)
+        elif vehicle.custom_mode in self._ready_modes and now - stream.began_s >= STREAM_S - 1e-9:
+            self._enter(vehicle, stream, now)
+
+    def leave(self, vehicle: Vehicle, where: Callable[[], Vec3] | None = None) -> None:
+        """Another mode is asked for now: until it shows, the vehicle is told to stop at `where()`."""
+        self._commands.cancel(vehicle.id, ENTER)
+        stream = self._streams.get(vehicle.id)
+        if stream is None and vehicle.custom_mode != OFFBOARD:
+            return
+        now = self._clock.now()
+        if stream is None or stream.where is None:
+            self._streams[vehicle.id] = stream = _Stream(now, now, left_s=now)
+        place = stopping_point(vehicle.position_m, vehicle.velocity_m_s, BRAKE_M_S2)
+        stream.where = where or (lambda: place)
+        self._stop(vehicle, stream, now)
+
+    def drop(self, vehicle: Vehicle) -> None:
+        """Nothing more is sent: it is not ours, or not heard."""
+        self._commands.cancel(vehicle.id, ENTER)
+        self._streams.pop(vehicle.id, None)
+
+    def is_out(self, vehicle: Vehicle) -> bool:
+        """Whether it left OFFBOARD, or never got there, and not by our doing."""
+        stream = self._streams.get(vehicle.id)
+        if stream is None or stream.where is not None:
+            return False
+        if stream.entered and vehicle.custom_mode != OFFBOARD:
+            failsafe = vehicle.system_status == c.STATUS_CRITICAL
+            return not failsafe or self._clock.now() - stream.out_s > BACK_WITHIN_S
+        return stream.tries >= MOST_TRIES and bool(stream.refused)
+
+    def follows(self, vehicle: Vehicle) -> bool:
+        """Whether a stream of set-points is under way."""
+        stream = self._streams.get(vehicle.id)
+        return stream is not None and stream.where is None
+
+    def tick(self, vehicles: list[Vehicle]) -> None:
+        """Keep up the streams of those that are leaving, until they have left."""
+        now = self._clock.now()
+        for vehicle in vehicles:
+            stream = self._streams.get(vehicle.id)
+            if stream is None or stream.where is None:
+                continue
+            left = vehicle.custom_mode != OFFBOARD and vehicle.heartbeat_s > stream.left_s
+            if left or not vehicle.armed or vehicle.freshness(now) is not Freshness.OK:
+                del self._streams[vehicle.id]
+            elif now - stream.said_s >= GAP_S - 1e-9:
+                self._stop(vehicle, stream, now)
+
+    def _stop(self, vehicle: Vehicle, stream: _Stream, now: float) -> None:
+        if stream.where is not None and not vehicle.no_commands:
+            stream.said_s = now
+            self._speech.position(vehicle.id, stream.where())
+
+    def _enter(self, vehicle: Vehicle, stream: _Stream, now: float) -> None:
+        if stream.tries >= MOST_TRIES or now < stream.next_try_s or self._commands.pending(vehicle.id, ENTER):
+            return
+        stream.tries += 1
+
+        def ended(action: Action, outcome: Outcome, why: str) -> None:
+            stream.next_try_s = self._clock.now() + TRY_AGAIN_S
+            if outcome not in (Outcome.CONFIRMED, Outcome.SUPERSEDED):
+                stream.refused = why or outcome.value
+
+        order = Order(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, OFFBOARD >> 16))
+        self._commands.submit(
+            self._speech.action(
+                vehicle.id, ENTER, Retry.SET, order, lambda v: v.custom_mode == OFFBOARD, ended, double_ack=True
+            )
+        )

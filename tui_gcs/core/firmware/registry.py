@@ -1,0 +1,64 @@
+"""Which `Firmware` speaks to which vehicle."""
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.events import EventLog
+from tui_gcs.core.firmware import commands as c
+from tui_gcs.core.firmware.ardupilot import COPTER_TYPES, ArduCopter
+from tui_gcs.core.firmware.base import Firmware
+from tui_gcs.core.firmware.px4 import Px4Multicopter
+from tui_gcs.core.firmware.speech import Speech
+from tui_gcs.core.firmware.unsupported import Unsupported
+from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.services.command import CommandService
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4, autopilot_name
+
+
+class Firmwares:
+    """One of each kind; a vehicle's is told by its heartbeat."""
+
+    def __init__(self, speech: Speech, fleet: Fleet, commands: CommandService, clock: Clock, events: EventLog) -> None:
+        """Hears parameters of `fleet` from now on."""
+        self._fleet = fleet
+        self._ardupilot = ArduCopter(speech, commands)
+        self._px4 = Px4Multicopter(speech, commands, clock, events)
+        self._px4.heights = self._home_amsl_m
+        self._unsupported = Unsupported()
+        self._kinds: dict[tuple[int, int], Firmware] = {
+            (autopilot, kind): firmware
+            for autopilot, firmware in ((AUTOPILOT_ARDUPILOT, self._ardupilot), (AUTOPILOT_PX4, self._px4))
+            for kind in COPTER_TYPES
+        }
+        fleet.on_message("PARAM_VALUE", self._on_parameter)
+
+    def of(self, vehicle: Vehicle) -> Firmware:
+        """Who speaks to `vehicle`."""
+        return self._kinds.get((vehicle.autopilot, vehicle.type), self._unsupported)
+
+    def tick(self) -> None:
+        """Everything that is due by itself."""
+        flown: dict[Firmware, list[Vehicle]] = {}
+        for vehicle in self._fleet.vehicles.values():
+            flown.setdefault(self.of(vehicle), []).append(vehicle)
+        for firmware, vehicles in flown.items():
+            firmware.tick(vehicles)
+
+    def forget(self, vehicle: Vehicle) -> None:
+        """It rebooted, or is another one now, maybe of another kind."""
+        self._px4.forget(vehicle)
+        self._ardupilot.release(vehicle)
+
+    def _on_parameter(self, vehicle: Vehicle, fields: dict[str, object]) -> None:
+        if self.of(vehicle) is self._px4:
+            self._px4.hear_parameter(vehicle, fields)
+
+    def _home_amsl_m(self, vehicle: Vehicle) -> float:
+        message = self._fleet.newest(vehicle, c.HOME_POSITION)
+        return float(message.fields["altitude"]) / 1e3 if message is not None else float("nan")
+
+
+def name_of(vehicle: Vehicle) -> str:
+    """What flies it, e.g. "ArduCopter", "PX4", "ArduPilot" (of another vehicle)."""
+    if vehicle.autopilot == AUTOPILOT_ARDUPILOT and vehicle.type in COPTER_TYPES:
+        return ArduCopter.name
+    return autopilot_name(vehicle.autopilot)

@@ -1,0 +1,136 @@
+"""How any MAVLink autopilot is told something: orders, questions, set-points. All of it leaves through the door."""
+
+from collections.abc import Callable
+
+from tui_gcs.core.door import Door
+from tui_gcs.core.firmware import commands as c
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.messages import Vec3
+from tui_gcs.core.services.order import Action, Order, Outcome, Retry
+from tui_gcs.core.vehicle import Vehicle
+
+Done = Callable[[Action, Outcome, str], None]
+Shown = Callable[[Vehicle], bool]
+
+
+class Speech:
+    """Words orders; what they mean to which autopilot is the business of the others here."""
+
+    def __init__(self, door: Door, frame: LocalFrame) -> None:
+        """`frame` turns ENU metres into degrees."""
+        self._door = door
+        self.frame = frame
+
+    # ---------------------------------------------------------------- orders
+
+    def action(
+        self,
+        vehicle: int,
+        name: str,
+        retry: Retry,
+        order: Order,
+        shown: Shown | None,
+        on_done: Done | None = None,
+        *,
+        confirm_s: float = 5.0,
+        double_ack: bool = False,
+    ) -> Action:
+        """An order that is done when `shown` (None: when it is acknowledged, for there is no telemetry of it)."""
+        action = Action(
+            vehicle,
+            name,
+            retry,
+            send=lambda copy: self.say(vehicle, name, action.order or order, copy),
+            confirmed=shown or (lambda v: action.acked_s is not None and not action.in_progress),
+            command=order.command,
+            confirm_s=confirm_s,
+            on_done=on_done,
+            double_ack=double_ack,
+            order=order,
+            look=(lambda: self.ask(vehicle, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)) if retry is Retry.STOP else None,
+        )
+        return action
+
+    def say(self, vehicle: int, what: str, order: Order, copy: int) -> None:
+        """Send one copy of an order; `what` is the operator's word for it."""
+        self._door.action(vehicle, what, order.message, **order.fields(copy))
+
+    def ask(self, vehicle: int, command: int, *params: float, copy: int = 0) -> None:
+        """Send a command that only asks for something."""
+        self._door.ask(vehicle, "COMMAND_LONG", **Order(command, params).fields(copy))
+
+    def is_ours(self, vehicle: Vehicle) -> bool:
+        """Whether this station may speak to it at all."""
+        return self._door.is_ours(vehicle)
+
+    # ---------------------------------------------------------------- questions
+
+    def interval(self, vehicle: int, message: int, hz: float) -> Action:
+        """Ask for a message at a rate; the ACK is all the confirmation there is."""
+        action = Action(
+            vehicle,
+            f"interval {message}",
+            Retry.SET,
+            send=lambda copy: self.ask(vehicle, c.CMD_SET_MESSAGE_INTERVAL, message, 1e6 / hz, copy=copy),
+            confirmed=lambda v: action.acked_s is not None,
+            command=c.CMD_SET_MESSAGE_INTERVAL,
+            housekeeping=True,
+        )
+        return action
+
+    def version(self, vehicle: int) -> Action:
+        """Ask who it is."""
+        return Action(
+            vehicle,
+            "identify",
+            Retry.SET,
+            send=lambda copy: self.ask(vehicle, c.CMD_REQUEST_MESSAGE, c.AUTOPILOT_VERSION, copy=copy),
+            confirmed=lambda v: v.identified,
+            command=c.CMD_REQUEST_MESSAGE,
+            ack_ends=False,
+            housekeeping=True,
+        )
+
+    def read_parameter(self, vehicle: int, name: str) -> None:
+        """Ask for one parameter by name; a PARAM_VALUE answers."""
+        self._door.ask(vehicle, "PARAM_REQUEST_READ", param_id=name, param_index=-1)
+
+    # ---------------------------------------------------------------- set-points
+
+    def position(self, vehicle: int, point_m: Vec3) -> None:
+        """Set-point: be at `point_m` (ENU, z above home)."""
+        self._target(vehicle, c.POSITION_ONLY, point_m, (0.0, 0.0, 0.0))
+
+    def moving(self, vehicle: int, point_m: Vec3, velocity_m_s: Vec3) -> None:
+        """Set-point: be at `point_m`, moving with `velocity_m_s` (east, north, up)."""
+        self._target(vehicle, c.POSITION_AND_VELOCITY, point_m, velocity_m_s)
+
+    def velocity(self, vehicle: int, velocity_m_s: Vec3) -> None:
+        """Set-point: move with `velocity_m_s` (east, north, up)."""
+        self._target(vehicle, c.VELOCITY_ONLY, (0.0, 0.0, 0.0), velocity_m_s)
+
+    def degrees(self, point_m: Vec3) -> tuple[float, float]:
+        """Latitude and longitude of an ENU place."""
+        lat_deg, lon_deg = self.frame.to_geodetic(point_m[0], point_m[1])
+        return float(lat_deg), float(lon_deg)
+
+    def _target(self, vehicle: int, type_mask: int, point_m: Vec3, velocity_m_s: Vec3) -> None:
+        lat_deg, lon_deg = self.degrees(point_m)
+        east, north, up = velocity_m_s
+        self._door.setpoint(
+            vehicle,
+            time_boot_ms=0,
+            coordinate_frame=c.FRAME_RELATIVE_ALT_INT,
+            type_mask=type_mask,
+            lat_int=round(lat_deg * 1e7),
+            lon_int=round(lon_deg * 1e7),
+            alt=point_m[2],
+            vx=north,
+            vy=east,
+            vz=-up,
+            afx=0,
+            afy=0,
+            afz=0,
+            yaw=0,
+            yaw_rate=0,
+        )

@@ -1,0 +1,96 @@
+"""Autopilots that nobody here can fly: every order is refused, with the reason."""
+
+from collections.abc import Callable
+
+from tui_gcs.core.firmware.base import Lead
+from tui_gcs.core.firmware.speech import Done
+from tui_gcs.core.messages import Vec3
+from tui_gcs.core.services.order import Action, refused
+from tui_gcs.core.vehicle import Vehicle
+
+WHY = "only ArduCopter and PX4 multicopters can be flown so far"
+
+
+class Unsupported:
+    """The `Firmware` of what cannot be flown: shown, never steered."""
+
+    name = ""
+    setpoint_gap_s = 0.2
+    lead = Lead()
+
+    def why_not(self, vehicle: Vehicle) -> str:
+        """The reason."""
+        return WHY
+
+    start_problem = if_silent = why_not
+
+    def prepare(self, vehicle: Vehicle, on_done: Done) -> Action:
+        """Refused, as everything that follows."""
+        return refused(vehicle.id, "mode", WHY, on_done)
+
+    def is_prepared(self, vehicle: Vehicle) -> bool:
+        """Never; so it is neither steerable, nor holding or landing by us."""
+        return False
+
+    is_steerable = is_holding = is_landing = is_prepared
+
+    def say_prearm(self, vehicle: Vehicle) -> Action | None:
+        """Nothing."""
+        return None
+
+    engage = say_prearm
+
+    def arm(self, vehicle: Vehicle, on_done: Done) -> Action:
+        """Refused."""
+        return refused(vehicle.id, "arm", WHY, on_done)
+
+    def disarm(self, vehicle: Vehicle) -> Action:
+        """Refused."""
+        return refused(vehicle.id, "disarm", WHY, None)
+
+    def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> Action:
+        """Refused."""
+        return refused(vehicle.id, "take-off", WHY, on_done)
+
+    def land(self, vehicle: Vehicle) -> Action:
+        """Refused."""
+        return refused(vehicle.id, "land", WHY, None)
+
+    def rtl(self, vehicle: Vehicle) -> Action:
+        """Refused."""
+        return refused(vehicle.id, "return", WHY, None)
+
+    def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> Action:
+        """Refused."""
+        return refused(vehicle.id, "hold", WHY, None)
+
+    def go_to(self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, *, anew: bool) -> None:
+        """Not sent: it is not steerable, and whoever steers looks at that first."""
+
+    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3) -> None:
+        """Not sent."""
+
+    def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
+        """Not sent."""
+
+    def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> Action:
+        """Refused."""
+        return refused(vehicle.id, "speed", WHY, None)
+
+    def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> Action:
+        """Refused."""
+        return refused(vehicle.id, "mission start", WHY, on_done)
+
+    def mission_pause(self, vehicle: Vehicle) -> Action:
+        """Refused."""
+        return refused(vehicle.id, "hold", WHY, None)
+
+    def mission_continue(self, vehicle: Vehicle) -> Action:
+        """Refused."""
+        return refused(vehicle.id, "mission continue", WHY, None)
+
+    def tick(self, vehicles: list[Vehicle]) -> None:
+        """Nothing is due."""
+
+    def release(self, vehicle: Vehicle) -> None:
+        """Nothing is sent."""

@@ -1,0 +1,144 @@
+"""How well a vehicle keeps to its course, measured in flight: how far off, how late, and what lead takes that away.
+
+An autopilot that is told where to be now is there a little later, and in a curve a little outside. So it is told where
+it should be a little later, and a little inside: by how much is its firmware's figure first, and its own, measured,
+soon after. Compared are places of the same moment: the course at the time its newest position arrived.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+from tui_gcs.core.course import Course, Samples, Track
+from tui_gcs.core.firmware.base import Lead
+from tui_gcs.core.messages import Vec3
+from tui_gcs.core.vehicle import Vehicle
+
+LEAST_SPEED_M_S = 2.0
+"""Below it "late" means nothing."""
+LEAST_TURN_M_S2 = 0.3
+"""Straighter than this a course says nothing of curves."""
+SETTLE_S = 3.0
+"""A new course, or a corner, is not measured before."""
+LEARN_PER_S = 0.1
+"""So much of the remaining error is taken into the lead in a second: slower than the loop that is measured."""
+SMOOTH_S = 2.0
+"""Time constant of what is shown."""
+MOST_LEAD_S, MOST_INWARD_S2, MOST_INWARD_M = 1.0, 4.0, 4.0
+LEARN_WITHIN_S, LEARN_WITHIN_M = 1.0, 6.0
+"""Larger errors are not lag: it is catching up, or something is wrong."""
+GAP_S = 1.0
+"""After a longer pause between positions it begins anew."""
+STILL_M_S = 0.3
+STILL_S = 6.0
+"""Asked to move and standing still for so long: it does not take what it is told, and says nothing."""
+ASKED_M = 5.0
+"""A reference so far away, or as fast as `LEAST_SPEED_M_S`, asks to move."""
+
+
+@dataclass
+class Tracking:
+    """One vehicle's."""
+
+    lead: Lead = field(default_factory=Lead)
+    lag_s: float = math.nan
+    """How much later than planned it comes by, smoothed; negative: earlier. NaN where its course does not move."""
+    cross_m: float = math.nan
+    """How far beside its path it is, smoothed."""
+    since_s: float = math.nan
+    """Since when it has been following moving courses without a pause."""
+    looked_s: float = -math.inf
+    """Time of the newest position that was compared."""
+    still_since_s: float = math.nan
+
+    def pause(self) -> None:
+        """It follows nothing that moves: nothing is measured."""
+        self.since_s = self.lag_s = self.cross_m = math.nan
+
+    def look(self, course: Course, vehicle: Vehicle) -> None:
+        """Compare its newest position, once, with the course."""
+        at_s = vehicle.position_s
+        if at_s <= self.looked_s:
+            return
+        gap_s = at_s - self.looked_s
+        self.looked_s = at_s
+        if not isinstance(course, Track) or gap_s > GAP_S:
+            self.pause()
+            if not isinstance(course, Track):
+                return
+        point, velocity = course.at(at_s)
+        speed = math.hypot(*velocity)
+        if speed < LEAST_SPEED_M_S:
+            self.pause()
+            return
+        if math.isnan(self.since_s):
+            self.since_s = at_s
+        behind = [p - q for p, q in zip(point, vehicle.position_m, strict=True)]
+        along_m = sum(b * v for b, v in zip(behind, velocity, strict=True)) / speed
+        cross_m = math.sqrt(max(0.0, sum(b * b for b in behind) - along_m**2))
+        late_s = along_m / speed
+        share = 1.0 if math.isnan(self.lag_s) else min(1.0, gap_s / SMOOTH_S)
+        self.lag_s = late_s if share == 1.0 else self.lag_s + share * (late_s - self.lag_s)
+        self.cross_m = cross_m if share == 1.0 else self.cross_m + share * (cross_m - self.cross_m)
+        if at_s - self.since_s > SETTLE_S:
+            self._learn(late_s, behind, cross_m, inward(course, at_s, velocity), gap_s)
+
+    def _learn(self, late_s: float, behind: list[float], cross_m: float, turn: Vec3, gap_s: float) -> None:
+        if abs(late_s) > LEARN_WITHIN_S or cross_m > LEARN_WITHIN_M:
+            return
+        time_s = _within(self.lead.time_s + LEARN_PER_S * gap_s * late_s, MOST_LEAD_S)
+        inward_s2 = self.lead.inward_s2
+        size = math.hypot(*turn)
+        if size > LEAST_TURN_M_S2:
+            outside_m = sum(b * a for b, a in zip(behind, turn, strict=True)) / size
+            inward_s2 = _within(inward_s2 + LEARN_PER_S * gap_s * outside_m / size, MOST_INWARD_S2)
+        self.lead = Lead(time_s, inward_s2)
+
+    def ignores(self, course: Course, vehicle: Vehicle, now: float) -> bool:
+        """Whether it has been standing still for long although it was asked to move."""
+        point, velocity = course.at(now)
+        asked = math.hypot(*velocity) > LEAST_SPEED_M_S or math.dist(point, vehicle.position_m) > ASKED_M
+        if not asked or not math.hypot(*vehicle.velocity_m_s) < STILL_M_S:
+            self.still_since_s = math.nan
+        elif math.isnan(self.still_since_s):
+            self.still_since_s = now
+        return now - self.still_since_s > STILL_S  # False while it is NaN
+
+
+@dataclass(frozen=True)
+class Led:
+    """A course as it is sent: ahead of time, and in curves inside, by a vehicle's lead."""
+
+    course: Track
+    lead: Lead
+
+    def at(self, t_s: float) -> tuple[Vec3, Vec3]:
+        """Position and velocity to be sent at `t_s`."""
+        point, velocity = self.course.at(t_s + self.lead.time_s)
+        if not self.lead.inward_s2:
+            return point, velocity
+        turn = inward(self.course, t_s + self.lead.time_s, velocity)
+        shift = self.lead.inward_s2
+        size_m = shift * math.hypot(*turn)
+        if size_m > MOST_INWARD_M:
+            shift *= MOST_INWARD_M / size_m
+        x, y, z = (p + shift * a for p, a in zip(point, turn, strict=True))
+        return (x, y, z), velocity
+
+    def predict(self, now: float, position_m: Vec3, times_s: Samples) -> Samples:
+        """Where the vehicle will be: on the course, that is what the lead is for."""
+        return self.course.predict(now, position_m, times_s)
+
+
+def inward(course: Track, t_s: float, velocity_m_s: Vec3) -> Vec3:
+    """The centripetal part of a course's acceleration, m/s²: across its velocity, towards the inside of the curve."""
+    accel = course.acceleration(t_s)
+    speed2 = sum(v * v for v in velocity_m_s)
+    if speed2 < LEAST_SPEED_M_S**2:
+        return (0.0, 0.0, 0.0)
+    along = sum(a * v for a, v in zip(accel, velocity_m_s, strict=True)) / speed2
+    x, y, z = (a - along * v for a, v in zip(accel, velocity_m_s, strict=True))
+    return (x, y, z)
+
+
+def _within(value: float, most: float) -> float:
+    return min(max(value, 0.0), most)
