@@ -2,7 +2,7 @@
 
 import importlib
 
-MODULES = ("link",)
+MODULES = ("link", "data", "flight")
 
 
 def load() -> None:

@@ -117,7 +117,9 @@ class Field:
         while self.clock.now() < end_s - 1e-9:
             self.pump(muted)
 
-    def until(self, reached: Callable[[], bool], limit_s: float, what: str, *, muted: bool = False) -> float:
+    def until(
+        self, reached: Callable[[], bool], limit_s: float, what: str | Callable[[], str], *, muted: bool = False
+    ) -> float:
         """Let time pass until `reached`; how long it took, s.
 
         Raises:
@@ -126,7 +128,7 @@ class Field:
         begin_s = self.clock.now()
         while not reached():
             if self.clock.now() - begin_s > limit_s:
-                raise Failed(f"{what}: not within {limit_s:g} s")
+                raise Failed(f"{what() if callable(what) else what}: not within {limit_s:g} s")
             self.pump(muted)
         return self.clock.now() - begin_s
 
