@@ -3,6 +3,7 @@
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.ftp import FtpService
 from tui_gcs.core.services.health import HealthService
+from tui_gcs.core.services.mission import MissionService
 from tui_gcs.core.services.modes import ModeService
 from tui_gcs.core.services.vehicle_events import VehicleEvents
 
@@ -14,6 +15,7 @@ class Services:
         """Make them all; they listen from now on."""
         self.context = context
         self.ftp = FtpService(context)
+        self.missions = MissionService(context)
         self.modes = ModeService(context)
         self.vehicle_events = VehicleEvents(context)
         self.health = HealthService(context.fleet, self.vehicle_events, context.clock)

@@ -1,0 +1,338 @@
+"""How each autopilot wants plans said, what it keeps of them, and what it does not take.
+
+Measured on real ArduCopter and PX4 (facts/ardupilot.md "Missions, fence, rally", px4.md "Mission / fence / rally");
+which parameters are kept is what came back. A dialect turns a plan into the items that travel and back, and reduces
+items to what the vehicle keeps of them, so that what was sent and what is held can be compared.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from tui_gcs.core.firmware.modes import mode_name
+from tui_gcs.core.plan import (
+    AMSL,
+    CIRCLES,
+    FENCE_COMMANDS,
+    JUMP,
+    LAND,
+    LOITER_TIME,
+    LOITER_TO_ALT,
+    LOITER_TURNS,
+    LOITER_UNLIMITED,
+    MISSION_FRAME,
+    PLACES,
+    PLAIN_FRAME,
+    POLYGON_IN,
+    POLYGONS,
+    RALLY_POINT,
+    RETURN,
+    SPLINE,
+    TAKE_OFF,
+    TERRAIN,
+    VTOL_LAND,
+    VTOL_TAKE_OFF,
+    WAYPOINT,
+    Plan,
+    PlanItem,
+    PlanKind,
+    fence_shapes,
+    float32,
+)
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
+
+FLIES_MISSION = frozenset({"AUTO", "AUTO_RTL", "MISSION"})
+"""Modes in which what is held is being flown."""
+CMD_SET_CURRENT = 224
+"""MAV_CMD_DO_SET_MISSION_CURRENT."""
+
+Rule = Callable[[float], float]
+Rules = tuple[Rule, Rule, Rule, Rule]
+
+
+def _same(value: float) -> float:
+    return value
+
+
+def _gone(value: float) -> float:
+    return 0.0
+
+
+def _whole(value: float) -> float:
+    return float(math.trunc(value)) if math.isfinite(value) else 0.0
+
+
+def _flag(value: float) -> float:
+    return 1.0 if value > 0 else 0.0
+
+
+def _sign(value: float) -> float:
+    return -1.0 if value < 0 else 1.0
+
+
+def _yaw(value: float) -> float:
+    """Degrees from 0; NaN is "as it comes"."""
+    return value % 360.0 if math.isfinite(value) else value
+
+
+def _turns(value: float) -> float:
+    """ArduPilot: whole turns up to 255, parts of one turn in 256ths."""
+    return math.trunc(value * 256.0) / 256.0 if 0 < value < 1 else min(255.0, _whole(value))
+
+
+def _radius(value: float) -> float:
+    """ArduPilot: whole metres up to 255, then tens of metres."""
+    size = abs(value)
+    kept = math.trunc(size) if size <= 255 else 10 * min(255, math.trunc(size * 0.1 + 1e-6))
+    return math.copysign(kept, value) if math.isfinite(value) else 0.0
+
+
+NOTHING: Rules = (_gone, _gone, _gone, _gone)
+FIRST: Rules = (_same, _gone, _gone, _gone)
+EVERYTHING: Rules = (_same, _same, _same, _same)
+
+
+@dataclass(frozen=True)
+class PlanDialect:
+    """One autopilot's way with plans."""
+
+    name: str
+    has_home: bool = False
+    """Item 0 of a mission is home: not a part of the plan."""
+    atomic: bool = False
+    """What was held before stays until an upload is complete."""
+    patience_s: float = 0.0
+    """So long an item is left to the vehicle to ask for again before it is sent again by itself."""
+    judges_afterwards: bool = False
+    """An accepted mission is looked at only then: MISSION_CURRENT tells whether it can be flown."""
+    sets_by_command: bool = True
+    """DO_SET_MISSION_CURRENT is understood; else the MISSION_SET_CURRENT message."""
+    most: tuple[int | None, int | None, int | None] = (None, None, None)
+    """Items of a mission, fence, rally plan, where known."""
+    most_vertices: int | None = None
+    """Of one fence polygon."""
+    plain_numbers: bool = False
+    """NaN is no number for it: what is not said is 0."""
+    terrain: bool = True
+    """Heights above the ground are understood."""
+    home_inside: bool = False
+    """A fence that does not contain home is thrown away after it was accepted."""
+    fence_text: str = ""
+    """How its text begins when it has thrown a part of a fence away."""
+    kept: "dict[int, Rules] | None" = None
+    """What is kept of a command's parameters; None: all of them. What is not listed is kept, or comes back as 0."""
+    z_tolerance_m: float = 0.001
+
+    # ------------------------------------------------------------ to the wire and back
+
+    def to_wire(self, plan: Plan) -> tuple[PlanItem, ...]:
+        """The items as they are sent, seq 0 first."""
+        items = plan.items
+        if plan.kind is PlanKind.FENCE:  # PX4 takes the vertices of a polygon after a circle for circles
+            shapes = sorted(fence_shapes(items), key=lambda shape: shape.command not in POLYGONS)
+            items = tuple(item for shape in shapes for item in shape.items)
+        sent = tuple(self._plain(self._said(item, +self._home_items(plan.kind))) for item in items)
+        return (HOME_PLACE_HOLDER, *sent) if self._home_items(plan.kind) else sent
+
+    def from_wire(self, kind: PlanKind, items: tuple[PlanItem, ...]) -> Plan:
+        """The plan that a vehicle sent."""
+        shift = self._home_items(kind)
+        return Plan(kind, tuple(self._said(item, -shift) for item in items[shift:]))
+
+    def index_of(self, seq: int) -> int:
+        """Which item of the plan a mission's seq is; -1 is ArduPilot's home."""
+        return seq - self._home_items(PlanKind.MISSION)
+
+    def seq_of(self, index: int) -> int:
+        """The reverse."""
+        return index + self._home_items(PlanKind.MISSION)
+
+    def wire_count(self, plan: Plan) -> int:
+        """How many items travel."""
+        return len(plan.items) + self._home_items(plan.kind)
+
+    def _home_items(self, kind: PlanKind) -> int:
+        return int(self.has_home and kind is PlanKind.MISSION)
+
+    def _said(self, item: PlanItem, shift: int) -> PlanItem:
+        """One item with its frame as every autopilot takes it, and jumps that count home, or not."""
+        if item.command in FENCE_COMMANDS:
+            return replace(item, frame=AMSL, z=0.0)
+        frame = PLAIN_FRAME.get(item.frame, item.frame)
+        if item.command not in PLACES and item.x == 0 and item.y == 0:
+            frame = MISSION_FRAME
+        if item.command == JUMP:
+            return replace(item, frame=frame, params=(item.params[0] + shift, *item.params[1:]))
+        return replace(item, frame=frame)
+
+    def _plain(self, item: PlanItem) -> PlanItem:
+        if not self.plain_numbers or item.command not in PLACES:
+            return item
+        one, two, three, four = (0.0 if math.isnan(value) else value for value in item.params)
+        return replace(item, params=(one, two, three, four))
+
+    # ------------------------------------------------------------ what is kept
+
+    def stored(self, kind: PlanKind, item: PlanItem) -> PlanItem:
+        """What the vehicle is known to keep of an item of a plan: compare that, of both sides."""
+        rules = self.rules(item.command)
+        one, two, three, four = (rule(float32(value)) for rule, value in zip(rules, item.params, strict=True))
+        kept = replace(self._said(item, 0), params=(one, two, three, four), z=float32(item.z))
+        if kind is not PlanKind.MISSION or self.has_home:
+            kept = replace(kept, autocontinue=True)  # always true, or always false, whatever was sent
+        if self.has_home and item.command not in PLACES and self.kept is not None and item.command in self.kept:
+            kept = replace(kept, frame=MISSION_FRAME, x=0, y=0, z=0.0)
+        if self.has_home and kind is PlanKind.RALLY:
+            kept = replace(kept, z=_whole(kept.z))
+        return kept
+
+    def rules(self, command: int) -> Rules:
+        """What is kept of a command's four parameters."""
+        return EVERYTHING if self.kept is None else self.kept.get(command, EVERYTHING)
+
+    def is_listed(self, command: int) -> bool:
+        """Whether it is known what is kept of a command: else what comes back as 0 was simply not kept."""
+        return self.kept is None or command in self.kept
+
+    # ------------------------------------------------------------ what is not taken
+
+    def problems(self, plan: Plan, home_deg: tuple[float, float] | None) -> list[str]:
+        """Why this autopilot would refuse or spoil `plan`; `home_deg` is (latitude, longitude), None if unknown."""
+        found = []
+        most = self.most[plan.kind]
+        if most is not None and self.wire_count(plan) > most:
+            home = " (home is one of them)" if self._home_items(plan.kind) else ""
+            found.append(f"{self.wire_count(plan)} items, {self.name} holds {most}{home}")
+        if not self.terrain and any(PLAIN_FRAME.get(item.frame) == TERRAIN for item in plan.items):
+            found.append(f"{self.name} knows no heights above the ground")
+        if plan.kind is PlanKind.FENCE:
+            found += self._fence_problems(plan, home_deg)
+        return found
+
+    def _fence_problems(self, plan: Plan, home_deg: tuple[float, float] | None) -> list[str]:
+        found = []
+        for shape in fence_shapes(plan.items):
+            if self.most_vertices is not None and len(shape.items) > self.most_vertices:
+                found.append(f"{shape.text}: {self.name} takes {self.most_vertices}")
+            if self.home_inside and home_deg is not None and not _allows(shape.command, shape.items, home_deg):
+                found.append(f"{shape.text}: home is outside of what it allows, {self.name} would drop it")
+        return found
+
+    def flies_mission(self, vehicle: Vehicle) -> bool:
+        """Whether it is flying its mission now."""
+        mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+        return vehicle.armed and mode in FLIES_MISSION
+
+
+HOME_PLACE_HOLDER = PlanItem(WAYPOINT, AMSL)
+"""ArduPilot puts its real home there, whatever is sent."""
+
+
+def _allows(command: int, items: tuple[PlanItem, ...], at_deg: tuple[float, float]) -> bool:
+    """Whether a fence shape lets a vehicle be at (latitude, longitude)."""
+    if command in CIRCLES:
+        north_m = (at_deg[0] - items[0].lat_deg) * 111_195.0
+        east_m = (at_deg[1] - items[0].lon_deg) * 111_195.0 * math.cos(math.radians(at_deg[0]))
+        return (math.hypot(north_m, east_m) <= items[0].params[0]) == (command not in OUTSIDE)
+    if command in POLYGONS:
+        return _is_inside(items, at_deg) == (command == POLYGON_IN)
+    return True
+
+
+OUTSIDE = frozenset({5002, 5004})
+"""Exclusion polygons and circles."""
+
+
+def _is_inside(items: tuple[PlanItem, ...], at_deg: tuple[float, float]) -> bool:
+    """Even-odd rule, in degrees."""
+    lat, lon = at_deg
+    inside = False
+    for a, b in zip(items, (*items[1:], items[0]), strict=True):
+        if (a.lat_deg > lat) != (b.lat_deg > lat):
+            crossing = a.lon_deg + (lat - a.lat_deg) / (b.lat_deg - a.lat_deg) * (b.lon_deg - a.lon_deg)
+            inside ^= lon < crossing
+    return inside
+
+
+GENERIC = PlanDialect("this autopilot", patience_s=2.0)
+
+_ARDUPILOT_KEPT: dict[int, Rules] = {
+    WAYPOINT: (_whole, _gone, _gone, _gone),
+    LOITER_UNLIMITED: (_gone, _gone, _whole, _gone),
+    LOITER_TURNS: (_turns, _gone, _radius, _flag),
+    LOITER_TIME: (_whole, _gone, _sign, _flag),
+    RETURN: NOTHING,
+    LAND: (_whole, _gone, _gone, _sign),
+    TAKE_OFF: (_whole, _gone, _gone, _gone),
+    LOITER_TO_ALT: (_gone, _whole, _gone, _flag),
+    SPLINE: (_whole, _gone, _gone, _gone),
+    VTOL_TAKE_OFF: NOTHING,
+    VTOL_LAND: (_whole, _gone, _gone, _gone),
+    93: (_same, _whole, _whole, _whole),
+    112: FIRST,
+    114: FIRST,
+    115: (_same, _same, _whole, _whole),
+    JUMP: (_whole, _whole, _gone, _gone),
+    178: (_whole, _same, _same, _gone),
+    206: (_same, _gone, _whole, _gone),
+    207: (_whole, _gone, _gone, _gone),
+    211: (_whole, _whole, _gone, _gone),
+    POLYGON_IN: FIRST,
+    5002: FIRST,
+    5003: FIRST,
+    5004: FIRST,
+    5000: NOTHING,
+    RALLY_POINT: NOTHING,
+}
+_PLANE_KEPT = _ARDUPILOT_KEPT | {WAYPOINT: (_gone, _whole, _whole, _gone)}
+_PLANE_TYPES = frozenset({1, 7, 16, 17, 19, 20, 21, 22, 23, 24, 25, 28})
+"""MAV_TYPE of what ArduPlane flies."""
+
+ARDUPILOT = PlanDialect(
+    "ArduPilot",
+    has_home=True,
+    plain_numbers=True,
+    most_vertices=255,
+    kept=_ARDUPILOT_KEPT,
+    z_tolerance_m=0.0101,
+)
+"""Heights are whole centimetres, cut."""
+ARDUPLANE = replace(ARDUPILOT, kept=_PLANE_KEPT)
+
+PX4 = PlanDialect(
+    "PX4",
+    atomic=True,
+    judges_afterwards=True,
+    sets_by_command=False,
+    most=(10_000, 64, 32),
+    terrain=False,
+    home_inside=True,
+    fence_text="Geofence invalid",
+    kept={
+        WAYPOINT: (_same, _same, _gone, _yaw),
+        LOITER_UNLIMITED: (_gone, _gone, _same, _yaw),
+        LOITER_TIME: (_same, _flag, _same, _flag),
+        LAND: (_gone, _whole, _gone, _yaw),
+        TAKE_OFF: (_gone, _gone, _gone, _yaw),
+        LOITER_TO_ALT: (_flag, _same, _gone, _flag),
+        VTOL_TAKE_OFF: (_gone, _gone, _gone, _yaw),
+        VTOL_LAND: (_gone, _gone, _gone, _yaw),
+        195: NOTHING,
+        POLYGON_IN: FIRST,
+        5002: FIRST,
+        5003: FIRST,
+        5004: FIRST,
+        5000: NOTHING,
+        RALLY_POINT: NOTHING,
+    },
+)
+
+
+def dialect_of(vehicle: Vehicle) -> PlanDialect:
+    """The dialect of a vehicle's autopilot."""
+    if vehicle.autopilot == AUTOPILOT_PX4:
+        return PX4
+    if vehicle.autopilot == AUTOPILOT_ARDUPILOT:
+        return ARDUPLANE if vehicle.type in _PLANE_TYPES else ARDUPILOT
+    return GENERIC

@@ -1,0 +1,84 @@
+"""What is known of the plans that vehicles hold, and of how far they are with their missions."""
+
+import math
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+from tui_gcs.core.plan import Plan, PlanKind
+
+
+class Progress(IntEnum):
+    """MISSION_STATE of common.xml."""
+
+    UNKNOWN = 0
+    NO_MISSION = 1
+    NOT_STARTED = 2
+    ACTIVE = 3
+    PAUSED = 4
+    COMPLETE = 5
+
+
+@dataclass
+class Held:
+    """One kind of plan on one vehicle, as far as it is known."""
+
+    plan: Plan | None = None
+    """What it holds: verified after an upload, or read. None: not known."""
+    ours: bool = False
+    """We have put it there."""
+    partial: bool = False
+    """It is the beginning of a plan whose upload failed."""
+    stale: str = ""
+    """Why `plan` is not what is on board any more, e.g. another station changed it; "" if nothing speaks against it."""
+    opaque_id: int = 0
+    """The vehicle's own number for `plan`; 0 if it gives none."""
+    before: Plan | None = None
+    """What it held before an upload that failed: it may be restored."""
+    since_s: float = -math.inf
+    proven: dict[int, str] = field(default_factory=dict)
+    """Fingerprints of plans that were read back, by the number that the vehicle gave them: same number, same plan."""
+
+    @property
+    def known(self) -> bool:
+        """Whether `plan` is what is on board, for all we know."""
+        return self.plan is not None and not self.stale
+
+
+@dataclass
+class MissionState:
+    """How far one vehicle is, and what it holds. Indices count the plan's items from 0."""
+
+    current: int | None = None
+    """The item it is flying to, or would; None: it did not say, or what it said cannot be (B.6-65)."""
+    reached: int | None = None
+    """The item it reached last."""
+    total: int | None = None
+    """Items of the mission on board, as it says; None: not said."""
+    progress: Progress = Progress.UNKNOWN
+    heard_s: float = -math.inf
+    """When MISSION_CURRENT last came."""
+    ids: dict[PlanKind, int] = field(default_factory=dict)
+    """Numbers of the plans on board in the newest MISSION_CURRENT, 0 for those it does not number."""
+    held: dict[PlanKind, Held] = field(default_factory=lambda: {kind: Held() for kind in PlanKind})
+    numbered: set[PlanKind] = field(default_factory=set)
+    """Kinds that MISSION_CURRENT ever had a number for."""
+    strange: dict[PlanKind, int] = field(default_factory=dict)
+    """How many reports in a row did not fit to what is held."""
+    changed_s: dict[PlanKind, float] = field(default_factory=dict)
+    """When we last changed, or tried to change, what is held: reports are late."""
+
+
+class PlanBook:
+    """One `MissionState` per vehicle."""
+
+    def __init__(self) -> None:
+        """Nothing is known."""
+        self._states: dict[int, MissionState] = {}
+
+    def state(self, vehicle: int) -> MissionState:
+        """What is known of a vehicle; made empty when it is first asked for."""
+        return self._states.setdefault(vehicle, MissionState())
+
+    def forget(self, vehicle: int) -> None:
+        """It rebooted, was replaced or is gone."""
+        self._states.pop(vehicle, None)
