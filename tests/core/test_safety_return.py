@@ -112,8 +112,8 @@ def seen_by_the_monitor(at_m: Vec3, home_m: Vec3) -> int:
 
 
 def hovering(system: int, position_m: Vec3) -> Vehicle:
-    telemetry = {"armed": True, "landed_state": 2, "position_m": position_m, "alt_rel_m": position_m[2]}
-    return a_vehicle(system, fix=(0, 0, 0, 0, 0, 0, 0, 100, 0), **telemetry)
+    fix = (0, 0, 0, 0, 0, 0, 0, 100, 0)
+    return a_vehicle(system, fix=fix, armed=True, landed_state=2, position_m=position_m)
 
 
 def test_the_monitor_counts_who_lands_too_close_away_from_its_own_column() -> None:

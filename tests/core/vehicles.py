@@ -9,4 +9,7 @@ from tui_gcs.core.wire.sources import Source
 def a_vehicle(system: int = 1, link: str = "memory", **telemetry: Any) -> Vehicle:
     """An ArduCopter quadrotor, heard over one path."""
     path = Path(Source("", link, ("sim", system)), PathState.USED, 0.0)
-    return Vehicle(system, system, "", path, 3, 2, paths=[path], **telemetry)
+    vehicle = Vehicle(system, system, "", path, 3, 2, paths=[path])
+    for name, value in telemetry.items():
+        setattr(vehicle, name, value)
+    return vehicle

@@ -8,7 +8,7 @@ or sequence numbers of two rows.
 import math
 from dataclasses import dataclass
 
-from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, Path, PathState, Vehicle
+from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, PathState, Vehicle
 
 QUIET_S = 1.2
 """Nobody reboots in less (ArduPilot: 1 to 2 s)."""
@@ -42,32 +42,40 @@ class Doubts:
         self._odd: dict[int, int] = {}
         self._texts: dict[int, int] = {}
 
-    def look(self, vehicle: Vehicle, now: float, *, look: bool) -> bool:
-        """Look for reasons; with `look`, once a second, at sequence numbers, too. True: `watched` changed."""
-        number, path = vehicle.id, vehicle.path
-        if now - path.heard_s > QUIET_S:
-            self._quiet.add(number)
-            return False
-        position_s, texts = _position_s(path), path.source.text_bytes
-        missing = -math.inf < position_s < now - MISSING_S
-        booted = texts > self._texts.get(number, 0)
-        if booted or missing or number in self._doubts or number in self._quiet or number in self._missing:
-            if (
-                booted
-                or (missing and number not in self._missing)
-                or (number in self._quiet and position_s < now - NEWS_S)
-            ):
-                self._doubts.setdefault(number, _Doubt(vehicle, now, now + QUIET_DOUBT_S, now))
-            elif number in self._doubts and not vehicle.watched and position_s > self._doubts[number].since_s:
-                del self._doubts[number]
-            self._quiet.discard(number)
-            if booted:
-                self._texts[number] = texts
-            if missing:
-                self._missing.add(number)
-            else:
-                self._missing.discard(number)
-        return self._look_at_numbers(vehicle, now) if look else False
+    def look(self, vehicles: list[Vehicle], now: float, *, look: bool) -> list[Vehicle]:
+        """Look for reasons; with `look`, once a second, at sequence numbers, too. Returns whose `watched` changed."""
+        doubts, quiet, missing, known_texts = self._doubts, self._quiet, self._missing, self._texts
+        changed = []
+        for vehicle in vehicles:
+            number, path = vehicle.id, vehicle.path
+            pilot, slot = path.pilot, path.slots.get(GLOBAL_POSITION_INT)
+            if pilot is None or now - pilot.heard_s > QUIET_S:
+                quiet.add(number)
+                continue
+            position_s = slot.t_s if slot is not None else -math.inf
+            late = -math.inf < position_s < now - MISSING_S
+            booted = path.source.text_bytes > known_texts.get(number, 0)
+            if booted or late or number in doubts or number in quiet or number in missing:
+                self._judge(vehicle, now, position_s, booted=booted, late=late)
+            if look and self._look_at_numbers(vehicle, now):
+                changed.append(vehicle)
+        return changed
+
+    def _judge(self, vehicle: Vehicle, now: float, position_s: float, *, booted: bool, late: bool) -> None:
+        """Something was odd, now or at the last look."""
+        number = vehicle.id
+        back = number in self._quiet and position_s < now - NEWS_S
+        if booted or back or (late and number not in self._missing):
+            self._doubts.setdefault(number, _Doubt(vehicle, now, now + QUIET_DOUBT_S, now))
+        elif number in self._doubts and not vehicle.watched and position_s > self._doubts[number].since_s:
+            del self._doubts[number]
+        self._quiet.discard(number)
+        if booted:
+            self._texts[number] = vehicle.path.source.text_bytes
+        if late:
+            self._missing.add(number)
+        else:
+            self._missing.discard(number)
 
     def _look_at_numbers(self, vehicle: Vehicle, now: float) -> bool:
         odd = 0
@@ -111,8 +119,3 @@ class Doubts:
         self._texts.pop(vehicle.id, None)
         self._quiet.discard(vehicle.id)
         self._missing.discard(vehicle.id)
-
-
-def _position_s(path: Path) -> float:
-    slot = path.slots.get(GLOBAL_POSITION_INT)
-    return slot.t_s if slot is not None else -math.inf

@@ -47,7 +47,7 @@ HELLO_S = 0.6
 HINT_S = 1.0
 """Hints at another dialect come at most so often per link: noise looks like that, too."""
 LOOK_S, PATHS_GAP_S, LOSS_GAP_S = 0.25, 0.5, 1.0
-"""How often it is looked who fell silent, which of several ways is best, and how much was lost."""
+"""How often it is looked who fell silent, which of several ways is best, and how much was lost or came late."""
 
 
 class Gates(Protocol):
@@ -397,13 +397,14 @@ class Fleet:
             self._next_loss_s = now + LOSS_GAP_S
             for vehicle in self.vehicles.values():
                 vehicle.loss_pct = loss_pct(vehicle.path)
+            self.telemetry.look(self.vehicles.values(), now)
         self.texts.tick(self.vehicles)
 
     def _look(self, now: float) -> None:
         """Who is heard, and whether it is more than one heartbeat."""
-        vehicles = list(self.vehicles.values())
-        for vehicle in vehicles:
-            if now - vehicle.heard_s > LOST_S or vehicle.id in self._lost:
+        vehicles, lost = list(self.vehicles.values()), self._lost
+        for vehicle in vehicles:  # whose position is that new need not be asked when it was heard
+            if vehicle.id in lost or (now - vehicle.position_s > LOST_S and now - vehicle.heard_s > LOST_S):
                 self._watch(vehicle, now)
             if not vehicle.confirmed and now - vehicle.first_s >= CONFIRMED_S:
                 frames = sum(slot.count for slot in vehicle.path.slots.values())
@@ -412,7 +413,6 @@ class Fleet:
         if now >= self._next_paths_s - 1e-9:
             self._next_paths_s = now + PATHS_GAP_S
             self.paths.tick(vehicles)
-            self.telemetry.look(vehicles, now)
 
     def _confirm(self, vehicle: Vehicle) -> None:
         """It is more than a hello; before that nothing is told, or a flood of hellos would flood the log, too."""

@@ -330,8 +330,9 @@ class PathBook:
         for vehicle in vehicles:
             if len(vehicle.paths) > 1:
                 self._choose(vehicle, now, look=look)
-            if self._doubts.look(vehicle, now, look=look):
-                self._renew(vehicle)
+        for vehicle in self._doubts.look(vehicles, now, look=look):
+            self._renew(vehicle)
+        for vehicle in vehicles:
             if vehicle.blocked_s > -math.inf and now - vehicle.blocked_s > RESOLVED_S:
                 vehicle.blocked, vehicle.blocked_in_flight, vehicle.blocked_s = "", False, -math.inf
                 text = "only one vehicle uses this id again"

@@ -7,7 +7,7 @@ slots: the newest frame, decoded here only.
 import math
 import struct
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from tui_gcs.core.boot_clock import FITS_MS, Step
@@ -15,7 +15,7 @@ from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import EventClass
-from tui_gcs.core.vehicle import NAN, Vehicle
+from tui_gcs.core.vehicle import NAN, POSITION_AT, POSITION_BYTES, Vehicle, as_frame
 from tui_gcs.core.wire.frames import MAGIC_V2
 from tui_gcs.core.wire.mavlink import FLAG_ARMED
 from tui_gcs.core.wire.sources import Slot
@@ -38,12 +38,17 @@ HIGH_LATENCY_WAITS_S = 3.0
 LONGEST_WAY_MS = 600_000
 """Over a satellite. Farther behind it is another boot clock."""
 
-NEAR_M = 20.0
-"""A step that needs no further thought: 20 Hz at 150 m/s are less."""
+NEAR_M2 = 20.0**2
+"""A step from a good position that needs no further thought, squared: 20 m at once. 20 Hz at 150 m/s are less."""
 LATE_TOLD_S = 30.0
 """That positions come late is told so often at most."""
-POSITION_BYTES = 28
-_POSITION = struct.Struct("<IiiiihhhH").unpack_from
+_PLACE = struct.Struct("<Iii4xi").unpack_from
+"""Of a GLOBAL_POSITION_INT: boot time, latitude, longitude, height above home."""
+PREARM_CHECK = 0x10000000
+"""MAV_SYS_STATUS_PREARM_CHECK."""
+NO_CELL_MV = 65535
+NO_CELLS = b"\xff" * 18
+"""The second to the tenth cell of a BATTERY_STATUS that tells one voltage only, as ArduPilot's do."""
 
 COUNTS = (Step.ON, Step.REBOOT)
 """What positions are used."""
@@ -52,28 +57,31 @@ JudgeBoot = Callable[[Vehicle, int, float], Step]
 Handler = Callable[[Slot, float], None]
 
 
-class Front:
-    """The first fields of a message, where all that a handler needs is in front of what may be cut off or new."""
+def front(layout: str) -> Callable[[Slot], tuple[Any, ...]]:
+    """Reads some of the first fields of a message: what a handler does not need is not made a number.
 
-    def __init__(self, layout: str) -> None:
-        """`layout` as for `struct`, in wire order."""
-        made = struct.Struct("<" + layout)
-        self.size = made.size
-        self.unpack_from = made.unpack_from
+    `layout` as for `struct`, in wire order, "x" for each byte that is not needed. What the newest frame does not bring
+    is zero (see `wire.dialect.payload_values`).
+    """
+    made = struct.Struct("<" + layout)
+    size, unpack_from = made.size, made.unpack_from
 
-    def values(self, slot: Slot) -> tuple[Any, ...]:
-        """At least these fields of the newest frame."""
+    def values(slot: Slot) -> tuple[Any, ...]:
         raw = slot.raw
-        if raw[1] >= self.size and raw[0] == MAGIC_V2:
-            return self.unpack_from(raw, 10)
-        return slot.values()
+        if raw[1] >= size and raw[0] == MAGIC_V2:
+            return unpack_from(raw, 10)
+        start = 10 if raw[0] == MAGIC_V2 else 6
+        return unpack_from(raw[start : start + raw[1]].ljust(size, b"\0"))
+
+    return values
 
 
-_HEARTBEAT = Front("IBBBB").values
-_GPS = Front("QiiiHHHHBBiI").values
-_SYS_STATUS = Front("IIIHHhHHHHHHb").values
-_BATTERY = Front("iih10HhBBBb").values
-_EXTENDED_STATE = Front("BB").values
+_HEARTBEAT = front("IBBBB")
+_GPS = front("20xH6xBB4xI")
+_SYS_STATUS = front("8xI2xH14xb")
+_BATTERY = front("10xH18s2xB2xb")
+_CELLS = struct.Struct("<9H").unpack
+_EXTENDED_STATE = front("xB")
 
 
 class Telemetry:
@@ -115,43 +123,43 @@ class Telemetry:
     # ---------------------------------------------------------------- position
 
     def _position(self, slot: Slot, now: float) -> None:
-        """GLOBAL_POSITION_INT, a quarter of all traffic: no calls on the way of a good one."""
+        """GLOBAL_POSITION_INT, a quarter of all traffic: no calls on the way of one that follows the last."""
         vehicle: Vehicle = slot.owner
         raw = slot.raw
-        values = _POSITION(raw, 10) if raw[0] == MAGIC_V2 and raw[1] >= POSITION_BYTES else slot.values()
-        boot_ms, lat, lon, _, alt_rel_mm, _, _, _, _ = values
+        if raw[1] < POSITION_BYTES or raw[0] != MAGIC_V2:
+            raw = as_frame(slot.values())
+        boot_ms, lat, lon, alt_rel_mm = _PLACE(raw, 10)
         boot = vehicle.path.boot
-        if 0 < boot_ms - boot.boot_ms <= FITS_MS + (now - boot.at_s) * 1e3:
+        if 0 < boot_ms - boot.boot_ms <= FITS_MS:
             boot.boot_ms, boot.at_s = boot_ms, now
         elif boot_ms == boot.boot_ms:  # no news of the clock: a copy, or one that stands still
-            if values == vehicle.fix:
+            if raw[POSITION_AT] == vehicle.position_raw[POSITION_AT]:
                 self._dropped["repeated position"] += 1
                 return
         elif self._judge_boot(vehicle, boot_ms, now) not in COUNTS:
             self._dropped["late position"] += 1
             return
-        lat_deg, lon_deg = lat / 10_000_000, lon / 10_000_000  # of two integers is the faster division
-        if not (-90.0 <= lat_deg <= 90.0 and -180.0 <= lon_deg <= 180.0) or (lat == 0 and lon == 0):
-            self._dropped["invalid position"] += 1
-            return
-        east_deg = lon_deg - self._lon_deg
-        if not -180.0 <= east_deg < 180.0:
-            east_deg = (east_deg + 180.0) % 360.0 - 180.0
-        x, y = east_deg * self._east_m, (lat_deg - self._lat_deg) * self._north_m  # as LocalFrame.to_enu
-        place = (x, y, alt_rel_mm / 1000)
-        before = vehicle.position_m
-        if abs(x - before[0]) + abs(y - before[1]) < NEAR_M and not vehicle.suspect_jumps:
-            pass
-        elif vehicle.has_position() and self._is_jump(vehicle, place, now):
-            self._dropped["implausible position"] += 1
-            return
-        vehicle.fix = values
-        vehicle.alt_rel_m = place[2]
+        # as LocalFrame.to_enu; of two integers is the faster division
+        x = (lon / 10_000_000 - self._lon_deg) * self._east_m
+        y = (lat / 10_000_000 - self._lat_deg) * self._north_m
+        before_x, before_y, _ = vehicle.position_m
+        step_x, step_y = x - before_x, y - before_y
+        if step_x * step_x + step_y * step_y < NEAR_M2 and not vehicle.suspect_jumps:
+            place = (x, y, alt_rel_mm / 1000)
+        else:
+            if not self._is_place(lat / 1e7, lon / 1e7):
+                return
+            x, y = self.frame.to_enu(lat / 1e7, lon / 1e7)
+            place = (x, y, alt_rel_mm / 1000)
+            if vehicle.has_position() and self._is_jump(vehicle, place, now):
+                self._dropped["implausible position"] += 1
+                return
+        vehicle.position_raw = raw
         vehicle.position_m = place
         vehicle.position_s = now
 
-    def look(self, vehicles: list[Vehicle], now: float) -> None:
-        """See how late positions come; to be called some times a second.
+    def look(self, vehicles: Iterable[Vehicle], now: float) -> None:
+        """See how late positions come; to be called once a second.
 
         A modem that buffers delivers old ones, of which each looks new. It is told, and no more: a simulator on a
         loaded machine looks the same, so freshness stays the time of arrival (architecture.md, Time).
@@ -185,8 +193,7 @@ class Telemetry:
 
     def _gps(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
-        values = _GPS(slot)
-        eph, fix_type, satellites, h_acc = values[4], values[8], values[9], values[11]
+        eph, fix_type, satellites, h_acc = _GPS(slot)
         vehicle.gps_fix = fix_type
         vehicle.satellites = satellites if satellites != 255 else -1
         hdop_m = HDOP_M * eph / 100 if eph != 65535 else NAN
@@ -228,26 +235,27 @@ class Telemetry:
 
     def _extended_state(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
-        vehicle.landed_state = _EXTENDED_STATE(slot)[1]
+        (vehicle.landed_state,) = _EXTENDED_STATE(slot)
 
     def _sys_status(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
-        values = _SYS_STATUS(slot)
-        prearm_check = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
-        vehicle.prearm_ok = bool(values[2] & prearm_check)
+        health, voltage_mv, percent = _SYS_STATUS(slot)
+        vehicle.prearm_ok = bool(health & PREARM_CHECK)
         if not vehicle.has_battery_status:
-            self._set_battery(vehicle, _percent(values[12]))
-            vehicle.battery_v = _millivolt(values[4])
+            self._set_battery(vehicle, _percent(percent))
+            vehicle.battery_v = _millivolt(voltage_mv)
 
     def _battery(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
-        values = _BATTERY(slot)
-        if values[14] != 0:  # a second battery
+        first_mv, others, number, percent = _BATTERY(slot)
+        if number != 0:  # a second battery
             return
         vehicle.has_battery_status = True
-        self._set_battery(vehicle, _percent(values[17]))
-        cells = values[3:13]
-        all_mv = sum(cells) - 65535 * cells.count(65535)  # that is no cell
+        if percent != vehicle.battery_pct:
+            self._set_battery(vehicle, _percent(percent))
+        all_mv = 0 if first_mv == NO_CELL_MV else first_mv
+        if others != NO_CELLS:
+            all_mv += sum(mv for mv in _CELLS(others) if mv != NO_CELL_MV)
         vehicle.battery_v = all_mv / 1000 if all_mv else NAN
 
     def _set_battery(self, vehicle: Vehicle, percent: float) -> None:
@@ -279,7 +287,8 @@ class Telemetry:
         x, y = self.frame.to_enu(latitude / 1e7, longitude / 1e7)
         course, speed_cm_s = math.radians(2.0 * heading), 20 * speed
         north, east = round(speed_cm_s * math.cos(course)), round(speed_cm_s * math.sin(course))
-        vehicle.fix = (boot_ms, latitude, longitude, 1000 * altitude, 0, north, east, 0, 200 * heading)
+        fix = (boot_ms, latitude, longitude, 1000 * altitude, 0, north, east, 0, 200 * heading)
+        vehicle.position_raw = as_frame(fix)
         vehicle.position_m = (float(x), float(y), vehicle.alt_rel_m)
         vehicle.battery_pct = _percent(battery)
         vehicle.position_s = now

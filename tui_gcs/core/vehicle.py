@@ -1,6 +1,7 @@
 """One vehicle as this station knows it: identity, ways to it, newest telemetry, how old each part is."""
 
 import math
+import struct
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
@@ -113,6 +114,15 @@ class Path:
 
 
 HEARTBEAT, GLOBAL_POSITION_INT, HIGH_LATENCY2 = 0, 33, 235
+POSITION_BYTES = 28
+POSITION_AT = slice(10, 10 + POSITION_BYTES)
+"""Where a version 2 frame has its GLOBAL_POSITION_INT."""
+_POSITION = struct.Struct("<IiiiihhhH")
+
+
+def as_frame(position: tuple[int, ...]) -> bytes:
+    """Values of a GLOBAL_POSITION_INT, in wire order, where a version 2 frame would have them."""
+    return bytes(POSITION_AT.start) + _POSITION.pack(*position) if position else b""
 
 
 @dataclass(eq=False, slots=True)
@@ -158,14 +168,12 @@ class Vehicle:
     system_status: int = 0
     heartbeat_s: float = -math.inf
     position_s: float = -math.inf
-    fix: tuple[int, ...] = ()
-    """The newest good GLOBAL_POSITION_INT as it came (MAVLink's scaling, wire order); empty before the first.
-
-    Numbers are made of it when somebody looks: it comes more often than that.
-    """
-    alt_rel_m: float = NAN
+    position_raw: bytes = b""
+    """The newest good GLOBAL_POSITION_INT, as a version 2 frame; empty before the first. `fix` are its numbers."""
+    _fix: tuple[int, ...] = ()
+    _fix_of: bytes = b""
     position_m: Vec3 = UNKNOWN_POSITION
-    boot_ms: int = 0
+    """ENU in the scenario's frame; the height is the one above its home."""
     gps_fix: int = 0
     satellites: int = -1
     battery_pct: float = NAN
@@ -200,6 +208,11 @@ class Vehicle:
     """Where the autopilot says home is (HOME_POSITION), ENU."""
 
     @property
+    def alt_rel_m(self) -> float:
+        """Height above its home, NaN when unknown."""
+        return self.position_m[2]
+
+    @property
     def on_ground(self) -> bool:
         """True if landed for all we know: said so, or disarmed."""
         return not self.armed or self.landed_state == LANDED_ON_GROUND
@@ -217,9 +230,25 @@ class Vehicle:
     @property
     def heard_s(self) -> float:
         """When its autopilot was last heard, over any way that is known to be it."""
-        if len(self.paths) == 1:
-            return self.path.heard_s
+        if len(self.paths) == 1:  # nearly always, and asked often
+            pilot = self.path.pilot
+            return pilot.heard_s if pilot is not None else -math.inf
         return max(path.heard_s for path in self.paths if path.state is PathState.USED)
+
+    @property
+    def fix(self) -> tuple[int, ...]:
+        """The newest good position in MAVLink's scaling and order; empty before the first.
+
+        Numbers are made of it when somebody looks: it comes more often than that.
+        """
+        raw = self.position_raw
+        if raw is not self._fix_of:
+            self._fix, self._fix_of = _POSITION.unpack_from(raw, POSITION_AT.start) if raw else (), raw
+        return self._fix
+
+    @fix.setter
+    def fix(self, values: tuple[int, ...]) -> None:
+        self.position_raw = as_frame(values)
 
     @property
     def lat_deg(self) -> float:

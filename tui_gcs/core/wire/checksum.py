@@ -8,6 +8,8 @@ last term depends on the message only, the others on the frame's last two bytes.
 the value that it turns into the one that the CRC is defined to begin with.
 """
 
+from functools import cache
+
 from fastcrc.crc16 import mcrf4xx
 
 BEFORE_MAGIC = 0x3085
@@ -19,8 +21,12 @@ def _next(register: int) -> int:
     return int(mcrf4xx(b"\0", register))
 
 
+@cache
 def residue(extra: bytes) -> int:
-    """What the definition's byte adds to the register behind a good frame; 0 without one."""
+    """What the definition's byte adds to the register behind a good frame; 0 without one.
+
+    Kept: every frame is compared with it, and thousands of numbers that are equal would not stay in the CPU's cache.
+    """
     return _next(_next(extra[0])) if extra else 0
 
 
