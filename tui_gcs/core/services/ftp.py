@@ -11,11 +11,12 @@ from random import Random
 from typing import TypeVar
 
 from tui_gcs.core.fleet import Fields
+from tui_gcs.core.services.byte_ranges import ByteRanges
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.ftp_change import FtpEntry, FtpLister, FtpOneQuestion, FtpWriter
 from tui_gcs.core.services.ftp_codec import Op
 from tui_gcs.core.services.ftp_dialogue import FIRST_TRIES, FtpDialogue
-from tui_gcs.core.services.ftp_read import MOST_BYTES, FtpReader, MemorySink
+from tui_gcs.core.services.ftp_read import MOST_BYTES, FtpReader, MemorySink, Sink
 from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.text import clean
 from tui_gcs.core.vehicle import Vehicle
@@ -25,7 +26,7 @@ CHANGES = frozenset({Op.CREATE, Op.WRITE, Op.REMOVE})
 """Requests that change a vehicle: the guard judges them."""
 _OP_AT = 3
 
-J = TypeVar("J", bound="FtpJob")
+J = TypeVar("J", bound=Job)
 Done = Callable[[Job], None] | None
 
 
@@ -92,6 +93,25 @@ class FtpService:
         self._dialogues[vehicle.id] = made
         return made
 
+    def reader(
+        self,
+        vehicle: Vehicle,
+        path: str,
+        sink: Sink,
+        on_end: Callable[[str], None],
+        *,
+        max_bytes: int = MOST_BYTES,
+        ranges: ByteRanges | None = None,
+        first_tries: int = FIRST_TRIES,
+    ) -> FtpReader:
+        """For jobs that need a file on their way: `begin` it, `tick` it, `abort` it with the job.
+
+        `on_end` is told "" or why not; `end` this service's part when the job is over.
+        """
+        dialogue = self.dialogue(vehicle, first_tries=first_tries)
+        now = self.context.clock.now
+        return FtpReader(dialogue, path, sink, on_end, now=now, max_bytes=max_bytes, ranges=ranges)
+
     def end(self, vehicle: int) -> None:
         """Nothing of that vehicle's files is of interest any more."""
         dialogue = self._dialogues.pop(vehicle, None)
@@ -111,8 +131,6 @@ class FtpService:
 
 class FtpJob(Job):
     """A job that is a dialogue: the session is reset, then `work` begins."""
-
-    word = "file"
 
     def __init__(self, ftp: FtpService, vehicle: int, name: str, path: str, on_done: Done) -> None:
         """Nothing is asked before its turn."""
@@ -148,33 +166,43 @@ class FtpJob(Job):
         super().finish(error)
 
 
-class FtpReadJob(FtpJob):
+class FtpReadJob(Job):
     """Reads a file."""
 
     def __init__(self, ftp: FtpService, vehicle: int, path: str, on_done: Done, max_bytes: int) -> None:
         """See `FtpService.read`."""
-        super().__init__(ftp, vehicle, "read", path, on_done)
-        self._most = max_bytes
+        super().__init__(vehicle, f"read {clean(path, 60)}", on_done)
+        self._ftp, self._path, self._most = ftp, path, max_bytes
         self._sink = MemorySink()
-        self.reader: FtpReader | None = None
+        self._reader: FtpReader | None = None
 
     @property
     def data(self) -> bytes:
         """The file, once the job is done; empty before and if it failed."""
         return bytes(self._sink.data) if self.over and not self.error else b""
 
-    def work(self, dialogue: FtpDialogue) -> None:
-        """See `FtpJob`."""
-        clock = self.ftp.context.clock
-        self.reader = FtpReader(dialogue, self.path, self._sink, self.finish, now=clock.now, max_bytes=self._most)
-        self.reader.start()
+    def begin(self, vehicle: Vehicle, now: float) -> None:
+        """See `Job`."""
+        self._reader = self._ftp.reader(vehicle, self._path, self._sink, self.finish, max_bytes=self._most)
+        self._reader.begin()
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
         """See `Job`."""
-        super().tick(vehicle, now)
-        if self.reader is not None:
-            self.reader.tick()
-            self.done, self.total = self.reader.ranges.held, self.reader.announced
+        if self._reader is not None:
+            self._reader.tick()
+            self.done, self.total = self._reader.ranges.held, self._reader.announced
+
+    def abort(self) -> None:
+        """See `Job`."""
+        if self._reader is not None:
+            self._reader.abort()
+        self._ftp.end(self.vehicle)
+
+    def finish(self, error: str = "") -> None:
+        """See `Job`."""
+        if not self.over:
+            self._ftp.end(self.vehicle)
+        super().finish(error)
 
 
 class FtpListJob(FtpJob):

@@ -90,8 +90,12 @@ class FtpReader:
         self._mark_s, self._mark_held = now(), 0
         dialogue.on_burst = self._on_packet
 
+    def begin(self) -> None:
+        """Reset the session, which somebody may have left open, and start."""
+        self._dialogue.ask(Op.RESET, lambda reply: self.fail("no answer") if reply is None else self.start())
+
     def start(self) -> None:
-        """Begin; the session has been reset."""
+        """Open the file; the session has been reset."""
         why = check_path(self._path)
         if why:
             self._finish(why)
@@ -101,7 +105,8 @@ class FtpReader:
         self._dialogue.ask(Op.OPEN_READ, self._on_open, data=path)
 
     def tick(self) -> None:
-        """Give up on who dribbles. Repetitions are the dialogue's."""
+        """Repeat what is not answered; give up on who dribbles."""
+        self._dialogue.tick()
         now = self._now()
         if not self.over and now - self._mark_s >= PACE_S:
             if self._open and self.ranges.held - self._mark_held < LEAST_BYTES:
@@ -115,6 +120,11 @@ class FtpReader:
                 self._dialogue.terminate_quietly()
             self._finish(why)
 
+    def abort(self) -> None:
+        """Nobody wants it any more: close the session, tell nobody."""
+        self.over = True
+        self._dialogue.terminate_quietly()
+
     # ---------------------------------------------------------------- opening and closing
 
     def _on_open(self, reply: Packet | None) -> None:
@@ -122,7 +132,7 @@ class FtpReader:
             self._finish("no answer")
         elif reply.nak in (Nak.SESSION, Nak.NO_SESSIONS) and self._waits < MOST_WAITS:
             self._waits += 1
-            self._dialogue.wait(SESSION_WAIT_S, self._reset)
+            self._dialogue.wait(SESSION_WAIT_S, self.begin)
         elif reply.nak:
             self.nak = reply.nak
             self._finish(reply.why)
@@ -132,9 +142,6 @@ class FtpReader:
             self._open = True
             self._mark_s, self._mark_held = self._now(), self.ranges.held
             self._next()
-
-    def _reset(self) -> None:
-        self._dialogue.ask(Op.RESET, lambda _: self.start())
 
     def _finish(self, error: str) -> None:
         if not self.over:

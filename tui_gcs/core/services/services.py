@@ -3,8 +3,10 @@
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.ftp import FtpService
 from tui_gcs.core.services.health import HealthService
+from tui_gcs.core.services.metadata import MetadataService
 from tui_gcs.core.services.mission import MissionService
 from tui_gcs.core.services.modes import ModeService
+from tui_gcs.core.services.params import ParamService
 from tui_gcs.core.services.vehicle_events import VehicleEvents
 
 
@@ -15,6 +17,8 @@ class Services:
         """Make them all; they listen from now on."""
         self.context = context
         self.ftp = FtpService(context)
+        self.metadata = MetadataService(context, self.ftp)
+        self.params = ParamService(context, self.ftp, self.metadata)
         self.missions = MissionService(context)
         self.modes = ModeService(context)
         self.vehicle_events = VehicleEvents(context)
@@ -22,4 +26,5 @@ class Services:
 
     def tick(self) -> None:
         """Everything that is due in the services (jobs are ticked by the desk)."""
+        self.params.tick()
         self.vehicle_events.tick()

@@ -1,0 +1,183 @@
+"""Writing what comes from vehicles: only below one directory of ours, under names that cannot lead anywhere else.
+
+Everything is done relative to a descriptor of that directory, so that nobody can move it under our feet; nothing is
+written through a link, nothing that exists is overwritten by a download (security.md B.6-88…93).
+"""
+
+import os
+import re
+import stat
+from pathlib import Path
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
+_DEVICES = frozenset({"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))})
+"""Of Windows, where a log may end up."""
+_NEW = os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+MOST_SAME_NAMES = 1000
+
+
+class FileRefused(Exception):
+    """A file cannot be read or written so: one line with what and why."""
+
+
+def safe_name(text: str) -> str | None:
+    """The last part of a path that a vehicle told, if it can be a file name here; None if not."""
+    base = re.split(r"[/\\]", text)[-1]
+    if not _NAME.fullmatch(base) or base.endswith(".") or base.split(".")[0].lower() in _DEVICES:
+        return None
+    return base
+
+
+class SafeFolder:
+    """One 0700 directory of ours."""
+
+    def __init__(self, path: Path) -> None:
+        """Make it if it is missing. Raises FileRefused."""
+        self.path = path
+        try:
+            path.mkdir(parents=True, exist_ok=True, mode=0o700)
+            self._fd = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)
+        except OSError as error:
+            raise FileRefused(f"{path}: {error.strerror} (a link?)") from None
+        info = os.fstat(self._fd)
+        if info.st_uid != os.geteuid() or info.st_mode & 0o022:
+            self.close()
+            raise FileRefused(f"{path}: not ours alone")
+
+    def close(self) -> None:
+        """Let go of it."""
+        os.close(self._fd)
+
+    def __enter__(self) -> "SafeFolder":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def read(self, name: str, most_bytes: int) -> bytes | None:
+        """A file of ours; None if there is none, or it is no plain file or too long."""
+        try:
+            fd = os.open(_checked(name), os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=self._fd)
+        except OSError:
+            return None
+        with os.fdopen(fd, "rb") as file:
+            info = os.fstat(fd)
+            plain = stat.S_ISREG(info.st_mode) and info.st_uid == os.geteuid() and info.st_size <= most_bytes
+            return file.read(most_bytes) if plain else None
+
+    def replace(self, name: str, data: bytes) -> None:
+        """Write a small file of ours as a whole. Raises FileRefused."""
+        new = f"{_checked(name)}.new"
+        try:
+            self._unlink(new)
+            fd = os.open(new, os.O_WRONLY | _NEW, 0o600, dir_fd=self._fd)
+            with os.fdopen(fd, "wb") as file:
+                file.write(data)
+            os.rename(new, name, src_dir_fd=self._fd, dst_dir_fd=self._fd)
+        except OSError as error:
+            self._unlink(new)
+            raise FileRefused(f"{name}: cannot be written ({error.strerror})") from None
+
+    def remove(self, name: str) -> None:
+        """Remove a file of ours, if it is there."""
+        self._unlink(_checked(name))
+
+    def names(self) -> list[str]:
+        """Plain files, the oldest first."""
+        with os.scandir(self._fd) as entries:
+            files = [
+                (e.stat(follow_symlinks=False).st_mtime, e.name) for e in entries if e.is_file(follow_symlinks=False)
+            ]
+        return [name for _, name in sorted(files)]
+
+    def part(self, name: str, *, resume: bool = False) -> "PartFile":
+        """Begin to write `name`, or go on with what is there of it. Raises FileRefused."""
+        part = f"{_checked(name)}.part"
+        try:
+            if not resume:
+                self._unlink(part, plain_only=True)
+                fd = os.open(part, os.O_RDWR | _NEW, 0o600, dir_fd=self._fd)
+            else:
+                fd = os.open(part, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=self._fd)
+        except OSError as error:
+            raise FileRefused(f"{part}: {error.strerror} (a link?)") from None
+        info = os.fstat(fd)
+        if not stat.S_ISREG(info.st_mode) or info.st_nlink != 1 or info.st_uid != os.geteuid():
+            os.close(fd)
+            raise FileRefused(f"{part}: not a plain file of ours")
+        return PartFile(self, name, fd)
+
+    def settle(self, name: str, suffix: str = "") -> str:
+        """A finished part gets its name, or the next that is free; which. Raises FileRefused."""
+        stem, dot, ending = name.partition(".")
+        for number in range(1, MOST_SAME_NAMES):
+            final = (name if number == 1 else f"{stem}-{number}{dot}{ending}") + suffix
+            try:
+                os.link(f"{name}.part", final, src_dir_fd=self._fd, dst_dir_fd=self._fd, follow_symlinks=False)
+            except FileExistsError:
+                continue
+            except OSError as error:
+                raise FileRefused(f"{final}: {error.strerror}") from None
+            self._unlink(f"{name}.part")
+            return final
+        raise FileRefused(f"{name}: there are {MOST_SAME_NAMES} of that name")
+
+    def _unlink(self, name: str, *, plain_only: bool = False) -> None:
+        try:
+            if plain_only and not stat.S_ISREG(os.stat(name, dir_fd=self._fd, follow_symlinks=False).st_mode):
+                return  # somebody planted it: O_EXCL will refuse
+            os.unlink(name, dir_fd=self._fd)
+        except FileNotFoundError:
+            return
+
+
+class PartFile:
+    """A file while it is written. Writing raises OSError, e.g. when the disk is full."""
+
+    def __init__(self, folder: SafeFolder, name: str, fd: int) -> None:
+        """`fd` is open for reading and writing."""
+        self._folder, self._name, self._fd = folder, name, fd
+
+    def write(self, offset: int, data: bytes) -> None:
+        """Put `data` there."""
+        done = 0
+        while done < len(data):
+            done += os.pwrite(self._fd, data[done:], offset + done)
+
+    def read(self, offset: int, size: int) -> bytes:
+        """What is there."""
+        return os.pread(self._fd, size, offset)
+
+    @property
+    def size(self) -> int:
+        """Bytes, gaps included."""
+        return os.fstat(self._fd).st_size
+
+    def cut(self, size: int) -> None:
+        """Drop what is behind `size`."""
+        os.ftruncate(self._fd, size)
+
+    def keep(self) -> None:
+        """Leave the part where it is, to be resumed."""
+        os.close(self._fd)
+
+    def discard(self) -> None:
+        """It is worth nothing: away with it."""
+        os.close(self._fd)
+        self._folder.remove(f"{self._name}.part")
+
+    def finish(self, *, bad: bool = False) -> str:
+        """It is whole: give it its name, with ".bad" if its contents are not what they should be; which name.
+
+        Raises:
+            FileRefused: it cannot be named so; the part stays.
+        """
+        os.close(self._fd)
+        return self._folder.settle(self._name, ".bad" if bad else "")
+
+
+def _checked(name: str) -> str:
+    """Names are made by this program; this is the last check. Raises FileRefused."""
+    if safe_name(name) != name:
+        raise FileRefused("not a name that is written here")
+    return name

@@ -1,0 +1,147 @@
+"""Parameter values: exact on their way to the wire and back, or refused.
+
+A float in PARAM_VALUE holds 24 bits of a whole number, and not every pattern of bits survives being a float: what looks
+like a signalling NaN is changed by the processor. So received values are read from the frame's bytes, and a value that
+would not arrive as it is is not sent.
+"""
+
+import math
+import struct
+from dataclasses import dataclass
+from enum import IntEnum
+
+from tui_gcs.core.firmware.parameters import Encoding
+from tui_gcs.core.text import SafeText
+
+NAME_BYTES = 16
+
+
+class ParamType(IntEnum):
+    """MAV_PARAM_TYPE, as far as 4 bytes can hold it."""
+
+    UINT8 = 1
+    INT8 = 2
+    UINT16 = 3
+    INT16 = 4
+    UINT32 = 5
+    INT32 = 6
+    REAL32 = 9
+
+
+_WHOLE = {
+    ParamType.UINT8: ("<B", 0, 255),
+    ParamType.INT8: ("<b", -128, 127),
+    ParamType.UINT16: ("<H", 0, 65535),
+    ParamType.INT16: ("<h", -32768, 32767),
+    ParamType.UINT32: ("<I", 0, (1 << 32) - 1),
+    ParamType.INT32: ("<i", -(1 << 31), (1 << 31) - 1),
+}
+
+Number = int | float
+
+
+class ParamValueError(ValueError):
+    """A value that a parameter cannot take: why, in a few words."""
+
+
+@dataclass(frozen=True, slots=True)
+class Param:
+    """One parameter of a vehicle."""
+
+    name: SafeText
+    value: Number
+    """An int for whole types, unless the vehicle told something else (3.5, NaN)."""
+    type: ParamType
+    default: Number | None = None
+    """Where the vehicle tells it."""
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether only whole numbers are allowed."""
+        return self.type in _WHOLE
+
+
+def param_type(number: int) -> ParamType | None:
+    """The type, None if it is no type or does not fit PARAM_VALUE."""
+    try:
+        return ParamType(number)
+    except ValueError:
+        return None
+
+
+def read_value(kind: ParamType, bits: bytes, encoding: Encoding) -> Number:
+    """The value in the 4 bytes of `param_value`."""
+    number = float(struct.unpack("<f", bits)[0])
+    if kind not in _WHOLE:
+        return number
+    form, least, most = _WHOLE[kind]
+    if encoding is Encoding.BYTEWISE:
+        return int(struct.unpack_from(form, bits)[0])
+    if math.isfinite(number) and number.is_integer() and least <= number <= most:
+        return int(number)
+    return number
+
+
+def wire_value(kind: ParamType, value: Number, encoding: Encoding) -> float:
+    """What to put into `param_value`. Raises ParamValueError."""
+    if not math.isfinite(value):
+        raise ParamValueError("must be a number")  # ArduPilot does not answer, PX4 would fly with it
+    if kind not in _WHOLE:
+        return _real(value)
+    form, least, most = _WHOLE[kind]
+    if not float(value).is_integer() or not least <= value <= most:
+        raise ParamValueError(f"must be a whole number {least} to {most}")
+    if encoding is Encoding.C_CAST:
+        if to_float32(value) != value:
+            raise ParamValueError("this whole number has too many digits for its 24 bits on the wire")
+        return float(value)
+    bits = struct.pack(form, int(value)).ljust(4, b"\0")
+    number = float(struct.unpack("<f", bits)[0])
+    if struct.pack("<f", number) != bits:
+        raise ParamValueError("this whole number cannot be sent exactly")
+    return number
+
+
+def _real(value: Number) -> float:
+    try:
+        rounded = to_float32(value)
+    except OverflowError:
+        raise ParamValueError("too large") from None
+    if rounded != value and float(value).is_integer():
+        raise ParamValueError(f"cannot be held exactly: the nearest is {rounded:.0f}")
+    return rounded
+
+
+def to_float32(value: Number) -> float:
+    """The nearest number that 4 bytes hold. Raises OverflowError."""
+    return float(struct.unpack("<f", struct.pack("<f", value))[0])
+
+
+def same(held: Number, asked: Number, kind: ParamType) -> bool:
+    """Whether a vehicle holds what it was asked to, as far as its type can tell."""
+    if kind in _WHOLE:
+        return held == asked
+    try:
+        return to_float32(held) == to_float32(asked)
+    except OverflowError:
+        return False
+
+
+def shown(value: Number) -> str:
+    """For operators: as short as it is exact in 32 bits."""
+    if isinstance(value, int):
+        return str(value)
+    if not math.isfinite(value):
+        return "inf" if value > 0 else "-inf" if value < 0 else "NaN"
+    for digits in range(1, 10):
+        text = f"{value:.{digits}g}"
+        if to_float32(float(text)) == to_float32(value):
+            return text
+    return repr(value)
+
+
+def check_name(name: str) -> str:
+    """Why that cannot be a parameter's name, or ""."""
+    if 0 < len(name) <= NAME_BYTES and name.isascii() and name.isprintable() and " " not in name:
+        return ""
+    return f"not a parameter's name: 1 to {NAME_BYTES} visible ASCII characters"
