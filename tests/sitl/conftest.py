@@ -1,22 +1,25 @@
 """A minimal ground station for the simulator's tests: says things to vehicles and keeps what they answer."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
 
+from sitl.events import kinds
 from sitl.fleet import SimFleet, VehicleSpec
 from sitl.wire import LAYOUT_BY_NAME, Encoder, Received, cut
 
 TICK_S = 0.05
 GUIDED, RTL, LAND = 4, 6, 9
+HOLD = 4 << 16 | 3 << 24
 POSITION_ONLY, POSITION_VELOCITY, VELOCITY_ONLY = 0xDF8, 0xDC0, 0xDC7
 LAT_DEG, LON_DEG = 52.0720, -0.6280
 
 
-def specs(n: int = 1) -> list[VehicleSpec]:
-    return [VehicleSpec(i + 1, LAT_DEG + 0.0002 * i, LON_DEG, 110.0, 90.0) for i in range(n)]
+def specs(n: int = 1, autopilot: Any = "ardupilot") -> list[VehicleSpec]:
+    return [VehicleSpec(i + 1, LAT_DEG + 0.0002 * i, LON_DEG, 110.0, 90.0, autopilot=autopilot) for i in range(n)]
 
 
 @dataclass
@@ -31,6 +34,12 @@ class Ground:
         for _ in range(round(seconds / tick_s)):
             self.fleet.step(tick_s)
             self.listen()
+
+    def beat(self, seconds: float, index: int = 0, tick_s: float = TICK_S) -> None:
+        """Run with the heartbeats of a ground station."""
+        for _ in range(max(1, round(seconds))):
+            self.say("HEARTBEAT", index, type=6)
+            self.run(min(seconds, 1.0), tick_s)
 
     def listen(self) -> None:
         for index, datagram in self.fleet.drain():
@@ -69,6 +78,19 @@ class Ground:
             elif frame.name == "STATUSTEXT":
                 said.append(f"{frame.fields['severity']} {text_of(frame)}")
         return said
+
+    def acks(self, number: int, *p: float, wait_s: float = 0.3, index: int = 0, **how: Any) -> list[int]:
+        """All acknowledgements of a command that come within `wait_s`."""
+        since = len(self.heard)
+        self.command(number, *p, index=index, **how)
+        self.run(wait_s)
+        found = [f.fields for _, i, f in self.heard[since:] if f.name == "COMMAND_ACK" and i == index]
+        return [fields["result"] for fields in found if fields["command"] == number]
+
+    def events(self, index: int = 0, since_s: float = 0.0) -> list[str]:
+        """Names of the EVENTs that came."""
+        names = {kind.id: name for name, kind in kinds().items()}
+        return [names[fields["id"]] for fields in self.of("EVENT", index, since_s)]
 
     def of(self, name: str, index: int = 0, since_s: float = 0.0) -> list[dict[str, Any]]:
         return [f.fields for t, i, f in self.heard if f.name == name and i == index and t >= since_s]
@@ -139,3 +161,28 @@ def booted(powered: Callable[..., Ground]) -> Callable[..., Ground]:
         return ground
 
     return make
+
+
+@pytest.fixture
+def px4() -> Callable[..., Ground]:
+    """A station that beats and n PX4 vehicles that are ready to be armed."""
+
+    def make(n: int = 1, **options: Any) -> Ground:
+        ground = Ground(SimFleet(specs(n, "px4"), **options))
+        for _ in range(4):
+            for index in range(n):
+                ground.say("HEARTBEAT", index, type=6)
+            ground.run(1.0)
+        return ground
+
+    return make
+
+
+def px4_take_off(ground: Ground, alt_m: float = 15.0, index: int = 0) -> None:
+    """Armed and holding at `alt_m`."""
+    assert ground.command(400, 1, index=index) == 0
+    amsl_m = ground.fleet.specs[index].ground_amsl_m + alt_m
+    assert ground.command(22, 0, 0, 0, math.nan, math.nan, math.nan, amsl_m, index=index) == 0
+    ground.beat(5.0 + alt_m / 1.5, index)
+    assert abs(ground.fleet.alt_rel_m[index] - alt_m) < 0.5
+    assert ground.fleet.mode[index] == HOLD
