@@ -200,9 +200,9 @@ class Tally:
         mean_ms = 1e3 * self.delay_s / self.passed if self.passed else 0.0
         return (
             f"{self.taken} in, {self.passed} out; lost {missing} ({share:.1%}): {self.lost} alone, "
-            f"{self.burst} in bursts, {self.flap} while dead, {self.queue} by a full queue; {self.corrupted} corrupted, "
-            f"{self.duplicated} doubled, {self.overtaken} overtaken; delay {mean_ms:.0f} ms, at most "
-            f"{1e3 * self.longest_s:.0f} ms"
+            f"{self.burst} in bursts, {self.flap} while dead, {self.queue} by a full queue; "
+            f"{self.corrupted} corrupted, {self.duplicated} doubled, {self.overtaken} overtaken; "
+            f"delay {mean_ms:.0f} ms, at most {1e3 * self.longest_s:.0f} ms"
         )
 
 

@@ -2,12 +2,13 @@
 
 FILE is JSON: {"seed": 0, "token": "16 hex digits", "vehicles": [{"system_id": 1, "lat_deg": …, "lon_deg": …,
 "ground_amsl_m": …, "heading_deg": …, "signing_key": "64 hex digits", "px4_signing": false, "autopilot": "ardupilot"}]};
-the last four may be missing. Each vehicle has its own socket and source port, as ArduPilot's SITL has.
+the last four may be missing. "wind_m_s": [east, north] and "gps_noise_m" may stand beside "seed". Each vehicle has its own
+socket and source port, as ArduPilot's SITL has.
 """
 
 import argparse
 import json
-import os
+import math
 import signal
 import socket
 import sys
@@ -16,20 +17,15 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from sitl.fleet import SimFleet, VehicleSpec
+from sitl.fleet import SimFleet, VehicleSpec, WeatherSpec
+from sitl.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, alive, parse_target
 from sitl.signing import SigningSpec, time_of
 
 TICK_S = 0.05
 MAX_BEHIND_S = 1.0
 """A machine further behind than this is not caught up with: simulated time then runs slower."""
-PARENT_CHECK_S = 1.0
 RECEIVE_BUFFER_BYTES = 1 << 20
 MAX_DATAGRAM_BYTES = 2048
-EXIT_BAD_INPUT = 2
-
-
-class LaunchError(Exception):
-    """One line for the user."""
 
 
 def load_spec(path: Path, boot_s: float) -> SimFleet:
@@ -48,11 +44,25 @@ def load_spec(path: Path, boot_s: float) -> SimFleet:
         raise LaunchError(f'{path}: the spec must be an object with "vehicles"')
     try:
         vehicles = [_vehicle(entry) for entry in raw["vehicles"]]
-        return SimFleet(vehicles, seed=int(raw.get("seed", 0)), token=str(raw.get("token", "")), boot_s=boot_s)
+        return SimFleet(
+            vehicles,
+            seed=int(raw.get("seed", 0)),
+            token=str(raw.get("token", "")),
+            boot_s=boot_s,
+            weather=_weather(raw),
+        )
     except KeyError as error:
         raise LaunchError(f"{path}: {error.args[0]} is missing") from error
     except (TypeError, ValueError, AttributeError) as error:
         raise LaunchError(f"{path}: {error}") from error
+
+
+def _weather(raw: dict[str, Any]) -> WeatherSpec:
+    east_m_s, north_m_s = (float(value) for value in raw.get("wind_m_s", (0.0, 0.0)))
+    noise_m = float(raw.get("gps_noise_m", 0.0))
+    if not all(math.isfinite(value) for value in (east_m_s, north_m_s, noise_m)) or noise_m < 0.0:
+        raise ValueError("wind_m_s and gps_noise_m must be finite, gps_noise_m not negative")
+    return WeatherSpec((east_m_s, north_m_s), noise_m)
 
 
 def _vehicle(entry: dict[str, Any]) -> VehicleSpec:
@@ -69,18 +79,6 @@ def _vehicle(entry: dict[str, Any]) -> VehicleSpec:
         ),
         autopilot=entry.get("autopilot", "ardupilot"),
     )
-
-
-def parse_target(text: str) -> tuple[str, int]:
-    """HOST:PORT.
-
-    Raises:
-        LaunchError: It is not.
-    """
-    host, _, port = text.rpartition(":")
-    if not host or not port.isdigit() or not 0 < int(port) < 65536:
-        raise LaunchError(f"--target {text}: must be HOST:PORT, for example 127.0.0.1:14550")
-    return host, int(port)
 
 
 def open_sockets(n: int, target: tuple[str, int]) -> list[socket.socket]:
@@ -133,7 +131,7 @@ class Loop:
             self._exchange()
             if self.parent is not None and now_s >= check_s:
                 check_s = now_s + PARENT_CHECK_S
-                self.running = self.running and _alive(self.parent)
+                self.running = self.running and alive(self.parent)
 
     def _exchange(self) -> None:
         for index, sock in enumerate(self.sockets):
@@ -158,16 +156,6 @@ def _receive(sock: socket.socket) -> bytes | None:
             continue  # the echo of an earlier send nobody heard
         except OSError:
             return None
-
-
-def _alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True
 
 
 def _arguments(argv: list[str] | None) -> argparse.Namespace:

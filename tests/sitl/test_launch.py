@@ -8,7 +8,8 @@ import sys
 
 import pytest
 
-from sitl.launch import LaunchError, main, parse_target
+from sitl.launch import main
+from sitl.process import LaunchError, parse_target
 from sitl.wire import Encoder, cut
 
 SPEC = {"seed": 1, "vehicles": [{"system_id": 3, "lat_deg": 52.0, "lon_deg": -0.6, "ground_amsl_m": 110.0}]}
@@ -23,6 +24,8 @@ SPEC = {"seed": 1, "vehicles": [{"system_id": 3, "lat_deg": 52.0, "lon_deg": -0.
         ('{"seed": 1}', "vehicles is missing"),
         ('{"vehicles": [{"system_id": 1}]}', "lat_deg is missing"),
         ('{"vehicles": []}', "at least one"),
+        ('{"vehicles": [], "wind_m_s": [1]}', "not enough values"),
+        ('{"vehicles": [], "gps_noise_m": -1}', "gps_noise_m not negative"),
     ],
 )
 def test_a_bad_spec_is_one_clear_line(tmp_path, capsys, text, problem):
