@@ -2,8 +2,8 @@
 
 FILE is JSON: {"seed": 0, "token": "16 hex digits", "vehicles": [{"system_id": 1, "lat_deg": …, "lon_deg": …,
 "ground_amsl_m": …, "heading_deg": …, "signing_key": "64 hex digits", "px4_signing": false, "autopilot": "ardupilot"}]};
-the last four may be missing. "wind_m_s": [east, north] and "gps_noise_m" may stand beside "seed". Each vehicle has its own
-socket and source port, as ArduPilot's SITL has.
+the last four may be missing. "wind_m_s": [east, north] and "gps_noise_m" may stand beside "seed". Each vehicle has its
+own socket and source port, as ArduPilot's SITL has.
 """
 
 import argparse
