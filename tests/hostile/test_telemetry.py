@@ -10,6 +10,7 @@ from tests.hostile.oracle import Oracle
 from tests.hostile.test_framing import HEARTBEAT, raw_frame, to_home
 from tui_gcs.core.links import Address
 from tui_gcs.core.messages import Freshness, Phase
+from tui_gcs.core.monitor import error_m
 from tui_gcs.core.wire import dialect
 
 Attack = Callable[..., Oracle]
@@ -232,8 +233,7 @@ def test_b6_104_a_mode_that_nobody_knows(attack: Attack) -> None:
     "lie", [{"fix_type": 1}, {"fix_type": 3, "eph": 9999}, {"fix_type": 3, "eph": 100, "h_acc": 80_000}], ids=str
 )
 def test_b6_105_a_position_that_gps_does_not_stand_for(attack: Attack, lie: dict[str, int]) -> None:
-    """The vehicle's error is known and told. A second GPS that disagrees (GPS2_RAW) is not looked at: the autopilot
-    judges its receivers and says so with STATUSTEXT and EKF_STATUS_REPORT."""
+    """The vehicle's error is known and told."""
     oracle = attack()
     oracle.flight.on_way = lambda data, address: (
         None if address == HOME and data[7:10] == b"\x18\0\0" else oracle.inject(data, address)
@@ -243,6 +243,48 @@ def test_b6_105_a_position_that_gps_does_not_stand_for(attack: Attack, lie: dict
     oracle.run(0.05)
     assert oracle.vehicle.position_error_m > 10.0
     oracle.holds(told="position degraded", sends=to_home)
+
+
+def second_receiver(oracle: Oracle, east_m: float, **lie: int) -> None:
+    """Vehicle 1 says from now on what its second GPS receiver has: so far east of it, but for the lie."""
+
+    def also(data: bytes, address: Address) -> None:
+        oracle.inject(data, address)
+        if address == HOME and data[7:10] == b"\x18\0\0":
+            place = position(oracle, east_m)
+            fields = {"fix_type": 3, "h_acc": 500, "lat": place["lat"], "lon": place["lon"]} | lie
+            oracle.say("GPS2_RAW", 1, **zeros("GPS2_RAW", **fields))
+
+    oracle.flight.on_way = also
+
+
+def test_b6_105_two_receivers_that_disagree(attack: Attack) -> None:
+    """Which is right, is not known: the position may be wrong by as much, and the vehicle is that near to others."""
+    oracle = attack()
+    second_receiver(oracle, 200.0)
+    oracle.run(3.0)
+    assert oracle.vehicle.position_error_m == pytest.approx(200.0, abs=2.0)
+    assert error_m(oracle.vehicle) == 100.0
+    oracle.holds(told="position degraded: its GPS receivers are (199|200|201) m apart", sends=to_home)
+    assert len(oracle.told("position degraded")) == 1
+    oracle.flight.on_way = None
+    oracle.run(6.0)
+    assert oracle.vehicle.position_error_m < 10.0 and error_m(oracle.vehicle) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("east_m", "lie"), [(3.0, {}), (200.0, {"fix_type": 1}), (0.0, {"fix_type": 0, "lat": 0, "lon": 0})], ids=str
+)
+def test_b6_105_two_receivers_that_agree_and_a_second_without_a_fix(
+    attack: Attack, east_m: float, lie: dict[str, int]
+) -> None:
+    """In flight one receiver tells later than the other: what the vehicle flew meanwhile is no disagreement."""
+    oracle = attack()
+    second_receiver(oracle, east_m, **lie)
+    oracle.run(6.0)
+    assert oracle.vehicle.position_error_m < 10.0
+    assert not oracle.told("position degraded")
+    oracle.holds(sends=to_home)
 
 
 # ---------------------------------------------------------------- 106

@@ -47,7 +47,7 @@ class Likeness:
             self.same, self.begun = None, values
         else:
             self.differed_m = max(self.differed_m, gap_m)
-            self.same = _distance_m(self.begun, values) > MOVED_TIMES * self.differed_m or None
+            self.same = distance_m(self.begun, values) > MOVED_TIMES * self.differed_m or None
 
 
 def gap(ours: Slot | None, theirs: Slot | None) -> float:
@@ -59,7 +59,7 @@ def gap(ours: Slot | None, theirs: Slot | None) -> float:
     if apart_s > NEAR_BOOT_S or not (a[1] or a[2]) or not (b[1] or b[2]):
         return math.nan
     explained_m: float = max(_speed_m_s(a), _speed_m_s(b)) * apart_s
-    return max(0.0, _distance_m(a, b) - explained_m)
+    return max(0.0, distance_m(a, b) - explained_m)
 
 
 def position_of(path: Path) -> Slot | None:
@@ -67,8 +67,8 @@ def position_of(path: Path) -> Slot | None:
     return path.slots.get(GLOBAL_POSITION_INT)
 
 
-def _distance_m(a: tuple[float, ...], b: tuple[float, ...]) -> float:
-    """Between two GLOBAL_POSITION_INT: boot time, degrees times 1e7, millimetres above sea."""
+def distance_m(a: tuple[float, ...], b: tuple[float, ...]) -> float:
+    """Metres between two places as in GLOBAL_POSITION_INT: boot time, degrees times 1e7, millimetres above sea."""
     north_m = (a[1] - b[1]) / 1e7 * M_PER_DEG
     east_deg = (a[2] - b[2]) / 1e7
     east_m = (east_deg + 180.0) % 360.0 - 180.0  # over the date line

@@ -1,8 +1,8 @@
 """What the fleet did, judged from telemetry: smallest separation and how far outside the area, since start.
 
 Separation counts pairs that are closer than both limits allow: a pair 7 m apart in height is separated however close
-it is on the map. So two figures are kept: the smallest horizontal distance of pairs that are not separated by height,
-and the smallest 3-D distance of all.
+it is on the map. So two figures are kept: how often a pair was closer than both limits, where a position that is known
+to be degraded may be anywhere within its error, and the smallest 3-D distance of all, as their positions were told.
 """
 
 import math
@@ -12,9 +12,15 @@ from itertools import islice
 import shapely
 
 from tui_gcs.core.flights import FlightBook
+from tui_gcs.core.gps import DEGRADED_M
 from tui_gcs.core.guard import GROUND_M, Guard
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.vehicle import Vehicle
+
+Place = tuple[float, float, float, float]
+"""x, y, z in ENU metres, and by how many metres x and y may be wrong beyond what the limits allow for."""
+MOST_ERROR_M = 100.0
+"""Without any fix: the autopilot reckons on for some seconds, or has something better than GPS."""
 
 
 class FleetMonitor:
@@ -36,24 +42,26 @@ class FleetMonitor:
         flying = [v for v in vehicles if v.airborne and v.has_position()]
         if flying:
             self._measure_outside([v.position_m for v in flying])
-        self._measure_pairs([v.position_m for v in flying if v.position_m[2] > GROUND_M and not self._in_column(v)])
+        away = [v for v in flying if v.position_m[2] > GROUND_M and not self._in_column(v)]
+        self._measure_pairs([(*v.position_m, error_m(v)) for v in away])
 
     def _measure_outside(self, places: list[Vec3]) -> None:
         points = shapely.points([place[:2] for place in places])
         self.outside_area_m = max(self.outside_area_m, float(shapely.distance(self._guard.allowed, points).max()))
 
-    def _measure_pairs(self, places: list[Vec3]) -> None:
+    def _measure_pairs(self, places: list[Place]) -> None:
         """Sorted along the direction in which they are spread farther, so that few neighbours are near enough."""
         across = _spread(places, 0) < _spread(places, 1)
         if across:
-            places = [(y, x, z) for x, y, z in places]
+            places = [(y, x, z, error) for x, y, z, error in places]
         places.sort()
         limits = self._guard.limits
         horizontal_m, vertical_m = limits.separation_horizontal_m, limits.separation_vertical_m
         least_m = self.min_separation_m
-        reach_m = max(least_m, horizontal_m)
-        for i, (x, y, z) in enumerate(places, 1):
-            for other_x, other_y, other_z in islice(places, i, None):
+        doubtful_m = horizontal_m + 2 * max((error for _, _, _, error in places), default=0.0)
+        reach_m = max(least_m, doubtful_m)
+        for i, (x, y, z, error) in enumerate(places, 1):
+            for other_x, other_y, other_z, other_error in islice(places, i, None):
                 along_m = other_x - x
                 if along_m > reach_m:  # and so are all that follow
                     break
@@ -65,8 +73,8 @@ class FleetMonitor:
                 distance_m = math.hypot(level, upright)
                 if distance_m < least_m:
                     least_m = distance_m
-                    reach_m = max(least_m, horizontal_m)
-                if level < horizontal_m and upright < vertical_m:
+                    reach_m = max(least_m, doubtful_m)
+                if level - error - other_error < horizontal_m and upright < vertical_m:
                     self.violations += 1
         self.min_separation_m = least_m
 
@@ -75,6 +83,12 @@ class FleetMonitor:
         return flight is not None and flight.in_own_column(vehicle)
 
 
-def _spread(places: list[Vec3], axis: int) -> float:
+def error_m(vehicle: Vehicle) -> float:
+    """By how much its position may be wrong, as far as the limits do not allow for it: 0 for ordinary GPS."""
+    told_m = vehicle.position_error_m
+    return min(told_m, MOST_ERROR_M) if told_m > DEGRADED_M else 0.0
+
+
+def _spread(places: list[Place], axis: int) -> float:
     values = [place[axis] for place in places]
     return max(values, default=0.0) - min(values, default=0.0)

@@ -14,6 +14,7 @@ from tui_gcs.core.boot_clock import FITS_MS, Step
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.gps import DEGRADED_M, GPS2_RAW, apart_m, claimed_m
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.vehicle import NAN, POSITION_AT, POSITION_BYTES, Vehicle, as_frame
 from tui_gcs.core.wire.frames import MAGIC_V2
@@ -24,12 +25,6 @@ MOST_SPEED_M_S = 150.0
 """Faster than this between two positions is a jump, not flight."""
 CONSISTENT_FIXES = 3
 """After a jump this many consistent positions are needed (security.md B.6-100)."""
-HDOP_M = 2.5
-"""Metres of position error per unit of HDOP: what plain GPS is good for (RTCA DO-229's user range error is less)."""
-DEGRADED_M = 10.0
-"""A position error worth telling."""
-LEAST_FIX = 3
-"""GPS_FIX_TYPE_3D_FIX."""
 FLICKERS, FLICKER_S = 4, 2.0
 """So many changes of the armed bit in this time are no news but a fault: taken as armed (B.6-104)."""
 HIGH_LATENCY_WAITS_S = 3.0
@@ -196,13 +191,16 @@ class Telemetry:
         eph, fix_type, satellites, h_acc = _GPS(slot)
         vehicle.gps_fix = fix_type
         vehicle.satellites = satellites if satellites != 255 else -1
-        hdop_m = HDOP_M * eph / 100 if eph != 65535 else NAN
-        error_m = h_acc / 1e3 if h_acc else hdop_m
+        error_m, why = claimed_m(fix_type, eph, h_acc), ""
+        if GPS2_RAW in vehicle.path.slots:
+            gap_m = apart_m(vehicle, slot)
+            if gap_m > DEGRADED_M and not error_m >= gap_m:
+                error_m, why = gap_m, f"its GPS receivers are {gap_m:.0f} m apart"
         was_bad = vehicle.position_error_m > DEGRADED_M
-        vehicle.position_error_m = error_m if fix_type >= LEAST_FIX else math.inf
-        if vehicle.position_error_m > DEGRADED_M and not was_bad and vehicle.armed:
-            text = "position degraded: " + (f"±{error_m:.0f} m" if fix_type >= LEAST_FIX else "no GPS fix")
-            self._events.say(EventClass.SENSOR, _name(vehicle), text, WARNING, every_s=10)
+        vehicle.position_error_m = error_m
+        if error_m > DEGRADED_M and not was_bad and vehicle.armed:
+            why = why or ("no GPS fix" if math.isinf(error_m) else f"±{error_m:.0f} m")
+            self._events.say(EventClass.SENSOR, _name(vehicle), f"position degraded: {why}", WARNING, every_s=10)
 
     def _home(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
