@@ -258,6 +258,9 @@ class Px4Peer(PlanPeer):
     """The kind that is being read, -1: none."""
     expected: int = 0
     flyable: bool = True
+    tells_state: bool = True
+    """Since 1.17 MISSION_CURRENT says whether the mission can be flown."""
+    events: int = 0
     busy_till_s: float = 0.0
     last_s: float = 0.0
 
@@ -313,16 +316,34 @@ class Px4Peer(PlanPeer):
         if self.wanted < self.receiving:
             self.request()
             return
+        known = self.ids[kind] == self.crc
         self.receiving, self.stores[kind], self.ids[kind] = -1, self.fresh, self.crc
         self.verdict(kind, ACCEPTED, self.crc)
-        self.judge(kind)
+        if not known:
+            self.judge(kind)
 
     def judge(self, kind: int) -> None:
         if kind == 1 and any(f["command"] == 5001 and abs(f["x"] - 473_977_000) > 1_000_000 for f in self.fresh):
             self.text("Geofence invalid, doesn't contain Home position\t", 2)
         if kind == 0:
             self.state = 0
-            self.after(0.2, lambda: setattr(self, "state", 2 if self.flyable else 1))
+            self.after(0.2, self.think)
+
+    def think(self) -> None:
+        if self.tells_state:
+            self.state = 2 if self.flyable else 1
+        elif not self.flyable:
+            self.events += 1
+            self.say(
+                "EVENT",
+                id=0x1FE4222,
+                event_time_boot_ms=0,
+                sequence=self.events,
+                log_levels=0x33,
+                arguments=[0] * 40,
+                destination_component=0,
+                destination_system=0,
+            )
 
     def kept(self, kind: int, fields: Fields) -> Fields:
         made = {part: fields[part] for part in PARTS}
@@ -388,7 +409,7 @@ class Px4Peer(PlanPeer):
     def report(self) -> None:
         total = len(self.stores[0])
         ids = {"mission_id": self.ids[0], "fence_id": self.ids[1], "rally_points_id": self.ids[2]}
-        state = self.state if total else 1
+        state = (self.state if total else 1) * self.tells_state
         self.say("MISSION_CURRENT", seq=self.current, total=total or 65535, mission_state=state, mission_mode=2, **ids)
 
 

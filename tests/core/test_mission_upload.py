@@ -123,6 +123,7 @@ def test_a_failed_upload_says_that_a_part_is_on_board_and_the_old_one_can_be_res
     job = run(rig, missions.upload(1, bad))
     assert job.state is JobState.FAILED
     assert "item 5 of 6: refused: unsupported command" in job.error
+    assert "holds the first 3 of 5 items, the rest is old: restore the one from before, or clear it" in job.error
     held = missions.state(1).held[PlanKind.MISSION]
     assert held.plan is not None and not held.ours and held.before == mission(9)
     restored = missions.restore(1, PlanKind.MISSION)
@@ -134,7 +135,7 @@ def test_a_first_upload_that_fails_leaves_a_part(make: Make) -> None:
     rig, missions = make(ArduPilotPeer(1))
     bad = Plan(PlanKind.MISSION, (*mission(4).items[:3], PlanItem(9999, 2)))
     job = run(rig, missions.upload(1, bad))
-    assert "holds the first 3 of 4 items: clear it" in job.error
+    assert "holds the first 3 of 4 items, no more: clear it" in job.error
     assert missions.state(1).held[PlanKind.MISSION].partial
     assert missions.restore(1, PlanKind.MISSION) is None
 
@@ -199,6 +200,20 @@ def test_px4_that_says_nothing_is_not_taken_for_a_yes(make: Make) -> None:
     rig, missions = make(Px4Peer(1, reports=False))
     job = run(rig, missions.upload(1, mission(6)))
     assert job.error == "accepted, but whether it can be flown the vehicle did not say"
+
+
+def test_an_older_px4_says_no_only_by_an_event_and_only_once(make: Make) -> None:
+    """1.16: no mission_state; the same mission again is not looked at again."""
+    rig, missions = make(peer := Px4Peer(1, tells_state=False))
+    assert run(rig, missions.upload(1, mission(6))).state is JobState.DONE
+    peer.flyable = False
+    for _ in range(2):
+        job = run(rig, missions.upload(1, mission(9)))
+        assert job.state is JobState.FAILED and job.error.startswith(
+            "accepted, but it cannot be flown: event 0x01fe4222"
+        )
+    peer.flyable = True
+    assert run(rig, missions.upload(1, mission(6))).state is JobState.DONE
 
 
 def test_polygons_go_before_circles_and_are_compared_in_any_order(make: Make) -> None:

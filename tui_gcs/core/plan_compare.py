@@ -50,11 +50,12 @@ def compare(sent: Plan, held: Plan, dialect: PlanDialect) -> Comparison:
     return Comparison(tuple(found), _notes(sent, dialect))
 
 
-def same_so_far(sent: Plan, held: Plan, dialect: PlanDialect) -> bool:
-    """Whether `held` is the beginning of `sent`: a part of it."""
-    return len(held.items) < len(sent.items) and all(
-        not _item(ours, theirs, sent.kind, dialect) for ours, theirs in zip(sent.items, held.items, strict=False)
-    )
+def begins_alike(sent: Plan, held: Plan, dialect: PlanDialect) -> int:
+    """How many items, from the first, are as they were sent."""
+    for index, (ours, theirs) in enumerate(zip(sent.items, held.items, strict=False)):
+        if _item(ours, theirs, sent.kind, dialect):
+            return index
+    return min(len(sent.items), len(held.items))
 
 
 def _item(sent: PlanItem, held: PlanItem, kind: PlanKind, dialect: PlanDialect) -> str:

@@ -104,8 +104,12 @@ class PlanDialect:
     """What was held before stays until an upload is complete."""
     patience_s: float = 0.0
     """So long an item is left to the vehicle to ask for again before it is sent again by itself."""
+    tells_when_asked: bool = False
+    """MISSION_CURRENT does not come by itself, but when it is asked for."""
     judges_afterwards: bool = False
     """An accepted mission is looked at only then: MISSION_CURRENT tells whether it can be flown."""
+    rejections: frozenset[int] = frozenset()
+    """Ids of EVENTs that say that the mission on board cannot be flown."""
     sets_by_command: bool = True
     """DO_SET_MISSION_CURRENT is understood; else the MISSION_SET_CURRENT message."""
     most: tuple[int | None, int | None, int | None] = (None, None, None)
@@ -181,8 +185,10 @@ class PlanDialect:
         kept = replace(self._said(item, 0), params=(one, two, three, four), z=float32(item.z))
         if kind is not PlanKind.MISSION or self.has_home:
             kept = replace(kept, autocontinue=True)  # always true, or always false, whatever was sent
-        if self.has_home and item.command not in PLACES and self.kept is not None and item.command in self.kept:
-            kept = replace(kept, frame=MISSION_FRAME, x=0, y=0, z=0.0)
+        if self.has_home and item.command not in PLACES:
+            kept = replace(kept, frame=MISSION_FRAME if kept.frame == AMSL else kept.frame)
+            if self.is_listed(item.command):
+                kept = replace(kept, frame=MISSION_FRAME, x=0, y=0, z=0.0)
         if self.has_home and kind is PlanKind.RALLY:
             kept = replace(kept, z=_whole(kept.z))
         return kept
@@ -292,6 +298,7 @@ _PLANE_TYPES = frozenset({1, 7, 16, 17, 19, 20, 21, 22, 23, 24, 25, 28})
 ARDUPILOT = PlanDialect(
     "ArduPilot",
     has_home=True,
+    tells_when_asked=True,
     plain_numbers=True,
     most_vertices=255,
     kept=_ARDUPILOT_KEPT,
@@ -300,10 +307,24 @@ ARDUPILOT = PlanDialect(
 """Heights are whole centimetres, cut."""
 ARDUPLANE = replace(ARDUPILOT, kept=_PLANE_KEPT)
 
+_PX4_REJECTIONS = frozenset(
+    # navigator_mis_… in PX4's event metadata: first_wp_far, geofence_no_home, geofence_no_home2, geofence_violation,
+    # no_home_rel_alt, no_pos_lock, unsup_cmd, wp_gate_too_close
+    {0x1511709, 0x1586D81, 0x134B0C9, 0x12B352D, 0x1338C52, 0x17F06FD, 0x185E823, 0x1CC23D0}
+    # takeoff_missing, takeoff_not_first, takeoff_or_land_missing, takeoff_too_low, vtol_items
+    | {0x153D6E2, 0x1FE4222, 0x1BA879E, 0x1BA4A6D, 0x1AFCEB9}
+    # add_land_or_rm_to, add_to_or_rm_land, approach_wp_below_land, glide_slope_too_steep, invalid_land
+    | {0x12A432E, 0x1FBEA7E, 0x130CDE3, 0x148D925, 0x1D4F46A}
+    # land_before_rtl, land_missing, land_wp_inside_orbit_radius, multiple_land, starts_w_landing, starts_w_landing2,
+    # unsupported_landing_approach_wp
+    | {0x177F1B9, 0x1811691, 0x187B8F5, 0x1C2D3D5, 0x15D73E8, 0x11D602E, 0x1095D93}
+)
+
 PX4 = PlanDialect(
     "PX4",
     atomic=True,
     judges_afterwards=True,
+    rejections=_PX4_REJECTIONS,
     sets_by_command=False,
     most=(10_000, 64, 32),
     terrain=False,

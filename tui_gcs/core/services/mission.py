@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 from tui_gcs.core.events import ALERT
 from tui_gcs.core.firmware.plans import CMD_SET_CURRENT, dialect_of
-from tui_gcs.core.messages import EventClass
+from tui_gcs.core.messages import EventClass, Freshness
 from tui_gcs.core.plan import Plan, PlanKind
 from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
@@ -30,6 +30,10 @@ NOT_SAID = 0xFFFF
 """MISSION_CURRENT.total of a vehicle without a mission."""
 LATE_S = 4.0
 """Reports may be so late after a change of ours."""
+LOOK_S, SILENT_S = 1.0, 1.5
+"""How often it is looked whether MISSION_CURRENT comes, and after which silence it is asked for."""
+CMD_REQUEST_MESSAGE, MISSION_CURRENT = 512, 42
+REST = {f"param{number}": 0.0 for number in range(2, 8)}
 STRANGE_REPORTS = 2
 """So many in a row that do not fit, before it is told."""
 
@@ -44,12 +48,14 @@ class MissionService:
         """Hear from now on."""
         self._context = context
         self._book = PlanBook()
+        self._next_look_s = -math.inf
         self.ignored: Counter[str] = Counter()
         """Messages that belong to no transfer of ours, by reason."""
         for name in TRANSFER:
             context.fleet.on_message(name, partial(self._on_transfer, name))
         context.fleet.on_message("MISSION_CURRENT", self._on_current)
         context.fleet.on_message("MISSION_ITEM_REACHED", self._on_reached)
+        context.fleet.on_message("EVENT", self._on_event)
         context.fleet.paths.on_reboot.append(self._on_reboot)
         context.fleet.paths.on_replace.append(self._on_reboot)
         context.fleet.on_gone(self._on_reboot)
@@ -117,6 +123,22 @@ class MissionService:
             return None
         return held.plan.fingerprint == plan.fingerprint
 
+    def tick(self) -> None:
+        """Ask vehicles that have a mission how far they are, where they do not say so by themselves."""
+        now = self._context.clock.now()
+        if now < self._next_look_s:
+            return
+        self._next_look_s = now + LOOK_S
+        for vehicle in self._context.fleet.vehicles.values():
+            dialect = dialect_of(vehicle)
+            if not dialect.tells_when_asked or vehicle.path.high_latency or vehicle.freshness(now) is Freshness.LOST:
+                continue
+            state = self.state(vehicle.id)
+            held = state.held[PlanKind.MISSION].plan
+            if ((held is not None and held.items) or dialect.flies_mission(vehicle)) and now - state.heard_s > SILENT_S:
+                fields = {"command": CMD_REQUEST_MESSAGE, "confirmation": 0, "param1": float(MISSION_CURRENT)} | REST
+                self._context.door.ask(vehicle.id, "COMMAND_LONG", **fields)
+
     # ------------------------------------------------------------ jobs
 
     def _submit(self, job: J, on_done: OnDone | None, first: bool) -> J:
@@ -128,8 +150,7 @@ class MissionService:
         door = self._context.door
         if not by_command:
             return door.action(vehicle, "mission item", "MISSION_SET_CURRENT", seq=seq)
-        rest = {f"param{number}": 0.0 for number in range(2, 8)}
-        fields = {"command": CMD_SET_CURRENT, "confirmation": copy, "param1": float(seq)} | rest
+        fields = {"command": CMD_SET_CURRENT, "confirmation": copy, "param1": float(seq)} | REST
         return door.action(vehicle, "mission item", "COMMAND_LONG", **fields)
 
     # ------------------------------------------------------------ what vehicles say
@@ -161,6 +182,11 @@ class MissionService:
                 f"{kind.word} on vehicle is not ours: {why}" if held.ours else f"{kind.word} on vehicle changed: {why}"
             )
             self._context.events.say(EventClass.MISSION, f"vehicle {vehicle}", text, ALERT, every_s=5)
+
+    def _on_event(self, vehicle: Vehicle, fields: Fields) -> None:
+        job = self._context.jobs.running(vehicle.id)
+        if isinstance(job, UploadJob) and not job.over:
+            job.hear_event(fields["id"])
 
     def _on_reached(self, vehicle: Vehicle, fields: Fields) -> None:
         state = self.state(vehicle.id)

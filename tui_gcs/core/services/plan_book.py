@@ -38,6 +38,9 @@ class Held:
     proven: dict[int, str] = field(default_factory=dict)
     """Fingerprints of plans that were read back, by the number that the vehicle gave them: same number, same plan."""
 
+    rejected: dict[int, str] = field(default_factory=dict)
+    """Why a plan with that number could not be flown: PX4 does not look again at one that it has already."""
+
     @property
     def known(self) -> bool:
         """Whether `plan` is what is on board, for all we know."""

@@ -17,10 +17,10 @@ from tui_gcs.core.firmware.plans import PlanDialect, dialect_of
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.plan import Plan, PlanKind
 from tui_gcs.core.plan_check import check
-from tui_gcs.core.plan_compare import compare, same_so_far
+from tui_gcs.core.plan_compare import begins_alike, compare
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.jobs import Job
-from tui_gcs.core.services.plan_book import Held, MissionState, PlanBook
+from tui_gcs.core.services.plan_book import Held, MissionState, PlanBook, Progress
 from tui_gcs.core.services.plan_read import Reading
 from tui_gcs.core.services.plan_send import Sending, Verdict
 from tui_gcs.core.services.plan_wire import ACCEPTED, CANCELLED, DENIED, Pace, Wire, result_word
@@ -31,8 +31,10 @@ CLEAR_TRIES = 10
 CLEAR_GAP_S = 1.5
 JUDGED_S, UNJUDGED_S = 0.5, 10.0
 """A verdict on an accepted mission that comes earlier may be the old one's; PX4 tells it once a second."""
-SILENT_VERDICT_S = 2.0
-"""A vehicle that says nothing about whether a mission can be flown says at least so late that it cannot be."""
+SILENT_VERDICT_S, LOSSY_VERDICT_S = 2.0, 5.0
+"""PX4 up to 1.16 says only that a mission cannot be flown, in an EVENT; that one is lost is noticed after 3 s."""
+REJECTS = ("Mission rejected", "Geofence violation", "Not yet ready for mission")
+"""How PX4's texts and EVENTs begin."""
 FENCE_TEXT_S = 1.5
 
 OnDone = Callable[[Job], None]
@@ -79,6 +81,8 @@ class PlanJob(Job):
             held.proven[opaque_id] = plan.fingerprint
         self._state.changed_s[self.kind] = now
         self._state.strange.pop(self.kind, None)
+        if self.kind is PlanKind.MISSION:
+            self._state.total, self._state.reached = len(plan.items), None
 
     def _touch(self) -> None:
         """What is on board is about to change: until it was asked nothing is known; what it held may be restored."""
@@ -157,6 +161,8 @@ class UploadJob(PlanJob):
         self._failure = ""
         """Why it failed, while it is asked what the vehicle holds now."""
         self._doubt = ""
+        self._rejected = False
+        """It said that the mission cannot be flown."""
         self._acked_s: float | None = None
         """When the vehicle accepted it, if what comes of it is waited for."""
 
@@ -265,11 +271,12 @@ class UploadJob(PlanJob):
             self.finish(f"{why or 'accepted'}; it still holds the {self.kind.word} from before")
             return
         self._keep(held, now, ours=False, opaque_id=opaque_id)
-        self._held.partial = bool(held.items) and same_so_far(self.plan, held, self._dialect)
+        new = begins_alike(self.plan, held, self._dialect) if why else 0
+        self._held.partial = new > 0
         if self._held.partial:
+            rest = "the rest is old" if len(held.items) > new else "no more"
             offer = "restore the one from before, or clear it" if self._held.before is not None else "clear it"
-            part = f"the first {len(held.items)} of {len(self.plan.items)} items"
-            self.finish(f"{why or 'accepted'}; it holds {part}: {offer}")
+            self.finish(f"{why}; it holds the first {new} of {len(self.plan.items)} items, {rest}: {offer}")
         elif not held.items:
             self.finish(f"{why or 'accepted'}; it holds no {self.kind.word}")
         elif why:
@@ -303,17 +310,22 @@ class UploadJob(PlanJob):
             elif now - acked_s >= FENCE_TEXT_S:
                 self._succeed()
             return
-        rejected = [text for text in vehicle.reasons_since(self.begun_s) if text.startswith("Mission rejected")]
-        verdict = self._context_verdict(acked_s)
-        if rejected or verdict is False:
-            why = self._with_reasons(vehicle, "")
-            self.finish("accepted, but it cannot be flown" + (f": {why}" if why else ""))
+        reasons = vehicle.reasons_since(self.begun_s)
+        said = [text for text in reasons if text.startswith(REJECTS)]
+        verdict = False if said or self._rejected else self._what_it_says(vehicle, acked_s)
+        if verdict is False:
+            before = self._held.rejected.get(self._opaque_id, "it did not say why")
+            why = "; ".join((said or reasons)[:3]) or before
+            if self._opaque_id:
+                self._held.rejected[self._opaque_id] = why
+            self.finish(f"accepted, but it cannot be flown: {why}")
         elif verdict:
+            self._held.rejected.pop(self._opaque_id, None)
             self._succeed()
         elif now - acked_s >= UNJUDGED_S:
             self.finish("accepted, but whether it can be flown the vehicle did not say")
 
-    def _context_verdict(self, acked_s: float) -> bool | None:
+    def _what_it_says(self, vehicle: Vehicle, acked_s: float) -> bool | None:
         """What MISSION_CURRENT says of this plan since; None: nothing yet."""
         state = self._state
         if state.heard_s < acked_s + JUDGED_S or state.total != len(self.plan.items):
@@ -321,9 +333,15 @@ class UploadJob(PlanJob):
         number = state.ids.get(self.kind, 0)
         if number and self._opaque_id and number != self._opaque_id:
             return None
-        if state.progress.value == 0:  # older PX4: it has no word for it
-            return True if state.heard_s >= acked_s + SILENT_VERDICT_S else None
-        return state.progress.value != 1
+        if state.progress is not Progress.UNKNOWN:
+            return state.progress is not Progress.NO_MISSION
+        if state.heard_s < acked_s + (LOSSY_VERDICT_S if vehicle.loss_pct > 0 else SILENT_VERDICT_S):
+            return None
+        return self._opaque_id not in self._held.rejected
+
+    def hear_event(self, number: int) -> None:
+        """An EVENT of the vehicle."""
+        self._rejected |= self._touched and number in self._dialect.rejections
 
     def _succeed(self) -> None:
         for note in self.notes:

@@ -39,6 +39,8 @@ MOST_SENDS = 100
 NACK_S, SOFT_NACK_S = 0.6, 1.6
 """After a refusal its texts are waited for; after what may be no refusal, whether it asks on (ArduPilot: every 1 s)."""
 EARLY_S = 4.0
+LATE_S = 2.0
+"""ArduPilot asks for items of an upload that was cancelled every second, until it is told of another."""
 
 
 class Verdict(Enum):
@@ -111,9 +113,8 @@ class Sending:
     # ------------------------------------------------------------ what the vehicle says
 
     def _on_request(self, seq: int, now: float) -> None:
-        if seq >= len(self._items):
-            self._wire.end(CANCELLED)
-            self._fail(f"the vehicle asks for item {seq + 1} of {len(self._items)}")
+        if seq > self.asked or seq >= len(self._items):
+            self._strange(seq, now)
             return
         if seq == self._last + 1 and (self._sends[self._last] == 1 if seq else self._counts == 1):
             self._pace.measured(now - self._last_s)
@@ -140,6 +141,12 @@ class Sending:
         elif self._nack is None:
             soft = result in (ERROR, DENIED)
             self._nack = (result, now + (SOFT_NACK_S if soft else NACK_S))
+
+    def _strange(self, seq: int, now: float) -> None:
+        """It asks for what is not its turn: at first that may still be for an upload that was cut off."""
+        if self.asked or now - self._first_s > LATE_S:
+            self._wire.end(CANCELLED)
+            self._fail(f"the vehicle asks for item {seq + 1} of {len(self._items)} after {self.asked}")
 
     # ------------------------------------------------------------ what we say
 

@@ -26,5 +26,6 @@ class Services:
 
     def tick(self) -> None:
         """Everything that is due in the services (jobs are ticked by the desk)."""
+        self.missions.tick()
         self.params.tick()
         self.vehicle_events.tick()
