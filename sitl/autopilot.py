@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple
 
 from sitl.boot import BootStep
+from sitl.ftp_files import Tree
+from sitl.logs import Logs
 from sitl.missions import Plans
 from sitl.modes import Phase, Severity, Stage
 from sitl.parameters import ParameterTable
@@ -64,6 +66,10 @@ class Autopilot(ABC):
         """Messages kept back until a command is acknowledged; None: nothing is."""
         self.tasks = Tasks()
         self.plans = Plans()
+        self.logs = Logs(spec.autopilot)
+        self.files: Tree | None = None
+        """What it serves by MAVFTP; made with the first request."""
+        self._armed = False
         self.silent = False
         self.dead = False
         self.consumed_mah = 0.0
@@ -89,6 +95,7 @@ class Autopilot(ABC):
         """Since when there is no GPS."""
         self.tasks.clear()
         self.stores = Stores()
+        self.logs.power_on(now_us)
         self.streams = self.new_streams()
         self.signer.power_on(now_us)
         self.once: list[str] = []
@@ -99,6 +106,17 @@ class Autopilot(ABC):
         ]
         self.power_on()
         self.vehicles.rest(self.index)
+
+    @property
+    def armed(self) -> bool:
+        """Motors on. They make logs grow."""
+        return self._armed
+
+    @armed.setter
+    def armed(self, on: bool) -> None:
+        if on != self._armed:
+            self._armed = on
+            self.logs.motors(self.now_us, on=on)
 
     # What a personality adds
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from sitl import parameter_protocol, plan_ardupilot, plan_px4
+from sitl import ftp_ardupilot, ftp_px4, log_protocol, parameter_protocol, plan_ardupilot, plan_px4
 from sitl.autopilot import Autopilot, Command
 from sitl.modes import Severity
 from sitl.wire import Received, cut
@@ -98,6 +98,11 @@ _HANDLERS: dict[str, Handlers] = {
         "PARAM_REQUEST_READ": parameter_protocol.ardupilot_read,
         "PARAM_REQUEST_LIST": parameter_protocol.ardupilot_list,
         "PARAM_SET": parameter_protocol.ardupilot_set,
+        "LOG_REQUEST_LIST": log_protocol.ardupilot_list,
+        "LOG_REQUEST_DATA": log_protocol.ardupilot_data,
+        "LOG_REQUEST_END": log_protocol.ardupilot_end,
+        "LOG_ERASE": log_protocol.ardupilot_erase,
+        "FILE_TRANSFER_PROTOCOL": ftp_ardupilot.handle,
         "MISSION_COUNT": plan_ardupilot.count,
         "MISSION_ITEM_INT": plan_ardupilot.item_int,
         "MISSION_ITEM": plan_ardupilot.item,
@@ -112,6 +117,11 @@ _HANDLERS: dict[str, Handlers] = {
         "PARAM_REQUEST_READ": parameter_protocol.px4_read,
         "PARAM_REQUEST_LIST": parameter_protocol.px4_list,
         "PARAM_SET": parameter_protocol.px4_set,
+        "LOG_REQUEST_LIST": log_protocol.px4_list,
+        "LOG_REQUEST_DATA": log_protocol.px4_data,
+        "LOG_REQUEST_END": log_protocol.px4_end,
+        "LOG_ERASE": log_protocol.px4_erase,
+        "FILE_TRANSFER_PROTOCOL": ftp_px4.handle,
         "MISSION_COUNT": plan_px4.count,
         "MISSION_ITEM_INT": plan_px4.item_int,
         "MISSION_ITEM": plan_px4.item,

@@ -22,7 +22,7 @@ _LIMITS = {INT8: (-128, 127), INT16: (-32768, 32767), INT32: (-(2**31), 2**31 - 
 _ARDUPILOT_KINDS = {"1": INT8, "2": INT16, "3": INT32, "4": REAL32}
 
 # What the simulation wants otherwise: 20 min of battery at 28 A, and no counters of another life.
-_ARDUPILOT_CHANGES = {"BATT_CAPACITY": 9333.0, "MIS_TOTAL": 0.0, "STAT_RUNTIME": 0.0}
+_ARDUPILOT_CHANGES = {"BATT_CAPACITY": 9333, "MIS_TOTAL": 0, "STAT_RUNTIME": 0}
 
 
 class Entry(NamedTuple):
@@ -60,9 +60,10 @@ def ardupilot_defaults() -> Defaults:
     table = Defaults()
     for name, kind, value, *default in _lines("arducopter.param"):
         table.kinds[name] = _ARDUPILOT_KINDS[kind]
-        table.values[name] = _ARDUPILOT_CHANGES.get(name, float(value))
+        number = float if table.kinds[name] == REAL32 else int
+        table.values[name] = _ARDUPILOT_CHANGES.get(name, number(value))
         if default or name in _ARDUPILOT_CHANGES:
-            table.factory[name] = float((default or [value])[0])
+            table.factory[name] = number((default or [value])[0])
     return table
 
 

@@ -143,7 +143,8 @@ def _send_count(ap: Autopilot, frame: Received, kind: int) -> None:
 
 def _asked_for(ap: Autopilot, frame: Received) -> Item | None:
     """The item, or None and a refusal."""
-    kind, seq = frame.fields["mission_type"], frame.fields["seq"]
+    kind: int = frame.fields["mission_type"]
+    seq: int = frame.fields["seq"]
     if kind not in KINDS:
         _acknowledge(ap, frame, missions.UNSUPPORTED, kind)
         return None

@@ -1,6 +1,7 @@
 """What a vehicle remembers of its dialogues; plans and parameters outlive a reboot, this does not."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from sitl.missions import Transfer
 
@@ -19,3 +20,5 @@ class Stores:
     """PX4: that transfer is a download."""
     complained: set[str] = field(default_factory=set)
     """Texts that were said since the last upload began and are not repeated."""
+    ftp: Any = None
+    """The file server's session, of the autopilot's kind; made with the first request."""

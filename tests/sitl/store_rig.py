@@ -7,6 +7,7 @@ from typing import Any
 
 from sitl import endpoint
 from sitl.events import EventLog, kinds
+from sitl.logs import Logs
 from sitl.missions import Item, Plans, item_of
 from sitl.modes import Severity
 from sitl.parameters import ParameterTable
@@ -47,7 +48,13 @@ class Vehicle:
         self.index, self.home_m = 0, (0.0, 0.0, 0.0)
         self.vehicles = Ground()
         self.log = EventLog()
+        self.logs, self.files = Logs(autopilot), None
+        self.gcs_heard_us: int | None = 0
         self.out: list[bytes] = []
+
+    @property
+    def boot_ms(self) -> int:
+        return self.now_us // 1000
 
     def send(self, name: str, **fields: Any) -> None:
         self.out.append(self.encoder.frame(name, fields))
