@@ -10,6 +10,7 @@ from wires import Wire, Wired
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.links import Address
 from tui_gcs.core.messages import Freshness
+from tui_gcs.core.path_rules import is_serial
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.signing import Key, ticks
 
@@ -222,6 +223,54 @@ def test_a_second_link_in_flight_proves_itself_by_where_the_vehicle_is(wired: Ma
     far.up = True
     flight.until(lambda: len(flight.vehicle().used_paths()) == 2, 15.0)
     assert not flight.vehicle().blocked
+
+
+SERIAL = "K\x01(Q\x19\x07" + "530248" + "\0" * 8
+"""Of an STM32, as ArduPilot tells it."""
+
+
+@pytest.mark.parametrize(("uid", "proven"), [(SERIAL, True), (UIDS["equal"], False)], ids=["serial", "any"])
+def test_a_standing_vehicle_is_known_on_a_second_link_by_its_serial_number(
+    wired: MakeWired, uid: str, *, proven: bool
+) -> None:
+    """It sends each link positions of its own; what is not a serial number proves nothing while it stands."""
+
+    def every_other(rest: int) -> Callable[[str, bytes], bool]:
+        return lambda way, data: way == "up" and data[7:10] == b"\x21\0\0" and sum(data[10:-2]) % 2 == rest
+
+    far = Wire("far", delay_s=0.1, up=False, numbers=True, loses=every_other(1))
+    flight = wired(1, wires=[Wire("near", loses=every_other(0)), far])
+    flight.same_uid(uid)
+    flight.run(10.0)
+    far.up = True
+    flight.run(6.0)
+    assert (len(flight.vehicle().used_paths()) == 2) is proven
+    assert not flight.vehicle().blocked
+
+
+def test_a_serial_number_that_two_vehicles_tell_proves_nothing(wired: MakeWired) -> None:
+    """Whatever the reason: they would be taken for one while they stand side by side."""
+    flight = wired(2, wires=[Wire("near", place=only(0)), Wire("far", delay_s=0.1, place=only(1))])
+    flight.stranger(age_s=0.5)
+    flight.fleets[1]._vehicles.position_m[0, 1] += 1.0
+    flight.same_uid(SERIAL)
+    for _ in range(30):
+        flight.run(1.0)
+        assert [path.source.link for path in flight.vehicle().used_paths()] == ["near"]
+
+
+def test_what_is_a_serial_number() -> None:
+    """The first two are forms of real boards, the others are those of the recordings."""
+    assert is_serial("4b0128511907353330323438" + "00" * 6)
+    assert is_serial("000600000000" + "353330323438190751280001")
+    for uid in (
+        "",
+        "4953ab0123456789",
+        "336431323139633763346335343034616100",
+        "010000000000000000000000000000000000",
+        "00" * 18,
+    ):
+        assert not is_serial(uid)
 
 
 def test_two_that_were_taken_for_one_are_told_apart_when_they_part(wired: MakeWired) -> None:

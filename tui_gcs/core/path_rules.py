@@ -1,6 +1,7 @@
 """What two paths say of each other: whether they lead to one vehicle."""
 
 import math
+from collections.abc import Callable
 
 from tui_gcs.core.likeness import APART_M, SURE_NEWS, gap, position_of
 from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, HIGH_LATENCY_LOST_S, Path, PathState, Vehicle
@@ -11,7 +12,8 @@ REBIND_S = 3.0
 SAME_BOOT_S = 3.0
 """Boot clocks of one vehicle over two links differ by their delays only."""
 
-
+UID2_BYTES, LEAST_SERIAL_BYTES = 18, 6
+"""Of AUTOPILOT_VERSION.uid2, and how many bytes of a serial number are not zero."""
 STALLED_S = 2.0
 """Positions come at least so often; a path whose newest is older than the other's by more brings none any more."""
 
@@ -41,10 +43,24 @@ def copies_may_come(vehicle: Vehicle) -> bool:
     )
 
 
-def is_same(vehicle: Vehicle, path: Path, now: float, *, silent: bool) -> bool | None:
+def is_serial(uid: str) -> bool:
+    """Whether a hardware id is the serial number of an STM32: 96 bits that no other chip has.
+
+    ArduPilot fills the other six bytes behind it with zeros; PX4 says the kind of chip and four zeros before it.
+    Simulators say something else (tests/data), and so do boards with Linux, whose id is copied with their disk.
+    """
+    raw = bytes.fromhex(uid)
+    if len(raw) != UID2_BYTES:
+        return False
+    serial = raw[:12] if not any(raw[12:]) else raw[6:] if not any(raw[2:6]) else b""
+    return sum(byte != 0 for byte in serial) >= LEAST_SERIAL_BYTES
+
+
+def is_same(vehicle: Vehicle, path: Path, now: float, *, silent: bool, is_unique: Callable[[str], bool]) -> bool | None:
     """Whether `path` leads to the vehicle, by hardware id, boot clock and position; None: not known yet.
 
-    With `silent` the vehicle has not been heard for a while, and may have rebooted.
+    With `silent` the vehicle has not been heard for a while, and may have rebooted. `is_unique` tells whether no other
+    vehicle has a hardware id: if that is a serial number, then, the vehicle need not move to prove itself.
     """
     if path.uid and vehicle.uid and path.uid != vehicle.uid:
         return False
@@ -60,6 +76,8 @@ def is_same(vehicle: Vehicle, path: Path, now: float, *, silent: bool) -> bool |
         if path.news >= SURE_NEWS:
             return True if same_board else None
         same = path.likeness.same if path.likeness is not None else None
+        if same is None and same_board and is_serial(path.uid) and is_unique(path.uid):
+            return True
         return same if same_board or same is False else None
     if silent:
         return True if same_board and path.uid else None

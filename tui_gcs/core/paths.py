@@ -76,6 +76,8 @@ class PathBook:
         self._doubts = Doubts()
         self._twin_s: dict[int, list[float]] = {}
         self._next_look_s = -math.inf
+        self._vehicles: list[Vehicle] = []
+        """As of the last `tick`."""
         self.on_move: list[Callable[[Vehicle], None]] = []
         """Called when a vehicle is heard from an address that nobody has vouched for: it may be somebody else."""
         self.on_replace: list[Callable[[Vehicle], None]] = []
@@ -172,7 +174,7 @@ class PathBook:
         if slot.msgid == GLOBAL_POSITION_INT:
             path.likeness = path.likeness or Likeness()
             path.likeness.compare(position_of(vehicle.path), slot)
-        same = is_same(vehicle, path, now, silent=False)
+        same = is_same(vehicle, path, now, silent=False, is_unique=self._is_unique)
         if same:
             self._accept(vehicle, path, "the same vehicle")
             return
@@ -185,10 +187,14 @@ class PathBook:
         if path.state is PathState.CONFLICT and (same is False or slot.msgid == HEARTBEAT):
             self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
 
+    def _is_unique(self, uid: str) -> bool:
+        """Whether one vehicle at most has that hardware id."""
+        return sum(vehicle.uid == uid for vehicle in self._vehicles) <= 1
+
     def _instead(self, vehicle: Vehicle, path: Path, now: float) -> None:
         """The vehicle is silent: this may be its new address."""
         path.state = PathState.CANDIDATE
-        same = is_same(vehicle, path, now, silent=True)
+        same = is_same(vehicle, path, now, silent=True, is_unique=self._is_unique)
         text = f"heard from another address on {path.source.link}: asked who it is"
         if same:
             self._follow(vehicle, path)
@@ -323,7 +329,7 @@ class PathBook:
 
     def tick(self, vehicles: list[Vehicle]) -> None:
         """Use the freshest path, end what is over."""
-        now = self._clock.now()
+        now, self._vehicles = self._clock.now(), vehicles
         look = now >= self._next_look_s - 1e-9
         if look:
             self._next_look_s = now + LOOK_S
