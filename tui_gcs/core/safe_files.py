@@ -107,18 +107,18 @@ class SafeFolder:
             raise FileRefused(f"{part}: not a plain file of ours")
         return PartFile(self, name, fd)
 
-    def settle(self, name: str, suffix: str = "") -> str:
-        """A finished part gets its name, or the next that is free; which. Raises FileRefused."""
-        stem, dot, ending = name.partition(".")
+    def settle(self, part: str, name: str, suffix: str = "") -> str:
+        """The finished `part`.part gets its name, or the next that is free; which. Raises FileRefused."""
+        stem, dot, ending = _checked(name).partition(".")
         for number in range(1, MOST_SAME_NAMES):
             final = (name if number == 1 else f"{stem}-{number}{dot}{ending}") + suffix
             try:
-                os.link(f"{name}.part", final, src_dir_fd=self._fd, dst_dir_fd=self._fd, follow_symlinks=False)
+                os.link(f"{part}.part", final, src_dir_fd=self._fd, dst_dir_fd=self._fd, follow_symlinks=False)
             except FileExistsError:
                 continue
             except OSError as error:
                 raise FileRefused(f"{final}: {error.strerror}") from None
-            self._unlink(f"{name}.part")
+            self._unlink(f"{part}.part")
             return final
         raise FileRefused(f"{name}: there are {MOST_SAME_NAMES} of that name")
 
@@ -166,14 +166,14 @@ class PartFile:
         os.close(self._fd)
         self._folder.remove(f"{self._name}.part")
 
-    def finish(self, *, bad: bool = False) -> str:
-        """It is whole: give it its name, with ".bad" if its contents are not what they should be; which name.
+    def finish(self, name: str = "", *, bad: bool = False) -> str:
+        """It is whole: give it its name (or another), with ".bad" if its contents are not what they should be; which.
 
         Raises:
             FileRefused: it cannot be named so; the part stays.
         """
         os.close(self._fd)
-        return self._folder.settle(self._name, ".bad" if bad else "")
+        return self._folder.settle(self._name, name or self._name, ".bad" if bad else "")
 
 
 def _checked(name: str) -> str:

@@ -28,11 +28,20 @@ class ByteRanges:
         self.held += end - start - before
         return end - start - before
 
+    def clear(self) -> None:
+        """Nothing is there."""
+        self._starts, self._ends, self.held = [], [], 0
+
     def first_gap(self) -> tuple[int, int | None]:
         """The first bytes that are missing: where they begin and end; None: nothing beyond is there."""
         if not self._starts or self._starts[0] > 0:
             return 0, self._starts[0] if self._starts else None
         return self._ends[0], self._starts[1] if len(self._starts) > 1 else None
+
+    @property
+    def pieces(self) -> int:
+        """How many ranges."""
+        return len(self._starts)
 
     @property
     def end(self) -> int:
