@@ -3,6 +3,7 @@
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.ftp import FtpService
 from tui_gcs.core.services.health import HealthService
+from tui_gcs.core.services.logs import LogService
 from tui_gcs.core.services.metadata import MetadataService
 from tui_gcs.core.services.mission import MissionService
 from tui_gcs.core.services.modes import ModeService
@@ -17,6 +18,7 @@ class Services:
         """Make them all; they listen from now on."""
         self.context = context
         self.ftp = FtpService(context)
+        self.logs = LogService(context, self.ftp)
         self.metadata = MetadataService(context, self.ftp)
         self.params = ParamService(context, self.ftp, self.metadata)
         self.missions = MissionService(context)
