@@ -1,6 +1,7 @@
 """The three retry classes, on a virtual clock, against a vehicle that answers as the test says."""
 
 import itertools
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -9,10 +10,25 @@ from vehicles import a_vehicle
 
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.events import ALERT, EventLog
-from tui_gcs.core.services.command import ACCEPTED, DENIED, FAILED, IN_PROGRESS, Action, CommandService, Outcome, Retry
+from tui_gcs.core.services.command import (
+    ACCEPTED,
+    DENIED,
+    FAILED,
+    IN_PROGRESS,
+    INT_ONLY,
+    LONG_ONLY,
+    RESULT_WORDS,
+    TEMPORARILY_REJECTED,
+    Action,
+    CommandService,
+    Order,
+    Outcome,
+    Retry,
+)
+from tui_gcs.core.services.order import refused
 from tui_gcs.core.vehicle import Vehicle
 
-ARM, MODE, TAKEOFF = 400, 176, 22
+ARM, MODE, TAKEOFF, SPEED = 400, 176, 22, 178
 
 
 @dataclass
@@ -287,3 +303,137 @@ def test_with_30_percent_loss_every_stop_is_confirmed(bench: Bench) -> None:
             bench.talks = chance.random() > 0.3
     assert [outcome for _, outcome, _ in bench.ended] == [Outcome.CONFIRMED] * 120
     assert not [e for e in bench.events.since(0, 2000) if e.severity <= ALERT]
+
+
+# ---------------------------------------------------------------- what results mean
+
+
+def order_bench(bench: Bench, *, as_int: bool = False) -> tuple[Action, list[tuple[str, int]]]:
+    """A speed order, and what of it was sent: (message, copy)."""
+    said: list[tuple[str, int]] = []
+    order = Order(SPEED, (1, 5, -1), as_int=as_int)
+    action = Action(
+        1,
+        "speed",
+        Retry.SET,
+        send=lambda copy: said.append(((action.order or order).message, copy)),
+        confirmed=lambda v: action.acked_s is not None,
+        command=SPEED,
+        on_done=lambda a, outcome, why: bench.ended.append((a.name, outcome, why)),
+        order=order,
+    )
+    bench.service.submit(action)
+    return action, said
+
+
+@pytest.mark.parametrize(("result", "as_int"), [(LONG_ONLY, True), (INT_ONLY, False)])
+def test_what_is_taken_by_the_other_message_only_is_said_that_way_at_once(
+    bench: Bench, result: int, as_int: bool
+) -> None:
+    _, said = order_bench(bench, as_int=as_int)
+    bench.run(0.1)
+    bench.service.on_ack(bench.vehicle, SPEED, result)
+    bench.run(0.05)
+    both = [("COMMAND_LONG", 0), ("COMMAND_INT", 1)] if not as_int else [("COMMAND_INT", 0), ("COMMAND_LONG", 1)]
+    assert said == both, "not 0.6 s later"
+    bench.service.on_ack(bench.vehicle, SPEED, ACCEPTED)
+    bench.run(0.1)
+    assert bench.ended == [("speed", Outcome.CONFIRMED, "")]
+
+
+def test_who_takes_it_neither_way_has_refused_it(bench: Bench) -> None:
+    order_bench(bench)
+    bench.service.on_ack(bench.vehicle, SPEED, INT_ONLY)
+    bench.run(0.05)
+    bench.service.on_ack(bench.vehicle, SPEED, LONG_ONLY)
+    bench.run(1.0)
+    assert bench.ended == [("speed", Outcome.REFUSED, "taken as COMMAND_LONG only")]
+
+
+def test_a_place_keeps_its_digits_as_command_int_and_nan_means_where_it_is() -> None:
+    order = Order(192, (5, 1, 0, math.nan, -35.36326218, 149.16523749, 604.5), as_int=True, is_place=True)
+    fields = order.fields(0)
+    assert (fields["x"], fields["y"], fields["z"]) == (-353632622, 1491652375, 604.5)
+    assert fields["frame"] == 0 and math.isnan(fields["param4"])
+    here = Order(192, (-1, 1, 0, math.nan, math.nan, math.nan, 604.5), as_int=True, is_place=True).fields(0)
+    assert here["x"] == here["y"] == 2**31 - 1
+    assert order.other_way().fields(1)["param5"] == pytest.approx(-35.36326218)
+
+
+def test_in_progress_waits_for_the_end_but_not_longer_than_a_minute(bench: Bench) -> None:
+    bench.ask("calibrate", Retry.SET, 241)
+    bench.service.on_ack(bench.vehicle, 241, IN_PROGRESS)
+    bench.run(50.0)
+    assert bench.ended == [] and len(bench.sent) == 1
+    bench.service.on_ack(bench.vehicle, 241, FAILED)
+    bench.run(1.0)
+    assert bench.ended == [("calibrate", Outcome.REFUSED, "failed")]
+    bench.ask("level", Retry.SET, 241)
+    bench.service.on_ack(bench.vehicle, 241, IN_PROGRESS)
+    bench.run(61.0)
+    assert bench.ended[1:] == [("level", Outcome.NOT_CONFIRMED, "still in progress")]
+
+
+@pytest.mark.parametrize("word", RESULT_WORDS)
+def test_every_result_but_accepted_has_a_word(word: int) -> None:
+    assert bool(RESULT_WORDS[word]) is (word != ACCEPTED)
+    assert set(RESULT_WORDS) == set(range(11))
+
+
+def test_the_first_ack_of_a_mode_change_means_nothing_where_two_are_sent(bench: Bench) -> None:
+    """PX4: ACCEPTED by its receiver, a few ms later the refusal by its commander, in whatever order they arrive."""
+    for pair in ((ACCEPTED, TEMPORARILY_REJECTED), (TEMPORARILY_REJECTED, ACCEPTED)):
+        action = bench.ask("mode", Retry.SET, MODE)
+        action.double_ack = True
+        for result in pair:
+            bench.service.on_ack(bench.vehicle, MODE, result)
+        bench.run(1.0)
+    assert bench.ended == [("mode", Outcome.REFUSED, "temporarily rejected")] * 2
+    assert bench.service.ignored == {}
+
+
+def test_what_cannot_even_be_sent_ends_as_refused(bench: Bench) -> None:
+    bench.service.submit(
+        refused(1, "take-off", "height unknown", lambda a, o, why: bench.ended.append((a.name, o, why)))
+    )
+    assert bench.ended == [("take-off", Outcome.REFUSED, "height unknown")]
+
+
+# ---------------------------------------------------------------- time
+
+
+def test_no_copy_of_a_start_leaves_later_than_two_seconds_after_it_was_asked(bench: Bench) -> None:
+    """The station was held up for a minute after the first copy: nobody expects the second any more."""
+    bench.ask("arm", Retry.START, ARM)
+    bench.clock.advance(60.0)
+    bench.run(10.0)
+    assert bench.times("arm") == [0.0]
+    assert [outcome for _, outcome, _ in bench.ended] == [Outcome.EXPIRED]
+
+
+def test_a_start_that_waits_behind_an_equal_command_is_not_sent_later(bench: Bench) -> None:
+    bench.ask("calibrate", Retry.SET, ARM)
+    bench.service.on_ack(bench.vehicle, ARM, IN_PROGRESS)
+    bench.ask("arm", Retry.START, ARM, confirmed=lambda v: v.prearm_ok)
+    bench.run(30.0)
+    assert bench.times("arm") == []
+    assert ("arm", Outcome.EXPIRED, "not sent in time") in bench.ended
+
+
+def test_a_stop_that_the_vehicle_refuses_is_told_once_and_goes_on(bench: Bench) -> None:
+    bench.ask("land", Retry.STOP, MODE)
+    for _ in range(5):
+        bench.service.on_ack(bench.vehicle, MODE, DENIED)
+        bench.run(0.4)
+    assert len(bench.times("land")) >= 5
+    assert [e.text for e in bench.events.since(0)] == ["land: refused (denied), still trying"]
+
+
+def test_a_stop_asks_for_the_telemetry_that_would_confirm_it(bench: Bench) -> None:
+    looks: list[float] = []
+    action = bench.ask("land", Retry.STOP, MODE)
+    action.look = lambda: looks.append(bench.clock.now())
+    bench.run(4.0)
+    assert 7 <= len(looks) <= 9 and looks[0] == pytest.approx(0.8, abs=0.06)
+    bench.service.on_ack(bench.vehicle, 512, ACCEPTED)
+    assert bench.service.ignored == {}, "the answer to that question is nobody's"

@@ -226,7 +226,7 @@ class CommandService:
         """
         if action.command is None or action.sent:
             return False
-        if action.retry is Retry.START and now - action.asked_s > START_WITHIN_S:
+        if _is_too_late(action, now):
             return False
         for other in self._pending[action.vehicle].values():
             if other is action:
@@ -239,7 +239,7 @@ class CommandService:
         if not action.sent:
             action.first_s = now
         last = action.retry.copies
-        if action.retry is Retry.START and now - action.asked_s > START_WITHIN_S + 1e-9:
+        if _is_too_late(action, now):
             last = action.sent  # nobody expects it any more, whatever held us up
         if action.sent < last:
             action.send(action.sent)
@@ -321,6 +321,11 @@ class CommandService:
         self._past.move_to_end((action.vehicle, action.command))
         while len(self._past) > MOST_REMEMBERED:
             self._past.popitem(last=False)
+
+
+def _is_too_late(action: Action, now: float) -> bool:
+    """A start of which no copy may leave any more."""
+    return action.retry is Retry.START and now - action.asked_s > START_WITHIN_S - 1e-9
 
 
 def _word(result: int) -> str:

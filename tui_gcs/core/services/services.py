@@ -1,6 +1,7 @@
 """All MAVLink services of a station, made and ticked in one place."""
 
 from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.control import ControlService
 from tui_gcs.core.services.ftp import FtpService
 from tui_gcs.core.services.health import HealthService
 from tui_gcs.core.services.logs import LogService
@@ -17,6 +18,7 @@ class Services:
     def __init__(self, context: Context) -> None:
         """Make them all; they listen from now on."""
         self.context = context
+        self.control = ControlService(context)
         self.ftp = FtpService(context)
         self.logs = LogService(context, self.ftp)
         self.metadata = MetadataService(context, self.ftp)
