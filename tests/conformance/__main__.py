@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 
 from tests.conformance import checks
-from tests.conformance.field import Failed, live_field
+from tests.conformance.field import Failed, Field, live_field, simulated_field
 from tests.conformance.report import CHECKS, Line, run_all, summary
 from tui_gcs.core.links import LinkError
 
@@ -21,6 +21,7 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.conformance", description=__doc__)
     parser.add_argument("--link", default="udpin:127.0.0.1:14550", help="where the vehicles are heard")
     parser.add_argument("--ids", default="1-2", help="their system ids: 1-8 or 1,3,5")
+    parser.add_argument("--sim", help="judge our simulator in lock-step instead: ardupilot, px4 or ardupilot,px4")
     parser.add_argument("--list", action="store_true", help="name the checks and end")
     parser.add_argument("only", nargs="*", help="only checks whose name contains one of these words")
     options = parser.parse_args(argv)
@@ -30,14 +31,15 @@ def main(argv: list[str] | None = None) -> int:
     try:
         ids = ids_of(options.ids)
         with tempfile.TemporaryDirectory() as log_dir:
-            return _judge(options.link, ids, options.only, Path(log_dir))
+            if options.sim:
+                return _judge(simulated_field(tuple(options.sim.split(",")), Path(log_dir)), options.only)
+            return _judge(live_field(options.link, ids, Path(log_dir)), options.only)
     except (LinkError, Failed, ValueError) as error:
         print(error, file=sys.stderr)
         return 2
 
 
-def _judge(link: str, ids: tuple[int, ...], only: list[str], log_dir: Path) -> int:
-    field = live_field(link, ids, log_dir)
+def _judge(field: Field, only: list[str]) -> int:
     try:
         field.discover()
         lines = run_all(field, only, tell)

@@ -18,6 +18,8 @@ SETPOINT_GAP_S = 0.1
 CIRCLE_R_M, CIRCLE_SPEED_M_S = 30.0, 5.0
 CIRCLE_ERROR_M, CIRCLE_LAG_S = 2.0, 0.5
 """What the patrol needs of every autopilot (the issue)."""
+STOP_WAY_M = 30.0
+"""From 8 m/s both autopilots measured stop within 20 m (ardupilot.md, "Sticks")."""
 REBOOT = 246
 
 
@@ -218,6 +220,8 @@ def hold(field: Field, vehicle: int) -> str:
         where = [v.position_m]
         stop_s = pilot.must(pilot.firmware.hold(v, lambda: steering.stop_place(v)), 20.0)
         way_m = math.dist(where[0], v.position_m)
+        if way_m > STOP_WAY_M:
+            raise Failed(f"flew on for {way_m:.0f} m and {stop_s:.1f} s")
         place = v.position_m
         field.run(5.0)
         drift_m = math.dist(place, v.position_m)

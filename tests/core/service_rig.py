@@ -50,6 +50,8 @@ class Peer:
     """What it does when it hears a message, by name. COMMAND_LONG 511 and 512 are accepted unless this says else."""
     custom_mode: int = 0
     armed: bool = False
+    alt_rel_mm: int = 0
+    north_cm_s: int = 0
     silent: bool = False
     heard: list[tuple[float, str, Fields]] = field(default_factory=list)
     """(time, message name, fields) of everything it got, our heartbeats apart."""
@@ -115,9 +117,9 @@ class Peer:
                 time_boot_ms=round(now * 1000) + 60_000,
                 lat=473_977_000 + self.system * 1000,
                 lon=85_456_000,
-                alt=488_000,
-                relative_alt=0,
-                vx=0,
+                alt=488_000 + self.alt_rel_mm,
+                relative_alt=self.alt_rel_mm,
+                vx=self.north_cm_s,
                 vy=0,
                 vz=0,
                 hdg=0,

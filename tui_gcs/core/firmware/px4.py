@@ -147,7 +147,9 @@ class Px4Multicopter:
         """AUTO LOITER, which reads no stick; on the ground and armed: disarm (a start was cancelled).
 
         Decided anew for every copy, as it may lift off after the first. Out of OFFBOARD it is told to stop at
-        `where()` until the mode shows. Done when it hardly moves in Hold, or is disarmed.
+        `where()` until the mode shows. In Hold it may be on its way to a place: then the mode alone changes nothing
+        (measured on 1.16: 77 m flown on), and it is sent to `where()`. Done when it hardly moves in Hold, or is
+        disarmed.
         """
         self._end_guided(vehicle, where)
         name = vehicle.id
@@ -155,6 +157,8 @@ class Px4Multicopter:
         def send(copy: int) -> None:
             if may_be_flying(vehicle):
                 self._speech.say(name, "hold", _mode_order(HOLD), copy)
+                if vehicle.custom_mode == HOLD and not stands_still(vehicle):
+                    self._speech.say(name, "hold", self._stop_order(vehicle, where()), copy)
             elif vehicle.armed:
                 self._speech.say(name, "disarm", Order(c.CMD_ARM_DISARM, (0,)), copy)
 
@@ -165,6 +169,13 @@ class Px4Multicopter:
         action = Action(name, "hold", Retry.STOP, send=send, confirmed=stopped, command=c.CMD_SET_MODE, double_ack=True)
         action.look = lambda: self._speech.ask(name, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)
         return action
+
+    def _stop_order(self, vehicle: Vehicle, place_m: Vec3) -> Order:
+        """DO_REPOSITION to where it comes to rest; its height is told relative to where it is, whatever its home."""
+        lat_deg, lon_deg = self._speech.degrees(place_m)
+        alt_amsl_m = vehicle.alt_amsl_m + place_m[2] - vehicle.position_m[2]
+        values = (-1, CHANGE_MODE, 0, NAN, lat_deg, lon_deg, alt_amsl_m)
+        return Order(c.CMD_DO_REPOSITION, values, as_int=True, is_place=True, frame=FRAME_AMSL)
 
     def engage(self, vehicle: Vehicle) -> Action | None:
         """Hold, where it takes DO_REPOSITION and OFFBOARD from."""
