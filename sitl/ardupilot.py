@@ -5,10 +5,13 @@ The numbers and texts are those measured on ArduCopter 4.7 SITL.
 
 import math
 
-from sitl import ardupilot_commands, arming, guided
+from sitl import ardupilot_commands, ardupilot_failsafes, arming, guided
+from sitl.ardupilot_mission import ARM_IN_AUTO, WITHOUT_THROTTLE, CopterMission
 from sitl.ardupilot_telemetry import BUILDERS
 from sitl.autopilot import SIM_STATION_SYSID, Autopilot, Command, Fields
 from sitl.boot import ARDUPILOT_BOOT, ARDUPILOT_BOOT_TEXT
+from sitl.fence import Shape
+from sitl.manual import RELEASE, RELEASED
 from sitl.modes import (
     AUTO,
     AUTO_RTL,
@@ -21,7 +24,6 @@ from sitl.modes import (
     NEED_POSITION,
     NOT_ARMABLE,
     RETURN_MODES,
-    RTL,
     STABILIZE,
     Phase,
     Severity,
@@ -31,11 +33,20 @@ from sitl.streams import Streams
 
 # REQUEST_DATA_STREAM groups, of the messages this simulator has (facts: ArduCopter, "Groups").
 STREAM_GROUPS: dict[int, tuple[str, ...]] = {
-    2: ("SYS_STATUS", "MISSION_CURRENT", "GPS_RAW_INT", "POSITION_TARGET_GLOBAL_INT"),
+    2: (
+        "SYS_STATUS",
+        "POWER_STATUS",
+        "MEMINFO",
+        "MISSION_CURRENT",
+        "GPS_RAW_INT",
+        "FENCE_STATUS",
+        "POSITION_TARGET_GLOBAL_INT",
+    ),
+    3: ("RC_CHANNELS",),
     6: ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"),
     10: ("ATTITUDE",),
     11: ("VFR_HUD",),
-    12: ("SYSTEM_TIME", "BATTERY_STATUS", "EKF_STATUS_REPORT"),
+    12: ("SYSTEM_TIME", "BATTERY_STATUS", "EKF_STATUS_REPORT", "VIBRATION"),
 }
 SPOOL_UP_US = 1_000_000
 LANDED_DISARM_US = 1_100_000
@@ -45,6 +56,12 @@ LAND_ALT_LOW_M = 10.0
 REACHED_M = 0.4
 STICK_DOWN_SINK_M_S = 2.5
 MIN_SPEED_M_S = 0.1
+STICK_M_S, STICK_UP_M_S = 9.5, 2.0
+"""LOITER with a joystick at its end (measured 9.4 m/s; 1.25 m/s up at 800)."""
+STICK_MODES = frozenset({2, 5, 7, 16})
+"""ALT_HOLD, LOITER, CIRCLE, POSHOLD."""
+PACK_SAG = 0.2
+"""An empty lithium pack has lost this share of its voltage."""
 
 
 def _between(speed_m_s: float) -> float:
@@ -69,6 +86,22 @@ class ArduCopter(Autopilot):
         self.target_expires_us: int | None = None
         self.shown_target_m: tuple[float, float, float] | None = None
         """What POSITION_TARGET_GLOBAL_INT shows: the last position target, even when velocities came later."""
+        self.position_lost = self.aiding_stopped = False
+        self.gps_back_us: int | None = None
+        self.battery_level = 0
+        """0 good, 1 low, 2 critical; latched."""
+        self.battery_low_us: int | None = None
+        self.fence_enabled = False
+        """By DO_FENCE_ENABLE; the parameter does not show it."""
+        self.fence_due_us = self.now_us
+        self.shapes: tuple[Shape, ...] | None = None
+        self.breached = self.breaches = 0
+        self.breach_told = False
+        self.sticks: tuple[int, int, int, int] = RELEASED
+        self.sticks_us: int | None = None
+        self.mission = CopterMission(self)
+        self.plans.changed = lambda kind: ardupilot_failsafes.plans_changed(self, kind)
+        self.plans.flying = False
         self.prearm_text_us = self.now_us + PREARM_TEXT_US
         self.timesync_us = self.now_us + TIMESYNC_US
 
@@ -112,22 +145,31 @@ class ArduCopter(Autopilot):
             self.prearm_text_us += PREARM_TEXT_US
             if not self.armed:
                 self.say_prearm()
-        if self.gcs_heard_us is not None and "gcs" not in self.failsafes and self.params["FS_GCS_ENABLE"] > 0:
-            self._watch_gcs(self.now_us - self.gcs_heard_us)
+        ardupilot_failsafes.watch(self)
 
-    def _watch_gcs(self, silence_us: int) -> None:
-        if silence_us > self.params["FS_GCS_TIMEOUT"] * 1e6:
-            self.failsafes.add("gcs")
-            self._failsafe("GCS Failsafe", RTL)
+    def lose_gps(self) -> None:
+        """No satellites."""
+        super().lose_gps()
+        self.gps_back_us = None
 
-    def _failsafe(self, text: str, mode: int) -> None:
-        self.text(Severity.WARNING, text)
-        if not self.armed:
-            return
-        if self.phase in (Phase.GROUND, Phase.SPOOL_UP):
-            self.disarm()
-        else:
-            self.set_mode(mode)
+    def find_gps(self) -> None:
+        """Satellites again."""
+        if self.gps_lost_us is not None:
+            self.gps_back_us = self.now_us
+        super().find_gps()
+
+    @property
+    def fence_on(self) -> bool:
+        """Whether the fence counts."""
+        return self.fence_enabled or self.params["FENCE_ENABLE"] > 0
+
+    @property
+    def voltage_v(self) -> float:
+        """Of the pack: constant in SITL unless its battery has a capacity; then it falls as a lithium pack's does."""
+        full_v, capacity_mah = self.params["SIM_BATT_VOLTAGE"], self.params["SIM_BATT_CAP_AH"] * 1000.0
+        if capacity_mah <= 0.0:
+            return full_v
+        return full_v * (1.0 - PACK_SAG * min(self.consumed_mah / capacity_mah, 1.0))
 
     def event(self, name: str, *arguments: float, levels: int = 0x66) -> None:
         """ArduPilot has no EVENTs."""
@@ -136,8 +178,12 @@ class ArduCopter(Autopilot):
         """ArduPilot has no EVENTs."""
 
     def hear_sticks(self, system: int, fields: Fields) -> None:
-        """MANUAL_CONTROL counts as a heartbeat of its station."""
+        """MANUAL_CONTROL of its own station only; it counts as a heartbeat."""
+        if system not in (int(self.params["MAV_GCS_SYSID"]), SIM_STATION_SYSID):
+            return
         self.hear_gcs(system, 0)
+        self.sticks_us = self.now_us
+        self.sticks = (fields["x"], fields["y"], fields["z"], fields["r"])
 
     def hear_gcs(self, system: int, kind: int) -> None:
         """A heartbeat of its ground station, whatever the type."""
@@ -148,20 +194,11 @@ class ArduCopter(Autopilot):
             self.failsafes.discard("gcs")
             self.text(Severity.WARNING, "GCS Failsafe Cleared")
 
-    def watch_battery(self) -> None:
-        """BATT_FS_*."""
-        if "battery" in self.failsafes or self.params["BATT_FS_LOW_ACT"] <= 0:
-            return
-        if self.params["BATT_CAPACITY"] - self.consumed_mah < self.params["BATT_LOW_MAH"]:
-            self.failsafes.add("battery")
-            self.text(Severity.WARNING, f"Battery 1 is low 12.60V used {self.consumed_mah:.0f} mAh")
-            self._failsafe("Battery Failsafe", LAND if self.params["BATT_FS_LOW_ACT"] == 1 else RTL)
-
     # Arming
 
     def prearm_problems(self) -> list[str]:
         """Why it cannot be armed, apart from modes that never can."""
-        return arming.problems(self.stage, self.mode, self.params, self.failsafes)
+        return arming.problems(self)
 
     def say_prearm(self) -> None:
         """One line per failing check."""
@@ -170,15 +207,21 @@ class ArduCopter(Autopilot):
 
     def arming_problems(self) -> list[str]:
         """Why it cannot be armed now."""
-        if self.mode in NOT_ARMABLE:
+        if self.mode in NOT_ARMABLE or (
+            self.mode == AUTO and self.mission.exists and not self._auto_option(ARM_IN_AUTO)
+        ):
             return [f"{MODE_NAMES[self.mode]} mode not armable"]
         return self.prearm_problems()
+
+    def _auto_option(self, bit: int) -> bool:
+        return bool(int(self.params["AUTO_OPTIONS"]) & bit)
 
     def arm(self) -> None:
         """Start the motors. Home is where it stands."""
         self.armed = True
         self.enter(Phase.GROUND)
         self.set_home()
+        self.plans.flying = self.mode == AUTO
         self.text(Severity.INFO, "Arming motors")
 
     def disarm(self) -> None:
@@ -186,6 +229,9 @@ class ArduCopter(Autopilot):
         self.armed = False
         self.enter(Phase.GROUND)
         self.vehicles.rest(self.index)
+        if self.mode == AUTO:
+            self.mission.leave()
+            self.plans.seq = 0
         self.text(Severity.INFO, "Disarming motors")
 
     # Modes
@@ -203,6 +249,8 @@ class ArduCopter(Autopilot):
             if reason:
                 self.text(Severity.WARNING, f"Mode change to {name} failed: {reason}")
                 return False
+        if self.mode == AUTO:
+            self.mission.leave()
         self.mode = mode
         self._load_speeds()
         self.target_expires_us = None
@@ -220,36 +268,65 @@ class ArduCopter(Autopilot):
         vehicles.descent_m_s[i] = _between(params["WPNAV_SPEED_DN"] / 100.0)
 
     def _mode_refusal(self, mode: int) -> str:
-        if mode == AUTO:
+        if mode == AUTO and not self.mission.exists:
             return "init failed"
         if mode == AUTO_RTL:
             return "No landing sequence found"
-        if mode in NEED_POSITION and self.stage < Stage.POSITION_OK:
+        if mode in NEED_POSITION and not ardupilot_failsafes.ready(self):
             return "requires position"
         return ""
 
     def _mode_in_flight(self, mode: int) -> None:
         i, vehicles = self.index, self.vehicles
+        self.plans.flying = mode == AUTO
         if self.landed:
             self.enter(Phase.GROUND)
             return
         vehicles.flying[i], vehicles.falling[i] = True, False
         self.enter(Phase.AIRBORNE)
         if mode in RETURN_MODES:
-            self.enter(Phase.RTL_CLIMB)
-            vehicles.hold_here(i)
-            lowest = self.params["RTL_ALT"] / 100.0 + self.home_m[2]
-            vehicles.target_m[i, 2] = max(vehicles.target_m[i, 2], lowest)
+            self.begin_return()
         elif mode == LAND:
-            self._land()
+            self.begin_landing()
+        elif mode == AUTO:
+            self.mission.begin()
         elif mode in (GUIDED, BRAKE):
             vehicles.hold_here(i)
         elif mode in MANUAL_THROTTLE:
             vehicles.rest(i)
-        else:
+        elif not self._by_hand():
             vehicles.sink(i, STICK_DOWN_SINK_M_S)  # the throttle stick of SITL's default RC is at the bottom
 
+    def _by_hand(self) -> bool:
+        """Follow a joystick; False if there is none (any more): the RC's sticks count then."""
+        x, y, z, _ = self.sticks
+        if self.sticks_us is None or self.now_us - self.sticks_us > self.params["RC_OVERRIDE_TIME"] * 1e6:
+            return False
+        if z == RELEASE:
+            return False
+        forward, right = (0.0 if v == RELEASE else v / 1000.0 * STICK_M_S for v in (x, y))
+        push = (z - 500) / 500.0
+        up = push * (STICK_UP_M_S if push > 0.0 else STICK_DOWN_SINK_M_S)
+        self.vehicles.set_velocity(self.index, (*guided.rotated(self, forward, right), up))
+        return True
+
     # Flight
+
+    def begin_return(self) -> None:
+        """Climb, fly home, wait, land: RTL, or the RTL item of a mission."""
+        i, vehicles = self.index, self.vehicles
+        self.enter(Phase.RTL_CLIMB)
+        vehicles.hold_here(i)
+        lowest = self.params["RTL_ALT"] / 100.0 + self.home_m[2]
+        vehicles.target_m[i, 2] = max(vehicles.target_m[i, 2], lowest)
+
+    def start_mission(self) -> bool:
+        """MISSION_START: on the ground nothing moves unless AUTO_OPTIONS lets it."""
+        if self.mode != AUTO and not self.set_mode(AUTO):
+            return False
+        if self.armed and self.landed and self._auto_option(WITHOUT_THROTTLE):
+            self.mission.begin()
+        return True
 
     def take_off(self, alt_m: float) -> bool:
         """NAV_TAKEOFF to `alt_m` above home; False where the real one refuses."""
@@ -277,7 +354,8 @@ class ArduCopter(Autopilot):
         i, vehicles, since_us = self.index, self.vehicles, self.now_us - self.phase_us
         phase = self.phase
         if phase == Phase.GROUND:
-            delay_us = LANDED_DISARM_US if self.mode in LANDING_MODES else self.params["DISARM_DELAY"] * 1e6
+            down = self.mode in LANDING_MODES or (self.mode == AUTO and self.mission.flight.running)
+            delay_us = LANDED_DISARM_US if down else self.params["DISARM_DELAY"] * 1e6
             if delay_us > 0 and since_us >= delay_us:
                 self.disarm()
             return
@@ -292,6 +370,11 @@ class ArduCopter(Autopilot):
             self.enter(Phase.AIRBORNE)
         elif phase >= Phase.RTL_CLIMB:
             self._fly_home(since_us)
+        if self.mode == AUTO:
+            self.mission.tick()
+        elif self.mode in STICK_MODES and self.sticks_us is not None and not self._by_hand():
+            self.sticks_us = None
+            vehicles.sink(i, STICK_DOWN_SINK_M_S)
         if self.target_expires_us is not None and self.now_us >= self.target_expires_us:
             self.hold()
         self.detect_ground()
@@ -308,11 +391,12 @@ class ArduCopter(Autopilot):
                 self.enter(Phase.RTL_LOITER)
         elif self.phase == Phase.RTL_LOITER:
             if since_us >= self.params["RTL_LOIT_TIME"] * 1000:
-                self._land(home=True)
+                self.begin_landing(home=True)
         elif vehicles.seen(i)[2] <= LAND_ALT_LOW_M:
             vehicles.target_velocity_m_s[i, 2] = -self.params["LAND_SPEED"] / 100.0
 
-    def _land(self, *, home: bool = False) -> None:
+    def begin_landing(self, *, home: bool = False) -> None:
+        """Land here, or at home."""
         vehicles = self.vehicles
         vehicles.sink(self.index, float(vehicles.descent_m_s[self.index]))
         if home:

@@ -4,9 +4,9 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from sitl import guided
+from sitl import ardupilot_failsafes, guided
 from sitl.autopilot import Command
-from sitl.modes import GUIDED, LAND, LOITER, RTL, Result, Severity, Stage
+from sitl.modes import AUTO, AUTO_RTL, GUIDED, LAND, LOITER, MODE_NAMES, OFFERED, RTL, Result, Severity, Stage
 from sitl.streams import MIN_INTERVAL_MS, OFF
 from sitl.wire import LAYOUTS
 
@@ -25,7 +25,7 @@ def execute(ap: "ArduCopter", command: Command, system: int, component: int) -> 
 
     Texts follow the acknowledgement; before 'ArduPilot Ready' they come first (both measured).
     """
-    handler = _HANDLERS.get(command.number)
+    handler = HANDLERS.get(command.number)
     ap.deferred = []
     result = Result.UNSUPPORTED if handler is None else handler(ap, command)
     if ap.stage < Stage.READY:
@@ -96,6 +96,8 @@ def _reposition(ap: "ArduCopter", command: Command) -> Result:
     may_change_mode = int(_number(command.p[1])) & CHANGE_MODE
     if ap.mode != GUIDED and not (may_change_mode and ap.set_mode(GUIDED)):
         return Result.DENIED
+    if not ardupilot_failsafes.allowed(ap, place):
+        return Result.FAILED
     if guided.flies_guided(ap):
         guided.fly(ap, place, None)
     return Result.ACCEPTED
@@ -112,6 +114,12 @@ def _change_speed(ap: "ArduCopter", command: Command) -> Result:
 
 
 def _pause(ap: "ArduCopter", command: Command) -> Result:
+    if ap.mode == AUTO and not ap.landed:
+        if command.p[0] == 0:
+            ap.mission.pause()
+        else:
+            ap.mission.go_on()
+        return Result.ACCEPTED
     if ap.mode != GUIDED:
         return Result.DENIED
     if not guided.flies_guided(ap):
@@ -130,6 +138,33 @@ def _condition_yaw(ap: "ArduCopter", command: Command) -> Result:
         yaw = float(ap.vehicles.yaw_rad[ap.index]) + math.copysign(1.0, command.p[2]) * yaw
     if guided.flies_guided(ap):
         ap.vehicles.yaw_target_rad[ap.index] = yaw % (2.0 * math.pi)
+    return Result.ACCEPTED
+
+
+def _mission_start(ap: "ArduCopter", command: Command) -> Result:
+    first = int(_number(command.p[0]))
+    if first and not ap.mission.jump(first, restart=False):
+        return Result.DENIED
+    return _result(ap.start_mission())
+
+
+def _set_mission_current(ap: "ArduCopter", command: Command) -> Result:
+    """p2=1 begins a finished mission anew."""
+    seq = int(_number(command.p[0]))
+    done = ap.mission.jump(seq, restart=command.p[1] == 1)
+    return Result.ACCEPTED if done else Result.DENIED
+
+
+def _land_start(ap: "ArduCopter", _: Command) -> Result:
+    ap.text(Severity.WARNING, "Unable to start landing sequence")
+    return _result(ap.set_mode(AUTO_RTL))
+
+
+def _fence_enable(ap: "ArduCopter", command: Command) -> Result:
+    """The parameter does not show it."""
+    if command.p[0] not in (0, 1, 2):
+        return Result.FAILED
+    ap.fence_enabled = command.p[0] == 1
     return Result.ACCEPTED
 
 
@@ -175,8 +210,27 @@ def _get_message_interval(ap: "ArduCopter", command: Command) -> Result:
 
 
 def _request_message(ap: "ArduCopter", command: Command) -> Result:
+    msgid = int(_number(command.p[0]))
+    if msgid == _AVAILABLE_MODES:
+        _available_mode(ap, int(_number(command.p[1])))
+        return Result.ACCEPTED
+    if msgid in _NO_REPLY:
+        name = _message_name(ap, msgid)
+        if name is not None:
+            ap.report(name)
+        return Result.ACCEPTED
     name = _message_name(ap, command.p[0])
     return _result(name is not None and ap.report(name))
+
+
+def _available_mode(ap: "ArduCopter", index: int) -> None:
+    """One at a time; 0 is the first only, and beyond the end comes nothing. Junk follows the end of a name."""
+    number = max(index, 1)
+    if number > len(OFFERED):
+        return
+    mode = OFFERED[number - 1]
+    name = MODE_NAMES[mode].encode("ascii") + b"\0" + _JUNK
+    ap.send("AVAILABLE_MODES", number_modes=len(OFFERED), mode_index=number, custom_mode=mode, mode_name=name[:35])
 
 
 def _run_prearm_checks(ap: "ArduCopter", _: Command) -> Result:
@@ -202,11 +256,17 @@ def _reboot(ap: "ArduCopter", command: Command) -> Result:
 def _reset_battery(ap: "ArduCopter", command: Command) -> Result:
     ap.consumed_mah = ap.params["BATT_CAPACITY"] * (1.0 - min(max(_number(command.p[1]), 0.0), 100.0) / 100.0)
     ap.failsafes.discard("battery")
+    ap.battery_level, ap.battery_low_us = 0, None
     return Result.ACCEPTED
 
 
 _REBOOT = 246
-_HANDLERS: "dict[int, Callable[[ArduCopter, Command], Result]]" = {
+_AVAILABLE_MODES = 435
+_NO_REPLY = frozenset({132, 136, 162, 226, 259, 260, 264, 437})
+"""REQUEST_MESSAGE is acknowledged, but there may be nothing to send."""
+_JUNK = b"Failed to pause\0Failed to resume\0%s: manual control"
+"""What lies in memory behind the name of a mode is sent, too."""
+HANDLERS: "dict[int, Callable[[ArduCopter, Command], Result]]" = {
     17: _mode_command(LOITER),
     20: _mode_command(RTL),
     21: _mode_command(LAND),
@@ -216,10 +276,13 @@ _HANDLERS: "dict[int, Callable[[ArduCopter, Command], Result]]" = {
     178: _change_speed,
     179: _set_home,
     192: _reposition,
+    189: _land_start,
     193: _pause,
+    207: _fence_enable,
+    224: _set_mission_current,
     241: _calibrate,
     _REBOOT: _reboot,
-    300: lambda ap, _: Result.FAILED,
+    300: _mission_start,
     400: _arm_disarm,
     401: _run_prearm_checks,
     510: _get_message_interval,

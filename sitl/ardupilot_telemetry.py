@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from sitl.autopilot import Fields
+from sitl.manual import RELEASE, RELEASED
 from sitl.modes import AUTO, GUIDED, POSITION_CONTROLLED, RETURN_MODES, Stage
 from sitl.telemetry import COMMON, course_cdeg, place
 
@@ -13,15 +14,19 @@ if TYPE_CHECKING:
 
 CAPABILITIES = 64495
 FLIGHT_SW_VERSION = 0x04070000
-VOLTAGE_MV = 12_600
+MISSING = 65535
+RC_NEUTRAL_US, RC_DOWN_US = 1500, 1000
+
+_BREACH_TYPES = {1: 2, 8: 1, 2: 3, 4: 3}
+"""FENCE_BREACH by FENCE_TYPE: highest, lowest, boundary."""
 
 # SYS_STATUS bits as recorded; the base values are those of a booted vehicle without GPS.
 _PRESENT, _ENABLED, _HEALTH = 1399979023, 1380031503, 1196530703
 _BIT_GPS, _BITS_POSITION_CONTROL, _BIT_AHRS = 0x20, 0x6000, 0x200000
-_BIT_LOGGING, _BIT_PREARM = 0x1000000, 0x10000000
+_BIT_FENCE, _BIT_LOGGING, _BIT_PREARM = 0x100000, 0x1000000, 0x10000000
 
 _EKF_FLAGS: dict[Stage, int] = {Stage.EKF_ACTIVE: 0}
-_EKF_UNINITIALISED, _EKF_ALIGNED, _EKF_READY = 1024, 167, 831
+_EKF_UNINITIALISED, _EKF_ALIGNED, _EKF_READY, _EKF_LOST = 1024, 167, 831, 0x25
 
 
 def _battery_percent(ap: "ArduCopter") -> int:
@@ -52,6 +57,9 @@ def _sys_status(ap: "ArduCopter") -> Fields:
         present, enabled, health = present | _BIT_GPS, enabled | _BIT_GPS, health | _BIT_GPS
     if ap.stage >= Stage.HOME_SET:
         enabled, health = enabled | _BIT_AHRS, health | _BIT_AHRS
+    if ap.fence_on:
+        present, enabled = present | _BIT_FENCE, enabled | _BIT_FENCE
+        health = health & ~_BIT_FENCE if ap.breached else health | _BIT_FENCE
     if ap.armed:
         enabled |= _BIT_LOGGING
     if ap.armed or not ap.prearm_problems():
@@ -60,7 +68,7 @@ def _sys_status(ap: "ArduCopter") -> Fields:
         "onboard_control_sensors_present": present,
         "onboard_control_sensors_enabled": enabled,
         "onboard_control_sensors_health": health,
-        "voltage_battery": VOLTAGE_MV,
+        "voltage_battery": round(ap.voltage_v * 1000),
         "current_battery": round(ap.current_a * 100),
         "battery_remaining": _battery_percent(ap),
     }
@@ -69,17 +77,17 @@ def _sys_status(ap: "ArduCopter") -> Fields:
 def _battery_status(ap: "ArduCopter") -> Fields:
     return {
         "temperature": 32767,
-        "voltages": (VOLTAGE_MV, *(65535,) * 9),
+        "voltages": (round(ap.voltage_v * 1000), *(MISSING,) * 9),
         "current_battery": round(ap.current_a * 100),
         "current_consumed": round(ap.consumed_mah),
-        "energy_consumed": round(ap.consumed_mah * 3.6 * VOLTAGE_MV / 1e5),
+        "energy_consumed": round(ap.consumed_mah * 36.0 * ap.voltage_v / 1e3),
         "battery_remaining": _battery_percent(ap),
-        "charge_state": 2 if "battery" in ap.failsafes else 1,
+        "charge_state": 1 + ap.battery_level,
     }
 
 
 def _gps_raw_int(ap: "ArduCopter") -> Fields:
-    if ap.stage < Stage.GPS_FIX:
+    if ap.stage < Stage.GPS_FIX or ap.gps_lost_us is not None:
         return {"fix_type": 1 if ap.stage >= Stage.GPS_FOUND else 0, "eph": 65535, "epv": 65535}
     lat, lon, amsl_m, _ = place(ap)
     vx, vy, _ = ap.vehicles.velocity_m_s[ap.index].tolist()
@@ -101,7 +109,9 @@ def _gps_raw_int(ap: "ArduCopter") -> Fields:
 
 
 def _ekf_status_report(ap: "ArduCopter") -> Fields:
-    if ap.stage >= Stage.POSITION_OK:
+    if ap.position_lost:
+        flags = _EKF_LOST
+    elif ap.stage >= Stage.POSITION_OK:
         flags = _EKF_READY
     elif ap.stage >= Stage.EKF_ALIGNED:
         flags = _EKF_ALIGNED
@@ -126,7 +136,30 @@ def _position_target(ap: "ArduCopter") -> Fields | None:
 
 
 def _mission_current(ap: "ArduCopter") -> Fields:
-    return {"seq": 0, "total": 0, "mission_state": 1, "mission_mode": int(ap.mode == AUTO)}
+    return dict(ap.mission.fields())
+
+
+def _rc_channels(ap: "ArduCopter") -> Fields:
+    """SITL's receiver: the throttle stick is down; a joystick overrides it."""
+    sticks = [RC_NEUTRAL_US, RC_NEUTRAL_US, RC_DOWN_US, RC_NEUTRAL_US]
+    x, y, z, r = ap.sticks if ap.sticks_us is not None else RELEASED
+    for channel, value, up in ((0, y, 0.5), (1, -x if x != RELEASE else x, 0.5), (3, r, 0.5)):
+        if value != RELEASE:
+            sticks[channel] = RC_NEUTRAL_US + round(value * up)
+    if z != RELEASE:
+        sticks[2] = RC_DOWN_US + z
+    fields: Fields = {f"chan{n}_raw": 0 for n in range(1, 19)}
+    fields |= {f"chan{n}_raw": RC_NEUTRAL_US for n in range(5, 9)} | {
+        f"chan{n + 1}_raw": v for n, v in enumerate(sticks)
+    }
+    return fields | {"time_boot_ms": ap.boot_ms, "chancount": 16, "rssi": 255}
+
+
+def _fence_status(ap: "ArduCopter") -> Fields | None:
+    if not ap.fence_on:
+        return None
+    kind = next((shown for bit, shown in _BREACH_TYPES.items() if ap.breached & bit), 0)
+    return {"breach_status": int(bool(ap.breached)), "breach_count": ap.breaches, "breach_type": kind}
 
 
 def _autopilot_version(ap: "ArduCopter") -> Fields:
@@ -147,5 +180,10 @@ BUILDERS: "dict[str, Callable[[ArduCopter], Fields | None]]" = {
     "EKF_STATUS_REPORT": _ekf_status_report,
     "POSITION_TARGET_GLOBAL_INT": _position_target,
     "MISSION_CURRENT": _mission_current,
+    "RC_CHANNELS": _rc_channels,
+    "FENCE_STATUS": _fence_status,
+    "POWER_STATUS": lambda _: {"Vcc": 5000},
+    "MEMINFO": lambda _: {"freemem": MISSING, "freemem32": 131072},
+    "VIBRATION": lambda ap: {"time_usec": ap.boot_ms * 1000},
     "AUTOPILOT_VERSION": _autopilot_version,
 }

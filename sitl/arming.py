@@ -1,32 +1,34 @@
 """The arming checks, with ArduCopter's texts."""
 
-from collections.abc import Set
+from typing import TYPE_CHECKING
 
 from sitl.boot import NOT_BOOTED
 from sitl.modes import AUTO, NEED_POSITION, Stage
-from sitl.parameters import ParameterTable
+
+if TYPE_CHECKING:
+    from sitl.ardupilot import ArduCopter
 
 MIN_ANGLE_CD, MAX_ANGLE_CD = 1000, 8000
 
 
-def problems(stage: Stage, mode: int, params: ParameterTable, failsafes: Set[str]) -> list[str]:
-    """Why a vehicle in this state cannot be armed; also what clears the PREARM bit of SYS_STATUS.
+def problems(ap: "ArduCopter") -> list[str]:
+    """Why a vehicle cannot be armed; also what clears the PREARM bit of SYS_STATUS.
 
     The position is only needed by modes that use it: the same vehicle is ready in STABILIZE long before GUIDED.
     """
-    if stage < Stage.READY:
+    if ap.stage < Stage.READY:
         return list(NOT_BOOTED)
     found: list[str] = []
-    if mode in NEED_POSITION and stage < Stage.ALL_OK:
+    if ap.mode in NEED_POSITION and (ap.stage < Stage.ALL_OK or ap.position_lost):
         found.append("Need Position Estimate")
-    elif stage < Stage.PREARM_OK:
+    elif ap.stage < Stage.PREARM_OK:
         found.append("AHRS: waiting for home")
-    if not MIN_ANGLE_CD <= params["ANGLE_MAX"] <= MAX_ANGLE_CD:
+    if not MIN_ANGLE_CD <= ap.params["ANGLE_MAX"] <= MAX_ANGLE_CD:
         found.append("Check ANGLE_MAX")
-    if mode == AUTO:
+    if ap.mode == AUTO and not ap.mission.exists:
         found.append("Mode requires mission")
-    if "gcs" in failsafes:
+    if "gcs" in ap.failsafes:
         found.append("GCS failsafe on")
-    if "battery" in failsafes:
+    if "battery" in ap.failsafes:
         found.append("Battery failsafe")
     return found

@@ -21,6 +21,8 @@ from sitl.vehicle import Vehicles, VehicleSpec
 from sitl.wire import Encoder
 
 LAND_DETECT_US = 1_000_000
+CHUNK_BYTES = 50
+"""Of a STATUSTEXT."""
 HOVER_CURRENT_A = 28.0
 IDLE_CURRENT_A = 1.0
 SIM_STATION_SYSID = 254
@@ -84,6 +86,8 @@ class Autopilot(ABC):
         self.elapsed_us = 0
         """Since the tick before this one."""
         self.stage = Stage.OFF
+        self.chunked = 0
+        """The id of the last text that needed several chunks."""
         self.armed = False
         self.phase = Phase.GROUND
         self.phase_us = now_us
@@ -148,10 +152,6 @@ class Autopilot(ABC):
         """One tick of a booted vehicle: failsafes and what is said unasked."""
 
     @abstractmethod
-    def watch_battery(self) -> None:
-        """The battery was drained."""
-
-    @abstractmethod
     def hear_gcs(self, system: int, kind: int) -> None:
         """A heartbeat of somebody of MAV_TYPE `kind`."""
 
@@ -209,8 +209,19 @@ class Autopilot(ABC):
         self.send("COMMAND_ACK", command=command, result=int(result), target_system=system, target_component=component)
 
     def text(self, severity: Severity, text: str) -> None:
-        """Queue a STATUSTEXT (one chunk: at most 50 characters)."""
-        self.send("STATUSTEXT", severity=int(severity), text=text.encode("ascii")[:50])
+        """Queue a STATUSTEXT; a long one in chunks."""
+        raw = text.encode("ascii")
+        if len(raw) <= CHUNK_BYTES:
+            self.send("STATUSTEXT", severity=int(severity), text=raw)
+            return
+        self.chunked = self.chunked % 0xFFFF + 1
+        self.send_chunks(severity, raw, self.chunked)
+
+    def send_chunks(self, severity: Severity, raw: bytes, text_id: int) -> None:
+        """A text as STATUSTEXTs of one id."""
+        for number, start in enumerate(range(0, len(raw), CHUNK_BYTES)):
+            chunk = raw[start : start + CHUNK_BYTES]
+            self.send("STATUSTEXT", severity=int(severity), text=chunk, id=text_id, chunk_seq=number)
 
     def report(self, name: str) -> bool:
         """Send message `name` now; False if there is nothing to send."""
@@ -239,7 +250,6 @@ class Autopilot(ABC):
             self._boot()
         if self.armed:
             self.consumed_mah += self.current_a * self.elapsed_us / 3.6e6
-            self.watch_battery()
             self.fly()
         if self.stage >= Stage.READY:
             self.watch()

@@ -6,6 +6,7 @@ As measured: nothing is ever acknowledged, and what cannot be flown is dropped w
 import math
 from typing import TYPE_CHECKING, Any
 
+from sitl import ardupilot_failsafes
 from sitl.autopilot import Autopilot
 from sitl.modes import GUIDED, Phase
 
@@ -46,7 +47,7 @@ def local_target(ap: "ArduCopter", fields: dict[str, Any]) -> None:
     if fields["type_mask"] & _IGNORE_POSITION:
         _take(ap, fields, None, velocity)
         return
-    east, north = _rotated(ap, fields["x"], fields["y"]) if body else (fields["y"], fields["x"])
+    east, north = rotated(ap, fields["x"], fields["y"]) if body else (fields["y"], fields["x"])
     x0, y0, z0 = (0.0, 0.0, 0.0) if frame == LOCAL_NED else ap.vehicles.seen(ap.index)
     _take(ap, fields, (x0 + east, y0 + north, z0 - fields["z"]), velocity)
 
@@ -67,7 +68,7 @@ def place(ap: Autopilot, frame: int, lat_1e7: int, lon_1e7: int, alt_m: float) -
     return None
 
 
-def _rotated(ap: Autopilot, forward: float, right: float) -> tuple[float, float]:
+def rotated(ap: Autopilot, forward: float, right: float) -> tuple[float, float]:
     """East and north of body axes."""
     yaw = float(ap.vehicles.yaw_rad[ap.index])
     sin, cos = math.sin(yaw), math.cos(yaw)
@@ -78,7 +79,7 @@ def _velocity(ap: Autopilot, fields: dict[str, Any], *, body: bool) -> Point | N
     if fields["type_mask"] & _IGNORE_VELOCITY:
         return None
     if body:
-        east, north = _rotated(ap, fields["vx"], fields["vy"])
+        east, north = rotated(ap, fields["vx"], fields["vy"])
     else:
         east, north = fields["vy"], fields["vx"]
     return east, north, -fields["vz"]
@@ -89,7 +90,7 @@ def _take(ap: "ArduCopter", fields: dict[str, Any], position: Point | None, velo
     numbers = (position or ()) + (velocity or ())
     if not numbers or not all(abs(number) <= FARTHEST_M for number in numbers):
         return
-    if not flies_guided(ap):
+    if not flies_guided(ap) or (position is not None and not ardupilot_failsafes.allowed(ap, position)):
         return
     if not fields["type_mask"] & _IGNORE_YAW and math.isfinite(fields["yaw"]):
         ap.vehicles.yaw_target_rad[ap.index] = fields["yaw"] % (2.0 * math.pi)

@@ -32,6 +32,9 @@ MODE_NAMES: dict[int, str] = {
 
 STABILIZE, ACRO, AUTO, GUIDED, LOITER, RTL, LAND, BRAKE, SMARTRTL, AUTO_RTL = 0, 1, 3, 4, 5, 6, 9, 17, 21, 27
 
+OFFERED = (27, 3, 1, 0, 2, 7, 5, 4, 9, 6, 11, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 28)
+"""AVAILABLE_MODES, in the order of its indices."""
+
 NEED_POSITION = frozenset({AUTO, GUIDED, LOITER, RTL, 7, 11, 16, BRAKE, 18, 19, SMARTRTL, 23, 24})
 NOT_ARMABLE = frozenset({RTL, 7, LAND, 14, 15, BRAKE, SMARTRTL, AUTO_RTL})
 RETURN_MODES = frozenset({RTL, SMARTRTL})

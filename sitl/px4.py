@@ -9,14 +9,15 @@ from sitl import px4_checks, px4_commands, px4_failsafes, px4_flight
 from sitl.autopilot import Autopilot, Command, Fields
 from sitl.boot import PX4_BOOT
 from sitl.events import UNAVAILABLE, EventLog
+from sitl.fence import Shape, shapes_of
 from sitl.modes import Phase, Result, Severity, Stage
 from sitl.px4_failsafes import Failsafe
-from sitl.px4_modes import HOLD, LAND, MODES, OFFBOARD, PASSING, RTL, STICKS, TAKEOFF, base_mode, mode_of
+from sitl.px4_mission import Px4Mission
+from sitl.px4_modes import HOLD, LAND, MISSION, MODES, OFFBOARD, PASSING, RTL, TAKEOFF, base_mode, mode_of
 from sitl.px4_streams import NORMAL_HZ, SITL_HZ
 from sitl.px4_telemetry import BUILDERS
 from sitl.streams import Streams
 
-CHUNK_BYTES = 50
 GCS_TYPE = 6
 HEARTBEAT_TIMEOUT_US = 2_500_000
 """A link is alive this long after a ground station's heartbeat."""
@@ -45,8 +46,12 @@ class Px4(Autopilot):
         self.failsafe: Failsafe | None = None
         self.log = EventLog()
         self.flight = px4_flight.Flight(self)
+        self.mission = Px4Mission(self)
+        self.plans.changed = self.mission.changed
+        self.shapes: tuple[Shape, ...] | None = None
         self.flew = False
         """It was in the air since it was armed."""
+        self.fence_due_us = self.now_us
         self.armed_us = 0
         """Time with the motors on: what the battery is drained by."""
         self.stream_us: int | None = None
@@ -111,10 +116,7 @@ class Px4(Autopilot):
             self._texts.append((self.now_us, severity, text))
 
     def _send_text(self, severity: Severity, text: str) -> None:
-        raw = text.encode("ascii")
-        for number, start in enumerate(range(0, len(raw), CHUNK_BYTES)):
-            chunk = raw[start : start + CHUNK_BYTES]
-            self.send("STATUSTEXT", severity=int(severity), text=chunk, id=self._text_id, chunk_seq=number)
+        self.send_chunks(severity, text.encode("ascii"), self._text_id)
         self._text_id = (self._text_id + 1) & 0xFFFF
 
     def event(self, name: str, *arguments: float, levels: int = px4_checks.LEVEL_INFO) -> None:
@@ -185,13 +187,17 @@ class Px4(Autopilot):
         return self.stream_us is not None and self.now_us - self.stream_us <= limit_us
 
     def inside_fence(self, place_m: tuple[float, float, float]) -> bool:
-        """Whether the stored fence allows to be there."""
-        return True
+        """Whether the fence in force allows to be there."""
+        if self.shapes is None:
+            self.shapes = tuple(
+                shape for items in self.plans.in_force for shape in shapes_of(items, self.vehicles, self.index)
+            )
+        return all(shape.allows(place_m[0], place_m[1]) for shape in self.shapes)
 
     @property
     def mission_ready(self) -> bool:
         """Whether there is a feasible mission."""
-        return False
+        return self.plans.feasible
 
     # Modes
 
@@ -232,6 +238,8 @@ class Px4(Autopilot):
         mode = self.failsafe.mode(self.now_us) if self.failsafe else self.intended
         if mode == self.mode and not again:
             return
+        self.mission.flight.stop()
+        self.plans.flying = mode == MISSION
         self.mode = mode
         self._say_mode(mode)
         if self.armed:
@@ -307,6 +315,8 @@ class Px4(Autopilot):
 
     def watch(self) -> None:
         """One tick of a booted vehicle."""
+        if self.armed:
+            self.armed_us += self.elapsed_us
         px4_failsafes.watch(self)
         if self._report_due_us <= self.now_us:
             report = px4_checks.check(self)
@@ -314,10 +324,6 @@ class Px4(Autopilot):
                 self._report = report
                 self._report_due_us = self.now_us + px4_checks.REPORT_US
                 px4_checks.tell(self, report)
-
-    def watch_battery(self) -> None:
-        """The charge goes by time, as PX4's simulated battery does."""
-        self.armed_us += self.elapsed_us
 
     @property
     def charge(self) -> float:
@@ -335,6 +341,7 @@ class Px4(Autopilot):
             self.flight.tick()
             if self.flight.landing_detected():
                 self.tell("Landing detected", "commander_landing_detected")
+                self.mission.touched_down()
 
     def _stand(self) -> None:
         since_s = (self.now_us - self.phase_us) / 1e6
@@ -355,6 +362,8 @@ class Px4(Autopilot):
             self.intended = self.normal_mode = HOLD
             self.apply_mode()
 
-    def needs_sticks(self) -> bool:
-        """Whether the mode in force is flown by hand."""
-        return self.mode in STICKS
+    def hold_after_mission(self) -> None:
+        """The mission is over."""
+        if self.intended == MISSION:
+            self.intended = self.normal_mode = HOLD
+            self.apply_mode()

@@ -28,6 +28,9 @@ _OFFBOARD_ACTIONS = {3: RTL, 4: LAND, 5: HOLD}
 """COM_OBL_RC_ACT; below are modes flown by hand."""
 _LINK_ACTIONS = {1: HOLD, 2: RTL, 3: LAND}
 """NAV_DLL_ACT and NAV_RCL_ACT."""
+_FENCE_ACTIONS = {2: HOLD, 3: RTL, 5: LAND}
+"""GF_ACTION; 1 only warns."""
+FENCE_US = 100_000
 _BATTERY_TEXT = {
     "low": (Severity.CRITICAL, "Low battery"),
     "critical": (Severity.CRITICAL, "Critical battery"),
@@ -62,6 +65,7 @@ def watch(ap: "Px4") -> None:
     if ap.landed:
         return
     _watch_stream(ap)
+    _watch_fence(ap)
     if ap.sticks_us is not None:
         _watch_sticks(ap)
     failsafe = ap.failsafe
@@ -133,6 +137,24 @@ def _watch_stream(ap: "Px4") -> None:
     chosen = int(ap.params["COM_OBL_RC_ACT"])
     by_hand = POSCTL if ap.sticks_alive else RTL
     engage(ap, "stream", _OFFBOARD_ACTIONS.get(chosen, by_hand), resumes=True)
+
+
+def _watch_fence(ap: "Px4") -> None:
+    """GF_ACTION; in a mode chosen while it is outside it may stay there."""
+    if not ap.plans.in_force or ap.now_us < ap.fence_due_us:
+        return
+    ap.fence_due_us = ap.now_us + FENCE_US
+    if ap.inside_fence(ap.vehicles.seen(ap.index)):
+        _gone(ap, "fence")
+        return
+    action = _FENCE_ACTIONS.get(int(ap.params["GF_ACTION"]))
+    if "fence" in ap.failsafes:
+        return
+    ap.text(Severity.CRITICAL, "Geofence: approaching or outside geofence\t")
+    if action is None:
+        ap.failsafes.add("fence")
+    else:
+        engage(ap, "fence", action)
 
 
 def _watch_gcs(ap: "Px4") -> None:

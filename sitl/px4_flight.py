@@ -80,6 +80,12 @@ class Flight:
         ahead_s = math.hypot(vx, vy) / (2.0 * STOP_M_S2)
         self.go((x + vx * ahead_s, y + vy * ahead_s, z + vz * 0.5))
 
+    def land(self) -> None:
+        """Stop and go down."""
+        self.hold()
+        x, y, _ = self.ap.control.goal_m[self.ap.k].tolist()
+        self._sink(x, y)
+
     def _sink(self, x_m: float, y_m: float) -> None:
         ap, control, k = self.ap, self.ap.control, self.ap.k
         self.go((x_m, y_m, 0.0))
@@ -99,18 +105,18 @@ class Flight:
             return
         ap.enter(Phase.AIRBORNE)
         if mode == RTL:
-            self._return()
+            self.come_home()
         elif mode == LAND:
-            self.hold()
-            x, y, _ = ap.control.goal_m[ap.k].tolist()
-            self._sink(x, y)
+            self.land()
+        elif mode == MISSION:
+            ap.mission.begin()
         elif mode != ORBIT or self.circle is None:
             self.hold()
 
     def wants_up(self) -> bool:
         """On the ground with the motors on: whether its mode leads up."""
         ap = self.ap
-        if ap.mode in (TAKEOFF, MISSION):
+        if ap.mode == TAKEOFF or (ap.mode == MISSION and ap.mission_ready):
             return True
         if ap.mode == OFFBOARD:
             goal, up = float(ap.control.goal_m[ap.k, 2]), float(ap.control.feed_m_s[ap.k, 2])
@@ -128,6 +134,9 @@ class Flight:
                 ap.enter(Phase.TAKEOFF)
                 if ap.mode == TAKEOFF:
                     self._climb()
+                elif ap.mode == MISSION:
+                    ap.mission.begin()
+                    ap.enter(Phase.TAKEOFF)
             return
         if phase == Phase.TAKEOFF:
             self._lift()
@@ -137,7 +146,9 @@ class Flight:
             height_m = ap.vehicles.seen(ap.index)[2] - ap.home_m[2]
             if height_m <= LAND_SLOW_BELOW_M:
                 ap.control.feed_m_s[ap.k, 2] = -LAND_M_S
-        if ap.mode == ORBIT:
+        if ap.mode == MISSION and phase != Phase.TAKEOFF:
+            ap.mission.flight.tick()
+        elif ap.mode == ORBIT:
             self._circle_on()
         elif ap.mode in STICKS:
             self._by_hand()
@@ -187,7 +198,8 @@ class Flight:
 
     # Return
 
-    def _return(self) -> None:
+    def come_home(self) -> None:
+        """Climb if it has to, fly home, land."""
         ap = self.ap
         x, y, z = ap.vehicles.seen(ap.index)
         away_m = math.hypot(ap.home_m[0] - x, ap.home_m[1] - y)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from sitl.autopilot import Fields
 from sitl.modes import LANDED_STATE, Phase, Stage
 from sitl.px4_control import Follow
-from sitl.px4_modes import AUTO_MAIN, MISSION, ORBIT
+from sitl.px4_modes import AUTO_MAIN, ORBIT
 from sitl.telemetry import COMMON, attitude, course_cdeg, place
 
 if TYPE_CHECKING:
@@ -181,7 +181,7 @@ def _extended_sys_state(ap: "Px4") -> Fields:
 
 
 def _mission_current(ap: "Px4") -> Fields:
-    return {"total": 65535, "mission_state": 1, "mission_mode": 1 if ap.mode == MISSION else 2}
+    return ap.mission.fields()
 
 
 def _current_mode(ap: "Px4") -> Fields:

@@ -43,7 +43,7 @@ def test_boots_in_hold_first_not_ready_then_standby():
     ground = silent()
     beats = ground.of("HEARTBEAT")
     assert {(b["custom_mode"], b["autopilot"], b["base_mode"]) for b in beats} == {(HOLD, 12, 0x1D)}
-    assert [b["system_status"] for b in beats][0] == 0
+    assert beats[0]["system_status"] == 0
     assert beats[-1]["system_status"] == 3
     assert ground.of("CURRENT_EVENT_SEQUENCE")[0]["flags"] == 1
 
