@@ -100,10 +100,10 @@ class PlanDialect:
     name: str
     has_home: bool = False
     """Item 0 of a mission is home: not a part of the plan."""
-    atomic: bool = False
-    """What was held before stays until an upload is complete."""
     patience_s: float = 0.0
     """So long an item is left to the vehicle to ask for again before it is sent again by itself."""
+    gives_up_s: float = math.inf
+    """After so long without a question it forgets that it is being read."""
     tells_when_asked: bool = False
     """MISSION_CURRENT does not come by itself, but when it is asked for."""
     judges_afterwards: bool = False
@@ -322,7 +322,7 @@ _PX4_REJECTIONS = frozenset(
 
 PX4 = PlanDialect(
     "PX4",
-    atomic=True,
+    gives_up_s=5.0,
     judges_afterwards=True,
     rejections=_PX4_REJECTIONS,
     sets_by_command=False,

@@ -106,6 +106,7 @@ class DownloadJob(PlanJob):
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """Ask how many items there are."""
+        self._reading = Reading(self._wire, self._pace, gives_up_s=dialect_of(vehicle).gives_up_s)
         self._reading.begin(now)
         self._look(vehicle, now)
 
@@ -243,7 +244,7 @@ class UploadJob(PlanJob):
         elif self._opaque_id and self._held.proven.get(self._opaque_id) == self.plan.fingerprint:
             self._proven(vehicle, now)
             return
-        self._reading = Reading(self._wire, self._pace)
+        self._reading = Reading(self._wire, self._pace, gives_up_s=self._dialect.gives_up_s)
         self._reading.begin(now)
 
     def _read_back(self, vehicle: Vehicle, reading: Reading, now: float) -> None:
@@ -313,6 +314,8 @@ class UploadJob(PlanJob):
         reasons = vehicle.reasons_since(self.begun_s)
         said = [text for text in reasons if text.startswith(REJECTS)]
         verdict = False if said or self._rejected else self._what_it_says(vehicle, acked_s)
+        if verdict is False and now - acked_s < JUDGED_S:
+            return  # its other texts are on their way
         if verdict is False:
             before = self._held.rejected.get(self._opaque_id, "it did not say why")
             why = "; ".join((said or reasons)[:3]) or before

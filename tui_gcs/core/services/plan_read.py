@@ -1,10 +1,12 @@
 """A download as the wire sees it: count, items one after the other, an end.
 
-PX4 wants items asked for strictly in order and ends the transfer with ERROR when an old copy of a question comes
-late: then it is begun anew. ArduPilot refuses to be read (DENIED) while it believes to be in an upload, for up to
-8 s: it is asked again. A count that changes begins it anew once (security.md B.6-53); one above `most` is refused.
+PX4 wants items asked for strictly in order. It ends the transfer with ERROR when an old copy of a question comes late,
+and without a word after 5 s of silence: then it is begun anew. ArduPilot refuses to be read (DENIED) while it believes
+to be in an upload, for up to 8 s: it is asked again. A count that changes begins it anew once (security.md B.6-53); one
+above the most that we read is refused.
 """
 
+import math
 from typing import Any
 
 from tui_gcs.core.plan import PlanItem
@@ -13,17 +15,18 @@ from tui_gcs.core.services.plan_wire import ACCEPTED, CANCELLED, DENIED, Pace, W
 
 TRIES, COUNT_TRIES = 20, 12
 """Of one question: at 30 % loss each way one in a million fails; of the first, for whoever knows no plans at all."""
-MOST_RESTARTS, MOST_RECOUNTS = 3, 1
+MOST_RESTARTS, MOST_RECOUNTS = 5, 1
 BUSY_S, BUSY_GAP_S = 12.0, 1.0
 
 
 class Reading:
     """One download; `items` are complete once it is `over` without an `error`."""
 
-    def __init__(self, wire: Wire, pace: Pace, *, count_only: bool = False) -> None:
-        """`count_only`: how many there are is all that is asked."""
+    def __init__(self, wire: Wire, pace: Pace, *, gives_up_s: float = math.inf, count_only: bool = False) -> None:
+        """`gives_up_s`: see `PlanDialect`; `count_only`: how many there are is all that is asked."""
         self._wire = wire
         self._pace = pace
+        self._gives_up_s = gives_up_s
         self._count_only = count_only
         self.over = False
         self.error = ""
@@ -33,6 +36,7 @@ class Reading:
         self._wanted = 0
         """The item that is asked for now."""
         self._tries, self._asked_s, self._next_s, self._first_s = 0, 0.0, 0.0, 0.0
+        self._heard_s = 0.0
         self._restarts = self._recounts = 0
 
     @property
@@ -50,7 +54,9 @@ class Reading:
         if self.over or now < self._next_s:
             return
         self._pace.lost()
-        if self._tries < (COUNT_TRIES if self.count is None else TRIES):
+        if self.count is not None and now - self._heard_s > self._gives_up_s:
+            self._restart(f"item {self._wanted + 1} of {self.count} does not come", now)
+        elif self._tries < (COUNT_TRIES if self.count is None else TRIES):
             self._ask(now)
         elif self.count is None:
             self._fail("no answer")
@@ -61,6 +67,7 @@ class Reading:
         """A message about this kind of plan, for us."""
         if self.over:
             return
+        self._heard_s = now
         if name == "MISSION_COUNT":
             self._on_count(fields["count"], fields.get("opaque_id", 0), now)
         elif name == "MISSION_ITEM_INT":

@@ -122,8 +122,11 @@ class Pace:
     def measured(self, seconds: float) -> None:
         """What was said once was answered after `seconds`."""
         before, self._lost = self._round_trip_s, 0
-        self._round_trip_s = seconds if before is None else max(seconds, before + (seconds - before) / 8)
-        self.wait_s = min(MOST_WAIT_S, max(LEAST_WAIT_S, ROUND_TRIPS * self._round_trip_s))
+        if before is None:
+            self._round_trip_s = seconds
+        else:  # down quickly: a long one may be the vehicle's second question, for its first was lost
+            self._round_trip_s = before + (seconds - before) * (0.5 if seconds < before else 0.125)
+        self.wait_s = _wait_s(self._round_trip_s)
 
     def lost(self) -> None:
         """Nothing came; if that happens again and again, wait longer, for it may just be slow."""
@@ -131,5 +134,10 @@ class Pace:
         if self._lost < LOST_BY_CHANCE:
             return
         trip_s = self._round_trip_s
-        most = UNMEASURED_S if trip_s is None else max(IMPATIENT_S, ROUND_TRIPS * trip_s)
-        self.wait_s = min(MOST_WAIT_S, most, self.wait_s * 1.5)
+        most = UNMEASURED_S if trip_s is None else max(IMPATIENT_S, _wait_s(trip_s))
+        self.wait_s = min(most, self.wait_s * 1.5)
+
+
+def _wait_s(trip_s: float) -> float:
+    """Three round trips; on slow links one and a second, for PX4 gives up after 5 s of silence."""
+    return min(MOST_WAIT_S, max(LEAST_WAIT_S, min(ROUND_TRIPS * trip_s, trip_s + 1.0)))
