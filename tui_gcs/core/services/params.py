@@ -106,7 +106,7 @@ class ParamService:
         """Ask for some parameters by name, whatever is known of them."""
         reading = ParamReading(vehicle, on_done=on_done)
         for name in dict.fromkeys(names):
-            why = check_name(name)
+            why = check_name(name) or self._unreachable(vehicle)
             if not why and len(reading.open) >= MOST_NAMES_ASKED:
                 why = "too many at once"
             if why or len(self._readings) >= MOST_OPEN:
@@ -137,7 +137,9 @@ class ParamService:
         if before is not None:
             before.end("superseded")
             self._tell(before)
-        why = check_name(name)
+        why = check_name(name) or self._unreachable(vehicle)
+        if not why and name == firmware.hash_name(self.context.fleet.vehicles[vehicle]):
+            why = "it is the checksum of all others"
         if not why and len(self._settings) >= MOST_OPEN:
             why = "too many are being set"
         if not why and setting.known is not None:
@@ -290,6 +292,13 @@ class ParamService:
             return str(error)
         info = self.info(vehicle).get(param.name)
         return info.why_not(value) if info is not None and not beyond_range else ""
+
+    def _unreachable(self, vehicle: int) -> str:
+        """Why asking makes no sense, or ""."""
+        known = self.context.fleet.vehicles.get(vehicle)
+        if known is None:
+            return "unknown vehicle"
+        return "heard over a high-latency link: commands only" if known.path.high_latency else ""
 
     def _encoding(self, vehicle: Vehicle) -> firmware.Encoding:
         return firmware.encoding(vehicle, lambda: int(self._version(vehicle).get("capabilities", 0)))
