@@ -1,7 +1,6 @@
 """Event metadata: the real file of a real PX4, and what a hostile vehicle may serve instead."""
 
 import json
-import lzma
 import struct
 import time
 from pathlib import Path
@@ -11,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tui_gcs.core.services.event_metadata import MOST_BYTES, MetadataError, parse
+from tui_gcs.core.services.event_metadata import EventMetadataError, parse
+from tui_gcs.core.services.metadata import unpack
 
 REAL = Path(__file__).parents[2].parent / "shared" / "data" / "px4" / "all_events.json.xz"
 ARMED_BY = (1 << 24) | 1
@@ -69,7 +69,7 @@ def test_templates_are_filled_in_by_our_own_rules(message: str, types: list[str]
 
 @pytest.mark.skipif(not REAL.exists(), reason="no recordings of real autopilots here")
 def test_the_real_file_of_a_real_px4() -> None:
-    raw = REAL.read_bytes()
+    raw = unpack(REAL.read_bytes())
     begin = time.process_time()
     metadata = parse(raw)
     assert time.process_time() - begin < 0.2, "the station must not stall"
@@ -97,14 +97,12 @@ def test_the_real_file_of_a_real_px4() -> None:
         b"[" * 200_000,
         b'{"version": 2, "components": {"1": ' + b'{"a":' * 100_000,
         b"\xff\xfe\x00",
-        lzma.compress(b"A" * (MOST_BYTES + 1)),
-        lzma.compress(b" " * (200 << 20), preset=0),
     ],
-    ids=range(12),
+    ids=range(10),
 )
-def test_b6_95_what_is_no_metadata_or_a_bomb_is_refused(raw: bytes) -> None:
+def test_what_is_no_metadata_is_refused(raw: bytes) -> None:
     begin = time.process_time()
-    with pytest.raises(MetadataError):
+    with pytest.raises(EventMetadataError):
         parse(raw)
     assert time.process_time() - begin < 0.5
 
@@ -138,5 +136,5 @@ def test_any_template_and_any_arguments_become_one_safe_line(message: str, argum
 def test_any_bytes_are_metadata_or_an_error(raw: bytes) -> None:
     try:
         parse(raw)
-    except MetadataError as error:
+    except EventMetadataError as error:
         assert str(error).isprintable()

@@ -1,11 +1,13 @@
-"""TIMESYNC and PING: answered at once, to who asked, and no flood of them."""
+"""TIMESYNC and PING: answered at once, to who asked, and no flood of them; each vehicle's clock is asked for."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
+from service_rig import GCS, Fields, Peer, ServiceRig
 from wires import Wire, Wired
 
-from tui_gcs.core.services.timesync import MOST_PER_S
+from tui_gcs.core.services.timesync import MOST_AT_ONCE, MOST_PER_S
 from tui_gcs.core.wire.encode import Encoder
 
 MakeWired = Callable[..., Wired]
@@ -21,7 +23,8 @@ def quiet(wired: MakeWired, *wires: Wire) -> Wired:
 
 
 def answers(flight: Wired, name: str, since_s: float) -> list[dict[str, object]]:
-    return [f for _, f in flight.sent_to(1, name, since_s)]
+    """What was said to vehicle 1, our own questions (tc1 = 0) apart."""
+    return [f for _, f in flight.sent_to(1, name, since_s) if name != "TIMESYNC" or f["tc1"]]
 
 
 def test_a_timesync_request_is_answered_with_our_time_in_the_same_step(wired: MakeWired) -> None:
@@ -86,5 +89,65 @@ def test_one_question_heard_over_two_links_gets_one_answer(wired: MakeWired) -> 
     assert len(flight.vehicle().used_paths()) == 2
     since_s = flight.clock.now()
     flight.run(30.0)
-    sent = flight.names(near, since_s) + flight.names(far, since_s)
-    assert sent.count("TIMESYNC") == 3, "ArduPilot asks every 10 s"
+    assert len(answers(flight, "TIMESYNC", since_s)) == 3, "ArduPilot asks every 10 s"
+
+
+# ---------------------------------------------------------------- each vehicle's clock
+
+
+class Clocked(Peer):
+    """A vehicle that was on for 1000 s when the test began, and answers TIMESYNC."""
+
+    def __init__(self, system: int = 1) -> None:
+        super().__init__(system)
+        self.answers = {"TIMESYNC": Clocked.tell}
+
+    def tell(self, fields: Fields) -> None:
+        if fields["tc1"] == 0:
+            self.say_to_us("TIMESYNC", tc1=round((self.now + 1000.0) * 1e9), ts1=fields["ts1"])
+
+
+def test_round_trip_and_offset_of_a_vehicle_are_measured_every_ten_seconds(tmp_path: Path) -> None:
+    rig = ServiceRig(tmp_path, Clocked(), delay_s=0.1).heard()
+    times = rig.station.services.link_times
+    rig.run(30.0)
+    assert 3 <= len(rig.peers[1].got("TIMESYNC")) <= 4
+    measured = times.of(rig.vehicle())
+    assert measured is not None
+    assert measured.rtt_s == pytest.approx(0.22, abs=0.05)
+    assert measured.offset_s == pytest.approx(1000.0, abs=0.03)
+    assert measured.age_s < 11
+
+
+def test_the_quickest_answer_of_a_minute_tells_the_offset(tmp_path: Path) -> None:
+    rig = ServiceRig(tmp_path, Clocked(), delay_s=0.02).heard().run(12.0)
+    rig.delay_s = 1.0
+    rig.run(20.0)
+    measured = rig.station.services.link_times.of(rig.vehicle())
+    assert measured is not None and measured.rtt_s > 1.9 and measured.best_rtt_s < 0.1
+    assert measured.offset_s == pytest.approx(1000.0, abs=0.05)
+
+
+def test_answers_that_nobody_asked_for_measure_nothing(tmp_path: Path) -> None:
+    rig = ServiceRig(tmp_path, Peer(1)).heard().run(1.0)
+    peer, times = rig.peers[1], rig.station.services.link_times
+    asked = peer.got("TIMESYNC")[0]["ts1"]
+    peer.say_to_us("TIMESYNC", tc1=5, ts1=asked + 1)
+    peer.say("TIMESYNC", tc1=5, ts1=asked, target_system=GCS - 9, target_component=190)
+    rig.run(0.1)
+    assert times.of(rig.vehicle()) is None and times.ignored["answer to nothing asked"] == 1
+    peer.say_to_us("TIMESYNC", tc1=5, ts1=asked)
+    peer.say_to_us("TIMESYNC", tc1=5, ts1=asked)
+    rig.run(0.1)
+    assert times.of(rig.vehicle()) is not None and times.ignored["answer to nothing asked"] == 2
+
+
+def test_a_fleet_is_asked_in_turn_and_a_silent_vehicle_not_at_all(tmp_path: Path) -> None:
+    rig = ServiceRig(tmp_path, *[Clocked(i) for i in range(1, 31)]).heard()
+    rig.run(2.0)
+    assert all(len(peer.got("TIMESYNC")) == 1 for peer in rig.peers.values())
+    moments = [t for peer in rig.peers.values() for t, name, _ in peer.heard if name == "TIMESYNC"]
+    assert max(moments.count(t) for t in moments) <= MOST_AT_ONCE
+    rig.peers[1].silent = True
+    rig.run(30.0)
+    assert len(rig.peers[1].got("TIMESYNC")) <= 2

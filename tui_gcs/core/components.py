@@ -5,10 +5,13 @@ of a vehicle are its autopilot's alone.
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.sources import Slot
+
+if TYPE_CHECKING:
+    from tui_gcs.core.fleet import Fleet
 
 OnComponent = Callable[[Vehicle, int, dict[str, Any]], None]
 """(vehicle, component id, fields)."""
@@ -37,3 +40,13 @@ class Components:
             for listener in self._listeners.get(slot.layout.name, ()):
                 listener(vehicle, slot.component, fields)
         return True
+
+
+def hear_all(fleet: "Fleet", name: str, listener: OnComponent) -> None:
+    """Call `listener` for each message `name` of a vehicle's autopilot and of its other components."""
+
+    def from_autopilot(vehicle: Vehicle, fields: dict[str, Any]) -> None:
+        listener(vehicle, vehicle.component, fields)
+
+    fleet.on_message(name, from_autopilot)
+    fleet.components.on(name, listener)

@@ -1,11 +1,10 @@
-"""What a vehicle's EVENTs mean: its all_events.json(.xz), read, and events decoded with it.
+"""What a vehicle's EVENTs mean: its all_events.json, read, and events decoded with it.
 
-The file comes from the vehicle (FTP) and is as hostile as everything from there: unpacked size, number of definitions
+The file comes from the vehicle (`MetadataService`) and is as hostile as everything from there: number of definitions
 and lengths of texts are limited; message templates are filled in by our own few rules, never by `str.format`.
 Format: MAVLink's events interface and libevents' JSON (version 1 and 2), as PX4 serves it.
 """
 
-import lzma
 import math
 import re
 import struct
@@ -17,16 +16,11 @@ import msgspec
 
 from tui_gcs.core.text import SafeText, clean
 
-MOST_BYTES = 8 << 20
-"""Unpacked (security.md B.6-95); PX4's has 172 kB."""
-_XZ_MEMORY = 80 << 20
-"""PX4 packs with `xz -9`, whose dictionary is 64 MiB of address space; only what is unpacked is really used."""
 MOST_DEFINITIONS = 10_000
 """PX4 has 378."""
 MOST_TEMPLATE = 500
 """Characters of one message."""
 ARGUMENT_BYTES = 40
-_XZ_MAGIC = b"\xfd7zXZ\x00"
 _BASE = {
     "uint8_t": "B",
     "int8_t": "b",
@@ -47,7 +41,7 @@ _UNITS = {"m": " m", "m_v": " m", "m/s": " m/s", "m^2": " m²", "C": " °C"}
 Number = int | float
 
 
-class MetadataError(Exception):
+class EventMetadataError(Exception):
     """The file is no event metadata, or not one we take: one line."""
 
 
@@ -151,17 +145,17 @@ class EventMetadata:
 
 
 def parse(raw: bytes) -> EventMetadata:
-    """Read an all_events.json, packed with xz or not.
+    """Read an all_events.json.
 
     Raises:
-        MetadataError: it is damaged, too big, or something else.
+        EventMetadataError: it is damaged, or something else.
     """
     try:
-        file = msgspec.json.decode(_unpacked(raw), type=_File)
+        file = msgspec.json.decode(raw, type=_File)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
-        raise MetadataError(f"no event metadata: {clean(str(error), 100)}") from None
+        raise EventMetadataError(f"no event metadata: {clean(str(error), 100)}") from None
     if file.version not in (1, 2):
-        raise MetadataError(f"event metadata of unknown version {file.version}")
+        raise EventMetadataError(f"event metadata of unknown version {file.version}")
     enums = _enums(file)
     definitions: dict[int, Definition] = {}
     skipped = 0
@@ -176,21 +170,8 @@ def parse(raw: bytes) -> EventMetadata:
         if component.navigation_mode_groups is not None:
             mode_groups |= _bits(component.navigation_mode_groups)
     if not definitions:
-        raise MetadataError("event metadata without events")
+        raise EventMetadataError("event metadata without events")
     return EventMetadata(definitions, mode_groups, skipped)
-
-
-def _unpacked(raw: bytes) -> bytes:
-    if not raw.startswith(_XZ_MAGIC):
-        data = raw
-    else:
-        try:
-            data = lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=_XZ_MEMORY).decompress(raw, MOST_BYTES + 1)
-        except (lzma.LZMAError, EOFError) as error:
-            raise MetadataError(f"no event metadata: {error}") from None
-    if len(data) > MOST_BYTES:
-        raise MetadataError(f"event metadata of more than {MOST_BYTES >> 20} MB")
-    return data
 
 
 def _enums(file: _File) -> dict[str, tuple[str, Enumeration]]:

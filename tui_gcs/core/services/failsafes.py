@@ -7,13 +7,27 @@ from collections.abc import Callable, Sequence
 
 from tui_gcs.core.firmware.failsafes import FailsafeLine, Values, explain, wanted
 from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.services.params import ParamService
 from tui_gcs.core.vehicle import Vehicle
 
 OnRead = Callable[[dict[str, float]], None]
 Read = Callable[[int, Sequence[str], OnRead], None]
 """(vehicle id, names, on_done): on_done gets the values of those names that the vehicle told."""
 
-__all__ = ["FailsafeLine", "FailsafeService"]
+__all__ = ["FailsafeLine", "FailsafeService", "reader"]
+
+
+def reader(params: ParamService) -> Read:
+    """The parameter service as that."""
+
+    def read(vehicle: int, names: Sequence[str], on_done: OnRead) -> None:
+        params.read(
+            vehicle,
+            names,
+            lambda reading: on_done({name: float(param.value) for name, param in reading.values.items()}),
+        )
+
+    return read
 
 
 class FailsafeService:

@@ -1,12 +1,12 @@
 """The health of each vehicle in words: could it arm now, and if not, why (see `core/firmware/health.py`)."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.firmware.health import Problem, flight_mode, problems, sinking_stick
 from tui_gcs.core.fleet import Fields, Fleet
 from tui_gcs.core.messages import Freshness
+from tui_gcs.core.services.remote_id import RemoteIdService
 from tui_gcs.core.services.vehicle_events import VehicleEvents
 from tui_gcs.core.vehicle import Vehicle
 
@@ -28,31 +28,28 @@ class Health:
 class HealthService:
     """Judges when somebody asks; asks nothing of the vehicles itself."""
 
-    def __init__(self, fleet: Fleet, events: VehicleEvents, clock: Clock) -> None:
-        """`events` knows what arming checks told."""
+    def __init__(self, fleet: Fleet, events: VehicleEvents, remote_id: RemoteIdService, clock: Clock) -> None:
+        """`events` knows what arming checks told, `remote_id` what transmitters said."""
         self._fleet = fleet
         self._events = events
+        self._remote_id = remote_id
         self._clock = clock
 
     def of(self, vehicle: Vehicle) -> Health:
         """What is wrong with it now."""
         now = self._clock.now()
-        found = [*self._link(vehicle, now), *problems(vehicle, self._newest(vehicle, now), self._checks(vehicle), now)]
+        newest = _Newest(self._fleet, vehicle, now)
+        checks = self._events.reasons(vehicle, flight_mode(vehicle))
+        found = [*self._others(vehicle, now), *problems(vehicle, newest, checks, now)]
         blocking = [problem for problem in found if problem.blocks]
         others = [problem for problem in found if not problem.blocks]
         return Health(not blocking, tuple(dict.fromkeys([*blocking, *others])))
 
     def sinking_stick(self, vehicle: Vehicle) -> str:
         """Why a mode that reads its throttle stick would lose height, or "": look before LOITER and its like."""
-        return sinking_stick(vehicle, self._newest(vehicle, self._clock.now()))
+        return sinking_stick(vehicle, _Newest(self._fleet, vehicle, self._clock.now()))
 
-    def _newest(self, vehicle: Vehicle, now: float) -> "_Newest":
-        return _Newest(self._fleet, vehicle, now)
-
-    def _checks(self, vehicle: Vehicle) -> Sequence[str]:
-        return self._events.reasons(vehicle, flight_mode(vehicle))
-
-    def _link(self, vehicle: Vehicle, now: float) -> list[Problem]:
+    def _others(self, vehicle: Vehicle, now: float) -> list[Problem]:
         freshness = vehicle.freshness(now)
         found = []
         if freshness is Freshness.LOST:
@@ -61,6 +58,9 @@ class HealthService:
             found.append(Problem("no position is heard", blocks=True))
         if vehicle.no_commands:
             found.append(Problem(vehicle.no_commands, blocks=True))
+        transmitter = self._remote_id.why_not_arm(vehicle)
+        if transmitter:
+            found.append(Problem(transmitter, blocks=True))
         return found
 
 

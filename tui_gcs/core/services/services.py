@@ -2,6 +2,7 @@
 
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.control import ControlService
+from tui_gcs.core.services.failsafes import FailsafeService, reader
 from tui_gcs.core.services.ftp import FtpService
 from tui_gcs.core.services.health import HealthService
 from tui_gcs.core.services.logs import LogService
@@ -9,6 +10,11 @@ from tui_gcs.core.services.metadata import MetadataService
 from tui_gcs.core.services.mission import MissionService
 from tui_gcs.core.services.modes import ModeService
 from tui_gcs.core.services.params import ParamService
+from tui_gcs.core.services.payload import PayloadService
+from tui_gcs.core.services.remote_id import RemoteIdService
+from tui_gcs.core.services.shell import ShellService
+from tui_gcs.core.services.timesync import LinkTimes
+from tui_gcs.core.services.traffic import TrafficService
 from tui_gcs.core.services.vehicle_events import VehicleEvents
 
 
@@ -25,11 +31,19 @@ class Services:
         self.params = ParamService(context, self.ftp, self.metadata)
         self.missions = MissionService(context)
         self.modes = ModeService(context)
-        self.vehicle_events = VehicleEvents(context)
-        self.health = HealthService(context.fleet, self.vehicle_events, context.clock)
+        self.vehicle_events = VehicleEvents(context, self.metadata)
+        self.remote_id = RemoteIdService(context)
+        self.failsafes = FailsafeService(context.fleet, reader(self.params), context.own_system)
+        self.health = HealthService(context.fleet, self.vehicle_events, self.remote_id, context.clock)
+        self.link_times = LinkTimes(context)
+        self.payload = PayloadService(context)
+        self.shell = ShellService(context)
+        self.traffic = TrafficService(context)
 
     def tick(self) -> None:
         """Everything that is due in the services (jobs are ticked by the desk)."""
         self.missions.tick()
         self.params.tick()
         self.vehicle_events.tick()
+        self.link_times.tick()
+        self.shell.tick()

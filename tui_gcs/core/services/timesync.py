@@ -1,14 +1,27 @@
-"""Answers to vehicles that ask for the time of day or whether we are there: TIMESYNC and PING (mavlink.md C6)."""
+"""Time on the link: TIMESYNC and PING are answered, and each vehicle's clock is compared with ours (mavlink.md C6)."""
 
-from collections import Counter
+import math
+from collections import Counter, deque
+from dataclasses import dataclass, field
 
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.door import Door
 from tui_gcs.core.fleet import Fields, Fleet
+from tui_gcs.core.services.context import Context
 from tui_gcs.core.vehicle import Vehicle
 
 MOST_PER_S = 50
 """Per vehicle: ArduPilot asks every 10 s, PX4 at 10 Hz at most. More is a flood, and is not answered."""
+ASK_GAP_S = 10.0
+"""How often each vehicle is asked for its time."""
+LOOK_GAP_S, MOST_AT_ONCE = 0.25, 10
+"""How often it is looked who is due, and how many are asked then: a fleet's questions are spread."""
+KEPT = 6
+"""Measurements of one vehicle: a minute."""
+SILENT_S = 2.0
+"""A vehicle that said nothing for this long is not asked."""
+MOST_RTT_S = 5.0
+"""An answer that took longer tells nothing."""
 
 
 class TimeAnswers:
@@ -46,3 +59,94 @@ class TimeAnswers:
             self.ignored += 1
             return False
         return True
+
+
+@dataclass(frozen=True)
+class LinkTime:
+    """How long a question and its answer take, and how far a vehicle's clock is from ours."""
+
+    rtt_s: float
+    """The newest."""
+    best_rtt_s: float
+    """Of the last minute."""
+    offset_s: float
+    """Vehicle's time (since its boot, or the epoch) minus station's, from the quickest answer of the last minute.
+
+    To be shown, not to be used: freshness is the time of arrival (architecture.md, Time).
+    """
+    age_s: float
+
+
+@dataclass
+class _Book:
+    asked: dict[int, float] = field(default_factory=dict)
+    """Station time of questions under way, by what they say in ts1."""
+    next_s: float = -math.inf
+    heard: deque[tuple[float, float, float]] = field(default_factory=lambda: deque(maxlen=KEPT))
+    """(when, round trip, offset)."""
+
+
+class LinkTimes:
+    """Asks every vehicle for its time, seldom."""
+
+    def __init__(self, context: Context) -> None:
+        """Nothing is asked before the first `tick`."""
+        self._context = context
+        self._books: dict[int, _Book] = {}
+        self._next_look_s = -math.inf
+        self.ignored: Counter[str] = Counter()
+        fleet = context.fleet
+        fleet.on_message("TIMESYNC", self._heard)
+        fleet.on_gone(self._forget)
+        fleet.paths.on_reboot.append(self._forget)
+        fleet.paths.on_replace.append(self._forget)
+
+    def of(self, vehicle: Vehicle) -> LinkTime | None:
+        """What was measured to a vehicle; None if it never answered."""
+        book = self._books.get(vehicle.id)
+        if book is None or not book.heard:
+            return None
+        when, rtt_s, _ = book.heard[-1]
+        _, best_rtt_s, offset_s = min(book.heard, key=lambda entry: entry[1])
+        return LinkTime(rtt_s, best_rtt_s, offset_s, self._context.clock.now() - when)
+
+    def tick(self) -> None:
+        """Ask who is due."""
+        now = self._context.clock.now()
+        if now < self._next_look_s:
+            return
+        self._next_look_s = now + LOOK_GAP_S
+        asked = 0
+        for vehicle in self._context.fleet.vehicles.values():
+            book = self._books.setdefault(vehicle.id, _Book())
+            if now < book.next_s or not self._may_ask(vehicle, now):
+                continue
+            book.next_s = now + ASK_GAP_S
+            book.asked = {ts1: asked_s for ts1, asked_s in book.asked.items() if now - asked_s < MOST_RTT_S}
+            ts1 = round(now * 1e9)
+            book.asked[ts1] = now
+            self._context.door.ask(vehicle.id, "TIMESYNC", tc1=0, ts1=ts1)
+            asked += 1
+            if asked >= MOST_AT_ONCE:
+                return
+
+    def _may_ask(self, vehicle: Vehicle, now: float) -> bool:
+        heard = vehicle.confirmed and now - vehicle.heard_s <= SILENT_S
+        return heard and not vehicle.path.high_latency and vehicle.high_latency_s <= vehicle.heartbeat_s
+
+    def _heard(self, vehicle: Vehicle, fields: Fields) -> None:
+        """Its time is taken for that of the middle of the way there and back."""
+        if fields["tc1"] == 0 or not self._context.is_for_us(fields):
+            return
+        book = self._books.get(vehicle.id)
+        asked_s = book.asked.pop(fields["ts1"], None) if book is not None else None
+        if book is None or asked_s is None:
+            self.ignored["answer to nothing asked"] += 1
+            return
+        now = self._context.clock.now()
+        rtt_s = now - asked_s
+        if rtt_s <= MOST_RTT_S:
+            book.heard.append((now, rtt_s, fields["tc1"] / 1e9 - (asked_s + now) / 2))
+
+    def _forget(self, vehicle: Vehicle) -> None:
+        self._books.pop(vehicle.id, None)

@@ -6,15 +6,17 @@ reasons are a report of several EVENTs, sent when they change, which is kept her
 """
 
 import math
-from collections import Counter
-from collections.abc import Callable
+from collections import Counter, OrderedDict
 from dataclasses import dataclass, field
+from hashlib import sha256
 
 from tui_gcs.core.events import ERROR, NOTICE, WARNING
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.services.event_metadata import Decoded, EventMetadata
+from tui_gcs.core.services.event_metadata import Decoded, EventMetadata, EventMetadataError, parse
+from tui_gcs.core.services.jobs import JobState
+from tui_gcs.core.services.metadata import EVENTS, MetadataJob, MetadataService
 from tui_gcs.core.text import SafeText
 from tui_gcs.core.vehicle import Vehicle
 
@@ -26,13 +28,18 @@ KEPT = 64
 """EVENTs of one vehicle, to put its reports together."""
 MOST_MISSING = 20
 """Asked for again: a vehicle keeps no more (PX4)."""
-TRIES, ASK_GAP_S = 5, 0.5
+TRIES, ASK_GAP_S = 20, 0.5
+"""A question is of the stop class (security.md C.4)."""
 MOST_ASKED_PER_S = 4
 """REQUEST_EVENTs to one vehicle, whatever it says."""
 ARMING, HEALTH = "arming_check", "health"
 SUMMARY, APPENDS_REASONS = "summary", "append_health_and_arming_messages"
 """`type` in the metadata."""
 ARM_DISARM = 400
+FETCH_GAP_S = 120.0
+"""How soon a vehicle is asked for its metadata again that did not give it."""
+MOST_PARSED = 4
+"""Firmwares in one fleet."""
 REFUSED_S = 5.0
 """So long after a refusal its reasons are still news."""
 _HALF, _ALL = 1 << 15, 1 << 16
@@ -83,14 +90,16 @@ class _Book:
 class VehicleEvents:
     """Hears EVENTs of all vehicles."""
 
-    def __init__(self, context: Context) -> None:
-        """No metadata: until some is given, EVENTs are told by number."""
+    def __init__(self, context: Context, metadata: MetadataService) -> None:
+        """Nothing is fetched before an EVENT matters; until then, and where there is none, EVENTs are numbers."""
         self._context = context
+        self._files = metadata
         self._books: dict[int, _Book] = {}
         self._metadata: dict[int, EventMetadata] = {}
-        self._wanted: set[int] = set()
-        self.fetch: Callable[[Vehicle], None] | None = None
-        """Called once for a vehicle whose EVENTs cannot be read: gets the metadata, and calls `learn`."""
+        self._parsed: OrderedDict[bytes, EventMetadata] = OrderedDict()
+        """By digest of the file: a fleet of one firmware has one."""
+        self._fetched_s: dict[int, float] = {}
+        """When a vehicle's was asked for last."""
         self.ignored: Counter[str] = Counter()
         self.lost = 0
         """EVENTs that never came."""
@@ -153,7 +162,7 @@ class VehicleEvents:
         """It is another vehicle now, or gone."""
         self._books.pop(vehicle.id, None)
         self._metadata.pop(vehicle.id, None)
-        self._wanted.discard(vehicle.id)
+        self._fetched_s.pop(vehicle.id, None)
 
     def tick(self) -> None:
         """Ask again for what is missing."""
@@ -295,9 +304,26 @@ class VehicleEvents:
             self.ignored["event without metadata"] += 1
 
     def _want_metadata(self, vehicle: Vehicle) -> None:
-        if self.fetch is not None and vehicle.id not in self._wanted and not self.knows(vehicle):
-            self._wanted.add(vehicle.id)
-            self.fetch(vehicle)
+        now = self._context.clock.now()
+        fetched_s = self._fetched_s.get(vehicle.id, -math.inf)
+        if not self.knows(vehicle) and now - fetched_s > FETCH_GAP_S and self._context.door.is_ours(vehicle):
+            self._fetched_s[vehicle.id] = now
+            self._files.fetch(vehicle.id, EVENTS, lambda job: self._take(vehicle, job))
+
+    def _take(self, vehicle: Vehicle, job: MetadataJob) -> None:
+        """Its metadata came, or did not: the desk tells why."""
+        if job.state is not JobState.DONE or self._context.fleet.vehicles.get(vehicle.id) is not vehicle:
+            return
+        digest = sha256(job.data).digest()
+        try:
+            metadata = self._parsed.get(digest) or parse(job.data)
+        except EventMetadataError as error:
+            self._context.events.say(EventClass.VEHICLE, f"vehicle {vehicle.id}", str(error), NOTICE)
+            return
+        self._parsed[digest] = metadata
+        while len(self._parsed) > MOST_PARSED:
+            self._parsed.popitem(last=False)
+        self.learn(vehicle, metadata)
 
     def _give_reasons(self, vehicle: Vehicle) -> None:
         for text in reversed(self.reasons(vehicle)):

@@ -1,0 +1,17 @@
+"""Which autopilots have a command line that can be reached by SERIAL_CONTROL, and how it talks."""
+
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.mavlink import AUTOPILOT_PX4
+
+DEVICE = 10
+"""SERIAL_CONTROL_DEV_SHELL. No other device is ever opened: on ArduPilot 100 is SERIAL0, that is, our own link, which
+is dead at once and for good (measured)."""
+PROMPTS = (b"pxh> ", b"nsh> ")
+"""What ends an answer, in simulation and on real boards."""
+ERASE_LINE = b"\x1b[K"
+"""Sent before each prompt; means nothing where lines are drawn by others."""
+
+
+def why_no_shell(vehicle: Vehicle) -> str:
+    """Why this vehicle has no command line, or ""."""
+    return "" if vehicle.autopilot == AUTOPILOT_PX4 else "this autopilot has no shell"

@@ -1,0 +1,175 @@
+"""Remote ID (OPEN_DRONE_ID_*): what a vehicle's transmitter sends of it, whether it may arm, and who else is heard.
+
+A transmitter is a component of the vehicle (236-238) or part of its autopilot. Its own messages carry no address of a
+receiver's (`id_or_mac` is zero); with one they tell of another aircraft that a receiver hears.
+Not done here: the operator's part (SELF_ID, SYSTEM, OPERATOR_ID sent to the transmitter), and message packs.
+"""
+
+from collections import Counter, OrderedDict
+from dataclasses import dataclass, field
+
+from tui_gcs.core.components import hear_all
+from tui_gcs.core.events import NOTICE, WARNING
+from tui_gcs.core.fleet import Fields
+from tui_gcs.core.messages import EventClass
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.text import SafeText, clean
+from tui_gcs.core.vehicle import NAN, Vehicle
+
+MOST_OTHERS = 256
+OLD_S = 15.0
+"""Remote ID of others is repeated every 1 to 3 s."""
+ID_BYTES = 20
+GOOD_TO_ARM = 0
+"""MAV_ODID_ARM_STATUS."""
+UNKNOWN_ALT_M = -1000.0
+"""MAVLink's word for no altitude."""
+UNKNOWN_DIRECTION, UNKNOWN_SPEED = 36100, 25500
+
+
+@dataclass
+class RemoteId:
+    """What one aircraft says of itself by Remote ID; empty or NaN where it did not."""
+
+    uas_id: str = ""
+    operator_id: str = ""
+    description: str = ""
+    lat_deg: float = NAN
+    lon_deg: float = NAN
+    alt_m: float = NAN
+    """Above the ellipsoid (WGS-84)."""
+    direction_deg: float = NAN
+    speed_m_s: float = NAN
+    operator_lat_deg: float = NAN
+    operator_lon_deg: float = NAN
+    component: int = 0
+    """Who said so."""
+    heard_by: int = 0
+    """Of others: the vehicle whose receiver heard it."""
+    seen_s: float = 0.0
+    may_arm: bool | None = None
+    """What its transmitter says; None if nothing."""
+    arm_error: str = ""
+
+
+@dataclass
+class _Table:
+    own: dict[int, RemoteId] = field(default_factory=dict)
+    others: OrderedDict[bytes, RemoteId] = field(default_factory=OrderedDict)
+
+
+class RemoteIdService:
+    """Keeps the newest of each vehicle, and of others that are heard."""
+
+    def __init__(self, context: Context) -> None:
+        """Listen to autopilots and transmitters."""
+        self._context = context
+        self._table = _Table()
+        self.dropped: Counter[str] = Counter()
+        fleet = context.fleet
+        handlers = {
+            "OPEN_DRONE_ID_BASIC_ID": self._basic,
+            "OPEN_DRONE_ID_LOCATION": self._location,
+            "OPEN_DRONE_ID_SYSTEM": self._system,
+            "OPEN_DRONE_ID_OPERATOR_ID": self._operator,
+            "OPEN_DRONE_ID_SELF_ID": self._self_id,
+            "OPEN_DRONE_ID_ARM_STATUS": self._arm_status,
+        }
+        for name, handler in handlers.items():
+            hear_all(fleet, name, handler)
+        fleet.on_gone(self._forget)
+        fleet.paths.on_replace.append(self._forget)
+
+    def of(self, vehicle: Vehicle) -> RemoteId | None:
+        """What a vehicle's own transmitter says of it."""
+        return self._table.own.get(vehicle.id)
+
+    def why_not_arm(self, vehicle: Vehicle) -> str:
+        """What its transmitter has against arming, or ""."""
+        own = self._table.own.get(vehicle.id)
+        if own is None or own.may_arm is not False:
+            return ""
+        return f"Remote ID: {own.arm_error or 'not ready'}"
+
+    def others(self) -> tuple[RemoteId, ...]:
+        """Other aircraft heard lately, newest last."""
+        oldest_s = self._context.clock.now() - OLD_S
+        return tuple(other for other in self._table.others.values() if other.seen_s >= oldest_s)
+
+    # ---------------------------------------------------------------- what arrives
+
+    def _basic(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
+        self._entry(vehicle, component, fields).uas_id = _id_text(fields["uas_id"])
+
+    def _location(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
+        entry = self._entry(vehicle, component, fields)
+        entry.lat_deg, entry.lon_deg = _place(fields["latitude"], fields["longitude"])
+        entry.alt_m = _known(fields["altitude_geodetic"], UNKNOWN_ALT_M)
+        entry.direction_deg = fields["direction"] / 100 if fields["direction"] < UNKNOWN_DIRECTION - 100 else NAN
+        entry.speed_m_s = fields["speed_horizontal"] / 100 if fields["speed_horizontal"] < UNKNOWN_SPEED else NAN
+
+    def _system(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
+        entry = self._entry(vehicle, component, fields)
+        place = _place(fields["operator_latitude"], fields["operator_longitude"])
+        entry.operator_lat_deg, entry.operator_lon_deg = place
+
+    def _operator(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
+        self._entry(vehicle, component, fields).operator_id = fields["operator_id"]
+
+    def _self_id(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
+        self._entry(vehicle, component, fields).description = fields["description"]
+
+    def _arm_status(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
+        entry = self._own(vehicle, component)
+        before, entry.may_arm = entry.may_arm, fields["status"] == GOOD_TO_ARM
+        error_before, entry.arm_error = entry.arm_error, clean(fields["error"], 60)
+        if entry.may_arm == before and entry.arm_error == error_before:
+            return
+        if not entry.may_arm:
+            self._say(vehicle, self.why_not_arm(vehicle), WARNING)
+        elif before is False:
+            self._say(vehicle, "Remote ID: ready", NOTICE)
+
+    # ---------------------------------------------------------------- tables
+
+    def _own(self, vehicle: Vehicle, component: int) -> RemoteId:
+        entry = self._table.own.setdefault(vehicle.id, RemoteId())
+        entry.component, entry.seen_s = component, self._context.clock.now()
+        return entry
+
+    def _entry(self, vehicle: Vehicle, component: int, fields: Fields) -> RemoteId:
+        """Whose message it is: the vehicle's own, or that of another aircraft."""
+        address = bytes(fields["id_or_mac"])
+        if not any(address):
+            return self._own(vehicle, component)
+        others = self._table.others
+        entry = others.setdefault(address, RemoteId())
+        others.move_to_end(address)
+        entry.component, entry.heard_by, entry.seen_s = component, vehicle.id, self._context.clock.now()
+        while len(others) > MOST_OTHERS:
+            others.popitem(last=False)
+            self.dropped["Remote ID table full"] += 1
+        return entry
+
+    def _forget(self, vehicle: Vehicle) -> None:
+        self._table.own.pop(vehicle.id, None)
+
+    def _say(self, vehicle: Vehicle, text: str, severity: int) -> None:
+        self._context.events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, severity, every_s=30)
+
+
+def _id_text(raw: tuple[int, ...]) -> SafeText:
+    """A serial number is text, other kinds of id are bytes: shown as hex."""
+    data = bytes(raw).rstrip(b"\0")
+    return clean(data, ID_BYTES) if data.isascii() and data.decode().isprintable() else SafeText(data.hex())
+
+
+def _place(lat: int, lon: int) -> tuple[float, float]:
+    """Degrees; NaN if unknown (0, 0) or impossible."""
+    if (lat == 0 and lon == 0) or abs(lat) > 900_000_000 or abs(lon) > 1_800_000_000:
+        return NAN, NAN
+    return lat / 1e7, lon / 1e7
+
+
+def _known(value: float, unknown: float) -> float:
+    return value if value == value and value > unknown and abs(value) < 1e5 else NAN

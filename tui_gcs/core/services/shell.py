@@ -1,0 +1,187 @@
+"""The autopilot's own command line (SERIAL_CONTROL): one user per vehicle, lines in, cleaned lines out.
+
+What is typed there is done by the autopilot, whatever it is; so it is refused while a vehicle is armed, unless forced,
+and every line is in the journal. Nothing is repeated: a line that was lost is typed again by who sees no answer.
+"""
+
+from collections import Counter, deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from tui_gcs.core.firmware.shell import DEVICE, ERASE_LINE, PROMPTS, why_no_shell
+from tui_gcs.core.fleet import Fields
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.text import SafeText, clean
+from tui_gcs.core.vehicle import Vehicle
+
+REPLY, RESPOND, EXCLUSIVE = 1, 2, 4
+"""SERIAL_CONTROL_FLAG."""
+CHUNK_BYTES = 70
+MOST_LINE = 200
+"""Characters of one line, in and out."""
+MOST_LINES = 1000
+"""Kept of one vehicle's answers."""
+MOST_LINES_PER_S = 500
+"""`help` is 60 lines; more than this a second is a flood."""
+ANSWER_S = 10.0
+"""A command that brought no prompt within this time is not waited for any more."""
+IDLE_S = 600.0
+"""A user who types nothing for so long leaves the shell to others."""
+
+OnLine = Callable[[Vehicle, SafeText], None]
+
+
+@dataclass
+class _Session:
+    user: str
+    force: bool
+    used_s: float
+    lines: deque[SafeText] = field(default_factory=lambda: deque(maxlen=MOST_LINES))
+    partial: bytearray = field(default_factory=bytearray)
+    waits_since_s: float | None = None
+    """When a line was sent that is not answered by a prompt yet."""
+    second: int = 0
+    this_second: int = 0
+
+
+class ShellService:
+    """Command lines of vehicles."""
+
+    def __init__(self, context: Context) -> None:
+        """Nobody uses any."""
+        self._context = context
+        self._sessions: dict[int, _Session] = {}
+        self._listeners: list[OnLine] = []
+        self.ignored: Counter[str] = Counter()
+        fleet = context.fleet
+        fleet.on_message("SERIAL_CONTROL", self._heard)
+        fleet.on_gone(self._forget)
+        fleet.paths.on_replace.append(self._forget)
+
+    def on_line(self, listener: OnLine) -> None:
+        """Call `listener` for every whole line of every open shell."""
+        self._listeners.append(listener)
+
+    def open(self, vehicle_id: int, user: str, *, force: bool = False) -> str:
+        """Take a vehicle's shell for `user`; "" or why not. `force`: although it is armed."""
+        vehicle = self._context.fleet.vehicles.get(vehicle_id)
+        if vehicle is None:
+            return "unknown vehicle"
+        why = why_no_shell(vehicle)
+        if why:
+            return why
+        session = self._sessions.get(vehicle_id)
+        if session is not None and session.user != user:
+            return f"{session.user} uses this shell"
+        if vehicle.armed and not force:
+            return "the vehicle is armed"
+        self._sessions[vehicle_id] = _Session(user, force, self._context.clock.now())
+        return self._send(vehicle, "shell: open", b"\n")
+
+    def type(self, vehicle_id: int, user: str, line: str) -> str:
+        """Send one line; "" or why not."""
+        vehicle = self._context.fleet.vehicles.get(vehicle_id)
+        session = self._sessions.get(vehicle_id)
+        if vehicle is None or session is None or session.user != user:
+            return "this shell is not open"
+        if vehicle.armed and not session.force:
+            return "the vehicle is armed"
+        if len(line) > MOST_LINE or not line.isascii() or not (line.isprintable() or not line):
+            return f"one line of at most {MOST_LINE} plain characters"
+        session.used_s = session.waits_since_s = self._context.clock.now()
+        return self._send(vehicle, f"shell: {line}", line.encode() + b"\n")
+
+    def lines(self, vehicle_id: int) -> tuple[SafeText, ...]:
+        """The newest lines, and what has come of the last one."""
+        session = self._sessions.get(vehicle_id)
+        if session is None:
+            return ()
+        return (*session.lines, _shown(session.partial)) if session.partial else tuple(session.lines)
+
+    def user(self, vehicle_id: int) -> str:
+        """Who uses it; "" if nobody does."""
+        session = self._sessions.get(vehicle_id)
+        return session.user if session is not None else ""
+
+    def waits(self, vehicle_id: int) -> bool:
+        """Whether the last line is not answered yet."""
+        session = self._sessions.get(vehicle_id)
+        since_s = session.waits_since_s if session is not None else None
+        return since_s is not None and self._context.clock.now() - since_s < ANSWER_S
+
+    def close(self, vehicle_id: int, user: str) -> None:
+        """Leave it."""
+        session = self._sessions.get(vehicle_id)
+        vehicle = self._context.fleet.vehicles.get(vehicle_id)
+        if session is not None and session.user == user:
+            del self._sessions[vehicle_id]
+            if vehicle is not None:
+                self._put(vehicle, "shell: close", b"", flags=0)
+
+    def tick(self) -> None:
+        """Free shells that nobody types into."""
+        now = self._context.clock.now()
+        for vehicle_id, session in list(self._sessions.items()):
+            if now - session.used_s > IDLE_S:
+                self.close(vehicle_id, session.user)
+
+    # ---------------------------------------------------------------- the wire
+
+    def _send(self, vehicle: Vehicle, what: str, data: bytes) -> str:
+        """All chunks; the first is the action that is journalled, the others are its parts."""
+        for start in range(0, len(data), CHUNK_BYTES):
+            why = self._put(vehicle, what, data[start : start + CHUNK_BYTES], flags=RESPOND | EXCLUSIVE, part=start > 0)
+            if why:
+                return why
+        return ""
+
+    def _put(self, vehicle: Vehicle, what: str, data: bytes, *, flags: int, part: bool = False) -> str:
+        fields = {
+            "device": DEVICE,
+            "flags": flags,
+            "timeout": 0,
+            "baudrate": 0,
+            "count": len(data),
+            "data": list(data.ljust(CHUNK_BYTES, b"\0")),
+        }
+        if part:
+            return "" if self._context.door.transfer(vehicle.id, what, "SERIAL_CONTROL", **fields) else "not sent"
+        return self._context.door.action(vehicle.id, what, "SERIAL_CONTROL", **fields)
+
+    def _heard(self, vehicle: Vehicle, fields: Fields) -> None:
+        session = self._sessions.get(vehicle.id)
+        if session is None or fields["device"] != DEVICE or not fields["flags"] & REPLY:
+            self.ignored["serial data that nobody asked for"] += 1
+            return
+        if not self._context.is_for_us(fields):
+            self.ignored["serial data for another station"] += 1
+            return
+        session.partial += bytes(fields["data"][: min(fields["count"], CHUNK_BYTES)])
+        while b"\n" in session.partial:
+            line, _, rest = session.partial.partition(b"\n")
+            session.partial = rest
+            self._line(vehicle, session, bytes(line))
+        if len(session.partial) > 4 * MOST_LINE:
+            self._line(vehicle, session, bytes(session.partial))
+            session.partial.clear()
+        if session.partial.replace(ERASE_LINE, b"").endswith(PROMPTS):
+            session.waits_since_s = None
+
+    def _line(self, vehicle: Vehicle, session: _Session, raw: bytes) -> None:
+        second = int(self._context.clock.now())
+        session.this_second = session.this_second + 1 if second == session.second else 1
+        session.second = second
+        if session.this_second > MOST_LINES_PER_S:
+            self.ignored["shell lines too fast"] += 1
+            return
+        line = _shown(raw)
+        session.lines.append(line)
+        for listener in self._listeners:
+            listener(vehicle, line)
+
+    def _forget(self, vehicle: Vehicle) -> None:
+        self._sessions.pop(vehicle.id, None)
+
+
+def _shown(raw: bytes | bytearray) -> SafeText:
+    return clean(bytes(raw).replace(ERASE_LINE, b"").rstrip(b"\r\0"), MOST_LINE)

@@ -1,0 +1,124 @@
+"""Aircraft that vehicles hear by ADS-B (ADSB_VEHICLE): a table of the newest, for the map.
+
+What is heard is anybody's word. At most `MOST_TRACKS` are kept, the oldest go first (security.md B.6-106).
+"""
+
+from collections import Counter, OrderedDict
+from dataclasses import dataclass
+
+from tui_gcs.core.components import hear_all
+from tui_gcs.core.fleet import Fields
+from tui_gcs.core.messages import Vec3
+from tui_gcs.core.services.command import Action, Retry
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.vehicle import NAN, Vehicle
+
+MOST_TRACKS = 256
+FORGOTTEN_S = 60.0
+"""After so long without news an aircraft is somewhere else."""
+ADSB_VEHICLE = 246
+HZ = 5.0
+"""ArduPilot sends one aircraft per message: so many a second from each vehicle."""
+HAS_PLACE, HAS_ALTITUDE, HAS_HEADING, HAS_VELOCITY, HAS_CALLSIGN, HAS_SQUAWK = 1, 2, 4, 8, 16, 32
+SIMULATED, HAS_CLIMB = 64, 128
+"""ADSB_FLAGS."""
+SET_MESSAGE_INTERVAL = 511
+
+
+@dataclass(frozen=True)
+class Track:
+    """One aircraft as it was last heard."""
+
+    icao: int
+    callsign: str
+    """Cleaned; empty if unknown."""
+    position_m: Vec3
+    """East and north in the scenario's frame; the third is `alt_m`."""
+    lat_deg: float
+    lon_deg: float
+    alt_m: float
+    """As reported: above mean sea level if `is_geometric`, else by pressure; NaN if unknown. So the others."""
+    is_geometric: bool
+    heading_deg: float
+    speed_m_s: float
+    climb_m_s: float
+    squawk: int
+    """0 if unknown."""
+    kind: int
+    """ADSB_EMITTER_TYPE."""
+    simulated: bool
+    heard_by: int
+    """The vehicle that told of it last."""
+    seen_s: float
+    """When it was last heard by anybody, station time."""
+
+
+class TrafficService:
+    """Keeps what vehicles and their ADS-B receivers hear."""
+
+    def __init__(self, context: Context) -> None:
+        """Nothing is asked of the vehicles before `listen`."""
+        self._context = context
+        self._tracks: OrderedDict[int, Track] = OrderedDict()
+        self.dropped: Counter[str] = Counter()
+        hear_all(context.fleet, "ADSB_VEHICLE", self._heard)
+
+    def tracks(self) -> tuple[Track, ...]:
+        """All aircraft heard within the last minute, newest last."""
+        oldest_s = self._context.clock.now() - FORGOTTEN_S
+        return tuple(track for track in self._tracks.values() if track.seen_s >= oldest_s)
+
+    def listen(self, vehicle_id: int) -> None:
+        """Have a vehicle send what its receiver hears: ArduPilot does not by itself (and needs ADSB_TYPE)."""
+        fields = {"command": SET_MESSAGE_INTERVAL, "param1": ADSB_VEHICLE, "param2": 1e6 / HZ}
+        fields |= {f"param{i}": 0 for i in range(3, 8)}
+        action = Action(
+            vehicle_id,
+            "hear traffic",
+            Retry.SET,
+            send=lambda copy: self._context.door.ask(vehicle_id, "COMMAND_LONG", confirmation=copy, **fields),
+            confirmed=lambda _: action.acked_s is not None,
+            command=SET_MESSAGE_INTERVAL,
+            housekeeping=True,
+        )
+        self._context.commands.submit(action)
+
+    def _heard(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
+        track = self._track(vehicle, fields)
+        if track is None:
+            self.dropped["traffic without a place"] += 1
+            return
+        known = self._tracks.pop(track.icao, None)
+        if known is not None and known.seen_s > track.seen_s:
+            track = known
+            self.dropped["traffic that another vehicle heard later"] += 1
+        self._tracks[track.icao] = track
+        while len(self._tracks) > MOST_TRACKS:
+            self._tracks.popitem(last=False)
+            self.dropped["traffic table full"] += 1
+
+    def _track(self, vehicle: Vehicle, fields: Fields) -> Track | None:
+        flags = fields["flags"]
+        lat_deg, lon_deg = fields["lat"] / 1e7, fields["lon"] / 1e7
+        if not flags & HAS_PLACE or abs(lat_deg) > 90 or abs(lon_deg) > 180 or (lat_deg == 0 and lon_deg == 0):
+            return None
+        east_m, north_m = self._context.fleet.frame.to_enu(lat_deg, lon_deg)
+        alt_m = fields["altitude"] / 1e3 if flags & HAS_ALTITUDE else NAN
+        heading_deg = fields["heading"] / 100 if flags & HAS_HEADING and fields["heading"] < 36000 else NAN
+        return Track(
+            icao=fields["ICAO_address"],
+            callsign=fields["callsign"].strip() if flags & HAS_CALLSIGN else "",
+            position_m=(float(east_m), float(north_m), alt_m),
+            lat_deg=lat_deg,
+            lon_deg=lon_deg,
+            alt_m=alt_m if -1000 <= alt_m <= 40_000 else NAN,
+            is_geometric=fields["altitude_type"] == 1,
+            heading_deg=heading_deg,
+            speed_m_s=fields["hor_velocity"] / 100 if flags & HAS_VELOCITY else NAN,
+            climb_m_s=fields["ver_velocity"] / 100 if flags & HAS_CLIMB else NAN,
+            squawk=fields["squawk"] if flags & HAS_SQUAWK else 0,
+            kind=fields["emitter_type"],
+            simulated=bool(flags & SIMULATED),
+            heard_by=vehicle.id,
+            seen_s=self._context.clock.now() - fields["tslc"],
+        )
