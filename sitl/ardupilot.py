@@ -198,7 +198,8 @@ class ArduCopter(Autopilot):
 
     def prearm_problems(self) -> list[str]:
         """Why it cannot be armed, apart from modes that never can."""
-        return arming.problems(self)
+        found = arming.problems(self) + self.stores.calibration.refusals(self.now_us)
+        return [*found, "Downloading logs"] if self.logs.downloading else found
 
     def say_prearm(self) -> None:
         """One line per failing check."""

@@ -240,13 +240,6 @@ def _run_prearm_checks(ap: "ArduCopter", _: Command) -> Result:
     return Result.ACCEPTED
 
 
-def _calibrate(ap: "ArduCopter", command: Command) -> Result:
-    if ap.armed:
-        ap.text(Severity.NOTICE, "Disarm to allow calibration")
-        return Result.FAILED
-    return Result.ACCEPTED if any(command.p[k] for k in (0, 1, 2, 4)) else Result.UNSUPPORTED
-
-
 def _reboot(ap: "ArduCopter", command: Command) -> Result:
     if command.p[0] not in (1, 3):
         return Result.UNSUPPORTED
@@ -280,7 +273,6 @@ HANDLERS: "dict[int, Callable[[ArduCopter, Command], Result]]" = {
     193: _pause,
     207: _fence_enable,
     224: _set_mission_current,
-    241: _calibrate,
     _REBOOT: _reboot,
     300: _mission_start,
     400: _arm_disarm,

@@ -5,9 +5,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from sitl.autopilot import Fields
+from sitl.calibration_ardupilot import mag_cal_progress, mag_cal_report
 from sitl.manual import RELEASE, RELEASED
 from sitl.modes import AUTO, GUIDED, POSITION_CONTROLLED, RETURN_MODES, Stage
 from sitl.telemetry import COMMON, course_cdeg, place
+from sitl.traffic import adsb_vehicle
 
 if TYPE_CHECKING:
     from sitl.ardupilot import ArduCopter
@@ -34,7 +36,8 @@ def _battery_percent(ap: "ArduCopter") -> int:
 
 
 def _heartbeat(ap: "ArduCopter") -> Fields:
-    base_mode = 0x51 | (0x80 if ap.armed else 0)
+    looks_armed = ap.armed or ap.stores.calibration.motors_turn(ap.now_us)
+    base_mode = 0x51 | (0x80 if looks_armed else 0)
     if ap.mode in POSITION_CONTROLLED or ap.stage < Stage.READY or (ap.armed and ap.mode in {*RETURN_MODES, AUTO}):
         base_mode |= 0x08
     status = 1 if ap.stage < Stage.READY else 5 if ap.failsafes else 3 if ap.landed else 4
@@ -173,6 +176,9 @@ def _autopilot_version(ap: "ArduCopter") -> Fields:
 
 BUILDERS: "dict[str, Callable[[ArduCopter], Fields | None]]" = {
     **COMMON,
+    "ADSB_VEHICLE": adsb_vehicle,
+    "MAG_CAL_PROGRESS": mag_cal_progress,
+    "MAG_CAL_REPORT": mag_cal_report,
     "HEARTBEAT": _heartbeat,
     "SYS_STATUS": _sys_status,
     "BATTERY_STATUS": _battery_status,

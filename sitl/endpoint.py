@@ -3,9 +3,20 @@
 from collections.abc import Callable
 from typing import Any
 
-from sitl import ftp_ardupilot, ftp_px4, log_protocol, parameter_protocol, plan_ardupilot, plan_px4
+from sitl import (
+    calibration_ardupilot,
+    calibration_px4,
+    ftp_ardupilot,
+    ftp_px4,
+    log_protocol,
+    parameter_protocol,
+    plan_ardupilot,
+    plan_px4,
+    shell,
+    traffic,
+)
 from sitl.autopilot import Autopilot, Command
-from sitl.modes import Severity
+from sitl.modes import Severity, Stage
 from sitl.wire import Received, cut
 
 AUTOPILOT_COMPONENT = 1
@@ -31,13 +42,20 @@ def _heartbeat(ap: Autopilot, frame: Received) -> None:
 def _command_long(ap: Autopilot, frame: Received) -> None:
     f = frame.fields
     p = (f["param1"], f["param2"], f["param3"], f["param4"], f["param5"], f["param6"], f["param7"])
-    ap.execute(Command(f["command"], p, None), frame.system, frame.component)
+    _execute(ap, Command(f["command"], p, None), frame)
 
 
 def _command_int(ap: Autopilot, frame: Received) -> None:
     f = frame.fields
     p = (f["param1"], f["param2"], f["param3"], f["param4"], f["x"], f["y"], f["z"])
-    ap.execute(Command(f["command"], p, f["frame"]), frame.system, frame.component)
+    _execute(ap, Command(f["command"], p, f["frame"]), frame)
+
+
+def _execute(ap: Autopilot, command: Command, frame: Received) -> None:
+    """Calibrations and motor tests are dialogues of their own; everything else is flight."""
+    dialogue = _DIALOGUES[ap.spec.autopilot]
+    if ap.stage < Stage.READY or not dialogue(ap, command, frame.system, frame.component):
+        ap.execute(command, frame.system, frame.component)
 
 
 def _set_mode(ap: Autopilot, frame: Received) -> None:
@@ -45,7 +63,14 @@ def _set_mode(ap: Autopilot, frame: Received) -> None:
 
 
 def _sticks(ap: Autopilot, frame: Received) -> None:
-    ap.hear_sticks(frame.system, frame.fields)
+    target = frame.fields["target"]
+    if target == ap.spec.system_id or (target == 0 and ap.spec.autopilot == "px4"):
+        ap.hear_sticks(frame.system, frame.fields)
+
+
+def _set_current(ap: Any, frame: Received) -> None:
+    """ArduPilot: a number beyond the end is not answered."""
+    ap.mission.jump(frame.fields["seq"], restart=False)
 
 
 def _request_event(ap: Autopilot, frame: Received) -> None:
@@ -92,9 +117,16 @@ _COMMON: Handlers = {
     "TIMESYNC": _timesync,
     "SETUP_SIGNING": _setup_signing,
 }
+_DIALOGUES: dict[str, Callable[[Any, Command, int, int], bool]] = {
+    "ardupilot": calibration_ardupilot.execute,
+    "px4": calibration_px4.execute,
+}
 _HANDLERS: dict[str, Handlers] = {
     "ardupilot": {
         **_COMMON,
+        "ADSB_VEHICLE": traffic.heard,
+        "COMMAND_ACK": calibration_ardupilot.heard_ack,
+        "SERIAL_CONTROL": shell.ardupilot,
         "PARAM_REQUEST_READ": parameter_protocol.ardupilot_read,
         "PARAM_REQUEST_LIST": parameter_protocol.ardupilot_list,
         "PARAM_SET": parameter_protocol.ardupilot_set,
@@ -110,10 +142,12 @@ _HANDLERS: dict[str, Handlers] = {
         "MISSION_REQUEST_INT": plan_ardupilot.request_int,
         "MISSION_REQUEST": plan_ardupilot.request,
         "MISSION_CLEAR_ALL": plan_ardupilot.clear_all,
+        "MISSION_SET_CURRENT": _set_current,
         "MISSION_WRITE_PARTIAL_LIST": plan_ardupilot.write_partial,
     },
     "px4": {
         **_COMMON,
+        "SERIAL_CONTROL": shell.px4,
         "PARAM_REQUEST_READ": parameter_protocol.px4_read,
         "PARAM_REQUEST_LIST": parameter_protocol.px4_list,
         "PARAM_SET": parameter_protocol.px4_set,

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from sitl.autopilot import Fields
+from sitl.ftp_px4 import component_information, component_metadata
 from sitl.modes import LANDED_STATE, Phase, Stage
 from sitl.px4_control import Follow
 from sitl.px4_modes import AUTO_MAIN, ORBIT
@@ -274,6 +275,8 @@ def _autopilot_version(ap: "Px4") -> Fields:
 
 BUILDERS: "dict[str, Callable[[Px4], Fields | None]]" = {
     **COMMON,
+    "COMPONENT_INFORMATION": component_information,
+    "COMPONENT_METADATA": component_metadata,
     "HEARTBEAT": _heartbeat,
     "SYS_STATUS": _sys_status,
     "BATTERY_STATUS": _battery_status,

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from sitl.calibration import Calibration
 from sitl.missions import Transfer
 
 
@@ -22,3 +23,10 @@ class Stores:
     """Texts that were said since the last upload began and are not repeated."""
     ftp: Any = None
     """The file server's session, of the autopilot's kind; made with the first request."""
+    calibration: Calibration = field(default_factory=Calibration)
+    shell_line: str = ""
+    """PX4: what was typed and not ended yet."""
+    shell_output: bytes = b""
+    """PX4: what is still to be sent."""
+    traffic: dict[int, tuple[int, dict[str, Any]]] = field(default_factory=dict)
+    """ArduPilot: aircraft heard of from stations, by ICAO address: when, and the message."""
