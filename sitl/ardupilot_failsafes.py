@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
 POSITION_PATIENCE_US = 8_000_000
 """Without GPS the position is believed for so long."""
+LAND_PAUSE_US = 4_500_000
 STOPPED_AIDING_US = 15_000_000
 POSITION_BACK_US, CLEARED_US = 600_000, 1_200_000
 RETURN_ACTIONS = frozenset({2, 3, 4, 6})
@@ -106,10 +107,23 @@ def _watch_position(ap: "ArduCopter") -> None:
         ap.text(Severity.CRITICAL, "EKF variance")
         if ap.armed and ap.mode in NEED_POSITION | {LAND} and not ap.landed:
             ap.set_mode(LAND)
+            _land_later(ap)
             ap.text(Severity.CRITICAL, "EKF Failsafe: changed to LAND Mode")
     if lost_us >= STOPPED_AIDING_US and not ap.aiding_stopped:
         ap.aiding_stopped = True
         ap.text(Severity.WARNING, "EKF3 IMU0 stopped aiding")
+
+
+def _land_later(ap: "ArduCopter") -> None:
+    """It stays at its height at first."""
+    ap.vehicles.hold_here(ap.index)
+    ap.enter(Phase.AIRBORNE)
+
+    def land() -> None:
+        if ap.armed and ap.mode == LAND and ap.phase == Phase.AIRBORNE:
+            ap.begin_landing()
+
+    ap.tasks.after("land", LAND_PAUSE_US, land, ap.now_us)
 
 
 def _position_back(ap: "ArduCopter") -> None:

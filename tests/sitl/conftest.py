@@ -1,6 +1,7 @@
 """A minimal ground station for the simulator's tests: says things to vehicles and keeps what they answer."""
 
 import math
+import struct
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,6 +10,8 @@ import pytest
 
 from sitl.events import kinds
 from sitl.fleet import SimFleet, VehicleSpec
+from sitl.missions import Item
+from sitl.parameters import REAL32
 from sitl.wire import LAYOUT_BY_NAME, Encoder, Received, cut
 
 TICK_S = 0.05
@@ -91,6 +94,37 @@ class Ground:
         """Names of the EVENTs that came."""
         names = {kind.id: name for name, kind in kinds().items()}
         return [names[fields["id"]] for fields in self.of("EVENT", index, since_s)]
+
+    def param(self, name: str, value: float, index: int = 0) -> None:
+        """PARAM_SET: as a float, or bytewise for PX4's integers."""
+        table = self.fleet._pilots[index].params
+        kind = table.by_name(name).kind
+        if self.fleet.specs[index].autopilot == "px4" and kind != REAL32:
+            value = struct.unpack("<f", struct.pack("<i", int(value)))[0]
+        self.say("PARAM_SET", index, param_id=name.encode(), param_value=value, param_type=kind)
+
+    def item(self, command: int, east_m: float = 0.0, north_m: float = 0.0, z: float = 0.0, **more: Any) -> Item:
+        """A mission item about the first vehicle's place; z above home."""
+        lat, lon = self.fleet._vehicles.to_geodetic(0, east_m, north_m)
+        return Item(command, **{"frame": 3, **more}, x=round(lat * 1e7), y=round(lon * 1e7), z=z)
+
+    def upload(self, kind: int, items: list[Item], index: int = 0) -> int:
+        """Result of the MISSION_ACK."""
+        since = len(self.heard)
+        self.say("MISSION_COUNT", index, count=len(items), mission_type=kind)
+        asked = -1
+        for _ in range(3 * len(items) + 3):
+            self.listen()
+            new = [f for _, i, f in self.heard[since:] if i == index]
+            acks = [f.fields["type"] for f in new if f.name == "MISSION_ACK"]
+            if acks:
+                self.run(0.3)  # PX4 judges it a moment later
+                return int(acks[0])
+            seq = [f.fields["seq"] for f in new if f.name in ("MISSION_REQUEST", "MISSION_REQUEST_INT")][-1]
+            if seq != asked:
+                asked = seq
+                self.say("MISSION_ITEM_INT", index, mission_type=kind, **items[seq].fields(seq))
+        raise AssertionError("never acknowledged")
 
     def of(self, name: str, index: int = 0, since_s: float = 0.0) -> list[dict[str, Any]]:
         return [f.fields for t, i, f in self.heard if f.name == name and i == index and t >= since_s]

@@ -1,20 +1,10 @@
 """PX4 takes over: ground station lost, battery, GPS."""
 
-import numpy as np
 import pytest
 
 from sitl.fleet import SimFleet
 from sitl.px4_modes import LAND, RTL
 from tests.sitl.conftest import HOLD, Ground, px4_take_off, specs
-
-
-def set_int(ground, name, value):
-    packed = np.array([value], dtype=np.int32).view(np.float32)[0]
-    ground.say("PARAM_SET", param_id=name.encode(), param_value=float(packed), param_type=6)
-
-
-def set_float(ground, name, value):
-    ground.say("PARAM_SET", param_id=name.encode(), param_value=value, param_type=9)
 
 
 def test_without_a_ground_station_nothing_happens_by_default(px4):
@@ -26,7 +16,7 @@ def test_without_a_ground_station_nothing_happens_by_default(px4):
 
 def test_a_lost_ground_station_means_hold_and_then_return(px4):
     ground = px4()
-    set_int(ground, "NAV_DLL_ACT", 2)
+    ground.param("NAV_DLL_ACT", 2)
     px4_take_off(ground)
     lost = ground.fleet.now_s - 1.0
     while ground.fleet.mode[0] != RTL and ground.fleet.now_s < lost + 30.0:
@@ -47,7 +37,7 @@ def test_arming_without_a_ground_station_is_refused_once_its_loss_matters():
     ground.run(4.0)
     assert ground.command(400, 1) == 0
     assert ground.command(400, 0) == 0
-    set_int(ground, "NAV_DLL_ACT", 2)
+    ground.param("NAV_DLL_ACT", 2)
     assert ground.command(400, 1) == 1
 
 
@@ -67,8 +57,8 @@ def test_the_battery_drains_to_half_in_a_minute_and_is_full_again_on_the_ground(
 
 def test_an_empty_battery_lands_it(px4):
     ground = px4()
-    set_float(ground, "SIM_BAT_MIN_PCT", 2.0)
-    set_float(ground, "SIM_BAT_DRAIN", 20.0)
+    ground.param("SIM_BAT_MIN_PCT", 2.0)
+    ground.param("SIM_BAT_DRAIN", 20.0)
     px4_take_off(ground, 10.0)
     ground.beat(30.0)
     said = ground.texts()
@@ -100,7 +90,7 @@ def test_lost_gps_means_descent_after_5_s_shown_as_land(px4):
 
 def test_the_worse_failsafe_wins(px4):
     ground = px4()
-    set_int(ground, "NAV_DLL_ACT", 2)
+    ground.param("NAV_DLL_ACT", 2)
     px4_take_off(ground)
     ground.run(20.0)
     assert ground.fleet.mode[0] == RTL

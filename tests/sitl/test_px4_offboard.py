@@ -41,12 +41,6 @@ def offboard(ground, alt_m=15.0):
     assert ground.fleet.mode[0] == OFFBOARD
 
 
-def param(ground, name, value):
-    """An INT32 parameter, bytewise."""
-    packed = np.array([value], dtype=np.int32).view(np.float32)[0]
-    ground.say("PARAM_SET", param_id=name.encode(), param_value=float(packed), param_type=6)
-
-
 def test_a_stream_is_needed_first(px4):
     ground = px4()
     px4_take_off(ground)
@@ -95,7 +89,7 @@ def test_without_the_stream_it_returns_and_comes_back_by_itself(px4):
 @pytest.mark.parametrize(("action", "mode"), [(0, RTL), (3, RTL), (5, HOLD)])
 def test_what_comes_after_the_stream_is_a_parameter(px4, action, mode):
     ground = px4()
-    param(ground, "COM_OBL_RC_ACT", action)
+    ground.param("COM_OBL_RC_ACT", action)
     offboard(ground)
     ground.beat(3.0)
     assert ground.fleet.mode[0] == mode
