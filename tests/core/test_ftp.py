@@ -108,7 +108,7 @@ def test_a_repeated_answer_to_something_else_is_noticed_and_the_question_asked_a
     job = rig.station.services.ftp.read(1, "/f")
     rig.until(lambda: job.over, 5.0)
     assert job.data == FILE and server.session is None
-    assert rig.station.services.ftp.ignored["a repeated answer"] == 1
+    assert rig.station.services.ftp.ignored["file answer repeated"] == 1
 
 
 def test_another_stations_session_is_waited_for(tmp_path: Path) -> None:

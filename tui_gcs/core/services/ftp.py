@@ -89,7 +89,7 @@ class FtpService:
 
         self.end(vehicle.id)
         random = Random(f"{clock.wall()!r} {vehicle.id}")
-        made = FtpDialogue(send, clock.now, random, slow=slow, first_tries=first_tries)
+        made = FtpDialogue(send, clock.now, random, slow=slow, first_tries=first_tries, ignored=self.ignored)
         self._dialogues[vehicle.id] = made
         return made
 
@@ -116,15 +116,14 @@ class FtpService:
         """Nothing of that vehicle's files is of interest any more."""
         dialogue = self._dialogues.pop(vehicle, None)
         if dialogue is not None:
-            self.ignored += dialogue.ignored
             dialogue.close()
 
     def _hear(self, vehicle: Vehicle, fields: Fields) -> None:
         dialogue = self._dialogues.get(vehicle.id)
         if not self.context.is_for_us(fields):
-            self.ignored["for another station"] += 1
+            self.ignored["file answer for another station"] += 1
         elif dialogue is None:
-            self.ignored["nothing was asked"] += 1
+            self.ignored["file answer nobody asked for"] += 1
         else:
             dialogue.hear(bytes(fields["payload"]))
 

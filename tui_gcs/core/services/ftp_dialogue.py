@@ -60,8 +60,12 @@ class FtpDialogue:
         *,
         slow: bool = False,
         first_tries: int = FIRST_TRIES,
+        ignored: Counter[str] | None = None,
     ) -> None:
-        """`send` lets a payload leave (False: it was refused for good); `slow`: over a telemetry radio."""
+        """`send` lets a payload leave (False: it was refused for good); `slow`: over a telemetry radio.
+
+        In `ignored` packets are counted that belong to nothing, by reason.
+        """
         self._send = send
         self._now = now
         self.block = SLOW_DATA_BYTES if slow else DATA_BYTES
@@ -76,8 +80,7 @@ class FtpDialogue:
         self.closed = False
         self.on_burst: Callable[[Packet], None] | None = None
         """Told every packet of a burst of this session, whenever it comes."""
-        self.ignored: Counter[str] = Counter()
-        """Packets that belonged to nothing, by reason."""
+        self.ignored = ignored if ignored is not None else Counter()
 
     # ---------------------------------------------------------------- asking
 
@@ -149,7 +152,7 @@ class FtpDialogue:
         """A packet came from the vehicle."""
         packet = unpack(payload)
         if packet.op not in (Op.ACK, Op.NAK):
-            self.ignored["no answer"] += 1
+            self.ignored["file request from a vehicle"] += 1
         elif packet.answers == Op.BURST and self._of_a_burst(packet):
             self._hear_burst(packet)
         else:
@@ -183,18 +186,18 @@ class FtpDialogue:
         elif waiting:
             self._end(packet)
         else:
-            self.ignored["end of an old burst"] += 1
+            self.ignored["file answer: end of an old burst"] += 1
 
     def _hear_answer(self, packet: Packet) -> None:
         pending = self._pending
         if pending is None or not pending.op:
-            self.ignored["nothing was asked"] += 1
+            self.ignored["file answer nobody asked for"] += 1
         elif packet.seq != (pending.seq + 1) & 0xFFFF:
-            self.ignored["old or wrong number"] += 1
+            self.ignored["file answer with an old or wrong number"] += 1
         elif packet.answers != pending.op:
             self._renumber(pending)
         elif pending.op in IN_SESSION and packet.session != pending.session:
-            self.ignored["another session"] += 1
+            self.ignored["file answer of another session"] += 1
         else:
             self.answered = True
             if pending.sent == 1:  # else nobody knows which copy this answers
@@ -206,7 +209,7 @@ class FtpDialogue:
 
     def _renumber(self, pending: _Pending) -> None:
         """Our question was taken for a repetition: ask it again under another number."""
-        self.ignored["a repeated answer"] += 1
+        self.ignored["file answer repeated"] += 1
         if pending.sent >= pending.tries:
             return
         self.skip()

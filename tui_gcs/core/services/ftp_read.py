@@ -222,7 +222,7 @@ class FtpReader:
             self.fail(f"larger than {self._most} bytes: not read on")
             return False
         if offset > start + WINDOW_BYTES:
-            self._dialogue.ignored["far beyond what was asked"] += 1
+            self._dialogue.ignored["file data far beyond what was asked"] += 1
             return False
         if self._end is not None and offset + len(data) > self._end:
             self._end, self._near_end = None, False  # there is more than it said

@@ -1,6 +1,5 @@
 """What is known of one vehicle's parameters: by name, for indices shift while it runs (px4.md)."""
 
-from collections import Counter
 from collections.abc import Iterable
 
 from tui_gcs.core.services.param_values import Param
@@ -17,13 +16,11 @@ class ParamTable:
         self.params: dict[str, Param] = {}
         self.complete = False
         """All were fetched since it booted; what changed since was told or set by us."""
-        self.ignored: Counter[str] = Counter()
 
     def put(self, param: Param) -> bool:
         """Take a value that was told; a default that is known stays. False if there is no room."""
         before = self.params.get(param.name)
         if before is None and len(self.params) >= MOST_NAMES:
-            self.ignored["too many names"] += 1
             return False
         if before is not None and before.default is not None and param.default is None and before.type == param.type:
             param = Param(param.name, param.value, param.type, before.default)

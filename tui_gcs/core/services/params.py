@@ -225,7 +225,7 @@ class ParamService:
             return
         param = Param(name, read_value(kind, bits, self._encoding(vehicle)), kind)
         if not self.table(vehicle.id).put(param):
-            self.ignored["too many names"] += 1
+            self.ignored["parameter: too many names"] += 1
         if fetching is not None:
             fetching.heard(param, name, index, count, bits)
         for reading in self._readings:
@@ -239,7 +239,7 @@ class ParamService:
     def _on_error(self, vehicle: Vehicle, fields: Fields) -> None:
         """By name: its index is not to be trusted (px4.md)."""
         if not self.context.is_for_us(fields):
-            self.ignored["error for another station"] += 1
+            self.ignored["parameter error for another station"] += 1
             return
         name, why = fields["param_id"], error_words(fields["error"])
         for reading in self._readings:
