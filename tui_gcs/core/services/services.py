@@ -1,5 +1,7 @@
 """All MAVLink services of a station, made and ticked in one place."""
 
+from collections import Counter
+
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.control import ControlService
 from tui_gcs.core.services.failsafes import FailsafeService, reader
@@ -47,3 +49,8 @@ class Services:
         self.vehicle_events.tick()
         self.link_times.tick()
         self.shell.tick()
+
+    def ignored(self) -> Counter[str]:
+        """What came from vehicles and was of no use to any service, by reason."""
+        counters = (getattr(service, "ignored", None) for service in vars(self).values())
+        return sum((counter for counter in counters if isinstance(counter, Counter)), Counter())
