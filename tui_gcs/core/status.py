@@ -110,6 +110,7 @@ def _faults(station: "Station") -> dict[str, int]:
 def _dropped(station: "Station") -> dict[str, int]:
     counts = station.fleet.dropped + station.commands.ignored + station.door.refused + station.dropped
     counts += station.trust.dropped + station.forwarder.refused + station.services.control.refused
+    counts += station.services.ignored()
     for intake in station.fleet.intakes.values():
         counts += intake.dropped
     if ignored := sum(desk.ignored for desk in station.desks.values()):
