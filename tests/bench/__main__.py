@@ -16,6 +16,7 @@ from tests.bench.headless import help_cpu, lock_step
 from tests.bench.live import live
 from tests.bench.load import latency, load
 from tests.bench.row import NotMeasured, Row
+from tests.bench.sim import sim
 from tests.bench.tlog import tlog
 from tests.bench.wire import wire
 
@@ -25,6 +26,7 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "wire": wire,
     "tlog": tlog,
     "lock-step": lock_step,
+    "sim": sim,
     "load": load,
     "latency": latency,
     "flood": flood,
