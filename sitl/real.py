@@ -127,9 +127,6 @@ def px4(place: Place, options: Options, folder: Path) -> tuple[list[str], dict[s
         raise LaunchError(f"--target: PX4 sends to 127.0.0.1:{PX4_PORT} only; put sitl.proxy between")
     if options.parameters is not None:
         raise LaunchError("--params: PX4 takes parameters from the environment: PX4_PARAM_NAME=value tui-gcs sim …")
-    etc = next((e for e in px4_etc(options.binary) if (e / "init.d-posix" / "rcS").is_file()), None)
-    if etc is None:
-        raise LaunchError(f"{options.binary}: no etc directory of its build beside it: name the build's bin/px4")
     environment = {
         "PX4_SIM_MODEL": os.environ.get("PX4_SIM_MODEL", "sihsim_quadx"),
         "PX4_HOME_LAT": f"{place.lat_deg:.7f}",
@@ -138,12 +135,15 @@ def px4(place: Place, options: Options, folder: Path) -> tuple[list[str], dict[s
     }
     if options.speed != 1.0:
         environment["PX4_SIM_SPEED_FACTOR"] = f"{options.speed:g}"
-    return [str(options.binary), "-i", str(place.system_id - 1), "-d", str(etc)], environment
+    return [str(options.binary), "-i", str(place.system_id - 1), "-d", str(px4_etc(options.binary))], environment
 
 
-def px4_etc(binary: Path) -> list[Path]:
-    """Where the start scripts of a build may be, seen from its `bin/px4`."""
-    return [binary.parent.parent / "etc", binary.parent / "etc"]
+def px4_etc(binary: Path) -> Path:
+    """Where the start scripts of a build are, seen from its `bin/px4`. Raises `LaunchError` if they are not."""
+    for etc in (binary.parent.parent / "etc", binary.parent / "etc"):
+        if (etc / "init.d-posix" / "rcS").is_file():
+            return etc
+    raise LaunchError(f"{binary}: no etc directory of its build beside it: name the build's bin/px4")
 
 
 AUTOPILOTS = {"arducopter": arducopter, "px4": px4}
@@ -308,6 +308,7 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--speed", type=float, default=1.0, help="times real time (default 1)")
     parser.add_argument("--wipe", action="store_true", help="factory parameters, no missions, no logs")
     parser.add_argument("--parent", type=int, metavar="PID", help="end when this process is gone")
+    parser.add_argument("--check", action="store_true", help="start nothing: say what would be in the way")
     return parser.parse_args(argv)
 
 
@@ -322,6 +323,8 @@ def _options(args: argparse.Namespace) -> Options:
     if args.params is not None and not args.params.is_file():
         raise LaunchError(f"--params {args.params}: there is no such file")
     binary = find(args.autopilot, args.binary)
+    if args.autopilot == "px4":
+        px4_etc(binary)
     return Options(binary, target, args.params and args.params.resolve(), args.speed, args.wipe)
 
 
@@ -331,7 +334,10 @@ def main(argv: list[str] | None = None) -> int:
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: sys.exit(0))
     try:
-        fleet = RealFleet(args.autopilot, read_places(args.spec), _options(args), args.folder.resolve())
+        places, options = read_places(args.spec), _options(args)
+        if args.check:
+            return 0
+        fleet = RealFleet(args.autopilot, places, options, args.folder.resolve())
     except (LaunchError, OSError) as error:
         sys.stderr.write(f"sitl: {error}\n")
         return EXIT_BAD_INPUT

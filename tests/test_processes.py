@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from tests.console_pty import PtyConsole
-from tui_gcs.commands.sim import spec_of
+from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.core import messages as m
 from tui_gcs.core.bus import EVENT, FLEET, STATUS, BusError
 from tui_gcs.core.config import socket_path

@@ -35,6 +35,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_run(commands)
     _add_replay(commands)
     _add_control(commands)
+    _add_sim(commands)
     _add_keys(commands)
     return parser
 
@@ -56,6 +57,7 @@ def _add_demo(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
     parser.add_argument("--seed", type=int, help="another seed than the scenario's")
     parser.add_argument("--rounds", type=int, metavar="N", help="headless: only the first N rounds")
     parser.add_argument("--scenario", metavar="FILE", help="another scenario than the shipped swarm-challenge")
+    _fault(parser)
 
 
 def _add_fly(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -97,9 +99,36 @@ def _add_control(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
         if name == "stop":
             known = "vehicles that were armed when last heard, and of which you know what became"
             parser.add_argument("--lost", type=int, nargs="+", default=[], metavar="ID", help=known)
+
+
+def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = _add(commands, "sim", "sim", "simulated vehicles alone, for any ground station: sends to a UDP address")
-    parser.add_argument("scenario", metavar="SCENARIO.toml")
+    parser.add_argument("scenario", metavar="SCENARIO.toml", nargs="?", help="vehicles at its take-off places")
+    parser.add_argument("--count", type=int, metavar="N", help="without a scenario: so many vehicles, in rows")
+    parser.add_argument("--home", metavar="LAT,LON,AMSL[,HEADING]", help="place of the first (default: the demo's)")
+    parser.add_argument("--spacing", type=float, metavar="M", help="metres between them (default 10)")
+    parser.add_argument("--first", type=int, metavar="ID", help="system id of the first (default 1)")
+    parser.add_argument("--autopilot", choices=("ardupilot", "px4", "mixed"), help="default ardupilot")
+    parser.add_argument("--seed", type=int, help="of everything random")
+    parser.add_argument("--wind", metavar="E,N", help="m/s toward east and north, with gusts")
+    parser.add_argument("--gps-noise", type=float, metavar="M", help="standard deviation of positions")
+    parser.add_argument("--speed", type=float, default=1.0, metavar="X", help="times real time (default 1)")
     parser.add_argument("--target", default="127.0.0.1:14550", metavar="HOST:PORT")
+    _fault(parser)
+    parser.add_argument("--real", choices=("arducopter", "px4"), help="real autopilots, each in its own simulator")
+    parser.add_argument("--binary", metavar="PATH", help="their program, if it is not on PATH")
+    parser.add_argument("--params", metavar="FILE", help="their default parameters (ArduPilot)")
+    parser.add_argument("--wipe", action="store_true", help="without the parameters and missions of earlier runs")
+
+
+def _fault(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--fault",
+        default="",
+        metavar="FAULTS",
+        help="bad links, e.g. loss=0.1,burst=0.05/0.3,delay=200ms,jitter=20%%,dup=0.01,reorder=0.05,rate=5760,"
+        "corrupt=1e-4,flap=10s/2s; up.NAME=… to the vehicles only, down.NAME=… to the station only",
+    )
 
 
 def _add_keys(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

@@ -58,10 +58,12 @@ def launch(
     forced_kind: bool = False,
     forward: list[tuple[str, bool]] | None = None,
     dialects: list[str] | None = None,
+    fault: str = "",
 ) -> None:
     """Start a supervised station, detached from this terminal; returns at once.
 
-    With `sim_spec` (see `sitl.launch`) the supervisor starts those vehicles too, with a token only this run knows.
+    With `sim_spec` (see `sitl.launch`) the supervisor starts those vehicles too, with a token only this run knows;
+    `fault` makes their links bad (see `sitl.faults`).
     `forward`: (link, whether commands may come in) of other stations. `dialects`: files of MAVLink definitions.
     """
     directory = runtime_dir(kind)
@@ -78,9 +80,10 @@ def launch(
         "dialects": dialects or [],
     }
     if sim_spec is not None:
-        port = _free_port()
+        port = free_port()
         setting["links"] = [f"udpin:127.0.0.1:{port}"]
         setting["sim_target"] = f"127.0.0.1:{port}"
+        setting["fault"] = fault
         setting["token"] = secrets.token_hex(8)
         setting["sim_spec"] = sim_spec | {"token": setting["token"]}
     _write_private(directory / RUN_FILE, json.dumps(setting))
@@ -103,7 +106,22 @@ def start_error(kind: Kind) -> str:
         return ""
 
 
-def _free_port() -> int:
+def check_fault(text: str) -> None:
+    """Raise `LaunchError` if this is no text of faults; the simulator judges, in a process of its own."""
+    if text:
+        done = subprocess.run([sys.executable, "-m", "sitl.faults", text], capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise LaunchError(done.stderr.strip().rpartition("\n")[2])
+
+
+def proxy_command(listen: str, to: str, fault: str, seed: int) -> list[str]:
+    """The command line of the process that makes links bad; it ends with this one."""
+    command = [sys.executable, "-m", "sitl.proxy", "--listen", listen, "--to", to, "--fault", fault]
+    return [*command, "--seed", str(seed), "--parent", str(os.getpid())]
+
+
+def free_port() -> int:
+    """A UDP port of this machine that nobody listens on just now."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
@@ -126,25 +144,30 @@ def supervise(kind: Kind) -> int:
         if not try_lock(lock):
             return 3
         setting = json.loads((directory / RUN_FILE).read_text())
-        sim = _start_sim(directory, setting)
+        simulation = _start_sim(directory, setting)
         try:
             return _keep_station(directory)
         finally:
-            if sim is not None:
-                sim.terminate()
-                sim.wait()
+            for process in simulation:
+                process.terminate()
+                process.wait()
             (directory / RUN_FILE).unlink(missing_ok=True)
             (directory / "memory.json").unlink(missing_ok=True)
 
 
-def _start_sim(directory: Path, setting: dict[str, Any]) -> subprocess.Popen[bytes] | None:
+def _start_sim(directory: Path, setting: dict[str, Any]) -> list[subprocess.Popen[bytes]]:
+    """The vehicles, and what makes their links bad, if anything."""
     if "sim_spec" not in setting:
-        return None
+        return []
     spec = directory / "sim.json"
     _write_private(spec, json.dumps(setting["sim_spec"]))
-    target = setting["sim_target"]
+    target, commands = setting["sim_target"], []
+    if setting["fault"]:
+        target = f"127.0.0.1:{free_port()}"
+        commands.append(proxy_command(target, setting["sim_target"], setting["fault"], setting["sim_spec"]["seed"]))
     command = [sys.executable, "-m", "sitl.launch", "--spec", str(spec), "--target", target]
-    return subprocess.Popen([*command, "--parent", str(os.getpid())], stdin=subprocess.DEVNULL)
+    commands.insert(0, [*command, "--parent", str(os.getpid())])
+    return [subprocess.Popen(command, stdin=subprocess.DEVNULL) for command in commands]
 
 
 def _keep_station(directory: Path) -> int:

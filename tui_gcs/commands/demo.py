@@ -6,10 +6,15 @@ import sys
 from tui_gcs.commands.common import need_terminal, read_scenario, running, simulable
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
+from tui_gcs.launcher import LaunchError, check_fault
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Console on a simulated fleet; lock-step and a table where there is no terminal."""
+    try:
+        check_fault(arguments.fault)
+    except LaunchError as error:
+        raise CommandError(str(error)) from None
     if arguments.headless or not sys.stdout.isatty():
         from tui_gcs.commands.headless import fly
 
@@ -19,14 +24,16 @@ def run(arguments: argparse.Namespace) -> int:
     need_terminal()
     if not running(Kind.SIM):
         _launch(arguments)
+    elif arguments.fault:
+        raise CommandError("a SIM station runs already: --fault is for a new one; end it with `tui-gcs stop` first")
     from tui_gcs.commands.console import attach
 
     return attach(Kind.SIM)
 
 
 def _launch(arguments: argparse.Namespace) -> None:
-    from tui_gcs.commands.sim import spec_of
+    from tui_gcs.commands.sim_fleet import spec_of
     from tui_gcs.launcher import launch
 
     scenario, toml, path = read_scenario(arguments.scenario)
-    launch(Kind.SIM, path, toml, [], sim_spec=spec_of(simulable(scenario), arguments.seed))
+    launch(Kind.SIM, path, toml, [], sim_spec=spec_of(simulable(scenario), arguments.seed), fault=arguments.fault)

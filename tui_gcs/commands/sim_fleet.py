@@ -1,0 +1,116 @@
+"""Which simulated vehicles there are and where they stand: the options of `tui-gcs sim` as a spec for `sitl`."""
+
+import argparse
+import math
+from typing import TYPE_CHECKING, Any
+
+from tui_gcs.commands.common import read_scenario, simulable
+from tui_gcs.exits import CommandError
+
+if TYPE_CHECKING:
+    from tui_gcs.core.scenario import Origin, Scenario
+
+MOST_ID = 250
+"""Ids above are ground stations'."""
+SPACING_M = 10.0
+MOST_SPACING_M = 1000.0
+AUTOPILOTS = {"ardupilot": ("ardupilot",), "px4": ("px4",), "mixed": ("ardupilot", "px4")}
+"""What a fleet is made of: vehicles take turns."""
+
+
+def spec_of(scenario: "Scenario", seed: int | None = None, autopilots: str = "ardupilot") -> dict[str, Any]:
+    """What `sitl.launch` needs: one vehicle per take-off place that a team uses."""
+    from tui_gcs.core.places import simulated_places
+
+    ground_m = scenario.origin.ground_amsl_m
+    vehicles = [_vehicle(*place, ground_m, 0.0) for place in simulated_places(scenario)]
+    return {"seed": scenario.seed if seed is None else seed, "vehicles": _manned(vehicles, autopilots)}
+
+
+def spec_of_options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The spec that the command line describes, with a scenario or without.
+
+    Raises:
+        CommandError: options that cannot be, or not together; one line.
+    """
+    autopilots = arguments.autopilot or "ardupilot"
+    if arguments.scenario is not None:
+        for name in ("count", "home", "spacing", "first"):
+            if getattr(arguments, name) is not None:
+                raise CommandError(f"--{name}: the scenario says who stands where; leave it out")
+        scenario, _, _ = read_scenario(arguments.scenario)
+        spec = spec_of(simulable(scenario), arguments.seed, autopilots)
+    elif arguments.count is None:
+        raise CommandError("name a SCENARIO.toml, or say how many vehicles: tui-gcs sim --count 8")
+    else:
+        spec = {"seed": arguments.seed or 0, "vehicles": _manned(_grid(arguments), autopilots)}
+    return spec | _weather(arguments)
+
+
+def _vehicle(system: int, lat_deg: float, lon_deg: float, ground_m: float, heading_deg: float) -> dict[str, Any]:
+    return {
+        "system_id": system,
+        "lat_deg": lat_deg,
+        "lon_deg": lon_deg,
+        "ground_amsl_m": ground_m,
+        "heading_deg": heading_deg,
+    }
+
+
+def _manned(vehicles: list[dict[str, Any]], autopilots: str) -> list[dict[str, Any]]:
+    kinds = AUTOPILOTS[autopilots]
+    return [vehicle | {"autopilot": kinds[index % len(kinds)]} for index, vehicle in enumerate(vehicles)]
+
+
+def _grid(arguments: argparse.Namespace) -> list[dict[str, Any]]:
+    """Vehicles in rows from west to east, the first at home, as near to a square as their number allows."""
+    from tui_gcs.core.geo import LocalFrame
+
+    first = 1 if arguments.first is None else arguments.first
+    if not (arguments.count >= 1 and first >= 1 and first + arguments.count - 1 <= MOST_ID):
+        raise CommandError(f"--count {arguments.count}: ids {first} and following must be within 1 to {MOST_ID}")
+    spacing_m = SPACING_M if arguments.spacing is None else arguments.spacing
+    if not 1.0 <= spacing_m <= MOST_SPACING_M:
+        raise CommandError(f"--spacing {spacing_m:g}: must be 1 to {MOST_SPACING_M:g} m")
+    origin, heading_deg = home_of(arguments.home)
+    frame, columns = LocalFrame(origin), math.ceil(math.sqrt(arguments.count))
+    vehicles = []
+    for index in range(arguments.count):
+        lat_deg, lon_deg = frame.to_geodetic(index % columns * spacing_m, index // columns * spacing_m)
+        vehicles.append(_vehicle(first + index, lat_deg, lon_deg, origin.ground_amsl_m, heading_deg))
+    return vehicles
+
+
+def home_of(text: str | None) -> tuple["Origin", float]:
+    """(place, heading) of LAT,LON,AMSL[,HEADING]; None is the origin of the shipped scenario. Raises `CommandError`."""
+    from tui_gcs.core.scenario import Origin
+
+    if text is None:
+        return read_scenario(None)[0].origin, 0.0
+    numbers = numbers_of(text)
+    if len(numbers) not in (3, 4) or abs(numbers[0]) > 85.0 or abs(numbers[1]) > 180.0 or abs(numbers[2]) > 9000.0:
+        raise CommandError(f"--home {text}: must be LAT,LON,AMSL[,HEADING], for example 52.0720,-0.6280,110,90")
+    return Origin(*numbers[:3]), (numbers[3] if len(numbers) == 4 else 0.0) % 360.0
+
+
+def numbers_of(text: str) -> list[float]:
+    """Numbers between commas; none if one of them is none."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        return []
+    return numbers if all(math.isfinite(number) for number in numbers) else []
+
+
+def _weather(arguments: argparse.Namespace) -> dict[str, Any]:
+    weather: dict[str, Any] = {}
+    if arguments.wind is not None:
+        wind = numbers_of(arguments.wind)
+        if len(wind) != 2 or math.hypot(*wind) > 25.0:
+            raise CommandError(f"--wind {arguments.wind}: must be EAST,NORTH in m/s, together 25 at most, e.g. 3,-1")
+        weather["wind_m_s"] = wind
+    if arguments.gps_noise is not None:
+        if not 0.0 <= arguments.gps_noise <= 20.0:
+            raise CommandError(f"--gps-noise {arguments.gps_noise:g}: must be 0 to 20 m")
+        weather["gps_noise_m"] = arguments.gps_noise
+    return weather
