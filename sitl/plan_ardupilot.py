@@ -11,7 +11,7 @@ from sitl import missions
 from sitl.autopilot import Autopilot
 from sitl.missions import FENCE, KINDS, MISSION, RALLY, Item, Transfer
 from sitl.modes import Severity
-from sitl.plan_ardupilot_items import STORED, fence_problem
+from sitl.plan_ardupilot_items import INCOMPLETE, STORED, fence_problem
 from sitl.tasks import Task
 from sitl.wire import Received
 
@@ -158,7 +158,8 @@ def _asked_for(ap: Autopilot, frame: Received) -> Item | None:
         return items[seq]
     if kind == MISSION:
         _send_count(ap, frame, kind)
-    _acknowledge(ap, frame, missions.INVALID_SEQUENCE if kind == RALLY else missions.ERROR, kind)
+    beyond = kind == RALLY or (kind == FENCE and seq > len(items))
+    _acknowledge(ap, frame, missions.INVALID_SEQUENCE if beyond else missions.ERROR, kind)
     return None
 
 
@@ -277,7 +278,7 @@ def write_fence(ap: Autopilot, items: list[Item]) -> bool:
     """Judge a fence as a whole and take it; False (with the texts) leaves the old one."""
     problem = fence_problem(items)
     if problem:
-        ap.text(Severity.WARNING, problem)
+        ap.text(Severity.INFO if problem == INCOMPLETE else Severity.WARNING, problem)
         ap.text(Severity.WARNING, "Fence validation failed")
         return False
     ap.text(Severity.DEBUG, "Fence Indexed OK")

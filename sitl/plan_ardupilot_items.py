@@ -20,6 +20,18 @@ _WITHOUT_PLACE = frozenset(
     | {193, 194, 215, 217, 218, 222, 223, 531, 532, 534, 600, 601, 1000, 2000, 2001, 2500, 2501, 3000}
     | {42600, 42702, 42703}
 )
+_FORMS = {
+    **dict.fromkeys((16, 22, 82, 92), "w---"),
+    **dict.fromkeys((179, 193, 194, 201, 207, 208, 210, 212, 215, 216, 600, 2001, 2500, 2501, 3000), "i---"),
+    **dict.fromkeys((177, 181, 183, 211, 218, 601), "ii--"),
+    **dict.fromkeys((112, 114), "f---"),
+    **dict.fromkeys((531, 532), "if--"),
+    **dict.fromkeys((42600, 42702), "iiff"),
+    **dict.fromkeys((1000, 42703), "iiii"),
+    30: "w---", 84: "w---", 85: "w---", 94: "w---", 93: "fiii", 115: "ffii", 178: "iff-", 182: "iif-", 184: "iiif",
+    202: "iibi", 203: "iiii", 205: "fff-", 206: "f-b-", 222: "ifff", 534: "iib-", 2000: "ifwi",
+}  # fmt: skip
+"""How p1 to p4 come back, read off a real ArduCopter: - lost, i whole, b and w in 8 and 16 bits, f as they were."""
 _YAW_MAY_BE_NAN = frozenset({16, 17, 21, 22, 84, 85})
 
 
@@ -63,9 +75,9 @@ def _stored_mission_item(new: Item) -> tuple[int, Item]:
     return missions.ACCEPTED, replace(plain, frame=_FRAMES[new.frame], z=int(new.z * 100.0) / 100.0, **_kept(new))
 
 
-def _whole(value: float) -> float:
-    """A parameter kept in 16 bits."""
-    return float(int(value) & 0xFFFF) if math.isfinite(value) else 0.0
+def _wrapped(value: float, bits: int) -> float:
+    """A parameter kept in so many bits without a sign."""
+    return float(int(value) & (1 << bits) - 1) if math.isfinite(value) else 0.0
 
 
 def _kept(new: Item) -> dict[str, Any]:
@@ -74,22 +86,34 @@ def _kept(new: Item) -> dict[str, Any]:
     tangent = float(new.p4 > 0.0)
     none = {"p1": 0.0, "p2": 0.0, "p3": 0.0, "p4": 0.0}
     match new.command:
-        case missions.WAYPOINT | missions.SPLINE | missions.TAKEOFF:
-            return {**none, "p1": _whole(new.p1)}
         case missions.LOITER_UNLIMITED:
-            return {**none, "p3": turn * _whole(abs(new.p3))}
+            return {**none, "p3": turn * _wrapped(abs(new.p3), 16)}
+        case 18:  # LOITER_TURNS: turns and radius share 16 bits
+            return {**none, "p1": float(int(new.p1)), "p3": turn * float(int(abs(new.p3))), "p4": tangent}
         case missions.LOITER_TIME:
-            return {**none, "p1": _whole(new.p1), "p3": turn, "p4": tangent}
+            return {**none, "p1": _wrapped(new.p1, 16), "p3": turn, "p4": tangent}
         case missions.LAND:
-            return {**none, "p1": _whole(new.p1), "p4": -1.0 if new.p4 < 0.0 else 1.0}
-        case missions.RETURN | missions.DO_LAND_START:
-            return none
-        case missions.DO_JUMP:
-            return {**none, "p1": _whole(new.p1), "p2": float(int(new.p2))}
-        case 178:
-            return {"p4": 0.0}
-        case _:
-            return {}
+            return {**none, "p1": _wrapped(new.p1, 16), "p4": -1.0 if new.p4 < 0.0 else 1.0}
+        case 31:  # LOITER_TO_ALT
+            radius = -1.0 if new.p2 < 0.0 else 1.0
+            return {**none, "p2": radius * _wrapped(abs(new.p2), 16), "p4": tangent}
+    values = (new.p1, new.p2, new.p3, new.p4)
+    kept = zip(none, _FORMS.get(new.command, "----"), values, strict=True)
+    return {name: _form(form, value) for name, form, value in kept}
+
+
+def _form(form: str, value: float) -> float:
+    """A parameter as it is stored: not at all, whole, in 8 or 16 bits, or as it came."""
+    match form:
+        case "-":
+            return 0.0
+        case "i":
+            return float(int(value)) if math.isfinite(value) else 0.0
+        case "b":
+            return _wrapped(value, 8)
+        case "w":
+            return _wrapped(value, 16)
+    return value
 
 
 def _stored_fence_item(new: Item) -> tuple[int, Item]:
@@ -122,6 +146,7 @@ def _stored_rally_point(new: Item) -> tuple[int, Item]:
 STORED = {MISSION: _stored_mission_item, FENCE: _stored_fence_item, RALLY: _stored_rally_point}
 """Result and kept form of an item, by kind."""
 
+INCOMPLETE = "Incorrect item count"
 _FENCE_TYPES = {5000: 95, 5001: 98, 5002: 97, 5003: 92, 5004: 93}
 """Numbers that ArduPilot's texts name them by."""
 
@@ -139,7 +164,7 @@ def fence_problem(items: list[Item]) -> str:
             elif point.command != wanted:
                 return f"Received incorrect vertex type (want={_FENCE_TYPES[wanted]} got={_FENCE_TYPES[point.command]})"
             elif vertices != count_of_polygon:
-                return f"Unexpected vertex count want={count_of_polygon} got={vertices}"
+                return f"Unexpected vertex count want={count_of_polygon} got={vertices}\n"  # so it is
             left -= 1
         elif left:
             return f"Received incorrect type (want={_FENCE_TYPES[wanted]} got={_FENCE_TYPES[point.command]})"
@@ -151,4 +176,4 @@ def fence_problem(items: list[Item]) -> str:
             seen_return = True
         if _place_problem(point):
             return "Bad lat or lon"
-    return "Incorrect item count" if left else ""
+    return INCOMPLETE if left else ""

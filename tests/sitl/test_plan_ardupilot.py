@@ -62,6 +62,9 @@ def test_frames_come_back_without_int(copter, sent, kept):
         (waypoint(command=21, p4=math.nan), waypoint(frame=3, command=21, p4=1.0)),
         (Item(178, 2, 1.0, 6.0, -1.0, x=5, y=6, z=7.0), Item(178, 0, 1.0, 6.0, -1.0)),
         (Item(20, 2), Item(20, 0)),
+        (waypoint(command=201, p1=1.7, p2=2.6), waypoint(frame=3, command=201, p1=1.0)),
+        (Item(183, 2, 9.0, 1500.6, 3.0, 4.0), Item(183, 0, 9.0, 1500.0)),
+        (Item(115, 3, 90.5, 10.5, -1.0, 1.0), Item(115, 0, 90.5, 10.5, -1.0, 1.0)),
         (Item(177, 2, 1.0, 3.0), Item(177, 0, 1.0, 3.0)),
     ],
 )
@@ -211,6 +214,8 @@ def test_asking_beyond_the_end_tells_the_count(copter):
     copter.say("MISSION_REQUEST_INT", mission_type=MISSION, seq=3)
     assert copter.last("MISSION_COUNT")["count"] == 3
     assert copter.last("MISSION_ACK")["type"] == 1
+    copter.say("MISSION_REQUEST_INT", mission_type=FENCE, seq=3)
+    assert copter.last("MISSION_ACK")["type"] == 13
 
 
 class TestFence:
@@ -231,7 +236,7 @@ class TestFence:
     @pytest.mark.parametrize(
         ("items", "text"),
         [
-            ([*square()[:3], replace(square()[3], p1=7.0)], "Unexpected vertex count want=4 got=7"),
+            ([*square()[:3], replace(square()[3], p1=7.0)], "Unexpected vertex count want=4 got=7\n"),
             (square(vertices=2), "Invalid vertex count (2)"),
             ([*square()[:2], *square(command=5002)[:2]], "Received incorrect vertex type (want=98 got=97)"),
             ([*square()[:2], Item(5003, 0, p1=9.0)], "Received incorrect type (want=98 got=92)"),
