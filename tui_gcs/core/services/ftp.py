@@ -16,6 +16,7 @@ from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.ftp_change import FtpEntry, FtpLister, FtpOneQuestion, FtpWriter
 from tui_gcs.core.services.ftp_codec import Op
 from tui_gcs.core.services.ftp_dialogue import FIRST_TRIES, FtpDialogue
+from tui_gcs.core.services.ftp_download import FtpDownloadJob
 from tui_gcs.core.services.ftp_read import MOST_BYTES, FtpReader, MemorySink, Sink
 from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.text import clean
@@ -50,6 +51,10 @@ class FtpService:
     def read(self, vehicle: int, path: str, on_done: Done = None, *, max_bytes: int = MOST_BYTES) -> "FtpReadJob":
         """Read a file into `job.data`; one that is larger than `max_bytes` is an error."""
         return self._submit(FtpReadJob(self, vehicle, path, on_done, max_bytes))
+
+    def download(self, vehicle: int, path: str, on_done: Done = None, *, max_bytes: int = MOST_BYTES) -> FtpDownloadJob:
+        """Read a file onto our disk, proven by its checksum: `job.path`, below the state directory."""
+        return self._submit(FtpDownloadJob(self, vehicle, path, on_done, max_bytes))
 
     def write(
         self, vehicle: int, path: str, data: bytes, on_done: Done = None, *, verify: bool = True

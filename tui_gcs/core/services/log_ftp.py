@@ -1,6 +1,5 @@
 """Downloading a log by FTP (PX4): found by its size among the files of its folders, proven by its checksum."""
 
-import zlib
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -8,6 +7,7 @@ from tui_gcs.core.safe_files import FileRefused
 from tui_gcs.core.services.ftp_change import FtpEntry, FtpLister, FtpOneQuestion
 from tui_gcs.core.services.ftp_codec import Op
 from tui_gcs.core.services.ftp_dialogue import FtpDialogue
+from tui_gcs.core.services.ftp_download import CopyCheck
 from tui_gcs.core.services.ftp_read import FtpReader
 from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.log_list import LogEntry
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 MOST_FOLDERS = 60
 """Days that are looked through, the newest first."""
 MOST_LOG_BYTES = 1 << 30
-CHECK_BYTES = 4 << 20
-"""Of our copy, in one tick."""
 
 
 class LogFtpJob(Job):
@@ -42,8 +40,7 @@ class LogFtpJob(Job):
         self._reader: FtpReader | None = None
         self._part: LogPart | None = None
         self._remote = ""
-        self._crc: int | None = None
-        self._ours, self._checked = 0xFFFFFFFF, 0
+        self._check: CopyCheck | None = None
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """See `Job`."""
@@ -62,8 +59,8 @@ class LogFtpJob(Job):
             self.done = self._reader.ranges.held
         elif self._dialogue is not None:
             self._dialogue.tick()
-        if self._crc is not None and not self.over:
-            self._compare(vehicle, self._crc)
+        if self._check is not None and not self.over:
+            self._compare(vehicle, self._check)
 
     def abort(self) -> None:
         """See `Job`."""
@@ -133,24 +130,21 @@ class LogFtpJob(Job):
         question.start()
 
     def _on_crc(self, error: str, crc: int | None) -> None:
-        if error or crc is None:
+        part = self._part
+        if error or crc is None or part is None:
             self.finish(f"its checksum was not told ({error}): kept to be tried again")
-        else:
-            self._crc = crc
+            return
+        part.file.cut(part.ranges.end)
+        self._check = CopyCheck(part.file, crc)
 
-    def _compare(self, vehicle: Vehicle, crc: int) -> None:
+    def _compare(self, vehicle: Vehicle, check: CopyCheck) -> None:
         """Go on with the checksum of our copy; the last time tell whether it is the vehicle's."""
         part = self._part
         if part is None:
             return
-        if not self._checked:
-            part.file.cut(part.ranges.end)
-        block = part.file.read(self._checked, CHECK_BYTES)
-        if block:
-            self._ours = zlib.crc32(block, self._ours)
-            self._checked += len(block)
+        good = check.good()
+        if good is None:
             return
-        good = crc in (self._ours ^ 0xFFFFFFFF, self._ours)
         self._part = None
         try:
             self.path = self._service.told_path(
