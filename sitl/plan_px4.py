@@ -42,12 +42,11 @@ def count(ap: "Px4", frame: Received) -> None:
     transfer = _transfer(ap)
     if transfer is not None:
         _count_when_busy(ap, frame, transfer)
-    elif kind not in KINDS:
-        _acknowledge(ap, frame, missions.INVALID, kind)
-    elif number > MAX_ITEMS[kind]:
+    elif number > MAX_ITEMS.get(kind, 0):
         _acknowledge(ap, frame, missions.NO_SPACE, kind)
     elif number == 0:
-        _replace(ap, kind, [], 0)
+        if kind in KINDS:
+            _replace(ap, kind, [], 0)
         _acknowledge(ap, frame, missions.ACCEPTED, kind)
     else:
         _begin(ap, Transfer(kind, frame.system, frame.component, 0, number, ap.now_us), sending=False)

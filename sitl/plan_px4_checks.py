@@ -27,18 +27,21 @@ def judge_mission(ap: "Px4") -> None:
 
 def _mission_is_good(ap: "Px4", items: list[Item]) -> bool:
     placed = [item for item in items if item.command in _PLACES and item.frame not in NO_PLACE]
+    good = _order_is_good(ap, items, placed) and (not placed or not placed[0].x or _first_is_near(ap, placed[0]))
+    return _mission_is_inside(ap, items) and good  # the fence is looked at in any case
+
+
+def _order_is_good(ap: "Px4", items: list[Item], placed: list[Item]) -> bool:
     for seq, item in enumerate(items):
         if item.command == missions.LAND and seq == 0:
             return _reject(ap, "navigator_mis_starts_w_landing")
         if item.command == missions.TAKEOFF:
-            height_m = item.z if item.relative else item.z - home_amsl_m(ap)
-            if height_m <= 0.0:
-                return _reject(ap, "navigator_mis_takeoff_too_low", 0.0)
+            lowest_m = 0.0 if item.relative else home_amsl_m(ap)
+            if item.z <= lowest_m:
+                return _reject(ap, "navigator_mis_takeoff_too_low", lowest_m)
             if item is not placed[0]:
                 return _reject(ap, "navigator_mis_takeoff_not_first")
-    if placed and placed[0].x and not _first_is_near(ap, placed[0]):
-        return False
-    return _mission_is_inside(ap, items)
+    return True
 
 
 def _first_is_near(ap: "Px4", first: Item) -> bool:
@@ -67,7 +70,8 @@ def _reject(ap: "Px4", event: str, *arguments: float) -> bool:
 def judge_fence(ap: "Px4") -> None:
     """Set `plans.in_force`: shapes that do not contain home are dropped with a text each.
 
-    PX4's bug is here, too: after the first circle every vertex of a polygon counts as a circle of (about) no radius.
+    PX4's bug is here, too: after the first circle every vertex of a polygon begins a polygon of its own, which runs
+    into whatever follows; where the list ends before it does, it contains nothing.
     """
     plans, shapes, at, circles = ap.plans, [], 0, False
     while at < len(plans.fence):
@@ -76,9 +80,9 @@ def judge_fence(ap: "Px4") -> None:
             at += 1
             continue
         circles = circles or item.command in missions.CIRCLES
-        size = 1 if circles else int(item.p1)
+        size = 1 if item.command in missions.CIRCLES else int(item.p1)
         shape = plans.fence[at : at + size]
-        at += size
+        at += 1 if circles else size
         if _contains_home(ap, shape):
             shapes.append(shape)
             continue
@@ -89,7 +93,7 @@ def judge_fence(ap: "Px4") -> None:
 
 
 def judge_rally(ap: "Px4") -> None:
-    """Frames 5 and 6 are taken, and complained of every 2 s from then on."""
+    """Frames 5 and 6 are taken, and complained of every 2 s while it is armed."""
     ap.tasks.start("rally complaint", _complain(ap), ap.now_us)
 
 
@@ -97,6 +101,8 @@ def _complain(ap: "Px4") -> Task:
     bad = next((point.frame for point in ap.plans.rally if point.frame not in (0, 3)), None)
     while bad is not None:
         yield RALLY_COMPLAINT_US
+        if not ap.armed:
+            continue
         event = "rtl_unsupported_mav_frame"
         ap.tell("RTL: unsupported MAV_FRAME", event, bad, severity=Severity.CRITICAL, levels=LEVEL_FRAME)
 
@@ -119,7 +125,10 @@ def _contains_home(ap: "Px4", shape: list[Item]) -> bool:
 def _allows(shape: list[Item], corners: list[tuple[float, float]]) -> bool:
     """`corners` are relative to the place that is asked about."""
     command = shape[0].command
-    within = math.hypot(*corners[0]) < shape[0].p1 if command in missions.CIRCLES else _around(corners)
+    if command in missions.CIRCLES:
+        within = math.hypot(*corners[0]) < shape[0].p1
+    else:
+        within = len(shape) == int(shape[0].p1) and _around(corners)
     return within == (command in (missions.POLYGON_IN, missions.CIRCLE_IN))
 
 

@@ -64,7 +64,7 @@ def _with_place(new: Item) -> tuple[int, Item]:
         case missions.LOITER_TIME:
             stored = replace(plain, p1=new.p1, p2=float(new.p2 > 0.0), p3=new.p3, p4=float(new.p4 > 0.0))
         case missions.LAND:
-            stored = replace(plain, p2=new.p2, p4=yaw)
+            stored = replace(plain, p2=_whole(new.p2), p4=yaw)
         case missions.TAKEOFF | 84 | 85:
             stored = replace(plain, p4=yaw)
         case 31:
@@ -78,13 +78,26 @@ def _with_place(new: Item) -> tuple[int, Item]:
         case 80 | 201:
             if new.p1 not in (_ROI_NONE, _ROI_LOCATION):
                 return missions.INVALID_PARAM1, new
-            stored = replace(plain, p1=new.p1)
+            stored = plain  # what is to be looked at is lost
         case _:
             return missions.UNSUPPORTED, new
     return missions.ACCEPTED, stored
 
 
 def _without_place(new: Item) -> tuple[int, Item]:
+    """All seven numbers are kept as 32-bit floats: large whole ones come back rounded."""
+    stored = replace(new, x=_single(new.x), y=_single(new.y))
+    if new.command == missions.DO_JUMP:
+        stored = replace(stored, p1=_whole(new.p1), p2=_whole(new.p2))
     if new.command in _ROI:
-        return (missions.ACCEPTED if new.p1 in _ROI_MODES_WITHOUT_PLACE else missions.INVALID_PARAM1), new
-    return (missions.ACCEPTED if new.command in _WITHOUT_PLACE else missions.UNSUPPORTED), new
+        return (missions.ACCEPTED if new.p1 in _ROI_MODES_WITHOUT_PLACE else missions.INVALID_PARAM1), stored
+    return (missions.ACCEPTED if new.command in _WITHOUT_PLACE else missions.UNSUPPORTED), stored
+
+
+def _whole(value: float) -> float:
+    return float(int(value)) if math.isfinite(value) else 0.0
+
+
+def _single(value: int) -> int:
+    single: float = struct.unpack("<f", struct.pack("<f", value))[0]
+    return round(single)

@@ -79,7 +79,9 @@ def test_it_asks_for_whole_numbers_and_gives_the_opaque_id_of_the_real_one(px4):
         (waypoint(frame=3, p1=1.0, p2=2.0, p3=3.0, p4=-90.0), waypoint(frame=6, p1=1.0, p2=2.0, p4=270.0)),
         (waypoint(frame=0), waypoint(frame=5)),
         (waypoint(frame=5), waypoint(frame=5)),
-        (waypoint(command=21, p1=5.0, p2=1.0), waypoint(command=21, p2=1.0)),
+        (waypoint(command=21, p1=5.0, p2=1.6), waypoint(command=21, p2=1.0)),
+        (waypoint(command=201, p1=3.0), waypoint(command=201)),
+        (Item(177, 2, 1.7, 2.6, x=-353634427, y=7), Item(177, 2, 1.0, 2.0, x=-353634432, y=7)),
     ],
 )
 def test_what_comes_back(px4, sent, kept):
@@ -136,6 +138,11 @@ def test_too_many_are_no_space(px4, kind, most):
     assert px4.last("MISSION_ACK")["type"] == 4
     px4.say("MISSION_COUNT", count=most, mission_type=kind)
     assert px4.last("MISSION_REQUEST_INT")["seq"] == 0
+
+
+def test_an_unknown_kind_has_no_space(px4):
+    px4.say("MISSION_COUNT", count=3, mission_type=7)
+    assert px4.last("MISSION_ACK")["type"] == 4
 
 
 def test_one_transfer_at_a_time(px4):
@@ -223,6 +230,13 @@ class TestJudgement:
         assert px4.texts() == ["Geofence violation for waypoint 2\t"]
         assert px4.events() == ["navigator_mis_geofence_violation"]
 
+    def test_everything_that_is_wrong_is_told(self, px4):
+        px4.upload(FENCE, square())
+        px4.run(0.2)
+        px4.upload(MISSION, [waypoint(2_000_000, command=22)])
+        px4.run(0.2)
+        assert px4.events() == ["navigator_mis_first_wp_far", "navigator_mis_geofence_violation"]
+
     def test_a_new_fence_judges_the_mission_again(self, px4):
         px4.upload(MISSION, [waypoint(0, command=22), waypoint(50_000)])
         px4.run(0.2)
@@ -265,12 +279,17 @@ class TestFence:
         assert [len(shape) for shape in px4.ap.plans.in_force] == [4, 1]
         assert not px4.texts()
 
-    def test_circle_then_polygon_loses_the_polygon(self, px4):
-        """PX4's bug: every vertex after a circle counts as a circle."""
+    def test_circle_then_polygon_is_said_to_be_invalid_three_times(self, px4):
+        """PX4's bug: after a circle every vertex begins a polygon; those that run over the end contain nothing."""
         px4.upload(FENCE, [circle(), *square()])
         px4.run(0.2)
-        assert [len(shape) for shape in px4.ap.plans.in_force] == [1]
-        assert px4.texts() == ["Geofence invalid, doesn't contain Home position\t"] * 4
+        assert [len(shape) for shape in px4.ap.plans.in_force] == [1, 4]
+        assert px4.texts() == ["Geofence invalid, doesn't contain Home position\t"] * 3
+
+    def test_circle_then_a_polygon_to_stay_out_of_loses_it_with_one_text(self, px4):
+        px4.upload(FENCE, [circle(), *square(command=5002)])
+        px4.run(0.2)
+        assert px4.texts() == ["Geofence invalid, doesn't contain Home position\t"]
 
 
 class TestRally:
@@ -278,6 +297,9 @@ class TestRally:
     def test_only_frames_0_and_3_are_good_the_others_are_complained_of_for_ever(self, px4, frame, complaints):
         assert px4.upload(RALLY, [waypoint(command=5100, frame=frame)]) == 0
         px4.run(5.0)
+        assert not px4.texts()  # only once it is armed
+        px4.ap.armed = True
+        px4.run(4.5)
         assert px4.texts() == ["RTL: unsupported MAV_FRAME\t"] * complaints
         px4.say("MISSION_CLEAR_ALL", mission_type=RALLY)
         px4.forget()
