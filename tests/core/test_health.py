@@ -14,6 +14,7 @@ from tui_gcs.core.text import SafeText
 
 ALL, PREARM = 0x1120FFFF, 0x10000000
 HOLD, OFFBOARD = 0x3040000, 0x60000
+HOLD_BIT = 1 << 4
 SYS: dict[str, Any] = {
     "onboard_control_sensors_present": ALL,
     "onboard_control_sensors_enabled": ALL,
@@ -214,6 +215,13 @@ def test_the_state_in_the_heartbeat(tmp_path: Path, status: int, ready: bool) ->
     assert judge(rig).ready is ready
 
 
+def test_px4_says_state_0_whenever_its_checks_fail_so_it_is_no_reason(tmp_path: Path) -> None:
+    """Measured on 1.16.1: POSCTL without sticks, minutes after its start."""
+    rig = healthy(tmp_path, Peer(1, autopilot=PX4, custom_mode=HOLD))
+    rig.vehicle().system_status = 0
+    assert judge(rig).ready
+
+
 def test_a_low_throttle_stick_is_told_and_in_loiter_it_blocks(tmp_path: Path) -> None:
     """SITL's default RC has the stick at 1000: LOITER by a station sank at 2.5 m/s, silently."""
     peer = Peer(1, custom_mode=GUIDED)
@@ -246,10 +254,21 @@ def test_gps_blocks_only_if_it_is_what_is_missing(tmp_path: Path) -> None:
 # ---------------------------------------------------------------- PX4
 
 
+def report(rig: ServiceRig, *, can_arm: int) -> None:
+    """Its arming checks told."""
+    events = rig.station.services.vehicle_events
+    check = Check(SafeText("No valid position estimate"), 3, HOLD_BIT)
+    events.report = lambda vehicle: Report((check,), can_arm, can_arm, 0.0)  # type: ignore[method-assign]
+    events._bit = lambda vehicle, custom_mode: HOLD_BIT  # type: ignore[method-assign]
+
+
 def test_px4_after_an_offboard_flight_needs_another_mode(tmp_path: Path) -> None:
     bad = {"onboard_control_sensors_health": ALL & ~PREARM}
     rig = healthy(tmp_path, Peer(1, autopilot=PX4, custom_mode=OFFBOARD), SYS_STATUS=bad)
-    assert blocking(rig) == ["in OFFBOARD without set-points it does not arm: set HOLD first"]
+    text = "in OFFBOARD without set-points it does not arm: set HOLD first"
+    assert blocking(rig) == [text]
+    report(rig, can_arm=HOLD_BIT)
+    assert judge(rig) == Health(True, (Problem(text, blocks=False),)), "it says that it would arm in HOLD"
 
 
 def test_px4_without_home_cannot_take_off(tmp_path: Path) -> None:
@@ -260,12 +279,11 @@ def test_px4_without_home_cannot_take_off(tmp_path: Path) -> None:
 def test_px4s_own_checks_are_the_reasons(tmp_path: Path) -> None:
     bad = {"onboard_control_sensors_health": ALL & ~PREARM}
     rig = healthy(tmp_path, Peer(1, autopilot=PX4, custom_mode=HOLD), SYS_STATUS=bad)
-    assert blocking(rig) == ["its arming checks fail in HOLD"]
-    events = rig.station.services.vehicle_events
-    check = Check(SafeText("No valid position estimate"), 3, 1 << 4)
-    events.report = lambda vehicle: Report((check,), 0, 0, 0.0)  # type: ignore[method-assign]
-    events._bit = lambda vehicle, mode: 1 << 4  # type: ignore[method-assign]
+    assert blocking(rig) == ["it does not arm in HOLD"]
+    report(rig, can_arm=0)
     assert blocking(rig) == ["No valid position estimate"]
+    report(rig, can_arm=HOLD_BIT)
+    assert blocking(rig) == ["it does not arm in HOLD"], "two words of its own contradict each other"
 
 
 @pytest.mark.parametrize(

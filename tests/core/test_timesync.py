@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from service_rig import GCS, Fields, Peer, ServiceRig
+from service_rig import Fields, Peer, ServiceRig
 from wires import Wire, Wired
 
 from tui_gcs.core.services.timesync import MOST_AT_ONCE, MOST_PER_S
@@ -103,8 +103,10 @@ class Clocked(Peer):
         self.answers = {"TIMESYNC": Clocked.tell}
 
     def tell(self, fields: Fields) -> None:
+        """As PX4 1.16.1 does: the target is what happened to be in its memory."""
         if fields["tc1"] == 0:
-            self.say_to_us("TIMESYNC", tc1=round((self.now + 1000.0) * 1e9), ts1=fields["ts1"])
+            tc1 = round((self.now + 1000.0) * 1e9)
+            self.say("TIMESYNC", tc1=tc1, ts1=fields["ts1"], target_system=21, target_component=0)
 
 
 def test_round_trip_and_offset_of_a_vehicle_are_measured_every_ten_seconds(tmp_path: Path) -> None:
@@ -133,7 +135,6 @@ def test_answers_that_nobody_asked_for_measure_nothing(tmp_path: Path) -> None:
     peer, times = rig.peers[1], rig.station.services.link_times
     asked = peer.got("TIMESYNC")[0]["ts1"]
     peer.say_to_us("TIMESYNC", tc1=5, ts1=asked + 1)
-    peer.say("TIMESYNC", tc1=5, ts1=asked, target_system=GCS - 9, target_component=190)
     rig.run(0.1)
     assert times.of(rig.vehicle()) is None and times.ignored["answer to nothing asked"] == 1
     peer.say_to_us("TIMESYNC", tc1=5, ts1=asked)

@@ -157,9 +157,22 @@ def test_without_metadata_only_what_is_bad_is_told_by_number(rig: ServiceRig) ->
     for _ in range(3):
         peer.event(NO_GPS, level=2)
         rig.run(0.1)
+    assert not told(rig), "it may be told in words yet"
+    rig.run(8.0)
     assert told(rig) == ["event 0x01000004 (no metadata)"]
     assert wanted == [1]
     assert events.ignored["event without metadata"] == 1
+
+
+def test_what_came_before_the_metadata_is_told_in_words_as_soon_as_it_is_there(rig: ServiceRig) -> None:
+    peer, events = rig.peers[1], rig.station.services.vehicle_events
+    assert isinstance(peer, Teller)
+    serve(events, peer, after_s=1.0)
+    peer.event(DENIED, level=2)
+    rig.run(0.5)
+    assert not told(rig)
+    rig.run(1.0)
+    assert told(rig) == ["Arming denied: Resolve system health failures first"]
 
 
 @pytest.mark.parametrize("start", [0, 65533], ids=["plain", "wraps"])
@@ -269,6 +282,15 @@ def test_events_for_another_station_are_not_ours(rig: ServiceRig) -> None:
 
 
 # ---------------------------------------------------------------- texts that come twice
+
+
+def test_a_vehicle_without_events_is_not_asked_for_metadata_when_it_refuses(rig: ServiceRig) -> None:
+    """ArduPilot tells its reasons in texts."""
+    events, wanted = rig.station.services.vehicle_events, []
+    events._files.fetch = lambda vehicle, kind, on_done: wanted.append(vehicle)  # type: ignore[method-assign]
+    rig.peers[1].ack(400, 4)
+    rig.run(1.0)
+    assert not wanted
 
 
 @pytest.mark.parametrize("event_first", [True, False])

@@ -91,14 +91,22 @@ EKF_PARTS = {
 """ESTIMATOR_STATUS_FLAGS' and EKF_STATUS_FLAGS' common part."""
 PX4_PARTS = {0x1: "attitude", 0x2: "horizontal velocity", 0x4: "vertical velocity", 0x10: "absolute position"}
 PX4_GLITCH, PX4_ACCEL_ERROR = 0x400, 0x800
-OFFBOARD = 0x60000
-"""PX4's custom_mode: without a stream of set-points it cannot arm, and it stays in it after an OFFBOARD flight."""
 STICK_MODES = frozenset({"ALT_HOLD", "LOITER", "POSHOLD", "CIRCLE", "SPORT", "DRIFT", "FLOWHOLD", "AUTOTUNE"})
 """ArduCopter modes in which the throttle stick is the climb rate, an absent pilot's stick included."""
 STICK_LOW_US = 1400
 """Below this the stick orders a descent (middle 1500 less THR_DZ's 100 µs); 0 is no stick."""
 PREARM_TEXT_S = 35.0
 """ArduPilot repeats its pre-arm texts every 30 s."""
+
+
+@dataclass(frozen=True)
+class Checks:
+    """What a vehicle's own arming checks told in EVENTs, for the mode it would fly in."""
+
+    can_arm: bool | None
+    """None if it did not tell."""
+    reasons: tuple[str, ...] = ()
+    """Why not, worst first."""
 
 
 @dataclass(frozen=True)
@@ -110,8 +118,8 @@ class Problem:
     """Whether it must not be armed so."""
 
 
-def problems(vehicle: Vehicle, newest: Newest, checks: Sequence[str], now: float) -> Iterator[Problem]:
-    """All that is wrong; `checks` are the vehicle's own arming checks as told by EVENTs (empty if none, or unknown)."""
+def problems(vehicle: Vehicle, newest: Newest, checks: Checks, now: float) -> Iterator[Problem]:
+    """All that is wrong."""
     yield from _state(vehicle)
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT:
         yield from _ardupilot(vehicle, newest, now)
@@ -152,7 +160,6 @@ def sinking_stick(vehicle: Vehicle, newest: Newest) -> str:
 def _state(vehicle: Vehicle) -> Iterator[Problem]:
     """HEARTBEAT.system_status (MAV_STATE)."""
     words = {
-        0: "still starting",
         1: "still booting",
         2: "calibrating",
         5: "CRITICAL: one of its failsafes is active",
@@ -162,6 +169,8 @@ def _state(vehicle: Vehicle) -> Iterator[Problem]:
     }
     if vehicle.system_status in words:
         yield Problem(words[vehicle.system_status], blocks=True)
+    elif vehicle.system_status == 0 and vehicle.autopilot != AUTOPILOT_PX4:
+        yield Problem("still starting", blocks=True)  # PX4 says so whenever its checks fail in the mode it is in
 
 
 def _sensors(newest: Newest) -> Iterator[Problem]:
@@ -245,7 +254,7 @@ def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[
     if _checks_fail(newest):
         yield Problem(f"pre-arm checks fail in {mode}", blocks=True)
         for text in vehicle.reasons_since(now - PREARM_TEXT_S):
-            if text.startswith(("PreArm:", "Arm:")):
+            if text.startswith("PreArm:"):
                 yield Problem(text, blocks=True)
     elif vehicle.custom_mode != flight_mode(vehicle):
         wanted = mode_name(vehicle.autopilot, vehicle.type, flight_mode(vehicle))
@@ -284,21 +293,28 @@ def _ardupilot_ekf(newest: Newest) -> Iterator[Problem]:
 # ---------------------------------------------------------------- PX4
 
 
-def _px4(vehicle: Vehicle, newest: Newest, checks: Sequence[str]) -> Iterator[Problem]:
+def _px4(vehicle: Vehicle, newest: Newest, checks: Checks) -> Iterator[Problem]:
     if not vehicle.armed:
-        for text in checks:
-            yield Problem(text, blocks=True)
-        if vehicle.custom_mode == OFFBOARD:
-            yield Problem("in OFFBOARD without set-points it does not arm: set HOLD first", blocks=True)
-        elif _checks_fail(newest) and not checks:
-            mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
-            yield Problem(f"its arming checks fail in {mode}", blocks=True)
+        yield from _px4_checks(vehicle, newest, checks)
     yield from _gps(vehicle, newest, blocks=_checks_fail(newest))
     estimator = newest(ESTIMATOR_STATUS)
     if estimator is not None:  # slow, and off where a link has no room: its checks say the same
         yield from _px4_estimator(estimator)
     if vehicle.home_m is None:
         yield Problem("home is not known yet: take-off heights are counted from it", blocks=True)
+
+
+def _px4_checks(vehicle: Vehicle, newest: Newest, checks: Checks) -> Iterator[Problem]:
+    """Its pre-arm bit is for the mode it is in; its EVENTs tell for the mode it would fly in."""
+    for text in checks.reasons:
+        yield Problem(text, blocks=True)
+    if checks.can_arm is False and not checks.reasons:
+        yield Problem("its arming checks fail, it does not say why", blocks=True)
+    if checks.can_arm is not False and _checks_fail(newest):
+        mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+        why = "in OFFBOARD without set-points it does not arm" if mode == "OFFBOARD" else f"it does not arm in {mode}"
+        elsewhere = "" if vehicle.custom_mode == flight_mode(vehicle) else ": set HOLD first"
+        yield Problem(why + elsewhere, blocks=checks.can_arm is None or not elsewhere)
 
 
 def _px4_estimator(estimator: Fields) -> Iterator[Problem]:

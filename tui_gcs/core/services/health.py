@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.firmware.health import Problem, flight_mode, problems, sinking_stick
+from tui_gcs.core.firmware.health import Checks, Problem, flight_mode, problems, sinking_stick
 from tui_gcs.core.fleet import Fields, Fleet
 from tui_gcs.core.messages import Freshness
 from tui_gcs.core.services.remote_id import RemoteIdService
@@ -39,7 +39,8 @@ class HealthService:
         """What is wrong with it now."""
         now = self._clock.now()
         newest = _Newest(self._fleet, vehicle, now)
-        checks = self._events.reasons(vehicle, flight_mode(vehicle))
+        mode = flight_mode(vehicle)
+        checks = Checks(self._events.can_arm(vehicle, mode), tuple(self._events.reasons(vehicle, mode)))
         found = [*self._others(vehicle, now), *problems(vehicle, newest, checks, now)]
         blocking = [problem for problem in found if problem.blocks]
         others = [problem for problem in found if not problem.blocks]

@@ -141,6 +141,8 @@ class TextDesk:
         self._assembler = TextAssembler()
         self._pace = TextPace()
         self._twins = Twins()
+        self.hidden = 0
+        """Texts and EVENTs that were told the other way just before."""
 
     def status_text(self, vehicle: Vehicle, fields: dict[str, Any]) -> None:
         """A STATUSTEXT came."""
@@ -151,7 +153,7 @@ class TextDesk:
     def event(self, vehicle: Vehicle, severity: int, text: str) -> None:
         """An EVENT was decoded to `text`."""
         if self._twins.is_second(vehicle.id, text, event=True, now=self._clock.now()):
-            self._dropped["event told as text"] += 1
+            self.hidden += 1
         else:
             self._tell(vehicle, severity, text)
 
@@ -166,9 +168,8 @@ class TextDesk:
                 self._tell_text(vehicles[number], severity, text)
 
     def _tell_text(self, vehicle: Vehicle, severity: int, text: str) -> None:
-        twin = text.endswith(TAB) and self._twins.is_second(vehicle.id, text, event=False, now=self._clock.now())
-        if twin:
-            self._dropped["text told as event"] += 1
+        if text.endswith(TAB) and self._twins.is_second(vehicle.id, text, event=False, now=self._clock.now()):
+            self.hidden += 1
         else:
             self._tell(vehicle, severity, text.rstrip(f"{TAB} "))
 

@@ -135,8 +135,11 @@ class LinkTimes:
         return heard and not vehicle.path.high_latency and vehicle.high_latency_s <= vehicle.heartbeat_s
 
     def _heard(self, vehicle: Vehicle, fields: Fields) -> None:
-        """Its time is taken for that of the middle of the way there and back."""
-        if fields["tc1"] == 0 or not self._context.is_for_us(fields):
+        """Its time is taken for that of the middle of the way there and back.
+
+        Whom it names as target is not looked at: PX4 sends what happens to be in its memory (measured on 1.16.1).
+        """
+        if fields["tc1"] == 0:
             return
         book = self._books.get(vehicle.id)
         asked_s = book.asked.pop(fields["ts1"], None) if book is not None else None

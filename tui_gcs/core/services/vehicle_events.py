@@ -38,6 +38,8 @@ SUMMARY, APPENDS_REASONS = "summary", "append_health_and_arming_messages"
 ARM_DISARM = 400
 FETCH_GAP_S = 120.0
 """How soon a vehicle is asked for its metadata again that did not give it."""
+FETCH_S = 8.0
+"""So long an EVENT waits to be told in words; then it is told by number."""
 MOST_PARSED = 4
 """Firmwares in one fleet."""
 REFUSED_S = 5.0
@@ -81,6 +83,8 @@ class _Book:
     """From before we listened: no loss if they are gone."""
     ask_s: float = 0.0
     asked_s: list[float] = field(default_factory=list)
+    untold: dict[int, float] = field(default_factory=dict)
+    """When those came that are told as soon as the metadata is there."""
     report: Report | None = None
     report_seq: int = -1
     refused_s: float = -math.inf
@@ -122,6 +126,7 @@ class VehicleEvents:
         if book is not None:
             for sequence, (fields, _) in book.kept.items():
                 book.kept[sequence] = (fields, self._decoded(vehicle, fields))
+            self._tell_untold(vehicle, book, -math.inf)
             self._look_for_report(vehicle, book)
 
     def knows(self, vehicle: Vehicle) -> bool:
@@ -168,12 +173,16 @@ class VehicleEvents:
         """Ask again for what is missing."""
         now = self._context.clock.now()
         for number, book in self._books.items():
+            if not book.missing and not book.untold:
+                continue
+            vehicle = self._context.fleet.vehicles.get(number)
+            if vehicle is None:
+                book.missing.clear()
+                book.untold.clear()
+                continue
             if book.missing and now >= book.ask_s:
-                vehicle = self._context.fleet.vehicles.get(number)
-                if vehicle is None:
-                    book.missing.clear()
-                else:
-                    self._ask(vehicle, book)
+                self._ask(vehicle, book)
+            self._tell_untold(vehicle, book, FETCH_S)
 
     # ---------------------------------------------------------------- what arrives
 
@@ -196,7 +205,11 @@ class VehicleEvents:
         while len(book.kept) > KEPT:
             del book.kept[next(iter(book.kept))]
         self._advance(vehicle, book, sequence, came=True)
-        self._tell(vehicle, fields, decoded)
+        waits = decoded is None and fields["log_levels"] & 0x0F <= ERROR and len(book.untold) < MOST_MISSING
+        if waits and self._is_fetching(vehicle):
+            book.untold[sequence] = self._context.clock.now()
+        else:
+            self._tell(vehicle, fields, decoded)
         if decoded is None or decoded.group in (ARMING, HEALTH):
             self._look_for_report(vehicle, book)
 
@@ -242,8 +255,9 @@ class VehicleEvents:
     def _ack(self, vehicle: Vehicle, fields: Fields) -> None:
         """It refused to arm: its checks' findings are the reasons."""
         if fields["command"] == ARM_DISARM and fields["result"] in (1, 2, 4) and self._context.is_for_us(fields):
-            if self.report(vehicle) is None:
-                self._books.setdefault(vehicle.id, _Book()).refused_s = self._context.clock.now()
+            book = self._books.get(vehicle.id)
+            if book is not None and book.report is None:  # it has EVENTs: ArduPilot says its reasons in texts
+                book.refused_s = self._context.clock.now()
                 self._want_metadata(vehicle)
                 self.catch_up(vehicle)
             self._give_reasons(vehicle)
@@ -309,6 +323,21 @@ class VehicleEvents:
         if not self.knows(vehicle) and now - fetched_s > FETCH_GAP_S and self._context.door.is_ours(vehicle):
             self._fetched_s[vehicle.id] = now
             self._files.fetch(vehicle.id, EVENTS, lambda job: self._take(vehicle, job))
+
+    def _is_fetching(self, vehicle: Vehicle) -> bool:
+        """Whether its metadata may come soon; else it is asked for."""
+        if self.knows(vehicle):
+            return False
+        self._want_metadata(vehicle)
+        return self._context.clock.now() - self._fetched_s.get(vehicle.id, -math.inf) < FETCH_S
+
+    def _tell_untold(self, vehicle: Vehicle, book: _Book, older_s: float) -> None:
+        """Tell what waited for its metadata for so long."""
+        now = self._context.clock.now()
+        for sequence in [sequence for sequence, came_s in book.untold.items() if now - came_s >= older_s]:
+            del book.untold[sequence]
+            if sequence in book.kept:
+                self._tell(vehicle, *book.kept[sequence])
 
     def _take(self, vehicle: Vehicle, job: MetadataJob) -> None:
         """Its metadata came, or did not: the desk tells why."""
