@@ -5,12 +5,14 @@ same run, byte for byte.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import msgspec
 
+from sitl.faults import FaultyLink, Lane, Tally, parse
 from sitl.fleet import SimFleet, VehicleSpec
+from sitl.vehicle import AutopilotName
 from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.journal import Journal
@@ -29,10 +31,59 @@ TOKEN = "5eed5eed5eed5eed"  # noqa: S105 - tells our simulator from others in on
 LINK = "memory"
 
 
-def simulated_vehicles(scenario: Scenario) -> list[VehicleSpec]:
-    """One vehicle per take-off place that a team needs."""
-    ground = scenario.origin.ground_amsl_m
-    return [VehicleSpec(system, lat, lon, ground) for system, lat, lon in simulated_places(scenario)]
+AUTOPILOTS: dict[str, tuple[AutopilotName, ...]] = {
+    "ardupilot": ("ardupilot",),
+    "px4": ("px4",),
+    "mixed": ("ardupilot", "px4"),
+}
+"""What a fleet is made of: vehicles take turns."""
+
+
+def simulated_vehicles(scenario: Scenario, autopilots: str = "ardupilot") -> list[VehicleSpec]:
+    """One vehicle per take-off place that a team needs; `autopilots` is a key of `AUTOPILOTS`."""
+    ground, kinds = scenario.origin.ground_amsl_m, AUTOPILOTS[autopilots]
+    return [
+        VehicleSpec(system, lat, lon, ground, autopilot=kinds[i % len(kinds)])
+        for i, (system, lat, lon) in enumerate(simulated_places(scenario))
+    ]
+
+
+class BadLinks:
+    """Faults between the vehicles of a lock-step run and its station, each vehicle's its own."""
+
+    def __init__(self, fault: str, seed: int) -> None:
+        """`fault` as in `sitl.faults`; a text with a mistake raises its `FaultError`, a ValueError."""
+        self._faults = parse(fault)
+        self._seed = seed
+        self._links: dict[int, FaultyLink] = {}
+
+    def down(self, now_s: float, datagrams: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
+        """(vehicle, datagram) of vehicles in, what reaches the station by now out."""
+        return self._through(now_s, datagrams, lambda link: link.down)
+
+    def up(self, now_s: float, datagrams: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
+        """(vehicle, datagram) of the station in, what reaches vehicles by now out."""
+        return self._through(now_s, datagrams, lambda link: link.up)
+
+    def text(self) -> str:
+        """What became of the traffic, for people."""
+        down, up = Tally(), Tally()
+        for link in self._links.values():
+            down.add(link.down.tally)
+            up.add(link.up.tally)
+        return f"vehicles to station: {down.text()}\nstation to vehicles: {up.text()}\n"
+
+    def _through(
+        self, now_s: float, datagrams: list[tuple[int, bytes]], lane: Callable[[FaultyLink], Lane]
+    ) -> list[tuple[int, bytes]]:
+        out: list[tuple[int, bytes]] = []
+        for index, datagram in datagrams:
+            if index not in self._links:
+                self._links[index] = FaultyLink(self._faults, seed=self._seed, vehicle=index)
+            out += [(index, data) for data in lane(self._links[index]).step(now_s, datagram)]
+        for index, link in self._links.items():
+            out += [(index, data) for data in lane(link).step(now_s)]
+        return out
 
 
 @dataclass
@@ -42,13 +93,16 @@ class LockStep:
     scenario: Scenario
     toml: str
     log_dir: Path
+    autopilots: str = field(default="ardupilot", kw_only=True)
+    """A key of `AUTOPILOTS`."""
+    bad_links: BadLinks | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         """Build everything; nothing has happened yet."""
         self.clock = VirtualClock()
         self.bus = MemoryBus()
         self.link = MemoryLink(LINK)
-        self.sim = SimFleet(simulated_vehicles(self.scenario), seed=self.scenario.seed, token=TOKEN)
+        self.sim = SimFleet(simulated_vehicles(self.scenario, self.autopilots), seed=self.scenario.seed, token=TOKEN)
         for team in self.scenario.teams:
             attach(PlannerHost(team.name), self.bus)
         self.recorder = TlogWriter(self.log_dir / "run.tlog")
@@ -60,12 +114,19 @@ class LockStep:
         """Move everything on by one tick."""
         self.clock.advance(TICK_S)
         self.sim.step(TICK_S)
-        for index, data in self.sim.drain():
+        for index, data in self._down(self.sim.drain()):
             self.link.inject(data, ("sim", index))
         self.station.tick()
-        while self.link.sent:
-            data, address = self.link.sent.popleft()
-            self.sim.receive(int(address[1]), data)
+        sent = [(int(address[1]), data) for data, address in self.link.sent]
+        self.link.sent.clear()
+        for index, data in self._up(sent):
+            self.sim.receive(index, data)
+
+    def _down(self, datagrams: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
+        return datagrams if self.bad_links is None else self.bad_links.down(self.clock.now(), datagrams)
+
+    def _up(self, datagrams: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
+        return datagrams if self.bad_links is None else self.bad_links.up(self.clock.now(), datagrams)
 
     def close(self) -> None:
         """Close the logs."""
@@ -80,14 +141,17 @@ def rehearse(
     on_progress: Callable[[float, str], None],
     *,
     rounds: int | None = None,
+    autopilots: str = "ardupilot",
+    bad_links: BadLinks | None = None,
 ) -> tuple[Result, str]:
     """Fly the whole scenario as fast as it goes; (result, why it ended early or "").
 
-    `rounds` flies only the first so many rounds.
+    `rounds` flies only the first so many rounds; `autopilots` is a key of `AUTOPILOTS`; `bad_links`: faults
+    between vehicles and station.
     """
     if rounds is not None:
         scenario = _first_rounds(scenario, rounds)
-    flight = LockStep(scenario, toml, log_dir)
+    flight = LockStep(scenario, toml, log_dir, autopilots=autopilots, bad_links=bad_links)
     script = Script(scenario, flight.bus, principal="rehearsal", whole_duration=False)
     while not script.done:
         flight.step()
