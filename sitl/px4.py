@@ -319,6 +319,7 @@ class Px4(Autopilot):
             self.armed_us += self.elapsed_us
         px4_failsafes.watch(self)
         if self._report_due_us <= self.now_us:
+            self._report_due_us = self.now_us + px4_checks.LOOK_US
             report = px4_checks.check(self)
             if report != self._report:
                 self._report = report

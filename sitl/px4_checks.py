@@ -8,6 +8,8 @@ from sitl.px4_modes import EXTERNAL, MODES, TERMINATION
 if TYPE_CHECKING:
     from sitl.px4 import Px4
 
+LOOK_US = 200_000
+"""How often the checks run."""
 REPORT_US = 2_000_000
 """Changes are told at most this often."""
 LEVEL_PROTOCOL, LEVEL_ERROR, LEVEL_CRITICAL, LEVEL_WARNING, LEVEL_INFO = 0x88, 0x33, 0x22, 0x44, 0x66

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 OFF = 0
+NEVER_US = 1 << 62
 MIN_INTERVAL_MS = 3
 """At most 0.8 messages per 400 Hz loop: 2500 us is refused."""
 
@@ -67,12 +68,15 @@ class Streams:
         if self._next_us is None or now_us < self._next_us:
             return []
         names: list[str] = []
-        for name, due_us in self._due_us.items():
-            interval_us = self.interval_ms(name) * 1000
-            at = due_us
-            while at <= now_us:
-                names.append(name)
-                at += interval_us
-            self._due_us[name] = at
-        self._next_us = min(self._due_us.values())
+        soonest = NEVER_US
+        for name, at in self._due_us.items():
+            if at <= now_us:
+                interval_us = self.interval_ms(name) * 1000
+                while at <= now_us:
+                    names.append(name)
+                    at += interval_us
+                self._due_us[name] = at
+            if at < soonest:
+                soonest = at
+        self._next_us = soonest
         return names
