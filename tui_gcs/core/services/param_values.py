@@ -133,11 +133,8 @@ def shown(value: Number) -> str:
         return str(value)
     if not math.isfinite(value):
         return "inf" if value > 0 else "-inf" if value < 0 else "NaN"
-    for digits in range(1, 10):
-        text = f"{value:.{digits}g}"
-        if to_float32(float(text)) == to_float32(value):
-            return text
-    return repr(value)
+    texts = (f"{value:.{digits}g}" for digits in range(1, 10))
+    return next((text for text in texts if same(float(text), value, ParamType.REAL32)), repr(value))
 
 
 def check_name(name: str) -> str:
