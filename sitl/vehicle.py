@@ -31,7 +31,7 @@ YAW_RATE_RAD_S = np.deg2rad(60.0)
 YAW_SPEED_M_S = 1.0  # slower than this a vehicle keeps its heading
 MAX_STEP_S = 0.05
 MAX_VERTICAL_M_S = 10.0
-WIND_PUSH_HZ = 0.3  # how hard air that moves otherwise than expected pushes
+WIND_DRIFT = 0.3  # a gust carries a vehicle away with this share of its speed
 FALL_M_S = 10.7  # measured: thrust lost, 20 m to the ground in 3.2 s
 
 WGS84_A_M = 6378137.0
@@ -86,6 +86,8 @@ class Vehicles:
         self.m_per_deg_lat: Array = np.deg2rad(WGS84_A_M * (1.0 - WGS84_E2) / bend**1.5)
         self.m_per_deg_lon: Array = np.deg2rad(WGS84_A_M * np.cos(lat_rad) / np.sqrt(bend))
 
+        self._drifts: Flags = np.array([s.autopilot == "ardupilot" for s in specs], dtype=bool)
+        """PX4's control has drag of its own."""
         self.position_m: Array = np.zeros((n, 3))
         self.velocity_m_s: Array = np.zeros((n, 3))
         self.accel_m_s2: Array = np.zeros((n, 3))
@@ -127,8 +129,6 @@ class Vehicles:
         change = np.empty_like(before)
         change[:, :2] = self._horizontal_change(dt)
         change[:, 2] = self._vertical_change(dt)
-        if self.weather.windy:
-            change[:, :2] += self.weather.surprise_m_s * (WIND_PUSH_HZ * dt)
         rows = self.px4.rows
         if rows.size:
             change[rows] = self.px4.change(dt, self.seen_m[rows], before[rows], self.weather.wind_m_s[rows])
@@ -137,6 +137,8 @@ class Vehicles:
         if self.falling.any():
             velocity[self.falling, 2] = np.maximum(before[self.falling, 2] - GRAVITY_M_S2 * dt, -FALL_M_S)
         position = self.position_m + (before + velocity) * (0.5 * dt)
+        if self.weather.windy:
+            position[:, :2] += self.weather.surprise_m_s * (self._drifts & self.flying)[:, None] * (WIND_DRIFT * dt)
         ground = (position[:, 2] <= 0.0) & (velocity[:, 2] <= 0.0)
         position[ground, 2] = 0.0
         velocity[ground] = 0.0
