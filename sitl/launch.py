@@ -9,6 +9,7 @@ own socket and source port, as ArduPilot's SITL has.
 import argparse
 import json
 import math
+import selectors
 import signal
 import socket
 import sys
@@ -22,6 +23,8 @@ from sitl.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, alive, par
 from sitl.signing import SigningSpec, time_of
 
 TICK_S = 0.05
+ANSWER_S = 0.005
+"""Requests are answered within this time (a real ArduCopter: 10 ms a round trip)."""
 MAX_BEHIND_S = 1.0
 """A machine further behind than this is not caught up with: simulated time then runs slower."""
 RECEIVE_BUFFER_BYTES = 1 << 20
@@ -112,6 +115,9 @@ class Loop:
         self.period_s = TICK_S / speed
         self.parent = parent
         self.running = True
+        self._ready = selectors.DefaultSelector()
+        for index, sock in enumerate(sockets):
+            self._ready.register(sock, selectors.EVENT_READ, index)
 
     def stop(self, _signal: int, _frame: FrameType | None) -> None:
         """Signal handler: end after this tick."""
@@ -124,7 +130,7 @@ class Loop:
         while self.running:
             now_s = time.monotonic()
             if now_s < due_s:
-                time.sleep(due_s - now_s)
+                self._answer_until(due_s)
             elif now_s - due_s > MAX_BEHIND_S:
                 due_s = now_s
             due_s += self.period_s
@@ -133,11 +139,25 @@ class Loop:
                 check_s = now_s + PARENT_CHECK_S
                 self.running = self.running and alive(self.parent)
 
+    def _answer_until(self, due_s: float) -> None:
+        """Between two ticks: answer what comes, at most every ANSWER_S, so that transfers do not wait for ticks."""
+        while self.running and (left_s := due_s - time.monotonic()) > 0.0:
+            if self._ready.select(left_s):
+                time.sleep(min(ANSWER_S, left_s))
+                self._hear()
+                self._speak()
+
     def _exchange(self) -> None:
-        for index, sock in enumerate(self.sockets):
-            while (data := _receive(sock)) is not None:
-                self.fleet.receive(index, data)
+        self._hear()
         self.fleet.step(TICK_S)
+        self._speak()
+
+    def _hear(self) -> None:
+        for key, _ in self._ready.select(0.0):
+            while (data := _receive(self.sockets[key.data])) is not None:
+                self.fleet.receive(key.data, data)
+
+    def _speak(self) -> None:
         for index, datagram in self.fleet.drain():
             try:
                 self.sockets[index].send(datagram)
