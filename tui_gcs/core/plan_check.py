@@ -188,7 +188,7 @@ def _polygon(shape: FenceShape) -> list[Problem]:
     if any(abs(a[0] - b[0]) > 180 for a, b in zip(points, points[1:] + points[:1], strict=True)):
         return [Problem(shape.first, "the polygon reaches over the antimeridian")]
     polygon = Polygon(points)
-    if polygon.area == 0:
+    if polygon.convex_hull.area == 0:
         return [Problem(shape.first, "the polygon has no area")]
     if not shapely.is_valid(polygon):
         return [Problem(shape.first, f"the polygon crosses itself {_where(explain_validity(polygon))}".rstrip())]

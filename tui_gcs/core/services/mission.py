@@ -9,7 +9,6 @@ to somebody else) raise "mission on vehicle is not ours", and what we knew is ma
 """
 
 import math
-from collections import Counter
 from collections.abc import Callable
 from functools import partial
 from typing import Any, TypeVar
@@ -49,8 +48,6 @@ class MissionService:
         self._context = context
         self._book = PlanBook()
         self._next_look_s = -math.inf
-        self.ignored: Counter[str] = Counter()
-        """Messages that belong to no transfer of ours, by reason."""
         for name in TRANSFER:
             context.fleet.on_message(name, partial(self._on_transfer, name))
         context.fleet.on_message("MISSION_CURRENT", self._on_current)
@@ -165,7 +162,7 @@ class MissionService:
         if isinstance(job, PlanJob) and not job.over and fields.get("mission_type", 0) == job.kind:
             job.hear(vehicle, name, fields, self._context.clock.now())
         else:
-            self.ignored[f"{name} outside of a transfer"] += 1
+            self._context.fleet.dropped[f"{name} outside of a transfer"] += 1
 
     def _changed_by_another(self, vehicle: Vehicle, fields: Fields) -> None:
         """It tells another station that an upload or deletion went well."""

@@ -39,6 +39,7 @@ MOST_SENDS = 100
 NACK_S, SOFT_NACK_S = 0.6, 1.6
 """After a refusal its texts are waited for; after what may be no refusal, whether it asks on (ArduPilot: every 1 s)."""
 EARLY_S = 4.0
+MOST_ANEW = 2
 LATE_S = 2.0
 """ArduPilot asks for items of an upload that was cancelled every second, until it is told of another."""
 
@@ -79,6 +80,7 @@ class Sending:
         """A refusal, and when it is believed."""
         self._early_s: float | None = None
         self._busy = ""
+        self._begun_anew = 0
 
     @property
     def _all_asked(self) -> bool:
@@ -138,6 +140,9 @@ class Sending:
             self._busy = f"the vehicle is busy with another transfer ({result_word(result)})"
             if now - self._first_s > BUSY_S:
                 self._fail(self._busy)
+        elif result == CANCELLED and self.asked and not self._all_asked and self._begun_anew < MOST_ANEW:
+            self._begun_anew += 1
+            self._begin_anew(now)
         elif self._nack is None:
             soft = result in (ERROR, DENIED)
             self._nack = (result, now + (SOFT_NACK_S if soft else NACK_S))
@@ -147,6 +152,13 @@ class Sending:
         if self.asked or now - self._first_s > LATE_S:
             self._wire.end(CANCELLED)
             self._fail(f"the vehicle asks for item {seq + 1} of {len(self._items)} after {self.asked}")
+
+    def _begin_anew(self, now: float) -> None:
+        """ArduPilot gave up after 8 s in which nothing arrived: the link may be better now."""
+        self.asked, self._last, self._silent, self._counts = 0, -1, 0, 0
+        self._sends.clear()
+        self._nack, self._early_s, self._repeated = None, None, False
+        self.begin(now)
 
     # ------------------------------------------------------------ what we say
 
