@@ -4,20 +4,26 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+import numpy as np
+
 from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.report import check
+from tui_gcs.core.course import Track
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.services.order import Action, Outcome
+from tui_gcs.core.tracking import Led, Tracking
 from tui_gcs.core.vehicle import Vehicle
 
 READY_S = 90.0
 HEIGHT_M = 12.0
 GOTO_M, GOTO_SPEED_M_S = 30.0, 5.0
-SETPOINT_GAP_S = 0.1
+TRACK_DT_S = 0.25
 CIRCLE_R_M, CIRCLE_SPEED_M_S = 30.0, 5.0
 CIRCLE_ERROR_M, CIRCLE_LAG_S = 2.0, 0.5
 """What the patrol needs of every autopilot (the issue)."""
+SPEED_SHARE = 0.25
+"""PX4 holds 81 to 86 % of a velocity without a position (px4.md and measured), ArduCopter 101 %."""
 STOP_WAY_M = 30.0
 """From 8 m/s both autopilots measured stop within 20 m (ardupilot.md, "Sticks")."""
 REBOOT = 246
@@ -72,7 +78,9 @@ class Pilot:
         v = self.vehicle
         if v.armed:
             self.down()
-        self.field.until(lambda: not self.firmware.start_problem(v), READY_S, "its start is possible")
+        self.field.until(
+            lambda: not self.firmware.start_problem(v), READY_S, lambda: f"its start ({self.firmware.start_problem(v)})"
+        )
         self.must(self.firmware.prepare(v, self.done))
         self.field.until(lambda: self.firmware.is_prepared(v), 5.0, "its mode")
         health = self.field.station.services.health
@@ -103,15 +111,26 @@ class Pilot:
         self.must(self.firmware.land(v))
         return self.field.until(lambda: not v.armed, 90.0, "landed and disarmed")
 
-    def follow(self, at: Callable[[float], tuple[Vec3, Vec3]], seconds: float) -> Iterator[tuple[float, Vec3]]:
-        """Steer along a moving reference; yields (time, true reference) each time before it is sent."""
-        began_s, next_s = self.field.clock.now(), 0.0
-        while (t := self.field.clock.now() - began_s) < seconds:
-            if t >= next_s:
+    def follow(self, at: Callable[[float], tuple[Vec3, Vec3]], seconds: float) -> Iterator[tuple[float, Vec3, float]]:
+        """Steer along a moving reference as the station steers a patrol, with the lead it learns in flight.
+
+        Yields (time since the begin, where the plan wants it, how late it is), once per new position.
+        """
+        times = np.arange(0.0, seconds + 10.0, TRACK_DT_S)
+        samples = [at(float(t)) for t in times]
+        began_s = self.field.clock.now()
+        points, velocities = (np.array(column, dtype=float) for column in zip(*samples, strict=True))
+        course = Track(began_s, TRACK_DT_S, points, velocities)
+        tracking = Tracking(self.firmware.lead)
+        next_s, looked_s = began_s, 0.0
+        while (now := self.field.clock.now()) - began_s < seconds:
+            if now >= next_s - 1e-9:
                 next_s += self.firmware.setpoint_gap_s
-                point, velocity = at(t + self.firmware.lead.time_s)
-                yield t, at(t)[0]
-                self.firmware.follow(self.vehicle, point, velocity)
+                tracking.look(course, self.vehicle)
+                self.firmware.follow(self.vehicle, *Led(course, tracking.lead).at(now))
+            if self.vehicle.position_s > looked_s and self.vehicle.position_s > began_s:
+                looked_s = self.vehicle.position_s
+                yield looked_s - began_s, course.at(looked_s)[0], tracking.lag_s
             self.field.pump(False)
 
 
@@ -187,23 +206,35 @@ def go_to(field: Field, vehicle: int) -> str:
         return f"arrived after {took_s:.1f} s, fastest {fastest[0]:.1f} m/s"
 
 
-@check("velocity, and what follows when it stops coming")
+@check("velocity, and its end")
 def velocity(field: Field, vehicle: int) -> str:
-    """3 m/s north for 5 s; then nothing more is said, and it must not fly on."""
+    """3 m/s north for 8 s; then we say nothing more, as a dead station would, and it must not fly on so."""
     with flying(field, vehicle) as pilot:
         v = pilot.vehicle
-        x, y, z = v.position_m
-        speeds = []
-        for t, _ in pilot.follow(lambda t: ((x, y + 3.0 * t, z), (0.0, 3.0, 0.0)), 6.0):
-            if t > 4.0:
-                speeds.append(v.ground_speed_m_s)
-        mean = sum(speeds) / len(speeds)
-        pilot.must(pilot.firmware.hold(v, lambda: v.position_m), 20.0)
-        if abs(mean - 3.0) > 0.8:
-            raise Failed(f"{mean:.1f} m/s, asked for 3 m/s")
-        place = v.position_m
-        field.run(5.0)
-        return f"{mean:.2f} m/s; held within {math.dist(place, v.position_m):.1f} m for 5 s"
+        mean_m_s = sum(speeds := list(_fly_north(pilot, 3.0, 8.0))) / len(speeds)
+        if abs(mean_m_s - 3.0) > SPEED_SHARE * 3.0:
+            raise Failed(f"{mean_m_s:.2f} m/s, asked for 3 m/s")
+        mode = v.custom_mode
+        field.run(10.0, muted=True)
+        word = field.station.services.modes.name(v)
+        if v.ground_speed_m_s > 1.0 and v.custom_mode == mode:
+            raise Failed(f"10 s after the last word it still flies {v.ground_speed_m_s:.1f} m/s in {word}")
+        return f"{mean_m_s:.2f} m/s; 10 s after the last word: {word}, {v.ground_speed_m_s:.1f} m/s"
+
+
+def _fly_north(pilot: Pilot, speed_m_s: float, seconds: float) -> Iterator[float]:
+    """Fly north; the speed of the second half of the time."""
+    clock, v = pilot.field.clock, pilot.vehicle
+    if (engage := pilot.firmware.engage(v)) is not None:
+        pilot.must(engage)
+    began_s = next_s = clock.now()
+    while (now := clock.now()) - began_s < seconds:
+        if now >= next_s - 1e-9:
+            next_s += pilot.firmware.setpoint_gap_s
+            pilot.firmware.fly(v, (0.0, speed_m_s, 0.0))
+            if now - began_s > seconds / 2.0:
+                yield v.ground_speed_m_s
+        pilot.field.pump(False)
 
 
 @check("hold while it flies fast")
@@ -242,13 +273,13 @@ def circle(field: Field, vehicle: int) -> str:
             point = (x + CIRCLE_R_M * math.sin(a), y + CIRCLE_R_M * (1 - math.cos(a)), z)
             return point, (CIRCLE_SPEED_M_S * math.cos(a), CIRCLE_SPEED_M_S * math.sin(a), 0.0)
 
+        lap_s = 2.0 * math.pi / rate
         radial, lag = [], []
-        for t, (px, py, _) in pilot.follow(at, 2.0 * math.pi / rate + 15.0):
-            if t > 15.0:
+        for t, _, late_s in pilot.follow(at, 2.0 * lap_s):
+            if t > lap_s:  # the first lap is for learning: a patrol goes round for minutes
                 vx, vy, _ = pilot.vehicle.position_m
                 radial.append(math.hypot(vx - x, vy - y - CIRCLE_R_M) - CIRCLE_R_M)
-                behind = math.atan2(px - x, y + CIRCLE_R_M - py) - math.atan2(vx - x, y + CIRCLE_R_M - vy)
-                lag.append(math.remainder(behind, 2.0 * math.pi) / rate)
+                lag.append(late_s)
         pilot.must(pilot.firmware.hold(pilot.vehicle, lambda: pilot.vehicle.position_m), 20.0)
         off_m, late_s = max(map(abs, radial)), sum(lag) / len(lag)
         text = f"radial {sum(radial) / len(radial):+.2f} m, at most {off_m:.2f} m; lag {late_s:+.2f} s"

@@ -77,9 +77,11 @@ class Px4Multicopter:
         return ""
 
     def start_problem(self, vehicle: Vehicle) -> str:
-        """Booting, height of home unknown, or an unacceptable failsafe."""
-        if vehicle.system_status <= c.STATUS_BOOT:
-            return "still booting"
+        """Height of home unknown, or an unacceptable failsafe.
+
+        Its system_status does not tell: it is 0, as while booting, whenever its checks do not pass in the mode it is
+        in, and after an OFFBOARD flight that is OFFBOARD.
+        """
         return self._home(vehicle)[1] or self._loss.problem(vehicle)
 
     def if_silent(self, vehicle: Vehicle) -> str:
