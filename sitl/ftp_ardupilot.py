@@ -417,7 +417,7 @@ def _list(tree: Tree, request: Request) -> Reply:
     for path in names:
         name = path.rpartition("/")[2]
         if path in tree.directories:
-            if directory.startswith("/") or not path.startswith("@"):
+            if not at_root or directory.startswith("/") or not path.startswith("@"):
                 entries.append(f"D{name}".encode() + b"\0\0")
         elif path != "eeprom.bin" or not directory.startswith("/"):
             size = tree.size(path) if path in tree.files else _SYS_BYTES

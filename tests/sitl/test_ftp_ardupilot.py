@@ -174,6 +174,9 @@ class TestLists:
         assert client.one(LIST, b"/").data == b"D.\0\0D..\0\0Dterrain\0\0D@ROMFS\0\0D@SYS\0\0"
         assert client.one(LIST, b"/", offset=5).refused == [6]
 
+    def test_read_only_files(self, client):
+        assert b"Dmodels\0\0" in client.one(LIST, b"@ROMFS").data
+
     def test_system_files(self, client):
         data = client.one(LIST, b"@SYS/").data
         assert data.count(b"\0\0") == 8
