@@ -102,6 +102,7 @@ class Autopilot(ABC):
         self.logs.power_on(now_us)
         self.streams = self.new_streams()
         self.signer.power_on(now_us)
+        self.encoder.sequence = 0
         self.once: list[str] = []
         """Messages to be sent once, with the next tick."""
         self._boot_texts_due = True

@@ -112,6 +112,10 @@ class SimFleet:
         pilot.armed = False
         self._vehicles.rest(index)
 
+    def power_cycle(self, index: int) -> None:
+        """Off and on again; in the air it falls."""
+        self._pilots[index].restart(self._now_us)
+
     def break_gps(self, index: int) -> None:
         """The GPS of one vehicle finds nothing any more."""
         self._pilots[index].lose_gps()

@@ -149,8 +149,6 @@ def _change_speed(ap: "Px4", command: Command) -> Result:
 
 
 def _orbit(ap: "Px4", command: Command) -> Result:
-    if not ap.armed or ap.landed:
-        return Result.TEMPORARILY_REJECTED
     place = _place(ap, command)
     if place is None:
         return Result.DENIED
@@ -234,9 +232,14 @@ def _available_modes(ap: "Px4", index: int) -> Result:
     return Result.ACCEPTED
 
 
-def _reboot(ap: "Px4", _: Command) -> Result:
-    """Not in a simulation."""
-    return Result.DENIED
+def _reboot(_: "Px4", command: Command) -> Result:
+    """Not in a simulation; 0 is to do nothing."""
+    return Result.ACCEPTED if command.p[0] == 0 else Result.DENIED
+
+
+def _legacy_request(name: str) -> "Callable[[Px4, Command], Result]":
+    """Commands from before REQUEST_MESSAGE."""
+    return lambda ap, _: Result.ACCEPTED if ap.report(name) else Result.DENIED
 
 
 HANDLERS: "dict[int, Callable[[Px4, Command], Result]]" = {
@@ -251,8 +254,11 @@ HANDLERS: "dict[int, Callable[[Px4, Command], Result]]" = {
     246: _reboot,
     300: _mission_start,
     400: _arm_disarm,
+    410: _legacy_request("HOME_POSITION"),
     510: _get_message_interval,
     511: _set_message_interval,
     _REQUEST_MESSAGE: _request_message,
+    519: _legacy_request("PROTOCOL_VERSION"),
+    520: _legacy_request("AUTOPILOT_VERSION"),
 }
 """By MAV_CMD; DO_SET_MODE goes its own way. CONDITION_YAW, DO_PAUSE_CONTINUE and DO_SET_MISSION_CURRENT are missing."""

@@ -176,6 +176,21 @@ def test_it_is_silent_before_it_has_booted():
     assert ground.heard == []
 
 
+def test_after_a_restart_clock_numbers_and_events_begin_anew(px4):
+    ground = px4()
+    assert ground.of("ATTITUDE")[-1]["time_boot_ms"] > 3000
+    ground.fleet.power_cycle(0)
+    since = ground.fleet.now_s
+    count = len(ground.raw)
+    ground.run(3.0)
+    again = [data for _, data in ground.raw[count:]]
+    assert again[0][4] == 0
+    assert ground.of("ATTITUDE", since_s=since + 0.01)[0]["time_boot_ms"] < 1500
+    assert ground.of("HEARTBEAT", since_s=since + 0.01)[0]["system_status"] == 0
+    assert ground.of("CURRENT_EVENT_SEQUENCE", since_s=since + 0.01)[0]["flags"] == 1
+    assert ground.of("EVENT", since_s=since + 0.01)[0]["sequence"] == 65526
+
+
 def test_text_ids_count_every_text(px4):
     ground = px4()
     ground.command(400, 1)
