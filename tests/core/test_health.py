@@ -153,6 +153,14 @@ def test_ardupilots_ekf_flags_as_measured(tmp_path: Path, flags: int, text: str)
     assert any(problem.startswith(text) for problem in blocking(rig))
 
 
+@pytest.mark.parametrize(("mode", "blocks"), [(GUIDED, False), (STABILIZE, True)])
+def test_without_ekf_reports_the_checks_of_guided_say_it(tmp_path: Path, mode: int, blocks: bool) -> None:
+    """The poor sets of a radio have none."""
+    rig = healthy(tmp_path, Peer(1, custom_mode=mode), EKF_STATUS_REPORT={})
+    assert Problem("nothing is heard of its EKF", blocks) in judge(rig).problems
+    assert judge(rig).ready is not blocks
+
+
 @pytest.mark.parametrize("value", [1.01, 58.0, math.nan, math.inf])
 def test_a_variance_above_one_blocks(tmp_path: Path, value: float) -> None:
     rig = healthy(tmp_path, Peer(1, custom_mode=GUIDED), EKF_STATUS_REPORT={"pos_horiz_variance": value})

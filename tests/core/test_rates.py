@@ -6,10 +6,12 @@ from itertools import pairwise
 import pytest
 from rate_rig import LAN, OFF, PX4, RADIO, REQUEST_MESSAGE, SATELLITE, SET_INTERVAL, Bench
 
-from tui_gcs.core.rate_sets import LADDER
+from tui_gcs.core.rate_sets import ARDUPILOT_ONLY, LADDER, PX4_ONLY
 from tui_gcs.core.rates import LOOK_GAP_S
 
 FULL, NORMAL, MINIMAL, LEAN, HALF_LEAN = (dict(LADDER[place].hz) for place in range(5))
+FULL_AP, NORMAL_AP = ({m: hz for m, hz in rates.items() if m not in PX4_ONLY} for rates in (FULL, NORMAL))
+"""The same as an ArduPilot is asked for."""
 POSITION, EKF, VERSION = 33, 193, 148
 PX4_HEAVY = {"m85": 50, "m36": 50, "m83": 50, "m31": 50, "m30": 50, "m32": 50}
 """What PX4 sends unasked at 50 Hz (px4.md)."""
@@ -21,8 +23,8 @@ PX4_HEAVY = {"m85": 50, "m36": 50, "m83": 50, "m31": 50, "m30": 50, "m32": 50}
 def test_a_new_vehicle_is_asked_who_it_is_and_for_the_full_set_position_first() -> None:
     bench = Bench(LAN).fleet(1, LAN).run(3.0)
     assert (bench.asked[0].command, bench.asked[0].message) == (REQUEST_MESSAGE, VERSION)
-    assert bench.intervals() == [(message, 1e6 / hz) for message, hz in FULL.items()]
-    assert bench.sends(LAN) == FULL
+    assert bench.intervals() == [(message, 1e6 / hz) for message, hz in FULL_AP.items()]
+    assert bench.sends(LAN) == FULL_AP
     assert bench.desk.plan(LAN) == FULL
 
 
@@ -52,7 +54,7 @@ def test_a_silent_vehicle_is_asked_nothing_and_asked_again_when_it_is_back() -> 
     pilot.talks = True
     pilot.interval_s = {(LAN, 0): 1.0}  # a reboot that nobody noticed
     bench.run(5.0)
-    assert bench.sends(LAN) == FULL
+    assert bench.sends(LAN) == FULL_AP
 
 
 def test_what_never_comes_is_asked_every_5_s_then_less_often_down_to_every_80_s() -> None:
@@ -68,7 +70,7 @@ def test_an_ack_without_the_message_is_no_proof() -> None:
     bench = Bench(LAN).fleet(1, LAN).run(3.0)
     bench.pilots[1].start(LAN, EKF, 0)
     bench.run(30.0)
-    assert bench.sends(LAN) == FULL
+    assert bench.sends(LAN) == FULL_AP
     assert len(bench.times(EKF)) == 2
 
 
@@ -76,7 +78,7 @@ def test_who_does_not_say_who_it_is_gets_its_messages_all_the_same_and_is_asked_
     bench = Bench(LAN).fleet(1, LAN)
     bench.pilots[1].refuses = {VERSION}
     bench.run(16.5)
-    assert bench.sends(LAN) == FULL
+    assert bench.sends(LAN) == FULL_AP
     waits = [b - a for a, b in pairwise([a.t_s for a in bench.asked if a.message == VERSION])]
     assert waits == pytest.approx([5, 5], abs=LOOK_GAP_S + 0.2)
 
@@ -86,8 +88,8 @@ def test_250_vehicles_are_not_asked_in_one_tick_and_all_positions_are_asked_with
     assert max(Counter(a.t_s for a in bench.asked).values()) <= 25
     assert all(bench.times(POSITION, number) for number in range(1, 251))
     bench.run(6.0)
-    assert all(bench.sends(LAN, number) == FULL for number in range(1, 251))
-    assert len(bench.asked) == 250 * (1 + len(FULL))
+    assert all(bench.sends(LAN, number) == FULL_AP for number in range(1, 251))
+    assert len(bench.asked) == 250 * (1 + len(FULL_AP))
 
 
 def test_a_rebooted_vehicle_is_asked_for_everything_at_once() -> None:
@@ -98,7 +100,7 @@ def test_a_rebooted_vehicle_is_asked_for_everything_at_once() -> None:
     rebooted_s = bench.clock.now()
     bench.desk.forget(pilot.vehicle)
     bench.run(1.5)
-    assert bench.sends(LAN) == FULL
+    assert bench.sends(LAN) == FULL_AP
     assert pilot.vehicle.identified
     assert bench.intervals(2, since_s=rebooted_s) == []
 
@@ -117,10 +119,10 @@ def test_a_message_at_a_much_different_rate_is_asked_again() -> None:
     bench = Bench(LAN).fleet(1, LAN).run(10.0)
     bench.pilots[1].start(LAN, POSITION, 50)  # another station on the same link wants more
     bench.run(12.0)
-    assert bench.sends(LAN) == FULL
+    assert bench.sends(LAN) == FULL_AP
     bench.pilots[1].start(LAN, POSITION, 2)  # or less
     bench.run(20.0)
-    assert bench.sends(LAN) == FULL
+    assert bench.sends(LAN) == FULL_AP
 
 
 def test_an_autopilot_that_slows_down_a_little_by_itself_is_left_alone() -> None:
@@ -154,7 +156,8 @@ def test_vehicles_of_a_radio_send_the_best_set_that_fits(vehicles: int, signed: 
     bench = Bench(RADIO).fleet(vehicles, RADIO, signed=signed).run(60.0)
     assert bench.desk.plan(RADIO) == plan
     for number in range(1, vehicles + 1):
-        assert bench.sends(RADIO, number) == {message: round(hz, 3) for message, hz in plan.items()}
+        asked = {message: round(hz, 3) for message, hz in plan.items() if message not in PX4_ONLY}
+        assert bench.sends(RADIO, number) == asked
 
 
 def test_signatures_are_counted() -> None:
@@ -184,7 +187,7 @@ def test_when_vehicles_join_the_set_gets_poorer_at_once_and_richer_half_a_minute
     assert bench.desk.plan(RADIO) == MINIMAL, "they may come back"
     bench.run(40.0)
     assert bench.desk.plan(RADIO) == FULL
-    assert all(bench.sends(RADIO, number) == FULL for number in (1, 2, 3))
+    assert all(bench.sends(RADIO, number) == FULL_AP for number in (1, 2, 3))
 
 
 def test_what_a_poorer_set_does_not_have_is_turned_off_and_heartbeats_never() -> None:
@@ -194,7 +197,7 @@ def test_what_a_poorer_set_does_not_have_is_turned_off_and_heartbeats_never() ->
     changed_s = bench.clock.now()
     bench.run(30.0)
     asked = dict(bench.intervals(1, since_s=changed_s))
-    assert {message for message, interval_us in asked.items() if interval_us == OFF} == {30, 74, 193}
+    assert {message for message, interval_us in asked.items() if interval_us == OFF} == {30, 74, 193, 42, 242, 65}
     assert not [a for a in bench.asked if a.command == SET_INTERVAL and a.message == 0]
     assert all(bench.pilots[n].hz(RADIO, 0) == 1.0 for n in range(1, 9))
 
@@ -240,7 +243,7 @@ def test_a_vehicle_that_switches_links_is_told_the_other_links_set_once() -> Non
     vehicle.paths.append(lan)
     vehicle.path = lan
     bench.run(5.0)
-    assert bench.sends(LAN) == FULL
+    assert bench.sends(LAN) == FULL_AP
     assert bench.sends(RADIO) == MINIMAL, "it still sends there, and is still counted there"
     switched_s = bench.clock.now()
     vehicle.path = radio
@@ -269,7 +272,7 @@ def test_on_a_high_latency_link_nothing_is_asked_and_nothing_else_is_to_be_sent(
 
 def test_a_link_that_nobody_described_has_no_budget() -> None:
     bench = Bench().fleet(2, "memory").run(5.0)
-    assert bench.sends("memory") == FULL
+    assert bench.sends("memory") == FULL_AP
     assert bench.desk.plan("never heard of") == {}
 
 
@@ -291,7 +294,8 @@ def test_px4_without_a_budget_keeps_its_habits_at_our_rates() -> None:
     bench = Bench(LAN)
     bench.add(1, LAN, autopilot=PX4, m33=50, **PX4_HEAVY)
     bench.run(10.0)
-    assert bench.sends(LAN) == {85: 50, 36: 50, 83: 50, 31: 50, 32: 50} | {m: hz for m, hz in FULL.items() if m != EKF}
+    ours = {message: hz for message, hz in FULL.items() if message not in ARDUPILOT_ONLY}
+    assert bench.sends(LAN) == {85: 50, 36: 50, 83: 50, 31: 50, 32: 50} | ours
     assert bench.times(EKF) == [], "PX4 does not have it"
 
 
@@ -321,11 +325,11 @@ def test_a_filling_buffer_is_a_step_down_for_every_vehicle_and_a_free_one_a_step
     reports(bench, 40, 1)
     assert bench.desk.plan(RADIO) == NORMAL
     bench.run(20.0)
-    assert all(bench.sends(RADIO, number) == NORMAL for number in (1, 2, 3))
+    assert all(bench.sends(RADIO, number) == NORMAL_AP for number in (1, 2, 3))
     reports(bench, 95, 7)
     assert bench.desk.plan(RADIO) == FULL
     bench.run(20.0)
-    assert all(bench.sends(RADIO, number) == FULL for number in (1, 2, 3))
+    assert all(bench.sends(RADIO, number) == FULL_AP for number in (1, 2, 3))
 
 
 def test_a_step_waits_until_all_vehicles_were_asked_for_the_last_one() -> None:
@@ -350,7 +354,7 @@ def test_a_bridge_behind_a_link_without_a_budget_is_believed_too() -> None:
     bench = Bench(LAN).fleet(3, LAN).run(5.0)
     bench.hear_radio(30, LAN)
     bench.run(5.0)
-    assert all(bench.sends(LAN, number) == NORMAL for number in (1, 2, 3))
+    assert all(bench.sends(LAN, number) == NORMAL_AP for number in (1, 2, 3))
 
 
 def test_the_newest_report_is_kept_with_its_age() -> None:

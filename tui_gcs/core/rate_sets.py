@@ -25,11 +25,28 @@ what no plan knows: our commands and set-points, their answers, texts, parameter
 
 FRAME_BYTES = 12
 """MAVLink 2 header and CRC (mavlink.io, serialization)."""
-PAYLOAD_BYTES = {0: 9, 1: 43, 24: 52, 30: 28, 33: 28, 74: 20, 147: 54, 193: 26, 245: 2}
+PAYLOAD_BYTES = {
+    0: 9,
+    1: 43,
+    24: 52,
+    30: 28,
+    33: 28,
+    42: 18,
+    65: 42,
+    74: 20,
+    147: 54,
+    193: 26,
+    230: 42,
+    242: 60,
+    245: 2,
+}
 """With all extensions: a frame may be shorter (trailing zeros are not sent), never longer."""
 
-ARDUPILOT_ONLY = frozenset({193})
-"""EKF_STATUS_REPORT: PX4 refuses to send it."""
+ARDUPILOT_ONLY = frozenset({65, 193})
+"""RC_CHANNELS: only there an absent pilot's stick is flown (and PX4 sends none without RC). EKF_STATUS_REPORT: PX4
+refuses to send it."""
+PX4_ONLY = frozenset({230})
+"""ESTIMATOR_STATUS: ArduPilot refuses to send it."""
 UNASKED = frozenset(
     # PX4, 50 Hz each (px4.md): position and attitude targets, servos, attitude quaternion, attitude, local position
     {85, 83, 36, 31, 30, 32}
@@ -55,9 +72,36 @@ def _slower(name: str, rates: Rates, factor: float) -> RateSet:
 
 
 # 33 GLOBAL_POSITION_INT, 245 EXTENDED_SYS_STATE, 1 SYS_STATUS, 24 GPS_RAW_INT, 147 BATTERY_STATUS,
-# 30 ATTITUDE, 74 VFR_HUD, 193 EKF_STATUS_REPORT
-_FULL = {33: 10.0, 245: 2.0, 1: 1.0, 24: 1.0, 147: 0.5, 30: 4.0, 74: 2.0, 193: 1.0}
-_NORMAL = {33: 4.0, 245: 1.0, 1: 1.0, 24: 1.0, 147: 0.5, 30: 4.0, 74: 2.0}
+# 30 ATTITUDE, 74 VFR_HUD, 193 EKF_STATUS_REPORT, 230 ESTIMATOR_STATUS, 42 MISSION_CURRENT, 242 HOME_POSITION,
+# 65 RC_CHANNELS
+_FULL = {
+    33: 10.0,
+    245: 2.0,
+    1: 1.0,
+    24: 1.0,
+    147: 0.5,
+    30: 4.0,
+    74: 2.0,
+    193: 1.0,
+    230: 0.5,
+    42: 0.5,
+    242: 0.1,
+    65: 0.5,
+}
+_NORMAL = {
+    33: 4.0,
+    245: 1.0,
+    1: 1.0,
+    24: 1.0,
+    147: 0.5,
+    30: 4.0,
+    74: 2.0,
+    193: 0.2,
+    230: 0.2,
+    42: 0.5,
+    242: 0.1,
+    65: 0.2,
+}
 _MINIMAL = {33: 2.0, 245: 1.0, 1: 0.5, 24: 0.2, 147: 0.1}
 _LEAN = {33: 1.0, 245: 0.5, 1: 0.2, 24: 0.2, 147: 0.1}
 

@@ -15,10 +15,10 @@ from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.radio import RadioReport, radio_report
 from tui_gcs.core.rate_link import CALM_S, LinkRates, Member, Wish
-from tui_gcs.core.rate_sets import ARDUPILOT_ONLY, FULL, UNASKED
+from tui_gcs.core.rate_sets import ARDUPILOT_ONLY, FULL, PX4_ONLY, UNASKED
 from tui_gcs.core.services.command import Action, CommandService, Outcome
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
 ASK_AGAIN_S, ASK_OFTEN, ASK_SELDOM = 5.0, 4, 16
 """What is not as asked is asked again every 5 s, after four times less often, down to 16 times as seldom."""
@@ -250,6 +250,8 @@ def _bring_up_to_date(link: LinkRates, member: Member, vehicle: Vehicle, now: fl
     wanted, wishes = link.set.hz, member.wishes
     for message, hz in wanted.items():
         if message in ARDUPILOT_ONLY and vehicle.autopilot != AUTOPILOT_ARDUPILOT:
+            continue
+        if message in PX4_ONLY and vehicle.autopilot != AUTOPILOT_PX4:
             continue
         if message not in wishes or wishes[message].hz != hz:
             wishes[message] = Wish(hz)
