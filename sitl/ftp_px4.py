@@ -10,7 +10,7 @@ from typing import Any
 from sitl import ftp
 from sitl.autopilot import Autopilot
 from sitl.ftp import Reply, Request
-from sitl.ftp_files import Made, Tree, packaged
+from sitl.ftp_files import Made, Tree, fail, packaged
 from sitl.logs import Log
 from sitl.parameters import crc32
 from sitl.tasks import Task
@@ -39,6 +39,7 @@ class Server:
 
     path: str | None = None
     """The open file."""
+    writing: bool = False
     size: int = 0
     """Its size when it was opened."""
     last: Reply | None = None
@@ -177,15 +178,21 @@ def _open(ap: Autopilot, server: Server, request: Request) -> bytes:
     if request.opcode != ftp.OPEN_READ:
         tree.create(path, truncate=request.opcode == ftp.CREATE)
     server.size = tree.size(path)
-    server.path = path
+    server.path, server.writing = path, request.opcode != ftp.OPEN_READ
     return server.size.to_bytes(4, "little")
 
 
 def _transfer(ap: Autopilot, server: Server, request: Request) -> bytes | None:
     reading = request.opcode == ftp.READ
-    if server.path is None or (reading and request.session != 0):
+    if reading and (server.path is None or request.session != 0):
         raise Refused(ftp.INVALID_SESSION)
+    if server.path is None:  # the real one forgets to look, as long as the session is 0
+        if request.session != 0:
+            raise Refused(ftp.INVALID_SESSION)
+        raise Refused(ftp.END_OF_FILE if request.opcode == ftp.BURST else ftp.FAIL_ERRNO)
     if request.opcode == ftp.WRITE:
+        if not server.writing:
+            raise fail(errno.EBADF)
         _tree(ap).write(server.path, request.offset, request.data[: request.size])
         return request.size.to_bytes(4, "little")
     if reading:

@@ -25,7 +25,7 @@ _NAMES = """actuator_test airship_att_control airspeed_selector attitude_estimat
 camera_feedback camera_trigger commander control_allocator dataman dyn ekf2 failure fake_gps fake_imu
 fake_magnetometer flight_mode_manager gimbal gps gyro_calibration hello land_detector listener load_mon logger
 manual_control mavlink mc_att_control mc_pos_control mc_rate_control navigator param perf pwm_out_sim rc_update
-sensors simulator_sih system_time tune_control uorb ver work_queue echo"""
+sensors simulator_sih system_time tune_control uorb ver work_queue"""
 _COMMANDS = frozenset(_NAMES.split())
 _VERSION = """HW arch: PX4_SITL
 PX4 git-hash: 9e479a38f66825ebf3d39003eb1f6fa0cbd65b1e
@@ -86,8 +86,6 @@ def _run(ap: "Px4", line: str) -> str:
         return "Builtin Commands:\n" + "".join(f"  {command}\n" for command in sorted(_COMMANDS))
     if name == "ver":
         return _VERSION if rest in ("", "all") else ""
-    if name == "echo":
-        return f"{rest}\n"
     if name == "commander" and rest == "status":
         state = "Armed" if ap.armed else "Disarmed"
         return f"INFO  [commander] {state}\nINFO  [commander] in failsafe: {'yes' if ap.failsafe else 'no'}\n"
@@ -114,7 +112,8 @@ def _param(ap: "Px4", words: list[str]) -> str:
             + (f"{entry.value:.4f}" if entry.kind == REAL32 else f"{entry.value:.0f}")
             for entry in entries
         )
-        return "Symbols: x = used, + = saved, * = unsaved\n" + "\n".join(lines) + "\n"
+        shown = "".join(f"{line}\n" for line in lines)
+        return f"Symbols: x = used, + = saved, * = unsaved\n{shown}\n {len(ap.params)}/1800 parameters used.\n"
     return ""
 
 

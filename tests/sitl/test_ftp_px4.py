@@ -10,6 +10,7 @@ from sitl.ftp_px4 import METADATA_URI
 from sitl.parameters import crc32
 from tests.sitl.ftp_rig import (
     ACK,
+    BURST,
     CRC32,
     CREATE,
     LIST,
@@ -70,6 +71,14 @@ def test_one_session_with_the_id_0(px4, client):
     client.one(OPEN, EVENTS)
     assert client.one(RESET).opcode == ACK
     assert client.one(READ, size=10).refused == [4]
+
+
+def test_without_an_open_file_or_a_right_to_write(client):
+    assert client.one(READ, size=10).refused == [4]
+    assert client.one(BURST, size=239).refused == [6]
+    assert client.one(WRITE, b"x").refused == [2, 0]
+    client.one(OPEN, EVENTS)
+    assert client.one(WRITE, b"x").refused == [2, 9]
 
 
 def test_a_forgotten_session_ends_after_10_s_without_requests(px4, client):
