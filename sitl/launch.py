@@ -1,9 +1,9 @@
 """Simulated vehicles in real time over UDP: python -m sitl.launch --spec FILE --target HOST:PORT.
 
 FILE is JSON: {"seed": 0, "token": "16 hex digits", "vehicles": [{"system_id": 1, "lat_deg": …, "lon_deg": …,
-"ground_amsl_m": …, "heading_deg": …, "signing_key": "64 hex digits", "px4_signing": false, "autopilot": "ardupilot"}]};
-the last four may be missing. "wind_m_s": [east, north] and "gps_noise_m" may stand beside "seed". Each vehicle has its
-own socket and source port, as ArduPilot's SITL has.
+"ground_amsl_m": …, "heading_deg": …, "signing_key": "64 hex digits", "px4_signing": false, "autopilot": "ardupilot",
+"sitl_rates": false}]}; all after "ground_amsl_m" may be missing; the other autopilot is "px4". "wind_m_s": [east, north] and "gps_noise_m" may stand beside "seed". Each vehicle has its
+own socket and source port, as SITL has.
 """
 
 import argparse
@@ -11,7 +11,6 @@ import json
 import math
 import selectors
 import signal
-import socket
 import sys
 import time
 from pathlib import Path
@@ -19,6 +18,7 @@ from types import FrameType
 from typing import Any
 
 from sitl.fleet import SimFleet, VehicleSpec, WeatherSpec
+from sitl.port import Port
 from sitl.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, alive, parse_target
 from sitl.signing import SigningSpec, time_of
 
@@ -27,8 +27,6 @@ ANSWER_S = 0.005
 """Requests are answered within this time (a real ArduCopter: 10 ms a round trip)."""
 MAX_BEHIND_S = 1.0
 """A machine further behind than this is not caught up with: simulated time then runs slower."""
-RECEIVE_BUFFER_BYTES = 1 << 20
-MAX_DATAGRAM_BYTES = 2048
 
 
 def load_spec(path: Path, boot_s: float) -> SimFleet:
@@ -81,43 +79,39 @@ def _vehicle(entry: dict[str, Any]) -> VehicleSpec:
             px4=bool(entry.get("px4_signing", False)),
         ),
         autopilot=entry.get("autopilot", "ardupilot"),
+        sitl_rates=bool(entry.get("sitl_rates", False)),
     )
 
 
-def open_sockets(n: int, target: tuple[str, int]) -> list[socket.socket]:
-    """One connected socket per vehicle: it hears nobody but the target.
+def open_ports(fleet: SimFleet, target: tuple[str, int]) -> list[Port]:
+    """One port per vehicle.
 
     Raises:
         LaunchError: Unknown host, no sockets.
     """
-    sockets: list[socket.socket] = []
+    ports: list[Port] = []
     try:
-        for _ in range(n):
-            sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-            sockets.append(sock)
-            sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
-            sock.setblocking(False)
-            sock.connect(target)
-    except (OSError, UnicodeError) as error:
-        for sock in sockets:
-            sock.close()
-        why = getattr(error, "strerror", None) or error
-        raise LaunchError(f"--target {target[0]}:{target[1]}: {why}") from error
-    return sockets
+        for spec in fleet.specs:
+            ports.append(Port(target, latches=spec.autopilot == "px4"))
+    except LaunchError:
+        for port in ports:
+            port.close()
+        raise
+    return ports
 
 
 class Loop:
     """Steps the fleet at 20 Hz of simulated time, `speed` times real time."""
 
-    def __init__(self, fleet: SimFleet, sockets: list[socket.socket], *, speed: float, parent: int | None) -> None:
+    def __init__(self, fleet: SimFleet, ports: list[Port], *, speed: float, parent: int | None) -> None:
         self.fleet = fleet
-        self.sockets = sockets
+        self.ports = ports
         self.period_s = TICK_S / speed
         self.parent = parent
         self.running = True
         self._ready = selectors.DefaultSelector()
-        for index, sock in enumerate(sockets):
-            self._ready.register(sock, selectors.EVENT_READ, index)
+        for index, port in enumerate(ports):
+            self._ready.register(port.socket, selectors.EVENT_READ, index)
 
     def stop(self, _signal: int, _frame: FrameType | None) -> None:
         """Signal handler: end after this tick."""
@@ -154,32 +148,16 @@ class Loop:
 
     def _hear(self) -> None:
         for key, _ in self._ready.select(0.0):
-            while (data := _receive(self.sockets[key.data])) is not None:
+            while (data := self.ports[key.data].receive()) is not None:
                 self.fleet.receive(key.data, data)
 
     def _speak(self) -> None:
         for index, datagram in self.fleet.drain():
-            try:
-                self.sockets[index].send(datagram)
-            except OSError:
-                continue  # nobody listens (yet), or the buffer is full: a radio would lose it too
-
-
-def _receive(sock: socket.socket) -> bytes | None:
-    """One datagram; None when there is none."""
-    while True:
-        try:
-            return sock.recv(MAX_DATAGRAM_BYTES)
-        except BlockingIOError:
-            return None
-        except ConnectionRefusedError:
-            continue  # the echo of an earlier send nobody heard
-        except OSError:
-            return None
+            self.ports[index].send(datagram)
 
 
 def _arguments(argv: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m sitl.launch", description="Simulated ArduCopters over UDP.")
+    parser = argparse.ArgumentParser(prog="python -m sitl.launch", description="Simulated vehicles over UDP.")
     parser.add_argument("--spec", type=Path, required=True, help="JSON file: seed, token, vehicles")
     parser.add_argument("--target", required=True, metavar="HOST:PORT", help="where the ground station listens")
     parser.add_argument("--speed", type=float, default=1.0, help="times real time (default 1)")
@@ -196,18 +174,18 @@ def main(argv: list[str] | None = None) -> int:
             raise LaunchError(f"--speed {args.speed:g}: must be 0.01 to 100")
         target = parse_target(args.target)
         fleet = load_spec(args.spec, args.boot_s)
-        sockets = open_sockets(len(fleet), target)
+        ports = open_ports(fleet, target)
     except LaunchError as error:
         sys.stderr.write(f"sitl: {error}\n")
         return EXIT_BAD_INPUT
-    loop = Loop(fleet, sockets, speed=args.speed, parent=args.parent)
+    loop = Loop(fleet, ports, speed=args.speed, parent=args.parent)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, loop.stop)
     try:
         loop.run()
     finally:
-        for sock in sockets:
-            sock.close()
+        for port in ports:
+            port.close()
     return 0
 
 

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from sitl.launch import main
+from sitl.launch import load_spec, main
 from sitl.process import LaunchError, parse_target
 from sitl.wire import Encoder, cut
 
@@ -36,6 +36,18 @@ def test_a_bad_spec_is_one_clear_line(tmp_path, capsys, text, problem):
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert problem in error
+
+
+def test_a_spec_names_autopilots(tmp_path):
+    path = tmp_path / "spec.json"
+    place = {"lat_deg": 1.0, "lon_deg": 2.0, "ground_amsl_m": 3.0}
+    px4 = place | {"system_id": 2, "autopilot": "px4", "sitl_rates": True}
+    path.write_text(json.dumps({"vehicles": [place | {"system_id": 1}, px4]}))
+    specs = load_spec(path, 3.0).specs
+    assert [(s.autopilot, s.sitl_rates) for s in specs] == [("ardupilot", False), ("px4", True)]
+    path.write_text(json.dumps({"vehicles": [px4 | {"autopilot": "betaflight"}]}))
+    with pytest.raises(LaunchError, match="autopilot must be one of ardupilot, px4"):
+        load_spec(path, 3.0)
 
 
 @pytest.mark.parametrize("text", ["14550", "host:", ":14550", "host:0", "host:70000", "host:x"])
