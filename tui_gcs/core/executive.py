@@ -20,7 +20,7 @@ from tui_gcs.core.steering import Steering
 from tui_gcs.core.vehicle import Vehicle
 
 PREARM_WAIT_S = 15.0
-"""In GUIDED the pre-arm checks are other ones than in STABILIZE: wait this long for them to pass."""
+"""Pre-arm checks may depend on the mode, which was just changed: wait this long for them to pass."""
 PREARM_ANSWER_S = 2.0
 """It says why by itself only every 30 s, so it is asked, and has this long to answer."""
 CLIMB_LIMIT_S = 120.0

@@ -5,6 +5,7 @@ The fence is ours. A mission is started for others only if its whole upload pass
 Numbers: MAV_CMD, MAV_MISSION_TYPE of common.xml.
 """
 
+from tui_gcs.core.firmware.habits import habits_of
 from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.forward_orders import (
     Asked,
@@ -24,7 +25,6 @@ from tui_gcs.core.forward_orders import (
 )
 from tui_gcs.core.forward_plans import Place, Plan, Step
 from tui_gcs.core.wire.dialect import Message
-from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT
 
 FLIES_MISSION = frozenset({"AUTO", "AUTO_RTL", "MISSION"})
 """Modes."""
@@ -98,14 +98,13 @@ def mission_item(asked: Asked) -> Ruling:
 def _step(asked: Asked) -> Step:
     """An item as it will be flown. Raises `Refused` if it leads where no vehicle may go."""
     seq, order = asked.fields["seq"], read_order(asked.message)
-    is_ardupilot = asked.vehicle.autopilot == AUTOPILOT_ARDUPILOT
-    if seq == 0 and asked.fields["mission_type"] == 0 and is_ardupilot and order.command == WAYPOINT:
+    habits = habits_of(asked.vehicle)
+    if seq == 0 and asked.fields["mission_type"] == 0 and habits.first_item_is_home and order.command == WAYPOINT:
         return Step(order)  # stored as the real home, whatever is sent, and not flown to
     if order.command == JUMP:
         return Step(order, jump=whole_number(order.param(1), 0xFFFF))
     there = _item_place(asked, order)
-    # ArduPilot takes off where it stands, whatever place is named
-    return Step(order, None if is_ardupilot and order.command in ITEM_TAKE_OFFS else there)
+    return Step(order, None if habits.takes_off_here and order.command in ITEM_TAKE_OFFS else there)
 
 
 def _item_place(asked: Asked, order: Order) -> Place | None:

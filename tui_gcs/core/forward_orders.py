@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 from shapely.geometry import LineString, Point
 
 from tui_gcs.core.course import Stand
+from tui_gcs.core.firmware.habits import habits_of
 from tui_gcs.core.forward_plans import Plan
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.guard import SPEED_TOLERANCE, Guard, Mover, predict
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.dialect import Message
-from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
 AMSL_FRAMES = frozenset({0, 5})
 """MAV_FRAME_GLOBAL and its _INT twin: heights above sea level."""
@@ -152,15 +152,15 @@ def command_height_m(asked: Asked, order: Order) -> float:
     Raises:
         Refused: another frame or autopilot, or its zero is not known.
     """
-    autopilot = asked.vehicle.autopilot
+    habits = habits_of(asked.vehicle)
     if math.isnan(order.param(7)):
         return math.nan
-    if autopilot == AUTOPILOT_PX4:
+    if habits.heights_above_sea:
         if order.frame is not None and order.frame not in AMSL_FRAMES:
             raise Refused("PX4 takes every height as above sea level: send it so (frame 0 or 5)")
         return _above_home_m(asked.vehicle, order.param(7))
     if order.frame is None:
-        if autopilot != AUTOPILOT_ARDUPILOT:
+        if not habits.heights_above_home:
             raise Refused("how this autopilot takes the height is not known")
         return order.param(7)
     return framed_height_m(asked, order)
@@ -237,7 +237,7 @@ def require_apart(asked: Asked, goal_m: Vec3) -> None:
 def says_here(asked: Asked, order: Order) -> bool:
     """Whether an order names no place. ArduPilot takes 0, 0 for that, others fly there."""
     place = order.degrees()
-    return place is None or (place == (0.0, 0.0) and asked.vehicle.autopilot == AUTOPILOT_ARDUPILOT)
+    return place is None or (place == (0.0, 0.0) and habits_of(asked.vehicle).zero_is_here)
 
 
 def here_m(vehicle: Vehicle) -> tuple[float, float]:

@@ -7,7 +7,7 @@ Numbers: MAV_CMD of common.xml.
 import math
 from collections.abc import Callable
 
-from tui_gcs.core.firmware.ardupilot import COPTER_TYPES
+from tui_gcs.core.firmware.habits import MISSION_MODES, OTHER_MODES, habits_of, stop_word
 from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.forward_missions import (
     mission_continue,
@@ -37,7 +37,7 @@ from tui_gcs.core.forward_orders import (
     whole_number,
 )
 from tui_gcs.core.forward_parameters import parameter
-from tui_gcs.core.wire.mavlink import AUTOPILOT_PX4, FLAG_ARMED
+from tui_gcs.core.wire.mavlink import FLAG_ARMED
 
 KEYS = frozenset({7, 256, 299})
 """AUTH_KEY, SETUP_SIGNING, WIFI_CONFIG_AP: frames that carry keys go neither in nor out."""
@@ -110,7 +110,7 @@ def _arm(asked: Asked, order: Order) -> str:
 def _set_mode(asked: Asked, order: Order) -> str:
     base = whole_number(order.param(1), 255)
     main = whole_number(order.param(2), 255)  # ArduPilot cuts off what is above
-    if asked.vehicle.autopilot == AUTOPILOT_PX4:
+    if habits_of(asked.vehicle).two_part_modes:
         return _mode(asked, base, main << 16 | whole_number(order.param(3), 255) << 24)
     return _mode(asked, base, main)
 
@@ -123,10 +123,8 @@ def _mode(asked: Asked, base: int, custom: int) -> str:
     if base & FLAG_ARMED and not vehicle.armed:
         raise Refused("a mode that arms")
     name = mode_name(vehicle.autopilot, vehicle.type, custom)
-    if name in STOP_MODES:
-        return STOP_MODES[name]
-    if name == "LOITER" and vehicle.type not in COPTER_TYPES:
-        return "hold"
+    if stop := stop_word(vehicle, name):
+        return stop
     if name in MISSION_MODES:
         require_resumable(asked)
     if name in OTHER_MODES:
@@ -151,7 +149,7 @@ def _take_off(asked: Asked, order: Order) -> str:
         require_inside(asked, there)
         require_way(asked, there)
     height_m = command_height_m(asked, order)
-    if not (math.isnan(height_m) and asked.vehicle.autopilot == AUTOPILOT_PX4):  # which has a default of its own
+    if not (math.isnan(height_m) and habits_of(asked.vehicle).own_take_off_height):
         require_band(asked, height_m, climbing=True)
     return "take-off"
 
@@ -263,19 +261,6 @@ DANGEROUS = {
 }
 """Why not, where more than "not on the list" can be said."""
 _MAY_STOP = frozenset({20, 21, 176, 193, 262, 400})
-STOP_MODES = {
-    "BRAKE": "hold",
-    "HOLD": "hold",
-    "LAND": "land",
-    "PRECLAND": "land",
-    "QLAND": "land",
-    "QRTL": "return",
-    "RTL": "return",
-    "SMART_RTL": "return",
-}
-"""Modes by name, and the guard's word."""
-MISSION_MODES = frozenset({"AUTO", "MISSION"})
-OTHER_MODES = MISSION_MODES | frozenset({"GUIDED", "READY", "TAKEOFF"})
 
 
 # ---------------------------------------------------------------- the rest

@@ -1,0 +1,69 @@
+"""How autopilots read what anybody may send them, for who judges orders without sending them himself (`forward_*`).
+
+Measured on ArduCopter 4.7 and PX4 1.17 (facts/ardupilot.md, px4.md).
+"""
+
+from dataclasses import dataclass
+
+from tui_gcs.core.firmware.ardupilot import COPTER_TYPES
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
+
+
+@dataclass(frozen=True)
+class Habits:
+    """What is not the same with every autopilot. The defaults are those of one that nobody has measured."""
+
+    heights_above_sea: bool = False
+    """The height of a command is above mean sea level, whatever its frame says."""
+    heights_above_home: bool = False
+    """The height of a command without a frame is above home."""
+    zero_is_here: bool = False
+    """A command to latitude 0, longitude 0 means where the vehicle is; others would fly there."""
+    two_part_modes: bool = False
+    """DO_SET_MODE has a main mode and a sub mode."""
+    own_take_off_height: bool = False
+    """A take-off without a height climbs to one of its own, and no farther."""
+    first_item_is_home: bool = False
+    """Item 0 of a mission is stored as the real home, and not flown to."""
+    takes_off_here: bool = False
+    """A take-off item's place is not flown to."""
+
+
+_UNKNOWN = Habits()
+_HABITS = {
+    AUTOPILOT_ARDUPILOT: Habits(
+        heights_above_home=True,
+        zero_is_here=True,
+        first_item_is_home=True,
+        takes_off_here=True,
+    ),
+    AUTOPILOT_PX4: Habits(heights_above_sea=True, two_part_modes=True, own_take_off_height=True),
+}
+
+_STOP_MODES = {
+    "BRAKE": "hold",
+    "HOLD": "hold",
+    "LAND": "land",
+    "PRECLAND": "land",
+    "QLAND": "land",
+    "QRTL": "return",
+    "RTL": "return",
+    "SMART_RTL": "return",
+}
+"""Modes by name, and the guard's word."""
+MISSION_MODES = frozenset({"AUTO", "MISSION"})
+OTHER_MODES = MISSION_MODES | frozenset({"GUIDED", "READY", "TAKEOFF"})
+"""What may be set besides: modes that need no pilot's sticks and no set-points to stay where they are."""
+
+
+def habits_of(vehicle: Vehicle) -> Habits:
+    """Those of its autopilot."""
+    return _HABITS.get(vehicle.autopilot, _UNKNOWN)
+
+
+def stop_word(vehicle: Vehicle, mode: str) -> str:
+    """The guard's word for a mode that stops or brings down a vehicle, or ""."""
+    if mode == "LOITER" and vehicle.type not in COPTER_TYPES:  # which read a throttle stick in it
+        return "hold"
+    return _STOP_MODES.get(mode, "")
