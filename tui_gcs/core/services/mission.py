@@ -29,8 +29,8 @@ NOT_SAID = 0xFFFF
 """MISSION_CURRENT.total of a vehicle without a mission."""
 LATE_S = 4.0
 """Reports may be so late after a change of ours."""
-LOOK_S, SILENT_S = 1.0, 1.5
-"""How often it is looked whether MISSION_CURRENT comes, and after which silence it is asked for."""
+LOOK_S, SILENT_S = 1.0, 5.0
+"""How often it is looked whether MISSION_CURRENT comes, and after which silence it is asked for: poor links lack it."""
 CMD_REQUEST_MESSAGE, MISSION_CURRENT = 512, 42
 REST = {f"param{number}": 0.0 for number in range(2, 8)}
 STRANGE_REPORTS = 2

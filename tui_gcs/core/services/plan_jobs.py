@@ -162,8 +162,8 @@ class UploadJob(PlanJob):
         self._failure = ""
         """Why it failed, while it is asked what the vehicle holds now."""
         self._doubt = ""
-        self._rejected = False
-        """It said that the mission cannot be flown."""
+        self._rejected = 0
+        """The EVENT that said that the mission cannot be flown."""
         self._acked_s: float | None = None
         """When the vehicle accepted it, if what comes of it is waited for."""
 
@@ -317,7 +317,8 @@ class UploadJob(PlanJob):
         if verdict is False and now - acked_s < JUDGED_S:
             return  # its other texts are on their way
         if verdict is False:
-            before = self._held.rejected.get(self._opaque_id, "it did not say why")
+            silent = f"event 0x{self._rejected:08x}" if self._rejected else "it did not say why"
+            before = self._held.rejected.get(self._opaque_id, silent)
             why = "; ".join((said or reasons)[:3]) or before
             if self._opaque_id:
                 self._held.rejected[self._opaque_id] = why
@@ -344,7 +345,8 @@ class UploadJob(PlanJob):
 
     def hear_event(self, number: int) -> None:
         """An EVENT of the vehicle."""
-        self._rejected |= self._touched and number in self._dialect.rejections
+        if self._touched and number in self._dialect.rejections:
+            self._rejected = number
 
     def _succeed(self) -> None:
         for note in self.notes:
