@@ -23,6 +23,8 @@ FIRST_TRIES = 11
 """The same while nothing was ever answered: ten retries."""
 MOST_BURST = 1024
 """Packets of one burst; ArduPilot ends one after 500."""
+PATIENT_TRIES = 4
+"""Up to here silence is taken for loss; then for a link that has become slower, for all that is asked from now on."""
 LONGEST_REACH = 0x4000
 """Packets so far behind are not known any more: numbers are 16 bits."""
 BURST_PATIENCE = 2
@@ -133,7 +135,8 @@ class FtpDialogue:
         if pending.sent >= most or pending.op == Op.BURST:
             self._end(None)
         else:
-            self.round_trip.lost()
+            if pending.sent >= PATIENT_TRIES:
+                self.round_trip.lost()
             self._repeat(pending)
 
     def _repeat(self, pending: _Pending) -> None:
@@ -141,7 +144,7 @@ class FtpDialogue:
         pending.first_s = pending.first_s or now
         pending.sent += 1
         patience = BURST_PATIENCE if pending.op == Op.BURST else 1
-        pending.due_s = now + patience * self.round_trip.wait_s
+        pending.due_s = now + patience * self.round_trip.after(min(pending.sent, PATIENT_TRIES))
         frame = pack(pending.seq, pending.session, pending.op, pending.size, pending.offset, pending.data)
         if not self._send(frame):
             self._end(None)

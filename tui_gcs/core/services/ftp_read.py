@@ -20,7 +20,7 @@ WIDE_GAP_BLOCKS = 64
 MOST_SILENT_BURSTS = 20
 MOST_WAITS, SESSION_WAIT_S = 4, 3.3
 """ArduPilot gives the session of another station away after 3 s without a request of anybody."""
-LEAST_BYTES, PACE_S = 1000, 30.0
+LEAST_BYTES, PACE_S = 300, 30.0
 """Who brings less in this time would keep us for ever."""
 
 

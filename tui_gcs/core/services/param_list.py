@@ -14,8 +14,10 @@ FIRST_WAIT_S, SLOW_FIRST_WAIT_S = 3.0, 6.0
 QUIET_S, SLOW_QUIET_S = 0.7, 2.5
 """Silence after which the stream is over; PX4 sends 8 a second over a radio (mavlink.md C4)."""
 AT_ONCE, SLOW_AT_ONCE = 10, 3
-MOST_ROUNDS = 20
-"""Rounds of asking in a row that brought nothing."""
+ASK_GAP_S, SLOW_ASK_GAP_S = 0.25, 1.5
+"""After so long without an answer one index is asked for again."""
+MOST_VAIN = 200
+"""Questions in a row that brought nothing."""
 RELIST_GAP_S = 10.0
 """When the number of parameters changed all are asked for again, at most so often (security.md B.6-67)."""
 LONGEST_S = 900.0
@@ -37,12 +39,13 @@ class ParamLister:
         """As announced last."""
         self.names: set[str] = set()
         self._seen: set[int] = set()
-        self._wanted: list[int] = []
-        """Indices asked for and not answered."""
+        self._asked_s: dict[int, float] = {}
+        """Indices asked for and not answered, and when they are due again."""
         self._due_s = now + self._first_s
         self._lists = 1
         self._listed_s = now
-        self._rounds = 0
+        self._ask_gap_s = SLOW_ASK_GAP_S if slow else ASK_GAP_S
+        self._vain = 0
         self._shifted = False
         self.over = False
         self.error = ""
@@ -60,17 +63,13 @@ class ParamLister:
             self.names.add(name)
         if index < min(count, MOST_COUNT):
             self._seen.add(index)
-        if not new:
+        if not new or self._look_whole():
             return
-        self._rounds = 0
-        if index in self._wanted:
-            self._wanted.remove(index)
-            if not self._wanted:
-                self._ask_more(now)
-                return
-        else:
+        self._vain = 0
+        if self._asked_s.pop(index, None) is not None:
+            self._ask_more(now)
+        elif not self._asked_s:
             self._due_s = now + self._quiet_s
-        self._look_whole()
 
     def tick(self, now: float) -> None:
         """Ask again for what did not come."""
@@ -91,20 +90,20 @@ class ParamLister:
         return self.over
 
     def _ask_more(self, now: float) -> None:
-        if self._look_whole():
-            return
-        missing = [i for i in range(min(self.count, MOST_COUNT)) if i not in self._seen][: self._at_once]
+        """Keep some questions under way: the first that are missing."""
+        missing = [i for i in range(min(self.count, MOST_COUNT)) if i not in self._seen]
         if not missing:  # all indices came, but not as many names: they shifted under way
+            self._asked_s.clear()
             self._relist(now)
             return
-        self._rounds += 1
-        if self._rounds > MOST_ROUNDS:
+        for index in missing[: self._at_once]:
+            if now >= self._asked_s.get(index, 0.0):
+                self._vain += 1
+                self._asked_s[index] = now + self._ask_gap_s
+                self._ask_index(index)
+        if self._vain > MOST_VAIN:
             self._end(f"{len(self.names)} of {self.count} came")
-            return
-        self._wanted = missing
-        self._due_s = now + self._quiet_s
-        for index in missing:
-            self._ask_index(index)
+        self._due_s = min(self._asked_s.values(), default=now + self._quiet_s)
 
     def _relist(self, now: float) -> None:
         if self.count > MOST_COUNT:

@@ -26,6 +26,10 @@ class RoundTrip:
             self._mean_s += (seconds - self._mean_s) / 8
         self.wait_s = min(MOST_WAIT_S, max(self._least_s, self._mean_s + 4 * self._spread_s))
 
+    def after(self, tries: int) -> float:
+        """How long to wait when something was sent for the `tries`-th time."""
+        return float(min(MOST_WAIT_S, self.wait_s * BACK_OFF ** (tries - 1)))
+
     def lost(self) -> None:
         """An answer did not come: wait longer from now on, until one comes at once."""
         self.wait_s = min(MOST_WAIT_S, self.wait_s * BACK_OFF)
