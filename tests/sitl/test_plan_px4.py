@@ -5,13 +5,14 @@ from dataclasses import replace
 
 import pytest
 
-from sitl import plan_px4
+from sitl.fleet import SimFleet
 from sitl.missions import ALL, FENCE, MISSION, RALLY, Item
+from tests.sitl.conftest import LAT_DEG, LON_DEG, Ground, specs
 from tests.sitl.store_rig import HOME, Bench
 
 LAT, LON = round(HOME[0] * 1e7), round(HOME[1] * 1e7)
 NAN = math.nan
-REFUSED, NOT_STARTED = 1, 2
+REFUSED, NOT_STARTED = False, True
 
 RECORDED = [
     Item(22, 6, p4=NAN, x=473977433, y=85455942, z=15.0, current=1),
@@ -51,9 +52,9 @@ def px4():
     return Bench("px4")
 
 
-def state(px4: Bench) -> tuple[int, int]:
-    current = plan_px4.mission_current(px4.ap)
-    return current["total"], current["mission_state"]
+def state(px4: Bench) -> tuple[int, bool]:
+    """How many items there are, and whether they may be flown."""
+    return len(px4.ap.plans.mission), px4.ap.plans.feasible
 
 
 def test_it_asks_for_whole_numbers_and_gives_the_opaque_id_of_the_real_one(px4):
@@ -62,12 +63,7 @@ def test_it_asks_for_whole_numbers_and_gives_the_opaque_id_of_the_real_one(px4):
     assert px4.last("MISSION_ACK")["opaque_id"] == RECORDED_ID
     assert px4.upload(FENCE, RECORDED_FENCE) == 0
     assert px4.last("MISSION_ACK")["opaque_id"] == RECORDED_FENCE_ID
-    current = plan_px4.mission_current(px4.ap)
-    assert (current["mission_id"], current["fence_id"], current["rally_points_id"]) == (
-        RECORDED_ID,
-        RECORDED_FENCE_ID,
-        0,
-    )
+    assert px4.ap.plans.ids == [RECORDED_ID, RECORDED_FENCE_ID, 0]
     back = px4.download(MISSION)
     assert px4.last("MISSION_COUNT")["opaque_id"] == RECORDED_ID
     assert repr(back) == repr(RECORDED)
@@ -171,7 +167,7 @@ def test_clear_255_clears_all_and_count_0_clears_one(px4):
     px4.say("MISSION_CLEAR_ALL", mission_type=ALL)
     assert px4.last("MISSION_ACK")["type"] == 0
     assert px4.ap.plans.ids == [0, 0, 0]
-    assert state(px4) == (65535, REFUSED)
+    assert state(px4) == (0, REFUSED)
 
 
 def test_a_download_asks_in_turn_or_ends(px4):
@@ -314,3 +310,29 @@ def test_set_current(px4):
     px4.say("MISSION_SET_CURRENT", seq=4)
     assert px4.ap.plans.seq == 2
     assert px4.texts() == ["WPM: WP CURR CMD: Not in list\t"]
+
+
+def test_mission_current_of_a_whole_vehicle_tells_refusal_and_ids():
+    ground = Ground(SimFleet(specs(1, "px4")))
+    ground.beat(4.0)
+
+    def current() -> tuple[int, ...]:
+        ground.beat(1.2)
+        last = ground.of("MISSION_CURRENT")[-1]
+        return last["total"], last["mission_state"], last["mission_id"]
+
+    def put(items: list[Item]) -> int:
+        ground.say("MISSION_COUNT", count=len(items), mission_type=MISSION)
+        for seq, item in enumerate(items):
+            ground.say("MISSION_ITEM_INT", mission_type=MISSION, **item.fields(seq))
+        ground.listen()
+        return ground.of("MISSION_ACK")[-1]["opaque_id"]
+
+    home = {"x": round(LAT_DEG * 1e7), "y": round(LON_DEG * 1e7), "z": 15.0}
+    assert current() == (65535, 1, 0)
+    bad_id = put([Item(16, **home), Item(22, **home)])
+    assert current() == (2, 1, bad_id)
+    assert ground.command(300) == 2
+    good_id = put([Item(22, **home), Item(16, **home)])
+    assert current() == (2, 2, good_id)
+    assert bad_id != good_id
