@@ -23,8 +23,8 @@ FIRST_TRIES = 11
 """The same while nothing was ever answered: ten retries."""
 MOST_BURST = 1024
 """Packets of one burst; ArduPilot ends one after 500."""
-PATIENT_TRIES = 4
-"""Up to here silence is taken for loss; then for a link that has become slower, for all that is asked from now on."""
+PATIENT_TRIES, DOUBT_TRIES = 4, 8
+"""Up to the first, waits grow from copy to copy; from the second on the link is thought to be slower now."""
 LONGEST_REACH = 0x4000
 """Packets so far behind are not known any more: numbers are 16 bits."""
 BURST_PATIENCE = 2
@@ -135,7 +135,7 @@ class FtpDialogue:
         if pending.sent >= most or pending.op == Op.BURST:
             self._end(None)
         else:
-            if pending.sent >= PATIENT_TRIES:
+            if pending.sent >= DOUBT_TRIES:
                 self.round_trip.lost()
             self._repeat(pending)
 
