@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from tests.bench.commands import commands
 from tests.bench.decode import decoder
 from tests.bench.flood import flood
 from tests.bench.headless import help_cpu, lock_step
@@ -25,6 +26,7 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "decoder": decoder,
     "wire": wire,
     "tlog": tlog,
+    "commands": commands,
     "lock-step": lock_step,
     "sim": sim,
     "load": load,

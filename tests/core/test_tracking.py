@@ -1,0 +1,108 @@
+"""How late and how far beside its course a vehicle is, and the lead that takes it away."""
+
+import math
+
+import numpy as np
+import pytest
+from vehicles import a_vehicle
+
+from tui_gcs.core.course import Stand, Track
+from tui_gcs.core.firmware.base import Lead
+from tui_gcs.core.tracking import MOST_INWARD_M, Led, Tracking
+from tui_gcs.core.vehicle import Vehicle
+
+RADIUS_M, SPEED_M_S = 60.0, 8.0
+TURN_M_S2 = SPEED_M_S**2 / RADIUS_M
+
+
+def circle(duration_s: float = 300.0, dt_s: float = 0.25) -> Track:
+    """Counter-clockwise about the origin from (60, 0)."""
+    t = np.arange(0.0, duration_s, dt_s) * SPEED_M_S / RADIUS_M
+    places = np.stack([RADIUS_M * np.cos(t), RADIUS_M * np.sin(t), np.full_like(t, 30.0)], axis=1)
+    velocities = np.stack([-SPEED_M_S * np.sin(t), SPEED_M_S * np.cos(t), np.zeros_like(t)], axis=1)
+    return Track(0.0, dt_s, places, velocities)
+
+
+class Autopilot:
+    """Is where it was told to be `late_s` before, and outside by `outward_s2` times the centripetal acceleration."""
+
+    def __init__(self, course: Track, lead: Lead, *, late_s: float, outward_s2: float) -> None:
+        self.vehicle: Vehicle = a_vehicle(1)
+        self.course, self.tracking = course, Tracking(lead)
+        self.late_s, self.outward_s2 = late_s, outward_s2
+
+    def fly(self, until_s: float) -> "Autopilot":
+        for now in np.arange(1.0, until_s, 0.1):
+            (x, y, z), _ = Led(self.course, self.tracking.lead).at(now - self.late_s)
+            wider = 1.0 + self.outward_s2 * TURN_M_S2 / math.hypot(x, y)
+            self.vehicle.position_m, self.vehicle.position_s = (x * wider, y * wider, z), float(now)
+            self.tracking.look(self.course, self.vehicle)
+        return self
+
+    @property
+    def error_m(self) -> float:
+        return math.dist(self.course.at(self.vehicle.position_s)[0], self.vehicle.position_m)
+
+
+def test_the_acceleration_of_a_circle_points_to_its_centre() -> None:
+    x, y, z = circle().acceleration(0.0)
+    assert (x, y, z) == pytest.approx((-TURN_M_S2, 0.0, 0.0), abs=0.05)
+    x, y, z = circle().acceleration(RADIUS_M / SPEED_M_S * math.pi / 2)
+    assert (x, y, z) == pytest.approx((0.0, -TURN_M_S2, 0.0), abs=0.05)
+
+
+def test_a_led_course_is_ahead_in_time_and_inside_in_curves() -> None:
+    (x, y, _), velocity = Led(circle(), Lead(0.25, 2.0)).at(10.0)
+    assert math.hypot(x, y) == pytest.approx(RADIUS_M - 2.0 * TURN_M_S2, abs=0.1)
+    assert math.hypot(*velocity) == pytest.approx(SPEED_M_S, abs=0.05)
+    assert math.atan2(y, x) == pytest.approx(10.25 * SPEED_M_S / RADIUS_M, abs=0.01)
+
+
+def test_without_a_lead_it_is_the_course_itself() -> None:
+    assert Led(circle(), Lead()).at(7.3) == circle().at(7.3)
+
+
+def test_the_shift_is_bounded() -> None:
+    (x, y, _), _ = Led(circle(), Lead(0.0, 100.0)).at(10.0)
+    assert math.hypot(x, y) == pytest.approx(RADIUS_M - MOST_INWARD_M, abs=0.1)
+
+
+def test_lag_is_measured_before_anything_is_led_away() -> None:
+    """Six seconds: shown already, hardly learnt yet."""
+    flown = Autopilot(circle(), Lead(), late_s=0.3, outward_s2=0.0).fly(5.0)
+    assert flown.tracking.lag_s == pytest.approx(0.3, abs=0.03)
+    assert flown.tracking.lead.time_s < 0.1
+
+
+@pytest.mark.parametrize(("late_s", "outward_s2"), [(0.25, 1.9), (0.05, 0.8), (0.6, 3.0), (0.0, 0.0)])
+def test_the_lead_is_learnt_in_a_minute_or_two(late_s: float, outward_s2: float) -> None:
+    flown = Autopilot(circle(), Lead(), late_s=late_s, outward_s2=outward_s2).fly(120.0)
+    assert flown.error_m < 0.2
+    assert flown.tracking.lead.time_s == pytest.approx(late_s, abs=0.03)
+    assert flown.tracking.lead.inward_s2 == pytest.approx(outward_s2, abs=0.2)
+    assert abs(flown.tracking.lag_s) < 0.03
+
+
+def test_who_is_far_away_teaches_nothing() -> None:
+    """It is catching up, or something is wrong."""
+    flown = Autopilot(circle(), Lead(0.25, 1.9), late_s=3.0, outward_s2=0.0).fly(60.0)
+    assert flown.tracking.lead == Lead(0.25, 1.9)
+    assert flown.tracking.lag_s == pytest.approx(2.75, abs=0.2), "but it is shown"
+
+
+def test_a_place_to_stand_at_has_no_lag() -> None:
+    vehicle, tracking = a_vehicle(1), Tracking()
+    vehicle.position_m, vehicle.position_s = (1.0, 0.0, 20.0), 5.0
+    tracking.look(Stand((0.0, 0.0, 20.0), 5.0), vehicle)
+    assert math.isnan(tracking.lag_s)
+
+
+def test_who_stands_still_although_asked_to_move_is_noticed_after_six_seconds() -> None:
+    vehicle, tracking, goal = a_vehicle(1), Tracking(), Stand((50.0, 0.0, 20.0), 5.0)
+    vehicle.position_m, vehicle.fix = (0.0, 0.0, 20.0), (0, 0, 0, 0, 20_000, 0, 0, 0, 0)
+    told = [now for now in range(20) if tracking.ignores(goal, vehicle, float(now))]
+    assert told and told[0] == 7
+    vehicle.fix = (0, 0, 0, 0, 20_000, 300, 0, 0, 0)
+    assert not tracking.ignores(goal, vehicle, 20.0)
+    vehicle.position_m, vehicle.fix = (49.0, 0.0, 20.0), (0, 0, 0, 0, 20_000, 0, 0, 0, 0)
+    assert not any(tracking.ignores(goal, vehicle, 21.0 + now) for now in range(20)), "it is there"
