@@ -284,6 +284,19 @@ def test_events_for_another_station_are_not_ours(rig: ServiceRig) -> None:
 # ---------------------------------------------------------------- texts that come twice
 
 
+def test_over_a_radio_metadata_is_fetched_for_a_refusal_only(tmp_path: Path) -> None:
+    rig = ServiceRig(tmp_path, Teller(), bytes_per_s=4000).heard()
+    peer, events, wanted = rig.peers[1], rig.station.services.vehicle_events, []
+    assert isinstance(peer, Teller)
+    events._files.fetch = lambda vehicle, kind, on_done: wanted.append(vehicle)  # type: ignore[method-assign]
+    peer.event(DENIED, level=2)
+    rig.run(1.0)
+    assert not wanted and told(rig) == ["event 0x01000002 (no metadata)"]
+    peer.ack(400, 1)
+    rig.run(1.0)
+    assert wanted == [1]
+
+
 def test_a_vehicle_without_events_is_not_asked_for_metadata_when_it_refuses(rig: ServiceRig) -> None:
     """ArduPilot tells its reasons in texts."""
     events, wanted = rig.station.services.vehicle_events, []

@@ -258,7 +258,7 @@ class VehicleEvents:
             book = self._books.get(vehicle.id)
             if book is not None and book.report is None:  # it has EVENTs: ArduPilot says its reasons in texts
                 book.refused_s = self._context.clock.now()
-                self._want_metadata(vehicle)
+                self._want_metadata(vehicle, refused=True)
                 self.catch_up(vehicle)
             self._give_reasons(vehicle)
 
@@ -317,7 +317,10 @@ class VehicleEvents:
         else:
             self.ignored["event without metadata"] += 1
 
-    def _want_metadata(self, vehicle: Vehicle) -> None:
+    def _want_metadata(self, vehicle: Vehicle, *, refused: bool = False) -> None:
+        """Fetch it, if it is time. 17 kB are little, but not on a slow link: there only who was refused wants it."""
+        if self._context.is_slow(vehicle.link) and not refused:
+            return
         now = self._context.clock.now()
         fetched_s = self._fetched_s.get(vehicle.id, -math.inf)
         if not self.knows(vehicle) and now - fetched_s > FETCH_GAP_S and self._context.door.is_ours(vehicle):
