@@ -110,7 +110,7 @@ def item_of(fields: dict[str, Any]) -> Item:
 def item_of_floats(fields: dict[str, Any]) -> Item:
     """The item of an old MISSION_ITEM: places are degrees in 32 bits, good for about a metre."""
     scale = 1 if fields["frame"] == FRAME_MISSION else 10_000_000
-    whole = {name: round(fields[name] * scale) for name in ("x", "y")}
+    whole = {name: max(min(round(fields[name] * scale), 2**31 - 1), -(2**31)) for name in ("x", "y")}
     return item_of({**fields, **whole})
 
 

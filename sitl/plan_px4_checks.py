@@ -76,7 +76,7 @@ def judge_fence(ap: "Px4") -> None:
     plans, shapes, at, circles = ap.plans, [], 0, False
     while at < len(plans.fence):
         item = plans.fence[at]
-        if item.command == missions.RETURN_POINT:
+        if item.command not in missions.POLYGONS | missions.CIRCLES:
             at += 1
             continue
         circles = circles or item.command in missions.CIRCLES
