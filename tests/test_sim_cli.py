@@ -144,6 +144,7 @@ def test_it_is_told_who_sends_where_and_what_to_type_next():
     assert "3 vehicles (2 ArduPilot, 1 PX4), ids 1-3, send to 127.0.0.1:14550" in mixed
     assert "station: loss=0.1\n" in mixed
     assert "tui-gcs fly SCENARIO.toml --link udpin:127.0.0.1:14550 --kind sim\n" in mixed
+    assert "no heading" in told("--count", "1", "--real", "px4", "--home", "47.4,8.5,488,90")
     assert "8 vehicles (real px4)" in told(str(SCENARIO), "--real", "px4")
     assert f"tui-gcs fly {SCENARIO} --link" in told(str(SCENARIO))
     elsewhere = told("--count", "1", "--target", "10.0.0.5:14550")

@@ -45,7 +45,7 @@ def fly(arguments: argparse.Namespace) -> int:
     """Fly, print the table, write the JSON; 0 only if every check holds."""
     import msgspec
 
-    from tui_gcs.rehearsal import rehearse
+    from tui_gcs.rehearsal import BadLinks, rehearse
 
     check_writable(arguments.json)
     scenario, toml, _ = read_scenario(arguments.scenario)
@@ -60,9 +60,13 @@ def fly(arguments: argparse.Namespace) -> int:
     except (ConfigError, OSError) as error:
         raise CommandError(str(error)) from None
     bar = ProgressBar()
-    result, problem = rehearse(scenario, toml, folder, bar.show, rounds=arguments.rounds)
+    bad_links = BadLinks(arguments.fault, scenario.seed) if arguments.fault else None
+    result, problem = rehearse(scenario, toml, folder, bar.show, rounds=arguments.rounds, bad_links=bad_links)
     bar.end()
-    return report(result, problem, arguments.json)
+    code = report(result, problem, arguments.json)
+    if bad_links is not None:
+        sys.stdout.write(bad_links.text())
+    return code
 
 
 def report(result: "Result", problem: str, json_file: str | None) -> int:

@@ -114,6 +114,7 @@ def _told(arguments: argparse.Namespace, spec: dict[str, Any]) -> str:
     place = f"{first['lat_deg']:.6f},{first['lon_deg']:.6f},{first['ground_amsl_m']:g}"
     lines = [
         f"{len(ids)} vehicles ({who}), ids {_ranges(ids)}, send to {arguments.target}; the first stands at {place}",
+        *(["PX4's own simulator takes no heading"] if arguments.real == "px4" and first["heading_deg"] else []),
         *([f"faults between them and the station: {arguments.fault}"] if arguments.fault else []),
         f"next, in another terminal: {_next(arguments)}",
         "Ctrl-C ends them",
