@@ -1,9 +1,9 @@
 """Simulated vehicles in real time over UDP: python -m sitl.launch --spec FILE --target HOST:PORT.
 
-FILE is JSON: {"seed": 0, "token": "16 hex digits", "vehicles": [{"system_id": 1, "lat_deg": …, "lon_deg": …,
-"ground_amsl_m": …, "heading_deg": …, "signing_key": "64 hex digits", "px4_signing": false, "autopilot": "ardupilot",
-"sitl_rates": false}]}; all after "ground_amsl_m" may be missing; the other autopilot is "px4". "wind_m_s": [east, north] and "gps_noise_m" may stand beside "seed". Each vehicle has its
-own socket and source port, as SITL has.
+FILE is JSON: {"seed": 0, "token": "16 hex digits", "wind_m_s": [east, north], "gps_noise_m": 0.0, "vehicles": [
+{"system_id": 1, "lat_deg": …, "lon_deg": …, "ground_amsl_m": …, "heading_deg": …, "signing_key": "64 hex digits",
+"px4_signing": false, "autopilot": "ardupilot", "sitl_rates": false}]}; of a vehicle all after "ground_amsl_m" may be
+missing; the other autopilot is "px4". Each vehicle has its own socket and source port, as SITL has.
 """
 
 import argparse

@@ -13,7 +13,7 @@ from sitl.fence import Shape, shapes_of
 from sitl.modes import Phase, Result, Severity, Stage
 from sitl.px4_failsafes import Failsafe
 from sitl.px4_mission import Px4Mission
-from sitl.px4_modes import HOLD, LAND, MISSION, MODES, OFFBOARD, PASSING, RTL, TAKEOFF, base_mode, mode_of
+from sitl.px4_modes import HOLD, MISSION, MODES, OFFBOARD, PASSING, TAKEOFF, base_mode, mode_of
 from sitl.px4_streams import NORMAL_HZ, SITL_HZ
 from sitl.px4_telemetry import BUILDERS
 from sitl.streams import Streams
@@ -241,17 +241,8 @@ class Px4(Autopilot):
         self.mission.flight.stop()
         self.plans.flying = mode == MISSION
         self.mode = mode
-        self._say_mode(mode)
         if self.armed:
             self.flight.begin(mode)
-
-    def _say_mode(self, mode: int) -> None:
-        if not self.armed or self.failsafe:
-            return
-        if mode == RTL:
-            self.tell("Returning to launch", "commander_rtl")
-        elif mode == LAND:
-            self.tell("Landing at current position", "commander_landing_current_pos")
 
     def base_mode(self) -> int:
         """HEARTBEAT.base_mode."""

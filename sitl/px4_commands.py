@@ -58,7 +58,7 @@ def _int(value: float) -> int:
 
 def _do_set_mode(ap: "Px4", command: Command) -> Result:
     if not _int(command.p[0]) & 1:
-        return Result.TEMPORARILY_REJECTED
+        return Result.ACCEPTED  # and nothing happens
     return ap.request_mode(_int(command.p[1]) & 0xFF, _int(command.p[2]) & 0xFF)
 
 
@@ -100,8 +100,15 @@ def _take_off(ap: "Px4", command: Command) -> Result:
     return ap.set_mode(TAKEOFF)
 
 
-def _mode_command(mode: int) -> "Callable[[Px4, Command], Result]":
-    return lambda ap, _: ap.set_mode(mode)
+def _mode_command(mode: int, text: str, event: str) -> "Callable[[Px4, Command], Result]":
+    """The same by DO_SET_MODE is done without a word."""
+
+    def change(ap: "Px4", _: Command) -> Result:
+        if ap.can_run(mode):
+            ap.tell(text, event)
+        return ap.set_mode(mode)
+
+    return change
 
 
 def _reposition(ap: "Px4", command: Command) -> Result:
@@ -243,8 +250,8 @@ def _legacy_request(name: str) -> "Callable[[Px4, Command], Result]":
 
 
 HANDLERS: "dict[int, Callable[[Px4, Command], Result]]" = {
-    20: _mode_command(RTL),
-    21: _mode_command(LAND),
+    20: _mode_command(RTL, "Returning to launch", "commander_rtl"),
+    21: _mode_command(LAND, "Landing at current position", "commander_landing_current_pos"),
     22: _take_off,
     34: _orbit,
     178: _change_speed,

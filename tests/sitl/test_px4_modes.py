@@ -185,6 +185,17 @@ def test_return_climbs_flies_home_lands_and_disarms_and_the_mode_before_is_back(
         assert text in said
 
 
+def test_return_by_mode_is_done_without_a_word(px4):
+    ground = px4()
+    px4_take_off(ground)
+    since = ground.fleet.now_s
+    assert ground.acks(176, 1, AUTO, 5) == [0, 0]
+    assert ground.fleet.mode[0] == RTL
+    assert "Returning to launch\t" not in ground.texts(since_s=since)
+    assert ground.acks(176, 0, AUTO, 3) == [0, 0], "without the custom bit it is accepted, and nothing happens"
+    assert ground.fleet.mode[0] == RTL
+
+
 def test_disarms_2_s_after_landing_is_detected(px4):
     ground = px4()
     px4_take_off(ground, 6.0)
