@@ -19,6 +19,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -219,7 +220,8 @@ class RealFleet:
         """Start them. Raises `LaunchError`; then none runs."""
         self.instances: list[Instance] = []
         bond = ParentBond()
-        try:
+        with ExitStack() as undo:
+            undo.callback(self.stop)
             for place in places:
                 name = f"{autopilot} {place.system_id}"
                 instance = Instance(name, folder / f"{autopilot}-{place.system_id}")
@@ -227,9 +229,7 @@ class RealFleet:
                     _empty(instance.folder)
                 self.instances.append(instance)
                 instance.start(*AUTOPILOTS[autopilot](place, options, instance.folder), bond)
-        except BaseException:
-            self.stop()
-            raise
+            undo.pop_all()
 
     def ended(self) -> list[Instance]:
         """Those that have ended since the last call."""
