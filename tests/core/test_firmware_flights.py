@@ -1,0 +1,46 @@
+"""A mixed fleet, one ArduCopter and one PX4, through a whole mission: the same station, nothing told apart above."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from rig import Rig
+
+from tui_gcs.core import messages as m
+from tui_gcs.core.messages import Phase, RunPhase
+
+MakeRig = Callable[..., Rig]
+HOLD, OFFBOARD, GUIDED = 0x03040000, 0x060000, 4
+
+
+def test_a_mixed_fleet_keeps_its_slots_holds_goes_on_and_comes_home(rig: MakeRig) -> None:
+    flight = rig(2, wants=None, autopilots="mixed").flying()
+    assert flight.frame is not None and flight.frame.autopilot == ("ArduCopter", "PX4")
+    book = flight.station.book.flights
+    flight.until(lambda: all(f.joined for f in flight.station.book), 40.0, "on slot")
+    flight.run(12.0)
+    errors: list[tuple[float, ...]] = []
+    lags: list[tuple[float, ...]] = []
+    for _ in range(25):
+        flight.run(1.0)
+        errors.append(flight.frame.slot_error_m)
+        lags.append(flight.frame.lag_s)
+    assert (np.percentile(np.array(errors), 90, axis=0) < 2.0).all(), np.round(errors, 1)
+    assert np.nanmax(np.abs(np.array(lags))) < 0.5
+    assert [v.custom_mode for v in flight.station.fleet.in_order()] == [GUIDED, OFFBOARD]
+
+    assert flight.ask(m.Hold()).ok
+    flight.run(8.0)
+    assert all(flight.speed(v) < 0.5 for v in flight.ids)
+    assert flight.station.fleet.vehicles[2].custom_mode == HOLD
+    said = len(flight.sent_to(2))
+    flight.run(3.0)
+    assert len(flight.sent_to(2)) == said, "no stream is left running beside Hold"
+
+    assert flight.ask(m.Resume()).ok
+    flight.until(lambda: {f.phase for f in book.values()} == {Phase.FLYING}, 40.0)
+    homes = {v: book[v].home_m for v in flight.ids}
+    assert flight.ask(m.Return()).ok
+    flight.until(lambda: flight.station.executive.run is RunPhase.IDLE, 200.0)
+    assert all(math.dist(flight.place(v)[:2], homes[v][:2]) < 2.0 for v in flight.ids)
+    assert flight.station.guard.vetoes == {} and flight.station.commands.unanswered == []
