@@ -13,6 +13,7 @@ from tui_gcs.core.services.event_metadata import EventMetadata, parse
 from tui_gcs.core.services.jobs import JobState
 from tui_gcs.core.services.metadata import MetadataJob
 from tui_gcs.core.services.vehicle_events import MOST_MISSING, VehicleEvents
+from tui_gcs.core.wire.encode import Encoder
 
 COMPONENT = 1 << 24
 ARMED, DENIED, SUMMARY, NO_GPS, NO_STICKS, HEALTH, FAILSAFE = (COMPONENT | n for n in range(1, 8))
@@ -282,6 +283,34 @@ def test_events_for_another_station_are_not_ours(rig: ServiceRig) -> None:
 
 
 # ---------------------------------------------------------------- texts that come twice
+
+
+def test_a_fleet_of_one_firmware_fetches_its_metadata_once(tmp_path: Path) -> None:
+    """250 vehicles that connect together do not queue 250 files before the first plan."""
+    peers = [Teller(), Teller(), Teller()]
+    for system, peer in enumerate(peers, start=1):
+        peer.system, peer.encoder = system, Encoder(system, 1)
+    rig = ServiceRig(tmp_path, *peers).heard()
+    events, fetched = rig.station.services.vehicle_events, []
+    serve(events, peers[0], after_s=1.0)
+    serving = events._files.fetch
+
+    def fetch(vehicle: int, kind: int, on_done: Any) -> None:
+        fetched.append(vehicle)
+        serving(vehicle, kind, on_done)
+
+    events._files.fetch = fetch  # type: ignore[method-assign, assignment]
+    for system, token in ((1, "aa"), (2, "aa"), (3, "bb")):
+        vehicle = rig.vehicle(system)
+        vehicle.identified, vehicle.firmware_token = True, token
+    for peer in peers:
+        peer.event(DENIED, level=2)
+    rig.run(0.5)
+    assert fetched == [1, 3], "the third has another firmware"
+    rig.run(2.0)
+    assert all(events.knows(rig.vehicle(system)) for system in (1, 2, 3))
+    for system in (1, 2, 3):
+        assert rig.texts(f"vehicle {system}")[-1] == "Arming denied: Resolve system health failures first"
 
 
 def test_over_a_radio_metadata_is_fetched_for_a_refusal_only(tmp_path: Path) -> None:

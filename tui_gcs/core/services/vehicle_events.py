@@ -8,7 +8,6 @@ reasons are a report of several EVENTs, sent when they change, which is kept her
 import math
 from collections import Counter, OrderedDict
 from dataclasses import dataclass, field
-from hashlib import sha256
 
 from tui_gcs.core.events import ERROR, NOTICE, WARNING
 from tui_gcs.core.fleet import Fields
@@ -40,11 +39,13 @@ FETCH_GAP_S = 120.0
 """How soon a vehicle is asked for its metadata again that did not give it."""
 FETCH_S = 8.0
 """So long an EVENT waits to be told in words; then it is told by number."""
-MOST_PARSED = 4
+MOST_FIRMWARES = 4
 """Firmwares in one fleet."""
 REFUSED_S = 5.0
 """So long after a refusal its reasons are still news."""
 _HALF, _ALL = 1 << 15, 1 << 16
+
+Firmware = tuple[int, str, bool]
 
 
 @dataclass(frozen=True)
@@ -100,8 +101,9 @@ class VehicleEvents:
         self._files = metadata
         self._books: dict[int, _Book] = {}
         self._metadata: dict[int, EventMetadata] = {}
-        self._parsed: OrderedDict[bytes, EventMetadata] = OrderedDict()
-        """By digest of the file: a fleet of one firmware has one."""
+        self._by_firmware: OrderedDict[Firmware, EventMetadata] = OrderedDict()
+        self._fetching_s: dict[Firmware, float] = {}
+        """When one of a firmware began to fetch it for all."""
         self._fetched_s: dict[int, float] = {}
         """When a vehicle's was asked for last."""
         self.ignored: Counter[str] = Counter()
@@ -249,8 +251,8 @@ class VehicleEvents:
             self._give_up(vehicle, book, sequence)
 
     def _rebooted(self, vehicle: Vehicle) -> None:
-        """It counts anew; its firmware, and so the metadata, is most probably the same."""
-        self._books.pop(vehicle.id, None)
+        """It counts anew, and may have other firmware."""
+        self.forget(vehicle)
 
     def _ack(self, vehicle: Vehicle, fields: Fields) -> None:
         """It refused to arm: its checks' findings are the reasons."""
@@ -323,9 +325,18 @@ class VehicleEvents:
             return
         now = self._context.clock.now()
         fetched_s = self._fetched_s.get(vehicle.id, -math.inf)
-        if not self.knows(vehicle) and now - fetched_s > FETCH_GAP_S and self._context.door.is_ours(vehicle):
-            self._fetched_s[vehicle.id] = now
-            self._files.fetch(vehicle.id, EVENTS, lambda job: self._take(vehicle, job))
+        if self.knows(vehicle) or now - fetched_s < FETCH_GAP_S or not self._context.door.is_ours(vehicle):
+            return
+        firmware = _firmware(vehicle)
+        known = self._by_firmware.get(firmware) if firmware is not None else None
+        if known is not None:
+            self.learn(vehicle, known)
+            return
+        self._fetched_s[vehicle.id] = now
+        if firmware is None or now - self._fetching_s.get(firmware, -math.inf) > FETCH_GAP_S:
+            if firmware is not None:
+                self._fetching_s[firmware] = now
+            self._files.fetch(vehicle.id, EVENTS, lambda job: self._take(vehicle, job, firmware))
 
     def _is_fetching(self, vehicle: Vehicle) -> bool:
         """Whether its metadata may come soon; else it is asked for."""
@@ -342,20 +353,25 @@ class VehicleEvents:
             if sequence in book.kept:
                 self._tell(vehicle, *book.kept[sequence])
 
-    def _take(self, vehicle: Vehicle, job: MetadataJob) -> None:
-        """Its metadata came, or did not: the desk tells why."""
+    def _take(self, vehicle: Vehicle, job: MetadataJob, firmware: Firmware | None) -> None:
+        """Its metadata came, or did not: the desk tells why. It serves all who wait for that of this firmware."""
+        if firmware is not None:
+            self._fetching_s.pop(firmware, None)
         if job.state is not JobState.DONE or self._context.fleet.vehicles.get(vehicle.id) is not vehicle:
             return
-        digest = sha256(job.data).digest()
         try:
-            metadata = self._parsed.get(digest) or parse(job.data)
+            metadata = parse(job.data)
         except EventMetadataError as error:
             self._context.events.say(EventClass.VEHICLE, f"vehicle {vehicle.id}", str(error), NOTICE)
             return
-        self._parsed[digest] = metadata
-        while len(self._parsed) > MOST_PARSED:
-            self._parsed.popitem(last=False)
         self.learn(vehicle, metadata)
+        if firmware is not None:
+            self._by_firmware[firmware] = metadata
+            while len(self._by_firmware) > MOST_FIRMWARES:
+                self._by_firmware.popitem(last=False)
+            for other in self._context.fleet.vehicles.values():
+                if other.id in self._fetched_s and not self.knows(other) and _firmware(other) == firmware:
+                    self.learn(other, metadata)
 
     def _give_reasons(self, vehicle: Vehicle) -> None:
         for text in reversed(self.reasons(vehicle)):
@@ -403,6 +419,15 @@ class VehicleEvents:
             elif decoded.group in (ARMING, HEALTH) and decoded.type != SUMMARY and decoded.values:
                 checks.append(Check(decoded.text, fields["log_levels"] & 0x0F, int(decoded.values[0])))
         return None
+
+
+def _firmware(vehicle: Vehicle) -> Firmware | None:
+    """What vehicles have in common that need one file only; None if it did not tell.
+
+    One whose frames are signed does not learn words from one that anybody may play.
+    """
+    token = vehicle.firmware_token
+    return (vehicle.autopilot, token, vehicle.keyed) if vehicle.identified and token.strip("0") else None
 
 
 def _ahead(sequence: int, of: int) -> int:

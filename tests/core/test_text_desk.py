@@ -1,0 +1,52 @@
+"""Texts of vehicles: chunks put together, bounded for each vehicle by itself (B.6-82)."""
+
+from tui_gcs.core.services.text import MOST_CHUNKS, MOST_OPEN, TextAssembler
+
+FULL = "x" * 50
+
+
+def chunk(text: str, index: int, number: int = 7) -> dict[str, object]:
+    return {"severity": 4, "text": text, "id": number, "chunk_seq": index}
+
+
+def test_chunks_in_any_order_make_one_text() -> None:
+    texts = TextAssembler()
+    assert texts.add(1, chunk("end", 1), 0.0) is None
+    assert texts.add(1, chunk(FULL, 0), 0.1) == FULL + "end"
+
+
+def test_a_repeated_chunk_changes_nothing() -> None:
+    texts = TextAssembler()
+    assert texts.add(1, chunk(FULL, 0), 0.0) is None
+    assert texts.add(1, chunk(FULL, 0), 0.1) is None
+    assert texts.add(1, chunk("end", 1), 0.2) == FULL + "end"
+
+
+def test_an_id_used_again_begins_a_new_text() -> None:
+    texts = TextAssembler()
+    texts.add(1, chunk(FULL, 0), 0.0)
+    texts.add(1, chunk("y" * 50, 0), 0.5)
+    assert texts.add(1, chunk("end", 1), 0.6) == "y" * 50 + "end"
+
+
+def test_what_is_missing_is_shown_as_missing_after_a_second() -> None:
+    texts = TextAssembler()
+    texts.add(1, chunk(FULL, 0), 0.0)
+    texts.add(1, chunk("end", 2), 0.1)
+    assert not list(texts.expired(0.9))
+    assert list(texts.expired(1.1)) == [(1, 4, FULL + " ... " + "end")]
+    assert not list(texts.expired(9.0))
+
+
+def test_one_vehicles_flood_does_not_break_anothers_text() -> None:
+    texts = TextAssembler()
+    for number in range(1, 200):
+        texts.add(1, chunk(FULL, 0, number), 0.0)
+    assert texts.add(2, chunk(FULL, 0), 0.0) is None
+    assert texts.add(2, chunk("end", 1), 0.0) == FULL + "end"
+    assert len(list(texts.expired(2.0))) == MOST_OPEN
+
+
+def test_a_chunk_beyond_the_tenth_is_ignored() -> None:
+    texts = TextAssembler()
+    assert texts.add(1, chunk("end", MOST_CHUNKS), 0.0) is None and not list(texts.expired(9.0))
