@@ -90,16 +90,16 @@ class ArduCopter:
         """RTL."""
         return self.mode(vehicle, RTL, "return", Retry.STOP)
 
-    def mode(self, vehicle: Vehicle, mode: int, name: str, retry: Retry, on_done: Done | None = None) -> Action:
+    def mode(self, vehicle: Vehicle, custom_mode: int, name: str, retry: Retry, on_done: Done | None = None) -> Action:
         """Change mode; done when the heartbeat says so.
 
         Raises:
             ValueError: a mode that would be cut to another one.
         """
-        if not 0 <= mode < 1 << MODE_BITS:
-            raise ValueError(f"ArduCopter has no mode {mode}")
-        order = Order(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, mode))
-        return self._speech.action(vehicle.id, name, retry, order, lambda v: v.custom_mode == mode, on_done)
+        if not 0 <= custom_mode < 1 << MODE_BITS:
+            raise ValueError(f"ArduCopter has no mode {custom_mode}")
+        order = Order(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, custom_mode))
+        return self._speech.action(vehicle.id, name, retry, order, lambda v: v.custom_mode == custom_mode, on_done)
 
     # ---------------------------------------------------------------- in the air
 

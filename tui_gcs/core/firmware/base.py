@@ -10,7 +10,7 @@ from typing import Protocol
 
 from tui_gcs.core.firmware.speech import Done
 from tui_gcs.core.messages import Vec3
-from tui_gcs.core.services.order import Action
+from tui_gcs.core.services.order import Action, Retry
 from tui_gcs.core.vehicle import Vehicle
 
 HOLD_SETTLES_S = 0.8
@@ -84,6 +84,14 @@ class Firmware(Protocol):
 
     def rtl(self, vehicle: Vehicle) -> Action:
         """Return to launch by the autopilot's own procedure."""
+        ...
+
+    def mode(self, vehicle: Vehicle, custom_mode: int, name: str, retry: Retry, on_done: Done | None = None) -> Action:
+        """Change to one of the vehicle's own modes; done when the heartbeat says so. `name` is the operator's word.
+
+        Raises:
+            ValueError: a number that this autopilot would take for another mode.
+        """
         ...
 
     # ---------------------------------------------------------------- in the air

@@ -137,6 +137,18 @@ class Px4Multicopter:
         self._end_guided(vehicle)
         return self._mode(vehicle, RTL, "return", Retry.STOP)
 
+    def mode(self, vehicle: Vehicle, custom_mode: int, name: str, retry: Retry, on_done: Done | None = None) -> Action:
+        """Change mode; done when the heartbeat says so. A stream or place of ours does not take it back.
+
+        Raises:
+            ValueError: a mode that does not fit into main and sub mode.
+        """
+        if not 0 < custom_mode < 1 << 32 or custom_mode & 0xFFFF:
+            raise ValueError(f"PX4 has no mode {custom_mode}")
+        if custom_mode != OFFBOARD:
+            self._end_guided(vehicle)
+        return self._mode(vehicle, custom_mode, name, retry, on_done)
+
     def _mode(self, vehicle: Vehicle, mode: int, name: str, retry: Retry, on_done: Done | None = None) -> Action:
         order = _mode_order(mode)
         return self._speech.action(

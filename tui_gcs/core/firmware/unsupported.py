@@ -5,7 +5,7 @@ from collections.abc import Callable
 from tui_gcs.core.firmware.base import Lead
 from tui_gcs.core.firmware.speech import Done
 from tui_gcs.core.messages import Vec3
-from tui_gcs.core.services.order import Action, refused
+from tui_gcs.core.services.order import Action, Retry, refused
 from tui_gcs.core.vehicle import Vehicle
 
 WHY = "only ArduCopter and PX4 multicopters can be flown so far"
@@ -59,6 +59,10 @@ class Unsupported:
     def rtl(self, vehicle: Vehicle) -> Action:
         """Refused."""
         return refused(vehicle.id, "return", WHY, None)
+
+    def mode(self, vehicle: Vehicle, custom_mode: int, name: str, retry: Retry, on_done: Done | None = None) -> Action:
+        """Refused."""
+        return refused(vehicle.id, name, WHY, on_done)
 
     def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> Action:
         """Refused."""

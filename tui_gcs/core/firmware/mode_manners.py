@@ -1,0 +1,50 @@
+"""How a change of mode is asked for by name: which modes stop a vehicle, which ones need a second thought.
+
+A stop is repeated until it shows; what takes off or flies by itself is never said again later than 2 s (security.md
+C.4); what reads sticks lets a vehicle without a pilot fall or sink (measured: ArduCopter's LOITER sinks at 2.5 m/s).
+"""
+
+from dataclasses import dataclass
+
+from tui_gcs.core.firmware.health import STICK_MODES
+from tui_gcs.core.firmware.modes import mode_name
+from tui_gcs.core.services.order import Retry
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.mavlink import AUTOPILOT_PX4
+
+_STOPS = {"RTL": "return", "LAND": "land", "BRAKE": "hold"}
+_PX4_STOPS = _STOPS | {"HOLD": "hold"}
+"""By mode: the word by which the guard knows that it is never vetoed."""
+_STICKS = STICK_MODES | {"STABILIZE", "ACRO", "RATE_ACRO", "ZIGZAG"}
+_PX4_STICKS = frozenset({"MANUAL", "ALTCTL", "POSCTL", "SLOW", "ORBIT", "ACRO", "STABILIZED", "ALTITUDE_CRUISE"})
+_FLIES = frozenset(
+    {"AUTO", "MISSION", "TAKEOFF", "VTOL_TAKEOFF", "OFFBOARD", "FOLLOW", "GUIDED_NOGPS", "THROW", "FLIP", "TURTLE"}
+    | {"SYSTEMID", "AUTOROTATE", "AUTO_RTL", "AVOID_ADSB"}
+)
+
+
+@dataclass(frozen=True)
+class Manner:
+    """How one mode is asked for."""
+
+    retry: Retry
+    name: str
+    """Of the action; a stop's is one of the guard's."""
+    danger: str = ""
+    """Why somebody must say that it is meant; "" where nothing speaks against it now."""
+
+
+def manner_of(vehicle: Vehicle, custom_mode: int) -> Manner:
+    """How `vehicle` is asked for a mode now."""
+    px4 = vehicle.autopilot == AUTOPILOT_PX4
+    word = mode_name(vehicle.autopilot, vehicle.type, custom_mode)
+    stop = (_PX4_STOPS if px4 else _STOPS).get(word)
+    if stop is not None and vehicle.armed:  # on the ground one that is refused would be said for ever
+        return Manner(Retry.STOP, stop)
+    name = f"mode {word}"
+    if word in (_PX4_STICKS if px4 else _STICKS):
+        danger = f"{word} obeys sticks: without a pilot it sinks or falls" if vehicle.armed else ""
+        return Manner(Retry.START, name, danger)
+    if word in _FLIES or word.startswith("EXTERNAL"):
+        return Manner(Retry.START, name, f"{word} takes off or flies by itself" if vehicle.armed else "")
+    return Manner(Retry.SET, name)
