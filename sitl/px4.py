@@ -226,7 +226,7 @@ class Px4(Autopilot):
         if mode not in PASSING:
             self.normal_mode = mode
         px4_failsafes.overruled(self)
-        self.apply_mode(again=True)
+        self.apply_mode(again=not mode == self.mode == HOLD)  # on its way to a place it is in Hold: it flies on
         return Result.ACCEPTED
 
     def can_run(self, mode: int) -> bool:

@@ -150,6 +150,17 @@ def test_reposition_flies_there_at_the_speed_asked_for_and_stops(px4):
     assert ground.fleet.mode[0] == HOLD
 
 
+def test_the_mode_it_has_already_does_not_stop_a_reposition(px4):
+    """Seen on 1.16.1: told to hold at 8 m/s it flew the remaining 77 m."""
+    ground = px4()
+    px4_take_off(ground)
+    reposition(ground, 80.0, 0.0, 15.0, speed=8.0)
+    ground.run(4.0)
+    assert ground.acks(176, 1, AUTO, 3) == [0, 0]
+    ground.run(20.0)
+    assert abs(ground.fleet.position_m[0, 0] - 80.0) < 1.0
+
+
 def test_reposition_without_a_place_changes_the_height_only(px4):
     ground = px4()
     px4_take_off(ground)
