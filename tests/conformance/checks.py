@@ -2,7 +2,7 @@
 
 import importlib
 
-MODULES = ("link", "data", "flight")
+MODULES = ("link", "data", "flight", "mission")
 
 
 def load() -> None:
