@@ -263,9 +263,9 @@ class Fleet:
         handler = self.telemetry.every.get(slot.msgid)
         if slot.msgid == STATUSTEXT:
             self.texts.status_text(vehicle, slot.fields())
-        elif slot.component != vehicle.component:
+        if slot.component != vehicle.component:
             return
-        elif slot.msgid == AUTOPILOT_VERSION:
+        if slot.msgid == AUTOPILOT_VERSION:
             self._version(vehicle, slot, now)
         elif handler is not None:
             handler(slot, now)

@@ -30,6 +30,9 @@ class JobState(StrEnum):
 class Job:
     """One long exchange with one vehicle. Subclasses override `begin`, `tick` and `abort`, and call `finish`."""
 
+    waits_for_people = False
+    """It sends next to nothing, and takes minutes (a calibration): it takes no other vehicle's place on its link."""
+
     def __init__(self, vehicle: int, name: str, on_done: "Callable[[Job], None] | None" = None) -> None:
         """`name` is the operator's word for it, e.g. "mission upload"; `on_done` is called once, however it ends."""
         self.vehicle = vehicle
@@ -97,18 +100,24 @@ class JobDesk:
     @property
     def busy(self) -> bool:
         """Whether answers are expected: then we listen without delay."""
-        return bool(self._running)
+        return any(not job.waits_for_people for job in self._running.values())
 
     def cancel(self, vehicle: int, name: str = "") -> int:
         """Cancel what runs and waits for `vehicle` (all, or what is called `name`); how many."""
         cancelled = [job for job in self.jobs(vehicle) if not name or job.name == name]
         for job in cancelled:
-            if job.state is JobState.RUNNING:
-                job.abort()
-            job.state, job.error = JobState.CANCELLED, "cancelled"
-            self._over(job)
-        self._begin_some()
+            self.cancel_job(job)
         return len(cancelled)
+
+    def cancel_job(self, job: Job) -> None:
+        """Cancel this one, if it runs or waits."""
+        if job.over:
+            return
+        if job.state is JobState.RUNNING:
+            job.abort()
+        job.state, job.error = JobState.CANCELLED, "cancelled"
+        self._over(job)
+        self._begin_some()
 
     def tick(self) -> None:
         """Move on what runs, begin what may."""
@@ -134,14 +143,16 @@ class JobDesk:
             elif vehicle.path.high_latency:
                 job.finish("heard over a high-latency link: commands only")
                 self._over(job)
-            elif job.vehicle not in self._running and self._on_link(vehicle.link) < MOST_PER_LINK:
+            elif job.vehicle not in self._running and (
+                job.waits_for_people or self._on_link(vehicle.link) < MOST_PER_LINK
+            ):
                 self._queue.remove(job)
                 self._running[job.vehicle] = job
                 job.state, job.link, job.begun_s = JobState.RUNNING, vehicle.link, now
                 job.begin(vehicle, now)
 
     def _on_link(self, link: str) -> int:
-        return sum(1 for job in self._running.values() if job.link == link)
+        return sum(1 for job in self._running.values() if job.link == link and not job.waits_for_people)
 
     def _over(self, job: Job) -> None:
         """Take it off the desk and tell how it ended."""

@@ -2,6 +2,7 @@
 
 from collections import Counter
 
+from tui_gcs.core.services.calibration import CalibrationService
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.control import ControlService
 from tui_gcs.core.services.failsafes import FailsafeService, reader
@@ -41,6 +42,7 @@ class Services:
         self.payload = PayloadService(context)
         self.shell = ShellService(context)
         self.traffic = TrafficService(context)
+        self.calibrations = CalibrationService(context)
 
     def tick(self) -> None:
         """Everything that is due in the services (jobs are ticked by the desk)."""

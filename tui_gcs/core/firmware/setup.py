@@ -1,0 +1,158 @@
+"""How each autopilot is calibrated and how one of its motors is tested: which command, and how it goes on from there.
+
+Measured on both (ardupilot.md and px4.md, "Calibration"). ArduPilot's compassmot is not offered: it turns the motors,
+shows armed, and its end crashed the autopilot.
+"""
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+from tui_gcs.core.services.order import Order
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
+
+PREFLIGHT_CALIBRATION, START_MAG_CAL, ACCEPT_MAG_CAL, CANCEL_MAG_CAL = 241, 42424, 42425, 42426
+ACCELCAL_VEHICLE_POS = 42429
+DO_MOTOR_TEST, ACTUATOR_TEST = 209, 310
+"""MAV_CMD."""
+MAG_CAL_PROGRESS, MAG_CAL_REPORT = 191, 192
+"""Message ids that ArduPilot sends only when asked to."""
+STATUS_CALIBRATING = 2
+"""MAV_STATE."""
+MOST_MOTORS = 12
+ALL_COMPASSES, NO_RETRY, AUTOSAVE = 0, 0, 1
+THROTTLE_PERCENT = 0
+"""MOTOR_TEST_THROTTLE_TYPE."""
+
+
+class Sensor(StrEnum):
+    """What can be calibrated; the words are the operator's."""
+
+    GYRO = "gyro"
+    ACCEL = "accelerometer"
+    SIMPLE_ACCEL = "simple accelerometer"
+    LEVEL = "level"
+    COMPASS = "compass"
+    BARO = "barometer"
+    AIRSPEED = "airspeed"
+
+
+class Dialogue(StrEnum):
+    """How a calibration goes on once it was asked for."""
+
+    ACK = "ack"
+    """The acknowledgement is its end."""
+    POSES = "poses"
+    """The vehicle names a pose, the operator confirms it (ACCELCAL_VEHICLE_POS both ways)."""
+    COMPASSES = "compasses"
+    """MAG_CAL_PROGRESS and MAG_CAL_REPORT of each compass."""
+    TEXTS = "texts"
+    """Texts that begin with [cal]; the acknowledgement only says that it was understood."""
+
+
+@dataclass(frozen=True)
+class CalibrationWords:
+    """One calibration of one autopilot."""
+
+    dialogue: Dialogue
+    order: Order
+    prompt: str
+    """What to do before it begins."""
+    limit_s: float
+    """After so long it is given up."""
+    cancel: Order | None = None
+    no_cancel: str = ""
+    """Why it cannot be cancelled."""
+    settle_s: float = 0.0
+    """So long after another calibration this one would be refused for no good reason."""
+    needs_reboot: bool = False
+
+
+_STILL = "keep the vehicle still"
+_LEVEL = "place the vehicle level, as it flies, and keep it still"
+_OUTSIDE = "go outside, away from iron and reinforced concrete"
+_NOT_LONG = "it cannot be cancelled, and is over in a moment"
+
+
+def _preflight(*params: float) -> Order:
+    return Order(PREFLIGHT_CALIBRATION, params)
+
+
+_ARDUPILOT = {
+    Sensor.GYRO: CalibrationWords(Dialogue.ACK, _preflight(1), _STILL, 45.0, no_cancel=_NOT_LONG),
+    Sensor.BARO: CalibrationWords(Dialogue.ACK, _preflight(0, 0, 1), _STILL, 45.0, no_cancel=_NOT_LONG),
+    Sensor.LEVEL: CalibrationWords(
+        Dialogue.ACK, _preflight(0, 0, 0, 0, 2), _LEVEL, 45.0, no_cancel=_NOT_LONG, settle_s=6.0
+    ),
+    Sensor.SIMPLE_ACCEL: CalibrationWords(
+        Dialogue.ACK, _preflight(0, 0, 0, 0, 4), _LEVEL, 45.0, no_cancel=_NOT_LONG, settle_s=6.0
+    ),
+    Sensor.ACCEL: CalibrationWords(
+        Dialogue.POSES,
+        _preflight(0, 0, 0, 0, 1),
+        "six poses, each held still; have all sides of the vehicle free",
+        1800.0,
+        no_cancel="this autopilot cannot cancel it: finish all six poses, or reboot it",
+        needs_reboot=True,
+    ),
+    Sensor.COMPASS: CalibrationWords(
+        Dialogue.COMPASSES,
+        Order(START_MAG_CAL, (ALL_COMPASSES, NO_RETRY, AUTOSAVE)),
+        f"{_OUTSIDE}; turn the vehicle slowly about all its axes until all compasses are done",
+        600.0,
+        cancel=Order(CANCEL_MAG_CAL),
+        needs_reboot=True,
+    ),
+}
+_CANCEL_ALL = _preflight()
+_SIDES = "six sides, each held still until it is done"
+_PX4 = {
+    sensor: CalibrationWords(Dialogue.TEXTS, order, prompt, limit_s, cancel=_CANCEL_ALL, settle_s=2.5)
+    for sensor, order, prompt, limit_s in (
+        (Sensor.GYRO, _preflight(1), _STILL, 90.0),
+        (Sensor.COMPASS, _preflight(0, 1), f"{_OUTSIDE}; the vehicle says which side and when to turn it", 900.0),
+        (Sensor.BARO, _preflight(0, 0, 1), _STILL, 90.0),
+        (Sensor.ACCEL, _preflight(0, 0, 0, 0, 1), _SIDES, 900.0),
+        (Sensor.LEVEL, _preflight(0, 0, 0, 0, 2), _LEVEL, 90.0),
+        (Sensor.SIMPLE_ACCEL, _preflight(0, 0, 0, 0, 4), _LEVEL, 90.0),
+        (Sensor.AIRSPEED, _preflight(0, 0, 0, 0, 0, 1), "keep the sensor out of the wind", 180.0),
+    )
+}
+_ALL = {AUTOPILOT_ARDUPILOT: _ARDUPILOT, AUTOPILOT_PX4: _PX4}
+
+
+def sensors(vehicle: Vehicle) -> tuple[Sensor, ...]:
+    """What can be calibrated on it."""
+    return tuple(_ALL.get(vehicle.autopilot, {}))
+
+
+def calibration(vehicle: Vehicle, sensor: Sensor) -> CalibrationWords | None:
+    """How it is done on this vehicle; None if it cannot."""
+    return _ALL.get(vehicle.autopilot, {}).get(sensor)
+
+
+def is_calibrating(vehicle: Vehicle) -> bool:
+    """Whether its heartbeat says so. PX4's does; ArduPilot's never."""
+    return vehicle.system_status == STATUS_CALIBRATING
+
+
+def motor_test(vehicle: Vehicle, motor: int, throttle: float, seconds: float) -> Order | None:
+    """Turn motor 1, 2, … with `throttle` 0…1 for so long; None if this autopilot cannot."""
+    if vehicle.autopilot == AUTOPILOT_ARDUPILOT:
+        return Order(DO_MOTOR_TEST, (motor, THROTTLE_PERCENT, 100.0 * throttle, seconds, 1))
+    if vehicle.autopilot == AUTOPILOT_PX4:
+        return Order(ACTUATOR_TEST, (throttle, seconds, 0, 0, motor))  # ACTUATOR_OUTPUT_FUNCTION_MOTOR1 is 1
+    return None
+
+
+def motor_test_end(vehicle: Vehicle, motor: int) -> Order:
+    """End it early: ArduPilot has no word for that but a test of 0 s, PX4 takes NaN for "leave it"."""
+    if vehicle.autopilot == AUTOPILOT_PX4:
+        return Order(ACTUATOR_TEST, (math.nan, 0.1, 0, 0, motor))
+    return Order(DO_MOTOR_TEST, (motor, THROTTLE_PERCENT, 0, 0, 1))
+
+
+def shows_armed_in_motor_test(vehicle: Vehicle) -> bool:
+    """Whether its heartbeat says armed meanwhile."""
+    return vehicle.autopilot == AUTOPILOT_ARDUPILOT

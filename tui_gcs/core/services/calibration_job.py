@@ -1,0 +1,254 @@
+"""What all calibrations have in common: how one is asked for, cancelled and given up."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from tui_gcs.core.firmware.setup import CalibrationWords, Sensor, is_calibrating
+from tui_gcs.core.services.command import Action, Outcome, Retry
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.jobs import Job, JobState
+from tui_gcs.core.services.order import Order
+from tui_gcs.core.vehicle import Vehicle
+
+MOST_NOTES = 100
+PERCENT = 100
+NO_STATUS_S = 0.3
+"""A heartbeat that is so much newer than the order shows whether it was heard."""
+CANCEL_S = 5.0
+"""After the last copy of a cancel its effect must show."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is to be calibrated, and how."""
+
+    context: Context
+    vehicle: int
+    sensor: Sensor
+    words: CalibrationWords
+    begin_s: float
+    """Not sooner: another calibration has just ended."""
+    on_done: Callable[[Job], None] | None = None
+
+
+class CalibrationJob(Job):
+    """One calibration of one vehicle."""
+
+    waits_for_people = True
+
+    def __init__(self, wanted: Wanted) -> None:
+        """Nothing is sent before it begins."""
+        words = wanted.words
+        super().__init__(wanted.vehicle, f"{wanted.sensor} calibration", wanted.on_done)
+        self.sensor = wanted.sensor
+        self.prompt = words.prompt
+        """What the operator does now; "" if there is nothing to do."""
+        self.waits = False
+        """The vehicle waits for `confirm`."""
+        self.notes: list[str] = []
+        """What the vehicle said meanwhile, oldest first."""
+        self.result = ""
+        """How it ended, in words."""
+        self.needs_reboot = False
+        self.total = PERCENT
+        self.on_end: Callable[[CalibrationJob], None] | None = None
+        self.context, self.words = wanted.context, words
+        self.heard = False
+        """The vehicle showed in any way that it is at it."""
+        self.cancelling = False
+        self._begin_s = wanted.begin_s
+        self._asked_s: float | None = None
+        self._sent_s = 0.0
+
+    # ---------------------------------------------------------------- the job
+
+    def begin(self, vehicle: Vehicle, now: float) -> None:
+        """Ask for it, unless another calibration has just ended."""
+        self.tick(vehicle, now)
+
+    def tick(self, vehicle: Vehicle, now: float) -> None:
+        """Ask when it is time, watch, give up in time."""
+        if vehicle.armed:
+            self.finish("it was armed meanwhile")
+        elif self._asked_s is None:
+            if now >= self._begin_s:
+                self._ask(vehicle, now)
+        elif now - self._asked_s > self.words.limit_s:
+            self.give_up()
+        else:
+            self.watch(vehicle, now)
+
+    def finish(self, error: str = "") -> None:
+        """It is over: done, or failed because of `error`."""
+        if self.over:
+            return
+        super().finish(error)
+        self._end(error)
+
+    def abort(self) -> None:
+        """The desk drops it: the vehicle is told, where there is a word for it."""
+        if self.words.cancel is not None and self._asked_s is not None:
+            self._submit_cancel(self.words.cancel)
+        else:
+            self.note(self.words.no_cancel)
+        self._end("cancelled")
+
+    def _end(self, error: str) -> None:
+        self.prompt, self.waits = "", False
+        self.result = self.result or error or "done"
+        if not error:
+            self.done = self.total
+            self.needs_reboot = self.words.needs_reboot
+        self.close()
+        if self.on_end is not None:
+            self.on_end(self)
+
+    # ---------------------------------------------------------------- for subclasses
+
+    def accepted(self, vehicle: Vehicle | None, now: float) -> None:
+        """The vehicle acknowledged it."""
+
+    def watch(self, vehicle: Vehicle, now: float) -> None:
+        """What is due by itself."""
+
+    def close(self) -> None:
+        """It is over, however: undo what was set up for it."""
+
+    def hear_text(self, vehicle: Vehicle, text: str, now: float) -> None:
+        """A whole STATUSTEXT of the vehicle's autopilot."""
+        self.heard = True
+        self.note(text)
+
+    def confirm(self, vehicle: Vehicle) -> str:
+        """The operator did what the prompt says; "" or why that is of no use."""
+        return "nothing is to be confirmed: the vehicle sees it by itself"
+
+    def note(self, text: str) -> None:
+        """Keep a text for who looks."""
+        if text and len(self.notes) < MOST_NOTES and (not self.notes or self.notes[-1] != text):
+            self.notes.append(text)
+
+    def give_up(self) -> None:
+        """It took too long."""
+        self.abort_on_board()
+        self.finish(f"not done within {self.words.limit_s / 60:.0f} min")
+
+    def abort_on_board(self) -> None:
+        """Have the vehicle stop it, if it can."""
+        if self.words.cancel is not None:
+            self._submit_cancel(self.words.cancel)
+        else:
+            self.note(self.words.no_cancel)
+
+    # ---------------------------------------------------------------- asking
+
+    def _ask(self, vehicle: Vehicle, now: float) -> None:
+        if is_calibrating(vehicle):
+            self.finish("it is being calibrated already")
+            return
+        self._asked_s = now
+        action = Action(
+            self.vehicle,
+            f"begin {self.name}",
+            Retry.START,
+            send=lambda copy: self._send(action, copy),
+            confirmed=lambda v: action.acked_s is not None and not action.in_progress,
+            command=self.words.order.command,
+            confirm_s=min(40.0, self.words.limit_s),
+            on_done=self._answered,
+            order=self.words.order,
+        )
+        self.context.commands.submit(action)
+
+    def _send(self, action: Action, copy: int) -> None:
+        """A copy leaves only while nothing shows that the first one was heard.
+
+        A second one during a calibration makes PX4 refuse everything in a storm, and ArduPilot answer "failed".
+        """
+        vehicle = self.context.fleet.vehicles.get(self.vehicle)
+        if vehicle is None or (copy and (self.heard or not self._shows_nothing(vehicle))):
+            return
+        self._sent_s = self.context.clock.now()
+        order = action.order or self.words.order
+        action.refusal = self.context.door.action(self.vehicle, action.name, order.message, **order.fields(copy))
+
+    def _shows_nothing(self, vehicle: Vehicle) -> bool:
+        return vehicle.heartbeat_s > self._sent_s + NO_STATUS_S and not is_calibrating(vehicle)
+
+    def _answered(self, action: Action, outcome: Outcome, why: str) -> None:
+        vehicle, now = self.context.fleet.vehicles.get(self.vehicle), self.context.clock.now()
+        if self.over or self.cancelling:
+            return
+        if outcome is Outcome.CONFIRMED:
+            self.accepted(vehicle, now)
+        elif outcome is Outcome.REFUSED:
+            self.finish(f"refused: {why}")
+        elif outcome is Outcome.SUPERSEDED:
+            self.finish("a stop came first")
+        elif not self.is_led_by_others():
+            self.finish("no answer: whether it took place is not known")
+
+    def is_led_by_others(self) -> bool:
+        """Whether it goes on although its acknowledgement was lost."""
+        return False
+
+    # ---------------------------------------------------------------- cancelling
+
+    def cancel(self) -> str:
+        """Ask the vehicle to stop; "" or why it cannot. It is over when that shows."""
+        if self.state is JobState.QUEUED or self._asked_s is None:
+            self.context.jobs.cancel(self.vehicle, self.name)
+            return ""
+        if self.words.cancel is None:
+            return self.words.no_cancel
+        if not self.cancelling:
+            self.cancelling, self.prompt, self.waits = True, "", False
+            self._submit_cancel(self.words.cancel)
+        return ""
+
+    def shows_cancelled(self, action: Action, vehicle: Vehicle) -> bool:
+        """Whether the vehicle has stopped it."""
+        return action.acked_s is not None
+
+    def _submit_cancel(self, order: Order) -> None:
+        """PX4 answers twice, once yes and once no: such an answer is nobody's, and its texts tell."""
+        by_ack = order.command != self.words.order.command
+        action = Action(
+            self.vehicle,
+            f"cancel {self.name}",
+            Retry.SET,
+            send=lambda copy: self._send_cancel(action, order, copy),
+            confirmed=lambda v: self.shows_cancelled(action, v),
+            command=order.command if by_ack else None,
+            confirm_s=CANCEL_S,
+            on_done=self._cancel_answered,
+        )
+        self.context.commands.cancel(self.vehicle, f"begin {self.name}")
+        self.context.commands.submit(action)
+
+    def _send_cancel(self, action: Action, order: Order, copy: int) -> None:
+        if action.command is None:
+            self.context.commands.question(self.vehicle, order.command)
+        self.context.door.action(self.vehicle, action.name, order.message, **order.fields(copy))
+
+    def _cancel_answered(self, action: Action, outcome: Outcome, why: str) -> None:
+        if self.over:
+            return
+        if outcome is Outcome.CONFIRMED:
+            self.cancelled()
+        else:
+            self.finish(f"cancelling: {outcome.value}; it may still be at it")
+
+    def cancelled(self) -> None:
+        """The vehicle stopped it."""
+        if not self.over:
+            self.state, self.error = JobState.CANCELLED, "cancelled"
+            self._end("cancelled")
+
+
+class AckCalibration(CalibrationJob):
+    """Over when it is acknowledged; until then the vehicle says nothing, or what it does."""
+
+    def accepted(self, vehicle: Vehicle | None, now: float) -> None:
+        """That is all."""
+        self.finish()
