@@ -5,7 +5,7 @@ same run, byte for byte.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import msgspec
@@ -39,13 +39,16 @@ AUTOPILOTS: dict[str, tuple[AutopilotName, ...]] = {
 """What a fleet is made of: vehicles take turns."""
 
 
-def simulated_vehicles(scenario: Scenario, autopilots: str = "ardupilot") -> list[VehicleSpec]:
-    """One vehicle per take-off place that a team needs; `autopilots` is a key of `AUTOPILOTS`."""
-    ground, kinds = scenario.origin.ground_amsl_m, AUTOPILOTS[autopilots]
-    return [
-        VehicleSpec(system, lat, lon, ground, autopilot=kinds[i % len(kinds)])
-        for i, (system, lat, lon) in enumerate(simulated_places(scenario))
-    ]
+def simulated_vehicles(scenario: Scenario) -> list[VehicleSpec]:
+    """One vehicle per take-off place that a team needs."""
+    ground = scenario.origin.ground_amsl_m
+    return [VehicleSpec(system, lat, lon, ground) for system, lat, lon in simulated_places(scenario)]
+
+
+def piloted(specs: list[VehicleSpec], autopilots: str) -> list[VehicleSpec]:
+    """The same vehicles with the autopilots that a key of `AUTOPILOTS` says."""
+    kinds = AUTOPILOTS[autopilots]
+    return [replace(spec, autopilot=kinds[i % len(kinds)]) for i, spec in enumerate(specs)]
 
 
 class BadLinks:
@@ -102,7 +105,9 @@ class LockStep:
         self.clock = VirtualClock()
         self.bus = MemoryBus()
         self.link = MemoryLink(LINK)
-        self.sim = SimFleet(simulated_vehicles(self.scenario, self.autopilots), seed=self.scenario.seed, token=TOKEN)
+        self.sim = SimFleet(
+            piloted(simulated_vehicles(self.scenario), self.autopilots), seed=self.scenario.seed, token=TOKEN
+        )
         for team in self.scenario.teams:
             attach(PlannerHost(team.name), self.bus)
         self.recorder = TlogWriter(self.log_dir / "run.tlog")

@@ -87,12 +87,11 @@ def test_start_refuses_other_autopilots(rig: MakeRig) -> None:
     flight = rig(3)
     flight.sim.silence(2)
     for k in range(10):
-        flight.say(
-            "HEARTBEAT", 3, type=2, autopilot=9, base_mode=81, custom_mode=0, system_status=3, mavlink_version=3
-        )
+        flight.say("HEARTBEAT", 3, type=2, autopilot=9, base_mode=81, custom_mode=0, system_status=3, mavlink_version=3)
         flight.say("GLOBAL_POSITION_INT", 3, **position(flight, 45.0, 210.0, boot_ms=60_000 + 700 * k))
         flight.run(0.7)
-    assert results(flight.ask(m.Start(vehicles=(1, 2, 3)))) == {3: "only ArduCopter and PX4 multicopters can be flown so far"}
+    why = "only ArduCopter and PX4 multicopters can be flown so far"
+    assert results(flight.ask(m.Start(vehicles=(1, 2, 3)))) == {3: why}
     assert flight.frame is not None and flight.frame.autopilot == ("ArduCopter", "ArduCopter", "Paparazzi")
 
 
@@ -120,7 +119,8 @@ def test_in_sim_only_our_own_simulated_vehicles_start(rig: MakeRig) -> None:
     }
     flight.station.speech.position(1, (50.0, 200.0, 30.0))
     flight.run(1.0)
-    assert {(name, f.get("command")) for _, _, name, f in flight.sent} == {("COMMAND_LONG", 511), ("COMMAND_LONG", 512)}
+    questions = {("COMMAND_LONG", 511), ("COMMAND_LONG", 512), ("TIMESYNC", None)}
+    assert {(name, f.get("command")) for _, _, name, f in flight.sent} == questions
     assert flight.station.door.refused["not one of our simulated vehicles"] == 1
 
 

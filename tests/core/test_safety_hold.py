@@ -14,7 +14,7 @@ from tui_gcs.core.status import station_status
 
 MakeRig = Callable[..., Rig]
 GUIDED, RTL, BRAKE = 4, 6, 17
-HOUSEKEEPING = {511, 512}
+HOUSEKEEPING = {511, 512, "TIMESYNC"}
 """Requests for rates and for information."""
 HOME_X_M = 45.0
 
