@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from tui_gcs.core import messages as m
+from tui_gcs.core import messages_services as s
 from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.flights import Flight
 from tui_gcs.core.guard import Guard
@@ -16,6 +17,7 @@ from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase,
 from tui_gcs.core.provision import ProvisionDesk
 from tui_gcs.core.scenario import Round, Scenario, band_m
 from tui_gcs.core.scenario_load import ScenarioError, parse
+from tui_gcs.core.service_requests import ServiceDesk
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station
@@ -34,28 +36,38 @@ class RequestDesk:
         """Serve `station`."""
         self._station = station
         self._provisioning = ProvisionDesk(station)
+        self._services = ServiceDesk(station)
         self.in_control = ""
         """The principal whose command came last."""
 
     def answer(self, principal: str, payload: bytes) -> Reply:
         """Do what is asked, or say why not."""
         try:
-            request = m.decode_request(payload)
+            request = s.decode_request(payload)
         except msgspec.MsgspecError as error:
             self._station.dropped["request not understood"] += 1
             return Reply(ok=False, text=f"request not understood: {error}")
+        if isinstance(request, s.Look):
+            return self._services.look(request)
         if isinstance(request, OBSERVE):
             return self._observe(request)
         if principal.startswith("planner-"):
             return Reply(ok=False, text="a planner worker may not command")
+        if isinstance(request, s.Fetch):
+            return self._services.begin(principal, request)
         self.in_control = principal
         if isinstance(request, m.ProvisionKey):  # tells what it does by itself: its reply holds a code
             return self._provisioning.ask(principal, request)
-        reply = self._command(request)
+        if isinstance(request, s.CancelTask):
+            reply: Reply = self._services.cancel(request)
+        elif isinstance(request, s.Change):
+            reply = self._services.begin(principal, request)
+        else:
+            reply = self._command(request)
         self._tell(principal, request, reply)
         return reply
 
-    def _tell(self, principal: str, request: m.AnyRequest, reply: Reply) -> None:
+    def _tell(self, principal: str, request: m.Request, reply: Reply) -> None:
         refused = "; ".join(f"vehicle {r.vehicle}: {r.text}" for r in reply.results if not r.ok)
         text = (reply.text or "done") + (f" ({refused})" if refused else "")
         if not reply.ok:

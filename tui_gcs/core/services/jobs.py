@@ -106,18 +106,21 @@ class JobDesk:
         """Cancel what runs and waits for `vehicle` (all, or what is called `name`); how many."""
         cancelled = [job for job in self.jobs(vehicle) if not name or job.name == name]
         for job in cancelled:
-            self.cancel_job(job)
+            self._cancel(job)
+        self._begin_some()
         return len(cancelled)
 
     def cancel_job(self, job: Job) -> None:
         """Cancel this one, if it runs or waits."""
-        if job.over:
-            return
+        if not job.over:
+            self._cancel(job)
+            self._begin_some()
+
+    def _cancel(self, job: Job) -> None:
         if job.state is JobState.RUNNING:
             job.abort()
         job.state, job.error = JobState.CANCELLED, "cancelled"
         self._over(job)
-        self._begin_some()
 
     def tick(self) -> None:
         """Move on what runs, begin what may."""

@@ -114,6 +114,11 @@ class ModeService:
         if not offer.asking and not offer.over and self._context.door.is_ours(vehicle):
             self._ask(vehicle, offer, 0)
 
+    def asking(self, vehicle: Vehicle) -> bool:
+        """Whether it is still listing them."""
+        offer = self._offers.get(vehicle.id)
+        return offer is not None and offer.asking
+
     def forget(self, vehicle: Vehicle) -> None:
         """It rebooted, or is another one now: what it listed may be wrong."""
         self._offers.pop(vehicle.id, None)

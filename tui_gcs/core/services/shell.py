@@ -109,6 +109,11 @@ class ShellService:
         since_s = session.waits_since_s if session is not None else None
         return since_s is not None and self._context.clock.now() - since_s < ANSWER_S
 
+    def ready(self, vehicle_id: int) -> bool:
+        """Whether its prompt is what came last."""
+        session = self._sessions.get(vehicle_id)
+        return session is not None and _is_prompt(session.partial)
+
     def close(self, vehicle_id: int, user: str) -> None:
         """Leave it."""
         session = self._sessions.get(vehicle_id)
@@ -164,7 +169,7 @@ class ShellService:
         if len(session.partial) > 4 * MOST_LINE:
             self._line(vehicle, session, bytes(session.partial))
             session.partial.clear()
-        if session.partial.replace(ERASE_LINE, b"").endswith(PROMPTS):
+        if _is_prompt(session.partial):
             session.waits_since_s = None
 
     def _line(self, vehicle: Vehicle, session: _Session, raw: bytes) -> None:
@@ -181,6 +186,10 @@ class ShellService:
 
     def _forget(self, vehicle: Vehicle) -> None:
         self._sessions.pop(vehicle.id, None)
+
+
+def _is_prompt(partial: bytearray) -> bool:
+    return partial.replace(ERASE_LINE, b"").endswith(PROMPTS)
 
 
 def _shown(raw: bytes | bytearray) -> SafeText:

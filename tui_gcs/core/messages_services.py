@@ -1,0 +1,362 @@
+"""What may be asked of the station about its vehicles' parameters, plans, files, logs, modes and shells.
+
+As `core/messages.py`, whose `Reply` is extended here: msgspec structs, unknown fields are errors. Vehicles are named,
+never all of them implied, except where something known is only looked at. What takes time becomes one *task* per
+vehicle: the reply has its number, `GetTasks` its progress, `GetTaskResult` what came of it. A client that goes away
+changes nothing: the task goes on.
+"""
+
+from typing import Literal
+
+from tui_gcs.core.messages import AnyRequest as StationRequest
+from tui_gcs.core.messages import Message, Reply, Request, decode
+
+MOST_VEHICLES = 255
+"""Named in one request."""
+MOST_VALUES = 50
+"""Parameters set by one request."""
+MOST_FILE_BYTES = 4 << 20
+"""Of a file that is to be written."""
+
+Number = int | float
+PlanWord = Literal["mission", "fence", "rally"]
+Vehicles = tuple[int, ...]
+
+
+# ---------------------------------------------------------------- what is told
+
+
+class FailsafeRow(Message, frozen=True):
+    """What a vehicle does by itself when something is lost."""
+
+    when: str
+    does: str
+    warning: bool
+
+
+class ProblemRow(Message, frozen=True):
+    """Something that is wrong with a vehicle."""
+
+    text: str
+    blocks: bool
+    """It cannot arm."""
+
+
+class VehicleInfo(Message, frozen=True):
+    """One vehicle, as far as it is known without asking it."""
+
+    id: int
+    network: str
+    system: int
+    autopilot: str
+    type: str
+    firmware: str
+    """Version; empty until it was told."""
+    uid: str
+    team: str
+    mode: str
+    armed: bool
+    in_flight: bool
+    freshness: str
+    heard_age_s: float
+    signing: str
+    ready: bool
+    """It could arm in the mode it is flown in."""
+    problems: tuple[ProblemRow, ...]
+    failsafes: tuple[FailsafeRow, ...]
+    """Empty until they were read (`ReadFailsafes`)."""
+    links: tuple[str, ...]
+    """The one in use first."""
+    loss_pct: float
+    rtt_s: float
+    """The newest round trip; NaN if none was measured."""
+    best_rtt_s: float
+    mission_items: int | None
+    mission_current: int | None
+    """From 0."""
+    params_known: int
+    params_complete: bool
+    busy: str
+    """The transfer that runs."""
+
+
+class ParamRow(Message, frozen=True):
+    """One parameter."""
+
+    name: str
+    value: Number
+    type: str
+    default: Number | None = None
+    text: str = ""
+    """What it means, where the vehicle told."""
+    units: str = ""
+
+
+class PlanRow(Message, frozen=True):
+    """One item of a plan, as `core/plan.py` has it."""
+
+    command: int
+    frame: int
+    params: tuple[float, float, float, float]
+    x: int
+    y: int
+    z: float
+    autocontinue: bool = True
+
+
+class FileRow(Message, frozen=True):
+    """One entry of a vehicle's directory."""
+
+    name: str
+    is_directory: bool
+    size: int | None
+    exact: bool
+    """`name` is what the vehicle calls it."""
+
+
+class LogRow(Message, frozen=True):
+    """One log on a vehicle."""
+
+    id: int
+    size: int
+    time_utc: int
+    """0: not known."""
+
+
+class ModeRow(Message, frozen=True):
+    """One mode that may be set."""
+
+    name: str
+    number: int
+    advanced: bool
+
+
+class TaskInfo(Message, frozen=True):
+    """Something that takes time, with one vehicle."""
+
+    number: int
+    vehicle: int
+    what: str
+    who: str
+    """The principal that asked."""
+    state: Literal["queued", "running", "done", "failed", "cancelled"]
+    done: int
+    total: int
+    """0: not known."""
+    text: str
+    """Why it failed, or what is to be said of a success."""
+    age_s: float
+
+    @property
+    def over(self) -> bool:
+        """Whether it ended."""
+        return self.state not in ("queued", "running")
+
+
+class TaskResult(Message, frozen=True):
+    """What came of a task."""
+
+    params: tuple[ParamRow, ...] = ()
+    missing: dict[str, str] = {}
+    """Parameters that were asked for and not had, and why."""
+    plan: tuple[PlanRow, ...] | None = None
+    files: tuple[FileRow, ...] = ()
+    logs: tuple[LogRow, ...] = ()
+    path: str = ""
+    """Of a downloaded file, below the station's state directory."""
+    lines: tuple[str, ...] = ()
+    failsafes: tuple[FailsafeRow, ...] = ()
+
+
+class ServiceReply(Reply, frozen=True):
+    """The answer to every request of this module."""
+
+    tasks: tuple[TaskInfo, ...] = ()
+    """Those that were begun, or asked for."""
+    vehicles: tuple[VehicleInfo, ...] = ()
+    params: tuple[ParamRow, ...] = ()
+    modes: tuple[ModeRow, ...] = ()
+    complete: bool = False
+    """`params`: all were fetched since it booted. `modes`: it told all of them, or has no list of its own."""
+    result: TaskResult | None = None
+
+
+# ---------------------------------------------------------------- looking: nothing is sent (but see GetModes)
+
+
+class GetVehicles(Request, frozen=True, tag="get-vehicles"):
+    """What is known of these vehicles, or of all (`ServiceReply.vehicles`)."""
+
+    vehicles: Vehicles = ()
+
+
+class GetParams(Request, frozen=True, tag="get-params"):
+    """The parameters of a vehicle that are known (`ServiceReply.params`)."""
+
+    vehicle: int
+
+
+class GetModes(Request, frozen=True, tag="get-modes"):
+    """The modes a vehicle can be set to; it is asked for its list, once (`ServiceReply.modes`, `.complete`)."""
+
+    vehicle: int
+
+
+class GetTasks(Request, frozen=True, tag="get-tasks"):
+    """These tasks, or all that are remembered."""
+
+    numbers: tuple[int, ...] = ()
+
+
+class GetTaskResult(Request, frozen=True, tag="get-task-result"):
+    """What came of a task; there as long as it is remembered (`ServiceReply.result`)."""
+
+    number: int
+
+
+# ---------------------------------------------------------------- fetching: the vehicle is asked, and not changed
+
+
+class ReadParams(Request, frozen=True, tag="read-params"):
+    """Ask for parameters by name (`TaskResult.params`, `.missing`)."""
+
+    vehicles: Vehicles
+    names: tuple[str, ...]
+
+
+class FetchParams(Request, frozen=True, tag="fetch-params"):
+    """Fetch all parameters; then `GetParams`."""
+
+    vehicles: Vehicles
+
+
+class ReadFailsafes(Request, frozen=True, tag="read-failsafes"):
+    """Read what vehicles do by themselves (`TaskResult.failsafes`)."""
+
+    vehicles: Vehicles
+
+
+class DownloadPlan(Request, frozen=True, tag="download-plan"):
+    """Read what vehicles hold (`TaskResult.plan`)."""
+
+    vehicles: Vehicles
+    kind: PlanWord
+
+
+class ListFiles(Request, frozen=True, tag="list-files"):
+    """List a directory of vehicles (`TaskResult.files`)."""
+
+    vehicles: Vehicles
+    path: str
+
+
+class DownloadFile(Request, frozen=True, tag="download-file"):
+    """Read a file into the station's state directory (`TaskResult.path`)."""
+
+    vehicles: Vehicles
+    path: str
+
+
+class ListLogs(Request, frozen=True, tag="list-logs"):
+    """List the logs on vehicles (`TaskResult.logs`)."""
+
+    vehicles: Vehicles
+
+
+class DownloadLog(Request, frozen=True, tag="download-log"):
+    """Read a log into the station's state directory (`TaskResult.path`); what an earlier try brought is used."""
+
+    vehicles: Vehicles
+    log: int
+
+
+# ---------------------------------------------------------------- changing
+
+
+class SetParams(Request, frozen=True, tag="set-params"):
+    """Set parameters, each confirmed by what the vehicle then says."""
+
+    vehicles: Vehicles
+    values: dict[str, Number]
+    in_flight: bool = False
+    """It is meant for vehicles in the air, too."""
+    beyond_range: bool = False
+    """Though the vehicle's own description says it is out of range."""
+
+
+class UploadPlan(Request, frozen=True, tag="upload-plan"):
+    """Put a plan on vehicles; done when each was asked and holds it."""
+
+    vehicles: Vehicles
+    kind: PlanWord
+    items: tuple[PlanRow, ...]
+    in_flight: bool = False
+    """Also while it flies its mission, which then changes item by item."""
+
+
+class ClearPlan(Request, frozen=True, tag="clear-plan"):
+    """Delete one kind of plan."""
+
+    vehicles: Vehicles
+    kind: PlanWord
+
+
+class SetMode(Request, frozen=True, tag="set-mode"):
+    """Change to a mode by name."""
+
+    vehicles: Vehicles
+    mode: str
+    sure: bool = False
+    """Though it takes off, flies by itself, or obeys sticks that nobody holds."""
+
+
+class WriteFile(Request, frozen=True, tag="write-file"):
+    """Write a file on vehicles that are not armed; proven by its checksum where the vehicle has one."""
+
+    vehicles: Vehicles
+    path: str
+    data: bytes
+
+
+class RemoveFile(Request, frozen=True, tag="remove-file"):
+    """Remove a file on vehicles that are not armed."""
+
+    vehicles: Vehicles
+    path: str
+
+
+class EraseLogs(Request, frozen=True, tag="erase-logs"):
+    """Erase all logs on vehicles that are not armed."""
+
+    vehicles: Vehicles
+
+
+class TypeShell(Request, frozen=True, tag="type-shell"):
+    """Type one line into the command line of vehicles that are not armed (`TaskResult.lines`)."""
+
+    vehicles: Vehicles
+    line: str
+
+
+class Reboot(Request, frozen=True, tag="reboot"):
+    """Reboot the autopilots of vehicles that are not armed."""
+
+    vehicles: Vehicles
+
+
+class CancelTask(Request, frozen=True, tag="cancel-task"):
+    """End a task, whoever asked for it."""
+
+    number: int
+
+
+Look = GetVehicles | GetParams | GetModes | GetTasks | GetTaskResult
+Fetch = ReadParams | FetchParams | ReadFailsafes | DownloadPlan | ListFiles | DownloadFile | ListLogs | DownloadLog
+Change = SetParams | UploadPlan | ClearPlan | SetMode | WriteFile | RemoveFile | EraseLogs | TypeShell | Reboot
+ServiceRequest = Look | Fetch | Change | CancelTask
+
+
+def decode_request(data: bytes) -> StationRequest | ServiceRequest:
+    """The request in `data`, of this module or of `core/messages.py`; raises `msgspec.MsgspecError` if it is none."""
+    request: StationRequest | ServiceRequest = decode(data, StationRequest | ServiceRequest)  # type: ignore[arg-type]
+    return request

@@ -1,0 +1,320 @@
+"""How each request about a vehicle is begun: one function per request, which gives it to the service it concerns.
+
+Each gets the vehicle, the request and a task, and answers "" or why it cannot begin; later it ends the task.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from tui_gcs.core import messages_services as s
+from tui_gcs.core.firmware.base import may_be_flying
+from tui_gcs.core.firmware.commands import CMD_REBOOT
+from tui_gcs.core.firmware.mode_manners import manner_of
+from tui_gcs.core.firmware.registry import Firmwares
+from tui_gcs.core.firmware.speech import Speech
+from tui_gcs.core.plan import Plan, PlanItem, PlanKind
+from tui_gcs.core.service_tasks import Task
+from tui_gcs.core.services.command import Action, Outcome
+from tui_gcs.core.services.ftp import FtpListJob
+from tui_gcs.core.services.jobs import Job
+from tui_gcs.core.services.log_list import LogEntry
+from tui_gcs.core.services.logs import LogListJob
+from tui_gcs.core.services.order import Order, Retry
+from tui_gcs.core.services.param_ask import ParamReading, ParamSetting
+from tui_gcs.core.services.params import ParamService
+from tui_gcs.core.services.plan_jobs import DownloadJob, PlanJob
+from tui_gcs.core.services.services import Services
+from tui_gcs.core.services.shell_job import ShellJob
+from tui_gcs.core.text import clean
+from tui_gcs.core.vehicle import Vehicle
+
+REBOOT_S = 40.0
+"""So long a vehicle may take to be heard again, with a boot clock that began anew."""
+ARMED, CANCELLED = "it is armed", "cancelled"
+
+Begin = Callable[[Vehicle, Any, Task], str]
+
+
+class ServiceActs:
+    """Begins what was asked."""
+
+    def __init__(self, services: Services, firmware: Firmwares, speech: Speech) -> None:
+        """The parts of a station that do it."""
+        self._services = services
+        self._context = services.context
+        self._firmware = firmware
+        self._speech = speech
+        self._begin: dict[type, Begin] = {
+            s.ReadParams: self._read_params,
+            s.FetchParams: self._fetch_params,
+            s.ReadFailsafes: self._read_failsafes,
+            s.DownloadPlan: self._download_plan,
+            s.ListFiles: self._list_files,
+            s.DownloadFile: self._download_file,
+            s.ListLogs: self._list_logs,
+            s.DownloadLog: self._download_log,
+            s.SetParams: self._set_params,
+            s.UploadPlan: self._upload_plan,
+            s.ClearPlan: self._clear_plan,
+            s.SetMode: self._set_mode,
+            s.WriteFile: self._write_file,
+            s.RemoveFile: self._remove_file,
+            s.EraseLogs: self._erase_logs,
+            s.TypeShell: self._type_shell,
+            s.Reboot: self._reboot,
+        }
+
+    def begin(self, vehicle: Vehicle, request: s.Fetch | s.Change, task: Task) -> str:
+        """Begin it; "" or why not."""
+        return self._begin[type(request)](vehicle, request, task)
+
+    def _follow(self, task: Task, job: Job) -> str:
+        """The task is as far as the job; one that could not even be queued is over by now."""
+        if not task.over:
+            task.follow(job, self._context.jobs)
+        return ""
+
+    # ---------------------------------------------------------------- parameters
+
+    def _read_params(self, vehicle: Vehicle, request: s.ReadParams, task: Task) -> str:
+        if not request.names or len(request.names) > s.MOST_VALUES:
+            return f"name 1 to {s.MOST_VALUES} parameters"
+
+        def done(reading: ParamReading) -> None:
+            rows = tuple(param_rows(self._services.params, vehicle.id, tuple(reading.values)))
+            why = "; ".join(f"{name}: {reason}" for name, reason in reading.missing.items())
+            task.end(why, result=s.TaskResult(params=rows, missing=dict(reading.missing)))
+
+        reading = self._services.params.read(vehicle.id, request.names, done)
+        if not task.over:
+            task.progress = lambda: (len(reading.values), len(request.names))
+            task.stop = partial(_give_up, reading)
+        return ""
+
+    def _fetch_params(self, vehicle: Vehicle, request: s.FetchParams, task: Task) -> str:
+        def done(job: Job) -> None:
+            count = len(self._services.params.table(vehicle.id).params)
+            task.end(job.error, text=f"{count} parameters")
+
+        return self._follow(task, self._services.params.fetch_all(vehicle.id, done))
+
+    def _set_params(self, vehicle: Vehicle, request: s.SetParams, task: Task) -> str:
+        if not request.values or len(request.values) > s.MOST_VALUES:
+            return f"name 1 to {s.MOST_VALUES} parameters"
+        if may_be_flying(vehicle) and not request.in_flight:
+            return "it is in the air: say that it is meant"
+        ended: list[ParamSetting] = []
+
+        def done(setting: ParamSetting) -> None:
+            ended.append(setting)
+            if len(ended) == len(request.values):
+                bad = [f"{clean(one.name, 20)}: {one.error}" for one in ended if one.error]
+                names = tuple(one.name for one in ended if not one.error)
+                rows = tuple(param_rows(self._services.params, vehicle.id, names))
+                task.end("; ".join(bad), result=s.TaskResult(params=rows))
+
+        settings = [
+            self._services.params.set(vehicle.id, name, value, done, beyond_range=request.beyond_range)
+            for name, value in request.values.items()
+        ]
+        if not task.over:
+            task.progress = lambda: (len(ended), len(settings))
+            task.stop = partial(_end_all, settings)
+        return ""
+
+    def _read_failsafes(self, vehicle: Vehicle, request: s.ReadFailsafes, task: Task) -> str:
+        self._services.failsafes.ask(
+            vehicle.id, lambda: task.end(result=s.TaskResult(failsafes=failsafe_rows(self._services, vehicle)))
+        )
+        return ""
+
+    # ---------------------------------------------------------------- plans
+
+    def _download_plan(self, vehicle: Vehicle, request: s.DownloadPlan, task: Task) -> str:
+        def done(job: Job) -> None:
+            plan = job.plan if isinstance(job, DownloadJob) else None
+            problem = job.problems[0] if isinstance(job, DownloadJob) and job.problems else ""
+            task.end(job.error, text=problem, result=s.TaskResult(plan=plan_rows(plan)) if plan is not None else None)
+
+        return self._follow(task, self._services.missions.download(vehicle.id, _kind(request.kind), done))
+
+    def _upload_plan(self, vehicle: Vehicle, request: s.UploadPlan, task: Task) -> str:
+        plan = Plan(_kind(request.kind), tuple(_item(row) for row in request.items))
+        if not plan.items:
+            return "there is nothing in it: clear it instead"
+        done = self._plan_done(task, f"{len(plan.items)} items")
+        return self._follow(task, self._services.missions.upload(vehicle.id, plan, done, in_flight=request.in_flight))
+
+    def _clear_plan(self, vehicle: Vehicle, request: s.ClearPlan, task: Task) -> str:
+        done = self._plan_done(task, "it holds none")
+        return self._follow(task, self._services.missions.clear(vehicle.id, _kind(request.kind), done))
+
+    def _plan_done(self, task: Task, text: str) -> Callable[[Job], None]:
+        def done(job: Job) -> None:
+            notes = job.notes if isinstance(job, PlanJob) else []
+            task.end(job.error, text="; ".join([text, *notes]))
+
+        return done
+
+    # ---------------------------------------------------------------- files and logs
+
+    def _list_files(self, vehicle: Vehicle, request: s.ListFiles, task: Task) -> str:
+        def done(job: Job) -> None:
+            entries = job.entries if isinstance(job, FtpListJob) else []
+            rows = tuple(
+                s.FileRow(name=e.name, is_directory=e.is_directory, size=e.size, exact=e.exact) for e in entries
+            )
+            task.end(job.error, result=s.TaskResult(files=rows))
+
+        return self._follow(task, self._services.ftp.list(vehicle.id, request.path, done))
+
+    def _download_file(self, vehicle: Vehicle, request: s.DownloadFile, task: Task) -> str:
+        return self._follow(task, self._services.ftp.download(vehicle.id, request.path, _with_path(task)))
+
+    def _write_file(self, vehicle: Vehicle, request: s.WriteFile, task: Task) -> str:
+        if vehicle.armed:
+            return ARMED
+        if len(request.data) > s.MOST_FILE_BYTES:
+            return f"more than {s.MOST_FILE_BYTES >> 20} MB"
+        verify = not request.path.lstrip("/").startswith("@")  # made while they are written: no checksum
+        job = self._services.ftp.write(
+            vehicle.id, request.path, request.data, lambda j: task.end(j.error), verify=verify
+        )
+        return self._follow(task, job)
+
+    def _remove_file(self, vehicle: Vehicle, request: s.RemoveFile, task: Task) -> str:
+        if vehicle.armed:
+            return ARMED
+        return self._follow(task, self._services.ftp.remove(vehicle.id, request.path, lambda j: task.end(j.error)))
+
+    def _list_logs(self, vehicle: Vehicle, request: s.ListLogs, task: Task) -> str:
+        def done(job: Job) -> None:
+            entries = job.entries if isinstance(job, LogListJob) else []
+            rows = tuple(s.LogRow(id=e.id, size=e.size, time_utc=e.time_utc) for e in entries)
+            task.end(job.error, result=s.TaskResult(logs=rows))
+
+        return self._follow(task, self._services.logs.list(vehicle.id, done))
+
+    def _download_log(self, vehicle: Vehicle, request: s.DownloadLog, task: Task) -> str:
+        entry = LogEntry(request.log, 0, 0)  # the job looks how long it is
+        return self._follow(task, self._services.logs.download(vehicle.id, entry, _with_path(task)))
+
+    def _erase_logs(self, vehicle: Vehicle, request: s.EraseLogs, task: Task) -> str:
+        if vehicle.armed:
+            return ARMED
+        return self._follow(task, self._services.logs.erase(vehicle.id, lambda job: task.end(job.error)))
+
+    # ---------------------------------------------------------------- modes, shell, reboot
+
+    def _set_mode(self, vehicle: Vehicle, request: s.SetMode, task: Task) -> str:
+        modes = self._services.modes
+        number = modes.number(vehicle, request.mode)
+        if number is None:
+            modes.want(vehicle)
+            return f"it has no mode {clean(request.mode, 30)}"
+        manner = manner_of(vehicle, number)
+        if manner.danger and not request.sure:
+            return f"{manner.danger}: say that it is meant"
+        firmware = self._firmware.of(vehicle)
+
+        def done(action: Action, outcome: Outcome, why: str) -> None:
+            ok = outcome is Outcome.CONFIRMED
+            task.end("" if ok else ": ".join(part for part in (outcome.value, why) if part))
+
+        try:
+            action = firmware.mode(vehicle, number, manner.name, manner.retry, done)
+        except ValueError as error:
+            return str(error)
+        task.stop = lambda: self._context.commands.cancel(vehicle.id, action.name)
+        self._context.commands.submit(action)
+        return ""
+
+    def _type_shell(self, vehicle: Vehicle, request: s.TypeShell, task: Task) -> str:
+        def done(_: Job) -> None:
+            task.end(job.error, result=s.TaskResult(lines=tuple(job.lines)))
+
+        job = ShellJob(self._services.shell, vehicle.id, task.who, request.line, done)
+        self._context.jobs.submit(job)
+        return self._follow(task, job)
+
+    def _reboot(self, vehicle: Vehicle, request: s.Reboot, task: Task) -> str:
+        """Sent as a start: never again later than 2 s, or it might reboot twice, or in the air."""
+        if vehicle.armed:
+            return ARMED
+        before = vehicle.reboots
+
+        def done(action: Action, outcome: Outcome, why: str) -> None:
+            ok = vehicle.reboots > before
+            task.end("" if ok else ": ".join(part for part in (outcome.value, why) if part), text="it has rebooted")
+
+        order = Order(CMD_REBOOT, (1.0,))
+        action = self._speech.action(
+            vehicle.id, "reboot", Retry.START, order, lambda v: v.reboots > before, done, confirm_s=REBOOT_S
+        )
+        self._context.commands.submit(action)
+        return ""
+
+
+# ---------------------------------------------------------------- rows
+
+
+def param_rows(params: ParamService, vehicle: int, names: tuple[str, ...] | None = None) -> list[s.ParamRow]:
+    """What is known of a vehicle's parameters (of these), by name."""
+    table, infos = params.table(vehicle).params, params.info(vehicle)
+    rows = []
+    for name in sorted(table) if names is None else names:
+        param, info = table.get(name), infos.get(name)
+        if param is not None:
+            text, units = (info.short, info.units) if info is not None else ("", "")
+            kind = param.type.name.lower()
+            rows.append(
+                s.ParamRow(name=param.name, value=param.value, type=kind, default=param.default, text=text, units=units)
+            )
+    return rows
+
+
+def failsafe_rows(services: Services, vehicle: Vehicle) -> tuple[s.FailsafeRow, ...]:
+    """What a vehicle does when something is lost."""
+    lines = services.failsafes.report(vehicle)
+    return tuple(s.FailsafeRow(when=line.when, does=line.does, warning=line.warning) for line in lines)
+
+
+def plan_rows(plan: Plan) -> tuple[s.PlanRow, ...]:
+    """A plan for the bus."""
+    return tuple(
+        s.PlanRow(
+            command=item.command,
+            frame=item.frame,
+            params=item.params,
+            x=item.x,
+            y=item.y,
+            z=item.z,
+            autocontinue=item.autocontinue,
+        )
+        for item in plan.items
+    )
+
+
+def _item(row: s.PlanRow) -> PlanItem:
+    return PlanItem(row.command, row.frame, row.params, row.x, row.y, row.z, row.autocontinue)
+
+
+def _kind(word: s.PlanWord) -> PlanKind:
+    return PlanKind[word.upper()]
+
+
+def _give_up(reading: ParamReading) -> None:
+    for name in tuple(reading.open):
+        reading.miss(name, CANCELLED)
+
+
+def _end_all(settings: list[ParamSetting]) -> None:
+    for setting in settings:
+        if not setting.over:
+            setting.end(CANCELLED)
+
+
+def _with_path(task: Task) -> Callable[[Job], None]:
+    """Ends a task with where the file is that a job wrote."""
+    return lambda job: task.end(job.error, result=s.TaskResult(path=getattr(job, "path", "")))

@@ -1,0 +1,153 @@
+"""Requests about vehicles' services: who may ask what, of which vehicles, and what is told of it.
+
+Looking is for everybody. Fetching costs a vehicle's link time, changing changes it: neither is for planner workers.
+Every vehicle is judged by itself, and has its own result and its own task; see `core/messages_services.py`.
+"""
+
+from typing import TYPE_CHECKING
+
+from tui_gcs.core import messages_services as s
+from tui_gcs.core.messages import Freshness, VehicleResult
+from tui_gcs.core.service_acts import ServiceActs, param_rows
+from tui_gcs.core.service_tasks import TaskBook
+from tui_gcs.core.service_views import vehicle_info
+from tui_gcs.core.services.param_values import shown
+from tui_gcs.core.text import clean
+from tui_gcs.core.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from tui_gcs.core.station import Station
+
+NEVER_HEARD = "never heard"
+
+
+class ServiceDesk:
+    """Answers at once; what takes time is a task."""
+
+    def __init__(self, station: "Station") -> None:
+        """Serve `station`."""
+        self._station = station
+        self.tasks = TaskBook(station.clock)
+        self._acts = ServiceActs(station.services, station.firmware, station.speech)
+
+    # ---------------------------------------------------------------- looking
+
+    def look(self, request: s.Look) -> s.ServiceReply:
+        """What is known."""
+        if isinstance(request, s.GetVehicles):
+            return self._vehicles(request)
+        if isinstance(request, s.GetTasks):
+            return s.ServiceReply(ok=True, tasks=self.tasks.infos(request.numbers))
+        if isinstance(request, s.GetTaskResult):
+            task = self.tasks.get(request.number)
+            if task is None or not task.over:
+                text = f"task {request.number} is " + ("not remembered" if task is None else "under way")
+                return s.ServiceReply(ok=False, text=text)
+            return s.ServiceReply(ok=True, text=task.text, result=task.result)
+        vehicle = self._station.fleet.vehicles.get(request.vehicle)
+        if vehicle is None:
+            return s.ServiceReply(ok=False, text=f"vehicle {request.vehicle}: {NEVER_HEARD}")
+        return self._params(vehicle) if isinstance(request, s.GetParams) else self._modes(vehicle)
+
+    def _vehicles(self, request: s.GetVehicles) -> s.ServiceReply:
+        known = self._station.fleet.vehicles
+        ids = request.vehicles or tuple(sorted(known))
+        results = tuple(VehicleResult(vehicle=v, ok=False, text=NEVER_HEARD) for v in ids if v not in known)
+        found = tuple(vehicle_info(self._station, known[v]) for v in ids if v in known)
+        return s.ServiceReply(ok=not results, results=results, vehicles=found)
+
+    def _params(self, vehicle: Vehicle) -> s.ServiceReply:
+        params = self._station.services.params
+        rows = tuple(param_rows(params, vehicle.id))
+        return s.ServiceReply(ok=True, params=rows, complete=params.table(vehicle.id).complete)
+
+    def _modes(self, vehicle: Vehicle) -> s.ServiceReply:
+        modes = self._station.services.modes
+        modes.want(vehicle)
+        rows = tuple(s.ModeRow(name=m.name, number=m.number, advanced=m.advanced) for m in modes.list(vehicle))
+        return s.ServiceReply(ok=True, text=modes.name(vehicle), modes=rows, complete=not modes.asking(vehicle))
+
+    # ---------------------------------------------------------------- fetching and changing
+
+    def begin(self, principal: str, request: s.Fetch | s.Change) -> s.ServiceReply:
+        """Begin it for every vehicle that is named, where it may be."""
+        ids = request.vehicles
+        if not ids or len(set(ids)) != len(ids) or len(ids) > s.MOST_VEHICLES:
+            return s.ServiceReply(ok=False, text="name each vehicle once")
+        what = words(request)
+        begun = [self._begin_one(principal, number, what, request) for number in ids]
+        results = tuple(result for result, _ in begun)
+        good = [result.vehicle for result in results if result.ok]
+        tasks = self.tasks.infos(tuple(task for _, task in begun if task)) if good else ()
+        text = f"{what}: vehicle {', '.join(map(str, good))}" if good else f"{what}: nothing was sent"
+        return s.ServiceReply(ok=len(good) == len(ids), text=text, results=results, tasks=tasks)
+
+    def cancel(self, request: s.CancelTask) -> s.ServiceReply:
+        """End a task, whoever began it."""
+        task = self.tasks.get(request.number)
+        why = "it is not remembered" if task is None else task.cancel()
+        if task is None or why:
+            return s.ServiceReply(ok=False, text=f"task {request.number}: {why}")
+        text = f"task {task.number} of {task.who} ends: vehicle {task.vehicle}, {task.what}"
+        return s.ServiceReply(ok=True, text=text, tasks=self.tasks.infos((task.number,)))
+
+    def _begin_one(
+        self, principal: str, number: int, what: str, request: s.Fetch | s.Change
+    ) -> tuple[VehicleResult, int]:
+        """The result for one vehicle, and the number of its task, 0 where there is none."""
+        vehicle = self._station.fleet.vehicles.get(number)
+        why = NEVER_HEARD if vehicle is None else self._why_not(vehicle, request)
+        if vehicle is None or why:
+            return VehicleResult(vehicle=number, ok=False, text=why), 0
+        task = self.tasks.begin(number, what, principal)
+        why = self._acts.begin(vehicle, request, task)
+        if why:
+            self.tasks.forget(task)
+            return VehicleResult(vehicle=number, ok=False, text=why), 0
+        return VehicleResult(vehicle=number, ok=True, text=f"task {task.number}"), task.number
+
+    def _why_not(self, vehicle: Vehicle, request: s.Fetch | s.Change) -> str:
+        """Why nothing may be asked of this vehicle now, or ""."""
+        now = self._station.clock.now()
+        if not self._station.door.is_ours(vehicle):
+            return "not one of our simulated vehicles: this station is SIM"
+        if vehicle.freshness(now) is Freshness.LOST:
+            return f"LOST: last heard {now - vehicle.heard_s:.0f} s ago"
+        stops = isinstance(request, s.SetMode)  # may be one: then the guard lets it pass
+        return vehicle.no_commands if isinstance(request, s.Change) and not stops else ""
+
+
+def words(request: s.Fetch | s.Change) -> str:
+    """What is asked, for people; what came from the asker is cleaned."""
+    if isinstance(request, s.SetParams):
+        return "set " + ", ".join(f"{clean(name, 20)} = {shown(value)}" for name, value in request.values.items())
+    if isinstance(request, s.ReadParams):
+        return "read " + clean(", ".join(request.names), 60)
+    if isinstance(request, s.DownloadPlan | s.ClearPlan):
+        return f"{'download' if isinstance(request, s.DownloadPlan) else 'clear'} {request.kind}"
+    if isinstance(request, s.UploadPlan):
+        return f"upload {request.kind} of {len(request.items)} items"
+    if isinstance(request, s.SetMode):
+        return f"mode {clean(request.mode, 30)}"
+    if isinstance(request, s.TypeShell):
+        return f"shell: {clean(request.line, 60)}"
+    if isinstance(request, s.DownloadLog):
+        return f"download log {request.log}"
+    if isinstance(request, s.ListFiles | s.DownloadFile | s.WriteFile | s.RemoveFile):
+        return f"{_FILE_WORDS[type(request)]} {clean(request.path, 60)}"
+    return _WORDS[type(request)]
+
+
+_FILE_WORDS: dict[type, str] = {
+    s.ListFiles: "list",
+    s.DownloadFile: "download",
+    s.WriteFile: "write",
+    s.RemoveFile: "remove",
+}
+_WORDS: dict[type, str] = {
+    s.FetchParams: "fetch parameters",
+    s.ReadFailsafes: "read failsafes",
+    s.ListLogs: "list logs",
+    s.EraseLogs: "erase logs",
+    s.Reboot: "reboot",
+}

@@ -1,0 +1,115 @@
+"""Tasks: what somebody asked of a vehicle that takes time, by number. They go on whether or not he stays to see it."""
+
+from collections import OrderedDict
+from collections.abc import Callable
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.messages_services import TaskInfo, TaskResult
+from tui_gcs.core.services.jobs import Job, JobDesk, JobState
+
+MOST_REMEMBERED = 500
+MOST_RESULTS = 50
+"""Results may be long (a file list, a thousand parameters); those of older tasks are dropped."""
+
+
+class Task:
+    """One errand with one vehicle."""
+
+    def __init__(self, number: int, vehicle: int, what: str, who: str, began_s: float) -> None:
+        """It runs from now on; whoever does it calls `follow` or `end`."""
+        self.number, self.vehicle, self.what, self.who, self.began_s = number, vehicle, what, who, began_s
+        self.text = ""
+        self.result: TaskResult | None = None
+        self.stop: Callable[[], None] | None = None
+        """Ends it before its time."""
+        self.progress: Callable[[], tuple[int, int]] = lambda: (0, 0)
+        self._job: Job | None = None
+        self._state: JobState | None = None
+        self._cancelled = False
+
+    @property
+    def state(self) -> JobState:
+        """Where it is."""
+        if self._state is not None:
+            return self._state
+        return self._job.state if self._job is not None and not self._job.over else JobState.RUNNING
+
+    @property
+    def over(self) -> bool:
+        """Whether it ended."""
+        return self._state is not None
+
+    def follow(self, job: Job, jobs: JobDesk) -> None:
+        """Its progress is that of `job`; what its end means is told by whoever submitted it, with `end`."""
+        self._job = job
+        self.progress = lambda: (job.done, job.total)
+        self.stop = lambda: jobs.cancel_job(job)
+
+    def end(self, error: str = "", *, text: str = "", result: TaskResult | None = None) -> None:
+        """It is over: failed because of `error`, or done with `text` to be said of it."""
+        if self._state is None:
+            cancelled = self._cancelled or (self._job is not None and self._job.state is JobState.CANCELLED)
+            self._state = JobState.CANCELLED if cancelled else JobState.FAILED if error else JobState.DONE
+            self.text, self.result = error or text, result
+            self.progress = (lambda last: lambda: last)(self.progress())  # what it was: lets go of the job
+            self._job = self.stop = None
+
+    def cancel(self) -> str:
+        """End it; "" or why not."""
+        if self.over:
+            return f"it is over: {self.state.value}"
+        if self.stop is None:
+            return "it cannot be stopped any more"
+        self._cancelled = True
+        self.stop()
+        return ""
+
+
+class TaskBook:
+    """The newest tasks."""
+
+    def __init__(self, clock: Clock) -> None:
+        """None yet."""
+        self._clock = clock
+        self._tasks: OrderedDict[int, Task] = OrderedDict()
+        self._last = 0
+
+    def begin(self, vehicle: int, what: str, who: str) -> Task:
+        """A new one; the oldest that is over is forgotten, where there are many."""
+        self._last += 1
+        task = Task(self._last, vehicle, what, who, self._clock.now())
+        self._tasks[task.number] = task
+        ended = [number for number, old in self._tasks.items() if old.over]
+        for number in ended[: max(0, len(self._tasks) - MOST_REMEMBERED)]:
+            del self._tasks[number]
+        for number in ended[:-MOST_RESULTS]:
+            if number in self._tasks:
+                self._tasks[number].result = None
+        return task
+
+    def forget(self, task: Task) -> None:
+        """It was refused before it began."""
+        self._tasks.pop(task.number, None)
+
+    def get(self, number: int) -> Task | None:
+        """The task of that number, if it is remembered."""
+        return self._tasks.get(number)
+
+    def infos(self, numbers: tuple[int, ...] = ()) -> tuple[TaskInfo, ...]:
+        """These, as far as they are remembered, or all."""
+        tasks = [self._tasks[n] for n in numbers if n in self._tasks] if numbers else list(self._tasks.values())
+        return tuple(self._info(task) for task in tasks)
+
+    def _info(self, task: Task) -> TaskInfo:
+        done, total = task.progress()
+        return TaskInfo(
+            number=task.number,
+            vehicle=task.vehicle,
+            what=task.what,
+            who=task.who,
+            state=task.state.value,
+            done=done,
+            total=total,
+            text=task.text,
+            age_s=self._clock.now() - task.began_s,
+        )

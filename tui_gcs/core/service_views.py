@@ -1,0 +1,68 @@
+"""Vehicles as the station knows them now, for who asks: who they are, how they are, how they are heard."""
+
+import math
+from typing import TYPE_CHECKING
+
+from tui_gcs.core import messages_services as s
+from tui_gcs.core.firmware.base import may_be_flying
+from tui_gcs.core.firmware.registry import name_of
+from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.service_acts import failsafe_rows
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.mavlink import type_name
+
+if TYPE_CHECKING:
+    from tui_gcs.core.station import Station
+
+AUTOPILOT_VERSION = 148
+_STAGES = {0: "dev", 64: "alpha", 128: "beta", 192: "rc", 255: ""}
+"""FIRMWARE_VERSION_TYPE."""
+
+
+def vehicle_info(station: "Station", vehicle: Vehicle) -> s.VehicleInfo:
+    """All about one vehicle."""
+    services, now = station.services, station.clock.now()
+    health, link_time = services.health.of(vehicle), services.link_times.of(vehicle)
+    mission, table = services.missions.state(vehicle.id), services.params.table(vehicle.id)
+    held = mission.held[PlanKind.MISSION]
+    flight = station.book.get(vehicle.id)
+    job = services.context.jobs.running(vehicle.id)
+    links = [vehicle.link, *(path.source.link for path in vehicle.used_paths() if path is not vehicle.path)]
+    return s.VehicleInfo(
+        id=vehicle.id,
+        network=vehicle.network,
+        system=vehicle.system,
+        autopilot=name_of(vehicle),
+        type=type_name(vehicle.type),
+        firmware=_version(station, vehicle),
+        uid=vehicle.uid,
+        team=flight.team if flight is not None else "",
+        mode=services.modes.name(vehicle),
+        armed=vehicle.armed,
+        in_flight=may_be_flying(vehicle),
+        freshness=vehicle.freshness(now).value,
+        heard_age_s=now - vehicle.heard_s,
+        signing=vehicle.signing.value,
+        ready=health.ready,
+        problems=tuple(s.ProblemRow(text=problem.text, blocks=problem.blocks) for problem in health.problems),
+        failsafes=failsafe_rows(services, vehicle) if services.failsafes.known(vehicle) else (),
+        links=tuple(dict.fromkeys(links)),
+        loss_pct=vehicle.loss_pct,
+        rtt_s=link_time.rtt_s if link_time is not None else math.nan,
+        best_rtt_s=link_time.best_rtt_s if link_time is not None else math.nan,
+        mission_items=len(held.plan.items) if held.plan is not None and held.known else mission.total,
+        mission_current=mission.current,
+        params_known=len(table.params),
+        params_complete=table.complete,
+        busy=job.name if job is not None else "",
+    )
+
+
+def _version(station: "Station", vehicle: Vehicle) -> str:
+    """What AUTOPILOT_VERSION says, e.g. "4.7.0-dev"; "" before it came."""
+    newest = station.fleet.newest(vehicle, AUTOPILOT_VERSION)
+    if newest is None:
+        return ""
+    number = int(newest.fields["flight_sw_version"])
+    stage = _STAGES.get(number & 0xFF, str(number & 0xFF))
+    return f"{number >> 24 & 0xFF}.{number >> 16 & 0xFF}.{number >> 8 & 0xFF}" + (f"-{stage}" if stage else "")
