@@ -14,7 +14,7 @@ from tui_gcs.core.kinds import Kind as Kind
 from tui_gcs.core.scenario import Limits, OperatingArea, Scenario
 from tui_gcs.core.zones import Zone
 
-PROTOCOL = 3
+PROTOCOL = 4
 """Version of this file's contract; consoles and workers say it first (`Hello`)."""
 
 Vec3 = tuple[float, float, float]
