@@ -19,7 +19,7 @@ STOP_LIMIT_S = 10.0
 
 def run(arguments: argparse.Namespace) -> int:
     """Find the station meant, and do it."""
-    kind = _which(arguments.kind)
+    kind = which(arguments.kind)
     if arguments.what == "attach":
         need_terminal()
         from tui_gcs.commands.console import attach
@@ -28,7 +28,8 @@ def run(arguments: argparse.Namespace) -> int:
     return _stop(kind, tuple(arguments.lost)) if arguments.what == "stop" else _status(kind, as_json=arguments.json)
 
 
-def _which(named: str | None) -> Kind:
+def which(named: str | None) -> Kind:
+    """The kind of the station that runs, or that is meant. Raises `CommandError`."""
     kinds = [Kind(named.upper())] if named else [kind for kind in (Kind.SIM, Kind.LIVE) if running(kind)]
     if len(kinds) > 1:
         raise CommandError("a SIM and a LIVE station run: say which with --kind")

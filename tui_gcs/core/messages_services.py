@@ -15,6 +15,8 @@ MOST_VEHICLES = 255
 """Named in one request."""
 MOST_VALUES = 50
 """Parameters set by one request."""
+MEANT = "say that it is meant"
+"""How a refusal ends that the same request with `sure` or `in_flight` would not get."""
 MOST_FILE_BYTES = 4 << 20
 """Of a file that is to be written."""
 

@@ -103,7 +103,7 @@ class ServiceActs:
         if not request.values or len(request.values) > s.MOST_VALUES:
             return f"name 1 to {s.MOST_VALUES} parameters"
         if may_be_flying(vehicle) and not request.in_flight:
-            return "it is in the air: say that it is meant"
+            return f"it is in the air: {s.MEANT}"
         ended: list[ParamSetting] = []
 
         def done(setting: ParamSetting) -> None:
@@ -215,7 +215,7 @@ class ServiceActs:
             return f"it has no mode {clean(request.mode, 30)}"
         manner = manner_of(vehicle, number)
         if manner.danger and not request.sure:
-            return f"{manner.danger}: say that it is meant"
+            return f"{manner.danger}: {s.MEANT}"
         firmware = self._firmware.of(vehicle)
 
         def done(action: Action, outcome: Outcome, why: str) -> None:
