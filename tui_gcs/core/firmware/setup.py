@@ -65,7 +65,9 @@ class CalibrationWords:
     no_cancel: str = ""
     """Why it cannot be cancelled."""
     settle_s: float = 0.0
-    """So long after another calibration this one would be refused for no good reason."""
+    """So long after another calibration this one would be refused, silently."""
+    unsettled_by: frozenset[Sensor] = frozenset(Sensor)
+    """After which ones."""
     needs_reboot: bool = False
 
 
@@ -73,6 +75,7 @@ _STILL = "keep the vehicle still"
 _LEVEL = "place the vehicle level, as it flies, and keep it still"
 _OUTSIDE = "go outside, away from iron and reinforced concrete"
 _NOT_LONG = "it cannot be cancelled, and is over in a moment"
+_ACCELS = frozenset({Sensor.ACCEL, Sensor.SIMPLE_ACCEL, Sensor.LEVEL})
 
 
 def _preflight(*params: float) -> Order:
@@ -83,10 +86,22 @@ _ARDUPILOT = {
     Sensor.GYRO: CalibrationWords(Dialogue.ACK, _preflight(1), _STILL, 45.0, no_cancel=_NOT_LONG),
     Sensor.BARO: CalibrationWords(Dialogue.ACK, _preflight(0, 0, 1), _STILL, 45.0, no_cancel=_NOT_LONG),
     Sensor.LEVEL: CalibrationWords(
-        Dialogue.ACK, _preflight(0, 0, 0, 0, 2), _LEVEL, 45.0, no_cancel=_NOT_LONG, settle_s=6.0
+        Dialogue.ACK,
+        _preflight(0, 0, 0, 0, 2),
+        _LEVEL,
+        45.0,
+        no_cancel=_NOT_LONG,
+        settle_s=6.0,
+        unsettled_by=_ACCELS,
     ),
     Sensor.SIMPLE_ACCEL: CalibrationWords(
-        Dialogue.ACK, _preflight(0, 0, 0, 0, 4), _LEVEL, 45.0, no_cancel=_NOT_LONG, settle_s=6.0
+        Dialogue.ACK,
+        _preflight(0, 0, 0, 0, 4),
+        _LEVEL,
+        45.0,
+        no_cancel=_NOT_LONG,
+        settle_s=6.0,
+        unsettled_by=_ACCELS,
     ),
     Sensor.ACCEL: CalibrationWords(
         Dialogue.POSES,
@@ -107,17 +122,26 @@ _ARDUPILOT = {
 }
 _CANCEL_ALL = _preflight()
 _SIDES = "six sides, each held still until it is done"
-_PX4 = {
-    sensor: CalibrationWords(Dialogue.TEXTS, order, prompt, limit_s, cancel=_CANCEL_ALL, settle_s=2.5)
-    for sensor, order, prompt, limit_s in (
-        (Sensor.GYRO, _preflight(1), _STILL, 90.0),
-        (Sensor.COMPASS, _preflight(0, 1), f"{_OUTSIDE}; the vehicle says which side and when to turn it", 900.0),
-        (Sensor.BARO, _preflight(0, 0, 1), _STILL, 90.0),
-        (Sensor.ACCEL, _preflight(0, 0, 0, 0, 1), _SIDES, 900.0),
-        (Sensor.LEVEL, _preflight(0, 0, 0, 0, 2), _LEVEL, 90.0),
-        (Sensor.SIMPLE_ACCEL, _preflight(0, 0, 0, 0, 4), _LEVEL, 90.0),
-        (Sensor.AIRSPEED, _preflight(0, 0, 0, 0, 0, 1), "keep the sensor out of the wind", 180.0),
+
+
+def _texts(order: Order, prompt: str, limit_s: float, *, cancels: bool = True) -> CalibrationWords:
+    return CalibrationWords(
+        Dialogue.TEXTS,
+        order,
+        prompt,
+        limit_s,
+        cancel=_CANCEL_ALL if cancels else None,
+        no_cancel="" if cancels else _NOT_LONG,
+        settle_s=2.5,
     )
+
+
+_PX4 = {
+    Sensor.GYRO: _texts(_preflight(1), _STILL, 60.0),
+    Sensor.ACCEL: _texts(_preflight(0, 0, 0, 0, 1), _SIDES, 900.0),
+    Sensor.LEVEL: _texts(_preflight(0, 0, 0, 0, 2), _LEVEL, 60.0, cancels=False),
+    Sensor.COMPASS: _texts(_preflight(0, 1), f"{_OUTSIDE}; the vehicle says which side and when to turn it", 900.0),
+    Sensor.AIRSPEED: _texts(_preflight(0, 0, 0, 0, 0, 1), "keep the sensor out of the wind", 180.0),
 }
 _ALL = {AUTOPILOT_ARDUPILOT: _ARDUPILOT, AUTOPILOT_PX4: _PX4}
 
@@ -130,6 +154,19 @@ def sensors(vehicle: Vehicle) -> tuple[Sensor, ...]:
 def calibration(vehicle: Vehicle, sensor: Sensor) -> CalibrationWords | None:
     """How it is done on this vehicle; None if it cannot."""
     return _ALL.get(vehicle.autopilot, {}).get(sensor)
+
+
+def why_no_calibration(vehicle: Vehicle, sensor: Sensor) -> str:
+    """Why this vehicle has no such calibration, or "".
+
+    PX4's of the barometer was seen to hang for ever (1.16.1, SIH): one processor at 100 %, no cancelling, no arming
+    before a reboot. Its simple one of the accelerometers never tells that it began or ended (measured): not offered.
+    """
+    if calibration(vehicle, sensor) is not None:
+        return ""
+    if vehicle.autopilot == AUTOPILOT_PX4 and sensor is Sensor.BARO:
+        return "this autopilot's may hang until it is rebooted: not offered"
+    return f"this autopilot has no {sensor} calibration"
 
 
 def is_calibrating(vehicle: Vehicle) -> bool:

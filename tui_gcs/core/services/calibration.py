@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable
 
 from tui_gcs.core.events import NOTICE, WARNING
-from tui_gcs.core.firmware.setup import CalibrationWords, Dialogue, Sensor, calibration, is_calibrating, sensors
+from tui_gcs.core.firmware.setup import CalibrationWords, Dialogue, Sensor, calibration, sensors, why_no_calibration
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.services.calibration_compass import CompassCalibration
@@ -39,7 +39,8 @@ class CalibrationService:
         """Listen from now on."""
         self.context = context
         self._jobs: dict[int, CalibrationJob] = {}
-        self._ended_s: dict[int, float] = {}
+        self._ended: dict[int, tuple[float, Sensor]] = {}
+        """By vehicle: when its last calibration ended, and of what."""
         self._texts = TextAssembler()
         self.ignored: Counter[str] = Counter()
         fleet = context.fleet
@@ -71,10 +72,11 @@ class CalibrationService:
             text = f"{sensor} calibration NOT STARTED: {why}"
             self.context.events.say(EventClass.SENSOR, f"vehicle {vehicle_id}", text, WARNING)
             return why
-        begin_s = self._ended_s.get(vehicle_id, -math.inf) + words.settle_s
+        ended_s, last = self._ended.get(vehicle_id, (-math.inf, sensor))
+        begin_s = ended_s + (words.settle_s if last in words.unsettled_by else 0.0)
         wanted = Wanted(self.context, vehicle_id, sensor, words, begin_s, on_done)
         job = KINDS[words.dialogue](wanted)
-        job.on_end = self._ended
+        job.on_end = self._over
         self._jobs[vehicle_id] = job
         self.context.jobs.submit(job)
         return job
@@ -95,21 +97,19 @@ class CalibrationService:
 
     def _why_not(self, vehicle: Vehicle, sensor: Sensor, words: CalibrationWords | None) -> str:
         if words is None:
-            return f"this autopilot has no {sensor} calibration"
+            return why_no_calibration(vehicle, sensor)
         if self._running(vehicle.id) is not None:
             return "another calibration of this vehicle is under way"
         if vehicle.armed:
             return "it is armed"
-        if is_calibrating(vehicle):
-            return "it is being calibrated already"
         return vehicle.no_commands
 
     def _running(self, vehicle_id: int) -> CalibrationJob | None:
         job = self._jobs.get(vehicle_id)
         return job if job is not None and not job.over else None
 
-    def _ended(self, job: CalibrationJob) -> None:
-        self._ended_s[job.vehicle] = self.context.clock.now()
+    def _over(self, job: CalibrationJob) -> None:
+        self._ended[job.vehicle] = self.context.clock.now(), job.sensor
         if job.needs_reboot:
             text = f"{job.name}: {job.result or 'done'}; reboot the vehicle before it flies"
             self.context.events.say(EventClass.SENSOR, f"vehicle {job.vehicle}", text, NOTICE)
@@ -144,4 +144,4 @@ class CalibrationService:
         job = self._running(vehicle.id)
         if job is not None:
             job.finish("it rebooted")
-        self._ended_s.pop(vehicle.id, None)
+        self._ended.pop(vehicle.id, None)

@@ -14,6 +14,8 @@ MOST_NOTES = 100
 PERCENT = 100
 NO_STATUS_S = 0.3
 """A heartbeat that is so much newer than the order shows whether it was heard."""
+STALE_STATUS_S = 3.0
+"""After the last calibration ended its heartbeat may say for so long that it goes on."""
 CANCEL_S = 5.0
 """After the last copy of a cancel its effect must show."""
 
@@ -71,8 +73,10 @@ class CalibrationJob(Job):
         if vehicle.armed:
             self.finish("it was armed meanwhile")
         elif self._asked_s is None:
-            if now >= self._begin_s:
-                self._ask(vehicle, now)
+            if is_calibrating(vehicle) and now > self._begin_s + STALE_STATUS_S:
+                self.finish("it is being calibrated already")
+            elif now >= self._begin_s and not is_calibrating(vehicle):
+                self._ask(now)
         elif now - self._asked_s > self.words.limit_s:
             self.give_up()
         else:
@@ -131,7 +135,7 @@ class CalibrationJob(Job):
     def give_up(self) -> None:
         """It took too long."""
         self.abort_on_board()
-        self.finish(f"not done within {self.words.limit_s / 60:.0f} min")
+        self.finish(f"not done within {self.words.limit_s:.0f} s; if it refuses to arm, reboot it")
 
     def abort_on_board(self) -> None:
         """Have the vehicle stop it, if it can."""
@@ -142,10 +146,7 @@ class CalibrationJob(Job):
 
     # ---------------------------------------------------------------- asking
 
-    def _ask(self, vehicle: Vehicle, now: float) -> None:
-        if is_calibrating(vehicle):
-            self.finish("it is being calibrated already")
-            return
+    def _ask(self, now: float) -> None:
         self._asked_s = now
         action = Action(
             self.vehicle,

@@ -101,6 +101,8 @@ class TextCalibration(CalibrationJob):
         else:
             self._started = True
             self._goes_on(text)
+            if self.cancelling:  # what it measures just now comes to its end before it looks
+                self.prompt = ""
 
     def _goes_on(self, text: str) -> None:
         progress, pending, side = _PROGRESS.match(text), _PENDING.match(text), _SIDE.match(text)

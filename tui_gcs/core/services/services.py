@@ -2,6 +2,7 @@
 
 from collections import Counter
 
+from tui_gcs.core.services.airframe import AirframeService
 from tui_gcs.core.services.calibration import CalibrationService
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.control import ControlService
@@ -12,12 +13,15 @@ from tui_gcs.core.services.logs import LogService
 from tui_gcs.core.services.metadata import MetadataService
 from tui_gcs.core.services.mission import MissionService
 from tui_gcs.core.services.modes import ModeService
+from tui_gcs.core.services.motor_test import MotorTestService
 from tui_gcs.core.services.params import ParamService
 from tui_gcs.core.services.payload import PayloadService
+from tui_gcs.core.services.rc_calibration import RcCalibrationService
 from tui_gcs.core.services.remote_id import RemoteIdService
 from tui_gcs.core.services.shell import ShellService
 from tui_gcs.core.services.timesync import LinkTimes
 from tui_gcs.core.services.traffic import TrafficService
+from tui_gcs.core.services.tuning import TuningService
 from tui_gcs.core.services.vehicle_events import VehicleEvents
 
 
@@ -43,6 +47,10 @@ class Services:
         self.shell = ShellService(context)
         self.traffic = TrafficService(context)
         self.calibrations = CalibrationService(context)
+        self.radios = RcCalibrationService(context, self.params)
+        self.airframes = AirframeService(context, self.params)
+        self.tuning = TuningService(context, self.params)
+        self.motor_tests = MotorTestService(context)
 
     def tick(self) -> None:
         """Everything that is due in the services (jobs are ticked by the desk)."""

@@ -1,0 +1,104 @@
+"""What each autopilot flies as: the parameters that say it, and their values' names."""
+
+from dataclasses import dataclass
+
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
+
+FRAME_CLASSES = {
+    1: "quad",
+    2: "hexa",
+    3: "octa",
+    4: "octa quad",
+    5: "Y6",
+    6: "helicopter",
+    7: "tri",
+    8: "single",
+    9: "coax",
+    10: "bicopter",
+    11: "dual helicopter",
+    12: "dodeca hexa",
+    13: "heli quad",
+    14: "deca",
+}
+FRAME_TYPES = {
+    0: "plus",
+    1: "X",
+    2: "V",
+    3: "H",
+    4: "V tail",
+    5: "A tail",
+    10: "Y6B",
+    11: "Y6F",
+    12: "BetaFlight X",
+    13: "DJI X",
+    14: "clockwise X",
+    15: "I",
+    18: "BetaFlight X reversed",
+    19: "Y4",
+}
+"""ArduCopter's FRAME_CLASS and FRAME_TYPE."""
+AUTOSTARTS = {
+    4001: "generic quadcopter X",
+    5001: "generic quadcopter plus",
+    4014: "S500",
+    4019: "Holybro X500 V2",
+    4050: "generic 250 racer",
+    4052: "Holybro QAV250",
+    6001: "generic hexacopter X",
+    7001: "generic hexacopter plus",
+    8001: "generic octocopter X",
+    9001: "generic octocopter plus",
+    11001: "generic hexacopter coax",
+    12001: "generic octocopter coax",
+    2100: "generic plane",
+    3000: "generic flying wing",
+    13000: "generic standard VTOL",
+    13100: "generic tiltrotor VTOL",
+    13200: "generic tailsitter VTOL",
+    50000: "generic differential rover",
+    51000: "generic Ackermann rover",
+    60000: "generic underwater vehicle",
+}
+"""PX4's SYS_AUTOSTART: its most common airframes; any other number is taken, too."""
+
+
+@dataclass(frozen=True)
+class AirframeField:
+    """One number that says what it is."""
+
+    param: str
+    label: str
+    choices: dict[int, str]
+    least: int
+    most: int
+
+
+@dataclass(frozen=True)
+class AirframeWords:
+    """How an airframe is chosen."""
+
+    fields: tuple[AirframeField, ...]
+    then: tuple[tuple[str, int], ...] = ()
+    """Set after them."""
+    warning: str = "takes effect at the next boot"
+
+
+_WORDS = {
+    AUTOPILOT_ARDUPILOT: AirframeWords(
+        (
+            AirframeField("FRAME_CLASS", "class", FRAME_CLASSES, 0, 17),
+            AirframeField("FRAME_TYPE", "type", FRAME_TYPES, 0, 19),
+        )
+    ),
+    AUTOPILOT_PX4: AirframeWords(
+        (AirframeField("SYS_AUTOSTART", "airframe", AUTOSTARTS, 1, 9_999_999),),
+        (("SYS_AUTOCONFIG", 1),),
+        "at the next boot all parameters but calibrations, radio and flight modes go back to this airframe's defaults",
+    ),
+}
+
+
+def airframe(vehicle: Vehicle) -> AirframeWords | None:
+    """How this vehicle's airframe is chosen; None if that is not known."""
+    return _WORDS.get(vehicle.autopilot)

@@ -1,0 +1,127 @@
+"""One motor turned for a moment, on the ground, by who says that the propellers are off.
+
+The order leaves once: a copy would turn the motor again. ArduPilot's heartbeat shows armed meanwhile: `is_testing`
+tells others that this is no arming.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from tui_gcs.core.events import NOTICE
+from tui_gcs.core.firmware.setup import MOST_MOTORS, motor_test, motor_test_end, shows_armed_in_motor_test
+from tui_gcs.core.messages import EventClass
+from tui_gcs.core.services.command import Action, Outcome, Retry
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.order import Order
+from tui_gcs.core.vehicle import Vehicle
+
+USUAL_THROTTLE, MOST_THROTTLE = 0.15, 0.30
+USUAL_S, MOST_S = 1.0, 3.0
+AFTERGLOW_S = 2.5
+"""The heartbeat that says it is over comes this much later at most."""
+
+Done = Callable[[Outcome, str], None]
+
+
+@dataclass(frozen=True)
+class _Test:
+    motor: int
+    until_s: float
+
+
+class MotorTestService:
+    """Motor tests of all vehicles."""
+
+    def __init__(self, context: Context) -> None:
+        """No motor turns."""
+        self._context = context
+        self._tests: dict[int, _Test] = {}
+
+    def is_testing(self, vehicle_id: int) -> bool:
+        """Whether a motor turns by our order (or its heartbeat may still show it): armed means nothing then."""
+        test = self._tests.get(vehicle_id)
+        return test is not None and self._context.clock.now() < test.until_s
+
+    def explains_armed(self, vehicle: Vehicle) -> bool:
+        """Whether it shows armed for that reason only."""
+        return self.is_testing(vehicle.id) and shows_armed_in_motor_test(vehicle)
+
+    def start(
+        self,
+        vehicle_id: int,
+        motor: int,
+        *,
+        props_removed: bool,
+        throttle: float = USUAL_THROTTLE,
+        seconds: float = USUAL_S,
+        on_done: Done | None = None,
+    ) -> str:
+        """Turn motor 1, 2, … with `throttle` (0…1, at most 0.3) for `seconds` (at most 3); "" or why not."""
+        vehicle = self._context.fleet.vehicles.get(vehicle_id)
+        if vehicle is None:
+            return "unknown vehicle"
+        why = self._why_not(vehicle, motor, throttle, seconds, props_removed=props_removed)
+        order = motor_test(vehicle, motor, throttle, seconds)
+        if why or order is None:
+            return why or "this autopilot has no motor test"
+        action = Action(
+            vehicle_id,
+            f"test of motor {motor}",
+            Retry.START,
+            send=lambda copy: self._send(action, order, seconds, copy),
+            confirmed=lambda _: action.acked_s is not None,
+            command=order.command,
+            confirm_s=2.0,
+            on_done=lambda _, outcome, reason: self._answered(vehicle_id, outcome, reason, on_done),
+        )
+        now = self._context.clock.now()
+        self._tests[vehicle_id] = _Test(motor, now + seconds + AFTERGLOW_S)
+        text = f"motor {motor} turns with {100 * throttle:.0f} % for {seconds:g} s"
+        self._context.events.say(EventClass.SENSOR, f"vehicle {vehicle_id}", text, NOTICE)
+        self._context.commands.submit(action)
+        return ""
+
+    def stop(self, vehicle_id: int) -> str:
+        """End it early; "" or why not."""
+        test, vehicle = self._tests.get(vehicle_id), self._context.fleet.vehicles.get(vehicle_id)
+        if test is None or vehicle is None or not self.is_testing(vehicle_id):
+            return "no motor is being tested"
+        order = motor_test_end(vehicle, test.motor)
+        action = Action(
+            vehicle_id,
+            "stop the motor test",
+            Retry.SET,
+            send=lambda copy: self._context.door.action(
+                vehicle_id, "stop the motor test", order.message, **order.fields(copy)
+            ),
+            confirmed=lambda _: action.acked_s is not None,
+            command=order.command,
+        )
+        self._context.commands.cancel(vehicle_id, f"test of motor {test.motor}")
+        self._context.commands.submit(action)
+        return ""
+
+    def _why_not(self, vehicle: Vehicle, motor: int, throttle: float, seconds: float, *, props_removed: bool) -> str:
+        if not props_removed:
+            return "take the propellers off, and say so"
+        if self.is_testing(vehicle.id):
+            return "a motor of it is being tested"
+        if vehicle.armed:
+            return "it is armed"
+        if not 1 <= motor <= MOST_MOTORS:
+            return f"motors are 1 to {MOST_MOTORS}"
+        if not 0 < throttle <= MOST_THROTTLE:
+            return f"throttle is more than 0 and at most {MOST_THROTTLE:.0%}"
+        if not 0 < seconds <= MOST_S:
+            return f"at most {MOST_S:g} s"
+        return vehicle.no_commands
+
+    def _send(self, action: Action, order: Order, seconds: float, copy: int) -> None:
+        if copy == 0:
+            action.refusal = self._context.door.action(action.vehicle, action.name, order.message, **order.fields(copy))
+
+    def _answered(self, vehicle_id: int, outcome: Outcome, why: str, on_done: Done | None) -> None:
+        if outcome is Outcome.REFUSED:
+            self._tests.pop(vehicle_id, None)
+        if on_done is not None:
+            on_done(outcome, why)
