@@ -11,7 +11,7 @@ from rig import Rig, scenario
 
 from sitl.fleet import VehicleSpec
 from tui_gcs.core import messages as m
-from tui_gcs.core.messages import FleetFrame, Intent, Phase, PlannerTask, Reply
+from tui_gcs.core.messages import FleetFrame, Intent, Phase, PlannerTask, Reply, RunPhase
 from tui_gcs.core.scenario import Limits, Scenario
 from tui_gcs.rehearsal import simulated_vehicles
 
@@ -173,3 +173,14 @@ def test_half_of_all_frames_lost_at_boot_is_made_up_for(rig: MakeRig, seed: int)
     reply = flight.ask(m.Start(vehicles=flight.ids))
     assert reply.ok, why(reply)
     flight.until(lambda: flight.phases() == {Phase.FLYING}, 90.0, "all four fly")
+
+
+def test_what_its_checks_said_of_the_mode_before_does_not_count(rig: MakeRig) -> None:
+    """A real ArduCopter says yes in STABILIZE 18 s before it can be armed in GUIDED: then arming was refused."""
+    flight = rig(2)
+    vehicles = flight.station.fleet.vehicles
+    flight.until(lambda: len(vehicles) == 2 and all(v.prearm_ok for v in vehicles.values()), 10.0, "checks pass")
+    assert "EKF" in flight.station.requests.why_not_start(1)
+    flight.station.executive.start(flight.ids)
+    flight.until(lambda: flight.station.executive.run is RunPhase.RUNNING, 60.0, "running")
+    assert not [text for text in flight.texts() if text.startswith(("arm: refused", "not started"))]

@@ -21,6 +21,9 @@ from tui_gcs.core.vehicle import Vehicle
 
 PREARM_WAIT_S = 15.0
 """Pre-arm checks may depend on the mode, which was just changed: wait this long for them to pass."""
+SYS_STATUS = 1
+CHECKS_SETTLE_S = 1.0
+"""Checks run once a second, and SYS_STATUS tells what the last ones found."""
 PREARM_ANSWER_S = 2.0
 """It says why by itself only every 30 s, so it is asked, and has this long to answer."""
 CLIMB_LIMIT_S = 120.0
@@ -249,7 +252,7 @@ class Executive:
         if vehicle.freshness(now) is Freshness.LOST:
             self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", "not started: not heard any more", ALERT)
             self._notice_loss(flight, vehicle, now)
-        elif flight.step in ("prearm", "ask why") and vehicle.prearm_ok and firmware.is_prepared(vehicle):
+        elif flight.step in ("prearm", "ask why") and self._checks_pass(flight, vehicle, now):
             flight.home_m = vehicle.position_m
             flight.go_to_step("arm", now)
             self._commands.submit(firmware.arm(vehicle, self._on_step))
@@ -260,6 +263,15 @@ class Executive:
         elif flight.step == "ask why" and now - flight.since_s > PREARM_ANSWER_S:
             reasons = "; ".join(vehicle.reasons_since(now - 35.0)) or "it does not say why"
             self._fail_start(flight, f"pre-arm checks do not pass: {reasons}", now)
+
+    def _checks_pass(self, flight: Flight, vehicle: Vehicle, now: float) -> bool:
+        """Whether its own checks pass in the mode it will arm in.
+
+        What it said of the mode before does not count: ArduCopter says yes in STABILIZE long before it has a position.
+        """
+        told_s = now - vehicle.silent_s(SYS_STATUS, now)
+        settled = told_s > flight.since_s + CHECKS_SETTLE_S or flight.step == "ask why"
+        return settled and vehicle.prearm_ok and self._firmware.of(vehicle).is_prepared(vehicle)
 
     def _fail_start(self, flight: Flight, why: str, now: float) -> None:
         self._events.say(EventClass.MISSION, f"vehicle {flight.vehicle}", f"not started: {why}", ALERT)

@@ -166,7 +166,7 @@ class RequestDesk:
         if not station.guard.inside(vehicle.position_m):
             away_m = station.guard.outside_m(vehicle.position_m)
             return f"{away_m:.0f} m outside the operating area of {station.round.name}"
-        return ""
+        return "; ".join(problem.text for problem in station.services.health.of(vehicle).problems if problem.blocks)
 
     # ---------------------------------------------------------------- rounds and scenario
 

@@ -251,12 +251,13 @@ def _ardupilot(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[Problem
 def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[Problem]:
     """The pre-arm bit is for the mode it is in: true in STABILIZE long before GUIDED can be armed (measured)."""
     mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+    flown = vehicle.custom_mode == flight_mode(vehicle)
     if _checks_fail(newest):
-        yield Problem(f"pre-arm checks fail in {mode}", blocks=True)
+        yield Problem(f"pre-arm checks fail in {mode}", blocks=flown)
         for text in vehicle.reasons_since(now - PREARM_TEXT_S):
             if text.startswith("PreArm:"):
-                yield Problem(text, blocks=True)
-    elif vehicle.custom_mode != flight_mode(vehicle):
+                yield Problem(text, blocks=flown)
+    elif not flown:
         wanted = mode_name(vehicle.autopilot, vehicle.type, flight_mode(vehicle))
         yield Problem(f"its checks are for {mode}; those for {wanted} are known in {wanted} only", blocks=False)
     status = newest(SYS_STATUS)
@@ -315,7 +316,7 @@ def _px4_checks(vehicle: Vehicle, newest: Newest, checks: Checks) -> Iterator[Pr
         mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
         why = "in OFFBOARD without set-points it does not arm" if mode == "OFFBOARD" else f"it does not arm in {mode}"
         elsewhere = "" if vehicle.custom_mode == flight_mode(vehicle) else ": set HOLD first"
-        yield Problem(why + elsewhere, blocks=checks.can_arm is None or not elsewhere)
+        yield Problem(why + elsewhere, blocks=not elsewhere)
 
 
 def _px4_estimator(estimator: Fields) -> Iterator[Problem]:
