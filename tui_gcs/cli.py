@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from tui_gcs import __version__
+from tui_gcs.commands import vehicle_parser
 from tui_gcs.exits import CANNOT, CommandError
 
 
@@ -37,6 +38,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_control(commands)
     _add_sim(commands)
     _add_keys(commands)
+    vehicle_parser.add(commands)
     return parser
 
 

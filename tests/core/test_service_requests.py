@@ -15,7 +15,7 @@ from test_shell import Nsh
 from tui_gcs.core import messages as m
 from tui_gcs.core import messages_services as s
 from tui_gcs.core.bus import REQUEST
-from tui_gcs.core.service_acts import plan_rows
+from tui_gcs.core.plan_rows import plan_rows
 from tui_gcs.core.services.jobs import MOST_PER_LINK
 
 ACCEPTED, DENIED = 0, 2

@@ -13,7 +13,8 @@ from tui_gcs.core.firmware.commands import CMD_REBOOT
 from tui_gcs.core.firmware.mode_manners import manner_of
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.speech import Speech
-from tui_gcs.core.plan import Plan, PlanItem, PlanKind
+from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.plan_rows import plan_of, plan_rows
 from tui_gcs.core.service_tasks import Task
 from tui_gcs.core.services.command import Action, Outcome
 from tui_gcs.core.services.ftp import FtpListJob
@@ -140,7 +141,7 @@ class ServiceActs:
         return self._follow(task, self._services.missions.download(vehicle.id, _kind(request.kind), done))
 
     def _upload_plan(self, vehicle: Vehicle, request: s.UploadPlan, task: Task) -> str:
-        plan = Plan(_kind(request.kind), tuple(_item(row) for row in request.items))
+        plan = plan_of(_kind(request.kind), request.items)
         if not plan.items:
             return "there is nothing in it: clear it instead"
         done = self._plan_done(task, f"{len(plan.items)} items")
@@ -278,26 +279,6 @@ def failsafe_rows(services: Services, vehicle: Vehicle) -> tuple[s.FailsafeRow, 
     """What a vehicle does when something is lost."""
     lines = services.failsafes.report(vehicle)
     return tuple(s.FailsafeRow(when=line.when, does=line.does, warning=line.warning) for line in lines)
-
-
-def plan_rows(plan: Plan) -> tuple[s.PlanRow, ...]:
-    """A plan for the bus."""
-    return tuple(
-        s.PlanRow(
-            command=item.command,
-            frame=item.frame,
-            params=item.params,
-            x=item.x,
-            y=item.y,
-            z=item.z,
-            autocontinue=item.autocontinue,
-        )
-        for item in plan.items
-    )
-
-
-def _item(row: s.PlanRow) -> PlanItem:
-    return PlanItem(row.command, row.frame, row.params, row.x, row.y, row.z, row.autocontinue)
 
 
 def _kind(word: s.PlanWord) -> PlanKind:

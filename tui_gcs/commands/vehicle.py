@@ -1,0 +1,34 @@
+"""`tui-gcs vehicle …`: everything that can be done with vehicles by name, through the running station."""
+
+import argparse
+from collections.abc import Callable
+
+from tui_gcs.commands import vehicle_acts, vehicle_files, vehicle_params, vehicle_plan, vehicle_show
+from tui_gcs.commands.vehicle_station import StationClient, open_station
+
+Run = Callable[[StationClient, argparse.Namespace], int]
+
+_ACTIONS: dict[str, Run] = {
+    "list": vehicle_show.run_list,
+    "show": vehicle_show.run_show,
+    "failsafes": vehicle_show.run_failsafes,
+    "events": vehicle_show.run_events,
+    "tasks": vehicle_show.run_tasks,
+    "cancel": vehicle_show.run_cancel,
+    "params": vehicle_params.run,
+    "plan": vehicle_plan.run,
+    "files": vehicle_files.run_files,
+    "logs": vehicle_files.run_logs,
+    "mode": vehicle_acts.run_mode,
+    "shell": vehicle_acts.run_shell,
+    "reboot": vehicle_acts.run_reboot,
+}
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Find the station meant, and do it."""
+    station = open_station(arguments.station)
+    try:
+        return _ACTIONS[arguments.what](station, arguments)
+    finally:
+        station.close()

@@ -1,0 +1,118 @@
+"""`tui-gcs vehicle params …`."""
+
+import argparse
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from tui_gcs.commands.vehicle_acts import carry_out_sure
+from tui_gcs.commands.vehicle_files import write_here
+from tui_gcs.commands.vehicle_station import (
+    Ended,
+    StationClient,
+    exit_code,
+    only_one,
+    say,
+    say_json,
+    tell,
+    tell_failed,
+    vehicle_ids,
+)
+from tui_gcs.core.messages_services import FetchParams, GetParams, GetVehicles, ParamRow, ReadParams, SetParams
+from tui_gcs.core.services.param_values import shown
+from tui_gcs.exits import FAILED, CommandError
+
+
+def run(station: StationClient, arguments: argparse.Namespace) -> int:
+    """Do one of the actions."""
+    return {"get": _get, "set": _set, "list": _list, "save": _save}[arguments.act](station, arguments)
+
+
+def _get(station: StationClient, arguments: argparse.Namespace) -> int:
+    ended = station.carry_out(ReadParams(vehicle_ids(arguments.ids), tuple(dict.fromkeys(arguments.names))))
+    if arguments.json:
+        return tell(ended, as_json=True)
+    for one in ended:
+        _rows(one.vehicle, one.result.params)
+    tell_failed(ended)
+    return exit_code(ended)
+
+
+def _rows(vehicle: int, rows: tuple[ParamRow, ...]) -> None:
+    for row in rows:
+        default = f"  default {shown(row.default)}" if row.default is not None and row.default != row.value else ""
+        meaning = f"  {row.text}" if row.text else ""
+        say(f"{vehicle:>4} {row.name:<16} {shown(row.value)}{' ' + row.units if row.units else ''}{default}{meaning}")
+
+
+def _set(station: StationClient, arguments: argparse.Namespace) -> int:
+    value = number(arguments.value)
+    request = SetParams(
+        vehicle_ids(arguments.ids),
+        {arguments.name: value},
+        in_flight=arguments.yes,
+        beyond_range=arguments.beyond_range,
+    )
+    ended = carry_out_sure(station, request, f"set {arguments.name} = {shown(value)}")
+    for one in ended:
+        if one.ok and not one.text:
+            one.text = ", ".join(f"{row.name} = {shown(row.value)}" for row in one.result.params)
+    return tell(ended, as_json=arguments.json)
+
+
+def number(text: str) -> int | float:
+    """A value as people write it. Raises `CommandError`."""
+    try:
+        return int(text, 0)
+    except ValueError:
+        pass
+    try:
+        value = float(text)
+    except ValueError:
+        raise CommandError(f"{text[:40]!r} is no number") from None
+    if value - value != 0:
+        raise CommandError(f"{text[:40]!r} is no number that a vehicle can take")
+    return value
+
+
+def _list(station: StationClient, arguments: argparse.Namespace) -> int:
+    ids = vehicle_ids(arguments.ids)
+    fetched = station.carry_out(FetchParams(ids)) if arguments.fetch else []
+    failed = {one.vehicle: one for one in fetched if not one.ok}
+    rows: dict[str, tuple[ParamRow, ...]] = {}
+    ended: list[Ended] = []
+    for vehicle in ids:
+        reply = station.ask(GetParams(vehicle))
+        found = tuple(row for row in reply.params if _fits(row.name, arguments.pattern))
+        rows[str(vehicle)] = found
+        text = "" if reply.complete or not reply.ok else f"{len(reply.params)} are known, --fetch asks for all"
+        ended.append(failed.get(vehicle) or Ended(vehicle, reply.ok, reply.text or text))
+        if not arguments.json:
+            _rows(vehicle, found)
+            if text and vehicle not in failed:
+                say(f"vehicle {vehicle}: {text}")
+    if arguments.json:
+        say_json(rows)
+    else:
+        tell_failed(ended)
+    return exit_code(ended)
+
+
+def _fits(name: str, pattern: str) -> bool:
+    wanted = pattern.upper()
+    return fnmatchcase(name, wanted if any(char in wanted for char in "*?[") else f"*{wanted}*")
+
+
+def _save(station: StationClient, arguments: argparse.Namespace) -> int:
+    vehicle = only_one(arguments.ids, "for one file")
+    ended = station.carry_out(FetchParams((vehicle,)))
+    if not ended[0].ok:
+        return tell(ended, as_json=arguments.json)
+    reply, info = station.ask(GetParams(vehicle)), station.ask(GetVehicles((vehicle,))).vehicles
+    if not reply.complete:
+        return tell([Ended(vehicle, False, "not all of its parameters came")], as_json=arguments.json)
+    who = f"{info[0].autopilot} {info[0].firmware}".strip() if info else ""
+    lines = [f"# vehicle {vehicle} {who}".rstrip(), *(f"{row.name:<16} {shown(row.value)}" for row in reply.params)]
+    if not write_here(Path(arguments.file), ("\n".join(lines) + "\n").encode(), yes=arguments.yes):
+        return FAILED
+    text = f"{len(reply.params)} parameters written to {arguments.file}"
+    return tell([Ended(vehicle, True, text)], as_json=arguments.json)

@@ -1,0 +1,136 @@
+"""The arguments of `tui-gcs vehicle …`; imports nothing heavy."""
+
+import argparse
+from typing import Any
+
+EXAMPLES = """examples:
+  tui-gcs vehicle list
+  tui-gcs vehicle show 3                          who it is, what is wrong with it, what it does when a link is lost
+  tui-gcs vehicle params set 1-4 RTL_ALT 3000     vehicles are named: 3, 3-7 or 1,4
+  tui-gcs vehicle params save 3 three.param
+  tui-gcs vehicle plan upload 3 --kind fence area.json
+  tui-gcs vehicle mode 3 RTL
+  tui-gcs vehicle logs 3 get 12
+  tui-gcs vehicle tasks                           what goes on, also of others; `cancel 7` ends one
+
+What takes time goes on in the station if this command is interrupted. Exit code 0 only if every vehicle did it."""
+
+Actions = Any
+"""argparse's own type for subparsers has no public name."""
+
+
+def add(commands: Actions) -> None:
+    """Add the `vehicle` command."""
+    text = "parameters, plans, modes, files, logs, shells of vehicles, through the running station"
+    vehicle = commands.add_parser(
+        "vehicle", help=text, description=text, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    vehicle.set_defaults(module="vehicle")
+    actions = vehicle.add_subparsers(title="actions", required=True, metavar="ACTION", dest="what")
+    _leaf(actions, "list", "all vehicles, a line each")
+    _add_looks(actions)
+    _add_params(actions)
+    _add_plan(actions)
+    _add_files(actions)
+    _add_logs(actions)
+    _add_acts(actions)
+    _leaf(actions, "tasks", "what was asked of vehicles, and how far it is")
+    cancel = _leaf(actions, "cancel", "end a task, whoever began it")
+    cancel.add_argument("task", type=int, metavar="N")
+
+
+def _leaf(
+    actions: Actions, name: str, text: str, *, ids: bool = False, destructive: bool = False, plan: bool = False
+) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = actions.add_parser(name, help=text, description=text)
+    if ids:
+        parser.add_argument("ids", metavar="ID", help="3, 3-7 or 1,4: as the fly screen numbers them")
+    names = ("--station",) if plan else ("--kind", "--station")
+    parser.add_argument(*names, dest="station", choices=("sim", "live"), help="which station, where both run")
+    parser.add_argument("--json", action="store_true", help="for scripts")
+    if destructive:
+        parser.add_argument("--yes", action="store_true", help="do not ask")
+    return parser
+
+
+def _add_looks(actions: Actions) -> None:
+    _leaf(actions, "show", "one vehicle: identity, health, failsafes, links", ids=True)
+    _leaf(actions, "failsafes", "what it does by itself when something is lost, read from it now", ids=True)
+    events = _leaf(actions, "events", "what it said and what happened to it", ids=True)
+    events.add_argument("--last", type=int, default=30, metavar="N", help="so many (default 30)")
+    events.add_argument("--follow", action="store_true", help="and go on with what comes")
+
+
+def _add_params(actions: Actions) -> None:
+    text = "parameters: get, set, list, save"
+    params = actions.add_parser("params", help=text, description=text)
+    acts = params.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act")
+    get = _leaf(acts, "get", "ask for some by name", ids=True)
+    get.add_argument("names", nargs="+", metavar="NAME")
+    put = _leaf(acts, "set", "set one; done when the vehicle says it holds it", ids=True, destructive=True)
+    put.add_argument("name", metavar="NAME")
+    put.add_argument("value", metavar="VALUE")
+    put.add_argument("--beyond-range", action="store_true", help="though its own description says it is out of range")
+    listing = _leaf(acts, "list", "what is known, or all", ids=True)
+    listing.add_argument("pattern", nargs="?", default="*", metavar="PATTERN", help="e.g. 'FS_*' or BATT")
+    listing.add_argument("--fetch", action="store_true", help="ask the vehicle for all of them")
+    save = _leaf(acts, "save", "fetch all and write them as lines: NAME value", ids=True, destructive=True)
+    save.add_argument("file", metavar="FILE")
+
+
+def _add_plan(actions: Actions) -> None:
+    text = "missions, fences, rally points: show, clear, upload, download"
+    plan = actions.add_parser("plan", help=text, description=text)
+    acts = plan.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act")
+    home = "whether the first line of a WPL mission is home (auto: an AMSL way-point with index 0 is)"
+    for name, words in (
+        ("show", "what it holds, asked now"),
+        ("clear", "delete it"),
+        ("upload", "put a file (QGC WPL 110 or JSON) on it; done when it was asked and holds it"),
+        ("download", "read it into a file: JSON if it ends so, else QGC WPL 110"),
+    ):
+        parser = _leaf(acts, name, words, ids=True, destructive=name != "show", plan=True)
+        kinds = ("mission", "fence", "rally")
+        parser.add_argument("--kind", choices=kinds, default="mission", help="default mission")
+        if name in ("upload", "download"):
+            parser.add_argument("file", metavar="FILE")
+        if name == "upload":
+            parser.add_argument("--home-line", choices=("auto", "yes", "no"), default="auto", help=home)
+            parser.add_argument("--in-flight", action="store_true", help="also while it flies its mission; asks")
+
+
+def _add_files(actions: Actions) -> None:
+    text = "files on a vehicle (MAVFTP)"
+    parser = actions.add_parser("files", help=text, description=text)
+    parser.add_argument("ids", metavar="ID", help="3, 3-7 or 1,4")
+    acts = parser.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act")
+    listing = _leaf(acts, "ls", "list a directory")
+    listing.add_argument("path", nargs="?", default="/", metavar="PATH")
+    get = _leaf(acts, "get", "read a file into the station's directory, and copy it here", destructive=True)
+    get.add_argument("path", metavar="PATH")
+    get.add_argument("file", nargs="?", metavar="FILE", help="a copy here")
+    put = _leaf(acts, "put", "write a file; not while armed", destructive=True)
+    put.add_argument("file", metavar="FILE")
+    put.add_argument("path", metavar="PATH")
+    remove = _leaf(acts, "rm", "remove a file; not while armed", destructive=True)
+    remove.add_argument("path", metavar="PATH")
+
+
+def _add_logs(actions: Actions) -> None:
+    text = "logs on a vehicle"
+    parser = actions.add_parser("logs", help=text, description=text)
+    parser.add_argument("ids", metavar="ID", help="3, 3-7 or 1,4")
+    acts = parser.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act")
+    _leaf(acts, "ls", "list them")
+    get = _leaf(acts, "get", "read one into the station's directory, and copy it here", destructive=True)
+    get.add_argument("log", type=int, metavar="N")
+    get.add_argument("file", nargs="?", metavar="FILE", help="a copy here")
+    _leaf(acts, "erase", "erase all of them; not while armed", destructive=True)
+
+
+def _add_acts(actions: Actions) -> None:
+    mode = _leaf(actions, "mode", "the modes it has, or change to one", ids=True, destructive=True)
+    mode.add_argument("name", nargs="?", metavar="NAME")
+    shell = _leaf(actions, "shell", "type one line into its shell (PX4); not while armed", ids=True)
+    shell.add_argument("line", metavar="LINE")
+    _leaf(actions, "reboot", "reboot its autopilot; not while armed", ids=True, destructive=True)
