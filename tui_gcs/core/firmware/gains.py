@@ -8,10 +8,17 @@ from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
 @dataclass(frozen=True)
 class GainGroup:
-    """The gains of one loop. Names differ between versions: a vehicle has some of them."""
+    """The gains of one loop."""
 
     name: str
     params: tuple[str, ...]
+    either: tuple[tuple[str, ...], ...] = ()
+    """Names of the same gains in different versions: a vehicle that has some of one tuple has none of the others."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All that may be there."""
+        return (*self.params, *(name for names in self.either for name in names))
 
 
 def _each(pattern: str, *letters: str) -> tuple[str, ...]:
@@ -38,16 +45,13 @@ _ARDUPILOT = (
     ),
     GainGroup(
         "velocity",
+        (),
         (
-            *_each("PSC_VELXY_*", "P", "I", "D", "FF"),
-            *_each("PSC_VELZ_*", "P", "I", "D", "FF"),
-            *_each("PSC_ACCZ_*", "P", "I", "D", "FF"),
-            *_each("PSC_NE_VEL_*", "P", "I", "D", "FF"),
-            *_each("PSC_D_VEL_*", "P", "I", "D", "FF"),
-            *_each("PSC_D_ACC_*", "P", "I", "D", "FF"),
+            tuple(f"PSC_{loop}_{gain}" for loop in ("VELXY", "VELZ", "ACCZ") for gain in ("P", "I", "D", "FF")),
+            tuple(f"PSC_{loop}_{gain}" for loop in ("NE_VEL", "D_VEL", "D_ACC") for gain in ("P", "I", "D", "FF")),
         ),
     ),
-    GainGroup("position", ("PSC_POSXY_P", "PSC_POSZ_P", "PSC_NE_POS_P", "PSC_D_POS_P")),
+    GainGroup("position", (), (("PSC_POSXY_P", "PSC_POSZ_P"), ("PSC_NE_POS_P", "PSC_D_POS_P"))),
 )
 """ArduCopter; PSC_NE_* and PSC_D_* are the names of 4.7."""
 _PX4 = (

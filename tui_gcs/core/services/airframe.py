@@ -47,7 +47,8 @@ class AirframeService:
             return f"{bad[0]} is {fields[bad[0]].least} to {fields[bad[0]].most}"
         if vehicle.armed:
             return "it is armed"
-        wanted: dict[str, Number] = {name: values[name] for name in fields if name in values} | dict(words.then)
+        wanted: dict[str, Number] = {name: values[name] for name in fields if name in values}
+        wanted.update(words.then)
 
         def done(change: ParamChange) -> None:
             text = f"airframe NOT changed: {change.error}" if change.error else f"airframe changed: {words.warning}"

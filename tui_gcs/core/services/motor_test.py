@@ -96,10 +96,16 @@ class MotorTestService:
             ),
             confirmed=lambda _: action.acked_s is not None,
             command=order.command,
+            on_done=lambda _, outcome, why: self._stopped(vehicle_id, test, outcome),
         )
         self._context.commands.cancel(vehicle_id, f"test of motor {test.motor}")
         self._context.commands.submit(action)
         return ""
+
+    def _stopped(self, vehicle_id: int, test: _Test, outcome: Outcome) -> None:
+        if outcome is Outcome.CONFIRMED and self._tests.get(vehicle_id) is test:
+            until_s = min(test.until_s, self._context.clock.now() + AFTERGLOW_S)
+            self._tests[vehicle_id] = _Test(test.motor, until_s)
 
     def _why_not(self, vehicle: Vehicle, motor: int, throttle: float, seconds: float, *, props_removed: bool) -> str:
         if not props_removed:

@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable
 
 from tui_gcs.core.firmware.gains import GainGroup, gain_groups
+from tui_gcs.core.fleet import Fields
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.param_ask import ParamReading, ParamSetting
 from tui_gcs.core.services.param_change import ParamChange
@@ -32,6 +33,8 @@ class TuningService:
         self._params = params
         self._before: dict[int, dict[str, list[Number]]] = {}
         """By vehicle and name: former values, oldest first."""
+        self._readings: list[tuple[ParamReading, GainGroup]] = []
+        context.fleet.on_message("PARAM_VALUE", self._on_value)
         context.fleet.on_gone(self._forget)
         context.fleet.paths.on_replace.append(self._forget)
 
@@ -44,10 +47,13 @@ class TuningService:
         self, vehicle_id: int, group: str, on_done: Callable[[ParamReading], None] | None = None
     ) -> ParamReading | str:
         """Ask for a group's values; what the vehicle does not have is in `missing`."""
-        names = next((g.params for g in self.groups(vehicle_id) if g.name == group), ())
-        if not names:
+        wanted = next((g for g in self.groups(vehicle_id) if g.name == group), None)
+        if wanted is None:
             return f"no such group of gains: {group}"
-        return self._params.read(vehicle_id, names, on_done)
+        reading = self._params.read(vehicle_id, wanted.names, on_done)
+        self._readings = [(r, g) for r, g in self._readings if not r.over]
+        self._readings.append((reading, wanted))
+        return reading
 
     def former(self, vehicle_id: int) -> dict[str, tuple[Number, ...]]:
         """What was changed: former values by name, oldest first."""
@@ -61,7 +67,7 @@ class TuningService:
         Its present value must have been read, for it is what the step is measured by and what `undo` goes back to.
         """
         known = self._params.table(vehicle_id).params.get(name)
-        if not any(name in group.params for group in self.groups(vehicle_id)):
+        if not any(name in group.names for group in self.groups(vehicle_id)):
             return "not one of its gains"
         if known is None:
             return "read it first"
@@ -111,6 +117,14 @@ class TuningService:
                 on_done(change)
 
         return ParamChange(vehicle_id, first, on_done=took).run(self._params)
+
+    def _on_value(self, vehicle: Vehicle, fields: Fields) -> None:
+        """What is named one way is not waited for under its other name: autopilots do not answer to that."""
+        for reading, group in self._readings:
+            if reading.vehicle == vehicle.id and any(fields["param_id"] in names for names in group.either):
+                others = (names for names in group.either if fields["param_id"] not in names)
+                for name in (name for names in others for name in names):
+                    reading.miss(name, "this version names it otherwise")
 
     def _forget(self, vehicle: Vehicle) -> None:
         self._before.pop(vehicle.id, None)
