@@ -51,6 +51,8 @@ STREAM_GROUPS: dict[int, tuple[str, ...]] = {
 SPOOL_UP_US = 1_000_000
 LANDED_DISARM_US = 1_100_000
 PREARM_TEXT_US = 30_000_000
+CHECK_GAP_US = 1_000_000
+"""The pre-arm checks run once a second."""
 TIMESYNC_US = 10_000_000
 LAND_ALT_LOW_M = 10.0
 REACHED_M = 0.4
@@ -102,6 +104,7 @@ class ArduCopter(Autopilot):
         self.mission = CopterMission(self)
         self.plans.changed = lambda kind: ardupilot_failsafes.plans_changed(self, kind)
         self.plans.flying = False
+        self._checked_us, self._checks_pass = -CHECK_GAP_US, False
         self.prearm_text_us = self.now_us + PREARM_TEXT_US
         self.timesync_us = self.now_us + TIMESYNC_US
 
@@ -201,6 +204,12 @@ class ArduCopter(Autopilot):
         found = arming.problems(self) + self.stores.calibration.refusals(self.now_us)
         return [*found, "Downloading logs"] if self.logs.downloading else found
 
+    def checks_passed(self) -> bool:
+        """What the checks found when they last ran: maybe in another mode, up to a second ago."""
+        if self.now_us - self._checked_us >= CHECK_GAP_US:
+            self._checked_us, self._checks_pass = self.now_us, not self.prearm_problems()
+        return self._checks_pass
+
     def say_prearm(self) -> None:
         """One line per failing check."""
         for problem in self.prearm_problems():
@@ -259,6 +268,8 @@ class ArduCopter(Autopilot):
         self.vehicles.yaw_target_rad[self.index] = math.nan
         if self.armed:
             self._mode_in_flight(mode)
+        if self.stage >= Stage.READY:
+            self.once.append("HEARTBEAT")  # a change of mode is told at once (seen on 4.7)
         return True
 
     def _load_speeds(self) -> None:

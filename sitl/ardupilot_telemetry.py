@@ -65,7 +65,7 @@ def _sys_status(ap: "ArduCopter") -> Fields:
         health = health & ~_BIT_FENCE if ap.breached else health | _BIT_FENCE
     if ap.armed:
         enabled |= _BIT_LOGGING
-    if ap.armed or not ap.prearm_problems():
+    if ap.armed or ap.checks_passed():
         health |= _BIT_PREARM
     return {
         "onboard_control_sensors_present": present,
