@@ -66,9 +66,9 @@ def test_guided_is_ready_later_than_stabilize(powered):
 def test_the_prearm_bit_is_up_to_a_second_old(powered):
     """Seen on 4.7: just after a change to GUIDED it is what it was in STABILIZE."""
     ground = powered(boot_s=20.0)
-    ground.run(13.0)
+    ground.run(17.0)
     ground.ask("SYS_STATUS", 10)
-    ground.run(1.0)
+    ground.run(1.4)
     ground.mode(4)
     said = []
     for _ in range(15):
