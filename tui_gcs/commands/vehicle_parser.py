@@ -19,6 +19,25 @@ Actions = Any
 """argparse's own type for subparsers has no public name."""
 
 
+class AnyOrder(argparse.ArgumentParser):
+    """Takes its options also between positional arguments, of which argparse gives up the optional ones then."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """As argparse, with the options it knows put first."""
+        options: list[str] = []
+        others: list[str] = []
+        words = iter(args or ())
+        for word in words:
+            action = self._option_string_actions.get(word.partition("=")[0])
+            if word == "--" or action is None:
+                others += [word, *words] if word == "--" else [word]
+                continue
+            options.append(word)
+            if action.nargs != 0 and "=" not in word:
+                options += [value for value in [next(words, None)] if value is not None]
+        return super().parse_known_args([*options, *others], namespace)
+
+
 def add(commands: Actions) -> None:
     """Add the `vehicle` command."""
     text = "parameters, plans, modes, files, logs, shells of vehicles, through the running station"
@@ -26,7 +45,9 @@ def add(commands: Actions) -> None:
         "vehicle", help=text, description=text, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     vehicle.set_defaults(module="vehicle")
-    actions = vehicle.add_subparsers(title="actions", required=True, metavar="ACTION", dest="what")
+    actions = vehicle.add_subparsers(
+        title="actions", required=True, metavar="ACTION", dest="what", parser_class=AnyOrder
+    )
     _leaf(actions, "list", "all vehicles, a line each")
     _add_looks(actions)
     _add_params(actions)
@@ -64,7 +85,7 @@ def _add_looks(actions: Actions) -> None:
 def _add_params(actions: Actions) -> None:
     text = "parameters: get, set, list, save"
     params = actions.add_parser("params", help=text, description=text)
-    acts = params.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act")
+    acts = params.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrder)
     get = _leaf(acts, "get", "ask for some by name", ids=True)
     get.add_argument("names", nargs="+", metavar="NAME")
     put = _leaf(acts, "set", "set one; done when the vehicle says it holds it", ids=True, destructive=True)
@@ -81,7 +102,7 @@ def _add_params(actions: Actions) -> None:
 def _add_plan(actions: Actions) -> None:
     text = "missions, fences, rally points: show, clear, upload, download"
     plan = actions.add_parser("plan", help=text, description=text)
-    acts = plan.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act")
+    acts = plan.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrder)
     home = "whether the first line of a WPL mission is home (auto: an AMSL way-point with index 0 is)"
     for name, words in (
         ("show", "what it holds, asked now"),
@@ -103,7 +124,7 @@ def _add_files(actions: Actions) -> None:
     text = "files on a vehicle (MAVFTP)"
     parser = actions.add_parser("files", help=text, description=text)
     parser.add_argument("ids", metavar="ID", help="3, 3-7 or 1,4")
-    acts = parser.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act")
+    acts = parser.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrder)
     listing = _leaf(acts, "ls", "list a directory")
     listing.add_argument("path", nargs="?", default="/", metavar="PATH")
     get = _leaf(acts, "get", "read a file into the station's directory, and copy it here", destructive=True)
@@ -120,7 +141,7 @@ def _add_logs(actions: Actions) -> None:
     text = "logs on a vehicle"
     parser = actions.add_parser("logs", help=text, description=text)
     parser.add_argument("ids", metavar="ID", help="3, 3-7 or 1,4")
-    acts = parser.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act")
+    acts = parser.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrder)
     _leaf(acts, "ls", "list them")
     get = _leaf(acts, "get", "read one into the station's directory, and copy it here", destructive=True)
     get.add_argument("log", type=int, metavar="N")

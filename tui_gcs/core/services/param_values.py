@@ -14,6 +14,8 @@ from tui_gcs.core.firmware.parameters import Encoding
 from tui_gcs.core.text import SafeText
 
 NAME_BYTES = 16
+PLAIN_BELOW = 1e9
+"""Numbers below are shown without an exponent: 90, not 9e+01."""
 
 
 class ParamType(IntEnum):
@@ -134,7 +136,8 @@ def shown(value: Number) -> str:
     if not math.isfinite(value):
         return "inf" if value > 0 else "-inf" if value < 0 else "NaN"
     texts = (f"{value:.{digits}g}" for digits in range(1, 10))
-    return next((text for text in texts if same(float(text), value, ParamType.REAL32)), repr(value))
+    text = next((text for text in texts if same(float(text), value, ParamType.REAL32)), repr(value))
+    return f"{float(text):.0f}" if "e+" in text and abs(value) < PLAIN_BELOW else text
 
 
 def check_name(name: str) -> str:
