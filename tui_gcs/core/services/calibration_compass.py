@@ -31,7 +31,9 @@ SUCCESS, FIRST_FAILURE = 4, 5
 
 
 class CompassCalibration(CalibrationJob):
-    """All compasses at once."""
+    """All compasses at once. To start them once more does no harm."""
+
+    retry = Retry.SET
 
     def __init__(self, wanted: Wanted) -> None:
         """It has told of no compass yet."""
@@ -42,10 +44,18 @@ class CompassCalibration(CalibrationJob):
         self._mask = 0
         self._heard_s = 0.0
 
-    def accepted(self, vehicle: Vehicle | None, now: float) -> None:
+    def asked(self, now: float) -> None:
         """Ask for what it does not say by itself."""
         self._heard_s = now
         self._intervals(EVERY_US)
+
+    def is_led_by_others(self) -> bool:
+        """Its progress shows that it is at it."""
+        return bool(self.compasses)
+
+    def hear_text(self, vehicle: Vehicle, text: str, now: float) -> None:
+        """For who looks: its texts lead nothing."""
+        self.note(text)
 
     def close(self) -> None:
         """It is told no more."""

@@ -12,8 +12,6 @@ from tui_gcs.core.vehicle import Vehicle
 
 MOST_NOTES = 100
 PERCENT = 100
-NO_STATUS_S = 0.3
-"""A heartbeat that is so much newer than the order shows whether it was heard."""
 STALE_STATUS_S = 3.0
 """After the last calibration ended its heartbeat may say for so long that it goes on."""
 CANCEL_S = 5.0
@@ -37,6 +35,7 @@ class CalibrationJob(Job):
     """One calibration of one vehicle."""
 
     waits_for_people = True
+    retry = Retry.START
 
     def __init__(self, wanted: Wanted) -> None:
         """Nothing is sent before it begins."""
@@ -60,7 +59,7 @@ class CalibrationJob(Job):
         self.cancelling = False
         self._begin_s = wanted.begin_s
         self._asked_s: float | None = None
-        self._sent_s = 0.0
+        self.sent_s = 0.0
 
     # ---------------------------------------------------------------- the job
 
@@ -109,7 +108,14 @@ class CalibrationJob(Job):
 
     # ---------------------------------------------------------------- for subclasses
 
-    def accepted(self, vehicle: Vehicle | None, now: float) -> None:
+    def asked(self, now: float) -> None:
+        """It was asked for."""
+
+    def may_repeat(self, vehicle: Vehicle) -> bool:
+        """Whether a copy can do no harm though nothing was heard of the first."""
+        return True
+
+    def accepted(self, now: float) -> None:
         """The vehicle acknowledged it."""
 
     def watch(self, vehicle: Vehicle, now: float) -> None:
@@ -120,7 +126,7 @@ class CalibrationJob(Job):
 
     def hear_text(self, vehicle: Vehicle, text: str, now: float) -> None:
         """A whole STATUSTEXT of the vehicle's autopilot."""
-        self.heard = True
+        self.heard = self.heard or self._asked_s is not None
         self.note(text)
 
     def confirm(self, vehicle: Vehicle) -> str:
@@ -151,7 +157,7 @@ class CalibrationJob(Job):
         action = Action(
             self.vehicle,
             f"begin {self.name}",
-            Retry.START,
+            self.retry,
             send=lambda copy: self._send(action, copy),
             confirmed=lambda v: action.acked_s is not None and not action.in_progress,
             command=self.words.order.command,
@@ -160,6 +166,7 @@ class CalibrationJob(Job):
             order=self.words.order,
         )
         self.context.commands.submit(action)
+        self.asked(now)
 
     def _send(self, action: Action, copy: int) -> None:
         """A copy leaves only while nothing shows that the first one was heard.
@@ -167,21 +174,17 @@ class CalibrationJob(Job):
         A second one during a calibration makes PX4 refuse everything in a storm, and ArduPilot answer "failed".
         """
         vehicle = self.context.fleet.vehicles.get(self.vehicle)
-        if vehicle is None or (copy and (self.heard or not self._shows_nothing(vehicle))):
+        if vehicle is None or (copy and (self.heard or not self.may_repeat(vehicle))):
             return
-        self._sent_s = self.context.clock.now()
+        self.sent_s = self.context.clock.now()
         order = action.order or self.words.order
         action.refusal = self.context.door.action(self.vehicle, action.name, order.message, **order.fields(copy))
 
-    def _shows_nothing(self, vehicle: Vehicle) -> bool:
-        return vehicle.heartbeat_s > self._sent_s + NO_STATUS_S and not is_calibrating(vehicle)
-
     def _answered(self, action: Action, outcome: Outcome, why: str) -> None:
-        vehicle, now = self.context.fleet.vehicles.get(self.vehicle), self.context.clock.now()
         if self.over or self.cancelling:
             return
         if outcome is Outcome.CONFIRMED:
-            self.accepted(vehicle, now)
+            self.accepted(self.context.clock.now())
         elif outcome is Outcome.REFUSED:
             self.finish(f"refused: {why}")
         elif outcome is Outcome.SUPERSEDED:
@@ -250,6 +253,6 @@ class CalibrationJob(Job):
 class AckCalibration(CalibrationJob):
     """Over when it is acknowledged; until then the vehicle says nothing, or what it does."""
 
-    def accepted(self, vehicle: Vehicle | None, now: float) -> None:
+    def accepted(self, now: float) -> None:
         """That is all."""
         self.finish()

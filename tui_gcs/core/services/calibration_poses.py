@@ -38,7 +38,7 @@ class PoseCalibration(CalibrationJob):
         self._heard_s = 0.0
         self._sampling = False
 
-    def accepted(self, vehicle: Vehicle | None, now: float) -> None:
+    def accepted(self, now: float) -> None:
         """From now on it must speak."""
         self._heard_s = max(self._heard_s, now)
 

@@ -14,6 +14,8 @@ from tui_gcs.core.services.command import Action
 from tui_gcs.core.vehicle import Vehicle
 
 PREFIX = "[cal] "
+NO_STATUS_S = 0.3
+"""A heartbeat that is so much newer than the order shows whether it was heard."""
 START_S = 4.0
 """So long after its ACK it must have begun."""
 OVER_S = 4.0
@@ -55,7 +57,11 @@ class TextCalibration(CalibrationJob):
         """When a heartbeat last said that it calibrates."""
         self._started = False
 
-    def accepted(self, vehicle: Vehicle | None, now: float) -> None:
+    def may_repeat(self, vehicle: Vehicle) -> bool:
+        """Only when its heartbeat shows that the first was not heard: a second is a storm of refusals."""
+        return vehicle.heartbeat_s > self.sent_s + NO_STATUS_S and not is_calibrating(vehicle)
+
+    def accepted(self, now: float) -> None:
         """Understood; begun it has when it says so."""
         self._accepted_s = now
 
