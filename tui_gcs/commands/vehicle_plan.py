@@ -16,8 +16,8 @@ from tui_gcs.commands.vehicle_station import (
     tell_failed,
     vehicle_ids,
 )
-from tui_gcs.core.messages_services import ClearPlan, DownloadPlan, UploadPlan
-from tui_gcs.core.plan import Plan, PlanItem, PlanKind
+from tui_gcs.core.messages_services import ClearPlan, DownloadPlan, GetVehicles, UploadPlan
+from tui_gcs.core.plan import PlanItem, PlanKind
 from tui_gcs.core.plan_check import check
 from tui_gcs.core.plan_files import MOST_BYTES, HomeLine, PlanFileError, read_plan, write_json, write_wpl
 from tui_gcs.core.plan_rows import plan_of, plan_rows
@@ -86,11 +86,10 @@ def _download(station: StationClient, arguments: argparse.Namespace) -> int:
     if not ended[0].ok:
         return tell(ended, as_json=arguments.json)
     plan = plan_of(_kind(arguments), ended[0].result.plan or ())
-    if not write_here(Path(arguments.file), _text(plan, arguments.file).encode(), yes=arguments.yes):
+    infos = station.ask(GetVehicles((vehicle,))).vehicles
+    as_json = arguments.file.lower().endswith(".json")
+    text = write_json(plan) if as_json else write_wpl(plan, infos[0].home if infos else None)
+    if not write_here(Path(arguments.file), text.encode(), yes=arguments.yes):
         return FAILED
     text = f"{arguments.kind} of {len(plan.items)} items written to {arguments.file}"
     return tell([Ended(vehicle, True, text)], as_json=arguments.json)
-
-
-def _text(plan: Plan, file: str) -> str:
-    return write_json(plan) if file.lower().endswith(".json") else write_wpl(plan)

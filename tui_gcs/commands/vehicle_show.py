@@ -75,7 +75,7 @@ def _show(v: VehicleInfo) -> None:
     current = f", at item {v.mission_current + 1}" if v.mission_current is not None else ""
     params = "all parameters known" if v.params_complete else f"{v.params_known} parameters known"
     say(f"  holds      {items}{current}; {params}" + (f"; busy: {v.busy}" if v.busy else ""))
-    say(f"  health     {'ready to arm' if v.ready else 'NOT READY'}")
+    say(f"  health     {'armed' if v.armed else 'ready to arm' if v.ready else 'NOT READY'}")
     for problem in v.problems:
         say(f"    {'!' if problem.blocks else '-'} {problem.text}")
     if v.failsafes:

@@ -73,6 +73,8 @@ class VehicleInfo(Message, frozen=True):
     rtt_s: float
     """The newest round trip; NaN if none was measured."""
     best_rtt_s: float
+    home: tuple[float, float, float] | None
+    """Latitude and longitude in degrees, metres above sea level; None: not told."""
     mission_items: int | None
     mission_current: int | None
     """From 0."""

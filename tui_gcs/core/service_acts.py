@@ -221,7 +221,8 @@ class ServiceActs:
 
         def done(action: Action, outcome: Outcome, why: str) -> None:
             ok = outcome is Outcome.CONFIRMED
-            task.end("" if ok else ": ".join(part for part in (outcome.value, why) if part))
+            text = f"in {modes.name(vehicle)}"
+            task.end("" if ok else ": ".join(part for part in (outcome.value, why) if part), text=text)
 
         try:
             action = firmware.mode(vehicle, number, manner.name, manner.retry, done)

@@ -4,6 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 from tui_gcs.core import messages_services as s
+from tui_gcs.core.firmware import commands as c
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.registry import name_of
 from tui_gcs.core.plan import PlanKind
@@ -14,7 +15,6 @@ from tui_gcs.core.wire.mavlink import type_name
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station
 
-AUTOPILOT_VERSION = 148
 _STAGES = {0: "dev", 64: "alpha", 128: "beta", 192: "rc", 255: ""}
 """FIRMWARE_VERSION_TYPE."""
 
@@ -50,6 +50,7 @@ def vehicle_info(station: "Station", vehicle: Vehicle) -> s.VehicleInfo:
         loss_pct=vehicle.loss_pct,
         rtt_s=link_time.rtt_s if link_time is not None else math.nan,
         best_rtt_s=link_time.best_rtt_s if link_time is not None else math.nan,
+        home=_home(station, vehicle),
         mission_items=len(held.plan.items) if held.plan is not None and held.known else mission.total,
         mission_current=mission.current,
         params_known=len(table.params),
@@ -60,9 +61,17 @@ def vehicle_info(station: "Station", vehicle: Vehicle) -> s.VehicleInfo:
 
 def _version(station: "Station", vehicle: Vehicle) -> str:
     """What AUTOPILOT_VERSION says, e.g. "4.7.0-dev"; "" before it came."""
-    newest = station.fleet.newest(vehicle, AUTOPILOT_VERSION)
+    newest = station.fleet.newest(vehicle, c.AUTOPILOT_VERSION)
     if newest is None:
         return ""
     number = int(newest.fields["flight_sw_version"])
     stage = _STAGES.get(number & 0xFF, str(number & 0xFF))
     return f"{number >> 24 & 0xFF}.{number >> 16 & 0xFF}.{number >> 8 & 0xFF}" + (f"-{stage}" if stage else "")
+
+
+def _home(station: "Station", vehicle: Vehicle) -> tuple[float, float, float] | None:
+    newest = station.fleet.newest(vehicle, c.HOME_POSITION)
+    if newest is None:
+        return None
+    fields = newest.fields
+    return fields["latitude"] / 1e7, fields["longitude"] / 1e7, fields["altitude"] / 1e3

@@ -109,6 +109,11 @@ class ShellService:
         since_s = session.waits_since_s if session is not None else None
         return since_s is not None and self._context.clock.now() - since_s < ANSWER_S
 
+    def answered(self, vehicle_id: int) -> bool:
+        """Whether the prompt came after the last line; more may follow, e.g. what other parts of it print."""
+        session = self._sessions.get(vehicle_id)
+        return session is not None and session.waits_since_s is None
+
     def ready(self, vehicle_id: int) -> bool:
         """Whether its prompt is what came last."""
         session = self._sessions.get(vehicle_id)
@@ -193,4 +198,4 @@ def _is_prompt(partial: bytearray) -> bool:
 
 
 def _shown(raw: bytes | bytearray) -> SafeText:
-    return clean(bytes(raw).replace(ERASE_LINE, b"").rstrip(b"\r\0"), MOST_LINE)
+    return clean(bytes(raw).replace(ERASE_LINE, b"").rstrip(b"\r\t\0").expandtabs(), MOST_LINE)

@@ -2,11 +2,13 @@
 
 from collections.abc import Callable
 
+from tui_gcs.core.firmware.shell import PROMPTS
 from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.shell import ShellService
 from tui_gcs.core.text import SafeText
 from tui_gcs.core.vehicle import Vehicle
 
+_PROMPTS = tuple(prompt.decode() for prompt in PROMPTS)
 PROMPT_S = 2.0
 """A shell that shows no prompt by then is typed into all the same: its answer will tell."""
 
@@ -38,8 +40,8 @@ class ShellJob(Job):
                 if why:
                     self.finish(why)
         elif not self._shell.waits(self.vehicle):
-            ended = self._shell.ready(self.vehicle)
-            self.lines = self._answer(ended=ended)
+            self.lines = self._answer()
+            ended = self._shell.answered(self.vehicle)
             self.finish("" if ended else "it has not come to an end: what came is shown")
 
     def abort(self) -> None:
@@ -52,8 +54,9 @@ class ShellJob(Job):
             self._shell.close(self.vehicle, self._user)
         super().finish(error)
 
-    def _answer(self, *, ended: bool) -> list[SafeText]:
-        """What came after the echo of what was typed, without the prompt at its end."""
+    def _answer(self) -> list[SafeText]:
+        """What came after the echo of what was typed, without prompts."""
         lines = list(self._shell.lines(self.vehicle))
         echo = next((at for at, line in enumerate(lines) if line.endswith(self._line)), -1)
-        return lines[echo + 1 : -1 if ended else None]
+        plain = [SafeText(line.removeprefix(_PROMPTS[0]).removeprefix(_PROMPTS[1])) for line in lines[echo + 1 :]]
+        return plain[:-1] if plain and not plain[-1] else plain
