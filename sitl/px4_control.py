@@ -2,8 +2,9 @@
 
 A position error makes a velocity (P), a velocity error an acceleration (PI), and the air drags: the simulator PX4 was
 measured on (SIH: 1 kg, 1 N per m/s) gives circles of 60 m at 8 m/s that are flown 2 m too wide and 0.25 s late with
-position and velocity set-points, and at 87 % of the speed with velocities alone. What is flown by the autopilot itself
-(missions, DO_REPOSITION) follows a trajectory that waits for the vehicle.
+position and velocity set-points, and at 87 % of the speed with velocities alone. An acceleration that is said is added
+to what the errors ask for: with the air's share in it the real one keeps within 1 m of a patrol tour, without it is 5 m
+off. What is flown by the autopilot itself (missions, DO_REPOSITION) follows a trajectory that waits for the vehicle.
 """
 
 from enum import IntEnum
@@ -53,6 +54,8 @@ class Px4Control:
         self.follow: NDArray[np.int8] = np.zeros(n, dtype=np.int8)
         self.goal_m: Array = np.zeros((n, 3))
         self.feed_m_s: Array = np.zeros((n, 3))
+        self.push_m_s2: Array = np.zeros((n, 2))
+        """What it is told to accelerate, on top of what its errors ask for."""
         self.hold_z: NDArray[np.bool_] = np.ones(n, dtype=bool)
         """False: the height is not controlled, only the vertical velocity."""
         self.cruise_m_s: Array = np.full(n, CRUISE_M_S)
@@ -88,7 +91,7 @@ class Px4Control:
         controlled = (self.follow != Follow.VELOCITY)[:, None]
         wanted = _limited(feed + controlled * POSITION_P_HZ * (wanted_m - position), MAX_SPEED_M_S)
         error = wanted - velocity
-        lean = VELOCITY_P_HZ * error + self._integral_m_s2
+        lean = self.push_m_s2 + VELOCITY_P_HZ * error + self._integral_m_s2
         limited = _limited(lean, MAX_LEAN_M_S2)
         free = np.all(lean == limited, axis=1)[:, None]
         self._integral_m_s2 += np.where(free, VELOCITY_I_HZ2 * dt * error, 0.0)

@@ -29,7 +29,7 @@ MAX_M = 1e6
 STICK_M_S, STICK_UP_M_S, STICK_DOWN_M_S = 10.0, 3.0, 1.5  # MPC_VEL_MANUAL, MPC_Z_VEL_MAX_UP, _DN
 LOCAL_NED, BODY_NED = 1, 8
 _AMSL, _RELATIVE = frozenset({0, 5}), frozenset({3, 6})
-_IGNORE_PLACE, _IGNORE_HEIGHT, _IGNORE_VELOCITY, _IGNORE_YAW = 0x3, 0x4, 0x38, 0x400
+_IGNORE_PLACE, _IGNORE_HEIGHT, _IGNORE_VELOCITY, _IGNORE_ACCEL, _IGNORE_YAW = 0x3, 0x4, 0x38, 0x1C0, 0x400
 
 
 @dataclass(frozen=True)
@@ -64,6 +64,7 @@ class Flight:
         control.follow[k] = Follow.GOAL
         control.goal_m[k] = place_m
         control.feed_m_s[k] = 0.0
+        control.push_m_s2[k] = 0.0
         control.hold_z[k] = True
         control.cruise_m_s[k] = self.cruise_m_s
         ap.vehicles.yaw_target_rad[ap.index] = math.nan if yaw_rad is None else yaw_rad % (2.0 * math.pi)
@@ -249,6 +250,7 @@ class Flight:
         outward = POSITION_P_HZ * (abs(circle.radius_m) - away_m)
         outward = max(-circle.speed_m_s, min(circle.speed_m_s, outward))
         control.follow[k] = Follow.VELOCITY
+        control.push_m_s2[k] = 0.0
         control.hold_z[k] = True
         control.goal_m[k, 2] = circle.z_m
         control.feed_m_s[k] = (
@@ -266,6 +268,7 @@ class Flight:
         east, north = _rotated(ap, forward / 1000.0 * STICK_M_S, right / 1000.0 * STICK_M_S)
         push = (throttle - 500) / 500.0
         control.follow[k] = Follow.VELOCITY
+        control.push_m_s2[k] = 0.0
         control.hold_z[k] = False
         control.feed_m_s[k] = (east, north, push * (STICK_UP_M_S if push > 0 else STICK_DOWN_M_S))
 
@@ -285,7 +288,11 @@ class Flight:
         if body:
             velocity = _rotated(self.ap, fields["vx"], fields["vy"]) if by_velocity else velocity
         climb = -fields["vz"] if by_velocity else 0.0
-        numbers = [*place, *velocity, climb]
+        # Only the level part of an acceleration is flown here.
+        push = (0.0, 0.0) if mask & _IGNORE_ACCEL else (fields["afy"], fields["afx"])
+        if body:
+            push = _rotated(self.ap, push[1], push[0])
+        numbers = [*place, *velocity, climb, *push]
         if not all(abs(number) <= MAX_M for number in numbers):
             return
         ap, control, k = self.ap, self.ap.control, self.ap.k
@@ -298,6 +305,7 @@ class Flight:
         control.hold_z[k] = not mask & _IGNORE_HEIGHT
         control.goal_m[k] = place
         control.feed_m_s[k] = (*velocity, climb)
+        control.push_m_s2[k] = push
         if not mask & _IGNORE_YAW and math.isfinite(fields["yaw"]):
             ap.vehicles.yaw_target_rad[ap.index] = fields["yaw"] % (2.0 * math.pi)
         else:

@@ -194,7 +194,7 @@ def test_offboard_is_entered_after_a_second_of_stream_and_believed_from_the_hear
     assert rig.vehicle().custom_mode == OFFBOARD and rig.firmware.is_steerable(rig.vehicle())
     said = rig.setpoints(begun_s)
     assert len(said) == pytest.approx(25, abs=2), "ten a second"
-    assert {(f["coordinate_frame"], f["type_mask"]) for f in said} == {(6, 0xDC0)}
+    assert {(f["coordinate_frame"], f["type_mask"]) for f in said} == {(6, 0xC00)}, "and acceleration"
 
 
 def test_the_first_ack_of_offboard_is_not_believed_and_a_refusal_is_told(flown: Make) -> None:

@@ -44,6 +44,54 @@ class Autopilot:
         return math.dist(self.course.at(self.vehicle.position_s)[0], self.vehicle.position_m)
 
 
+class Px4:
+    """PX4's position control against the air: PI of velocity, P of position, and the accelerations it is told."""
+
+    def __init__(self, course: Track, lead: Lead, *, drag_hz: float) -> None:
+        self.vehicle: Vehicle = a_vehicle(1)
+        self.course, self.tracking, self.drag_hz = course, Tracking(lead), drag_hz
+        self.place, self.speed, self.integral = (np.array(start[:2]) for start in (*course.at(0.0), (0.0, 0.0)))
+
+    def fly(self, begin_s: float, until_s: float) -> list[float]:
+        """Distances from the course."""
+        errors = []
+        for now in np.arange(begin_s, until_s, 0.1):
+            led = Led(self.course, self.tracking.lead)
+            (goal, feed), push = (np.array(led.at(now))[:, :2]), np.array(led.push(now)[:2])
+            for _ in range(5):
+                error = feed + 0.95 * (goal - self.place) - self.speed
+                lean = push + 1.8 * error + self.integral - self.drag_hz * self.speed
+                self.integral, self.speed = self.integral + 0.4 * error * 0.02, self.speed + lean / 1.2 * 0.02
+                self.place = self.place + self.speed * 0.02
+            x, y = self.place.tolist()
+            self.vehicle.position_m, self.vehicle.position_s = (x, y, 30.0), float(now + 0.1)
+            self.tracking.look(self.course, self.vehicle)
+            errors.append(math.dist(self.course.at(now + 0.1)[0][:2], (x, y)))
+        return errors
+
+
+@pytest.mark.parametrize("drag_hz", [0.0, 0.2, 1.0])
+def test_drag_is_learnt_in_flight_and_pushed_against(drag_hz: float) -> None:
+    """Real multicopters have 0.1 to 0.4, PX4's own simulator 1.0."""
+    flown = Px4(circle(), Lead(0.05, drag_hz=0.5), drag_hz=drag_hz)
+    first, last = max(flown.fly(0.0, 20.0)), max(flown.fly(90.0, 120.0) if flown.fly(20.0, 90.0) else [])
+    assert flown.tracking.lead.drag_hz == pytest.approx(drag_hz, abs=0.1)
+    assert first > 0.5 and last < 0.3
+
+
+def test_who_is_told_no_push_is_metres_outside() -> None:
+    """What the push is for: this is how far the real one is off without it."""
+    flown = Px4(circle(), Lead(), drag_hz=1.0)
+    flown.tracking.look = lambda course, vehicle: None  # type: ignore[method-assign]
+    assert min(flown.fly(0.0, 60.0)[400:]) > 2.0
+
+
+def test_a_push_is_the_acceleration_of_the_course_and_of_the_air() -> None:
+    x, y, z = Led(circle(), Lead(drag_hz=0.5)).push(0.0)
+    assert (x, y, z) == pytest.approx((-1.2 * TURN_M_S2, 0.5 * SPEED_M_S, 0.0), abs=0.1)
+    assert Led(circle(), Lead(0.0, 1.0)).push(0.0) == (0.0, 0.0, 0.0), "no drag known: nothing is pushed"
+
+
 def test_the_acceleration_of_a_circle_points_to_its_centre() -> None:
     x, y, z = circle().acceleration(0.0)
     assert (x, y, z) == pytest.approx((-TURN_M_S2, 0.0, 0.0), abs=0.05)

@@ -8,11 +8,11 @@ import pytest
 from sitl.px4_modes import OFFBOARD, POSCTL, RTL
 from tests.sitl.conftest import HOLD, px4_take_off
 
-POSITION, POSITION_VELOCITY, VELOCITY = 0b110111111000, 0b110111000000, 0b110111000111
+POSITION, POSITION_VELOCITY, VELOCITY, ALL = 0b110111111000, 0b110111000000, 0b110111000111, 0b110000000000
 BODY = 8
 
 
-def local(ground, east, north, up, velocity=(0.0, 0.0, 0.0), mask=POSITION, frame=1):
+def local(ground, east, north, up, velocity=(0.0, 0.0, 0.0), mask=POSITION, frame=1, push=(0.0, 0.0)):
     ground.say(
         "SET_POSITION_TARGET_LOCAL_NED",
         coordinate_frame=frame,
@@ -23,6 +23,8 @@ def local(ground, east, north, up, velocity=(0.0, 0.0, 0.0), mask=POSITION, fram
         vx=velocity[1],
         vy=velocity[0],
         vz=-velocity[2],
+        afx=push[1],
+        afy=push[0],
     )
 
 
@@ -121,7 +123,7 @@ def test_frames_body_velocity_global_and_unsupported(px4):
     assert ground.fleet.position_m[0] == pytest.approx([30.0, 10.0, 18.0], abs=0.7)
 
 
-def circle(ground, hz, mask, radius=60.0, speed=8.0):
+def circle(ground, hz, mask, radius=60.0, speed=8.0, drag_hz=0.0):
     """(mean radial error, mean lag in s, mean speed) of the second round."""
     rate = speed / radius
     radial, lag, speeds = [], [], []
@@ -132,7 +134,10 @@ def circle(ground, hz, mask, radius=60.0, speed=8.0):
         if k % round(20 / hz) == 0:
             a = rate * t
             place = (radius * math.cos(a) - radius, radius * math.sin(a), 15.0)
-            local(ground, *place, velocity=(-speed * math.sin(a), speed * math.cos(a), 0.0), mask=mask)
+            velocity = (-speed * math.sin(a), speed * math.cos(a), 0.0)
+            inward = 1.2 * speed**2 / radius
+            push = (drag_hz * velocity[0] - inward * math.cos(a), drag_hz * velocity[1] - inward * math.sin(a))
+            local(ground, *place, velocity=velocity, mask=mask, push=push)
         ground.run(0.05)
         x, y, _ = ground.fleet.position_m[0]
         if t > 47.0:
@@ -155,6 +160,16 @@ def test_a_circle_of_60_m_at_8_m_s_is_flown_as_measured(px4, hz, mask, radial_m,
     assert error_m == pytest.approx(radial_m, abs=0.4)
     assert behind_s == pytest.approx(lag_s, abs=0.1)
     assert speed_m_s == pytest.approx(8.35, abs=0.25)
+
+
+def test_with_the_airs_share_in_its_acceleration_it_keeps_to_the_circle(px4):
+    """Measured on the real one: a patrol tour within 1 m and 0.02 s, where it is 5 m off without."""
+    ground = px4()
+    offboard(ground)
+    error_m, behind_s, speed_m_s = circle(ground, 10, ALL, drag_hz=1.0)
+    assert error_m == pytest.approx(0.0, abs=0.3)
+    assert behind_s == pytest.approx(0.05, abs=0.05)
+    assert speed_m_s == pytest.approx(8.0, abs=0.1)
 
 
 def test_it_takes_off_by_set_points_too(px4):

@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.course import Course, Stand, Track, stopping_point
+from tui_gcs.core.course import STILL, Course, Stand, Track, stopping_point
 from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
@@ -142,7 +142,7 @@ class Steering:
         if isinstance(course, Stand):
             firmware.go_to(vehicle, point, course.speed_m_s, anew=not flight.limited)
         else:
-            firmware.follow(vehicle, point, velocity)
+            firmware.follow(vehicle, point, velocity, sent.push(now) if isinstance(sent, Led) else STILL)
         flight.limited = isinstance(course, Stand)
 
     def _may_pass(

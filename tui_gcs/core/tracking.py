@@ -1,16 +1,18 @@
 """How well a vehicle keeps to its course, measured in flight: how far off, how late, and what lead takes that away.
 
 An autopilot that is told where to be now is there a little later, and in a curve a little outside. So it is told where
-it should be a little later, and a little inside: by how much is its firmware's figure first, and its own, measured,
-soon after. Compared are places of the same moment: the course at the time its newest position arrived.
+it should be a little later, and a little inside, or, where it takes accelerations, how hard to lean (`push`): by how
+much is its firmware's figure first, and its own, measured, soon after. Compared are places of the same moment: the
+course at the time its newest position arrived.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from tui_gcs.core.course import Course, Samples, Track
+from tui_gcs.core.course import STILL, Course, Samples, Track
 from tui_gcs.core.firmware.base import Lead
 from tui_gcs.core.messages import Vec3
+from tui_gcs.core.push import ACCEL_GAIN, DragModel
 from tui_gcs.core.vehicle import Vehicle
 
 LEAST_SPEED_M_S = 2.0
@@ -49,6 +51,7 @@ class Tracking:
     looked_s: float = -math.inf
     """Time of the newest position that was compared."""
     still_since_s: float = math.nan
+    drag: DragModel = field(default_factory=DragModel)
 
     def pause(self) -> None:
         """It follows nothing that moves: nothing is measured."""
@@ -63,9 +66,13 @@ class Tracking:
         self.looked_s = at_s
         if not isinstance(course, Track) or gap_s > GAP_S:
             self.pause()
+            self.drag = DragModel()
             if not isinstance(course, Track):
                 return
+            gap_s = min(gap_s, GAP_S)
         point, velocity = course.at(at_s)
+        if self.lead.drag_hz is not None:
+            self.drag.advance(gap_s, velocity, self.lead.drag_hz)
         speed = math.hypot(*velocity)
         if speed < LEAST_SPEED_M_S:
             self.pause()
@@ -86,6 +93,9 @@ class Tracking:
         if abs(late_s) > LEARN_WITHIN_S or cross_m > LEARN_WITHIN_M:
             return
         time_s = _within(self.lead.time_s + LEARN_PER_S * gap_s * late_s, MOST_LEAD_S)
+        if self.lead.drag_hz is not None:
+            self.lead = replace(self.lead, time_s=time_s, drag_hz=self.drag.learnt(self.lead.drag_hz, behind, gap_s))
+            return
         inward_s2 = self.lead.inward_s2
         size = math.hypot(*turn)
         if size > LEAST_TURN_M_S2:
@@ -123,6 +133,15 @@ class Led:
             shift *= MOST_INWARD_M / size_m
         x, y, z = (p + shift * a for p, a in zip(point, turn, strict=True))
         return (x, y, z), velocity
+
+    def push(self, t_s: float) -> Vec3:
+        """Acceleration to be sent at `t_s`: the course's, and what the air takes; none where no drag is known."""
+        if self.lead.drag_hz is None:
+            return STILL
+        velocity = self.course.at(t_s + self.lead.time_s)[1]
+        accel = self.course.acceleration(t_s + self.lead.time_s)
+        east, north = (ACCEL_GAIN * accel[axis] + self.lead.drag_hz * velocity[axis] for axis in (0, 1))
+        return (east, north, 0.0)
 
     def predict(self, now: float, position_m: Vec3, times_s: Samples) -> Samples:
         """Where the vehicle will be: on the course, that is what the lead is for."""

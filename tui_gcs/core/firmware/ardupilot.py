@@ -7,6 +7,7 @@ word. LOITER, ALT_HOLD, POSHOLD and CIRCLE are never used: without a pilot their
 
 from collections.abc import Callable
 
+from tui_gcs.core.course import STILL
 from tui_gcs.core.firmware import commands as c
 from tui_gcs.core.firmware.base import Lead, has_left_ground, is_settled, may_be_flying, stands_still
 from tui_gcs.core.firmware.speech import Done, Speech
@@ -143,7 +144,7 @@ class ArduCopter:
         if anew:
             self._commands.submit(self.change_speed(vehicle, speed_m_s))
 
-    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3) -> None:
+    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, push_m_s2: Vec3 = STILL) -> None:
         """After 3 s without another it brakes (GUID_TIMEOUT)."""
         self._speech.moving(vehicle.id, point_m, velocity_m_s)
 

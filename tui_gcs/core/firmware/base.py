@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+from tui_gcs.core.course import STILL
 from tui_gcs.core.firmware.speech import Done
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.services.order import Action, Retry
@@ -28,6 +29,9 @@ class Lead:
     """The vehicle is this much late."""
     inward_s2: float = 0.0
     """In a curve it flies outside of the plan by this much times the centripetal acceleration."""
+    drag_hz: float | None = None
+    """The air brakes it by this much times its speed: it is told that acceleration, and its course's, as well.
+    None: its autopilot is told places and velocities only."""
 
 
 class Firmware(Protocol):
@@ -111,8 +115,11 @@ class Firmware(Protocol):
         """
         ...
 
-    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3) -> None:
-        """Be at `point_m` now, moving with `velocity_m_s`: to be said every `setpoint_gap_s`."""
+    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, push_m_s2: Vec3 = STILL) -> None:
+        """Be at `point_m` now, moving with `velocity_m_s`: to be said every `setpoint_gap_s`.
+
+        `push_m_s2` is what its motors must do for that, see `Led.push`; where its lead has no drag it is not said.
+        """
         ...
 
     def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:

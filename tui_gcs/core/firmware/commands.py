@@ -12,8 +12,8 @@ HEARTBEAT, AUTOPILOT_VERSION, HOME_POSITION = 0, 148, 242
 """Message ids that are asked for once."""
 FRAME_RELATIVE_ALT_INT = 6
 """MAV_FRAME_GLOBAL_RELATIVE_ALT_INT. Terrain frames (10, 11) are never sent: without terrain data ArduPilot sinks."""
-POSITION_ONLY, POSITION_AND_VELOCITY, VELOCITY_ONLY = 0xDF8, 0xDC0, 0xDC7
-"""SET_POSITION_TARGET type_mask: what is used of x, y, z, vx, vy, vz."""
+POSITION_ONLY, POSITION_AND_VELOCITY, VELOCITY_ONLY, ALL_BUT_YAW = 0xDF8, 0xDC0, 0xDC7, 0xC00
+"""SET_POSITION_TARGET type_mask: what is used of x, y, z, vx, vy, vz, afx, afy, afz."""
 LANDED_IN_AIR, LANDED_TAKEOFF = 2, 3
 """MAV_LANDED_STATE."""
 STATUS_BOOT, STATUS_CRITICAL = 1, 5

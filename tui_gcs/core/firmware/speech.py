@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from tui_gcs.core.course import STILL
 from tui_gcs.core.door import Door
 from tui_gcs.core.firmware import commands as c
 from tui_gcs.core.geo import LocalFrame
@@ -105,6 +106,10 @@ class Speech:
         """Set-point: be at `point_m`, moving with `velocity_m_s` (east, north, up)."""
         self._target(vehicle, c.POSITION_AND_VELOCITY, point_m, velocity_m_s)
 
+    def pushed(self, vehicle: int, point_m: Vec3, velocity_m_s: Vec3, push_m_s2: Vec3) -> None:
+        """Set-point: as `moving`, with the acceleration (east, north, up) that its motors must make for it."""
+        self._target(vehicle, c.ALL_BUT_YAW, point_m, velocity_m_s, push_m_s2)
+
     def velocity(self, vehicle: int, velocity_m_s: Vec3) -> None:
         """Set-point: move with `velocity_m_s` (east, north, up)."""
         self._target(vehicle, c.VELOCITY_ONLY, (0.0, 0.0, 0.0), velocity_m_s)
@@ -114,7 +119,7 @@ class Speech:
         lat_deg, lon_deg = self.frame.to_geodetic(point_m[0], point_m[1])
         return float(lat_deg), float(lon_deg)
 
-    def _target(self, vehicle: int, type_mask: int, point_m: Vec3, velocity_m_s: Vec3) -> None:
+    def _target(self, vehicle: int, type_mask: int, point_m: Vec3, velocity_m_s: Vec3, push_m_s2: Vec3 = STILL) -> None:
         lat_deg, lon_deg = self.degrees(point_m)
         east, north, up = velocity_m_s
         self._door.setpoint(
@@ -128,9 +133,9 @@ class Speech:
             vx=north,
             vy=east,
             vz=-up,
-            afx=0,
-            afy=0,
-            afz=0,
+            afx=push_m_s2[1],
+            afy=push_m_s2[0],
+            afz=-push_m_s2[2],
             yaw=0,
             yaw_rate=0,
         )

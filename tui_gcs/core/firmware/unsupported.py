@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from tui_gcs.core.course import STILL
 from tui_gcs.core.firmware.base import Lead
 from tui_gcs.core.firmware.speech import Done
 from tui_gcs.core.messages import Vec3
@@ -71,7 +72,7 @@ class Unsupported:
     def go_to(self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, *, anew: bool) -> None:
         """Not sent: it is not steerable, and whoever steers looks at that first."""
 
-    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3) -> None:
+    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, push_m_s2: Vec3 = STILL) -> None:
         """Not sent."""
 
     def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
