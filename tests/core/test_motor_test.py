@@ -133,4 +133,4 @@ def test_a_refusal_ends_it(tmp_path: Path) -> None:
     ended: list[str] = []
     motors.start(1, 1, props_removed=True, on_done=lambda outcome, why: ended.append(why))
     rig.run(2.0)
-    assert ended == ["denied"] and not motors.is_testing(1)
+    assert ended == ["denied: is its safety switch on, or COM_MOT_TEST_EN 0?"] and not motors.is_testing(1)

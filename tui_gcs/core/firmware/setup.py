@@ -190,6 +190,11 @@ def motor_test_end(vehicle: Vehicle, motor: int) -> Order:
     return Order(DO_MOTOR_TEST, (motor, THROTTLE_PERCENT, 0, 0, 1))
 
 
+def motor_test_hint(vehicle: Vehicle) -> str:
+    """Why it may refuse one without a word; "" where it says why."""
+    return "is its safety switch on, or COM_MOT_TEST_EN 0?" if vehicle.autopilot == AUTOPILOT_PX4 else ""
+
+
 def shows_armed_in_motor_test(vehicle: Vehicle) -> bool:
     """Whether its heartbeat says armed meanwhile."""
     return vehicle.autopilot == AUTOPILOT_ARDUPILOT

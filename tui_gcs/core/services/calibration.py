@@ -48,6 +48,7 @@ class CalibrationService:
         fleet.on_message("COMMAND_LONG", self._on_command)
         fleet.on_message("MAG_CAL_PROGRESS", self._on_progress)
         fleet.on_message("MAG_CAL_REPORT", self._on_report)
+        fleet.on_gone(lambda vehicle: self._jobs.pop(vehicle.id, None))
         fleet.paths.on_reboot.append(self._rebooted)
         fleet.paths.on_replace.append(self._rebooted)
 

@@ -90,10 +90,8 @@ class CalibrationJob(Job):
 
     def abort(self) -> None:
         """The desk drops it: the vehicle is told, where there is a word for it."""
-        if self.words.cancel is not None and self._asked_s is not None:
-            self._submit_cancel(self.words.cancel)
-        else:
-            self.note(self.words.no_cancel)
+        if self._asked_s is not None:
+            self.abort_on_board()
         self._end("cancelled")
 
     def _end(self, error: str) -> None:

@@ -8,7 +8,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tui_gcs.core.events import NOTICE
-from tui_gcs.core.firmware.setup import MOST_MOTORS, motor_test, motor_test_end, shows_armed_in_motor_test
+from tui_gcs.core.firmware.setup import (
+    MOST_MOTORS,
+    motor_test,
+    motor_test_end,
+    motor_test_hint,
+    shows_armed_in_motor_test,
+)
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
@@ -72,7 +78,7 @@ class MotorTestService:
             confirmed=lambda _: action.acked_s is not None,
             command=order.command,
             confirm_s=2.0,
-            on_done=lambda _, outcome, reason: self._answered(vehicle_id, outcome, reason, on_done),
+            on_done=lambda _, outcome, reason: self._answered(vehicle, outcome, reason, on_done),
         )
         now = self._context.clock.now()
         self._tests[vehicle_id] = _Test(motor, now + seconds + AFTERGLOW_S)
@@ -126,8 +132,10 @@ class MotorTestService:
         if copy == 0:
             action.refusal = self._context.door.action(action.vehicle, action.name, order.message, **order.fields(copy))
 
-    def _answered(self, vehicle_id: int, outcome: Outcome, why: str, on_done: Done | None) -> None:
+    def _answered(self, vehicle: Vehicle, outcome: Outcome, why: str, on_done: Done | None) -> None:
         if outcome is Outcome.REFUSED:
-            self._tests.pop(vehicle_id, None)
+            self._tests.pop(vehicle.id, None)
+            hint = motor_test_hint(vehicle) if ":" not in why else ""
+            why = f"{why}: {hint}" if hint else why
         if on_done is not None:
             on_done(outcome, why)
