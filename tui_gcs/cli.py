@@ -59,6 +59,7 @@ def _add_demo(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
     parser.add_argument("--seed", type=int, help="another seed than the scenario's")
     parser.add_argument("--rounds", type=int, metavar="N", help="headless: only the first N rounds")
     parser.add_argument("--scenario", metavar="FILE", help="another scenario than the shipped swarm-challenge")
+    _autopilot(parser)
     _fault(parser)
 
 
@@ -110,7 +111,7 @@ def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument("--home", metavar="LAT,LON,AMSL[,HEADING]", help="place of the first (default: the demo's)")
     parser.add_argument("--spacing", type=float, metavar="M", help="metres between them (default 10)")
     parser.add_argument("--first", type=int, metavar="ID", help="system id of the first (default 1)")
-    parser.add_argument("--autopilot", choices=("ardupilot", "px4", "mixed"), help="default ardupilot")
+    _autopilot(parser)
     parser.add_argument("--seed", type=int, help="of everything random")
     parser.add_argument("--wind", metavar="E,N", help="m/s toward east and north, with gusts")
     parser.add_argument("--gps-noise", type=float, metavar="M", help="standard deviation of positions")
@@ -121,6 +122,11 @@ def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument("--binary", metavar="PATH", help="their program, if it is not on PATH")
     parser.add_argument("--params", metavar="FILE", help="their default parameters (ArduPilot)")
     parser.add_argument("--wipe", action="store_true", help="without the parameters and missions of earlier runs")
+
+
+def _autopilot(parser: argparse.ArgumentParser) -> None:
+    known = "of the simulated vehicles, default ardupilot; mixed: they take turns"
+    parser.add_argument("--autopilot", choices=("ardupilot", "px4", "mixed"), help=known)
 
 
 def _fault(parser: argparse.ArgumentParser) -> None:

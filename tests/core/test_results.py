@@ -13,7 +13,13 @@ IDS = (1, 2)
 
 
 def frame(
-    t_s: float, places: list[Vec3], armed: bool = True, phase: Phase = Phase.FLYING, ids: tuple[int, ...] = IDS
+    t_s: float,
+    places: list[Vec3],
+    armed: bool = True,
+    phase: Phase = Phase.FLYING,
+    ids: tuple[int, ...] = IDS,
+    slot_error_m: tuple[float, ...] = (math.nan, math.nan),
+    lag_s: tuple[float, ...] = (math.nan, math.nan),
 ) -> FleetFrame:
     n = len(places)
     nan = (math.nan,) * n
@@ -44,8 +50,8 @@ def frame(
         heard_age_s=(0.0,) * n,
         loss_pct=(0.0,) * n,
         slot=("",) * n,
-        slot_error_m=nan,
-        lag_s=nan,
+        slot_error_m=slot_error_m[:n],
+        lag_s=lag_s[:n],
         link=("memory",) * n,
         signing=("unsigned",) * n,
         problem=("",) * n,
@@ -170,3 +176,35 @@ def test_on_slot_begins_the_measuring(referee: Referee) -> None:
     result = referee.result().rounds[0]
     assert (result.n, result.worst_idleness_s, result.measured_s) == (2, None, 0.0)
     assert result.bound_s == pytest.approx(math.pi * 80**2 / (2 * 8 * 30), rel=0.01)
+
+
+def sweep(referee: Referee, begin_s: int, slot_error_m: tuple[float, float], lag_s: tuple[float, float]) -> None:
+    """Over the whole zone in 144 s, a place a second."""
+    xy = [(x, y) for x in range(70, 240, 15) for y in range(120, 290, 15)]
+    for t, (x, y) in enumerate(xy, begin_s):
+        places = [(float(x), float(y), 27.0), FAR]
+        referee.on_frame(frame(float(t), places, slot_error_m=slot_error_m, lag_s=lag_s))
+
+
+def test_slots_are_judged_after_the_warm_up(referee: Referee) -> None:
+    referee.on_status(status(2))
+    for t in range(30):
+        places = [(100.0, 200.0, 27.0), FAR]
+        referee.on_frame(frame(float(t), places, slot_error_m=(7.0, 9.0), lag_s=(3.0, 0.0)))
+    assert check(referee, "home: off slot, m").value is None, "not measured yet"
+    sweep(referee, 30, (0.5, 1.5), (0.1, math.nan))
+    result = referee.result().rounds[0]
+    assert (result.off_slot_p95_m, result.off_slot_max_m, result.lag_max_s) == (1.5, 1.5, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("error_m", "late_s", "ok"), [(1.9, -0.4, (True, True)), (2.1, 0.1, (False, True)), (0.3, -0.6, (True, False))]
+)
+def test_who_does_not_keep_its_slot_fails(
+    referee: Referee, error_m: float, late_s: float, ok: tuple[bool, bool]
+) -> None:
+    referee.on_status(status(2))
+    sweep(referee, 1, (0.3, error_m), (0.0, late_s))
+    off, lag = check(referee, "home: off slot, m"), check(referee, "home: early or late, s")
+    assert (off.value, lag.value) == (error_m, abs(late_s))
+    assert (off.ok, lag.ok) == ok

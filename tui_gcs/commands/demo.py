@@ -24,8 +24,10 @@ def run(arguments: argparse.Namespace) -> int:
     need_terminal()
     if not running(Kind.SIM):
         _launch(arguments)
-    elif arguments.fault:
-        raise CommandError("a SIM station runs already: --fault is for a new one; end it with `tui-gcs stop` first")
+    elif given := [name for name in ("fault", "autopilot") if getattr(arguments, name)]:
+        raise CommandError(
+            f"a SIM station runs already: --{given[0]} is for a new one; end it with `tui-gcs stop` first"
+        )
     from tui_gcs.commands.console import attach
 
     return attach(Kind.SIM)
@@ -36,4 +38,5 @@ def _launch(arguments: argparse.Namespace) -> None:
     from tui_gcs.launcher import launch
 
     scenario, toml, path = read_scenario(arguments.scenario)
-    launch(Kind.SIM, path, toml, [], sim_spec=spec_of(simulable(scenario), arguments.seed), fault=arguments.fault)
+    vehicles = spec_of(simulable(scenario), arguments.seed, arguments.autopilot or "ardupilot")
+    launch(Kind.SIM, path, toml, [], sim_spec=vehicles, fault=arguments.fault)

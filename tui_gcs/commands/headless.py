@@ -61,7 +61,15 @@ def fly(arguments: argparse.Namespace) -> int:
         raise CommandError(str(error)) from None
     bar = ProgressBar()
     bad_links = BadLinks(arguments.fault, scenario.seed) if arguments.fault else None
-    result, problem = rehearse(scenario, toml, folder, bar.show, rounds=arguments.rounds, bad_links=bad_links)
+    result, problem = rehearse(
+        scenario,
+        toml,
+        folder,
+        bar.show,
+        rounds=arguments.rounds,
+        autopilots=arguments.autopilot or "ardupilot",
+        bad_links=bad_links,
+    )
     bar.end()
     code = report(result, problem, arguments.json)
     if bad_links is not None:
@@ -85,18 +93,18 @@ def report(result: "Result", problem: str, json_file: str | None) -> int:
 
 
 def table(result: "Result") -> str:
-    """The result for people."""
+    """The result for people, 80 columns wide."""
     lines = [
         f"{result.scenario}  seed {result.seed}",
         "",
-        f"{'round':<10}{'zone':<10}{'role':<8}{'n':>2}{'on slot s':>11}{'cover':>8}"
-        f"{'worst s':>9}{'avg s':>8}{'bound s':>9}{'ratio':>7}",
+        _row(("", "", "", "n"), ("on", "cover", "worst", "avg", "bound"), ("ratio", "off", "slot, m")),
+        _row(("round", "zone", "role", ""), ("slot s", "%", "s", "s", "s"), ("", "p95", "max")),
     ]
     for r in result.rounds:
-        lines.append(
-            f"{r.round:<10.10}{r.zone:<10.10}{r.role:<8}{r.n:>2}{_number(r.on_slot_after_s, 1):>11}{r.coverage:>8.1%}"
-            f"{_number(r.worst_idleness_s):>9}{_number(r.avg_idleness_s):>8}{r.bound_s:>9.2f}{_number(r.ratio):>7}"
-        )
+        cover, bound = f"{100 * r.coverage:.1f}", f"{r.bound_s:.2f}"
+        idle = (_number(r.on_slot_after_s, 1), cover, _number(r.worst_idleness_s), _number(r.avg_idleness_s), bound)
+        off = (_number(r.ratio), _number(r.off_slot_p95_m), _number(r.off_slot_max_m))
+        lines.append(_row((r.round, r.zone, r.role, str(r.n)), idle, off))
     lines += ["", f"{'check':<44}{'value':>10}{'limit':>10}"]
     for check in result.checks:
         mark = "ok  " if check.ok else "FAIL"
@@ -104,6 +112,12 @@ def table(result: "Result") -> str:
     good = sum(check.ok for check in result.checks)
     lines += ["", f"{good} of {len(result.checks)} checks hold", ""]
     return "\n".join(lines)
+
+
+def _row(who: tuple[str, str, str, str], idle: tuple[str, ...], off: tuple[str, str, str]) -> str:
+    name, zone, role, count = who
+    numbers = "".join(f"{text:>8}" for text in idle)
+    return f"{name:<10.10}{zone:<8.8}{role:<8.8}{count:>2}{numbers}{off[0]:>7}{off[1]:>6}{off[2]:>8}".rstrip()
 
 
 def _number(value: float | None, digits: int = 2) -> str:

@@ -3,7 +3,7 @@
 Measuring, per round and team: from when every vehicle is on its slot; warm-up until every cell was seen once and two
 slot periods (2 T / n) have passed, whichever is later; then the measured time. Idleness = time since a cell was last
 inside a footprint, over 2.5 m cells whose centre is in the zone (planning.md A1). Worst idleness is compared with the
-sweep bound B1 = A / (n v 2r).
+sweep bound B1 = A / (n v 2r). Slots are kept when in the measured time no vehicle is far from where its plan has it.
 """
 
 import math
@@ -23,6 +23,8 @@ WARM_UP_LIMIT_S = 600.0
 """A zone that is not seen whole in this time will not be."""
 GROUND_M = 2.0
 """Band and separation count from this height on."""
+OFF_SLOT_MAX_M, LAG_MAX_S = 2.0, 0.5
+"""A fleet keeps its slots when no vehicle is farther from its plan, or earlier or later, after the warm-up."""
 
 
 class Check(msgspec.Struct):
@@ -50,6 +52,11 @@ class RoundResult(msgspec.Struct):
     bound_s: float
     ratio: float | None
     period_s: float | None
+    off_slot_p95_m: float | None = None
+    """Distance from the plan of 95 % of all vehicles' positions in the measured time."""
+    off_slot_max_m: float | None = None
+    lag_max_s: float | None = None
+    """Earliest or latest of all vehicles, smoothed over two seconds."""
 
 
 class Result(msgspec.Struct):
@@ -82,6 +89,8 @@ class ZoneMeasure:
         self._last_s = t_s
         self._period_s = math.nan
         self._n = 0
+        self._off_slot_m: list[float] = []
+        self._lag_s: list[float] = []
 
     @property
     def done(self) -> bool:
@@ -107,9 +116,12 @@ class ZoneMeasure:
         self._last_s = frame.t_s
         if self._on_slot_s is None:
             return
-        flying = [r.position_m[:2] for r in rows if r.team == self.team and r.phase is Phase.FLYING]
+        flying = [r for r in rows if r.team == self.team and r.phase is Phase.FLYING]
         if flying:
-            self._grid.update(frame.t_s, np.array(flying))
+            self._grid.update(frame.t_s, np.array([r.position_m[:2] for r in flying]))
+        if self._window_s is not None:
+            self._off_slot_m += [r.slot_error_m for r in flying if math.isfinite(r.slot_error_m)]
+            self._lag_s += [abs(r.lag_s) for r in flying if math.isfinite(r.lag_s)]
         if self._window_s is None and self._warmed_up(frame.t_s):
             self._window_s = frame.t_s
             self._grid.begin_window(frame.t_s)
@@ -139,6 +151,9 @@ class ZoneMeasure:
             bound_s=round(bound, 2) if math.isfinite(bound) else 0.0,
             ratio=_rounded(worst / bound if bound else math.nan),
             period_s=_rounded(self._period_s),
+            off_slot_p95_m=_rounded(float(np.percentile(self._off_slot_m, 95))) if self._off_slot_m else None,
+            off_slot_max_m=_rounded(max(self._off_slot_m, default=math.nan)),
+            lag_max_s=_rounded(max(self._lag_s, default=math.nan)),
         )
 
 
@@ -229,6 +244,8 @@ class Referee:
             checks.append(_at_most(f"{where}: all on slot, s", slot, limits.on_slot_max_s))
             checks.append(_at_least(f"{where}: coverage", r.coverage, limits.coverage_min))
             checks.append(_at_most(f"{where}: worst / bound", r.ratio, limits.worst_ratio_max))
+            checks.append(_at_most(f"{where}: off slot, m", r.off_slot_max_m, OFF_SLOT_MAX_M))
+            checks.append(_at_most(f"{where}: early or late, s", r.lag_max_s, LAG_MAX_S))
         faults = self._status.faults if self._status is not None else {"no status": 1}
         vetoes = sum(self._status.vetoes.values()) if self._status is not None else 0
         missing = [v for v in self.started if v not in self._landed_at]
