@@ -1,10 +1,13 @@
 """`tui-gcs vehicle …`: everything that can be done with vehicles by name, through the running station."""
 
 import argparse
+import os
+import sys
 from collections.abc import Callable
 
 from tui_gcs.commands import vehicle_acts, vehicle_files, vehicle_params, vehicle_plan, vehicle_show
 from tui_gcs.commands.vehicle_station import StationClient, open_station
+from tui_gcs.exits import FAILED
 
 Run = Callable[[StationClient, argparse.Namespace], int]
 
@@ -30,5 +33,8 @@ def run(arguments: argparse.Namespace) -> int:
     station = open_station(arguments.station)
     try:
         return _ACTIONS[arguments.what](station, arguments)
+    except BrokenPipeError:  # whoever read it has seen enough, e.g. `head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
     finally:
         station.close()

@@ -60,7 +60,8 @@ def _ls(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def _get(station: StationClient, arguments: argparse.Namespace) -> int:
-    _one_for_file(arguments)
+    if not _may_copy(arguments):
+        return FAILED
     return _fetched(station, arguments, station.carry_out(DownloadFile(vehicle_ids(arguments.ids), arguments.path)))
 
 
@@ -97,7 +98,8 @@ def _list_logs(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def _get_log(station: StationClient, arguments: argparse.Namespace) -> int:
-    _one_for_file(arguments)
+    if not _may_copy(arguments):
+        return FAILED
     return _fetched(station, arguments, station.carry_out(DownloadLog(vehicle_ids(arguments.ids), arguments.log)))
 
 
@@ -111,9 +113,13 @@ def _erase(station: StationClient, arguments: argparse.Namespace) -> int:
 # ---------------------------------------------------------------- files here
 
 
-def _one_for_file(arguments: argparse.Namespace) -> None:
-    if arguments.file is not None:
-        only_one(arguments.ids, "for one file")
+def _may_copy(arguments: argparse.Namespace) -> bool:
+    """Whether a copy may be put where it is wanted; asked before anything is fetched."""
+    if arguments.file is None:
+        return True
+    only_one(arguments.ids, "for one file")
+    target = Path(arguments.file)
+    return target.is_dir() or not target.exists() or confirmed(f"overwrite {target}", yes=arguments.yes)
 
 
 def _fetched(station: StationClient, arguments: argparse.Namespace, ended: list[Ended]) -> int:
@@ -127,15 +133,12 @@ def _fetched(station: StationClient, arguments: argparse.Namespace, ended: list[
             kept = folder / one.result.path
             one.text = str(kept)
             if arguments.file is not None:
-                _copy(kept, Path(arguments.file), one, yes=arguments.yes)
+                _copy(kept, Path(arguments.file), one)
     return tell(ended, as_json=arguments.json)
 
 
-def _copy(kept: Path, wanted: Path, one: Ended, *, yes: bool) -> None:
+def _copy(kept: Path, wanted: Path, one: Ended) -> None:
     target = wanted / kept.name if wanted.is_dir() else wanted
-    if target.exists() and not confirmed(f"overwrite {target}", yes=yes):
-        one.ok, one.text = False, f"{target} is there already; it is kept as {kept}"
-        return
     try:
         shutil.copyfile(kept, target)
     except OSError as error:
