@@ -103,6 +103,16 @@ def test_accepted_without_a_beginning_is_nothing(tmp_path: Path) -> None:
     assert job.state is JobState.FAILED and "did not begin" in job.error
 
 
+def test_no_answer_is_told_soon(tmp_path: Path) -> None:
+    """PX4 acknowledges within milliseconds: nobody waits for half a minute."""
+    peer = Talker()
+    rig = make(tmp_path, peer)
+    peer.on_order = {CALIBRATE: lambda fields: None}
+    job = begun(rig, Sensor.LEVEL)
+    rig.until(lambda: job.over, 6.0)
+    assert "no answer" in job.error and len(peer.orders(CALIBRATE)) > 1
+
+
 def test_px4s_compass_says_what_to_do_with_which_side(tmp_path: Path) -> None:
     rig = make(tmp_path, Talker((*MAG, *SIDE_DONE)))
     job = begun(rig, Sensor.COMPASS)

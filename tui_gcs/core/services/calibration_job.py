@@ -36,6 +36,8 @@ class CalibrationJob(Job):
 
     waits_for_people = True
     retry = Retry.START
+    ack_s = 40.0
+    """So long its acknowledgement may take: ArduPilot's comes at the end, and a board that is moved takes 30 s."""
 
     def __init__(self, wanted: Wanted) -> None:
         """Nothing is sent before it begins."""
@@ -159,7 +161,7 @@ class CalibrationJob(Job):
             send=lambda copy: self._send(action, copy),
             confirmed=lambda v: action.acked_s is not None and not action.in_progress,
             command=self.words.order.command,
-            confirm_s=min(40.0, self.words.limit_s),
+            confirm_s=self.ack_s,
             on_done=self._answered,
             order=self.words.order,
         )

@@ -47,6 +47,8 @@ class Side(StrEnum):
 class TextCalibration(CalibrationJob):
     """Led by its texts."""
 
+    ack_s = 3.0
+
     def __init__(self, wanted: Wanted) -> None:
         """It has said nothing yet."""
         super().__init__(wanted)
