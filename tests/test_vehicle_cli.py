@@ -1,0 +1,338 @@
+"""`tui-gcs vehicle …`: what it asks, what it tells, how it ends; on scripted vehicles, and once on a real station."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent / "core"))  # the scripted vehicles are there
+
+from ftp_peer import FtpServer
+from log_peer import LogServer
+from param_peer import ParamServer
+from plan_peers import ArduPilotPeer
+from service_rig import Fields, Peer, ServiceRig
+from test_shell import Nsh
+
+from tests.test_keys_cli import Typist
+from tui_gcs.cli import main
+from tui_gcs.commands import vehicle, vehicle_files
+from tui_gcs.commands.sim_fleet import spec_of
+from tui_gcs.commands.vehicle_station import StationClient, vehicle_ids
+from tui_gcs.core.kinds import Kind
+from tui_gcs.core.messages import EventClass
+from tui_gcs.core.scenario_load import load
+from tui_gcs.exits import CommandError
+from tui_gcs.launcher import launch
+
+SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
+HOME_LINE = "0\t1\t0\t16\t0\t0\t0\t0\t47.3977000\t8.5456000\t488\t1\n"
+WPL = (
+    "QGC WPL 110\n" + HOME_LINE + "1\t0\t3\t22\t0\t0\t0\t0\t47.3977000\t8.5456000\t15\t1\n"
+    "2\t0\t3\t16\t0\t0\t0\t0\t47.3978000\t8.5457000\t20\t1\n3\t0\t2\t20\t0\t0\t0\t0\t0\t0\t0\t1\n"
+)
+
+Tell = Callable[..., tuple[int, str, str]]
+
+
+class RigClient(StationClient):
+    """Time passes in the rig while the command waits."""
+
+    rig: ServiceRig
+
+    def pause(self) -> None:
+        self.rig.run(0.2)
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.fixture
+def tell(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Tell:
+    """tell(rig, words…, answer=…): exit code, stdout, stderr of a command."""
+
+    def run(rig: ServiceRig, *words: str, answer: str | None = None) -> tuple[int, str, str]:
+        client = RigClient(Kind.LIVE, rig.bus)
+        client.rig = rig
+        monkeypatch.setattr(vehicle, "open_station", lambda kind: client)
+        monkeypatch.setattr(sys, "stdin", Typist(answer or "", terminal=answer is not None))
+        monkeypatch.setattr(vehicle_files, "state_dir", lambda kind: tmp_path / "state")
+        code = main(["vehicle", *words])
+        out = capsys.readouterr()
+        return code, out.out, out.err
+
+    monkeypatch.chdir(tmp_path)
+    return run
+
+
+def obeys(peer: Peer, fields: Fields) -> None:
+    if fields["command"] == 176:
+        peer.custom_mode = int(fields["param2"])
+    peer.ack(fields["command"])
+
+
+# ---------------------------------------------------------------- words
+
+
+@pytest.mark.parametrize(
+    ("text", "ids"), [("3", (3,)), ("3-7", (3, 4, 5, 6, 7)), ("1,4", (1, 4)), ("4,1-2,4", (4, 1, 2)), ("1003", (1003,))]
+)
+def test_vehicles_are_named(text: str, ids: tuple[int, ...]) -> None:
+    assert vehicle_ids(text) == ids
+
+
+@pytest.mark.parametrize("text", ["", "all", "*", "0", "-1", "7-3", "1,", "1-", "1-9999", "²", "9" * 30, "3 4"])
+def test_what_names_no_vehicles_is_one_line(text: str, tell: Tell, tmp_path: Path) -> None:
+    with pytest.raises(CommandError):
+        vehicle_ids(text)
+
+
+def test_no_station_is_exit_code_2(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    monkeypatch.setenv("TUI_GCS_RUNTIME_DIR", str(tmp_path / "run"))
+    assert main(["vehicle", "list"]) == 2
+    assert "no station runs" in capsys.readouterr().err
+
+
+# ---------------------------------------------------------------- looking
+
+
+def test_list_and_show_say_who_and_how(tmp_path: Path, tell: Tell) -> None:
+    peer = Peer(3)
+    ParamServer(peer)
+    rig = ServiceRig(tmp_path, peer).heard()
+    code, out, _ = tell(rig, "list")
+    assert code == 0 and out.split()[:3] == ["3", "ArduCopter", "STABILIZE"]
+    code, out, _ = tell(rig, "show", "3,9")
+    assert code == 1 and "vehicle 9: never heard" in out
+    assert "! this station is not heard: NOTHING (FS_GCS_ENABLE 0)" in out and "round trip" in out
+    code, out, _ = tell(rig, "show", "3", "--json")
+    assert code == 0 and json.loads(out)[0]["mode"] == "STABILIZE"
+
+
+def test_nothing_that_a_vehicle_says_reaches_the_terminal_as_it_is(tmp_path: Path, tell: Tell) -> None:
+    peer = Peer(1)
+    FtpServer(peer, {}, listing={"/": [b"F\x1b]52;c;ZXZpbA==\x07\t5"]})
+    rig = ServiceRig(tmp_path, peer).heard()
+    rig.station.events.say(EventClass.VEHICLE, "vehicle 1", "\x1b[2J[red]text")
+    for words in (("files", "1", "ls"), ("events", "1")):
+        code, out, _ = tell(rig, *words)
+        assert code == 0 and "\x1b" not in out and "␛" in out
+
+
+# ---------------------------------------------------------------- parameters
+
+
+def test_params(tmp_path: Path, tell: Tell) -> None:
+    peers = [Peer(1), Peer(2)]
+    for peer in peers:
+        ParamServer(peer)
+    rig = ServiceRig(tmp_path, *peers).heard()
+    assert tell(rig, "params", "set", "1-2", "RTL_ALT", "2000") == (
+        0,
+        "vehicle 1: RTL_ALT = 2000\nvehicle 2: RTL_ALT = 2000\n",
+        "",
+    )
+    code, out, _ = tell(rig, "params", "get", "1", "RTL_ALT", "NO_SUCH")
+    assert code == 1 and "RTL_ALT          2000" in out and "FAILED: NO_SUCH" in out
+    assert tell(rig, "params", "set", "1,9", "RTL_ALT", "1")[0] == 1
+    assert tell(rig, "params", "set", "1", "RTL_ALT", "high")[0] == 2
+    code, out, _ = tell(rig, "params", "list", "1")
+    assert code == 0 and "--fetch asks for all" in out
+    code, out, _ = tell(rig, "params", "list", "1", "--fetch", "fs_*")
+    assert (code, out.split()) == (0, ["1", "FS_GCS_ENABLE", "0"])
+    assert tell(rig, "params", "save", "1", "one.param")[0] == 0
+    lines = Path("one.param").read_text().splitlines()
+    assert len(lines) == 206 and "RTL_ALT          1" in lines and lines[0].startswith("# vehicle 1 ArduCopter")
+    assert tell(rig, "params", "save", "1", "one.param")[0] == 2, "nobody is there to be asked"
+    assert tell(rig, "params", "save", "1-2", "one.param")[0] == 2, "one file is for one vehicle"
+
+
+def test_a_parameter_in_the_air_is_asked_for(tmp_path: Path, tell: Tell) -> None:
+    peer = Peer(1, armed=True, alt_rel_mm=20_000)
+    ParamServer(peer)
+    rig = ServiceRig(tmp_path, peer, Peer(2)).heard()
+    code, _, err = tell(rig, "params", "set", "1", "RTL_ALT", "2000")
+    assert code == 2 and "vehicle 1: set RTL_ALT = 2000 (it is in the air): say --yes" in err
+    code, out, _ = tell(rig, "params", "set", "1", "RTL_ALT", "2000", answer="n\n")
+    assert code == 1 and "nothing was sent" in out and peer.got("PARAM_SET") == []
+    code, out, _ = tell(rig, "params", "set", "1", "RTL_ALT", "2000", answer="y\n")
+    assert code == 0 and out.endswith("vehicle 1: RTL_ALT = 2000\n")
+    assert tell(rig, "params", "set", "1", "RTL_ALT", "2100", "--yes")[0] == 0
+
+
+# ---------------------------------------------------------------- plans
+
+
+def test_plans(tmp_path: Path, tell: Tell) -> None:
+    peer = ArduPilotPeer(1)
+    rig = ServiceRig(tmp_path, peer).heard()
+    Path("a.wpl").write_text(WPL)
+    code, out, _ = tell(rig, "plan", "upload", "1", "a.wpl")
+    assert code == 0 and "first line is home, and is not sent" in out and "vehicle 1: 3 items" in out
+    code, out, _ = tell(rig, "plan", "show", "1")
+    assert code == 0 and "mission of 3 items" in out and "47.3978000 8.5457000" in out
+    assert tell(rig, "plan", "download", "1", "b.wpl")[0] == 0
+    assert Path("b.wpl").read_text().splitlines()[2:4] == WPL.splitlines()[2:4]
+    assert tell(rig, "plan", "download", "1", "c.json")[0] == 0
+    assert len(json.loads(Path("c.json").read_text())["items"]) == 3
+    code, _, err = tell(rig, "plan", "clear", "1")
+    assert code == 2 and "clear the mission of vehicle 1: say --yes" in err and len(peer.stores[0]) == 4
+    assert tell(rig, "plan", "clear", "1", answer="y\n")[0] == 0
+    assert "mission of 0 items" in tell(rig, "plan", "show", "1")[1]
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("hello", "neither"),
+        (WPL.replace("47.3978000", "147.3978000"), "item 2: latitude"),
+        ("QGC WPL 110\n0 1 3 5001 4 0 0 0 47 8 0 1\n", "does not belong into a mission"),
+    ],
+)
+def test_a_file_that_is_no_mission_is_not_sent(text: str, why: str, tmp_path: Path, tell: Tell) -> None:
+    peer = ArduPilotPeer(1)
+    rig = ServiceRig(tmp_path, peer).heard()
+    Path("bad.wpl").write_text(text)
+    code, _, err = tell(rig, "plan", "upload", "1", "bad.wpl")
+    assert code == 2 and why in err and "bad.wpl" in err and peer.got("MISSION_COUNT") == []
+    assert tell(rig, "plan", "upload", "1", "gone.wpl")[0] == 2
+
+
+# ---------------------------------------------------------------- files, logs
+
+
+def test_files_and_logs(tmp_path: Path, tell: Tell) -> None:
+    peer = Peer(1)
+    server = FtpServer(peer, {"/a.txt": b"hello"}, listing={"/": [b"Fa.txt\t5"]})
+    LogServer(peer, {4: (1_700_000_000, b"log" * 300)})
+    rig = ServiceRig(tmp_path, peer).heard()
+    assert "a.txt" in tell(rig, "files", "1", "ls")[1]
+    assert tell(rig, "files", "1", "get", "/a.txt", "here.txt")[0] == 0
+    assert Path("here.txt").read_bytes() == b"hello"
+    code, _, err = tell(rig, "files", "1", "get", "/a.txt", "here.txt")
+    assert code == 2 and "overwrite here.txt: say --yes" in err
+    Path("new.txt").write_bytes(b"new")
+    assert tell(rig, "files", "1", "put", "new.txt", "/b.txt")[0] == 2 and "/b.txt" not in server.files
+    assert tell(rig, "files", "1", "put", "new.txt", "/b.txt", "--yes")[0] == 0
+    assert bytes(server.files["/b.txt"]) == b"new"
+    assert tell(rig, "files", "1", "rm", "/b.txt", "--yes")[0] == 0 and "/b.txt" not in server.files
+    assert "log     4" in tell(rig, "logs", "1", "ls")[1]
+    assert tell(rig, "logs", "1", "get", "4", "four.bin")[0] == 0
+    assert Path("four.bin").read_bytes() == b"log" * 300
+    code, _, err = tell(rig, "logs", "1", "erase")
+    assert code == 2 and "erase ALL logs on vehicle 1" in err and peer.got("LOG_ERASE") == []
+    assert tell(rig, "logs", "1", "erase", "--yes")[0] == 0 and peer.got("LOG_ERASE")
+
+
+def test_what_is_dangerous_is_refused_while_armed_whatever_is_said(tmp_path: Path, tell: Tell) -> None:
+    peer = Peer(1, armed=True)
+    rig = ServiceRig(tmp_path, peer).heard()
+    Path("x").write_bytes(b"x")
+    for words in (
+        ("logs", "1", "erase"),
+        ("reboot", "1"),
+        ("files", "1", "rm", "/a"),
+        ("files", "1", "put", "x", "/a"),
+    ):
+        assert tell(rig, *words, "--yes")[:2] == (1, "vehicle 1: FAILED: it is armed\n")
+
+
+# ---------------------------------------------------------------- modes, shell, tasks
+
+
+def test_modes(tmp_path: Path, tell: Tell) -> None:
+    peer = Peer(1, armed=True, alt_rel_mm=20_000, custom_mode=4, answers={"COMMAND_LONG": obeys})
+    rig = ServiceRig(tmp_path, peer).heard()
+    assert "* GUIDED" in tell(rig, "mode", "1")[1].splitlines()
+    assert tell(rig, "mode", "1", "brake")[:2] == (0, "vehicle 1: in BRAKE\n")
+    code, _, err = tell(rig, "mode", "1", "AUTO")
+    assert code == 2 and "AUTO takes off or flies by itself" in err and peer.custom_mode == 17
+    assert tell(rig, "mode", "1", "AUTO", "--yes")[0] == 0 and peer.custom_mode == 3
+    assert tell(rig, "mode", "1", "WARP", "--yes")[:2] == (1, "vehicle 1: FAILED: it has no mode WARP\n")
+
+
+def test_a_shell_line(tmp_path: Path, tell: Tell) -> None:
+    rig = ServiceRig(tmp_path, Nsh()).heard()
+    assert tell(rig, "shell", "1", "ver all")[:2] == (0, "PX4 version: 1.17.0\n")
+    rig = ServiceRig(tmp_path, Peer(1)).heard()
+    assert tell(rig, "shell", "1", "ver all")[:2] == (1, "vehicle 1: FAILED: this autopilot has no shell\n")
+
+
+def test_an_interrupted_command_leaves_its_task_and_says_so(
+    tmp_path: Path, tell: Tell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    peer = Peer(1)
+    FtpServer(peer, {"/big": bytes(2_000_000)}, bursts=False)
+    rig = ServiceRig(tmp_path, peer).heard()
+    with monkeypatch.context() as patched:
+        patched.setattr(RigClient, "pause", lambda self: signal.raise_signal(signal.SIGINT))
+        code, _, err = tell(rig, "files", "1", "get", "/big")
+    assert code == 2 and "task 1 goes on" in err
+    rig.run(1.0)
+    code, out, _ = tell(rig, "tasks")
+    assert code == 0 and "running" in out and "download /big  by cli" in out
+    assert tell(rig, "cancel", "1")[0] == 0 and tell(rig, "cancel", "1")[0] == 1
+    assert "cancelled" in tell(rig, "tasks")[1]
+
+
+# ---------------------------------------------------------------- the real thing
+
+
+def command(*words: str) -> subprocess.CompletedProcess[str]:
+    argv = [sys.executable, "-m", "tui_gcs.cli", "vehicle", *words]
+    return subprocess.run(argv, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60, check=False)
+
+
+@pytest.mark.process
+def test_both_autopilots_through_a_station_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TUI_GCS_RUNTIME_DIR", str(tmp_path / "run"))
+    monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path / "state"))
+    monkeypatch.chdir(tmp_path)
+    spec = spec_of(load(SCENARIO), autopilots="mixed")
+    launch(Kind.SIM, str(SCENARIO), SCENARIO.read_text(), [], sim_spec=spec)
+    try:
+        end = time.monotonic() + 30
+        while "ready" not in command("list").stdout:
+            assert time.monotonic() < end
+            time.sleep(0.3)
+        listed = json.loads(command("list", "--json").stdout)
+        assert {v["autopilot"] for v in listed} == {"ArduCopter", "PX4"}
+        both = f"{listed[0]['id']},{listed[1]['id']}"
+        done = command("params", "list", both, "--fetch", "--json")
+        assert done.returncode == 0, done.stderr
+        assert all(len(rows) > 100 for rows in json.loads(done.stdout).values())
+        end = time.monotonic() + 30
+        while not (homes := [v["home"] for v in json.loads(command("list", "--json").stdout)])[0] or not homes[1]:
+            assert time.monotonic() < end
+        lat, lon, _ = homes[0]
+        Path("a.wpl").write_text(
+            f"QGC WPL 110\n0\t1\t3\t22\t0\t0\t0\t0\t{lat}\t{lon}\t15\t1\n"
+            f"1\t0\t3\t16\t0\t0\t0\t0\t{lat + 2e-4}\t{lon}\t20\t1\n2\t0\t2\t20\t0\t0\t0\t0\t0\t0\t0\t1\n"
+        )
+        done = command("plan", "upload", both, "a.wpl")
+        assert done.returncode == 0, done.stdout
+        assert command("plan", "show", both).stdout.count("mission of 3 items") == 2
+        assert command("plan", "clear", both, "--yes").returncode == 0
+        done = command("params", "set", both, "NO_SUCH", "1")
+        assert done.returncode == 1 and done.stdout.count("FAILED") == 2
+        assert command("files", both.split(",")[1], "ls", "/").returncode == 0
+        assert command("mode", both, "LAND").returncode == 0
+        shown = command("show", both)
+        assert shown.returncode == 0 and shown.stdout.count("failsafes") == 2
+        assert command("shell", "999", "ver all").returncode == 1
+    finally:
+        stop_all(str(tmp_path / "run"))
+
+
+def stop_all(runtime: str) -> None:
+    listing = subprocess.run(["ps", "-ww", "-eo", "pid,args"], capture_output=True, text=True, check=True).stdout
+    for part in ("tui_gcs.launcher", "tui_gcs.core.station_process", "sitl.launch"):
+        for line in listing.splitlines():
+            if part in line and runtime in line:
+                os.kill(int(line.split()[0]), signal.SIGKILL)
