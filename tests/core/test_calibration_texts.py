@@ -103,6 +103,17 @@ def test_accepted_without_a_beginning_is_nothing(tmp_path: Path) -> None:
     assert job.state is JobState.FAILED and "did not begin" in job.error
 
 
+def test_who_calibrates_without_a_word_is_not_asked_again(tmp_path: Path) -> None:
+    """Its ACK and first texts were lost: its heartbeat is all there is to see, or not even that came yet."""
+    peer = Talker(tuple((3.0 + when, text) for when, text in GYRO))
+    rig = make(tmp_path, peer)
+    begin, peer.ack = peer.begin, lambda *a, **k: None  # type: ignore[method-assign]
+    peer.on_order = {CALIBRATE: begin}
+    job = begun(rig, Sensor.GYRO)
+    rig.until(lambda: job.over, 10.0)
+    assert job.state is JobState.DONE and len(peer.orders(CALIBRATE)) == 1
+
+
 def test_no_answer_is_told_soon(tmp_path: Path) -> None:
     """PX4 acknowledges within milliseconds: nobody waits for half a minute."""
     peer = Talker()

@@ -48,7 +48,7 @@ class CalibrationService:
         fleet.on_message("COMMAND_LONG", self._on_command)
         fleet.on_message("MAG_CAL_PROGRESS", self._on_progress)
         fleet.on_message("MAG_CAL_REPORT", self._on_report)
-        fleet.on_gone(lambda vehicle: self._jobs.pop(vehicle.id, None))
+        fleet.on_gone(self._forget)
         fleet.paths.on_reboot.append(self._rebooted)
         fleet.paths.on_replace.append(self._rebooted)
 
@@ -140,6 +140,9 @@ class CalibrationService:
         job = self._running(vehicle.id)
         if isinstance(job, CompassCalibration):
             job.hear_report(vehicle, fields, self.context.clock.now())
+
+    def _forget(self, vehicle: Vehicle) -> None:
+        self._jobs.pop(vehicle.id, None)
 
     def _rebooted(self, vehicle: Vehicle) -> None:
         job = self._running(vehicle.id)
