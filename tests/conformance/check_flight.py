@@ -11,7 +11,7 @@ from tests.conformance.report import check
 from tui_gcs.core.course import Track
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.messages import Vec3
-from tui_gcs.core.services.order import Action, Outcome
+from tui_gcs.core.services.order import Action, Order, Outcome, Retry
 from tui_gcs.core.tracking import Led, Tracking
 from tui_gcs.core.vehicle import Vehicle
 
@@ -355,16 +355,14 @@ def reboot(field: Field, vehicle: int) -> str:
     reboots: list[Vehicle] = []
     field.station.fleet.paths.on_reboot.append(reboots.append)
     began_s = field.clock.now()
-    fields = {"command": REBOOT, "confirmation": 0, "param1": 1.0} | {f"param{i}": 0.0 for i in range(2, 8)}
-    field.station.door.action(v.id, "reboot", "COMMAND_LONG", **fields)
-    try:
-        field.until(lambda: any(r.id == v.id for r in reboots), 30.0, "a reboot is seen")
-    except Failed:
-        if any("ACK" in t or "denied" in t.lower() for t in field.texts(vehicle)):
-            raise NotApplicable("it refuses to reboot") from None
-        raise
-    finally:
+    order = Order(REBOOT, (1.0,))
+    action = field.station.speech.action(v.id, "reboot", Retry.START, order, lambda _: bool(reboots))
+    outcome, why, _ = pilot.order(action, 30.0)
+    if outcome is Outcome.REFUSED:
         field.station.fleet.paths.on_reboot.remove(reboots.append)
+        raise NotApplicable(f"it refuses to reboot: {why}")
+    field.until(lambda: any(r.id == v.id for r in reboots), 30.0, "a reboot is seen")
+    field.station.fleet.paths.on_reboot.remove(reboots.append)
     seen_s = field.clock.now() - began_s
     before = v.path.slots[33].count if 33 in v.path.slots else 0
     field.until(lambda: 33 in v.path.slots and v.path.slots[33].count > before + 20, 60.0, "positions come again")

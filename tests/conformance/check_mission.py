@@ -7,6 +7,7 @@ from tests.conformance.check_flight import Pilot, flying
 from tests.conformance.field import Failed, Field
 from tests.conformance.report import check
 from tui_gcs.core.plan import TAKE_OFF, WAYPOINT, Plan, PlanKind
+from tui_gcs.core.services.order import Retry
 
 LEG_M = 25.0
 ITEM_LIMIT_S = 60.0
@@ -57,7 +58,7 @@ def arm_refused(field: Field, vehicle: int) -> str:
     number = services.modes.number(v, "mission") or services.modes.number(v, "auto")
     if number is None:
         raise Failed("no word for its mission mode")
-    pilot.order(pilot.firmware.mode(v, number))
+    pilot.order(pilot.firmware.mode(v, number, "mission mode", Retry.SET))
     field.run(2.0)
     outcome, why, took_s = pilot.order(pilot.firmware.arm(v, pilot.done))
     armed = v.armed

@@ -28,8 +28,10 @@ def test_hold_stops_a_vehicle_whose_return_home_was_not_heard_of_yet(rig: MakeRi
     vehicle = flight.station.fleet.vehicles[2]
     flight.until(lambda: vehicle.heartbeat_s == flight.clock.now(), 2.0, "a heartbeat")
     flight.pilot(2, RTL)
+    flight.loses = lambda way, index: (way, index) == ("up", 1)
     flight.run(0.1)
-    assert vehicle.custom_mode == GUIDED, "the next heartbeat is 0.9 s away"
+    flight.loses = lambda way, index: False
+    assert vehicle.custom_mode == GUIDED, "the heartbeat that tells is lost, the next one is 0.9 s away"
     assert flight.ask(m.Hold() if everybody else m.Hold(vehicles=(2,))).ok
     flight.run(8.0)
     assert flight.speed(2) < 0.5

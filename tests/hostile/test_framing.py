@@ -50,8 +50,8 @@ def recorded(path: Path, count: int) -> list[bytes]:
 
 
 def housekeeping_to_stranger(address: Address, message: str) -> bool:
-    """Who says hello as a vehicle hears our heartbeat and is asked who it is, and never more than that."""
-    return address[0] == "stranger" and message in ("HEARTBEAT", "COMMAND_LONG")
+    """Who says hello as a vehicle hears our heartbeat and is asked who and how far away it is, never more than that."""
+    return address[0] == "stranger" and message in ("HEARTBEAT", "COMMAND_LONG", "TIMESYNC")
 
 
 def to_home(address: Address, message: str) -> bool:
