@@ -21,7 +21,7 @@ from service_rig import Fields, Peer, ServiceRig
 from test_shell import Nsh
 
 from tests.test_keys_cli import Typist
-from tui_gcs.cli import main
+from tui_gcs.cli import _parser, main
 from tui_gcs.commands import vehicle, vehicle_files
 from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.commands.vehicle_station import StationClient, vehicle_ids
@@ -91,6 +91,17 @@ def test_vehicles_are_named(text: str, ids: tuple[int, ...]) -> None:
 def test_what_names_no_vehicles_is_one_line(text: str, tell: Tell, tmp_path: Path) -> None:
     with pytest.raises(CommandError):
         vehicle_ids(text)
+
+
+@pytest.mark.parametrize(
+    "words", [("get", "/a", "--yes", "b"), ("get", "--json", "/a", "b", "--yes"), ("get", "/a", "b")]
+)
+def test_options_may_stand_anywhere(words: tuple[str, ...]) -> None:
+    """argparse gives up an optional argument that comes after an option."""
+    arguments = _parser().parse_args(["vehicle", "files", "3", *words])
+    assert (arguments.path, arguments.file, arguments.yes) == ("/a", "b", "--yes" in words)
+    assert _parser().parse_args(["vehicle", "params", "set", "3", "A", "-5"]).value == "-5"
+    assert _parser().parse_args(["vehicle", "shell", "3", "--", "--help"]).line == "--help"
 
 
 def test_no_station_is_exit_code_2(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
@@ -284,48 +295,47 @@ def test_an_interrupted_command_leaves_its_task_and_says_so(
 # ---------------------------------------------------------------- the real thing
 
 
-def command(*words: str) -> subprocess.CompletedProcess[str]:
-    argv = [sys.executable, "-m", "tui_gcs.cli", "vehicle", *words]
-    return subprocess.run(argv, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60, check=False)
-
-
 @pytest.mark.process
-def test_both_autopilots_through_a_station_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_both_autopilots_through_a_station_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def command(*words: str) -> tuple[int, str]:
+        code = main(["vehicle", *words])
+        return code, capsys.readouterr().out
+
+    def homes() -> list[list[float] | None]:
+        code, out = command("list", "--json")
+        return [v["home"] for v in json.loads(out)] if code == 0 else []  # the station is still starting
+
     monkeypatch.setenv("TUI_GCS_RUNTIME_DIR", str(tmp_path / "run"))
     monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path / "state"))
+    monkeypatch.setattr(sys, "stdin", Typist("", terminal=False))
     monkeypatch.chdir(tmp_path)
     spec = spec_of(load(SCENARIO), autopilots="mixed")
+    spec["vehicles"] = spec["vehicles"][:2]
     launch(Kind.SIM, str(SCENARIO), SCENARIO.read_text(), [], sim_spec=spec)
     try:
-        end = time.monotonic() + 30
-        while "ready" not in command("list").stdout:
+        end = time.monotonic() + 60
+        while len(homes()) < 2 or None in homes():
             assert time.monotonic() < end
             time.sleep(0.3)
-        listed = json.loads(command("list", "--json").stdout)
-        assert {v["autopilot"] for v in listed} == {"ArduCopter", "PX4"}
-        both = f"{listed[0]['id']},{listed[1]['id']}"
-        done = command("params", "list", both, "--fetch", "--json")
-        assert done.returncode == 0, done.stderr
-        assert all(len(rows) > 100 for rows in json.loads(done.stdout).values())
-        end = time.monotonic() + 30
-        while not (homes := [v["home"] for v in json.loads(command("list", "--json").stdout)])[0] or not homes[1]:
-            assert time.monotonic() < end
-        lat, lon, _ = homes[0]
+        listed = json.loads(command("list", "--json")[1])
+        assert [v["autopilot"] for v in listed] == ["ArduCopter", "PX4"]
+        both = f"{listed[0]['id']}-{listed[1]['id']}"
+        code, out = command("params", "list", both, "--fetch", "--json")
+        assert code == 0 and all(len(rows) > 100 for rows in json.loads(out).values())
+        lat, lon, _ = listed[0]["home"]
         Path("a.wpl").write_text(
             f"QGC WPL 110\n0\t1\t3\t22\t0\t0\t0\t0\t{lat}\t{lon}\t15\t1\n"
             f"1\t0\t3\t16\t0\t0\t0\t0\t{lat + 2e-4}\t{lon}\t20\t1\n2\t0\t2\t20\t0\t0\t0\t0\t0\t0\t0\t1\n"
         )
-        done = command("plan", "upload", both, "a.wpl")
-        assert done.returncode == 0, done.stdout
-        assert command("plan", "show", both).stdout.count("mission of 3 items") == 2
-        assert command("plan", "clear", both, "--yes").returncode == 0
-        done = command("params", "set", both, "NO_SUCH", "1")
-        assert done.returncode == 1 and done.stdout.count("FAILED") == 2
-        assert command("files", both.split(",")[1], "ls", "/").returncode == 0
-        assert command("mode", both, "LAND").returncode == 0
-        shown = command("show", both)
-        assert shown.returncode == 0 and shown.stdout.count("failsafes") == 2
-        assert command("shell", "999", "ver all").returncode == 1
+        assert command("plan", "upload", both, "a.wpl") == (0, "vehicle 1: 3 items\nvehicle 2: 3 items\n")
+        assert command("plan", "show", both)[1].count("mission of 3 items") == 2
+        assert command("plan", "clear", both, "--yes")[0] == 0
+        assert command("files", "2", "ls", "/")[0] == 0
+        assert command("mode", both, "LAND")[0] == 0
+        code, out = command("show", both)
+        assert code == 0 and out.count("  failsafes") == 2
     finally:
         stop_all(str(tmp_path / "run"))
 

@@ -1,38 +1,39 @@
 """`tui-gcs vehicle …`: everything that can be done with vehicles by name, through the running station."""
 
 import argparse
+import importlib
 import os
 import sys
-from collections.abc import Callable
 
-from tui_gcs.commands import vehicle_acts, vehicle_files, vehicle_params, vehicle_plan, vehicle_show
-from tui_gcs.commands.vehicle_station import StationClient, open_station
+from tui_gcs.commands.vehicle_station import open_station
 from tui_gcs.exits import FAILED
 
-Run = Callable[[StationClient, argparse.Namespace], int]
-
-_ACTIONS: dict[str, Run] = {
-    "list": vehicle_show.run_list,
-    "show": vehicle_show.run_show,
-    "failsafes": vehicle_show.run_failsafes,
-    "events": vehicle_show.run_events,
-    "tasks": vehicle_show.run_tasks,
-    "cancel": vehicle_show.run_cancel,
-    "params": vehicle_params.run,
-    "plan": vehicle_plan.run,
-    "files": vehicle_files.run_files,
-    "logs": vehicle_files.run_logs,
-    "mode": vehicle_acts.run_mode,
-    "shell": vehicle_acts.run_shell,
-    "reboot": vehicle_acts.run_reboot,
+_ACTIONS = {
+    "list": "vehicle_show.run_list",
+    "show": "vehicle_show.run_show",
+    "failsafes": "vehicle_show.run_failsafes",
+    "events": "vehicle_show.run_events",
+    "tasks": "vehicle_show.run_tasks",
+    "cancel": "vehicle_show.run_cancel",
+    "params": "vehicle_params.run",
+    "plan": "vehicle_plan.run",
+    "files": "vehicle_files.run_files",
+    "logs": "vehicle_files.run_logs",
+    "mode": "vehicle_acts.run_mode",
+    "shell": "vehicle_acts.run_shell",
+    "reboot": "vehicle_acts.run_reboot",
 }
+"""Module and function; only what is needed is imported."""
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Find the station meant, and do it."""
+    module, _, function = _ACTIONS[arguments.what].partition(".")
+    act = getattr(importlib.import_module(f"tui_gcs.commands.{module}"), function)
     station = open_station(arguments.station)
     try:
-        return _ACTIONS[arguments.what](station, arguments)
+        code: int = act(station, arguments)
+        return code
     except BrokenPipeError:  # whoever read it has seen enough, e.g. `head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
