@@ -2,6 +2,7 @@
 # make test   style, types and all tests
 # make bench  the measured figures
 # make lint   style and types only
+# make conformance LINK=udpin:127.0.0.1:14550 IDS=1-8   judge the vehicles on a link; they will fly
 #
 # Each makes .venv with pinned packages first; nothing is installed outside this folder, no root is needed.
 # Another interpreter: make PYTHON=python3.12 test
@@ -11,7 +12,10 @@ BIN = .venv/bin
 PIP = $(BIN)/python -m pip --disable-pip-version-check --quiet install --constraint constraints.txt
 BUILD = $(PIP) setuptools && $(PIP) --no-build-isolation --editable
 
-.PHONY: demo test bench lint clean
+LINK = udpin:127.0.0.1:14550
+IDS = 1-2
+
+.PHONY: demo test bench conformance lint clean
 
 demo: .venv/installed
 	$(BIN)/tui-gcs demo
@@ -21,6 +25,9 @@ test: lint
 
 bench: .venv/installed-dev
 	$(BIN)/python -m tests.bench
+
+conformance: .venv/installed-dev
+	$(BIN)/python -m tests.conformance --link $(LINK) --ids $(IDS) $(ONLY)
 
 lint: .venv/installed-dev
 	$(BIN)/ruff check .

@@ -46,7 +46,7 @@ def ack(oracle: Oracle, result: int = ACCEPTED, *, command: int = ARM, to: dict[
     oracle.say("COMMAND_ACK", system, component, HOME, command=command, result=result, **more)
 
 
-def test_38_an_ack_for_nothing_we_asked_is_ignored(attack: Attack) -> None:
+def test_b6_38_an_ack_for_nothing_we_asked_is_ignored(attack: Attack) -> None:
     oracle = attack()
     for _ in range(5):
         ack(oracle, command=GET_HOME)
@@ -55,7 +55,7 @@ def test_38_an_ack_for_nothing_we_asked_is_ignored(attack: Attack) -> None:
 
 
 @pytest.mark.parametrize("who", [{"component": 42}, {"system": 77}])
-def test_39_an_ack_of_another_system_or_component_is_ignored(attack: Attack, who: dict[str, int]) -> None:
+def test_b6_39_an_ack_of_another_system_or_component_is_ignored(attack: Attack, who: dict[str, int]) -> None:
     oracle = attack()
     asked = Asked(oracle)
     oracle.run(0.2)
@@ -65,7 +65,7 @@ def test_39_an_ack_of_another_system_or_component_is_ignored(attack: Attack, who
     oracle.holds()
 
 
-def test_40_an_ack_for_another_station_does_not_complete_ours(attack: Attack) -> None:
+def test_b6_40_an_ack_for_another_station_does_not_complete_ours(attack: Attack) -> None:
     oracle = attack()
     asked = Asked(oracle)
     oracle.run(0.2)
@@ -75,7 +75,7 @@ def test_40_an_ack_for_another_station_does_not_complete_ours(attack: Attack) ->
     oracle.holds(counted="ack for another station")
 
 
-def test_41_accepted_and_not_shown_ends_as_that_with_an_alarm(attack: Attack) -> None:
+def test_b6_41_accepted_and_not_shown_ends_as_that_with_an_alarm(attack: Attack) -> None:
     oracle = attack()
     asked = Asked(oracle)
     oracle.run(0.2)
@@ -87,7 +87,7 @@ def test_41_accepted_and_not_shown_ends_as_that_with_an_alarm(attack: Attack) ->
 
 
 @pytest.mark.parametrize("result", [11, 255])
-def test_42_unknown_results_and_garbage_in_the_rest(attack: Attack, result: int) -> None:
+def test_b6_42_unknown_results_and_garbage_in_the_rest(attack: Attack, result: int) -> None:
     oracle = attack()
     asked = Asked(oracle)
     oracle.run(0.1)
@@ -97,7 +97,7 @@ def test_42_unknown_results_and_garbage_in_the_rest(attack: Attack, result: int)
     oracle.holds(told=f"unknown result {result}")
 
 
-def test_43_in_progress_for_ever_ends_after_a_minute(attack: Attack) -> None:
+def test_b6_43_in_progress_for_ever_ends_after_a_minute(attack: Attack) -> None:
     oracle = attack()
     asked = Asked(oracle, "calibrate", Retry.SET, command=CALIBRATE)
     for _ in range(59):
@@ -111,7 +111,7 @@ def test_43_in_progress_for_ever_ends_after_a_minute(attack: Attack) -> None:
     oracle.holds(told="still in progress")
 
 
-def test_44_a_hundred_copies_of_an_ack_are_one_completion(attack: Attack) -> None:
+def test_b6_44_a_hundred_copies_of_an_ack_are_one_completion(attack: Attack) -> None:
     oracle = attack()
     asked = Asked(oracle)
     for _ in range(50):
@@ -125,7 +125,7 @@ def test_44_a_hundred_copies_of_an_ack_are_one_completion(attack: Attack) -> Non
     oracle.holds(counted="repeated ack")
 
 
-def test_45_a_late_ack_is_told_as_late_and_is_not_the_next_commands(attack: Attack) -> None:
+def test_b6_45_a_late_ack_is_told_as_late_and_is_not_the_next_commands(attack: Attack) -> None:
     oracle = attack()
     first = Asked(oracle)
     oracle.run(16.0)
@@ -140,7 +140,7 @@ def test_45_a_late_ack_is_told_as_late_and_is_not_the_next_commands(attack: Atta
     oracle.holds(counted="late ack", told="arm: failed, .* after it was given up: not counted")
 
 
-def test_45_a_late_refusal_does_not_end_a_command_that_is_under_way_already(attack: Attack) -> None:
+def test_b6_45_a_late_refusal_does_not_end_a_command_that_is_under_way_already(attack: Attack) -> None:
     """Nobody can tell whose it is: so all copies are sent, and the vehicle's state has the last word."""
     oracle = attack()
     first = Asked(oracle)
@@ -156,7 +156,7 @@ def test_45_a_late_refusal_does_not_end_a_command_that_is_under_way_already(atta
     oracle.holds()
 
 
-def test_46_unrelated_acks_do_not_renew_the_tries(attack: Attack) -> None:
+def test_b6_46_unrelated_acks_do_not_renew_the_tries(attack: Attack) -> None:
     oracle = attack()
     asked = Asked(oracle, "calibrate", Retry.SET, command=CALIBRATE)
 
@@ -169,7 +169,7 @@ def test_46_unrelated_acks_do_not_renew_the_tries(attack: Attack) -> None:
     oracle.holds(counted="ack for nothing asked")
 
 
-def test_47_another_station_in_control_is_said_so(attack: Attack) -> None:
+def test_b6_47_another_station_in_control_is_said_so(attack: Attack) -> None:
     oracle = attack()
     asked = Asked(oracle)
     oracle.run(0.1)
@@ -183,7 +183,7 @@ def control_status(oracle: Oracle, gcs: int, *, flags: int = 1, component: int =
     oracle.say("CONTROL_STATUS", 1, component, flags=flags, gcs_main=gcs, gcs_secondary=[0] * 10)
 
 
-def test_48_control_status_of_a_stranger_is_ignored_and_flapping_is_told_once_a_second(attack: Attack) -> None:
+def test_b6_48_control_status_of_a_stranger_is_ignored_and_flapping_is_told_once_a_second(attack: Attack) -> None:
     oracle = attack()
     control = oracle.flight.station.services.control
     control_status(oracle, 66, component=25)
@@ -207,7 +207,7 @@ def command(oracle: Oracle, number: int) -> None:
     oracle.say("COMMAND_LONG", 1, command=number, confirmation=0, **NO_PARAMETERS, **OURS)
 
 
-def test_49_a_vehicle_that_commands_us_is_told_that_we_do_not(attack: Attack) -> None:
+def test_b6_49_a_vehicle_that_commands_us_is_told_that_we_do_not(attack: Attack) -> None:
     oracle = attack()
     place = {"frame": 0, "current": 0, "autocontinue": 0, "x": 0, "y": 0, "z": 0.0}
     parameters = {f"param{i}": 0.0 for i in range(1, 5)}
@@ -223,7 +223,7 @@ def test_49_a_vehicle_that_commands_us_is_told_that_we_do_not(attack: Attack) ->
     oracle.holds(counted="command to us", told="commands us", sends=answers)
 
 
-def test_50_what_would_steer_or_change_a_vehicle_is_not_for_us_and_goes_nowhere(attack: Attack) -> None:
+def test_b6_50_what_would_steer_or_change_a_vehicle_is_not_for_us_and_goes_nowhere(attack: Attack) -> None:
     oracle = attack()
     for _ in range(20):
         oracle.say("MANUAL_CONTROL", 1, target=254, x=1000, y=0, z=1000, r=0, buttons=0)
@@ -236,7 +236,7 @@ def test_50_what_would_steer_or_change_a_vehicle_is_not_for_us_and_goes_nowhere(
     oracle.holds()
 
 
-def test_51_a_flood_of_requests_for_control_is_denied_once_a_second(attack: Attack) -> None:
+def test_b6_51_a_flood_of_requests_for_control_is_denied_once_a_second(attack: Attack) -> None:
     oracle = attack()
     oracle.run(5.0, lambda: command(oracle, REQUEST_CONTROL))
     told = [payload for _, _, name, payload in oracle.sent() if name == "COMMAND_ACK"]

@@ -61,11 +61,11 @@ def written(tmp_path: Path) -> list[str]:
         ("00000001.BIN", "00000001.BIN"),
     ],
 )
-def test_88_only_harmless_base_names_are_names_here(told: str, name: str | None) -> None:
+def test_b6_88_only_harmless_base_names_are_names_here(told: str, name: str | None) -> None:
     assert safe_name(told) == name
 
 
-def test_88_listings_with_evil_names_are_shown_and_lead_nowhere(tmp_path: Path) -> None:
+def test_b6_88_listings_with_evil_names_are_shown_and_lead_nowhere(tmp_path: Path) -> None:
     names = [
         b"F../../x\t5",
         b"F/etc/passwd\t5",
@@ -87,7 +87,7 @@ def test_88_listings_with_evil_names_are_shown_and_lead_nowhere(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("path", ["/f.bin", "/%2e%2e%2fCON", "/-rf", "/CON"])
-def test_88_a_download_stays_below_its_own_folder(tmp_path: Path, path: str) -> None:
+def test_b6_88_a_download_stays_below_its_own_folder(tmp_path: Path, path: str) -> None:
     rig, _ = evil(tmp_path, files={path: FILE})
     first, second = (rig.station.services.ftp.download(1, path) for _ in range(2))
     rig.until(lambda: first.over and second.over, 10.0)
@@ -102,7 +102,7 @@ def test_88_a_download_stays_below_its_own_folder(tmp_path: Path, path: str) -> 
 
 
 @pytest.mark.parametrize("attack", ["endless", "beyond", "far", "wrap", "dribble", "session"])
-def test_89_no_file_grows_beyond_its_cap_nor_has_holes(tmp_path: Path, attack: str, monkeypatch: Any) -> None:
+def test_b6_89_no_file_grows_beyond_its_cap_nor_has_holes(tmp_path: Path, attack: str, monkeypatch: Any) -> None:
     monkeypatch.setattr(ftp_read, "PACE_S", 3.0)
     rig, server = evil(tmp_path, files={"/f": FILE}, announced=0xFFFFFFFF)
     said: list[int] = [0]
@@ -142,7 +142,7 @@ def test_89_no_file_grows_beyond_its_cap_nor_has_holes(tmp_path: Path, attack: s
     rig.holds()
 
 
-def test_89_overlapping_bursts_do_not_rewrite_what_is_there(tmp_path: Path) -> None:
+def test_b6_89_overlapping_bursts_do_not_rewrite_what_is_there(tmp_path: Path) -> None:
     rig, server = evil(tmp_path)
 
     def answer(server: FtpServer, request: Request) -> bool:
@@ -165,7 +165,7 @@ def test_89_overlapping_bursts_do_not_rewrite_what_is_there(tmp_path: Path) -> N
 # ---------------------------------------------------------------- 90: whose answer
 
 
-def test_90_answers_of_others_old_sessions_and_wrong_numbers_are_ignored(tmp_path: Path) -> None:
+def test_b6_90_answers_of_others_old_sessions_and_wrong_numbers_are_ignored(tmp_path: Path) -> None:
     rig, server = evil(tmp_path)
     honest = server.send
 
@@ -202,7 +202,7 @@ def test_90_answers_of_others_old_sessions_and_wrong_numbers_are_ignored(tmp_pat
     assert rig.dropped()["file request from a vehicle"]
 
 
-def test_90_answers_to_nothing_are_counted(tmp_path: Path) -> None:
+def test_b6_90_answers_to_nothing_are_counted(tmp_path: Path) -> None:
     rig, server = evil(tmp_path)
     server.reply_session = 1
     for seq in range(30):
@@ -214,7 +214,7 @@ def test_90_answers_to_nothing_are_counted(tmp_path: Path) -> None:
 # ---------------------------------------------------------------- 91…93: on the disk
 
 
-def test_91_a_wrong_checksum_keeps_the_file_as_bad(tmp_path: Path) -> None:
+def test_b6_91_a_wrong_checksum_keeps_the_file_as_bad(tmp_path: Path) -> None:
     rig, server = evil(tmp_path)
     server.crc = lambda *_: server.ack((crc32(FILE) ^ 1).to_bytes(4, "little"))
     job = rig.station.services.ftp.download(1, "/f.bin")
@@ -225,7 +225,7 @@ def test_91_a_wrong_checksum_keeps_the_file_as_bad(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("planted", ["f.bin.part", "f.bin"])
-def test_92_planted_links_are_not_written_through(tmp_path: Path, planted: str) -> None:
+def test_b6_92_planted_links_are_not_written_through(tmp_path: Path, planted: str) -> None:
     rig, _ = evil(tmp_path)
     folder, victim = tmp_path / "state/files/vehicle-1", tmp_path / "victim"
     folder.mkdir(parents=True, mode=0o700)
@@ -242,7 +242,7 @@ def test_92_planted_links_are_not_written_through(tmp_path: Path, planted: str) 
     rig.holds()
 
 
-def test_92_a_folder_that_is_a_link_or_open_to_others_is_refused(tmp_path: Path) -> None:
+def test_b6_92_a_folder_that_is_a_link_or_open_to_others_is_refused(tmp_path: Path) -> None:
     (tmp_path / "real").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "real")
     with pytest.raises(FileRefused, match="a link"):
@@ -253,7 +253,7 @@ def test_92_a_folder_that_is_a_link_or_open_to_others_is_refused(tmp_path: Path)
         SafeFolder(tmp_path / "open")
 
 
-def test_92_hard_links_and_pipes_are_no_parts(tmp_path: Path) -> None:
+def test_b6_92_hard_links_and_pipes_are_no_parts(tmp_path: Path) -> None:
     with SafeFolder(tmp_path / "d") as folder:
         (tmp_path / "victim").write_text("mine")
         os.link(tmp_path / "victim", tmp_path / "d" / "a.part")
@@ -265,7 +265,7 @@ def test_92_hard_links_and_pipes_are_no_parts(tmp_path: Path) -> None:
             folder.part("../x")
 
 
-def test_93_a_full_disk_leaves_nothing_and_alarms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_b6_93_a_full_disk_leaves_nothing_and_alarms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rig, _ = evil(tmp_path)
     write = PartFile.write
 
@@ -320,7 +320,7 @@ EVIL_URIS = [
 
 
 @pytest.mark.parametrize("uri", EVIL_URIS)
-def test_94_addresses_that_are_none_of_the_vehicles_own_files_are_never_fetched(tmp_path: Path, uri: str) -> None:
+def test_b6_94_addresses_that_are_none_of_the_vehicles_own_files_are_never_fetched(tmp_path: Path, uri: str) -> None:
     rig, server = describing(tmp_path, uri, {})
     rig.run(5.0)
     assert not server.asked, "nothing unasked"
@@ -332,7 +332,7 @@ def test_94_addresses_that_are_none_of_the_vehicles_own_files_are_never_fetched(
 
 
 @pytest.mark.parametrize("uri", EVIL_URIS)
-def test_94_nor_are_such_addresses_within_the_table(tmp_path: Path, uri: str) -> None:
+def test_b6_94_nor_are_such_addresses_within_the_table(tmp_path: Path, uri: str) -> None:
     rig, server = describing(tmp_path, "mftp://etc/general.json", {}, {"type": 1, "uri": uri, "fileCrc": 1})
     job = rig.station.services.metadata.fetch(1, metadata.PARAMETERS)
     rig.until(lambda: job.over, 10.0)
@@ -352,7 +352,7 @@ def bomb_xz() -> bytes:
 
 
 @pytest.mark.parametrize("bomb", [bomb_gz, bomb_xz])
-def test_95_a_bomb_stops_at_8_mb(tmp_path: Path, bomb: Any) -> None:
+def test_b6_95_a_bomb_stops_at_8_mb(tmp_path: Path, bomb: Any) -> None:
     data = bomb()
     assert len(data) < 40_000
     kinds = {"type": 1, "uri": "mftp://etc/p.json.xz", "fileCrc": crc32(data)}
@@ -371,12 +371,12 @@ def test_95_a_bomb_stops_at_8_mb(tmp_path: Path, bomb: Any) -> None:
         (b"\x1f\x8bxxxx", "it cannot be unpacked"),
     ],
 )
-def test_95_broken_archives_are_told(data: bytes, why: str) -> None:
+def test_b6_95_broken_archives_are_told(data: bytes, why: str) -> None:
     with pytest.raises(metadata.MetadataError, match=why):
         metadata.unpack(data)
 
 
-def test_91_metadata_with_a_wrong_checksum_is_kept_as_bad_and_not_read(tmp_path: Path) -> None:
+def test_b6_91_metadata_with_a_wrong_checksum_is_kept_as_bad_and_not_read(tmp_path: Path) -> None:
     kinds = {"type": 1, "uri": "mftp://etc/p.json", "fileCrc": 0x1234}
     rig, _ = describing(tmp_path, "mftp://etc/general.json", {"etc/p.json": b'{"parameters": []}'}, kinds)
     job = rig.station.services.metadata.fetch(1, metadata.PARAMETERS)
@@ -387,7 +387,7 @@ def test_91_metadata_with_a_wrong_checksum_is_kept_as_bad_and_not_read(tmp_path:
 
 
 @pytest.mark.parametrize("table", [b"[" * 100_000, b'{"metadataTypes": 7}', b"\xff\xfe", b"", b"9" * 5000])
-def test_95_a_broken_table_is_told(tmp_path: Path, table: bytes) -> None:
+def test_b6_95_a_broken_table_is_told(tmp_path: Path, table: bytes) -> None:
     rig, server = describing(tmp_path, "mftp://etc/general.json", {})
     server.files["etc/general.json"] = table
     job = rig.station.services.metadata.fetch(1, metadata.PARAMETERS)
@@ -396,7 +396,7 @@ def test_95_a_broken_table_is_told(tmp_path: Path, table: bytes) -> None:
     rig.holds()
 
 
-def test_96_an_address_of_100_bytes_without_an_end_is_bounded(tmp_path: Path) -> None:
+def test_b6_96_an_address_of_100_bytes_without_an_end_is_bounded(tmp_path: Path) -> None:
     uri = b"mftp://etc/" + b"x" * 89
     rig, server = describing(tmp_path, uri, {})
     job = rig.station.services.metadata.fetch(1, metadata.PARAMETERS)

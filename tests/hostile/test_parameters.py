@@ -32,7 +32,7 @@ def table(rig: PeerRig) -> dict[str, Any]:
     return rig.station.services.params.table(1).params
 
 
-def test_66_a_count_of_65535_and_three_values_end_by_time_not_by_memory(tmp_path: Path) -> None:
+def test_b6_66_a_count_of_65535_and_three_values_end_by_time_not_by_memory(tmp_path: Path) -> None:
     rig, server = evil(tmp_path)
     say = server.say
     server.say = lambda name, number, kind, index, count=None: say(name, number, kind, index, 65535)
@@ -43,7 +43,7 @@ def test_66_a_count_of_65535_and_three_values_end_by_time_not_by_memory(tmp_path
     rig.holds()
 
 
-def test_67_a_count_that_changes_with_each_message_is_followed_once_in_ten_seconds(tmp_path: Path) -> None:
+def test_b6_67_a_count_that_changes_with_each_message_is_followed_once_in_ten_seconds(tmp_path: Path) -> None:
     rig, server = evil(tmp_path)
     say, said = server.say, []
 
@@ -61,7 +61,7 @@ def test_67_a_count_that_changes_with_each_message_is_followed_once_in_ten_secon
 
 
 @pytest.mark.parametrize("index", [65535, 3, 40_000, 32_768])
-def test_68_an_index_that_is_none_is_stored_by_name_only(tmp_path: Path, index: int) -> None:
+def test_b6_68_an_index_that_is_none_is_stored_by_name_only(tmp_path: Path, index: int) -> None:
     rig, server = evil(tmp_path)
     job = rig.station.services.params.fetch_all(1)
     server.say("ODD", 5.0, REAL32, index)
@@ -73,7 +73,7 @@ def test_68_an_index_that_is_none_is_stored_by_name_only(tmp_path: Path, index: 
     rig.holds()
 
 
-def test_69_a_hundred_thousand_names_stop_at_4096(tmp_path: Path) -> None:
+def test_b6_69_a_hundred_thousand_names_stop_at_4096(tmp_path: Path) -> None:
     rig, server = evil(tmp_path)
     for number in range(6000):
         server.say(f"N{number}", 1.0, REAL32, number, 65535)
@@ -98,7 +98,7 @@ def test_69_a_hundred_thousand_names_stop_at_4096(tmp_path: Path) -> None:
         (b"[@click=app.q]x[", "[@click=app.q]x["),
     ],
 )
-def test_70_names_are_text_and_never_files(tmp_path: Path, raw: bytes, shown: str) -> None:
+def test_b6_70_names_are_text_and_never_files(tmp_path: Path, raw: bytes, shown: str) -> None:
     rig, server = evil(tmp_path, PX4)
     server.params = {}
     server.say(raw, 1.0, REAL32, 0, 1)  # type: ignore[arg-type]
@@ -108,7 +108,7 @@ def test_70_names_are_text_and_never_files(tmp_path: Path, raw: bytes, shown: st
     assert not [p for p in tmp_path.rglob("*") if "cmd" in p.name or p.name == "x"]
 
 
-def test_70_an_empty_name_is_none(tmp_path: Path) -> None:
+def test_b6_70_an_empty_name_is_none(tmp_path: Path) -> None:
     rig, server = evil(tmp_path)
     server.say("", 1.0, REAL32, 0, 1)
     rig.run(0.1)
@@ -118,7 +118,7 @@ def test_70_an_empty_name_is_none(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("number", [0, -1, 1, 127, 16_777_216, 16_777_217, -(2**31), 2**31 - 1, -5_000_000, 0x7FA00000])
 @pytest.mark.parametrize("encoding", list(Encoding))
-def test_71_whole_numbers_arrive_exactly_or_are_refused(number: int, encoding: Encoding) -> None:
+def test_b6_71_whole_numbers_arrive_exactly_or_are_refused(number: int, encoding: Encoding) -> None:
     try:
         wire = wire_value(ParamType.INT32, number, encoding)
     except ParamValueError:
@@ -128,7 +128,7 @@ def test_71_whole_numbers_arrive_exactly_or_are_refused(number: int, encoding: E
 
 
 @pytest.mark.parametrize("number", [0.0, -0.0, 0.1, 1e-45, 3.4028235e38, math.inf, -math.inf, math.nan])
-def test_71_reals_keep_their_bits(number: float) -> None:
+def test_b6_71_reals_keep_their_bits(number: float) -> None:
     bits = struct.pack("<f", number)
     held = read_value(ParamType.REAL32, bits, Encoding.BYTEWISE)
     assert struct.pack("<f", held) == bits
@@ -139,7 +139,7 @@ def test_71_reals_keep_their_bits(number: float) -> None:
             wire_value(ParamType.REAL32, held, Encoding.C_CAST)
 
 
-def test_71_whole_numbers_that_look_like_nan_are_read_from_the_frame(tmp_path: Path) -> None:
+def test_b6_71_whole_numbers_that_look_like_nan_are_read_from_the_frame(tmp_path: Path) -> None:
     """A signalling NaN does not survive being a float: -5,000,000 would be read as -805,696."""
     rig, server = evil(tmp_path, PX4)
     frame = bytearray(
@@ -155,7 +155,7 @@ def test_71_whole_numbers_that_look_like_nan_are_read_from_the_frame(tmp_path: P
     rig.holds()
 
 
-def test_71_another_type_than_before_is_taken_as_it_is_told(tmp_path: Path) -> None:
+def test_b6_71_another_type_than_before_is_taken_as_it_is_told(tmp_path: Path) -> None:
     rig, server = evil(tmp_path, PX4)
     server.value("TWO")
     rig.run(0.1)
@@ -168,7 +168,7 @@ def test_71_another_type_than_before_is_taken_as_it_is_told(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("number", [3.5, math.nan, 1e30, -1e30, math.inf, 128.0])
-def test_72_a_whole_number_that_is_none_crashes_nobody(tmp_path: Path, number: float) -> None:
+def test_b6_72_a_whole_number_that_is_none_crashes_nobody(tmp_path: Path, number: float) -> None:
     rig, server = evil(tmp_path)
     server.say("RALLY_TOTAL", number, 2, 0)
     rig.run(0.1)
@@ -177,7 +177,7 @@ def test_72_a_whole_number_that_is_none_crashes_nobody(tmp_path: Path, number: f
     rig.holds()
 
 
-def test_73_another_value_than_was_asked_for_is_told(tmp_path: Path) -> None:
+def test_b6_73_another_value_than_was_asked_for_is_told(tmp_path: Path) -> None:
     rig, server = evil(tmp_path)
 
     def stubborn(peer: Peer, fields: dict[str, Any]) -> None:
@@ -205,7 +205,7 @@ def test_73_another_value_than_was_asked_for_is_told(tmp_path: Path) -> None:
         {"shortDesc": "\x1b]0;evil\x07" * 1000},
     ],
 )
-def test_74_descriptions_that_make_no_sense_are_left_out(broken: dict[str, Any]) -> None:
+def test_b6_74_descriptions_that_make_no_sense_are_left_out(broken: dict[str, Any]) -> None:
     row = {"name": "P", "type": "Int32", "min": 0, "max": 5} | broken
     good = {"name": "Q", "type": "Float", "min": 0.5, "max": 2.0}
     infos = parse_info(json.dumps({"parameters": [row, good]}).encode())
@@ -220,7 +220,7 @@ def test_74_descriptions_that_make_no_sense_are_left_out(broken: dict[str, Any])
 @pytest.mark.parametrize(
     "data", [b"", b"{", b"[" * 100_000, b'{"parameters": 5}', b'{"parameters": [' + b"[" * 50_000, b"\xff"]
 )
-def test_74_a_broken_file_describes_nothing(data: bytes) -> None:
+def test_b6_74_a_broken_file_describes_nothing(data: bytes) -> None:
     assert parse_info(data) == {}
 
 
