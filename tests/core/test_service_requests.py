@@ -9,14 +9,18 @@ from ftp_peer import FtpServer
 from log_peer import LogServer
 from param_peer import INT8, ParamServer
 from plan_peers import ArduPilotPeer, mission
-from service_rig import PX4, Fields, Peer, ServiceRig
+from service_rig import ARDUPILOT, PX4, Fields, Peer, ServiceRig
 from test_shell import Nsh
+from vehicles import a_vehicle
 
 from tui_gcs.core import messages as m
 from tui_gcs.core import messages_services as s
 from tui_gcs.core.bus import REQUEST
+from tui_gcs.core.firmware.mode_manners import manner_of
+from tui_gcs.core.firmware.modes import known_modes
 from tui_gcs.core.plan_rows import plan_rows
 from tui_gcs.core.services.jobs import MOST_PER_LINK
+from tui_gcs.core.services.order import Retry
 
 ACCEPTED, DENIED = 0, 2
 GUIDED, LOITER, RTL, AUTO = 4, 5, 6, 3
@@ -418,8 +422,51 @@ def test_no_shell_where_there_is_none_or_where_it_is_armed(tmp_path: Path) -> No
     copter, px4 = Peer(1), Nsh()
     px4.system, px4.armed = 2, True
     rig = ServiceRig(tmp_path, copter, Peer(2, autopilot=PX4, armed=True)).heard()
-    assert ended(rig, s.TypeShell((1,), "ver"))[0].text == "this autopilot has no shell"
-    assert ended(rig, s.TypeShell((2,), "ver"))[0].text == "the vehicle is armed"
+    assert refusal(rig, s.TypeShell((1,), "ver")) == "this autopilot has no shell"
+    assert refusal(rig, s.TypeShell((2,), "ver")) == "it is armed"
+
+
+def test_only_vehicles_of_this_run_are_asked_for_anything(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = ServiceRig(tmp_path, Peer(1)).heard()
+    monkeypatch.setattr(rig.station.door, "is_ours", lambda vehicle: False)
+    for request in (*CHANGES, *FETCHES):
+        assert refusal(rig, request) == "not one of our simulated vehicles: this station is SIM"
+
+
+def test_a_vehicle_that_is_not_commanded_gets_stops_only(tmp_path: Path) -> None:
+    peer = obedient(armed=True, alt_rel_mm=20_000, custom_mode=GUIDED)
+    rig = ServiceRig(tmp_path, peer).heard()
+    rig.vehicle().untrusted = "unknown key"
+    for request in CHANGES:
+        assert refusal(rig, request) == "unknown key"
+    assert ended(rig, s.SetMode((1,), "RTL"))[0].state == "done" and rig.vehicle().custom_mode == RTL
+
+
+def test_a_write_that_waited_is_not_begun_on_a_vehicle_that_was_armed_meanwhile(tmp_path: Path) -> None:
+    peer = Peer(1)
+    server = FtpServer(peer, {"/big": bytes(300_000)}, bursts=False)
+    rig = ServiceRig(tmp_path, peer).heard()
+    ask(rig, s.DownloadFile((1,), "/big"))
+    numbers = [
+        ask(rig, request).tasks[0].number for request in (s.WriteFile((1,), "/a", b"x"), s.RemoveFile((1,), "/big"))
+    ]
+    peer.armed = True
+    rig.until(lambda: all(task(rig, number).over for number in numbers), 120.0)
+    assert [task(rig, number).text for number in numbers] == ["it is armed", "it is armed"]
+    assert set(server.files) == {"/big"}
+
+
+@pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
+def test_each_mode_has_its_manner(autopilot: int) -> None:
+    """On the ground nothing is a stop; in the air few modes that are none need no second thought."""
+    modes = known_modes(autopilot, 2)
+    ground, air = a_vehicle(autopilot=autopilot), a_vehicle(autopilot=autopilot, armed=True)
+    assert not [name for number, name in modes.items() if manner_of(ground, number).retry is Retry.STOP]
+    assert not [name for number, name in modes.items() if manner_of(ground, number).danger]
+    stops = {name for number, name in modes.items() if manner_of(air, number).retry is Retry.STOP}
+    assert stops == ({"RTL", "LAND", "HOLD"} if autopilot == PX4 else {"RTL", "LAND", "BRAKE"})
+    calm = {name for number, name in modes.items() if not manner_of(air, number).danger} - stops
+    assert calm == ({"PRECLAND"} if autopilot == PX4 else {"GUIDED", "SMART_RTL"})
 
 
 def test_a_reboot_is_done_when_its_clock_begins_anew(tmp_path: Path) -> None:

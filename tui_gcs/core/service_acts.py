@@ -12,6 +12,7 @@ from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.commands import CMD_REBOOT
 from tui_gcs.core.firmware.mode_manners import manner_of
 from tui_gcs.core.firmware.registry import Firmwares
+from tui_gcs.core.firmware.shell import why_no_shell
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.plan import PlanKind
 from tui_gcs.core.plan_rows import plan_of, plan_rows
@@ -182,12 +183,15 @@ class ServiceActs:
         job = self._services.ftp.write(
             vehicle.id, request.path, request.data, lambda j: task.end(j.error), verify=verify
         )
+        job.only_disarmed = True
         return self._follow(task, job)
 
     def _remove_file(self, vehicle: Vehicle, request: s.RemoveFile, task: Task) -> str:
         if vehicle.armed:
             return ARMED
-        return self._follow(task, self._services.ftp.remove(vehicle.id, request.path, lambda j: task.end(j.error)))
+        job = self._services.ftp.remove(vehicle.id, request.path, lambda j: task.end(j.error))
+        job.only_disarmed = True
+        return self._follow(task, job)
 
     def _list_logs(self, vehicle: Vehicle, request: s.ListLogs, task: Task) -> str:
         def done(job: Job) -> None:
@@ -217,6 +221,8 @@ class ServiceActs:
         manner = manner_of(vehicle, number)
         if manner.danger and not request.sure:
             return f"{manner.danger}: {s.MEANT}"
+        if vehicle.no_commands and manner.retry is not Retry.STOP:
+            return vehicle.no_commands
         firmware = self._firmware.of(vehicle)
 
         def done(action: Action, outcome: Outcome, why: str) -> None:
@@ -233,6 +239,9 @@ class ServiceActs:
         return ""
 
     def _type_shell(self, vehicle: Vehicle, request: s.TypeShell, task: Task) -> str:
+        if why := why_no_shell(vehicle) or (ARMED if vehicle.armed else ""):
+            return why
+
         def done(_: Job) -> None:
             task.end(job.error, result=s.TaskResult(lines=tuple(job.lines)))
 

@@ -141,10 +141,15 @@ class FtpJob(Job):
         super().__init__(vehicle, f"{name} {clean(path, 60)}", on_done)
         self.ftp = ftp
         self.path = path
+        self.only_disarmed = False
+        """It may have waited: not if the vehicle is armed by then."""
         self.dialogue: FtpDialogue | None = None
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """See `Job`."""
+        if self.only_disarmed and vehicle.armed:
+            self.finish("it is armed")
+            return
         self.dialogue = dialogue = self.ftp.dialogue(vehicle, self.name)
         dialogue.ask(Op.RESET, lambda reply: self.finish("no answer") if reply is None else self.work(dialogue))
 
