@@ -94,7 +94,20 @@ class Track:
         return predicted
 
 
-Course = Stand | Track
+class Moving(Reference, Protocol):
+    """A course that moves: followed by a stream of set-points, led by what its vehicle is late."""
+
+    def acceleration(self, t_s: float) -> Vec3:
+        """How its velocity changes at `t_s`, m/s²."""
+        ...
+
+    def predict(self, now: float, position_m: Vec3, times_s: Samples) -> Samples:
+        """(k, 3) where the vehicle will be `times_s` after `now`."""
+        ...
+
+
+Course = Stand | Moving
+"""What a vehicle was told to do."""
 
 
 def stopping_point(position_m: Vec3, velocity_m_s: Vec3, accel_m_s2: float) -> Vec3:
@@ -107,7 +120,7 @@ def stopping_point(position_m: Vec3, velocity_m_s: Vec3, accel_m_s2: float) -> V
     return (x, y, z)
 
 
-def course_of(intent: Intent, speed_m_s: float) -> Course | str:
+def course_of(intent: Intent, speed_m_s: float) -> Stand | Track | str:
     """The course an intent asks for (`hold` and `return` ask for none), or why it asks for nonsense."""
     if intent.kind == "goto":
         if intent.position_m is None or not all(map(math.isfinite, intent.position_m)):

@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.course import STILL, Course, Stand, Track, stopping_point
+from tui_gcs.core.course import STILL, Course, Stand, stopping_point
 from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
@@ -133,8 +133,8 @@ class Steering:
     def _steer(self, flight: Flight, course: Course, vehicle: Vehicle, movers: list[Mover]) -> None:
         now = self._clock.now()
         firmware = self._firmware.of(vehicle)
-        sent = Led(course, flight.tracking.lead) if isinstance(course, Track) and flight.tracking else course
-        flight.next_setpoint_s = now + (firmware.setpoint_gap_s if isinstance(course, Track) else STAND_GAP_S)
+        sent = course if isinstance(course, Stand) or not flight.tracking else Led(course, flight.tracking.lead)
+        flight.next_setpoint_s = now + (STAND_GAP_S if isinstance(course, Stand) else firmware.setpoint_gap_s)
         if not self._may_pass(flight, course, sent, vehicle, movers):
             return
         self._commands.cancel(vehicle.id, "hold")  # of a veto or a change of round: it would fight the new course

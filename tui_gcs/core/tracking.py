@@ -9,7 +9,7 @@ course at the time its newest position arrived.
 import math
 from dataclasses import dataclass, field, replace
 
-from tui_gcs.core.course import STILL, Course, Samples, Track
+from tui_gcs.core.course import STILL, Course, Moving, Samples, Stand
 from tui_gcs.core.firmware.base import Lead
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.push import ACCEL_GAIN, DragModel
@@ -64,15 +64,16 @@ class Tracking:
             return
         gap_s = at_s - self.looked_s
         self.looked_s = at_s
-        if not isinstance(course, Track) or gap_s > GAP_S:
+        if isinstance(course, Stand) or gap_s > GAP_S:
             self.pause()
             self.drag = DragModel()
-            if not isinstance(course, Track):
+            if isinstance(course, Stand):
                 return
             gap_s = min(gap_s, GAP_S)
         point, velocity = course.at(at_s)
         if self.lead.drag_hz is not None:
             self.drag.advance(gap_s, velocity, self.lead.drag_hz)
+            self._learn_drag(point, vehicle.position_m, gap_s)
         speed = math.hypot(*velocity)
         if speed < LEAST_SPEED_M_S:
             self.pause()
@@ -89,12 +90,18 @@ class Tracking:
         if at_s - self.since_s > SETTLE_S:
             self._learn(late_s, behind, cross_m, inward(course, at_s, velocity), gap_s)
 
+    def _learn_drag(self, wanted_m: Vec3, place_m: Vec3, gap_s: float) -> None:
+        """In corners most, however slow: there an autopilot's integral leans the wrong way."""
+        behind = [p - q for p, q in zip(wanted_m, place_m, strict=True)]
+        if self.lead.drag_hz is not None and math.hypot(*behind) < LEARN_WITHIN_M:
+            self.lead = replace(self.lead, drag_hz=self.drag.learnt(self.lead.drag_hz, behind, gap_s))
+
     def _learn(self, late_s: float, behind: list[float], cross_m: float, turn: Vec3, gap_s: float) -> None:
         if abs(late_s) > LEARN_WITHIN_S or cross_m > LEARN_WITHIN_M:
             return
         time_s = _within(self.lead.time_s + LEARN_PER_S * gap_s * late_s, MOST_LEAD_S)
         if self.lead.drag_hz is not None:
-            self.lead = replace(self.lead, time_s=time_s, drag_hz=self.drag.learnt(self.lead.drag_hz, behind, gap_s))
+            self.lead = replace(self.lead, time_s=time_s)
             return
         inward_s2 = self.lead.inward_s2
         size = math.hypot(*turn)
@@ -118,7 +125,7 @@ class Tracking:
 class Led:
     """A course as it is sent: ahead of time, and in curves inside, by a vehicle's lead."""
 
-    course: Track
+    course: Moving
     lead: Lead
 
     def at(self, t_s: float) -> tuple[Vec3, Vec3]:
@@ -148,7 +155,7 @@ class Led:
         return self.course.predict(now, position_m, times_s)
 
 
-def inward(course: Track, t_s: float, velocity_m_s: Vec3) -> Vec3:
+def inward(course: Moving, t_s: float, velocity_m_s: Vec3) -> Vec3:
     """The centripetal part of a course's acceleration, m/s²: across its velocity, towards the inside of the curve."""
     accel = course.acceleration(t_s)
     speed2 = sum(v * v for v in velocity_m_s)

@@ -1,0 +1,127 @@
+"""Orbit: a circle flown again and again, as a course like any other, so that every autopilot flies it the same way.
+
+PX4's own DO_ORBIT reaches 88 % of the asked speed and reads the sticks; ArduCopter's CIRCLE sinks without a pilot.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from tui_gcs.core.course import STILL, Samples
+from tui_gcs.core.messages import Vec3
+
+ACCEL_SHARE = 0.9
+"""Of the allowed acceleration; the rest is the autopilot's for tracking."""
+LEAST_RADIUS_M, LEAST_SPEED_M_S = 1.0, 0.1
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """Straight to the nearest point of the circle, a stop there, then round and round."""
+
+    begin_s: float
+    from_m: Vec3
+    centre_m: Vec3
+    radius_m: float
+    speed_m_s: float
+    accel_m_s2: float
+    clockwise: bool = True
+    """Seen from above."""
+
+    @staticmethod
+    def about(
+        now: float,
+        position_m: Vec3,
+        centre_m: Vec3,
+        radius_m: float,
+        speed_m_s: float,
+        accel_m_s2: float,
+        *,
+        clockwise: bool = True,
+    ) -> "Orbit":
+        """From `position_m`, at the height of `centre_m`, no faster than `accel_m_s2` allows on such a circle.
+
+        Raises:
+            ValueError: numbers that make no circle.
+        """
+        numbers = (now, *position_m, *centre_m, radius_m, speed_m_s, accel_m_s2)
+        if not all(map(math.isfinite, numbers)) or accel_m_s2 <= 0.0:
+            raise ValueError("an orbit needs finite numbers")
+        if radius_m < LEAST_RADIUS_M or speed_m_s < LEAST_SPEED_M_S:
+            raise ValueError(f"an orbit needs a radius of {LEAST_RADIUS_M:g} m and {LEAST_SPEED_M_S:g} m/s at least")
+        accel = ACCEL_SHARE * accel_m_s2
+        speed = min(speed_m_s, math.sqrt(accel * radius_m))
+        return Orbit(now, position_m, centre_m, radius_m, speed, accel, clockwise)
+
+    @property
+    def entry_m(self) -> Vec3:
+        """Where it comes to the circle; north of the centre where every point is as near."""
+        dx, dy = self.from_m[0] - self.centre_m[0], self.from_m[1] - self.centre_m[1]
+        away_m = math.hypot(dx, dy)
+        east, north = (dx / away_m, dy / away_m) if away_m > 1e-6 else (0.0, 1.0)
+        x, y, z = self.centre_m
+        return (x + self.radius_m * east, y + self.radius_m * north, z)
+
+    @property
+    def circle_s(self) -> float:
+        """When the circle begins."""
+        away_m, speed, accel = math.dist(self.from_m, self.entry_m), self.speed_m_s, self.accel_m_s2
+        ramp_m = speed * speed / accel
+        return self.begin_s + (away_m / speed + speed / accel if away_m > ramp_m else 2.0 * math.sqrt(away_m / accel))
+
+    def at(self, t_s: float) -> tuple[Vec3, Vec3]:
+        """Position and velocity wanted at `t_s`."""
+        if t_s < self.circle_s:
+            return self._approach(t_s)
+        way_m, speed, _ = self._started(t_s - self.circle_s)
+        east, north = self._outward(way_m)
+        sense = -1.0 if self.clockwise else 1.0
+        x, y, z = self.centre_m
+        place = (x + self.radius_m * east, y + self.radius_m * north, z)
+        return place, (-sense * speed * north, sense * speed * east, 0.0)
+
+    def acceleration(self, t_s: float) -> Vec3:
+        """How its velocity changes at `t_s`, m/s²."""
+        if t_s < self.circle_s:
+            (before, after), step_s = (self._approach(t_s + dt)[1] for dt in (-0.1, 0.1)), 0.2
+            x, y, z = ((b - a) / step_s for a, b in zip(before, after, strict=True))
+            return (x, y, z)
+        way_m, speed, accel = self._started(t_s - self.circle_s)
+        east, north = self._outward(way_m)
+        sense, inward = -1.0 if self.clockwise else 1.0, speed * speed / self.radius_m
+        return (-inward * east - sense * accel * north, -inward * north + sense * accel * east, 0.0)
+
+    def predict(self, now: float, position_m: Vec3, times_s: Samples) -> Samples:
+        """(k, 3) where the vehicle will be `times_s` after `now`; its present error fades within 2 s."""
+        planned = np.array([self.at(now + t)[0] for t in times_s.tolist()])
+        error = np.array(position_m) - np.array(self.at(now)[0])
+        predicted: Samples = planned + np.clip(1.0 - times_s / 2.0, 0.0, 1.0)[:, None] * error
+        return predicted
+
+    def _approach(self, t_s: float) -> tuple[Vec3, Vec3]:
+        """Speed up, cruise, brake: on the straight way to the entry."""
+        there, left_s = self.entry_m, self.circle_s - t_s
+        away_m, since_s = math.dist(self.from_m, there), t_s - self.begin_s
+        if since_s <= 0.0 or away_m < 1e-6:
+            return self.from_m, STILL
+        by_start, by_end = self._started(since_s), self._started(max(left_s, 0.0))
+        first = since_s <= left_s
+        way_m, speed = (by_start[0], by_start[1]) if first else (away_m - by_end[0], by_end[1])
+        unit = [(b - a) / away_m for a, b in zip(self.from_m, there, strict=True)]
+        x, y, z = (a + way_m * u for a, u in zip(self.from_m, unit, strict=True))
+        return (x, y, z), (speed * unit[0], speed * unit[1], speed * unit[2])
+
+    def _started(self, since_s: float) -> tuple[float, float, float]:
+        """(way, speed, acceleration) so long after it began to move."""
+        ramp_s = self.speed_m_s / self.accel_m_s2
+        if since_s < ramp_s:
+            return 0.5 * self.accel_m_s2 * since_s**2, self.accel_m_s2 * since_s, self.accel_m_s2
+        return self.speed_m_s * (since_s - 0.5 * ramp_s), self.speed_m_s, 0.0
+
+    def _outward(self, way_m: float) -> tuple[float, float]:
+        """East and north parts of the direction from the centre after `way_m` on the circle."""
+        x, y, _ = self.entry_m
+        begin = math.atan2(y - self.centre_m[1], x - self.centre_m[0])
+        angle = begin + (-1.0 if self.clockwise else 1.0) * way_m / self.radius_m
+        return math.cos(angle), math.sin(angle)
