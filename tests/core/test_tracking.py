@@ -8,7 +8,7 @@ from vehicles import a_vehicle
 
 from tui_gcs.core.course import Stand, Track
 from tui_gcs.core.firmware.base import Lead
-from tui_gcs.core.tracking import MOST_INWARD_M, Led, Tracking
+from tui_gcs.core.tracking import MOST_SHIFT_M, Led, Tracking
 from tui_gcs.core.vehicle import Vehicle
 
 RADIUS_M, SPEED_M_S = 60.0, 8.0
@@ -110,9 +110,19 @@ def test_without_a_lead_it_is_the_course_itself() -> None:
     assert Led(circle(), Lead()).at(7.3) == circle().at(7.3)
 
 
+def test_who_speeds_up_is_sent_farther_ahead_and_who_brakes_less_far() -> None:
+    """Seen on the real ArduCopter: 0.8 m behind where it speeds up, 0.8 m ahead where it brakes."""
+    speeds = np.concatenate([np.arange(2.0, 8.0, 0.5), np.arange(8.0, 2.0, -0.5)])
+    ways = np.concatenate([[0.0], np.cumsum(speeds[:-1] * 0.25 + np.diff(speeds) * 0.125)])
+    none = np.zeros_like(ways)
+    course = Track(0.0, 0.25, np.stack([ways, none, none], axis=1), np.stack([speeds, none, none], axis=1))
+    for t, ahead_m in ((1.5, 2.0), (4.5, -2.0)):
+        assert Led(course, Lead(0.0, 1.0)).at(t)[0][0] - course.at(t)[0][0] == pytest.approx(ahead_m)
+
+
 def test_the_shift_is_bounded() -> None:
     (x, y, _), _ = Led(circle(), Lead(0.0, 100.0)).at(10.0)
-    assert math.hypot(x, y) == pytest.approx(RADIUS_M - MOST_INWARD_M, abs=0.1)
+    assert math.hypot(x, y) == pytest.approx(RADIUS_M - MOST_SHIFT_M, abs=0.1)
 
 
 def test_lag_is_measured_before_anything_is_led_away() -> None:
@@ -127,7 +137,7 @@ def test_the_lead_is_learnt_in_a_minute_or_two(late_s: float, outward_s2: float)
     flown = Autopilot(circle(), Lead(), late_s=late_s, outward_s2=outward_s2).fly(120.0)
     assert flown.error_m < 0.2
     assert flown.tracking.lead.time_s == pytest.approx(late_s, abs=0.03)
-    assert flown.tracking.lead.inward_s2 == pytest.approx(outward_s2, abs=0.2)
+    assert flown.tracking.lead.accel_s2 == pytest.approx(outward_s2, abs=0.2)
     assert abs(flown.tracking.lag_s) < 0.03
 
 

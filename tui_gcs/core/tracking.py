@@ -1,9 +1,9 @@
 """How well a vehicle keeps to its course, measured in flight: how far off, how late, and what lead takes that away.
 
-An autopilot that is told where to be now is there a little later, and in a curve a little outside. So it is told where
-it should be a little later, and a little inside, or, where it takes accelerations, how hard to lean (`push`): by how
-much is its firmware's figure first, and its own, measured, soon after. Compared are places of the same moment: the
-course at the time its newest position arrived.
+An autopilot that is told where to be now is there a little later, and where it accelerates, in a curve above all, a
+little off. So it is told where it should be a little later, shifted along the acceleration; or, where it takes
+accelerations, how hard to lean (`push`). By how much is its firmware's figure first, and its own, measured, soon after.
+Compared are places of the same moment: the course at the time its newest position arrived.
 """
 
 import math
@@ -17,15 +17,15 @@ from tui_gcs.core.vehicle import Vehicle
 
 LEAST_SPEED_M_S = 2.0
 """Below it "late" means nothing."""
-LEAST_TURN_M_S2 = 0.3
-"""Straighter than this a course says nothing of curves."""
+LEAST_ACCEL_M_S2 = 0.3
+"""A steadier course says nothing of accelerations."""
 SETTLE_S = 3.0
 """A new course, or a corner, is not measured before."""
 LEARN_PER_S = 0.1
 """So much of the remaining error is taken into the lead in a second: slower than the loop that is measured."""
 SMOOTH_S = 2.0
 """Time constant of what is shown."""
-MOST_LEAD_S, MOST_INWARD_S2, MOST_INWARD_M = 1.0, 4.0, 4.0
+MOST_LEAD_S, MOST_ACCEL_S2, MOST_SHIFT_M = 1.0, 4.0, 4.0
 LEARN_WITHIN_S, LEARN_WITHIN_M = 1.0, 6.0
 """Larger errors are not lag: it is catching up, or something is wrong."""
 GAP_S = 1.0
@@ -88,7 +88,7 @@ class Tracking:
         self.lag_s = late_s if share == 1.0 else self.lag_s + share * (late_s - self.lag_s)
         self.cross_m = cross_m if share == 1.0 else self.cross_m + share * (cross_m - self.cross_m)
         if at_s - self.since_s > SETTLE_S:
-            self._learn(late_s, behind, cross_m, inward(course, at_s, velocity), gap_s)
+            self._learn(late_s, behind, cross_m, course.acceleration(at_s), gap_s)
 
     def _learn_drag(self, wanted_m: Vec3, place_m: Vec3, gap_s: float) -> None:
         """In corners most, however slow: there an autopilot's integral leans the wrong way."""
@@ -96,19 +96,19 @@ class Tracking:
         if self.lead.drag_hz is not None and math.hypot(*behind) < LEARN_WITHIN_M:
             self.lead = replace(self.lead, drag_hz=self.drag.learnt(self.lead.drag_hz, behind, gap_s))
 
-    def _learn(self, late_s: float, behind: list[float], cross_m: float, turn: Vec3, gap_s: float) -> None:
+    def _learn(self, late_s: float, behind: list[float], cross_m: float, accel: Vec3, gap_s: float) -> None:
         if abs(late_s) > LEARN_WITHIN_S or cross_m > LEARN_WITHIN_M:
             return
         time_s = _within(self.lead.time_s + LEARN_PER_S * gap_s * late_s, MOST_LEAD_S)
         if self.lead.drag_hz is not None:
             self.lead = replace(self.lead, time_s=time_s)
             return
-        inward_s2 = self.lead.inward_s2
-        size = math.hypot(*turn)
-        if size > LEAST_TURN_M_S2:
-            outside_m = sum(b * a for b, a in zip(behind, turn, strict=True)) / size
-            inward_s2 = _within(inward_s2 + LEARN_PER_S * gap_s * outside_m / size, MOST_INWARD_S2)
-        self.lead = Lead(time_s, inward_s2)
+        accel_s2 = self.lead.accel_s2
+        size = math.hypot(*accel)
+        if size > LEAST_ACCEL_M_S2:
+            left_m = sum(b * a for b, a in zip(behind, accel, strict=True)) / size
+            accel_s2 = _within(accel_s2 + LEARN_PER_S * gap_s * left_m / size, MOST_ACCEL_S2)
+        self.lead = Lead(time_s, accel_s2)
 
     def ignores(self, course: Course, vehicle: Vehicle, now: float) -> bool:
         """Whether it has been standing still for long although it was asked to move."""
@@ -123,7 +123,7 @@ class Tracking:
 
 @dataclass(frozen=True)
 class Led:
-    """A course as it is sent: ahead of time, and in curves inside, by a vehicle's lead."""
+    """A course as it is sent: ahead of time, in curves inside, farther on where it speeds up, by a vehicle's lead."""
 
     course: Moving
     lead: Lead
@@ -131,14 +131,14 @@ class Led:
     def at(self, t_s: float) -> tuple[Vec3, Vec3]:
         """Position and velocity to be sent at `t_s`."""
         point, velocity = self.course.at(t_s + self.lead.time_s)
-        if not self.lead.inward_s2:
+        if not self.lead.accel_s2:
             return point, velocity
-        turn = inward(self.course, t_s + self.lead.time_s, velocity)
-        shift = self.lead.inward_s2
-        size_m = shift * math.hypot(*turn)
-        if size_m > MOST_INWARD_M:
-            shift *= MOST_INWARD_M / size_m
-        x, y, z = (p + shift * a for p, a in zip(point, turn, strict=True))
+        accel = self.course.acceleration(t_s + self.lead.time_s)
+        shift = self.lead.accel_s2
+        size_m = shift * math.hypot(*accel)
+        if size_m > MOST_SHIFT_M:
+            shift *= MOST_SHIFT_M / size_m
+        x, y, z = (p + shift * a for p, a in zip(point, accel, strict=True))
         return (x, y, z), velocity
 
     def push(self, t_s: float) -> Vec3:
@@ -153,17 +153,6 @@ class Led:
     def predict(self, now: float, position_m: Vec3, times_s: Samples) -> Samples:
         """Where the vehicle will be: on the course, that is what the lead is for."""
         return self.course.predict(now, position_m, times_s)
-
-
-def inward(course: Moving, t_s: float, velocity_m_s: Vec3) -> Vec3:
-    """The centripetal part of a course's acceleration, m/s²: across its velocity, towards the inside of the curve."""
-    accel = course.acceleration(t_s)
-    speed2 = sum(v * v for v in velocity_m_s)
-    if speed2 < LEAST_SPEED_M_S**2:
-        return (0.0, 0.0, 0.0)
-    along = sum(a * v for a, v in zip(accel, velocity_m_s, strict=True)) / speed2
-    x, y, z = (a - along * v for a, v in zip(accel, velocity_m_s, strict=True))
-    return (x, y, z)
 
 
 def _within(value: float, most: float) -> float:

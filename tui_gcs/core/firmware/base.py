@@ -27,8 +27,8 @@ class Lead:
 
     time_s: float = 0.0
     """The vehicle is this much late."""
-    inward_s2: float = 0.0
-    """In a curve it flies outside of the plan by this much times the centripetal acceleration."""
+    accel_s2: float = 0.0
+    """It is left behind by this much times its course's acceleration: outside in curves, late when it speeds up."""
     drag_hz: float | None = None
     """The air brakes it by this much times its speed: it is told that acceleration, and its course's, as well.
     None: its autopilot is told places and velocities only."""
