@@ -24,12 +24,14 @@ class DragModel:
 
     def __init__(self) -> None:
         """At rest."""
+        self.age_s = 0.0
         self._away_m = [0.0, 0.0]
         self._away_m_s = [0.0, 0.0]
         self._integral_m_s2 = [0.0, 0.0]
 
     def advance(self, gap_s: float, velocity_m_s: Vec3, drag_hz: float) -> None:
         """The course moved with `velocity_m_s` for `gap_s`."""
+        self.age_s += gap_s
         steps = max(1, round(gap_s / STEP_S))
         step_s = gap_s / steps
         for axis in (0, 1):

@@ -93,7 +93,8 @@ class Tracking:
     def _learn_drag(self, wanted_m: Vec3, place_m: Vec3, gap_s: float) -> None:
         """In corners most, however slow: there an autopilot's integral leans the wrong way."""
         behind = [p - q for p, q in zip(wanted_m, place_m, strict=True)]
-        if self.lead.drag_hz is not None and math.hypot(*behind) < LEARN_WITHIN_M:
+        settled = self.drag.age_s > SETTLE_S
+        if self.lead.drag_hz is not None and settled and math.hypot(*behind) < LEARN_WITHIN_M:
             self.lead = replace(self.lead, drag_hz=self.drag.learnt(self.lead.drag_hz, behind, gap_s))
 
     def _learn(self, late_s: float, behind: list[float], cross_m: float, accel: Vec3, gap_s: float) -> None:
