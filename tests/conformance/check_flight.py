@@ -128,7 +128,7 @@ class Pilot:
                 next_s += self.firmware.setpoint_gap_s
                 tracking.look(course, self.vehicle)
                 led = Led(course, tracking.lead)
-                self.firmware.follow(self.vehicle, led.at(now)[0], led.feed(now), led.push(now))
+                self.firmware.follow(self.vehicle, *led.at(now), led.push(now))
             if self.vehicle.position_s > looked_s and self.vehicle.position_s > began_s:
                 looked_s = self.vehicle.position_s
                 yield looked_s - began_s, course.at(looked_s)[0], tracking.lag_s

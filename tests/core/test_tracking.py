@@ -8,7 +8,7 @@ from vehicles import a_vehicle
 
 from tui_gcs.core.course import Stand, Track
 from tui_gcs.core.firmware.base import Lead
-from tui_gcs.core.tracking import MOST_FEED_M_S, Led, Tracking
+from tui_gcs.core.tracking import MOST_SHIFT_M, Led, Tracking
 from tui_gcs.core.vehicle import Vehicle
 
 RADIUS_M, SPEED_M_S = 60.0, 8.0
@@ -24,8 +24,7 @@ def circle(duration_s: float = 300.0, dt_s: float = 0.25) -> Track:
 
 
 class Autopilot:
-    """Is where it was told to be `late_s` before, outside by `outward_s2` times the centripetal acceleration, and
-    farther on by a metre per m/s that it is told to be faster: a position gain of 1/s."""
+    """Is where it was told to be `late_s` before, and outside by `outward_s2` times the centripetal acceleration."""
 
     def __init__(self, course: Track, lead: Lead, *, late_s: float, outward_s2: float) -> None:
         self.vehicle: Vehicle = a_vehicle(1)
@@ -34,10 +33,7 @@ class Autopilot:
 
     def fly(self, until_s: float) -> "Autopilot":
         for now in np.arange(1.0, until_s, 0.1):
-            led = Led(self.course, self.tracking.lead)
-            (x, y, z), plan = led.at(now - self.late_s)
-            feed = led.feed(now - self.late_s)
-            x, y = x + feed[0] - plan[0], y + feed[1] - plan[1]
+            (x, y, z), _ = Led(self.course, self.tracking.lead).at(now - self.late_s)
             wider = 1.0 + self.outward_s2 * TURN_M_S2 / math.hypot(x, y)
             self.vehicle.position_m, self.vehicle.position_s = (x * wider, y * wider, z), float(now)
             self.tracking.look(self.course, self.vehicle)
@@ -103,34 +99,30 @@ def test_the_acceleration_of_a_circle_points_to_its_centre() -> None:
     assert (x, y, z) == pytest.approx((0.0, -TURN_M_S2, 0.0), abs=0.05)
 
 
-def test_a_led_course_is_ahead_in_time_and_turned_inside_in_curves() -> None:
-    led = Led(circle(), Lead(0.25, 2.0))
-    (x, y, _), velocity = led.at(10.0)
-    assert math.hypot(x, y) == pytest.approx(RADIUS_M, abs=0.1)
+def test_a_led_course_is_ahead_in_time_and_inside_in_curves() -> None:
+    (x, y, _), velocity = Led(circle(), Lead(0.25, 2.0)).at(10.0)
+    assert math.hypot(x, y) == pytest.approx(RADIUS_M - 2.0 * TURN_M_S2, abs=0.1)
     assert math.hypot(*velocity) == pytest.approx(SPEED_M_S, abs=0.05)
     assert math.atan2(y, x) == pytest.approx(10.25 * SPEED_M_S / RADIUS_M, abs=0.01)
-    inward = -np.array([x, y]) / RADIUS_M
-    assert np.array(led.feed(10.0))[:2] - np.array(velocity)[:2] == pytest.approx(2.0 * TURN_M_S2 * inward, abs=0.1)
 
 
 def test_without_a_lead_it_is_the_course_itself() -> None:
-    led = Led(circle(), Lead())
-    assert (led.at(7.3), led.feed(7.3)) == (circle().at(7.3), circle().at(7.3)[1])
+    assert Led(circle(), Lead()).at(7.3) == circle().at(7.3)
 
 
-def test_who_speeds_up_is_told_to_be_faster_and_who_brakes_to_be_slower() -> None:
+def test_who_speeds_up_is_sent_farther_ahead_and_who_brakes_less_far() -> None:
     """Seen on the real ArduCopter: 0.8 m behind where it speeds up, 0.8 m ahead where it brakes."""
     speeds = np.concatenate([np.arange(2.0, 8.0, 0.5), np.arange(8.0, 2.0, -0.5)])
     ways = np.concatenate([[0.0], np.cumsum(speeds[:-1] * 0.25 + np.diff(speeds) * 0.125)])
     none = np.zeros_like(ways)
     course = Track(0.0, 0.25, np.stack([ways, none, none], axis=1), np.stack([speeds, none, none], axis=1))
-    for t, faster_m_s in ((1.5, 2.0), (4.5, -2.0)):
-        assert Led(course, Lead(0.0, 1.0)).feed(t)[0] - course.at(t)[1][0] == pytest.approx(faster_m_s)
+    for t, ahead_m in ((1.5, 2.0), (4.5, -2.0)):
+        assert Led(course, Lead(0.0, 1.0)).at(t)[0][0] - course.at(t)[0][0] == pytest.approx(ahead_m)
 
 
-def test_what_is_fed_forward_is_bounded() -> None:
-    led = Led(circle(), Lead(0.0, 100.0))
-    assert math.dist(led.feed(10.0), led.at(10.0)[1]) == pytest.approx(MOST_FEED_M_S, abs=0.1)
+def test_the_shift_is_bounded() -> None:
+    (x, y, _), _ = Led(circle(), Lead(0.0, 100.0)).at(10.0)
+    assert math.hypot(x, y) == pytest.approx(RADIUS_M - MOST_SHIFT_M, abs=0.1)
 
 
 def test_lag_is_measured_before_anything_is_led_away() -> None:
@@ -145,7 +137,7 @@ def test_the_lead_is_learnt_in_a_minute_or_two(late_s: float, outward_s2: float)
     flown = Autopilot(circle(), Lead(), late_s=late_s, outward_s2=outward_s2).fly(120.0)
     assert flown.error_m < 0.2
     assert flown.tracking.lead.time_s == pytest.approx(late_s, abs=0.03)
-    assert flown.tracking.lead.accel_s == pytest.approx(outward_s2, abs=0.2)
+    assert flown.tracking.lead.accel_s2 == pytest.approx(outward_s2, abs=0.2)
     assert abs(flown.tracking.lag_s) < 0.03
 
 

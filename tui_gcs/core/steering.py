@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.course import Course, Stand, stopping_point
+from tui_gcs.core.course import STILL, Course, Stand, stopping_point
 from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
@@ -141,10 +141,8 @@ class Steering:
         point, velocity = sent.at(now)
         if isinstance(course, Stand):
             firmware.go_to(vehicle, point, course.speed_m_s, anew=not flight.limited)
-        elif isinstance(sent, Led):
-            firmware.follow(vehicle, point, sent.feed(now), sent.push(now))
         else:
-            firmware.follow(vehicle, point, velocity)
+            firmware.follow(vehicle, point, velocity, sent.push(now) if isinstance(sent, Led) else STILL)
         flight.limited = isinstance(course, Stand)
 
     def _may_pass(

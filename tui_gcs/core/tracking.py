@@ -1,9 +1,9 @@
 """How well a vehicle keeps to its course, measured in flight: how far off, how late, and what lead takes that away.
 
 An autopilot that is told where to be now is there a little later, and where it accelerates, in a curve above all, a
-little off. So it is told where it should be a little later, and to be as fast as its acceleration will make it; or,
-where it takes accelerations, how hard to lean (`push`). By how much is its firmware's figure first, and its own,
-measured, soon after. Compared are places of the same moment: the course at the time its newest position arrived.
+little off. So it is told where it should be a little later, shifted along the acceleration; or, where it takes
+accelerations, how hard to lean (`push`). By how much is its firmware's figure first, and its own, measured, soon after.
+Compared are places of the same moment: the course at the time its newest position arrived.
 """
 
 import math
@@ -25,7 +25,7 @@ LEARN_PER_S = 0.1
 """So much of the remaining error is taken into the lead in a second: slower than the loop that is measured."""
 SMOOTH_S = 2.0
 """Time constant of what is shown."""
-MOST_LEAD_S, MOST_ACCEL_S, MOST_FEED_M_S = 1.0, 4.0, 4.0
+MOST_LEAD_S, MOST_ACCEL_S2, MOST_SHIFT_M = 1.0, 4.0, 4.0
 LEARN_WITHIN_S, LEARN_WITHIN_M = 1.0, 6.0
 """Larger errors are not lag: it is catching up, or something is wrong."""
 GAP_S = 1.0
@@ -104,12 +104,12 @@ class Tracking:
         if self.lead.drag_hz is not None:
             self.lead = replace(self.lead, time_s=time_s)
             return
-        accel_s = self.lead.accel_s
+        accel_s2 = self.lead.accel_s2
         size = math.hypot(*accel)
         if size > LEAST_ACCEL_M_S2:
             left_m = sum(b * a for b, a in zip(behind, accel, strict=True)) / size
-            accel_s = _within(accel_s + LEARN_PER_S * gap_s * left_m / size, MOST_ACCEL_S)
-        self.lead = Lead(time_s, accel_s)
+            accel_s2 = _within(accel_s2 + LEARN_PER_S * gap_s * left_m / size, MOST_ACCEL_S2)
+        self.lead = Lead(time_s, accel_s2)
 
     def ignores(self, course: Course, vehicle: Vehicle, now: float) -> bool:
         """Whether it has been standing still for long although it was asked to move."""
@@ -124,25 +124,23 @@ class Tracking:
 
 @dataclass(frozen=True)
 class Led:
-    """A course as it is sent: ahead of time by a vehicle's lead, with what its autopilot needs to keep up with it."""
+    """A course as it is sent: ahead of time, in curves inside, farther on where it speeds up, by a vehicle's lead."""
 
     course: Moving
     lead: Lead
 
     def at(self, t_s: float) -> tuple[Vec3, Vec3]:
-        """Where it is wanted, and how fast, a lead ahead of `t_s`."""
-        return self.course.at(t_s + self.lead.time_s)
-
-    def feed(self, t_s: float) -> Vec3:
-        """Velocity to be sent at `t_s`: what its course's acceleration makes of it a lead later."""
-        velocity = self.at(t_s)[1]
-        if not self.lead.accel_s:
-            return velocity
+        """Position and velocity to be sent at `t_s`."""
+        point, velocity = self.course.at(t_s + self.lead.time_s)
+        if not self.lead.accel_s2:
+            return point, velocity
         accel = self.course.acceleration(t_s + self.lead.time_s)
-        size_m_s = self.lead.accel_s * math.hypot(*accel)
-        share = self.lead.accel_s * min(1.0, MOST_FEED_M_S / max(size_m_s, 1e-9))
-        x, y, z = (v + share * a for v, a in zip(velocity, accel, strict=True))
-        return (x, y, z)
+        shift = self.lead.accel_s2
+        size_m = shift * math.hypot(*accel)
+        if size_m > MOST_SHIFT_M:
+            shift *= MOST_SHIFT_M / size_m
+        x, y, z = (p + shift * a for p, a in zip(point, accel, strict=True))
+        return (x, y, z), velocity
 
     def push(self, t_s: float) -> Vec3:
         """Acceleration to be sent at `t_s`: the course's, and what the air takes; none where no drag is known."""

@@ -27,9 +27,8 @@ class Lead:
 
     time_s: float = 0.0
     """The vehicle is this much late."""
-    accel_s: float = 0.0
-    """It is sent the velocity that its course's acceleration makes in this time: otherwise it is left behind by as many
-    metres per m/s², outside in curves, late when it speeds up."""
+    accel_s2: float = 0.0
+    """It is left behind by this much times its course's acceleration: outside in curves, late when it speeds up."""
     drag_hz: float | None = None
     """The air brakes it by this much times its speed: it is told that acceleration, and its course's, as well.
     None: its autopilot is told places and velocities only."""
