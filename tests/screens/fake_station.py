@@ -117,8 +117,15 @@ class FakeStation:
             links=(m.LinkStatus(name="udpin:127.0.0.1:14550", up=True, datagrams=9000, frames=9000, bad=0),),
             min_separation_m=21.4 if self.flying else NAN,
             recording="2026-09-21T14-13.tlog" if self.flying else "",
+            if_silent={v: self.if_silent(v) for v in frame.ids},
             alarm=self.alarm,
         )
+
+    def if_silent(self, vehicle: int) -> str:
+        """Half of them are ArduCopters."""
+        if vehicle < 5:
+            return "brakes after 3 s and holds; on its way to a place flies there first"
+        return "after 1-2 s without set-points: Hold (COM_OBL_RC_ACT)"
 
     def plan(self, team: str) -> m.Plan:
         x, y, rx, ry = self._ring(team)

@@ -189,12 +189,21 @@ class StartDialog(TextDialog[bool]):
         return lines
 
     def _loss_lines(self) -> list[Line]:
-        resume = ", goes on by itself when it is back" if self._loss.resume else " until you resume"
+        resume = "goes on by itself when it is back" if self._loss.resume else "until you resume"
         return [
             [(f"planner late or dead   its vehicles: {self._loss.planner}", Ink.MUTED)],
             [(f"a vehicle is lost      the others of its team: {self._loss.vehicle}", Ink.MUTED)],
-            [(f"the station is gone    each brakes after 3 s and holds{resume}", Ink.MUTED)],
+            [(f"the station is gone    {resume}:", Ink.MUTED)],
+            *([(f"  {ids(vehicles)}  {does}", Ink.MUTED)] for does, vehicles in self._if_silent()),
         ]
+
+    def _if_silent(self) -> list[tuple[str, list[int]]]:
+        """What vehicles do when nobody speaks to them any more, by their own settings."""
+        said = self._feed.status.if_silent if self._feed.status is not None else {}
+        groups: dict[str, list[int]] = {}
+        for vehicle in self._plan.vehicles:
+            groups.setdefault(said.get(vehicle, "nobody knows what it does"), []).append(vehicle)
+        return list(groups.items())
 
     def _key_line(self) -> Line:
         left_s = max(0, round(self._deadline_s - self._clock.now()))

@@ -71,5 +71,6 @@ def fingerprint(feed: Feed) -> tuple[object, ...]:
     if status is not None:
         links = tuple((link.name, link.up) for link in status.links)
         ready = tuple(sorted(status.not_ready))
-        station = (status.kind, status.run, status.round_index, status.revision, links, ready)
+        silent = tuple(sorted(status.if_silent.items()))
+        station = (status.kind, status.run, status.round_index, status.revision, links, ready, silent)
     return (fleet, station, feed.station_lost, feed.read_only)
