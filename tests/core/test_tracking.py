@@ -72,7 +72,7 @@ class Px4:
 
 @pytest.mark.parametrize("drag_hz", [0.0, 0.2, 1.0])
 def test_drag_is_learnt_in_flight_and_pushed_against(drag_hz: float) -> None:
-    """Real multicopters have 0.1 to 0.4, PX4's own simulator 1.0."""
+    """PX4's own simulator has 1.0; others have another one, which is learnt."""
     flown = Px4(circle(), Lead(0.05, drag_hz=0.5), drag_hz=drag_hz)
     first, last = max(flown.fly(0.0, 20.0)), max(flown.fly(90.0, 120.0) if flown.fly(20.0, 90.0) else [])
     assert flown.tracking.lead.drag_hz == pytest.approx(drag_hz, abs=0.1)
