@@ -61,7 +61,7 @@ class Px4Multicopter:
     lead = Lead(0.05, drag_hz=0.5)
     """Measured on the real 1.16.1 on patrol tours: 0.02 s late with 0.05 s, where the drag is right.
 
-    PX4's own simulator drags by 1.0; that of real multicopters is guessed to be less: half of it until their own is learnt.
+    PX4's own simulator drags by 1.0; real multicopters are guessed to drag less: half of it until theirs is learnt.
     """
 
     def __init__(self, speech: Speech, commands: CommandService, clock: Clock, events: EventLog) -> None:
