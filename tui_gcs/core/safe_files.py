@@ -7,6 +7,7 @@ written through a link, nothing that exists is overwritten by a download (securi
 import os
 import re
 import stat
+import weakref
 from pathlib import Path
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
@@ -39,14 +40,15 @@ class SafeFolder:
             self._fd = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)
         except OSError as error:
             raise FileRefused(f"{path}: {error.strerror} (a link?)") from None
+        self._release = weakref.finalize(self, os.close, self._fd)
         info = os.fstat(self._fd)
         if info.st_uid != os.geteuid() or info.st_mode & 0o022:
             self.close()
             raise FileRefused(f"{path}: not ours alone")
 
     def close(self) -> None:
-        """Let go of it."""
-        os.close(self._fd)
+        """Let go of it; who forgets to, does it by dropping it."""
+        self._release()
 
     def __enter__(self) -> "SafeFolder":
         return self
