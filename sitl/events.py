@@ -11,23 +11,14 @@ from functools import cache
 from importlib import resources
 from typing import Any, NamedTuple
 
+from sitl.newer import CODES
+
 FIRST_SEQUENCE = 65525
 """The first number after power-on: it wraps soon."""
 BUFFERED = 20
 ARGUMENT_BYTES = 40
 UNAVAILABLE = 0
 """MAV_EVENT_ERROR_REASON."""
-
-_CODES = {
-    "uint8_t": "B",
-    "int8_t": "b",
-    "uint16_t": "H",
-    "int16_t": "h",
-    "uint32_t": "I",
-    "int32_t": "i",
-    "uint64_t": "Q",
-    "float": "f",
-}
 
 
 class Kind(NamedTuple):
@@ -48,7 +39,7 @@ def kinds() -> dict[str, Kind]:
         for group in part.get("event_groups", {}).values():
             for sub, event in group["events"].items():
                 types = [argument["type"].split("::")[-1] for argument in event.get("arguments", [])]
-                codes = [_CODES.get(enums.get(name, name)) for name in types]
+                codes = [CODES.get(enums.get(name, name)) for name in types]
                 if None not in codes:
                     layout = struct.Struct("<" + "".join(code for code in codes if code))
                     found[event["name"]] = Kind(int(number) << 24 | int(sub), layout)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from fastcrc import crc16
 
-_CODES = {
+CODES = {
     "uint8_t": "B",
     "int8_t": "b",
     "uint16_t": "H",
@@ -20,6 +20,7 @@ _CODES = {
     "float": "f",
     "char": "s",
 }
+"""`struct` codes of MAVLink's types."""
 _SHORT = {"u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "i32": "int32_t", "u64": "uint64_t", "i64": "int64_t"}
 
 # id, name, fields in the order of their XML: type name, with [n] for arrays; "/" begins the extensions.
@@ -57,12 +58,12 @@ class Definition:
         base, _, extensions = fields.partition("/ ")
         self.id = int(number)
         self.msgname = name
-        sent = sorted(_fields(base), key=lambda field: -struct.calcsize(_CODES[field[0]]))
+        sent = sorted(_fields(base), key=lambda field: -struct.calcsize(CODES[field[0]]))
         parsed = sent + list(_fields(extensions))
         self.ordered_fieldnames = self.fieldnames = [name for _, name, _ in parsed]
         self.fieldtypes = [kind for kind, _, _ in parsed]
         self.array_lengths = [length for _, _, length in parsed]
-        self.unpacker = struct.Struct("<" + "".join(f"{length or ''}{_CODES[kind]}" for kind, _, length in parsed))
+        self.unpacker = struct.Struct("<" + "".join(f"{length or ''}{CODES[kind]}" for kind, _, length in parsed))
         self.crc_extra = _crc_extra(name, sent)
 
 

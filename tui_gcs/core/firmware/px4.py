@@ -112,13 +112,11 @@ class Px4Multicopter:
 
     def arm(self, vehicle: Vehicle, on_done: Done) -> Action:
         """Take-off must follow within 10 s, or it disarms itself. Arming by force does not skip any check."""
-        order = Order(c.CMD_ARM_DISARM, (1,))
-        return self._speech.action(vehicle.id, "arm", Retry.START, order, lambda v: v.armed, on_done, confirm_s=3.0)
+        return self._speech.arm(vehicle.id, on_done)
 
     def disarm(self, vehicle: Vehicle) -> Action:
         """On the ground; in the air it refuses."""
-        order = Order(c.CMD_ARM_DISARM, (0,))
-        return self._speech.action(vehicle.id, "disarm", Retry.STOP, order, lambda v: not v.armed)
+        return self._speech.disarm(vehicle.id)
 
     def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> Action:
         """NAV_TAKEOFF's height is above mean sea level; without one it climbs to 2.5 m only."""

@@ -52,6 +52,16 @@ class Speech:
         )
         return action
 
+    def arm(self, vehicle: int, on_done: Done) -> Action:
+        """Arm; done when the heartbeat shows it."""
+        order = Order(c.CMD_ARM_DISARM, (1,))
+        return self.action(vehicle, "arm", Retry.START, order, lambda v: v.armed, on_done, confirm_s=3.0)
+
+    def disarm(self, vehicle: int) -> Action:
+        """Disarm; done when the heartbeat shows it."""
+        order = Order(c.CMD_ARM_DISARM, (0,))
+        return self.action(vehicle, "disarm", Retry.STOP, order, lambda v: not v.armed)
+
     def say(self, vehicle: int, what: str, order: Order, copy: int) -> None:
         """Send one copy of an order; `what` is the operator's word for it."""
         self._door.action(vehicle, what, order.message, **order.fields(copy))

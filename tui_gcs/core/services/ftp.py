@@ -175,31 +175,21 @@ class FtpJob(Job):
         super().finish(error)
 
 
-class FtpReadJob(Job):
-    """Reads a file."""
+class FtpReaderJob(Job):
+    """A job that reads files of a vehicle on its way. However it ends, its dialogue ends with it."""
 
-    def __init__(self, ftp: FtpService, vehicle: int, path: str, on_done: Done, max_bytes: int) -> None:
-        """See `FtpService.read`."""
-        super().__init__(vehicle, f"read {clean(path, 60)}", on_done)
-        self._ftp, self._path, self._most = ftp, path, max_bytes
-        self._sink = MemorySink()
+    def __init__(self, ftp: FtpService, vehicle: int, name: str, on_done: Done) -> None:
+        """Nothing is asked before its turn."""
+        super().__init__(vehicle, name, on_done)
+        self._ftp = ftp
         self._reader: FtpReader | None = None
-
-    @property
-    def data(self) -> bytes:
-        """The file, once the job is done; empty before and if it failed."""
-        return bytes(self._sink.data) if self.over and not self.error else b""
-
-    def begin(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
-        self._reader = self._ftp.reader(vehicle, self._path, self._sink, self.finish, max_bytes=self._most)
-        self._reader.begin()
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
         """See `Job`."""
-        if self._reader is not None:
-            self._reader.tick()
-            self.done, self.total = self._reader.ranges.held, self._reader.announced
+        reader = self._reader
+        if reader is not None:
+            reader.tick()
+            self.done, self.total = reader.ranges.held, reader.announced
 
     def abort(self) -> None:
         """See `Job`."""
@@ -212,6 +202,26 @@ class FtpReadJob(Job):
         if not self.over:
             self._ftp.end(self.vehicle)
         super().finish(error)
+
+
+class FtpReadJob(FtpReaderJob):
+    """Reads a file."""
+
+    def __init__(self, ftp: FtpService, vehicle: int, path: str, on_done: Done, max_bytes: int) -> None:
+        """See `FtpService.read`."""
+        super().__init__(ftp, vehicle, f"read {clean(path, 60)}", on_done)
+        self._path, self._most = path, max_bytes
+        self._sink = MemorySink()
+
+    @property
+    def data(self) -> bytes:
+        """The file, once the job is done; empty before and if it failed."""
+        return bytes(self._sink.data) if self.over and not self.error else b""
+
+    def begin(self, vehicle: Vehicle, now: float) -> None:
+        """See `Job`."""
+        self._reader = self._ftp.reader(vehicle, self._path, self._sink, self.finish, max_bytes=self._most)
+        self._reader.begin()
 
 
 class FtpListJob(FtpJob):

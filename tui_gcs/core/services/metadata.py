@@ -17,10 +17,9 @@ import msgspec
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.safe_files import FileRefused, SafeFolder
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.services.ftp import FtpService
+from tui_gcs.core.services.ftp import FtpReaderJob, FtpService
 from tui_gcs.core.services.ftp_codec import crc_fits
-from tui_gcs.core.services.ftp_read import FtpReader, MemorySink
-from tui_gcs.core.services.jobs import Job
+from tui_gcs.core.services.ftp_read import MemorySink
 from tui_gcs.core.vehicle import Vehicle
 
 PARAMETERS, EVENTS, ACTUATORS = 1, 4, 5
@@ -129,7 +128,7 @@ def _file_name(kind: int, crc: int) -> str:
     return f"meta-{kind}-{crc:08x}"
 
 
-class MetadataJob(Job):
+class MetadataJob(FtpReaderJob):
     """The address, the table of files, the file."""
 
     def __init__(
@@ -140,7 +139,7 @@ class MetadataJob(Job):
         on_done: "Callable[[MetadataJob], None] | None" = None,
     ) -> None:
         """Nothing is asked before its turn."""
-        super().__init__(vehicle, f"metadata {kind}", on_done)  # type: ignore[arg-type]  # it is called with this job
+        super().__init__(service.ftp, vehicle, f"metadata {kind}", on_done)  # type: ignore[arg-type]  # it is called with this job
         self._service = service
         self._kind = kind
         self.data = b""
@@ -148,7 +147,6 @@ class MetadataJob(Job):
         self._tries = 0
         self._due_s = 0.0
         self._asking = True
-        self._reader: FtpReader | None = None
         self._vehicle: Vehicle | None = None
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
@@ -160,22 +158,7 @@ class MetadataJob(Job):
         """See `Job`."""
         if self._asking and now >= self._due_s:
             self._ask(now)
-        reader = self._reader
-        if reader is not None:
-            reader.tick()
-            self.done, self.total = reader.ranges.held, reader.announced
-
-    def abort(self) -> None:
-        """See `Job`."""
-        if self._reader is not None:
-            self._reader.abort()
-        self._service.ftp.end(self.vehicle)
-
-    def finish(self, error: str = "") -> None:
-        """See `Job`."""
-        if not self.over:
-            self._service.ftp.end(self.vehicle)
-        super().finish(error)
+        super().tick(vehicle, now)
 
     def address(self, vehicle: Vehicle, uri: str) -> None:
         """The vehicle said where its table of files is."""
@@ -210,7 +193,7 @@ class MetadataJob(Job):
         if self._vehicle is None:
             return
         sink = MemorySink()
-        self._reader = self._service.ftp.reader(
+        self._reader = self._ftp.reader(
             self._vehicle,
             path,
             sink,

@@ -9,7 +9,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from tui_gcs.core.param_cache import CacheKey
-from tui_gcs.core.services.ftp_read import FtpReader, MemorySink
+from tui_gcs.core.services.ftp import FtpReaderJob
+from tui_gcs.core.services.ftp_read import MemorySink
 from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.param_list import ParamLister
 from tui_gcs.core.services.param_pack import MOST_BYTES, ParamPackError, parse_pack
@@ -24,12 +25,12 @@ FTP_TRIES = 5
 """Of the first question: a vehicle without files is silent, and there are other ways."""
 
 
-class ParamFetchJob(Job):
+class ParamFetchJob(FtpReaderJob):
     """Fetches all parameters into the service's table."""
 
     def __init__(self, service: "ParamService", vehicle: int, on_done: Callable[[Job], None] | None = None) -> None:
         """Nothing is asked before its turn."""
-        super().__init__(vehicle, "parameters", on_done)
+        super().__init__(service.ftp, vehicle, "parameters", on_done)
         self._service = service
         self.way = ""
         """How they came: "cache", "file" or "list"."""
@@ -42,7 +43,6 @@ class ParamFetchJob(Job):
         self._hash_tries = self._hash_due_s = 0.0
         self._hashing: Callable[[int | None], None] | None = None
         self._paths: list[str] = []
-        self._reader: FtpReader | None = None
         self._lister: ParamLister | None = None
 
     # ---------------------------------------------------------------- job
@@ -62,25 +62,10 @@ class ParamFetchJob(Job):
         """See `Job`."""
         if self._hashing is not None and now >= self._hash_due_s:
             self._repeat_hash(now)
-        reader = self._reader
-        if reader is not None:
-            reader.tick()
-            self.done, self.total = reader.ranges.held, reader.announced
+        super().tick(vehicle, now)
         if self._lister is not None:
             self._lister.tick(now)
             self._look_list()
-
-    def abort(self) -> None:
-        """See `Job`."""
-        if self._reader is not None:
-            self._reader.abort()
-        self._service.ftp.end(self.vehicle)
-
-    def finish(self, error: str = "") -> None:
-        """See `Job`."""
-        if not self.over:
-            self._service.ftp.end(self.vehicle)
-        super().finish(error)
 
     def heard(self, param: Param | None, name: str, index: int, count: int, bits: bytes) -> None:
         """The service heard a PARAM_VALUE; `param` is None for the checksum."""
@@ -144,7 +129,7 @@ class ParamFetchJob(Job):
             self._begin_list()
             return
         sink = MemorySink()
-        self._reader = self._service.ftp.reader(
+        self._reader = self._ftp.reader(
             self._vehicle,
             self._paths.pop(0),
             sink,
@@ -173,7 +158,7 @@ class ParamFetchJob(Job):
     # ---------------------------------------------------------------- list
 
     def _begin_list(self) -> None:
-        self._service.ftp.end(self.vehicle)
+        self._ftp.end(self.vehicle)
         self.done = self.total = 0
         self._lister = ParamLister(
             lambda: self._service.ask_list(self.vehicle),
