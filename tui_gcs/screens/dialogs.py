@@ -1,6 +1,7 @@
 """Dialogs: start, choose a round, results, help. Plain text lines in a box; Esc always leaves."""
 
 from collections.abc import Sequence
+from textwrap import wrap
 from typing import TypeVar
 
 from textual import events
@@ -21,6 +22,8 @@ from tui_gcs.widgets.words import ids
 
 T = TypeVar("T")
 DIALOG_WIDTH = 76
+MOST_CELLS = 72
+"""What a line may be long at 80 columns."""
 MOST_REASONS = 5
 CANCEL_AFTER_S = 10.0
 CHECK_S = 0.5
@@ -194,7 +197,11 @@ class StartDialog(TextDialog[bool]):
             [(f"planner late or dead   its vehicles: {self._loss.planner}", Ink.MUTED)],
             [(f"a vehicle is lost      the others of its team: {self._loss.vehicle}", Ink.MUTED)],
             [(f"the station is gone    {resume}:", Ink.MUTED)],
-            *([(f"  {ids(vehicles)}  {does}", Ink.MUTED)] for does, vehicles in self._if_silent()),
+            *(
+                [(line, Ink.MUTED)]
+                for does, vehicles in self._if_silent()
+                for line in wrap(f"{ids(vehicles)}  {does}", MOST_CELLS, initial_indent="  ", subsequent_indent="    ")
+            ),
         ]
 
     def _if_silent(self) -> list[tuple[str, list[int]]]:

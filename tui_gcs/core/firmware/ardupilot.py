@@ -52,7 +52,7 @@ class ArduCopter:
 
     def if_silent(self, vehicle: Vehicle) -> str:
         """GUIDED has no failsafe of its own."""
-        return "flies to its last target and holds there; after a moving target it brakes within 3 s"
+        return "brakes after 3 s and holds; on its way to a place flies there first"
 
     # ---------------------------------------------------------------- from the ground and back
 
