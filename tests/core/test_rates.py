@@ -6,7 +6,8 @@ from itertools import pairwise
 import pytest
 from rate_rig import LAN, OFF, PX4, RADIO, REQUEST_MESSAGE, SATELLITE, SET_INTERVAL, Bench
 
-from tui_gcs.core.rate_sets import ARDUPILOT_ONLY, LADDER, PX4_ONLY
+from tui_gcs.core.firmware.streams import ARDUPILOT_ONLY, PX4_ONLY
+from tui_gcs.core.rate_sets import LADDER
 from tui_gcs.core.rates import LOOK_GAP_S
 
 FULL, NORMAL, MINIMAL, LEAN, HALF_LEAN = (dict(LADDER[place].hz) for place in range(5))

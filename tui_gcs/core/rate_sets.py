@@ -42,11 +42,6 @@ PAYLOAD_BYTES = {
 }
 """With all extensions: a frame may be shorter (trailing zeros are not sent), never longer."""
 
-ARDUPILOT_ONLY = frozenset({65, 193})
-"""RC_CHANNELS: only there an absent pilot's stick is flown (and PX4 sends none without RC). EKF_STATUS_REPORT: PX4
-refuses to send it."""
-PX4_ONLY = frozenset({230})
-"""ESTIMATOR_STATUS: ArduPilot refuses to send it."""
 UNASKED = frozenset(
     # PX4, 50 Hz each (px4.md): position and attitude targets, servos, attitude quaternion, attitude, local position
     {85, 83, 36, 31, 30, 32}

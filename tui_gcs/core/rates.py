@@ -10,15 +10,15 @@ from typing import Any
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.firmware.speech import Speech
+from tui_gcs.core.firmware.streams import not_for
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.radio import RadioReport, radio_report
 from tui_gcs.core.rate_link import CALM_S, LinkRates, Member, Wish
-from tui_gcs.core.rate_sets import ARDUPILOT_ONLY, FULL, PX4_ONLY, UNASKED
+from tui_gcs.core.rate_sets import FULL, UNASKED
 from tui_gcs.core.services.command import Action, CommandService, Outcome
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
 ASK_AGAIN_S, ASK_OFTEN, ASK_SELDOM = 5.0, 4, 16
 """What is not as asked is asked again every 5 s, after four times less often, down to 16 times as seldom."""
@@ -247,13 +247,9 @@ def _is_reachable(link: LinkRates, vehicle: Vehicle, now: float) -> bool:
 
 def _bring_up_to_date(link: LinkRates, member: Member, vehicle: Vehicle, now: float) -> None:
     """Wish for what the link's set has, and against what it has no more or what comes unasked."""
-    wanted, wishes = link.set.hz, member.wishes
+    wanted, wishes, useless = link.set.hz, member.wishes, not_for(vehicle)
     for message, hz in wanted.items():
-        if message in ARDUPILOT_ONLY and vehicle.autopilot != AUTOPILOT_ARDUPILOT:
-            continue
-        if message in PX4_ONLY and vehicle.autopilot != AUTOPILOT_PX4:
-            continue
-        if message not in wishes or wishes[message].hz != hz:
+        if message not in useless and (message not in wishes or wishes[message].hz != hz):
             wishes[message] = Wish(hz)
     for message, wish in wishes.items():
         if wish.hz > 0.0 and message not in wanted:

@@ -1,0 +1,17 @@
+"""Which telemetry each autopilot refuses to send, or has no use for: it is not asked for that."""
+
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
+
+ARDUPILOT_ONLY = frozenset({65, 193})
+"""RC_CHANNELS: only there an absent pilot's stick is flown (and PX4 sends none without RC). EKF_STATUS_REPORT: PX4
+refuses to send it."""
+PX4_ONLY = frozenset({230})
+"""ESTIMATOR_STATUS: ArduPilot refuses to send it."""
+_ANY_OTHER = ARDUPILOT_ONLY | PX4_ONLY
+_NOT_FOR = {AUTOPILOT_ARDUPILOT: PX4_ONLY, AUTOPILOT_PX4: ARDUPILOT_ONLY}
+
+
+def not_for(vehicle: Vehicle) -> frozenset[int]:
+    """Ids of messages that this vehicle is not asked for."""
+    return _NOT_FOR.get(vehicle.autopilot, _ANY_OTHER)
