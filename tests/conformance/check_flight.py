@@ -8,7 +8,7 @@ import numpy as np
 
 from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.report import check
-from tui_gcs.core.course import Track
+from tui_gcs.core.course import Trajectory
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.services.order import Action, Order, Outcome, Retry
@@ -120,7 +120,7 @@ class Pilot:
         samples = [at(float(t)) for t in times]
         began_s = self.field.clock.now()
         points, velocities = (np.array(column, dtype=float) for column in zip(*samples, strict=True))
-        course = Track(began_s, TRACK_DT_S, points, velocities)
+        course = Trajectory(began_s, TRACK_DT_S, points, velocities)
         tracking = Tracking(self.firmware.lead)
         next_s, looked_s = began_s, 0.0
         while (now := self.field.clock.now()) - began_s < seconds:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tui_gcs.core.course import Course, Stand, Track, course_of, stopping_point
+from tui_gcs.core.course import Course, Stand, Trajectory, course_of, stopping_point
 from tui_gcs.core.guard import Guard, Mover, predict
 from tui_gcs.core.messages import Intent, Vec3
 from tui_gcs.core.scenario import Limits, OperatingArea
@@ -33,11 +33,11 @@ def stand(x: float, y: float, z: float = 40.0) -> Stand:
     return Stand((x, y, z), LIMITS.speed_m_s)
 
 
-def passing(x: float, y: float, vx: float, vy: float = 0.0, z: float = 40.0) -> Track:
+def passing(x: float, y: float, vx: float, vy: float = 0.0, z: float = 40.0) -> Trajectory:
     """At (x, y) now with this velocity, straight on for 10 s."""
     t = np.arange(0.0, 10.5, 0.5)[:, None]
     velocity = np.array([[vx, vy, 0.0]])
-    return Track(0.0, 0.5, np.array([[x, y, z]]) + t * velocity, np.repeat(velocity, len(t), axis=0))
+    return Trajectory(0.0, 0.5, np.array([[x, y, z]]) + t * velocity, np.repeat(velocity, len(t), axis=0))
 
 
 def verdict(g: Guard, position: Vec3, course: Course, *others: Mover, now: float = 0.0) -> str:
@@ -218,7 +218,7 @@ def test_whoever_follows_only_what_passed_stays_inside(
     for (x, y, z), (vx, vy) in wishes:
         t = np.arange(4.0)[:, None]
         moving = np.array([[vx, vy, 0.0]])
-        track = Track(now, 1.0, np.array([[x, y, z]]) + t * moving, np.repeat(moving, 4, axis=0))
+        track = Trajectory(now, 1.0, np.array([[x, y, z]]) + t * moving, np.repeat(moving, 4, axis=0))
         for course in (track, Stand((x, y, z), 8.0)):
             hold: Vec3 | None = None
             for _ in range(15):
@@ -252,7 +252,7 @@ def _fly(place: np.ndarray, velocity: np.ndarray, target: np.ndarray, dt: float)
 
 
 def test_a_track_between_before_and_after_its_samples() -> None:
-    track = Track(10.0, 1.0, np.array([[0.0, 0.0, 30.0], [4.0, 0.0, 30.0]]), np.array([[4.0, 0.0, 0.0]] * 2))
+    track = Trajectory(10.0, 1.0, np.array([[0.0, 0.0, 30.0], [4.0, 0.0, 30.0]]), np.array([[4.0, 0.0, 0.0]] * 2))
     assert track.at(10.5) == ((2.0, 0.0, 30.0), (4.0, 0.0, 0.0))
     assert track.at(99.0) == ((4.0, 0.0, 30.0), (0.0, 0.0, 0.0)), "after the last sample it stays"
     assert track.at(5.0) == ((0.0, 0.0, 30.0), (0.0, 0.0, 0.0)), "before the first it waits there"
@@ -264,23 +264,32 @@ def test_a_track_between_before_and_after_its_samples() -> None:
         (Intent(1, "goto"), "goto without a finite position"),
         (Intent(1, "goto", position_m=(math.nan, 0.0, 30.0)), "goto without a finite position"),
         (Intent(1, "goto", position_m=(0.0, math.inf, 30.0)), "goto without a finite position"),
-        (Intent(1, "track"), "at least two samples"),
-        (Intent(1, "track", dt_s=1.0, positions_m=((0.0, 0.0, 30.0),) * 2), "as many velocities"),
+        (Intent(1, "trajectory"), "at least two samples"),
+        (Intent(1, "trajectory", dt_s=1.0, positions_m=((0.0, 0.0, 30.0),) * 2), "as many velocities"),
         (
-            Intent(1, "track", dt_s=0.0, positions_m=((0.0, 0.0, 30.0),) * 2, velocities_m_s=((0.0, 0.0, 0.0),) * 2),
+            Intent(
+                1, "trajectory", dt_s=0.0, positions_m=((0.0, 0.0, 30.0),) * 2, velocities_m_s=((0.0, 0.0, 0.0),) * 2
+            ),
             "dt_s > 0",
         ),
         (
-            Intent(1, "track", dt_s=1.0, positions_m=((math.nan, 0.0, 30.0),) * 2, velocities_m_s=((0.0,) * 3,) * 2),
+            Intent(
+                1, "trajectory", dt_s=1.0, positions_m=((math.nan, 0.0, 30.0),) * 2, velocities_m_s=((0.0,) * 3,) * 2
+            ),
             "not finite samples",
         ),
         (
-            Intent(1, "track", dt_s=1.0, positions_m=((0.0,) * 3,) * 601, velocities_m_s=((0.0,) * 3,) * 601),
+            Intent(1, "trajectory", dt_s=1.0, positions_m=((0.0,) * 3,) * 601, velocities_m_s=((0.0,) * 3,) * 601),
             "too many",
         ),
         (
             Intent(
-                1, "track", t0_s=math.nan, dt_s=1.0, positions_m=((0.0,) * 3,) * 2, velocities_m_s=((0.0,) * 3,) * 2
+                1,
+                "trajectory",
+                t0_s=math.nan,
+                dt_s=1.0,
+                positions_m=((0.0,) * 3,) * 2,
+                velocities_m_s=((0.0,) * 3,) * 2,
             ),
             "times are not finite",
         ),

@@ -157,7 +157,7 @@ def test_a_plan_may_not_name_vehicles_of_another_team_or_nobodys(rig: MakeRig) -
 def test_tracks_of_nan_are_vetoed_by_kind(rig: MakeRig) -> None:
     flight = rig(1, planning=False).flying().run(0.5)
     nan = (math.nan,) * 3
-    flight.plan(Intent(1, "track", t0_s=0.0, dt_s=1.0, positions_m=(nan, nan), velocities_m_s=(nan, nan)))
+    flight.plan(Intent(1, "trajectory", t0_s=0.0, dt_s=1.0, positions_m=(nan, nan), velocities_m_s=(nan, nan)))
     flight.plan(Intent(1, "goto", position_m=nan))
     flight.plan(Intent(1, "return"))
     flight.run(1.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from vehicles import a_vehicle
 
-from tui_gcs.core.course import Stand, Track
+from tui_gcs.core.course import Stand, Trajectory
 from tui_gcs.core.firmware.base import Lead
 from tui_gcs.core.tracking import MOST_SHIFT_M, Led, Tracking
 from tui_gcs.core.vehicle import Vehicle
@@ -15,18 +15,18 @@ RADIUS_M, SPEED_M_S = 60.0, 8.0
 TURN_M_S2 = SPEED_M_S**2 / RADIUS_M
 
 
-def circle(duration_s: float = 300.0, dt_s: float = 0.25) -> Track:
+def circle(duration_s: float = 300.0, dt_s: float = 0.25) -> Trajectory:
     """Counter-clockwise about the origin from (60, 0)."""
     t = np.arange(0.0, duration_s, dt_s) * SPEED_M_S / RADIUS_M
     places = np.stack([RADIUS_M * np.cos(t), RADIUS_M * np.sin(t), np.full_like(t, 30.0)], axis=1)
     velocities = np.stack([-SPEED_M_S * np.sin(t), SPEED_M_S * np.cos(t), np.zeros_like(t)], axis=1)
-    return Track(0.0, dt_s, places, velocities)
+    return Trajectory(0.0, dt_s, places, velocities)
 
 
 class Autopilot:
     """Is where it was told to be `late_s` before, and outside by `outward_s2` times the centripetal acceleration."""
 
-    def __init__(self, course: Track, lead: Lead, *, late_s: float, outward_s2: float) -> None:
+    def __init__(self, course: Trajectory, lead: Lead, *, late_s: float, outward_s2: float) -> None:
         self.vehicle: Vehicle = a_vehicle(1)
         self.course, self.tracking = course, Tracking(lead)
         self.late_s, self.outward_s2 = late_s, outward_s2
@@ -47,7 +47,7 @@ class Autopilot:
 class Px4:
     """PX4's position control against the air: PI of velocity, P of position, and the accelerations it is told."""
 
-    def __init__(self, course: Track, lead: Lead, *, drag_hz: float) -> None:
+    def __init__(self, course: Trajectory, lead: Lead, *, drag_hz: float) -> None:
         self.vehicle: Vehicle = a_vehicle(1)
         self.course, self.tracking, self.drag_hz = course, Tracking(lead), drag_hz
         self.place, self.speed, self.integral = (np.array(start[:2]) for start in (*course.at(0.0), (0.0, 0.0)))
@@ -115,7 +115,7 @@ def test_who_speeds_up_is_sent_farther_ahead_and_who_brakes_less_far() -> None:
     speeds = np.concatenate([np.arange(2.0, 8.0, 0.5), np.arange(8.0, 2.0, -0.5)])
     ways = np.concatenate([[0.0], np.cumsum(speeds[:-1] * 0.25 + np.diff(speeds) * 0.125)])
     none = np.zeros_like(ways)
-    course = Track(0.0, 0.25, np.stack([ways, none, none], axis=1), np.stack([speeds, none, none], axis=1))
+    course = Trajectory(0.0, 0.25, np.stack([ways, none, none], axis=1), np.stack([speeds, none, none], axis=1))
     for t, ahead_m in ((1.5, 2.0), (4.5, -2.0)):
         assert Led(course, Lead(0.0, 1.0)).at(t)[0][0] - course.at(t)[0][0] == pytest.approx(ahead_m)
 

@@ -21,7 +21,7 @@ def small_patrol(members: tuple[int, ...] = (1, 2, 3, 4), **parameters: float | 
 def limits_kept(plan: Plan) -> None:
     """What the guard would look at, for every sample of every track."""
     for intent in plan.intents:
-        assert intent.kind == "track"
+        assert intent.kind == "trajectory"
         assert intent.t0_s == plan.t_s
         places, speeds = np.array(intent.positions_m), np.array(intent.velocities_m_s)
         assert np.hypot(speeds[:, 0], speeds[:, 1]).max() <= 8.0

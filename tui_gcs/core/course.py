@@ -45,7 +45,7 @@ class Stand:
 
 
 @dataclass(frozen=True)
-class Track:
+class Trajectory:
     """Follow timed samples; wait at the first one, and stay at the last one."""
 
     t0_s: float
@@ -120,7 +120,7 @@ def stopping_point(position_m: Vec3, velocity_m_s: Vec3, accel_m_s2: float) -> V
     return (x, y, z)
 
 
-def course_of(intent: Intent, speed_m_s: float) -> Stand | Track | str:
+def course_of(intent: Intent, speed_m_s: float) -> Stand | Trajectory | str:
     """The course an intent asks for (`hold` and `return` ask for none), or why it asks for nonsense."""
     if intent.kind == "goto":
         if intent.position_m is None or not all(map(math.isfinite, intent.position_m)):
@@ -129,9 +129,9 @@ def course_of(intent: Intent, speed_m_s: float) -> Stand | Track | str:
     positions = np.array(intent.positions_m, dtype=float)
     velocities = np.array(intent.velocities_m_s, dtype=float)
     if positions.ndim != 2 or positions.shape[0] < 2 or positions.shape != velocities.shape or intent.dt_s <= 0:
-        return "track needs at least two samples, as many velocities as positions, and dt_s > 0"
+        return "trajectory needs at least two samples, as many velocities as positions, and dt_s > 0"
     if len(positions) > 600 or not (np.isfinite(positions).all() and np.isfinite(velocities).all()):
-        return "track has too many or not finite samples"
+        return "trajectory has too many or not finite samples"
     if not (math.isfinite(intent.t0_s) and math.isfinite(intent.dt_s)):
-        return "track times are not finite"
-    return Track(intent.t0_s, intent.dt_s, positions, velocities)
+        return "trajectory times are not finite"
+    return Trajectory(intent.t0_s, intent.dt_s, positions, velocities)

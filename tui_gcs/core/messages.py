@@ -1,4 +1,4 @@
-"""Everything that travels on the bus: msgspec structs, msgpack on the wire, declared once.
+"""Everything that travels on the bus: msgspec structs, msgpack on the wire, declared once (planning: next door).
 
 Unknown fields and wrong types are errors. Positions are ENU metres about the scenario origin (x east, y north,
 z up above home), times `*_s` are the station's monotonic seconds unless the name says `wall`.
@@ -11,17 +11,17 @@ from typing import Any, Literal, NamedTuple, TypeVar
 import msgspec
 
 from tui_gcs.core.kinds import Kind as Kind
-from tui_gcs.core.scenario import Limits, OperatingArea, Scenario
-from tui_gcs.core.zones import Zone
+from tui_gcs.core.message import Message as Message
+from tui_gcs.core.message import Vec3 as Vec3
+from tui_gcs.core.messages_planning import Annotation as Annotation
+from tui_gcs.core.messages_planning import Intent as Intent
+from tui_gcs.core.messages_planning import Plan as Plan
+from tui_gcs.core.messages_planning import PlannerTask as PlannerTask
+from tui_gcs.core.messages_planning import Track as Track
+from tui_gcs.core.scenario import Scenario
 
-PROTOCOL = 4
+PROTOCOL = 5
 """Version of this file's contract; consoles and workers say it first (`Hello`)."""
-
-Vec3 = tuple[float, float, float]
-
-
-class Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Base of all bus messages."""
 
 
 class Phase(StrEnum):
@@ -133,6 +133,10 @@ class FleetFrame(Message, frozen=True):
     """What signatures are worth: "unsigned", "signed, not verified", "signed by us", "unknown key"."""
     problem: tuple[str, ...] = ()
     """Why it is not commanded (two vehicles with one id, an unknown key); empty if it is."""
+    tracks: tuple[Track, ...] = ()
+    """What the vehicles' sensors have found, ordered by id."""
+    wind_m_s: tuple[float, float] | None = None
+    """Where the air moves to (east, north), as the fleet estimates it; None when nobody knows."""
 
     def rows(self) -> list[VehicleRow]:
         """The vehicles one by one."""
@@ -261,75 +265,6 @@ class ScenarioChanged(Message, frozen=True):
     path: str
     toml: str
     scenario: Scenario
-
-
-# ---------------------------------------------------------------- planner
-
-
-class PlannerTask(Message, frozen=True):
-    """What a team's planner is asked to do. A new revision means: configure again."""
-
-    team: str
-    revision: int
-    t_s: float
-    planner: str
-    zone: Zone
-    area: OperatingArea
-    no_fly: tuple[Zone, ...]
-    limits: Limits
-    footprint_radius_m: float
-    parameters: dict[str, float | int | bool | str]
-    seed: int
-    members: tuple[int, ...]
-    """System ids of the whole team, flying or not."""
-    layers_m: dict[int, float]
-    """Altitude layer of each member, metres above home."""
-
-
-class Intent(Message, frozen=True):
-    """What a planner wants of one vehicle.
-
-    hold: stop here. goto: fly to `position_m` and stay. track: be at `positions_m[i]` with
-    `velocities_m_s[i]` at time `t0_s + i * dt_s`; after the last sample the vehicle holds there.
-    return: fly home and land.
-    """
-
-    vehicle: int
-    kind: Literal["hold", "goto", "track", "return"]
-    position_m: Vec3 | None = None
-    t0_s: float = 0.0
-    dt_s: float = 0.0
-    positions_m: tuple[Vec3, ...] = ()
-    velocities_m_s: tuple[Vec3, ...] = ()
-    slot: str = ""
-    joined: bool = False
-    """True once the vehicle is on its slot by the planner's own judgement."""
-    reason: str = ""
-
-
-class Annotation(Message, frozen=True):
-    """Something a planner draws on the map. Points are ENU metres."""
-
-    kind: Literal["polyline", "polygon", "marker", "text"]
-    points_m: tuple[tuple[float, float], ...]
-    text: str = ""
-
-
-class Plan(Message, frozen=True):
-    """A planner's answer for one step: intents for its team, drawings and named numbers."""
-
-    team: str
-    revision: int
-    seq: int
-    t_s: float
-    """`t_s` of the fleet frame this plan was made from."""
-    intents: tuple[Intent, ...] = ()
-    annotations: tuple[Annotation, ...] | None = None
-    """None: as before."""
-    metrics: dict[str, float] = {}
-    step_ms: float = 0.0
-    error: str = ""
-    """Traceback of a step that failed; then there are no intents."""
 
 
 # ---------------------------------------------------------------- requests

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.course import Track, course_of
+from tui_gcs.core.course import Trajectory, course_of
 from tui_gcs.core.events import ALERT, NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
@@ -264,7 +264,7 @@ class TeamDesk:
     def is_on_slot(self, flight: Flight) -> bool:
         """Whether this vehicle is on its slot now."""
         vehicle = self._fleet.vehicles.get(flight.vehicle)
-        if vehicle is None or not flight.joined or not isinstance(flight.course, Track):
+        if vehicle is None or not flight.joined or not isinstance(flight.course, Trajectory):
             return False
         return self._steering.slot_error_m(flight, vehicle) <= ON_SLOT_M
 

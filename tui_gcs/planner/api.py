@@ -15,7 +15,7 @@ planner asks for none of them. Positions are ENU metres about the scenario origi
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +26,11 @@ from tui_gcs.core.scenario import Limits, OperatingArea
 from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
 
 __all__ = [
+    "LOW_BATTERY_PCT",
     "Annotation",
     "Circle",
     "Context",
+    "Event",
     "Fleet",
     "Intent",
     "Limits",
@@ -41,6 +43,7 @@ __all__ = [
     "Rectangle",
     "Role",
     "Shape",
+    "Tracks",
     "Zone",
     "area_m2",
     "cell_centres_m",
@@ -100,6 +103,42 @@ class Fleet:
     """(n,) age of the position."""
     layer_m: NDArray[np.float64]
     """(n,) each vehicle's own altitude layer."""
+    battery_pct: NDArray[np.float64]
+    """(n,) what is left; NaN when unknown."""
+    held: NDArray[np.bool_]
+    """(n,) True: airborne but held by the operator or the guard; it may become active again where it is."""
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """Sensed targets as struct of arrays, ordered by id; read only. k targets."""
+
+    id: NDArray[np.int64]
+    position_m: NDArray[np.float64]
+    """(k, 3) ENU, carried forward to the time of the step."""
+    velocity_m_s: NDArray[np.float64]
+    """(k, 3) ENU."""
+    sigma_m: NDArray[np.float64]
+    """(k,) standard deviation of the position along its worse axis."""
+    age_s: NDArray[np.float64]
+    """(k,) since it was detected last."""
+    confirmed: NDArray[np.bool_]
+    seen_by: tuple[tuple[int, ...], ...]
+    """Vehicles that detected each within the last seconds."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that changed since the step before; told before the step that sees it."""
+
+    kind: Literal["joined", "lost", "held", "returned", "low battery", "resumed"]
+    """joined: became active. lost: nothing is heard of it. held: holds, by operator or guard. returned: flies home or
+    is taken out. low battery: under `LOW_BATTERY_PCT`. resumed: active again after it was held."""
+    t_s: float
+    vehicle: int
+
+
+LOW_BATTERY_PCT = 25.0
 
 
 @dataclass(frozen=True)
@@ -115,6 +154,10 @@ class Context:
     """Units of background work granted for this step (per mission second: `Planner.iterations_per_s`)."""
     deadline_s: float
     """Advisory: seconds this step may take."""
+    tracks: Tracks
+    """What the vehicles' sensors have found."""
+    wind_m_s: tuple[float, float] | None = None
+    """Where the air moves to (east, north); None when nobody knows."""
 
 
 @dataclass
@@ -146,6 +189,9 @@ class Planner:
     def step(self, ctx: Context) -> Output:
         """Intents for active vehicles."""
         raise NotImplementedError
+
+    def event(self, event: Event) -> None:
+        """Something changed; the step that follows sees it, too, so that nobody must listen."""
 
     def stop(self, reason: str) -> None:
         """No more steps."""

@@ -15,7 +15,7 @@ import numpy as np
 from tui_gcs.core.bus import FLEET, PLAN, TASK, Bus, Closable
 from tui_gcs.core.messages import FleetFrame, Freshness, Phase, Plan, PlannerTask, decode, encode
 from tui_gcs.planner import registry
-from tui_gcs.planner.api import Context, Fleet, Output, Planner
+from tui_gcs.planner.api import Context, Fleet, Output, Planner, Tracks
 
 DEADLINE_SHARE = 0.5
 """A step may take this share of the period; longer is late."""
@@ -99,7 +99,7 @@ class PlannerHost:
         late = frame.t_s - self._next_s > period_s
         self._next_s = frame.t_s + period_s if late else self._next_s + period_s
         begin_s = time.perf_counter()
-        output = self._output(job, team_view(frame, job.task), frame.t_s, period_s)
+        output = self._output(job, frame, period_s)
         step_ms = (time.perf_counter() - begin_s) * 1e3
         self._seq += 1
         plan = Plan(self.team, job.task.revision, self._seq, frame.t_s, step_ms=step_ms)
@@ -112,12 +112,14 @@ class PlannerHost:
             metrics={name: float(value) for name, value in output.metrics.items()},
         )
 
-    def _output(self, job: _Job, fleet: Fleet, t_s: float, period_s: float) -> Output | str:
+    def _output(self, job: _Job, frame: FleetFrame, period_s: float) -> Output | str:
         """What the planner wants, or the text of its error. Configuration errors stay until the next task."""
         if job.planner is None:
             return job.error
         iterations = round(job.planner.iterations_per_s * period_s)
-        context = Context(t_s, fleet, job.rng, iterations, period_s * DEADLINE_SHARE)
+        t_s, fleet = frame.t_s, team_view(frame, job.task)
+        deadline_s = period_s * DEADLINE_SHARE
+        context = Context(t_s, fleet, job.rng, iterations, deadline_s, tracks_view(frame), frame.wind_m_s)
         outputs: list[Output] = []
 
         def run(planner: Planner) -> None:
@@ -157,6 +159,27 @@ def team_view(frame: FleetFrame, task: PlannerTask) -> Fleet:
         heading_deg=np.array([frame.heading_deg[i] for i in rows], dtype=float),
         age_s=np.array([frame.age_s[i] for i in rows], dtype=float),
         layer_m=np.array([task.layers_m.get(vehicle, np.nan) for vehicle in ids], dtype=float),
+        battery_pct=np.array([frame.battery_pct[i] for i in rows], dtype=float),
+        held=np.array([frame.phase[i] == Phase.HOLDING for i in rows], dtype=bool),
+    )
+
+
+def tracks_view(frame: FleetFrame) -> Tracks:
+    """The frame's tracks as struct of arrays, carried forward to its time."""
+    tracks = frame.tracks
+    age_s = np.array([frame.t_s - track.seen_s for track in tracks], dtype=float)
+    velocity = np.array([track.velocity_m_s for track in tracks], dtype=float).reshape(-1, 3)
+    position = np.array([track.position_m for track in tracks], dtype=float).reshape(-1, 3)
+    cov = np.array([track.covariance_m2 for track in tracks], dtype=float).reshape(-1, 3)
+    mean, half = (cov[:, 0] + cov[:, 2]) / 2, (cov[:, 0] - cov[:, 2]) / 2
+    return Tracks(
+        id=np.array([track.id for track in tracks], dtype=np.int64),
+        position_m=position + velocity * age_s[:, None],
+        velocity_m_s=velocity,
+        sigma_m=np.sqrt(np.maximum(mean + np.hypot(half, cov[:, 1]), 0.0)),
+        age_s=age_s,
+        confirmed=np.array([track.confirmed for track in tracks], dtype=bool),
+        seen_by=tuple(track.seen_by for track in tracks),
     )
 
 

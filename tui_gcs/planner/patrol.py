@@ -186,7 +186,7 @@ class Patrol(Planner):
         z = float(fleet.layer_m[i]) if np.isfinite(fleet.layer_m[i]) else float(fleet.position_m[i, 2])
         return Intent(
             vehicle,
-            "track",
+            "trajectory",
             t0_s=t_s,
             dt_s=SAMPLE_S,
             positions_m=tuple([(x, y, z) for x, y in xy.tolist()]),

@@ -16,6 +16,9 @@ CORNER_RAD = 0.25
 """A path that turns by more than this at one point has a corner there."""
 CORNER_S = SAMPLE_S
 """A corner is turned within this time, so slowly that acceleration allows it."""
+EVEN_S = 1.0
+"""A tour is averaged over so long: what was 2.5 m/s^2 back and is 2.5 m/s^2 forth a moment later changes at 5 m/s^3,
+which is ArduCopter's limit (PSC_JERK_XY), and moves no point by more than a EVEN_S^2 / 24 = 0.1 m."""
 EVALUATE_S = 0.25
 BLOCK = 2_000_000
 """Cells x samples judged at once, to bound memory."""
@@ -104,6 +107,7 @@ def timed(path_m: Floats, speed_m_s: float, accel_m_s2: float, speed_cap_m_s: Fl
     """Fly the closed path (m, 2) as fast as speed and acceleration allow.
 
     Lateral and longitudinal acceleration share one circle. `speed_cap_m_s` (m,) is a further limit along the path.
+    No vehicle can change its acceleration at once, for it must lean over first: so the tour is evened at last.
     """
     step_m = np.hypot(*np.diff(path_m, axis=0, append=path_m[:1]).T)
     limit = np.full(len(path_m), speed_m_s) if speed_cap_m_s is None else np.minimum(speed_cap_m_s, speed_m_s)
@@ -115,11 +119,19 @@ def timed(path_m: Floats, speed_m_s: float, accel_m_s2: float, speed_cap_m_s: Fl
     first = int(np.argmin(limit))
     speed = _brake_and_speed_up(np.roll(limit, -first), np.roll(step_m, -first), np.roll(curvature, -first), accel_m_s2)
     speed = np.roll(speed, first)
-    return _sampled(path_m, step_m, speed)
+    return _evened(*_sampled(path_m, step_m, speed))
 
 
-def _sampled(path_m: Floats, step_m: Floats, speed: Floats) -> Tour:
-    """Equal steps in time along a path that is flown with constant acceleration between its points."""
+def _evened(dt_s: float, xy_m: Floats) -> Tour:
+    """The moving average over `EVEN_S`: never faster, never harder and no longer than what it is the average of."""
+    side = max(1, round(EVEN_S / dt_s / 2.0))
+    xy = np.mean([np.roll(xy_m, shift, axis=0) for shift in range(-side, side + 1)], axis=0)
+    velocity = (np.roll(xy, -1, axis=0) - np.roll(xy, 1, axis=0)) / (2.0 * dt_s)
+    return Tour(dt_s, xy, velocity)
+
+
+def _sampled(path_m: Floats, step_m: Floats, speed: Floats) -> tuple[float, Floats]:
+    """Step (s) and places in equal steps of time along a path, flown with constant acceleration between its points."""
     after = np.roll(speed, -1)
     took_s = 2.0 * step_m / (speed + after)
     begin_s = np.concatenate([[0.0], np.cumsum(took_s)])
@@ -130,9 +142,7 @@ def _sampled(path_m: Floats, step_m: Floats, speed: Floats) -> Tour:
     in_leg_s = when - begin_s[i]
     way_m = speed[i] * in_leg_s + (after[i] - speed[i]) / took_s[i] * in_leg_s**2 / 2.0
     share = (way_m / step_m[i])[:, None]
-    xy = (1.0 - share) * path_m[i] + share * path_m[(i + 1) % len(path_m)]
-    velocity = (np.roll(xy, -1, axis=0) - np.roll(xy, 1, axis=0)) / (2.0 * dt_s)
-    return Tour(dt_s, xy, velocity)
+    return dt_s, (1.0 - share) * path_m[i] + share * path_m[(i + 1) % len(path_m)]
 
 
 def _brake_and_speed_up(limit: Floats, step_m: Floats, curvature: Floats, accel_m_s2: float) -> Floats:

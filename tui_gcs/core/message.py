@@ -1,0 +1,10 @@
+"""The base of everything that travels on the bus."""
+
+import msgspec
+
+Vec3 = tuple[float, float, float]
+"""ENU metres, or metres per second."""
+
+
+class Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Base of all bus messages."""

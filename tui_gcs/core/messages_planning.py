@@ -1,0 +1,104 @@
+"""What travels between the station and planners: tasks, tracks, intents, plans. `planner/api.py` re-exports it.
+
+As in `messages.py`: positions are ENU metres about the scenario origin, z above home; times are the station's.
+"""
+
+from typing import Literal
+
+from tui_gcs.core.message import Message, Vec3
+from tui_gcs.core.scenario import Limits, OperatingArea
+from tui_gcs.core.zones import Zone
+
+
+class Track(Message, frozen=True):
+    """A sensed target, fused from what vehicles detected."""
+
+    id: int
+    position_m: Vec3
+    """As estimated for `seen_s`; z above the scenario's ground."""
+    velocity_m_s: Vec3
+    covariance_m2: tuple[float, float, float]
+    """(east-east, east-north, north-north) of the position."""
+    first_seen_s: float
+    seen_s: float
+    """When it was detected last."""
+    seen_by: tuple[int, ...]
+    """Vehicles that detected it within the last seconds, ordered."""
+    confirmed: bool
+    """Detected often enough not to be a false alarm."""
+
+
+class PlannerTask(Message, frozen=True):
+    """What a team's planner is asked to do. A new revision means: configure again."""
+
+    team: str
+    revision: int
+    t_s: float
+    planner: str
+    zone: Zone
+    area: OperatingArea
+    no_fly: tuple[Zone, ...]
+    limits: Limits
+    footprint_radius_m: float
+    parameters: dict[str, float | int | bool | str]
+    seed: int
+    members: tuple[int, ...]
+    """System ids of the whole team, flying or not."""
+    layers_m: dict[int, float]
+    """Altitude layer of each member, metres above home."""
+    zones: tuple[Zone, ...] = ()
+    """All zones of the round, the team's among them."""
+
+
+class Intent(Message, frozen=True):
+    """What a planner wants of one vehicle.
+
+    hold: stop here. goto: fly to `position_m` at `speed_m_s` and stay. velocity: fly with `velocity_m_s` for `valid_s`
+    from the time of the plan, then brake. trajectory: be at `positions_m[i]` with `velocities_m_s[i]` at time
+    `t0_s + i * dt_s`; after the last sample the vehicle holds there. orbit: circle about `position_m` with `radius_m`
+    at `speed_m_s`. return: fly home and land.
+    """
+
+    vehicle: int
+    kind: Literal["hold", "goto", "velocity", "trajectory", "orbit", "return"]
+    position_m: Vec3 | None = None
+    velocity_m_s: Vec3 | None = None
+    valid_s: float = 1.0
+    speed_m_s: float | None = None
+    """None: the limit."""
+    radius_m: float = 0.0
+    clockwise: bool = True
+    """Of an orbit, seen from above."""
+    t0_s: float = 0.0
+    dt_s: float = 0.0
+    positions_m: tuple[Vec3, ...] = ()
+    velocities_m_s: tuple[Vec3, ...] = ()
+    slot: str = ""
+    joined: bool = False
+    """True once the vehicle is on its slot by the planner's own judgement."""
+    reason: str = ""
+
+
+class Annotation(Message, frozen=True):
+    """Something a planner draws on the map. Points are ENU metres."""
+
+    kind: Literal["polyline", "polygon", "marker", "text"]
+    points_m: tuple[tuple[float, float], ...]
+    text: str = ""
+
+
+class Plan(Message, frozen=True):
+    """A planner's answer for one step: intents for its team, drawings and named numbers."""
+
+    team: str
+    revision: int
+    seq: int
+    t_s: float
+    """`t_s` of the fleet frame this plan was made from."""
+    intents: tuple[Intent, ...] = ()
+    annotations: tuple[Annotation, ...] | None = None
+    """None: as before."""
+    metrics: dict[str, float] = {}
+    step_ms: float = 0.0
+    error: str = ""
+    """Traceback of a step that failed; then there are no intents."""
