@@ -25,6 +25,7 @@ from tui_gcs.core.firmware.px4_failsafe import OffboardLoss
 from tui_gcs.core.firmware.px4_offboard import GAP_S, OFFBOARD, Offboard
 from tui_gcs.core.firmware.speech import Done, Speech
 from tui_gcs.core.messages import EventClass, Vec3
+from tui_gcs.core.place import home_height
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.services.order import FRAME_AMSL, Action, Order, Outcome, Retry, refused
 from tui_gcs.core.vehicle import Vehicle
@@ -38,8 +39,6 @@ SAME_PLACE_M, SAME_SPEED_M_S = 0.3, 0.1
 SAY_AGAIN_S = 3.0
 """A place that was not taken, or that it does not fly to, is said again."""
 THERE_M = 2.0
-HOME_TOLERANCE_M = 10.0
-"""Its home's height, as its position and HOME_POSITION have it, may differ by so much: they are two filters' words."""
 NAN = math.nan
 
 
@@ -313,20 +312,9 @@ class Px4Multicopter:
         self._offboard.leave(vehicle, where)
 
     def _home(self, vehicle: Vehicle) -> tuple[float, str]:
-        """Height of its home above mean sea level, or why it cannot be relied on.
-
-        From its position: height above mean sea level less height above home, both of one message.
-        """
-        by_position_m = vehicle.alt_amsl_m - vehicle.alt_rel_m
-        by_home_m = self.heights(vehicle)
-        if not math.isfinite(by_position_m):
-            return NAN, "the height of its home is not known"
-        if vehicle.home_m is None or not math.isfinite(by_home_m):
-            return NAN, "it has not told its home position yet"
-        if abs(by_position_m - by_home_m) > HOME_TOLERANCE_M:
-            text = f"its home is at {by_home_m:.0f} m by HOME_POSITION, at {by_position_m:.0f} m by its position"
-            return NAN, f"heights contradict each other: {text}"
-        return by_position_m, ""
+        """Height of its home above mean sea level, or why it cannot be relied on."""
+        home = home_height(vehicle, self.heights(vehicle))
+        return home.amsl_m, home.problem
 
 
 def _mode_order(mode: int) -> Order:

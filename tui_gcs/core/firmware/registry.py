@@ -9,6 +9,8 @@ from tui_gcs.core.firmware.px4 import Px4Multicopter
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.firmware.unsupported import Unsupported
 from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.messages import Vec3
+from tui_gcs.core.place import HomeHeight, Place, home_height
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4, autopilot_name
@@ -20,6 +22,7 @@ class Firmwares:
     def __init__(self, speech: Speech, fleet: Fleet, commands: CommandService, clock: Clock, events: EventLog) -> None:
         """Hears parameters of `fleet` from now on."""
         self._fleet = fleet
+        self._speech = speech
         self._ardupilot = ArduCopter(speech, commands)
         self._px4 = Px4Multicopter(speech, commands, clock, events)
         self._px4.heights = self._home_amsl_m
@@ -34,6 +37,18 @@ class Firmwares:
     def of(self, vehicle: Vehicle) -> Firmware:
         """Who speaks to `vehicle`."""
         return self._kinds.get((vehicle.autopilot, vehicle.type), self._unsupported)
+
+    def home(self, vehicle: Vehicle) -> HomeHeight:
+        """How high the home of `vehicle` is, or why that is not known."""
+        return home_height(vehicle, self._home_amsl_m(vehicle))
+
+    def point_m(self, vehicle: Vehicle, place: Place) -> Vec3:
+        """Where `go_to` and its like are told to fly so that `vehicle` comes to a place.
+
+        Raises:
+            PlaceError: its height is above sea level, and how high the vehicle's home is is not known.
+        """
+        return place.point_m(self._speech.frame, self.home(vehicle))
 
     def tick(self) -> None:
         """Everything that is due by itself."""

@@ -1,0 +1,114 @@
+"""Places as people and files name them, turned into what autopilots are told: pure, no I/O.
+
+A place is named in degrees or in ENU metres of the scenario, its height above the vehicle's own home or above mean sea
+level. `core/firmware` wants ENU metres with z above that home; some orders want the height above mean sea level. Which
+of the two heights can be had from the other depends on the home of one vehicle: where that is not known, or
+contradicts itself, there is no such place for it, and nothing is flown.
+"""
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.messages import Vec3
+from tui_gcs.core.vehicle import NAN, Vehicle
+
+HOME_TOLERANCE_M = 10.0
+"""Its home's height, as its position and HOME_POSITION have it, may differ by so much: they are two filters' words."""
+LEAST_ALT_M, MOST_ALT_M = -1_000.0, 20_000.0
+"""Of any height that can be meant: below the Dead Sea's shore, above what any of our vehicles flies."""
+NO_PLACE_DEG = 1e-6
+"""Nearer to latitude 0, longitude 0 it is nobody's place but an unset one; ArduPilot takes it for "here"."""
+
+
+class Above(StrEnum):
+    """What a height is counted from."""
+
+    HOME = "home"
+    """The vehicle's own."""
+    SEA = "sea"
+    """Mean sea level, as MAVLink has it (AMSL)."""
+
+
+class PlaceError(ValueError):
+    """Why a place cannot be told to a vehicle: one line for the operator."""
+
+
+@dataclass(frozen=True)
+class HomeHeight:
+    """Height of one vehicle's home above mean sea level."""
+
+    amsl_m: float = NAN
+    problem: str = ""
+    """Why it cannot be relied on."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place on Earth, as somebody named it.
+
+    Raises:
+        PlaceError: there is no such place.
+    """
+
+    lat_deg: float
+    lon_deg: float
+    alt_m: float
+    above: Above
+
+    def __post_init__(self) -> None:
+        """Judge the numbers."""
+        if not all(map(math.isfinite, (self.lat_deg, self.lon_deg, self.alt_m))):
+            raise PlaceError("a place needs finite numbers")
+        if abs(self.lat_deg) > 90 or abs(self.lon_deg) > 180:
+            raise PlaceError(f"there is no latitude {self.lat_deg:g}, longitude {self.lon_deg:g}")
+        if abs(self.lat_deg) < NO_PLACE_DEG and abs(self.lon_deg) < NO_PLACE_DEG:
+            raise PlaceError("latitude 0, longitude 0 is an unset place")
+        if not LEAST_ALT_M <= self.alt_m <= MOST_ALT_M:
+            raise PlaceError(f"a height is {LEAST_ALT_M:.0f} to {MOST_ALT_M:.0f} m")
+
+    @staticmethod
+    def local(frame: LocalFrame, point_m: Vec3, above: Above = Above.HOME) -> "Place":
+        """One that is named in ENU metres of the scenario."""
+        if not all(map(math.isfinite, point_m)):
+            raise PlaceError("a place needs finite numbers")
+        lat_deg, lon_deg = frame.to_geodetic(point_m[0], point_m[1])
+        return Place(float(lat_deg), float(lon_deg), point_m[2], above)
+
+    def amsl_m(self, home: HomeHeight) -> float:
+        """Its height above mean sea level, for a vehicle with that home; raises `PlaceError`."""
+        return self.alt_m if self.above is Above.SEA else self.alt_m + _relied_on(home)
+
+    def above_home_m(self, home: HomeHeight) -> float:
+        """Its height above the home of a vehicle; raises `PlaceError`."""
+        return self.alt_m if self.above is Above.HOME else self.alt_m - _relied_on(home)
+
+    def point_m(self, frame: LocalFrame, home: HomeHeight) -> Vec3:
+        """ENU metres, z above the vehicle's home: what `core/firmware` flies to. Raises `PlaceError`."""
+        x_m, y_m = frame.to_enu(self.lat_deg, self.lon_deg)
+        return float(x_m), float(y_m), self.above_home_m(home)
+
+
+def home_height(vehicle: Vehicle, by_home_m: float) -> HomeHeight:
+    """The height of a vehicle's home, of its newest position, which has both heights in one message.
+
+    Args:
+        vehicle: Whose.
+        by_home_m: What its HOME_POSITION says, above mean sea level; NaN where it did not come. It must agree.
+    """
+    by_position_m = vehicle.alt_amsl_m - vehicle.alt_rel_m
+    if not math.isfinite(by_position_m):
+        return HomeHeight(problem="the height of its home is not known")
+    if vehicle.home_m is None or not math.isfinite(by_home_m):
+        return HomeHeight(problem="it has not told its home position yet")
+    if abs(by_position_m - by_home_m) > HOME_TOLERANCE_M:
+        text = f"its home is at {by_home_m:.0f} m by HOME_POSITION, at {by_position_m:.0f} m by its position"
+        return HomeHeight(problem=f"heights contradict each other: {text}")
+    return HomeHeight(by_position_m)
+
+
+def _relied_on(home: HomeHeight) -> float:
+    if home.problem or not math.isfinite(home.amsl_m):
+        raise PlaceError(home.problem or "the height of its home is not known")
+    return home.amsl_m
