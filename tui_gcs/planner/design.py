@@ -46,6 +46,8 @@ FINISH = (Effort(20.0, 10.0, 30), Effort(100.0, 20.0, 30), Effort(500.0, 50.0, 3
 """On all cells, harder as long as one is missed."""
 MISS_M = 0.3
 """A cell missed by less than this is not: the planning footprint is smaller than the real one by more."""
+EVENED_M = 0.1
+"""So much farther the tour may be, once it is evened."""
 
 
 @dataclass(frozen=True)
@@ -152,7 +154,7 @@ def _judged(draft: Draft, site: _Site, footprint_m: float, n: int) -> Design:
     cells, motion, region = site.cells, site.motion, site.region
     path = region.closed_inside(draft.path_m(), PATH_STEP_M / 4.0)
     tour = timed(path, motion.speed_m_s, motion.accel_m_s2, _stopping_cap(path, motion, region))
-    margin = evaluate(tour, cells, motion.radius_m + MISS_M, n)
+    margin = evaluate(tour, cells, motion.radius_m + MISS_M + EVENED_M, n)
     return Design(draft.name, tour, margin, evaluate(tour, cells, footprint_m, n))
 
 
