@@ -15,6 +15,7 @@ import msgspec
 from tui_gcs.core import bus as keys
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.clock import Clock
+from tui_gcs.core.detections import Detections
 from tui_gcs.core.door import Door
 from tui_gcs.core.events import WARNING, EventLog
 from tui_gcs.core.executive import Executive
@@ -46,8 +47,10 @@ from tui_gcs.core.snapshot import fleet_frame
 from tui_gcs.core.status import station_status
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.teams import TeamDesk
+from tui_gcs.core.tracks import TrackBook
 from tui_gcs.core.trust import TrustBook
 from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wind import WindBook
 from tui_gcs.core.wire.encode import Encoder
 
 FRAME_GAP_S = 0.1
@@ -156,6 +159,9 @@ class Station:
             Context(self.fleet, self.door, self.commands, self.jobs, clock, self.events, own, specs, config.folder)
         )
         self.monitor = FleetMonitor(self.guard, self.book)
+        self.tracks = TrackBook(self.fleet, self.events)
+        self.detections = Detections(self.fleet, clock, self.tracks.take)
+        self.wind = WindBook(self.fleet, clock)
         self.desks: dict[str, TeamDesk] = {}
         self.requests = RequestDesk(self)
         self.dropped: Counter[str] = Counter()
@@ -251,6 +257,9 @@ class Station:
         self.monitor.watch(self.fleet.vehicles.values())
         yield
         frame = fleet_frame(self._frame_seq, self.config.kind, self.fleet, self.book, self.steering, self.clock)
+        frame = msgspec.structs.replace(
+            frame, tracks=self.tracks.tracks(self.clock.now()), wind_m_s=self.wind.estimate()
+        )
         yield
         self.bus.publish(keys.FLEET, encode(frame))
 
@@ -280,6 +289,8 @@ class Station:
         self.revision += 1
         self.round_index = min(self.round_index, len(scenario.rounds) - 1)
         frame = LocalFrame(scenario.origin)
+        if frame.origin != self.fleet.frame.origin:
+            self.tracks.clear()
         self.fleet.reframe(frame)
         self.speech.frame = frame
         self.executive.speed_m_s = scenario.limits.speed_m_s

@@ -1,0 +1,114 @@
+"""Detections: what a vehicle's own sensors found, from MAVLink.
+
+The mapping: one CAMERA_TRACKING_GEO_STATUS (276, common.xml) for each detection, from the vehicle's autopilot or from
+any other component of it (a companion computer, MAV_COMP_ID_CAMERA…):
+
+    tracking_status   1 (ACTIVE); anything else is no detection
+    lat, lon          the target, degrees * 1e7
+    alt               above mean sea level, metres; NaN: on the scenario's ground
+    h_acc, v_acc      standard deviation of the place, metres; NaN or 0: `DEFAULT_SIGMA_M`
+    vel_n, vel_e, vel_d, vel_acc   velocity and its standard deviation; NaN: not measured
+
+The message has no name for its target: who is who is found out by `core/tracks.py`. A detection counts as made when
+it arrives, for a vehicle's clock is never compared with ours.
+"""
+
+import math
+from collections import Counter, deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.components import hear_all
+from tui_gcs.core.fleet import Fields, Fleet
+from tui_gcs.core.messages import Vec3
+from tui_gcs.core.vehicle import Vehicle
+
+MESSAGE = "CAMERA_TRACKING_GEO_STATUS"
+TRACKING_ACTIVE = 1
+"""CAMERA_TRACKING_STATUS_FLAGS."""
+DEFAULT_SIGMA_M = 5.0
+LEAST_SIGMA_M, MOST_SIGMA_M = 0.5, 100.0
+DEFAULT_SPEED_SIGMA_M_S = 3.0
+MOST_SPEED_M_S = 300.0
+MOST_RANGE_M = 10_000.0
+"""A vehicle that reports something farther away is wrong."""
+MOST_HEIGHT_M = 20_000.0
+MOST_PER_S = 100
+"""Detections taken of one vehicle in a second."""
+
+
+@dataclass(frozen=True)
+class Detection:
+    """A target as one vehicle sees it now."""
+
+    t_s: float
+    vehicle: int
+    position_m: Vec3
+    """ENU about the origin, z above the scenario's ground."""
+    sigma_m: float
+    """Standard deviation of the place, east and north alike."""
+    sigma_z_m: float
+    velocity_m_s: Vec3 | None
+    sigma_m_s: float
+
+
+class Detections:
+    """Turns messages into detections; what makes none is counted in `dropped`."""
+
+    def __init__(self, fleet: Fleet, clock: Clock, take: Callable[[Detection], None]) -> None:
+        """`take` is given every good detection, in order of arrival."""
+        self.dropped: Counter[str] = Counter()
+        self._fleet = fleet
+        self._clock = clock
+        self._take = take
+        self._recent: dict[int, deque[float]] = {}
+        hear_all(fleet, MESSAGE, self._heard)
+
+    def _heard(self, vehicle: Vehicle, _component: int, fields: Fields) -> None:
+        if fields["tracking_status"] != TRACKING_ACTIVE:
+            return
+        now = self._clock.now()
+        problem = self._problem(vehicle, now)
+        detection = None if problem else self._detection(vehicle, fields, now)
+        if detection is None:
+            self.dropped[problem or "detection that makes no sense"] += 1
+        else:
+            self._take(detection)
+
+    def _problem(self, vehicle: Vehicle, now: float) -> str:
+        if vehicle.no_commands:
+            return "detection of a vehicle that is not believed"
+        if not vehicle.has_position():
+            return "detection of a vehicle without a position"
+        recent = self._recent.setdefault(vehicle.id, deque(maxlen=MOST_PER_S))
+        if len(recent) == MOST_PER_S and now - recent[0] < 1.0:
+            return "detections too fast"
+        recent.append(now)
+        return ""
+
+    def _detection(self, vehicle: Vehicle, fields: Fields, now: float) -> Detection | None:
+        lat_deg, lon_deg = fields["lat"] / 1e7, fields["lon"] / 1e7
+        if abs(lat_deg) > 90.0 or abs(lon_deg) > 180.0 or (lat_deg == 0.0 and lon_deg == 0.0):
+            return None
+        east_m, north_m = self._fleet.frame.to_enu(lat_deg, lon_deg)
+        up_m = fields["alt"] - self._fleet.frame.origin.ground_amsl_m if math.isfinite(fields["alt"]) else 0.0
+        range_m = math.hypot(east_m - vehicle.position_m[0], north_m - vehicle.position_m[1])
+        if range_m > MOST_RANGE_M or abs(up_m) > MOST_HEIGHT_M:
+            return None
+        velocity = (fields["vel_e"], fields["vel_n"], -fields["vel_d"])
+        if math.hypot(*velocity) > MOST_SPEED_M_S:  # False for NaN
+            return None
+        return Detection(
+            now,
+            vehicle.id,
+            (east_m, north_m, up_m),
+            _sigma(fields["h_acc"], DEFAULT_SIGMA_M),
+            _sigma(fields["v_acc"], DEFAULT_SIGMA_M),
+            velocity if all(map(math.isfinite, velocity)) else None,
+            _sigma(fields["vel_acc"], DEFAULT_SPEED_SIGMA_M_S),
+        )
+
+
+def _sigma(told: float, default: float) -> float:
+    return min(max(told, LEAST_SIGMA_M), MOST_SIGMA_M) if math.isfinite(told) and told > 0.0 else default

@@ -1,0 +1,225 @@
+"""Tracks: targets that sensors found, each followed by a filter with constant velocity.
+
+A detection belongs to the track it fits best, within a gate; one that fits none begins a track, which is tentative
+until it was detected `CONFIRM` times. What nobody detects any more is forgotten, tentative ones soon: a false alarm
+does not come twice. (Blackman, Popoli: Design and Analysis of Modern Tracking Systems, 1999: gating, nearest
+neighbour, M of N.)
+"""
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.core.detections import Detection
+from tui_gcs.core.events import NOTICE, WARNING, EventLog
+from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.messages import EventClass, Track, Vec3
+
+Floats = NDArray[np.float64]
+
+CONFIRM = 3
+"""Detections that make a track a target."""
+TENTATIVE_S, FORGOTTEN_S = 1.5, 15.0
+"""Without a detection for so long a tentative, a confirmed track is forgotten."""
+GATE = 13.8
+"""Squared distance in standard deviations: 99.9 % of the detections of a target are nearer (chi square, 2 axes)."""
+BESIDE_S, BESIDE_GATE = 0.05, 4.0
+"""Two detections of one vehicle within this time are two targets, unless they are as near as this to one."""
+SAME = 3.0
+"""Two tracks nearer than this, that no vehicle sees apart, are one target's."""
+ACCEL_M_S2 = 1.0
+"""Standard deviation of what a target's velocity may do."""
+UNKNOWN_M_S = 8.0
+"""Standard deviation of the velocity of a target seen once."""
+SEEN_S = 2.0
+"""How long a vehicle counts as seeing what it detected."""
+OWN_M, OWN_UP_M = 4.0, 6.0
+"""A detection as near as this to one of our vehicles is that vehicle."""
+MOST_TRACKS = 64
+
+
+@dataclass
+class _Target:
+    """One track's filter: state (east, north, ve, vn), and height apart."""
+
+    id: int
+    state: Floats
+    covariance: Floats
+    up_m: float
+    first_seen_s: float
+    seen_s: float
+    count: int = 1
+    seen_by: dict[int, float] = field(default_factory=dict)
+
+    @property
+    def confirmed(self) -> bool:
+        return self.count >= CONFIRM
+
+    def at(self, t_s: float) -> tuple[Floats, Floats]:
+        """State and covariance at `t_s`, not earlier than when it was seen last."""
+        dt = max(0.0, t_s - self.seen_s)
+        move = np.eye(4)
+        move[0, 2] = move[1, 3] = dt
+        noise = np.zeros((4, 4))
+        q = ACCEL_M_S2**2
+        for axis in (0, 1):
+            noise[axis, axis] = q * dt**4 / 4
+            noise[axis, axis + 2] = noise[axis + 2, axis] = q * dt**3 / 2
+            noise[axis + 2, axis + 2] = q * dt**2
+        return move @ self.state, move @ self.covariance @ move.T + noise
+
+    def misfit(self, detection: Detection) -> float:
+        """Squared distance of a detection in standard deviations."""
+        state, covariance = self.at(detection.t_s)
+        gap = np.array(detection.position_m[:2]) - state[:2]
+        spread = covariance[:2, :2] + np.eye(2) * detection.sigma_m**2
+        return float(gap @ np.linalg.solve(spread, gap))
+
+    def update(self, detection: Detection) -> None:
+        """Take a detection that belongs to it."""
+        state, covariance = self.at(detection.t_s)
+        state, covariance = _measured(state, covariance, 0, detection.position_m, detection.sigma_m)
+        if detection.velocity_m_s is not None:
+            state, covariance = _measured(state, covariance, 2, detection.velocity_m_s, detection.sigma_m_s)
+        self.state, self.covariance = state, covariance
+        self.up_m += (detection.position_m[2] - self.up_m) * 0.3
+        self.seen_s = detection.t_s
+        self.count += 1
+        self.seen_by[detection.vehicle] = detection.t_s
+
+    def track(self, now: float) -> Track:
+        """As others see it."""
+        x, y, vx, vy = (float(value) for value in self.state)
+        p = self.covariance
+        return Track(
+            id=self.id,
+            position_m=(x, y, self.up_m),
+            velocity_m_s=(vx, vy, 0.0),
+            covariance_m2=(float(p[0, 0]), float(p[0, 1]), float(p[1, 1])),
+            first_seen_s=self.first_seen_s,
+            seen_s=self.seen_s,
+            seen_by=tuple(sorted(v for v, t in self.seen_by.items() if now - t < SEEN_S)),
+            confirmed=self.confirmed,
+        )
+
+
+class TrackBook:
+    """All targets. `take` detections as they come; `tracks` tells what they amount to."""
+
+    def __init__(self, fleet: Fleet, events: EventLog) -> None:
+        """None yet."""
+        self.dropped: Counter[str] = Counter()
+        self._fleet = fleet
+        self._events = events
+        self._targets: list[_Target] = []
+        self._next_id = 1
+
+    def take(self, detection: Detection) -> None:
+        """One more detection: of one of our vehicles (not taken), of a known target, or of a new one."""
+        if self._is_own(detection):
+            self.dropped["detection of our own vehicle"] += 1
+            return
+        self._forget(detection.t_s)
+        fits = [(misfit, t.id, t) for t in self._targets if (misfit := t.misfit(detection)) <= self._gate(t, detection)]
+        target = min(fits)[2] if fits else None
+        if target is not None:
+            target.update(detection)
+            if target.count == CONFIRM:
+                self._tell(target, detection)
+            self._merge(target)
+        elif len(self._targets) >= MOST_TRACKS:
+            self.dropped["track table full"] += 1
+            text = f"{MOST_TRACKS} targets are followed already: more are not"
+            self._events.say(EventClass.SENSOR, "tracks", text, WARNING, every_s=30)
+        else:
+            self._begin(detection)
+
+    def tracks(self, now: float) -> tuple[Track, ...]:
+        """Present tracks, ordered by id."""
+        self._forget(now)
+        return tuple(target.track(now) for target in self._targets)
+
+    def clear(self) -> None:
+        """Forget all: the origin they are told about has moved."""
+        self._targets = []
+
+    def _begin(self, detection: Detection) -> None:
+        velocity = detection.velocity_m_s or (0.0, 0.0, 0.0)
+        sigma = UNKNOWN_M_S if detection.velocity_m_s is None else detection.sigma_m_s
+        spread = np.array([detection.sigma_m, detection.sigma_m, sigma, sigma])
+        target = _Target(
+            self._next_id,
+            np.array([*detection.position_m[:2], *velocity[:2]]),
+            np.diag(spread**2),
+            detection.position_m[2],
+            detection.t_s,
+            detection.t_s,
+            seen_by={detection.vehicle: detection.t_s},
+        )
+        self._next_id += 1
+        self._targets.append(target)
+
+    def _is_own(self, detection: Detection) -> bool:
+        x, y, z = detection.position_m
+        reach_m = OWN_M + detection.sigma_m
+        up_m = OWN_UP_M + 2.0 * detection.sigma_z_m
+        return any(
+            math.hypot(v.position_m[0] - x, v.position_m[1] - y) < reach_m and abs(v.position_m[2] - z) < up_m
+            for v in self._fleet.vehicles.values()
+            if v.has_position()
+        )
+
+    @staticmethod
+    def _gate(target: _Target, detection: Detection) -> float:
+        """How far from the target it may be; nearer if the same vehicle has just detected that one."""
+        since_s = detection.t_s - target.seen_by.get(detection.vehicle, -math.inf)
+        return BESIDE_GATE if since_s < BESIDE_S else GATE
+
+    def _merge(self, target: _Target) -> None:
+        """One target's second track ends, the older one stays."""
+        for other in self._targets:
+            if other is target or self._seen_apart(target, other):
+                continue
+            state, covariance = other.at(target.seen_s)
+            gap = target.state - state
+            if float(gap @ np.linalg.solve(target.covariance + covariance, gap)) < SAME:
+                old, new = sorted((target, other), key=lambda t: t.id)
+                old.count += new.count
+                old.seen_by = {
+                    v: max(old.seen_by.get(v, -math.inf), new.seen_by.get(v, -math.inf))
+                    for v in old.seen_by | new.seen_by
+                }
+                if new is target:
+                    old.state, old.covariance, old.seen_s = new.state, new.covariance, new.seen_s
+                self._targets.remove(new)
+                return
+
+    @staticmethod
+    def _seen_apart(a: _Target, b: _Target) -> bool:
+        """A vehicle has detected both within the last seconds."""
+        last_s = max(a.seen_s, b.seen_s)
+        return any(last_s - t < SEEN_S and last_s - b.seen_by.get(v, -math.inf) < SEEN_S for v, t in a.seen_by.items())
+
+    def _forget(self, now: float) -> None:
+        kept = [t for t in self._targets if now - t.seen_s <= (FORGOTTEN_S if t.confirmed else TENTATIVE_S)]
+        for target in self._targets:
+            if target.confirmed and target not in kept:
+                text = f"target {target.id} has not been seen for {FORGOTTEN_S:.0f} s: forgotten"
+                self._events.say(EventClass.SENSOR, "tracks", text, NOTICE)
+        self._targets = kept
+
+    def _tell(self, target: _Target, detection: Detection) -> None:
+        x, y = (float(value) for value in target.state[:2])
+        speed = math.hypot(*(float(value) for value in target.state[2:]))
+        text = f"target {target.id} found by vehicle {detection.vehicle} at ({x:.0f}, {y:.0f}), {speed:.0f} m/s"
+        self._events.say(EventClass.SENSOR, "tracks", text, WARNING)
+
+
+def _measured(state: Floats, covariance: Floats, first: int, measured: Vec3, sigma: float) -> tuple[Floats, Floats]:
+    """The Kalman update with a measured (east, north) of `state[first:first + 2]`."""
+    rows = slice(first, first + 2)
+    gain = covariance[:, rows] @ np.linalg.inv(covariance[rows, rows] + np.eye(2) * sigma**2)
+    return state + gain @ (np.array(measured[:2]) - state[rows]), covariance - gain @ covariance[rows, :]
