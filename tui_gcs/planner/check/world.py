@@ -1,0 +1,157 @@
+"""Vehicles that follow their intents, perfectly or late, and the frames in which a planner sees them."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.core.kinds import Kind
+from tui_gcs.core.messages import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask, Vec3
+from tui_gcs.core.scenario import Limits, OperatingArea
+from tui_gcs.core.zones import Circle, Rectangle, Role, Shape, Zone
+
+Floats = NDArray[np.floating[Any]]
+
+TEAM = "check"
+FRAME_S = 0.1
+"""The station publishes frames at 10 Hz."""
+AREA = OperatingArea(Rectangle((300.0, 200.0), 600.0, 400.0), 20.0, 90.0)
+ZONE = Zone("zone", Role.DEFEND, Circle((250.0, 200.0), 60.0))
+LOW_M, LAYER_GAP_M, LAYERS = 27.0, 7.0, 9
+"""Altitude layers as in the shipped scenario; beyond nine vehicles they are taken again."""
+
+
+def task_for(
+    ids: Iterable[int], planner: str, *, seed: int = 1, shape: Shape = ZONE.shape, area: OperatingArea = AREA
+) -> PlannerTask:
+    """A team over one zone, parameters at their defaults."""
+    members = tuple(ids)
+    zone = Zone("zone", Role.DEFEND, shape)
+    return PlannerTask(
+        team=TEAM,
+        revision=1,
+        t_s=0.0,
+        planner=planner,
+        zone=zone,
+        area=area,
+        no_fly=(),
+        limits=Limits(),
+        footprint_radius_m=15.0,
+        parameters={},
+        seed=seed,
+        members=members,
+        layers_m={vehicle: LOW_M + LAYER_GAP_M * (i % LAYERS) for i, vehicle in enumerate(members)},
+        zones=(zone,),
+    )
+
+
+def scattered(n: int, seed: int = 7) -> Floats:
+    """(n, 2) places in the western part of `AREA`, none like another: nothing is symmetric, so nothing is a tie."""
+    rng = np.random.default_rng(seed)
+    columns = max(1, math.ceil(math.sqrt(n / 2)))
+    gap_m = min(15.0, 200.0 / columns, 720.0 / n * columns)
+    grid = np.array([(20.0 + gap_m * (i % columns), 20.0 + gap_m * (i // columns)) for i in range(n)]).reshape(-1, 2)
+    places: Floats = grid + rng.uniform(-0.3, 0.3, (n, 2)) * gap_m
+    return places
+
+
+@dataclass
+class World:
+    """The vehicles of one team; everything may be changed between two frames, as it happens to real ones."""
+
+    task: PlannerTask
+    xy_m: Floats
+    lag_s: float = 0.0
+    """0: each is where it is told to be, as far as the speed limit lets it."""
+    t_s: float = 100.0
+    gone: set[int] = field(default_factory=set)
+    """Not in the frame at all."""
+    phase: dict[int, Phase] = field(default_factory=dict)
+    freshness: dict[int, Freshness] = field(default_factory=dict)
+    age_s: dict[int, float] = field(default_factory=dict)
+    blind: set[int] = field(default_factory=set)
+    """Every number of theirs is NaN."""
+
+    def __post_init__(self) -> None:
+        """All on their layers, standing."""
+        ids = self.task.members
+        height = [self.task.layers_m[vehicle] for vehicle in ids]
+        self.position_m: Floats = np.column_stack([self.xy_m, height]) if ids else np.zeros((0, 3))
+        self.velocity_m_s: Floats = np.zeros_like(self.position_m)
+        self.intents: dict[int, Intent] = {}
+        self._plan_s: dict[int, float] = {}
+        self._seq = 0
+
+    def frame(self) -> FleetFrame:
+        """What the station would publish now."""
+        self._seq += 1
+        ids = [(i, vehicle) for i, vehicle in enumerate(self.task.members) if vehicle not in self.gone]
+        n = len(ids)
+        return FleetFrame(
+            seq=self._seq,
+            t_s=self.t_s,
+            wall_s=0.0,
+            kind=Kind.SIM,
+            ids=tuple(vehicle for _, vehicle in ids),
+            team=(self.task.team,) * n,
+            phase=tuple(self.phase.get(vehicle, Phase.FLYING) for _, vehicle in ids),
+            freshness=tuple(self.freshness.get(vehicle, Freshness.OK) for _, vehicle in ids),
+            position_m=tuple(self._vector(self.position_m[i], vehicle) for i, vehicle in ids),
+            velocity_m_s=tuple(self._vector(self.velocity_m_s[i], vehicle) for i, vehicle in ids),
+            heading_deg=tuple(math.nan if vehicle in self.blind else 0.0 for _, vehicle in ids),
+            battery_pct=tuple(math.nan if vehicle in self.blind else 80.0 for _, vehicle in ids),
+            age_s=tuple(self.age_s.get(vehicle, 0.05) for _, vehicle in ids),
+        )
+
+    def _vector(self, row: Floats, vehicle: int) -> Vec3:
+        if vehicle in self.blind:
+            return math.nan, math.nan, math.nan
+        x, y, z = row.tolist()
+        return x, y, z
+
+    def take(self, plan: Plan) -> None:
+        """Follow these intents from now on."""
+        for intent in plan.intents:
+            self.intents[intent.vehicle], self._plan_s[intent.vehicle] = intent, plan.t_s
+
+    def move(self, dt_s: float = FRAME_S) -> None:
+        """Let time pass."""
+        self.t_s += dt_s
+        farthest_m = self.task.limits.speed_m_s * dt_s
+        share = dt_s / (self.lag_s + dt_s)
+        for i, vehicle in enumerate(self.task.members):
+            way = np.zeros(3)
+            intent = self.intents.get(vehicle)
+            if intent is not None:
+                way = (
+                    wanted(intent, self.t_s, self._plan_s[vehicle], self.position_m[i], dt_s) - self.position_m[i]
+                ) * share
+            length = float(np.linalg.norm(way))
+            if not math.isfinite(length):
+                way = np.zeros(3)
+            elif length > farthest_m:
+                way = way * (farthest_m / length)
+            self.position_m[i] += way
+            self.velocity_m_s[i] = way / dt_s
+
+
+def wanted(intent: Intent, t_s: float, plan_s: float, here_m: Floats, dt_s: float) -> Floats:
+    """(3,) where `intent` wants its vehicle, which is at `here_m`, at `t_s`; what says nothing wants it to stay."""
+    if intent.kind == "goto" and intent.position_m is not None:
+        return np.array(intent.position_m, dtype=float)
+    if intent.kind == "velocity" and intent.velocity_m_s is not None and t_s <= plan_s + intent.valid_s:
+        return here_m + dt_s * np.array(intent.velocity_m_s, dtype=float)
+    if intent.kind == "trajectory" and intent.positions_m and intent.dt_s > 0:
+        place = (t_s - intent.t0_s) / intent.dt_s
+        samples = np.array(intent.positions_m, dtype=float)
+        return np.array([np.interp(place, np.arange(len(samples)), axis) for axis in samples.T])
+    if intent.kind == "orbit" and intent.position_m is not None and intent.radius_m > 0:
+        centre = np.array(intent.position_m, dtype=float)
+        angle = math.atan2(here_m[1] - centre[1], here_m[0] - centre[0])
+        turn = dt_s * (intent.speed_m_s or 5.0) / intent.radius_m
+        angle += -turn if intent.clockwise else turn
+        return centre + intent.radius_m * np.array([math.cos(angle), math.sin(angle), 0.0])
+    return here_m
