@@ -50,6 +50,11 @@ class PlannerHost:
         return self._job.task.revision if self._job else -1
 
     @property
+    def problem(self) -> str:
+        """Why the planner cannot work on the present task (a traceback, or one line), "" if it can."""
+        return self._job.error if self._job else ""
+
+    @property
     def rate_hz(self) -> float:
         """Steps per second of the present planner."""
         planner = self._job.planner if self._job else None

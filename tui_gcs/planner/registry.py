@@ -10,6 +10,8 @@ GROUP = "tui_gcs.planners"
 
 _BUILTIN = {"patrol": "tui_gcs.planner.patrol:Patrol"}
 
+_ADOPTED: dict[str, type[Planner]] = {}
+
 
 class PlannerError(Exception):
     """A planner that is unknown, cannot be loaded, or is given wrong parameters; one line says which and why."""
@@ -23,6 +25,13 @@ def names() -> tuple[str, ...]:
 def builtin() -> dict[str, type[Planner]]:
     """The planners that come with tui-gcs."""
     return {name: load(name) for name in sorted(_BUILTIN)}
+
+
+def adopt(planner: type[Planner]) -> str:
+    """Make a planner of a file known in this process; the name is one that no other kind of planner can have."""
+    name = f"file:{planner.name or planner.__name__}"
+    _ADOPTED[name] = planner
+    return name
 
 
 def load(name: str) -> type[Planner]:
@@ -73,6 +82,8 @@ def checked(name: str, params: tuple[Param, ...], given: Mapping[str, ParamValue
 
 
 def _import(name: str) -> object | None:
+    if name in _ADOPTED:
+        return _ADOPTED[name]
     if name in _BUILTIN:
         module, _, attribute = _BUILTIN[name].partition(":")
         found: object = getattr(import_module(module), attribute)
