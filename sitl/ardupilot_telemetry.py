@@ -8,7 +8,7 @@ from sitl.autopilot import Fields
 from sitl.calibration_ardupilot import mag_cal_progress, mag_cal_report
 from sitl.manual import RELEASE, RELEASED
 from sitl.modes import AUTO, GUIDED, POSITION_CONTROLLED, RETURN_MODES, Stage
-from sitl.telemetry import COMMON, course_cdeg, place
+from sitl.telemetry import COMMON, course_cdeg, place, wind_m_s
 from sitl.traffic import adsb_vehicle
 
 if TYPE_CHECKING:
@@ -165,6 +165,15 @@ def _fence_status(ap: "ArduCopter") -> Fields | None:
     return {"breach_status": int(bool(ap.breached)), "breach_count": ap.breaches, "breach_type": kind}
 
 
+def _wind(ap: "ArduCopter") -> Fields:
+    """Where it comes from; zeros while nothing is estimated."""
+    wind = wind_m_s(ap)
+    if wind is None:
+        return {}
+    east, north = wind
+    return {"direction": math.degrees(math.atan2(-east, -north)), "speed": math.hypot(east, north)}
+
+
 def _autopilot_version(ap: "ArduCopter") -> Fields:
     return {
         "capabilities": CAPABILITIES,
@@ -191,5 +200,6 @@ BUILDERS: "dict[str, Callable[[ArduCopter], Fields | None]]" = {
     "POWER_STATUS": lambda _: {"Vcc": 5000},
     "MEMINFO": lambda _: {"freemem": MISSING, "freemem32": 131072},
     "VIBRATION": lambda ap: {"time_usec": ap.boot_ms * 1000},
+    "WIND": _wind,
     "AUTOPILOT_VERSION": _autopilot_version,
 }

@@ -9,7 +9,7 @@ from sitl.ftp_px4 import component_information, component_metadata
 from sitl.modes import LANDED_STATE, Phase, Stage
 from sitl.px4_control import Follow
 from sitl.px4_modes import AUTO_MAIN, ORBIT
-from sitl.telemetry import COMMON, attitude, course_cdeg, place
+from sitl.telemetry import COMMON, attitude, course_cdeg, place, wind_m_s
 
 if TYPE_CHECKING:
     from sitl.px4 import Px4
@@ -273,6 +273,14 @@ def _autopilot_version(ap: "Px4") -> Fields:
     }
 
 
+def _wind_cov(ap: "Px4") -> Fields | None:
+    """Where it goes to."""
+    wind = wind_m_s(ap)
+    if wind is None:
+        return None
+    return {"time_usec": ap.boot_ms * 1000, "wind_x": wind[1], "wind_y": wind[0], "var_horiz": 0.1}
+
+
 BUILDERS: "dict[str, Callable[[Px4], Fields | None]]" = {
     **COMMON,
     "COMPONENT_INFORMATION": component_information,
@@ -301,5 +309,6 @@ BUILDERS: "dict[str, Callable[[Px4], Fields | None]]" = {
     "VIBRATION": lambda ap: {"time_usec": ap.boot_ms * 1000},
     "PING": lambda ap: {"time_usec": ap.boot_ms * 1000},
     "PROTOCOL_VERSION": lambda _: {"version": 200, "min_version": 100, "max_version": 200},
+    "WIND_COV": _wind_cov,
     "AUTOPILOT_VERSION": _autopilot_version,
 }

@@ -119,6 +119,15 @@ def _gps_global_origin(ap: Autopilot) -> Fields | None:
     }
 
 
+def wind_m_s(ap: Autopilot) -> tuple[float, float] | None:
+    """(east, north) as an estimator has learned it; None before it has been in the air, and where there is none."""
+    weather = ap.vehicles.weather
+    if ap.landed or not weather.windy:
+        return None
+    east, north = (weather.wind_m_s - weather.surprise_m_s)[ap.index].tolist()
+    return east, north
+
+
 COMMON: dict[str, Callable[[Autopilot], Fields | None]] = {
     "SYSTEM_TIME": _system_time,
     "ATTITUDE": attitude,

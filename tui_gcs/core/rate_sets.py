@@ -35,8 +35,10 @@ PAYLOAD_BYTES = {
     65: 42,
     74: 20,
     147: 54,
+    168: 12,
     193: 26,
     230: 42,
+    231: 40,
     242: 60,
     245: 2,
 }
@@ -68,7 +70,7 @@ def _slower(name: str, rates: Rates, factor: float) -> RateSet:
 
 # 33 GLOBAL_POSITION_INT, 245 EXTENDED_SYS_STATE, 1 SYS_STATUS, 24 GPS_RAW_INT, 147 BATTERY_STATUS,
 # 30 ATTITUDE, 74 VFR_HUD, 193 EKF_STATUS_REPORT, 230 ESTIMATOR_STATUS, 42 MISSION_CURRENT, 242 HOME_POSITION,
-# 65 RC_CHANNELS
+# 65 RC_CHANNELS, 168 WIND, 231 WIND_COV
 _FULL = {
     33: 10.0,
     245: 2.0,
@@ -78,10 +80,12 @@ _FULL = {
     30: 4.0,
     74: 2.0,
     193: 1.0,
-    230: 0.5,
+    230: 0.4,
     42: 0.5,
     242: 0.1,
-    65: 0.5,
+    65: 0.4,
+    168: 0.1,
+    231: 0.1,
 }
 _NORMAL = {
     33: 4.0,
@@ -96,6 +100,8 @@ _NORMAL = {
     42: 0.5,
     242: 0.1,
     65: 0.2,
+    168: 0.1,
+    231: 0.1,
 }
 _MINIMAL = {33: 2.0, 245: 1.0, 1: 0.5, 24: 0.2, 147: 0.1}
 _LEAN = {33: 1.0, 245: 0.5, 1: 0.2, 24: 0.2, 147: 0.1}

@@ -3,11 +3,11 @@
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
-ARDUPILOT_ONLY = frozenset({65, 193})
-"""RC_CHANNELS: only there an absent pilot's stick is flown (and PX4 sends none without RC). EKF_STATUS_REPORT: PX4
-refuses to send it."""
-PX4_ONLY = frozenset({230})
-"""ESTIMATOR_STATUS: ArduPilot refuses to send it."""
+ARDUPILOT_ONLY = frozenset({65, 168, 193})
+"""RC_CHANNELS: only there an absent pilot's stick is flown (and PX4 sends none without RC). WIND and
+EKF_STATUS_REPORT: PX4 refuses to send them."""
+PX4_ONLY = frozenset({230, 231})
+"""ESTIMATOR_STATUS and WIND_COV: ArduPilot refuses to send them."""
 _ANY_OTHER = ARDUPILOT_ONLY | PX4_ONLY
 _NOT_FOR = {AUTOPILOT_ARDUPILOT: PX4_ONLY, AUTOPILOT_PX4: ARDUPILOT_ONLY}
 
