@@ -320,7 +320,8 @@ class Flight:
             x, y = 0.0, 0.0
         else:
             x, y = ap.vehicles.to_local(ap.index, fields["lat_int"] / 1e7, fields["lon_int"] / 1e7)
-        zero_m = -ap.spec.ground_amsl_m if frame in _AMSL else ap.home_m[2]
+        # 1.16.1 has the sign of home's height above its own origin wrong (measured).
+        zero_m = -ap.spec.ground_amsl_m if frame in _AMSL else -ap.home_m[2]
         return x, y, (fields["alt"] + zero_m if not fields["type_mask"] & _IGNORE_HEIGHT else 0.0)
 
     def _local(self, fields: Fields) -> Point | None:

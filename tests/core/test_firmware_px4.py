@@ -194,7 +194,9 @@ def test_offboard_is_entered_after_a_second_of_stream_and_believed_from_the_hear
     assert rig.vehicle().custom_mode == OFFBOARD and rig.firmware.is_steerable(rig.vehicle())
     said = rig.setpoints(begun_s)
     assert len(said) == pytest.approx(25, abs=2), "ten a second"
-    assert {(f["coordinate_frame"], f["type_mask"]) for f in said} == {(6, 0xC00)}, "and acceleration"
+    assert {(f["coordinate_frame"], f["type_mask"]) for f in said} == {(5, 0xC00)}, "and acceleration"
+    vehicle = rig.vehicle()
+    assert said[-1]["alt"] == pytest.approx(vehicle.alt_amsl_m - vehicle.alt_rel_m + 20.0, abs=0.1), "above sea"
 
 
 def test_the_first_ack_of_offboard_is_not_believed_and_a_refusal_is_told(flown: Make) -> None:

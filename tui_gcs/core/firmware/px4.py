@@ -22,7 +22,7 @@ from tui_gcs.core.firmware.base import (
     stands_still,
 )
 from tui_gcs.core.firmware.px4_failsafe import OffboardLoss
-from tui_gcs.core.firmware.px4_offboard import GAP_S, OFFBOARD, Offboard
+from tui_gcs.core.firmware.px4_offboard import GAP_S, OFFBOARD, Offboard, home_amsl_m
 from tui_gcs.core.firmware.speech import Done, Speech
 from tui_gcs.core.messages import EventClass, Vec3
 from tui_gcs.core.place import home_height
@@ -237,7 +237,7 @@ class Px4Multicopter:
     def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, push_m_s2: Vec3 = STILL) -> None:
         """OFFBOARD with position, velocity and acceleration."""
         self._end_goal(vehicle)
-        self._speech.pushed(vehicle.id, point_m, velocity_m_s, push_m_s2)
+        self._speech.pushed(vehicle.id, point_m, velocity_m_s, push_m_s2, home_amsl_m(vehicle))
         self._offboard.follow(vehicle)
 
     def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:

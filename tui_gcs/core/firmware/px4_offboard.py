@@ -128,7 +128,7 @@ class Offboard:
     def _stop(self, vehicle: Vehicle, stream: _Stream, now: float) -> None:
         if stream.where is not None and not vehicle.no_commands:
             stream.said_s = now
-            self._speech.position(vehicle.id, stream.where())
+            self._speech.position(vehicle.id, stream.where(), home_amsl_m(vehicle))
 
     def _enter(self, vehicle: Vehicle, stream: _Stream, now: float) -> None:
         if stream.tries >= MOST_TRIES or now < stream.next_try_s or self._commands.pending(vehicle.id, ENTER):
@@ -146,3 +146,12 @@ class Offboard:
                 vehicle.id, ENTER, Retry.SET, order, lambda v: v.custom_mode == OFFBOARD, ended, double_ack=True
             )
         )
+
+
+def home_amsl_m(vehicle: Vehicle) -> float:
+    """The height that its heights above home are counted from: both heights come in one message.
+
+    Set-points are said above mean sea level. Said above home, PX4 1.16.1 takes the height of home above its estimator's
+    origin with the wrong sign: measured, 1.3 m too low where home was 0.6 m below that.
+    """
+    return vehicle.alt_amsl_m - vehicle.alt_rel_m

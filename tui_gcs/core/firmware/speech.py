@@ -1,5 +1,6 @@
 """How any MAVLink autopilot is told something: orders, questions, set-points. All of it leaves through the door."""
 
+import math
 from collections.abc import Callable
 
 from tui_gcs.core.course import STILL
@@ -108,17 +109,19 @@ class Speech:
 
     # ---------------------------------------------------------------- set-points
 
-    def position(self, vehicle: int, point_m: Vec3) -> None:
-        """Set-point: be at `point_m` (ENU, z above home)."""
-        self._target(vehicle, c.POSITION_ONLY, point_m, (0.0, 0.0, 0.0))
+    def position(self, vehicle: int, point_m: Vec3, home_amsl_m: float = math.nan) -> None:
+        """Set-point: be at `point_m` (ENU, z above home); with the height of home it is said above mean sea level."""
+        self._target(vehicle, c.POSITION_ONLY, point_m, STILL, home_amsl_m=home_amsl_m)
 
     def moving(self, vehicle: int, point_m: Vec3, velocity_m_s: Vec3) -> None:
         """Set-point: be at `point_m`, moving with `velocity_m_s` (east, north, up)."""
         self._target(vehicle, c.POSITION_AND_VELOCITY, point_m, velocity_m_s)
 
-    def pushed(self, vehicle: int, point_m: Vec3, velocity_m_s: Vec3, push_m_s2: Vec3) -> None:
+    def pushed(
+        self, vehicle: int, point_m: Vec3, velocity_m_s: Vec3, push_m_s2: Vec3, home_amsl_m: float = math.nan
+    ) -> None:
         """Set-point: as `moving`, with the acceleration (east, north, up) that its motors must make for it."""
-        self._target(vehicle, c.ALL_BUT_YAW, point_m, velocity_m_s, push_m_s2)
+        self._target(vehicle, c.ALL_BUT_YAW, point_m, velocity_m_s, push_m_s2, home_amsl_m=home_amsl_m)
 
     def velocity(self, vehicle: int, velocity_m_s: Vec3) -> None:
         """Set-point: move with `velocity_m_s` (east, north, up)."""
@@ -129,17 +132,26 @@ class Speech:
         lat_deg, lon_deg = self.frame.to_geodetic(point_m[0], point_m[1])
         return float(lat_deg), float(lon_deg)
 
-    def _target(self, vehicle: int, type_mask: int, point_m: Vec3, velocity_m_s: Vec3, push_m_s2: Vec3 = STILL) -> None:
+    def _target(
+        self,
+        vehicle: int,
+        type_mask: int,
+        point_m: Vec3,
+        velocity_m_s: Vec3,
+        push_m_s2: Vec3 = STILL,
+        home_amsl_m: float = math.nan,
+    ) -> None:
         lat_deg, lon_deg = self.degrees(point_m)
+        above_sea = math.isfinite(home_amsl_m)
         east, north, up = velocity_m_s
         self._door.setpoint(
             vehicle,
             time_boot_ms=0,
-            coordinate_frame=c.FRAME_RELATIVE_ALT_INT,
+            coordinate_frame=c.FRAME_GLOBAL_INT if above_sea else c.FRAME_RELATIVE_ALT_INT,
             type_mask=type_mask,
             lat_int=round(lat_deg * 1e7),
             lon_int=round(lon_deg * 1e7),
-            alt=point_m[2],
+            alt=point_m[2] + home_amsl_m if above_sea else point_m[2],
             vx=north,
             vy=east,
             vz=-up,
