@@ -11,7 +11,8 @@ CUSTOM_MODE_ENABLED = 1
 HEARTBEAT, AUTOPILOT_VERSION, HOME_POSITION = 0, 148, 242
 """Message ids that are asked for once."""
 FRAME_GLOBAL_INT, FRAME_RELATIVE_ALT_INT = 5, 6
-"""MAV_FRAME_GLOBAL_INT, above mean sea level, and _GLOBAL_RELATIVE_ALT_INT, above home. Terrain frames (10, 11) are never sent: without terrain data ArduPilot sinks."""
+"""MAV_FRAME: above mean sea level, and above home. Terrain frames (10, 11) are never sent: without terrain data
+ArduPilot sinks."""
 POSITION_ONLY, POSITION_AND_VELOCITY, VELOCITY_ONLY, ALL_BUT_YAW = 0xDF8, 0xDC0, 0xDC7, 0xC00
 """SET_POSITION_TARGET type_mask: what is used of x, y, z, vx, vy, vz, afx, afy, afz."""
 LANDED_IN_AIR, LANDED_TAKEOFF = 2, 3
