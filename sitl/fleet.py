@@ -12,8 +12,9 @@ from sitl.px4 import Px4
 from sitl.quantities import Array
 from sitl.vehicle import Vehicles, VehicleSpec
 from sitl.weather import WeatherSpec
+from sitl.world import IntruderSpec, SensorSpec, World, WorldSpec
 
-__all__ = ["SimFleet", "VehicleSpec", "WeatherSpec"]
+__all__ = ["IntruderSpec", "SensorSpec", "SimFleet", "VehicleSpec", "WeatherSpec", "WorldSpec"]
 
 PILOTS: dict[str, type[Autopilot]] = {"ardupilot": ArduCopter, "px4": Px4}
 TOKEN_BYTES = 8
@@ -32,6 +33,7 @@ class SimFleet:
         token: 16 hex digits, reported in AUTOPILOT_VERSION.flight_custom_version: proves whose vehicles these are.
         boot_s: Simulated time from power-on to readiness for arming (really 42 s in ArduCopter's GUIDED, 6 s for PX4).
         weather: Wind and GPS noise; none by default.
+        world: Intruders and the sensors that find them; none by default.
 
     Raises:
         ValueError: Bad ids, places, token, boot time.
@@ -45,6 +47,7 @@ class SimFleet:
         token: str = "",
         boot_s: float = 3.0,
         weather: WeatherSpec | None = None,
+        world: WorldSpec | None = None,
     ) -> None:
         _check(vehicles)
         if not MIN_BOOT_S <= boot_s <= MAX_BOOT_S:
@@ -66,6 +69,7 @@ class SimFleet:
             )
             for index, spec in enumerate(vehicles)
         ]
+        self.world = World(world, self._pilots, seed) if world is not None else None
 
     def __len__(self) -> int:
         return len(self.specs)
@@ -81,6 +85,8 @@ class SimFleet:
         self._vehicles.step(dt_s)
         for pilot in self._pilots:
             pilot.tick(self._now_us)
+        if self.world is not None:
+            self.world.step(self.now_s, dt_s)
 
     def receive(self, index: int, data: bytes) -> None:
         """One datagram for vehicle `index`; answers are in the next `drain`."""

@@ -4,6 +4,7 @@ FILE is JSON: {"seed": 0, "token": "16 hex digits", "wind_m_s": [east, north], "
 {"system_id": 1, "lat_deg": …, "lon_deg": …, "ground_amsl_m": …, "heading_deg": …, "signing_key": "64 hex digits",
 "px4_signing": false, "autopilot": "ardupilot", "sitl_rates": false}]}; of a vehicle all after "ground_amsl_m" may be
 missing; the other autopilot is "px4". Each vehicle has its own socket and source port, as SITL has.
+"intruders": [{…}] and "sensor": {…} have the fields of `world.IntruderSpec` and `SensorSpec`, and may be missing, too.
 """
 
 import argparse
@@ -17,7 +18,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from sitl.fleet import SimFleet, VehicleSpec, WeatherSpec
+from sitl.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
 from sitl.port import Port
 from sitl.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, alive, parse_target
 from sitl.signing import SigningSpec, time_of
@@ -51,6 +52,7 @@ def load_spec(path: Path, boot_s: float) -> SimFleet:
             token=str(raw.get("token", "")),
             boot_s=boot_s,
             weather=_weather(raw),
+            world=_world(raw),
         )
     except KeyError as error:
         raise LaunchError(f"{path}: {error.args[0]} is missing") from error
@@ -64,6 +66,14 @@ def _weather(raw: dict[str, Any]) -> WeatherSpec:
     if not all(math.isfinite(value) for value in (east_m_s, north_m_s, noise_m)) or noise_m < 0.0:
         raise ValueError("wind_m_s and gps_noise_m must be finite, gps_noise_m not negative")
     return WeatherSpec((east_m_s, north_m_s), noise_m)
+
+
+def _world(raw: dict[str, Any]) -> WorldSpec | None:
+    intruders = tuple(IntruderSpec(**{k: float(v) for k, v in one.items()}) for one in raw.get("intruders", ()))
+    sensor = raw.get("sensor")
+    if sensor is None and not intruders:
+        return None
+    return WorldSpec(intruders, None if sensor is None else SensorSpec(**{k: float(v) for k, v in sensor.items()}))
 
 
 def _vehicle(entry: dict[str, Any]) -> VehicleSpec:
