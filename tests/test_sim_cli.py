@@ -1,6 +1,7 @@
 """`tui-gcs sim` and the faults of `tui-gcs demo`: what the options mean, and what is refused."""
 
 import argparse
+import re
 import signal
 import socket
 import subprocess
@@ -206,3 +207,29 @@ def test_real_programs_get_directories_of_their_own_under_the_state(tmp_path):
     called = (tmp_path / "state/sim/real/arducopter-1/called").read_text()
     assert "--home 47.4000000,8.5000000,488,0" in called
     assert "--sysid 1 --serial0 udpclient:127.0.0.1:15999" in called
+
+
+# ---------------------------------------------------------------- what else flies
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["--count", "2", "--intruders", "4"], "name a SCENARIO.toml"),
+        ([str(SCENARIO), "--sensor", "range=60"], "say how many"),
+        ([str(SCENARIO), "--intruders", "0"], "1 to 64"),
+        ([str(SCENARIO), "--intruders", "4", "--sensor", "reach=60"], "'reach=60' is none of range=1…2000"),
+        ([str(SCENARIO), "--intruders", "4", "--sensor", "p=2"], "'p=2' is none of"),
+    ],
+)
+def test_intruders_need_a_zone_and_a_sensor_that_can_be(arguments: list[str], problem: str) -> None:
+    with pytest.raises(CommandError, match=re.escape(problem)):
+        spec_of_options(options(*arguments))
+
+
+def test_intruders_come_in_waves_to_the_defended_zone() -> None:
+    spec = spec_of_options(options(str(SCENARIO), "--intruders", "4", "--sensor", "range=80,p=0.5"))
+    assert spec["sensor"] == {"range_m": 80.0, "probability": 0.5}
+    assert len(spec["intruders"]) == 80
+    assert [90.0 <= i["begin_s"] <= 100.0 for i in spec["intruders"][:5]] == [True] * 4 + [False]
+    assert spec["intruders"] == spec_of_options(options(str(SCENARIO), "--intruders", "4"))["intruders"], "same seed"

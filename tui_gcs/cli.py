@@ -60,6 +60,7 @@ def _add_demo(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
     parser.add_argument("--rounds", type=int, metavar="N", help="headless: only the first N rounds")
     parser.add_argument("--scenario", metavar="FILE", help="another scenario than the shipped swarm-challenge")
     _autopilot(parser)
+    _world(parser)
     _fault(parser)
 
 
@@ -115,6 +116,7 @@ def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument("--seed", type=int, help="of everything random")
     parser.add_argument("--wind", metavar="E,N", help="m/s toward east and north, with gusts")
     parser.add_argument("--gps-noise", type=float, metavar="M", help="standard deviation of positions")
+    _world(parser)
     parser.add_argument("--speed", type=float, default=1.0, metavar="X", help="times real time (default 1)")
     parser.add_argument("--target", default="127.0.0.1:14550", metavar="HOST:PORT")
     _fault(parser)
@@ -122,6 +124,15 @@ def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument("--binary", metavar="PATH", help="their program, if it is not on PATH")
     parser.add_argument("--params", metavar="FILE", help="their default parameters (ArduPilot)")
     parser.add_argument("--wipe", action="store_true", help="without the parameters and missions of earlier runs")
+
+
+def _world(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--intruders", type=int, metavar="N", help="so many in each wave, against the defended zone")
+    parser.add_argument(
+        "--sensor",
+        metavar="WHAT",
+        help="what the vehicles see them with, e.g. range=60,rate=5,p=0.9,false=1,sigma=2 (m, Hz, share, 1/min, m)",
+    )
 
 
 def _autopilot(parser: argparse.ArgumentParser) -> None:

@@ -7,11 +7,12 @@ same run, byte for byte.
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
 from sitl.faults import FaultyLink, Lane, Tally, parse
-from sitl.fleet import SimFleet, VehicleSpec
+from sitl.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
 from sitl.vehicle import AutopilotName
 from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.clock import VirtualClock
@@ -49,6 +50,13 @@ def piloted(specs: list[VehicleSpec], autopilots: str) -> list[VehicleSpec]:
     """The same vehicles with the autopilots that a key of `AUTOPILOTS` says."""
     kinds = AUTOPILOTS[autopilots]
     return [replace(spec, autopilot=kinds[i % len(kinds)]) for i, spec in enumerate(specs)]
+
+
+def world_of_spec(spec: dict[str, Any]) -> WorldSpec | None:
+    """The world of a simulator's spec (`intruders`, `sensor`); None if it has none."""
+    if "sensor" not in spec:
+        return None
+    return WorldSpec(tuple(IntruderSpec(**one) for one in spec.get("intruders", ())), SensorSpec(**spec["sensor"]))
 
 
 class BadLinks:
@@ -99,6 +107,8 @@ class LockStep:
     autopilots: str = field(default="ardupilot", kw_only=True)
     """A key of `AUTOPILOTS`."""
     bad_links: BadLinks | None = field(default=None, kw_only=True)
+    weather: WeatherSpec | None = field(default=None, kw_only=True)
+    world: WorldSpec | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         """Build everything; nothing has happened yet."""
@@ -106,7 +116,11 @@ class LockStep:
         self.bus = MemoryBus()
         self.link = MemoryLink(LINK)
         self.sim = SimFleet(
-            piloted(simulated_vehicles(self.scenario), self.autopilots), seed=self.scenario.seed, token=TOKEN
+            piloted(simulated_vehicles(self.scenario), self.autopilots),
+            seed=self.scenario.seed,
+            token=TOKEN,
+            weather=self.weather,
+            world=self.world,
         )
         for team in self.scenario.teams:
             attach(PlannerHost(team.name), self.bus)
@@ -148,15 +162,16 @@ def rehearse(
     rounds: int | None = None,
     autopilots: str = "ardupilot",
     bad_links: BadLinks | None = None,
+    world: WorldSpec | None = None,
 ) -> tuple[Result, str]:
     """Fly the whole scenario as fast as it goes; (result, why it ended early or "").
 
     `rounds` flies only the first so many rounds; `autopilots` is a key of `AUTOPILOTS`; `bad_links`: faults
-    between vehicles and station.
+    between vehicles and station; `world`: intruders and sensors.
     """
     if rounds is not None:
         scenario = _first_rounds(scenario, rounds)
-    flight = LockStep(scenario, toml, log_dir, autopilots=autopilots, bad_links=bad_links)
+    flight = LockStep(scenario, toml, log_dir, autopilots=autopilots, bad_links=bad_links, world=world)
     script = Script(scenario, flight.bus, principal="rehearsal", whole_duration=False)
     while not script.done:
         flight.step()

@@ -24,7 +24,7 @@ def run(arguments: argparse.Namespace) -> int:
     need_terminal()
     if not running(Kind.SIM):
         _launch(arguments)
-    elif given := [name for name in ("fault", "autopilot") if getattr(arguments, name)]:
+    elif given := [name for name in ("fault", "autopilot", "intruders", "sensor") if getattr(arguments, name)]:
         raise CommandError(
             f"a SIM station runs already: --{given[0]} is for a new one; end it with `tui-gcs stop` first"
         )
@@ -34,9 +34,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _launch(arguments: argparse.Namespace) -> None:
-    from tui_gcs.commands.sim_fleet import spec_of
+    from tui_gcs.commands.sim_fleet import spec_of, world_of
     from tui_gcs.launcher import launch
 
     scenario, toml, path = read_scenario(arguments.scenario)
     vehicles = spec_of(simulable(scenario), arguments.seed, arguments.autopilot or "ardupilot")
+    vehicles |= world_of(scenario, arguments.intruders, arguments.sensor, vehicles["seed"])
     launch(Kind.SIM, path, toml, [], sim_spec=vehicles, fault=arguments.fault)

@@ -45,13 +45,15 @@ def fly(arguments: argparse.Namespace) -> int:
     """Fly, print the table, write the JSON; 0 only if every check holds."""
     import msgspec
 
-    from tui_gcs.rehearsal import BadLinks, rehearse
+    from tui_gcs.commands.sim_fleet import world_of
+    from tui_gcs.rehearsal import BadLinks, rehearse, world_of_spec
 
     check_writable(arguments.json)
     scenario, toml, _ = read_scenario(arguments.scenario)
     simulable(scenario)
     if arguments.seed is not None:
         scenario = msgspec.structs.replace(scenario, seed=arguments.seed)
+    world = world_of_spec(world_of(scenario, arguments.intruders, arguments.sensor, scenario.seed))
     if arguments.rounds is not None and not 1 <= arguments.rounds <= len(scenario.rounds):
         raise CommandError(f"--rounds {arguments.rounds}: the scenario has {len(scenario.rounds)}")
     try:
@@ -69,6 +71,7 @@ def fly(arguments: argparse.Namespace) -> int:
         rounds=arguments.rounds,
         autopilots=arguments.autopilot or "ardupilot",
         bad_links=bad_links,
+        world=world,
     )
     bar.end()
     code = report(result, problem, arguments.json)

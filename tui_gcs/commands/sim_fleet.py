@@ -16,6 +16,14 @@ SPACING_M = 10.0
 MOST_SPACING_M = 1000.0
 AUTOPILOTS = {"ardupilot": ("ardupilot",), "px4": ("px4",), "mixed": ("ardupilot", "px4")}
 """What a fleet is made of: vehicles take turns."""
+SENSOR = {
+    "range": ("range_m", 1.0, 2000.0),
+    "rate": ("rate_hz", 0.1, 20.0),
+    "p": ("probability", 0.0, 1.0),
+    "false": ("false_per_min", 0.0, 600.0),
+    "sigma": ("sigma_m", 0.0, 100.0),
+}
+"""What may be said of the sensors: the simulator's name for it, least and most."""
 
 
 def spec_of(scenario: "Scenario", seed: int | None = None, autopilots: str = "ardupilot") -> dict[str, Any]:
@@ -40,11 +48,47 @@ def spec_of_options(arguments: argparse.Namespace) -> dict[str, Any]:
                 raise CommandError(f"--{name}: the scenario says who stands where; leave it out")
         scenario, _, _ = read_scenario(arguments.scenario)
         spec = spec_of(simulable(scenario), arguments.seed, autopilots)
+        spec |= world_of(scenario, arguments.intruders, arguments.sensor, spec["seed"])
+    elif arguments.intruders is not None:
+        raise CommandError("--intruders come to a scenario's defended zone: name a SCENARIO.toml")
     elif arguments.count is None:
         raise CommandError("name a SCENARIO.toml, or say how many vehicles: tui-gcs sim --count 8")
     else:
         spec = {"seed": arguments.seed or 0, "vehicles": _manned(_grid(arguments), autopilots)}
+        if arguments.sensor is not None:
+            raise CommandError("--sensor finds --intruders, and they need a SCENARIO.toml")
     return spec | _weather(arguments)
+
+
+def world_of(scenario: "Scenario", intruders: int | None, sensor: str | None, seed: int) -> dict[str, Any]:
+    """What else flies, and what it is seen with: `--intruders` and `--sensor` as parts of a spec.
+
+    Raises:
+        CommandError: options that cannot be, or not together; one line.
+    """
+    from tui_gcs.core.waves import waves
+
+    if intruders is None:
+        if sensor is not None:
+            raise CommandError("--sensor finds --intruders: say how many of them come, e.g. --intruders 4")
+        return {}
+    try:
+        return {"intruders": waves(scenario, intruders, seed), "sensor": sensor_of(sensor or "")}
+    except ValueError as error:
+        raise CommandError(f"--intruders {intruders}: {error}") from None
+
+
+def sensor_of(text: str) -> dict[str, float]:
+    """`range=60,rate=5,p=0.9,false=0,sigma=2` (any of them) as fields of the simulator's `SensorSpec`."""
+    found: dict[str, float] = {}
+    for part in filter(None, text.split(",")):
+        name, _, number = part.partition("=")
+        values = numbers_of(number)
+        if name not in SENSOR or len(values) != 1 or not SENSOR[name][1] <= values[0] <= SENSOR[name][2]:
+            allowed = ", ".join(f"{n}={low:g}…{high:g}" for n, (_, low, high) in SENSOR.items())
+            raise CommandError(f"--sensor {text}: {part!r} is none of {allowed}")
+        found[SENSOR[name][0]] = values[0]
+    return found
 
 
 def _vehicle(system: int, lat_deg: float, lon_deg: float, ground_m: float, heading_deg: float) -> dict[str, Any]:
