@@ -19,6 +19,7 @@ from tui_gcs.widgets import map_scene
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.map_labels import Cells, VehicleLabels
 from tui_gcs.widgets.map_raster import DotRaster
+from tui_gcs.widgets.map_tracks import draw_tracks, track_words
 from tui_gcs.widgets.map_trails import Trails
 from tui_gcs.widgets.map_viewport import Viewport
 from tui_gcs.widgets.palette import Ink
@@ -33,6 +34,7 @@ ASCII_LETTERS = {
     Ink.DEFEND: "#",
     Ink.ATTACK: "=",
     Ink.EDITED: "*",
+    Ink.TARGET: "o",
 }
 FOLLOW_MIDDLE = 0.25
 """A followed vehicle may move within this fraction of the view about the centre before the map moves."""
@@ -252,12 +254,16 @@ class MapView(Widget):
             map_scene.draw_annotations(self._still, view, self._annotations)
         raster = self._still.copy()
         raster.plot(view.to_dots(self._trails.points_m()), Ink.TRAIL)
+        if self._frame is not None:
+            draw_tracks(raster, view, self._frame.tracks, self._frame.t_s)
         cells = Cells(raster.codes(None if self._glyphs.braille else _LETTERS), raster.inks)
         if self._frame is not None:
             rows = self._frame.rows()
             if not self._known:
                 rows = [row._replace(freshness=Freshness.LOST) for row in rows]
             self._labels.draw(cells, view, rows, self._selected, self._glyphs)
+            for word in track_words(view, self._frame.tracks, self._frame.t_s):
+                cells.place(word)
         words = list(map_scene.annotation_words(view, self._annotations, self._glyphs))
         if self._round is not None:
             words = map_scene.zone_words(view, self._round, self._edited_zone) + words

@@ -19,6 +19,7 @@ PANEL_EDGE = "#4a5560"
 DEFEND = "#6ea8ff"
 ATTACK = "#e07078"
 NO_FLY = "#c08040"
+TARGET = "#e080ff"
 
 
 class Ink(IntEnum):
@@ -47,6 +48,8 @@ class Ink(IntEnum):
     BOLD = 19
     LIVE = 20
     REPLAY = 21
+    TARGET = 22
+    """What sensors have found."""
 
 
 STYLES: dict[int, Style] = {
@@ -72,4 +75,5 @@ STYLES: dict[int, Style] = {
     Ink.BOLD: Style(color=TEXT, bold=True),
     Ink.LIVE: Style(color="#ffffff", bold=True, reverse=True),
     Ink.REPLAY: Style(color=ADVISORY, bold=True, reverse=True),
+    Ink.TARGET: Style(color=TARGET, bold=True),
 }
