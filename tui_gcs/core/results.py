@@ -16,7 +16,7 @@ import shapely
 from tui_gcs.core.flights import COLUMN_M
 from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
 from tui_gcs.core.messages import FleetFrame, Phase, StationStatus, TeamStatus, Vec3, VehicleRow
-from tui_gcs.core.scenario import Round, Scenario
+from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.zones import Zone, area_m2, polygon_of
 
 WARM_UP_LIMIT_S = 600.0
@@ -57,6 +57,8 @@ class RoundResult(msgspec.Struct):
     off_slot_max_m: float | None = None
     lag_max_s: float | None = None
     """Earliest or latest of all vehicles, smoothed over two seconds."""
+    cut_short: bool = False
+    """The team lost a vehicle before this was measured: not judged; what follows is measured anew."""
 
 
 class Result(msgspec.Struct):
@@ -82,6 +84,9 @@ class ZoneMeasure:
         self._round = round_
         self._zone = zone
         self.team = team
+        self.part = ""
+        """Which part of the round; empty for the whole."""
+        self.cut_short = False
         self._begin_s = t_s
         self._grid = IdlenessGrid(zone.shape, scenario.footprint_radius_m)
         self._on_slot_s: float | None = None
@@ -138,7 +143,7 @@ class ZoneMeasure:
         worst = self._grid.worst_idleness_s if self._window_s is not None else math.nan
         average = self._grid.average_idleness_s if self._window_s is not None else math.nan
         return RoundResult(
-            round=self._round.name,
+            round=self._round.name + self.part,
             zone=self._zone.name,
             role=str(self._zone.role),
             team=self.team,
@@ -154,6 +159,7 @@ class ZoneMeasure:
             off_slot_p95_m=_rounded(float(np.percentile(self._off_slot_m, 95))) if self._off_slot_m else None,
             off_slot_max_m=_rounded(max(self._off_slot_m, default=math.nan)),
             lag_max_s=_rounded(max(self._lag_s, default=math.nan)),
+            cut_short=self.cut_short,
         )
 
 
@@ -174,26 +180,54 @@ class Referee:
         self._flew: set[int] = set()
         self._status: StationStatus | None = None
         self.started: tuple[int, ...] = ()
+        self.lost: set[int] = set()
+        """Vehicles whose loss is part of the flight: nothing is expected of them."""
+        self._present: dict[str, ZoneMeasure] = {}
+        self._members: dict[str, tuple[int, ...]] = {}
 
     def begin_round(self, round_: Round, t_s: float) -> None:
         """A round begins."""
         self._area = round_
-        zones = {zone.name: zone for zone in round_.zones}
-        self.measures += [
-            ZoneMeasure(self._scenario, round_, zones[team.zone], team.name, t_s) for team in self._scenario.teams
-        ]
+        for team in self._scenario.teams:
+            self._begin(team, t_s, "")
+
+    def lose(self, vehicle: int, t_s: float) -> None:
+        """A vehicle is lost on purpose: its team is measured anew without it."""
+        self.lost.add(vehicle)
+        self._begin_anew(vehicle, t_s, f" -{vehicle}")
+
+    def find(self, vehicle: int, t_s: float) -> None:
+        """A lost vehicle is back: its team is measured anew with it."""
+        self.lost.discard(vehicle)
+        self._begin_anew(vehicle, t_s, f" +{vehicle}")
+
+    def _begin_anew(self, vehicle: int, t_s: float, part: str) -> None:
+        team = next((t for t in self._scenario.teams if vehicle in self._members.get(t.name, ())), None)
+        present = self._present.get(team.name) if team is not None else None
+        if team is not None and present is not None:
+            present.cut_short = not present.done
+            self._begin(team, t_s, present.part + part)
+
+    def _begin(self, team: Team, t_s: float, part: str) -> None:
+        if self._area is None:
+            return
+        zone = next(zone for zone in self._area.zones if zone.name == team.zone)
+        measure = self._present[team.name] = ZoneMeasure(self._scenario, self._area, zone, team.name, t_s)
+        measure.part = part
+        self.measures.append(measure)
 
     def present(self) -> list[ZoneMeasure]:
-        """The measures of the present round."""
-        return self.measures[-len(self._scenario.teams) :]
+        """What is being measured now, one of each team."""
+        return list(self._present.values())
 
     def on_status(self, status: StationStatus) -> None:
         """A station status arrived."""
         self._status = status
         by_name = {team.name: team for team in status.teams}
+        self._members = {team.name: team.members for team in status.teams}
         for measure in self.present():
             team = by_name[measure.team]
-            measure.on_status(team, sum(1 for v in team.members if v in self.started))
+            measure.on_status(team, sum(1 for v in team.members if v in self.started and v not in self.lost))
 
     def on_frame(self, frame: FleetFrame) -> None:
         """A fleet frame arrived."""
@@ -239,6 +273,8 @@ class Referee:
         limits = self._scenario.results
         checks = []
         for r in rounds:
+            if r.cut_short:
+                continue
             where = f"{r.round} {r.zone}"
             slot = r.on_slot_after_s
             checks.append(_at_most(f"{where}: all on slot, s", slot, limits.on_slot_max_s))
@@ -248,8 +284,9 @@ class Referee:
             checks.append(_at_most(f"{where}: early or late, s", r.lag_max_s, LAG_MAX_S))
         faults = self._status.faults if self._status is not None else {"no status": 1}
         vetoes = sum(self._status.vetoes.values()) if self._status is not None else 0
-        missing = [v for v in self.started if v not in self._landed_at]
-        misses = [math.dist(self._landed_at[v][:2], self._places[v][:2]) for v in self.started if v not in missing]
+        kept = [v for v in self.started if v not in self.lost]
+        missing = [v for v in kept if v not in self._landed_at]
+        misses = [math.dist(self._landed_at[v][:2], self._places[v][:2]) for v in kept if v not in missing]
         separation = self._separation if math.isfinite(self._separation) else None
         checks += [
             _at_least("vehicles flown", float(len(self._flew)), float(self._wanted())),
