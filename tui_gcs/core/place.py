@@ -90,14 +90,12 @@ class Place:
         return float(x_m), float(y_m), self.above_home_m(home)
 
 
-def home_height(vehicle: Vehicle, by_home_m: float) -> HomeHeight:
+def home_height(vehicle: Vehicle) -> HomeHeight:
     """The height of a vehicle's home, of its newest position, which has both heights in one message.
 
-    Args:
-        vehicle: Whose.
-        by_home_m: What its HOME_POSITION says, above mean sea level; NaN where it did not come. It must agree.
+    What its HOME_POSITION says must agree.
     """
-    by_position_m = vehicle.alt_amsl_m - vehicle.alt_rel_m
+    by_position_m, by_home_m = vehicle.alt_amsl_m - vehicle.alt_rel_m, vehicle.home_amsl_m
     if not math.isfinite(by_position_m):
         return HomeHeight(problem="the height of its home is not known")
     if vehicle.home_m is None or not math.isfinite(by_home_m):

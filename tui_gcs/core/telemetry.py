@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from tui_gcs.core import home
 from tui_gcs.core.boot_clock import FITS_MS, Step
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import ALERT, WARNING, EventLog
@@ -103,12 +104,16 @@ class Telemetry:
         """By message id: each one counts."""
 
     def reframe(self, frame: LocalFrame, vehicles: list[Vehicle]) -> None:
-        """Use another ENU frame: positions are computed anew."""
+        """Use another ENU frame: positions and homes are computed anew."""
+        before = self.frame
         self._take(frame)
         for vehicle in vehicles:
             if vehicle.has_position():
                 x, y = frame.to_enu(vehicle.lat_deg, vehicle.lon_deg)
                 vehicle.position_m = (float(x), float(y), vehicle.alt_rel_m)
+            if vehicle.home_m is not None:
+                x, y = frame.to_enu(*before.to_geodetic(vehicle.home_m[0], vehicle.home_m[1]))
+                vehicle.home_m = (float(x), float(y), 0.0)
 
     def _take(self, frame: LocalFrame) -> None:
         self.frame = frame
@@ -204,10 +209,21 @@ class Telemetry:
 
     def _home(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
-        latitude, longitude = slot.values()[:2]
-        if self._is_place(latitude / 1e7, longitude / 1e7):
-            x, y = self.frame.to_enu(latitude / 1e7, longitude / 1e7)
-            vehicle.home_m = (float(x), float(y), 0.0)
+        latitude, longitude, altitude_mm = slot.values()[:3]
+        if not self._is_place(latitude / 1e7, longitude / 1e7):
+            return
+        x_m, y_m = map(float, self.frame.to_enu(latitude / 1e7, longitude / 1e7))
+        why = home.refusal(vehicle, x_m, y_m)
+        if why:
+            self._dropped["implausible home"] += 1
+            self._events.say(EventClass.SENSOR, _name(vehicle), why, ALERT, every_s=30)
+            if not vehicle.armed:  # then what was before is no better
+                vehicle.home_m, vehicle.home_amsl_m = None, NAN
+            return
+        text = home.change(vehicle, x_m, y_m, altitude_mm / 1e3)
+        if text:
+            self._events.say(EventClass.SENSOR, _name(vehicle), text, ALERT, every_s=10)
+        vehicle.home_m, vehicle.home_amsl_m = (x_m, y_m, 0.0), altitude_mm / 1e3
 
     # ---------------------------------------------------------------- state
 

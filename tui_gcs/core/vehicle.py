@@ -205,7 +205,9 @@ class Vehicle:
     """When the armed bit changed lately."""
     reboots: int = 0
     home_m: Vec3 | None = None
-    """Where the autopilot says home is (HOME_POSITION), ENU."""
+    """Where the autopilot says home is (HOME_POSITION), ENU; None until it says so, and that can be (`core/home`)."""
+    home_amsl_m: float = NAN
+    """The height of that above mean sea level; NaN when unknown."""
 
     @property
     def alt_rel_m(self) -> float:
@@ -335,7 +337,8 @@ class Vehicle:
     def forget_boot(self) -> None:
         """It rebooted, or is another one: what was true before is not known any more (B.6-103)."""
         self.identified, self.firmware_token = False, ""
-        self.prearm_ok, self.landed_state, self.home_m = False, 0, None
+        self.prearm_ok, self.landed_state = False, 0
+        self.home_m, self.home_amsl_m = None, NAN
         self.has_battery_status, self.battery_pct, self.battery_v = False, NAN, NAN
         self.gps_fix, self.satellites, self.position_error_m = 0, -1, NAN
         self.recent_reasons, self.flickers_s, self.suspect_jumps = [], [], 0

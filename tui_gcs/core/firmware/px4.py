@@ -72,8 +72,6 @@ class Px4Multicopter:
         self._offboard = Offboard(speech, commands, clock, frozenset({HOLD, TAKEOFF}))
         self._loss = OffboardLoss(speech, commands, clock)
         self._goals: dict[int, _Goal] = {}
-        self.heights: Callable[[Vehicle], float] = lambda vehicle: NAN
-        """Height of home above mean sea level by HOME_POSITION; NaN where it did not come."""
 
     def why_not(self, vehicle: Vehicle) -> str:
         """It can."""
@@ -313,7 +311,7 @@ class Px4Multicopter:
 
     def _home(self, vehicle: Vehicle) -> tuple[float, str]:
         """Height of its home above mean sea level, or why it cannot be relied on."""
-        home = home_height(vehicle, self.heights(vehicle))
+        home = home_height(vehicle)
         return home.amsl_m, home.problem
 
 

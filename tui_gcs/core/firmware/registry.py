@@ -2,7 +2,6 @@
 
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import EventLog
-from tui_gcs.core.firmware import commands as c
 from tui_gcs.core.firmware.ardupilot import COPTER_TYPES, ArduCopter
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.firmware.px4 import Px4Multicopter
@@ -25,7 +24,6 @@ class Firmwares:
         self._speech = speech
         self._ardupilot = ArduCopter(speech, commands)
         self._px4 = Px4Multicopter(speech, commands, clock, events)
-        self._px4.heights = self._home_amsl_m
         self._unsupported = Unsupported()
         self._kinds: dict[tuple[int, int], Firmware] = {
             (autopilot, kind): firmware
@@ -40,7 +38,7 @@ class Firmwares:
 
     def home(self, vehicle: Vehicle) -> HomeHeight:
         """How high the home of `vehicle` is, or why that is not known."""
-        return home_height(vehicle, self._home_amsl_m(vehicle))
+        return home_height(vehicle)
 
     def point_m(self, vehicle: Vehicle, place: Place) -> Vec3:
         """Where `go_to` and its like are told to fly so that `vehicle` comes to a place.
@@ -66,10 +64,6 @@ class Firmwares:
     def _on_parameter(self, vehicle: Vehicle, fields: dict[str, object]) -> None:
         if self.of(vehicle) is self._px4:
             self._px4.hear_parameter(vehicle, fields)
-
-    def _home_amsl_m(self, vehicle: Vehicle) -> float:
-        message = self._fleet.newest(vehicle, c.HOME_POSITION)
-        return float(message.fields["altitude"]) / 1e3 if message is not None else float("nan")
 
 
 def name_of(vehicle: Vehicle) -> str:
