@@ -38,7 +38,7 @@ class WindBook:
 
     def _wind(self, vehicle: Vehicle, fields: Fields) -> None:
         """ArduPilot: the direction it comes from, and speed; all zero while it has no estimate."""
-        if fields["speed"] == 0.0 and fields["direction"] == 0.0:
+        if not math.isfinite(fields["direction"]) or fields["speed"] == 0.0 == fields["direction"]:
             return
         towards = math.radians(fields["direction"] + 180.0)
         self._take(vehicle, fields["speed"] * math.sin(towards), fields["speed"] * math.cos(towards))
