@@ -75,7 +75,9 @@ def test_ardupilots_motor_by_number_and_percent(tmp_path: Path) -> None:
     assert motors.start(1, 2, props_removed=True, seconds=2.0, on_done=lambda o, why: ended.append(o)) == ""
     rig.run(0.5)
     (order,) = peer.orders()
-    assert [order[f"param{i}"] for i in range(1, 6)] == [2, 0, 15, 2, 1] and ended == [Outcome.CONFIRMED]
+    assert [order[f"param{i}"] for i in range(1, 6)] == [2, 0, 15, 2, 1] and ended == []
+    rig.run(2.0)
+    assert ended == [Outcome.CONFIRMED], "when it does not turn any more"
 
 
 def test_armed_by_a_motor_test_is_no_arming(tmp_path: Path) -> None:

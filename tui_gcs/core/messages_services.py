@@ -8,8 +8,10 @@ changes nothing: the task goes on.
 
 from typing import Literal
 
+from tui_gcs.core import messages_setup as setup
 from tui_gcs.core.messages import AnyRequest as StationRequest
 from tui_gcs.core.messages import Message, Reply, Request, decode
+from tui_gcs.core.messages_setup import Number, Vehicles
 
 MOST_VEHICLES = 255
 """Named in one request."""
@@ -20,9 +22,7 @@ MEANT = "say that it is meant"
 MOST_FILE_BYTES = 4 << 20
 """Of a file that is to be written."""
 
-Number = int | float
 PlanWord = Literal["mission", "fence", "rally"]
-Vehicles = tuple[int, ...]
 
 
 # ---------------------------------------------------------------- what is told
@@ -150,6 +150,14 @@ class TaskInfo(Message, frozen=True):
     text: str
     """Why it failed, or what is to be said of a success."""
     age_s: float
+    prompt: str = ""
+    """What the operator does now, of a task that is led."""
+    waits: bool = False
+    """It waits for `ConfirmStep`."""
+    lines: tuple[str, ...] = ()
+    """How it stands now, for who watches: each channel of a transmitter, each compass."""
+    notes: tuple[str, ...] = ()
+    """What the vehicle said of it, oldest first."""
 
     @property
     def over(self) -> bool:
@@ -170,6 +178,8 @@ class TaskResult(Message, frozen=True):
     """Of a downloaded file, below the station's state directory."""
     lines: tuple[str, ...] = ()
     failsafes: tuple[FailsafeRow, ...] = ()
+    gains: tuple[setup.GainRow, ...] = ()
+    airframe: tuple[setup.AirframeRow, ...] = ()
 
 
 class ServiceReply(Reply, frozen=True):
@@ -183,6 +193,11 @@ class ServiceReply(Reply, frozen=True):
     complete: bool = False
     """`params`: all were fetched since it booted. `modes`: it told all of them, or has no list of its own."""
     result: TaskResult | None = None
+    calibrations: tuple[setup.CalibrationRow, ...] = ()
+    airframes: tuple[setup.AirframeRow, ...] = ()
+    traffic: tuple[setup.TrafficRow, ...] = ()
+    remote_ids: tuple[setup.RemoteIdRow, ...] = ()
+    payloads: tuple[setup.PayloadRow, ...] = ()
 
 
 # ---------------------------------------------------------------- looking: nothing is sent (but see GetModes)
@@ -354,10 +369,31 @@ class CancelTask(Request, frozen=True, tag="cancel-task"):
     number: int
 
 
-Look = GetVehicles | GetParams | GetModes | GetTasks | GetTaskResult
-Fetch = ReadParams | FetchParams | ReadFailsafes | DownloadPlan | ListFiles | DownloadFile | ListLogs | DownloadLog
-Change = SetParams | UploadPlan | ClearPlan | SetMode | WriteFile | RemoveFile | EraseLogs | TypeShell | Reboot
-ServiceRequest = Look | Fetch | Change | CancelTask
+Look = GetVehicles | GetParams | GetModes | GetTasks | GetTaskResult | setup.Look
+Fetch = (
+    ReadParams
+    | FetchParams
+    | ReadFailsafes
+    | DownloadPlan
+    | ListFiles
+    | DownloadFile
+    | ListLogs
+    | DownloadLog
+    | setup.Fetch
+)
+Change = (
+    SetParams
+    | UploadPlan
+    | ClearPlan
+    | SetMode
+    | WriteFile
+    | RemoveFile
+    | EraseLogs
+    | TypeShell
+    | Reboot
+    | setup.Change
+)
+ServiceRequest = Look | Fetch | Change | CancelTask | setup.ConfirmStep
 
 
 def decode_request(data: bytes) -> StationRequest | ServiceRequest:

@@ -14,6 +14,7 @@ from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.flights import Flight
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
+from tui_gcs.core.messages_setup import ConfirmStep
 from tui_gcs.core.provision import ProvisionDesk
 from tui_gcs.core.scenario import Round, Scenario, band_m
 from tui_gcs.core.scenario_load import ScenarioError, parse
@@ -60,6 +61,8 @@ class RequestDesk:
             return self._provisioning.ask(principal, request)
         if isinstance(request, s.CancelTask):
             reply: Reply = self._services.cancel(request)
+        elif isinstance(request, ConfirmStep):
+            reply = self._services.confirm(request)
         elif isinstance(request, s.Change):
             reply = self._services.begin(principal, request)
         else:

@@ -16,6 +16,8 @@ from tui_gcs.core.firmware.shell import why_no_shell
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.plan import PlanKind
 from tui_gcs.core.plan_rows import plan_of, plan_rows
+from tui_gcs.core.service_carry import CarryActs
+from tui_gcs.core.service_setup import SetupActs
 from tui_gcs.core.service_tasks import Task
 from tui_gcs.core.services.command import Action, Outcome
 from tui_gcs.core.services.ftp import FtpListJob
@@ -66,6 +68,8 @@ class ServiceActs:
             s.TypeShell: self._type_shell,
             s.Reboot: self._reboot,
         }
+        self.setup = SetupActs(services)
+        self._begin |= self.setup.begin | CarryActs(services, firmware).begin
 
     def begin(self, vehicle: Vehicle, request: s.Fetch | s.Change, task: Task) -> str:
         """Begin it; "" or why not."""

@@ -6,9 +6,13 @@ Every vehicle is judged by itself, and has its own result and its own task; see 
 
 from typing import TYPE_CHECKING
 
+import msgspec
+
 from tui_gcs.core import messages_services as s
+from tui_gcs.core import messages_setup as setup
 from tui_gcs.core.messages import Freshness, VehicleResult
 from tui_gcs.core.service_acts import ServiceActs, param_rows
+from tui_gcs.core.service_carry import payload_rows, remote_id_rows, traffic_rows
 from tui_gcs.core.service_tasks import TaskBook
 from tui_gcs.core.service_views import vehicle_info
 from tui_gcs.core.services.param_values import shown
@@ -44,6 +48,8 @@ class ServiceDesk:
                 text = f"task {request.number} is " + ("not remembered" if task is None else "under way")
                 return s.ServiceReply(ok=False, text=text)
             return s.ServiceReply(ok=True, text=task.text, result=task.result)
+        if not isinstance(request, s.GetParams | s.GetModes):
+            return self._setup(request)
         vehicle = self._station.fleet.vehicles.get(request.vehicle)
         if vehicle is None:
             return s.ServiceReply(ok=False, text=f"vehicle {request.vehicle}: {NEVER_HEARD}")
@@ -55,6 +61,28 @@ class ServiceDesk:
         results = tuple(VehicleResult(vehicle=v, ok=False, text=NEVER_HEARD) for v in ids if v not in known)
         found = tuple(vehicle_info(self._station, known[v]) for v in ids if v in known)
         return s.ServiceReply(ok=not results, results=results, vehicles=found)
+
+    def _setup(self, request: setup.Look) -> s.ServiceReply:
+        """What can be set up, what is carried, whom they hear."""
+        station = self._station
+        if isinstance(request, setup.GetTraffic):
+            return s.ServiceReply(ok=True, traffic=traffic_rows(station.services, station.fleet, station.clock))
+        known = station.fleet.vehicles
+        results = tuple(
+            VehicleResult(vehicle=v, ok=False, text=NEVER_HEARD) for v in request.vehicles if v not in known
+        )
+        found = [known[v] for v in request.vehicles if v in known]
+        reply = s.ServiceReply(ok=not results, results=results)
+        if isinstance(request, setup.GetRemoteIds):
+            rows = remote_id_rows(station.services, found, station.clock)
+            return msgspec.structs.replace(reply, remote_ids=rows)
+        if isinstance(request, setup.GetPayloads):
+            return msgspec.structs.replace(reply, payloads=payload_rows(station.services, found))
+        if isinstance(request, setup.GetAirframes):
+            airframes = tuple(row for vehicle in found for row in self._acts.setup.airframe_rows(vehicle))
+            return msgspec.structs.replace(reply, airframes=airframes)
+        calibrations = tuple(row for vehicle in found for row in self._acts.setup.calibrations(vehicle))
+        return msgspec.structs.replace(reply, calibrations=calibrations)
 
     def _params(self, vehicle: Vehicle) -> s.ServiceReply:
         params = self._station.services.params
@@ -90,6 +118,16 @@ class ServiceDesk:
             return s.ServiceReply(ok=False, text=f"task {request.number}: {why}")
         text = f"task {task.number} of {task.who} ends: vehicle {task.vehicle}, {task.what}"
         return s.ServiceReply(ok=True, text=text, tasks=self.tasks.infos((task.number,)))
+
+    def confirm(self, request: setup.ConfirmStep) -> s.ServiceReply:
+        """The operator did what a task's prompt says."""
+        task = self.tasks.get(request.number)
+        if task is None or task.confirm is None:
+            why = "it is not remembered" if task is None else "nothing is to be confirmed"
+        else:
+            why = task.confirm()
+        text = f"task {request.number}: {why}" if why else f"vehicle {task.vehicle if task else 0}: confirmed"
+        return s.ServiceReply(ok=not why, text=text)
 
     def _begin_one(
         self, principal: str, number: int, what: str, request: s.Fetch | s.Change
@@ -135,7 +173,30 @@ def words(request: s.Fetch | s.Change) -> str:
         return f"download log {request.log}"
     if isinstance(request, s.ListFiles | s.DownloadFile | s.WriteFile | s.RemoveFile):
         return f"{_FILE_WORDS[type(request)]} {clean(request.path, 60)}"
-    return _WORDS[type(request)]
+    return _setup_words(request) or _WORDS[type(request)]
+
+
+def _setup_words(request: s.Fetch | s.Change) -> str:
+    """As `words`, of what is set up and carried."""
+    if isinstance(request, setup.Calibrate):
+        return f"calibrate {request.sensor}"
+    if isinstance(request, setup.ReadGains):
+        return f"read gains {clean(request.group, 20)}".strip()
+    if isinstance(request, setup.SetGain):
+        return f"set {clean(request.name, 20)} = {shown(request.value)}"
+    if isinstance(request, setup.UndoGains):
+        return f"undo {clean(request.name, 20) or 'all gains'}"
+    if isinstance(request, setup.ChooseAirframe):
+        return f"airframe {clean(' '.join(request.words), 60)}"
+    if isinstance(request, setup.TestMotor):
+        return f"test of motor {request.motor}: {100 * request.throttle:.0f} %, {request.seconds:g} s"
+    if isinstance(request, setup.PointGimbal):
+        return f"gimbal: pitch {request.pitch_deg:g}, yaw {request.yaw_deg:g}" + " of north" * request.to_north
+    if isinstance(request, setup.UseCamera):
+        return f"camera: {request.act}"
+    if isinstance(request, setup.LookAt):
+        return f"look at {request.lat_deg:.7f} {request.lon_deg:.7f} {request.alt_m:g} m above {request.above}"
+    return f"mission item {request.item}" if isinstance(request, setup.SetCurrentItem) else ""
 
 
 _FILE_WORDS: dict[type, str] = {
@@ -150,4 +211,10 @@ _WORDS: dict[type, str] = {
     s.ListLogs: "list logs",
     s.EraseLogs: "erase logs",
     s.Reboot: "reboot",
+    setup.ReadAirframe: "read airframe",
+    setup.HearTraffic: "hear traffic",
+    setup.CancelCalibration: "cancel calibration",
+    setup.UndoRadio: "undo rc",
+    setup.ReleaseGimbal: "release gimbal",
+    setup.LookAhead: "look at no place",
 }

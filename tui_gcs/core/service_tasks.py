@@ -2,6 +2,7 @@
 
 from collections import OrderedDict
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.messages_services import TaskInfo, TaskResult
@@ -12,6 +13,20 @@ MOST_RESULTS = 50
 """Results may be long (a file list, a thousand parameters); those of older tasks are dropped."""
 
 
+MOST_NOTES = 30
+"""The newest of what a vehicle said, in one answer."""
+
+
+@dataclass(frozen=True)
+class Guidance:
+    """What the operator is told of a task that is led, see `TaskInfo`."""
+
+    prompt: str = ""
+    waits: bool = False
+    lines: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
 class Task:
     """One errand with one vehicle."""
 
@@ -20,8 +35,11 @@ class Task:
         self.number, self.vehicle, self.what, self.who, self.began_s = number, vehicle, what, who, began_s
         self.text = ""
         self.result: TaskResult | None = None
-        self.stop: Callable[[], None] | None = None
-        """Ends it before its time."""
+        self.stop: Callable[[], str | None] | None = None
+        """Ends it before its time, or tells why not."""
+        self.confirm: Callable[[], str] | None = None
+        """The operator did what its prompt says; "" or why that is of no use."""
+        self.guidance: Callable[[], Guidance] = Guidance
         self.progress: Callable[[], tuple[int, int]] = lambda: (0, 0)
         self._job: Job | None = None
         self._state: JobState | None = None
@@ -48,11 +66,12 @@ class Task:
     def end(self, error: str = "", *, text: str = "", result: TaskResult | None = None) -> None:
         """It is over: failed because of `error`, or done with `text` to be said of it."""
         if self._state is None:
-            cancelled = self._cancelled or (self._job is not None and self._job.state is JobState.CANCELLED)
+            cancelled = self._job.state is JobState.CANCELLED if self._job is not None else self._cancelled
             self._state = JobState.CANCELLED if cancelled else JobState.FAILED if error else JobState.DONE
             self.text, self.result = error or text, result
             self.progress = (lambda last: lambda: last)(self.progress())  # what it was: lets go of the job
-            self._job = self.stop = None
+            self.guidance = (lambda notes: lambda: Guidance(notes=notes))(self.guidance().notes)
+            self._job = self.stop = self.confirm = None
 
     def cancel(self) -> str:
         """End it; "" or why not."""
@@ -61,8 +80,9 @@ class Task:
         if self.stop is None:
             return "it cannot be stopped any more"
         self._cancelled = True
-        self.stop()
-        return ""
+        why = self.stop()
+        self._cancelled = self._cancelled and not why
+        return why or ""
 
 
 class TaskBook:
@@ -102,6 +122,7 @@ class TaskBook:
 
     def _info(self, task: Task) -> TaskInfo:
         done, total = task.progress()
+        guidance = task.guidance()
         return TaskInfo(
             number=task.number,
             vehicle=task.vehicle,
@@ -112,4 +133,8 @@ class TaskBook:
             total=total,
             text=task.text,
             age_s=self._clock.now() - task.began_s,
+            prompt=guidance.prompt,
+            waits=guidance.waits,
+            lines=guidance.lines,
+            notes=guidance.notes[-MOST_NOTES:],
         )

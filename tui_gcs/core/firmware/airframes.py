@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from tui_gcs.core.text import clean
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
@@ -73,6 +74,12 @@ class AirframeField:
     least: int
     most: int
 
+    def number(self, word: str) -> int | None:
+        """The number that somebody means by a number or by the name of a choice; None if that is neither."""
+        if word.isascii() and word.isdigit() and len(word) < 10:
+            return int(word)
+        return next((number for number, name in self.choices.items() if name.lower() == word.lower()), None)
+
 
 @dataclass(frozen=True)
 class AirframeWords:
@@ -82,6 +89,20 @@ class AirframeWords:
     then: tuple[tuple[str, int], ...] = ()
     """Set after them."""
     warning: str = "takes effect at the next boot"
+
+    def values(self, words: tuple[str, ...]) -> dict[str, int] | str:
+        """Numbers by parameter of words as people say them, e.g. ("class=quad", "type=1"), or what is wrong."""
+        values: dict[str, int] = {}
+        for word in words:
+            label, equals, choice = word.rpartition("=")
+            fields = [field for field in self.fields if not equals or label.strip().lower() == field.label]
+            if len(fields) != 1:
+                return f"to be said: {', '.join(f'{field.label}=VALUE' for field in self.fields)}"
+            number = fields[0].number(choice.strip())
+            if number is None:
+                return f"{clean(choice, 40)} is none of its names, and no number"
+            values[fields[0].param] = number
+        return values
 
 
 _WORDS = {

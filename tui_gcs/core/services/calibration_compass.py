@@ -44,6 +44,11 @@ class CompassCalibration(CalibrationJob):
         self._mask = 0
         self._heard_s = 0.0
 
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Each compass."""
+        return tuple(f"compass {n + 1}: {pct:>3} %  {words}" for n, (pct, words) in sorted(self.compasses.items()))
+
     def asked(self, now: float) -> None:
         """Ask for what it does not say by itself."""
         self._heard_s = now

@@ -63,6 +63,11 @@ class CalibrationJob(Job):
         self._asked_s: float | None = None
         self.sent_s = 0.0
 
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """How each of its parts stands, in words."""
+        return ()
+
     # ---------------------------------------------------------------- the job
 
     def begin(self, vehicle: Vehicle, now: float) -> None:

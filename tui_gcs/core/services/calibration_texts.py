@@ -59,6 +59,11 @@ class TextCalibration(CalibrationJob):
         """When a heartbeat last said that it calibrates."""
         self._started = False
 
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Each side."""
+        return tuple(f"{SIDE_WORDS[name]}: {state}" for name, state in self.sides.items())
+
     def may_repeat(self, vehicle: Vehicle) -> bool:
         """Only when its heartbeat shows that the first was not heard: a second is a storm of refusals."""
         return vehicle.heartbeat_s > self.sent_s + NO_STATUS_S and not is_calibrating(vehicle)

@@ -62,7 +62,10 @@ class MotorTestService:
         seconds: float = USUAL_S,
         on_done: Done | None = None,
     ) -> str:
-        """Turn motor 1, 2, … with `throttle` (0…1, at most 0.3) for `seconds` (at most 3); "" or why not."""
+        """Turn motor 1, 2, … with `throttle` (0…1, at most 0.3) for `seconds` (at most 3); "" or why not.
+
+        `on_done` is told when its time is over.
+        """
         vehicle = self._context.fleet.vehicles.get(vehicle_id)
         if vehicle is None:
             return "unknown vehicle"
@@ -75,9 +78,9 @@ class MotorTestService:
             f"test of motor {motor}",
             Retry.START,
             send=lambda copy: self._send(action, order, seconds, copy),
-            confirmed=lambda _: action.acked_s is not None,
+            confirmed=lambda _: action.acked_s is not None and self._context.clock.now() >= action.acked_s + seconds,
             command=order.command,
-            confirm_s=2.0,
+            confirm_s=seconds + 2.0,
             on_done=lambda _, outcome, reason: self._answered(vehicle, outcome, reason, on_done),
         )
         now = self._context.clock.now()

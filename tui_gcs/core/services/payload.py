@@ -31,7 +31,8 @@ LEAVE_AS_IT_IS, RELEASE = -1, -3
 ROLL_LOCK, PITCH_LOCK, YAW_LOCK = 4, 8, 16
 """GIMBAL_MANAGER_FLAGS: held against the horizon; yaw against north instead of the nose."""
 FRAME_AMSL = 0
-COMMANDS = frozenset({195, 197, 203, 1000, 1001, 2000, 2001})
+VIDEO_START_CAPTURE, VIDEO_STOP_CAPTURE = 2500, 2501
+COMMANDS = frozenset({195, 197, 203, 1000, 1001, 2000, 2001, 2500, 2501})
 """Whose ACKs a camera or gimbal may send by itself."""
 MOST_DEVICES = 8
 """Cameras and gimbals of one vehicle."""
@@ -125,6 +126,11 @@ class PayloadService:
 
         shot = (0, 0, 1, kit.shots)
         self._submit(vehicle, "camera trigger", IMAGE_START_CAPTURE, shot, done=done, start=True, component=component)
+
+    def record(self, vehicle: Vehicle, on_done: Done | None = None, *, stop: bool = False) -> None:
+        """Start or stop a video; either may be said twice."""
+        name, command = ("video stop", VIDEO_STOP_CAPTURE) if stop else ("video start", VIDEO_START_CAPTURE)
+        self._submit(vehicle, name, command, (), on_done, component=self._camera_component(vehicle))
 
     def point(
         self,

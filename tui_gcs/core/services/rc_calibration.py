@@ -122,6 +122,19 @@ class RcCalibration:
         """Whether it ended, well or not."""
         return self.step in (Step.DONE, Step.FAILED)
 
+    def lines(self) -> tuple[str, ...]:
+        """Each channel: the least and most pulse, and the present one."""
+        if not self.channels:
+            return ("no channel is heard: is a receiver connected, and the transmitter on?",)
+        found = {number: stick for stick, number in self.sticks.items()}
+        head = f"channel {'':<8}  least   now  most  (pulses, µs)"
+        rows = (
+            f"{n:>7} {found.get(n, ''):<8} {c.least_us:>6} {c.now_us:>5} {c.most_us:>5}"
+            + ("  reversed" if n in found and self.reversed[found[n]] else "")
+            for n, c in sorted(self.channels.items())
+        )
+        return (head, *rows)
+
     def hear(self, pulses: list[int]) -> None:
         """The channels as they are."""
         for number, us in enumerate(pulses[:MOST_CHANNELS], 1):

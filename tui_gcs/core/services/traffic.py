@@ -4,12 +4,13 @@ What is heard is anybody's word. At most `MOST_TRACKS` are kept, the oldest go f
 """
 
 from collections import Counter, OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from tui_gcs.core.components import hear_all
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.messages import Vec3
-from tui_gcs.core.services.command import Action, Retry
+from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.vehicle import NAN, Vehicle
 
@@ -68,7 +69,7 @@ class TrafficService:
         oldest_s = self._context.clock.now() - FORGOTTEN_S
         return tuple(track for track in self._tracks.values() if track.seen_s >= oldest_s)
 
-    def listen(self, vehicle_id: int) -> None:
+    def listen(self, vehicle_id: int, on_done: Callable[[Action, Outcome, str], None] | None = None) -> None:
         """Have a vehicle send what its receiver hears: ArduPilot does not by itself (and needs ADSB_TYPE)."""
         fields = {"command": SET_MESSAGE_INTERVAL, "param1": ADSB_VEHICLE, "param2": 1e6 / HZ}
         fields |= {f"param{i}": 0 for i in range(3, 8)}
@@ -79,6 +80,7 @@ class TrafficService:
             send=lambda copy: self._context.door.ask(vehicle_id, "COMMAND_LONG", confirmation=copy, **fields),
             confirmed=lambda _: action.acked_s is not None,
             command=SET_MESSAGE_INTERVAL,
+            on_done=on_done,
             housekeeping=True,
         )
         self._context.commands.submit(action)

@@ -18,6 +18,8 @@ from tui_gcs.core.vehicle import Vehicle
 
 MOST_STEP = 2.0
 """Factor, either way."""
+FORCE = ": force it if you mean it"
+"""How a refusal ends that `force` would not get."""
 MOST_KEPT = 50
 """Former values of one gain."""
 
@@ -137,8 +139,8 @@ def _too_far(before: Number, after: Number) -> str:
     if after == before:
         return ""
     if before == 0 or after == 0 or (before < 0) != (after < 0):
-        return f"from {before:g} to {after:g} is no step by a factor: force it if you mean it"
+        return f"from {before:g} to {after:g} is no step by a factor{FORCE}"
     factor = after / before
     if max(factor, 1 / factor) > MOST_STEP * (1 + 1e-6):
-        return f"{factor:.3g} times what it is: more than a factor of {MOST_STEP:g}, force it if you mean it"
+        return f"{factor:.3g} times what it is: more than a factor of {MOST_STEP:g}{FORCE}"
     return ""

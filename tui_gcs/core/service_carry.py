@@ -1,0 +1,175 @@
+"""What vehicles carry, whom they hear, which item of their mission they fly: as `service_acts`, one function each."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from tui_gcs.core import messages_setup as s
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.firmware.base import may_be_flying
+from tui_gcs.core.firmware.registry import Firmwares
+from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.place import Above, Place, PlaceError
+from tui_gcs.core.service_setup import IN_THE_AIR
+from tui_gcs.core.service_tasks import Task
+from tui_gcs.core.services.command import Action, Outcome
+from tui_gcs.core.services.payload import Done
+from tui_gcs.core.services.remote_id import RemoteId
+from tui_gcs.core.services.services import Services
+from tui_gcs.core.services.traffic import Track
+from tui_gcs.core.vehicle import NAN, Vehicle
+
+
+class CarryActs:
+    """Begins what was asked."""
+
+    def __init__(self, services: Services, firmware: Firmwares) -> None:
+        """The parts of a station that do it."""
+        self._services = services
+        self._payload = services.payload
+        self._firmware = firmware
+        self.begin: dict[type, Callable[[Vehicle, Any, Task], str]] = {
+            s.HearTraffic: self._hear_traffic,
+            s.PointGimbal: self._point_gimbal,
+            s.ReleaseGimbal: self._release_gimbal,
+            s.UseCamera: self._use_camera,
+            s.LookAt: self._look_at,
+            s.LookAhead: self._look_ahead,
+            s.SetCurrentItem: self._set_current,
+        }
+
+    def _hear_traffic(self, vehicle: Vehicle, request: s.HearTraffic, task: Task) -> str:
+        self._services.traffic.listen(vehicle.id, _action_ended(task, "it tells what it hears"))
+        return ""
+
+    def _point_gimbal(self, vehicle: Vehicle, request: s.PointGimbal, task: Task) -> str:
+        self._payload.point(
+            vehicle,
+            request.pitch_deg,
+            request.yaw_deg,
+            to_north=request.to_north,
+            on_done=_ended(task, "accepted"),
+        )
+        return ""
+
+    def _release_gimbal(self, vehicle: Vehicle, request: s.ReleaseGimbal, task: Task) -> str:
+        self._payload.release(vehicle, _ended(task, "released"))
+        return ""
+
+    def _use_camera(self, vehicle: Vehicle, request: s.UseCamera, task: Task) -> str:
+        if request.act == "photo":
+            self._payload.trigger(vehicle, _ended(task, "triggered"))
+        else:
+            stop = request.act == "stop"
+            self._payload.record(vehicle, _ended(task, "video stopped" if stop else "video started"), stop=stop)
+        return ""
+
+    def _look_at(self, vehicle: Vehicle, request: s.LookAt, task: Task) -> str:
+        try:
+            place = Place(request.lat_deg, request.lon_deg, request.alt_m, Above(request.above))
+            amsl_m = place.amsl_m(self._firmware.home(vehicle))
+        except PlaceError as error:
+            return str(error)
+        text = f"looks at {place.lat_deg:.7f} {place.lon_deg:.7f}, {amsl_m:.1f} m above the sea"
+        self._payload.look_at(vehicle, place.lat_deg, place.lon_deg, amsl_m, _ended(task, text))
+        return ""
+
+    def _look_ahead(self, vehicle: Vehicle, request: s.LookAhead, task: Task) -> str:
+        self._payload.look_ahead(vehicle, _ended(task, "looks at no place"))
+        return ""
+
+    def _set_current(self, vehicle: Vehicle, request: s.SetCurrentItem, task: Task) -> str:
+        if may_be_flying(vehicle) and not request.sure:
+            return IN_THE_AIR
+        done = _action_ended(task, f"at item {request.item}")
+        return self._services.missions.set_current(vehicle.id, request.item - 1, done)
+
+
+def _ended(task: Task, text: str) -> Done:
+    def done(outcome: Outcome, why: str) -> None:
+        ok = outcome is Outcome.CONFIRMED
+        task.end("" if ok else ": ".join(part for part in (outcome.value, why) if part), text=text)
+
+    return done
+
+
+def _action_ended(task: Task, text: str) -> Callable[[Action, Outcome, str], None]:
+    done = _ended(task, text)
+    return lambda action, outcome, why: done(outcome, why)
+
+
+# ---------------------------------------------------------------- rows
+
+
+def traffic_rows(services: Services, fleet: Fleet, clock: Clock) -> tuple[s.TrafficRow, ...]:
+    """All aircraft heard lately, the nearest to who heard them first."""
+    rows = [_traffic_row(track, fleet.vehicles.get(track.heard_by), clock.now()) for track in services.traffic.tracks()]
+    return tuple(sorted(rows, key=lambda row: (math.isnan(row.distance_m), row.distance_m, row.icao)))
+
+
+def _traffic_row(track: Track, hearer: Vehicle | None, now: float) -> s.TrafficRow:
+    known = hearer is not None and hearer.has_position()
+    return s.TrafficRow(
+        icao=track.icao,
+        callsign=track.callsign,
+        lat_deg=track.lat_deg,
+        lon_deg=track.lon_deg,
+        alt_m=track.alt_m,
+        is_geometric=track.is_geometric,
+        heading_deg=track.heading_deg,
+        speed_m_s=track.speed_m_s,
+        climb_m_s=track.climb_m_s,
+        simulated=track.simulated,
+        heard_by=track.heard_by,
+        age_s=now - track.seen_s,
+        distance_m=math.dist(track.position_m[:2], hearer.position_m[:2]) if hearer is not None and known else NAN,
+        above_m=track.alt_m - hearer.alt_amsl_m if hearer is not None and track.is_geometric else NAN,
+    )
+
+
+def remote_id_rows(services: Services, vehicles: list[Vehicle], clock: Clock) -> tuple[s.RemoteIdRow, ...]:
+    """What these vehicles broadcast, then what was heard of others."""
+    own = [(vehicle.id, services.remote_id.of(vehicle)) for vehicle in vehicles]
+    known = [(number, entry) for number, entry in own if entry is not None]
+    others = [(0, entry) for entry in services.remote_id.others()]
+    return tuple(_remote_id_row(number, entry, clock.now()) for number, entry in (*known, *others))
+
+
+def _remote_id_row(vehicle: int, entry: RemoteId, now: float) -> s.RemoteIdRow:
+    return s.RemoteIdRow(
+        vehicle=vehicle,
+        heard_by=entry.heard_by,
+        uas_id=entry.uas_id,
+        operator_id=entry.operator_id,
+        description=entry.description,
+        lat_deg=entry.lat_deg,
+        lon_deg=entry.lon_deg,
+        alt_m=entry.alt_m,
+        operator_lat_deg=entry.operator_lat_deg,
+        operator_lon_deg=entry.operator_lon_deg,
+        may_arm=entry.may_arm,
+        arm_error=entry.arm_error,
+        component=entry.component,
+        age_s=now - entry.seen_s,
+    )
+
+
+def payload_rows(services: Services, vehicles: list[Vehicle]) -> tuple[s.PayloadRow, ...]:
+    """Their cameras and gimbals that were heard."""
+    rows: list[s.PayloadRow] = []
+    for vehicle in vehicles:
+        rows += [
+            s.PayloadRow(vehicle.id, "camera", camera.component, camera.name, camera.images)
+            for camera in services.payload.cameras(vehicle)
+        ]
+        rows += [
+            s.PayloadRow(
+                vehicle.id,
+                "gimbal",
+                gimbal.component,
+                controlled_by=gimbal.controlled_by,
+                angles_deg=gimbal.angles_deg if all(map(math.isfinite, gimbal.angles_deg)) else None,
+            )
+            for gimbal in services.payload.gimbals(vehicle)
+        ]
+    return tuple(rows)

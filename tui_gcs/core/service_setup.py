@@ -1,0 +1,245 @@
+"""How setting up a vehicle is begun: calibrations, gains, airframe, motor test; as `service_acts`, a function each."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from tui_gcs.core import messages_setup as s
+from tui_gcs.core.firmware.base import may_be_flying
+from tui_gcs.core.firmware.setup import Sensor, calibration
+from tui_gcs.core.messages_services import MEANT, TaskResult
+from tui_gcs.core.service_tasks import Guidance, Task
+from tui_gcs.core.services.calibration import CalibrationJob
+from tui_gcs.core.services.command import Outcome
+from tui_gcs.core.services.jobs import Job, JobState
+from tui_gcs.core.services.param_ask import ParamReading, ParamSetting
+from tui_gcs.core.services.param_change import ParamChange
+from tui_gcs.core.services.param_values import shown
+from tui_gcs.core.services.rc_calibration import ORDER, RcCalibration
+from tui_gcs.core.services.services import Services
+from tui_gcs.core.services.tuning import FORCE
+from tui_gcs.core.vehicle import Vehicle
+
+SENSORS: dict[s.SensorWord, Sensor] = {
+    "gyro": Sensor.GYRO,
+    "accel": Sensor.ACCEL,
+    "simple-accel": Sensor.SIMPLE_ACCEL,
+    "level": Sensor.LEVEL,
+    "compass": Sensor.COMPASS,
+    "baro": Sensor.BARO,
+    "airspeed": Sensor.AIRSPEED,
+}
+RADIO_FIRST = "take the propellers off; the vehicle's receiver must be on"
+REBOOT_FIRST = "; reboot it before it flies"
+IN_THE_AIR = f"it is in the air: {MEANT}"
+
+
+class SetupActs:
+    """Begins what was asked."""
+
+    def __init__(self, services: Services) -> None:
+        """The services that do it."""
+        self._services = services
+        self._jobs = services.context.jobs
+        self.begin: dict[type, Callable[[Vehicle, Any, Task], str]] = {
+            s.Calibrate: self._calibrate,
+            s.CancelCalibration: self._cancel_calibration,
+            s.UndoRadio: self._undo_radio,
+            s.ReadGains: self._read_gains,
+            s.SetGain: self._set_gain,
+            s.UndoGains: self._undo_gains,
+            s.ReadAirframe: self._read_airframe,
+            s.ChooseAirframe: self._choose_airframe,
+            s.TestMotor: self._test_motor,
+        }
+
+    # ---------------------------------------------------------------- calibrations
+
+    def calibrations(self, vehicle: Vehicle) -> tuple[s.CalibrationRow, ...]:
+        """What can be calibrated on it."""
+        rows = []
+        for word, sensor in SENSORS.items():
+            words = calibration(vehicle, sensor)
+            if words is not None:
+                rows.append(s.CalibrationRow(vehicle.id, word, words.prompt, words.no_cancel))
+        if rows:
+            rows.append(s.CalibrationRow(vehicle.id, "rc", RADIO_FIRST))
+        return tuple(rows)
+
+    def _calibrate(self, vehicle: Vehicle, request: s.Calibrate, task: Task) -> str:
+        if request.sensor == "rc":
+            return self._calibrate_radio(vehicle, task)
+
+        def done(ended: Job) -> None:
+            text = ended.result if isinstance(ended, CalibrationJob) else ""
+            reboot = REBOOT_FIRST if isinstance(ended, CalibrationJob) and ended.needs_reboot else ""
+            task.end(ended.error, text=text + reboot)
+
+        job = self._services.calibrations.start(vehicle.id, SENSORS[request.sensor], done)
+        if isinstance(job, str):
+            return job
+        if not task.over:
+            task.follow(job, self._jobs)
+            task.stop = partial(self._services.calibrations.cancel, vehicle.id)
+            task.confirm = partial(self._services.calibrations.confirm, vehicle.id)
+            task.guidance = lambda: Guidance(job.prompt, job.waits, job.lines, tuple(job.notes))
+        return ""
+
+    def _calibrate_radio(self, vehicle: Vehicle, task: Task) -> str:
+        def done(ended: RcCalibration) -> None:
+            changed = f"{len(ended.change.changed)} parameters written" if ended.change is not None else ""
+            reboot = REBOOT_FIRST if ended.needs_reboot else ""
+            task.end(ended.error, text=changed + reboot)
+
+        session = self._services.radios.start(vehicle.id, done)
+        if isinstance(session, str):
+            return session
+        task.progress = lambda: (ORDER.index(session.step) if session.step in ORDER else 0, len(ORDER))
+        task.stop = partial(self._services.radios.cancel, vehicle.id)
+        task.confirm = partial(self._services.radios.confirm, vehicle.id)
+        task.guidance = lambda: Guidance(session.prompt, bool(session.prompt), session.lines())
+        return ""
+
+    def _cancel_calibration(self, vehicle: Vehicle, request: s.CancelCalibration, task: Task) -> str:
+        radio = self._services.radios.of(vehicle.id)
+        if radio is not None and not radio.over:
+            why = self._services.radios.cancel(vehicle.id)
+            if not why:
+                task.end(text="cancelled")
+            return why
+        job = self._services.calibrations.of(vehicle.id)
+        if job is None or job.over:
+            return "no calibration is under way"
+        told = job.on_done
+
+        def done(ended: Job) -> None:
+            if told is not None:
+                told(ended)
+            good = ended.state is JobState.CANCELLED
+            task.end("" if good else f"not cancelled: {ended.error or 'it was done first'}", text="cancelled")
+
+        job.on_done = done
+        why = self._services.calibrations.cancel(vehicle.id)
+        if why:
+            job.on_done = told
+        return why
+
+    def _undo_radio(self, vehicle: Vehicle, request: s.UndoRadio, task: Task) -> str:
+        change = self._services.radios.undo(vehicle.id, lambda ended: _changed(task, ended, "set back"))
+        return change if isinstance(change, str) else ""
+
+    # ---------------------------------------------------------------- gains
+
+    def _read_gains(self, vehicle: Vehicle, request: s.ReadGains, task: Task) -> str:
+        tuning = self._services.tuning
+        groups = [group.name for group in tuning.groups(vehicle.id)]
+        wanted = [name for name in groups if not request.group or name == request.group]
+        if not wanted:
+            return f"its groups of gains are {', '.join(groups)}" if groups else "its gains are not known"
+        ended: list[ParamReading] = []
+
+        def done(reading: ParamReading) -> None:
+            ended.append(reading)
+            if len(ended) == len(wanted):
+                rows = tuple(self._gain_rows(vehicle.id, wanted))
+                missing = {name: why for one in ended for name, why in one.missing.items()}
+                task.end("" if rows else "it told none", result=TaskResult(gains=rows, missing=missing))
+
+        for name in wanted:
+            tuning.read(vehicle.id, name, done)
+        return ""
+
+    def _gain_rows(self, vehicle: int, groups: list[str]) -> list[s.GainRow]:
+        known, former = self._services.params.table(vehicle).params, self._services.tuning.former(vehicle)
+        return [
+            s.GainRow(group.name, name, known[name].value, former.get(name, ()))
+            for group in self._services.tuning.groups(vehicle)
+            for name in group.names
+            if group.name in groups and name in known
+        ]
+
+    def _set_gain(self, vehicle: Vehicle, request: s.SetGain, task: Task) -> str:
+        if may_be_flying(vehicle) and not request.sure:
+            return IN_THE_AIR
+        why = self._services.tuning.set(
+            vehicle.id, request.name, request.value, partial(self._gain_set, task), force=request.sure
+        )
+        return f"{why.removesuffix(FORCE)}: {MEANT}" if why.endswith(FORCE) else why
+
+    def _gain_set(self, task: Task, setting: ParamSetting) -> None:
+        held = self._services.params.table(setting.vehicle).params.get(setting.name)
+        was = self._services.tuning.former(setting.vehicle).get(setting.name, ())
+        text = f"{setting.name} = {shown(held.value)}" if held is not None else setting.name
+        task.end(setting.error, text=text + (f"; was {', '.join(map(shown, was))}" if was else ""))
+
+    def _undo_gains(self, vehicle: Vehicle, request: s.UndoGains, task: Task) -> str:
+        tuning = self._services.tuning
+        if request.name:
+            return tuning.undo(vehicle.id, request.name, partial(self._gain_set, task))
+        change = tuning.undo_all(vehicle.id, lambda ended: _changed(task, ended, "set back"))
+        return change if isinstance(change, str) else ""
+
+    # ---------------------------------------------------------------- airframe
+
+    def airframe_rows(self, vehicle: Vehicle) -> tuple[s.AirframeRow, ...]:
+        """What there is to choose, and what it is, as far as that is known."""
+        words, known = self._services.airframes.words(vehicle.id), self._services.params.table(vehicle.id).params
+        if words is None:
+            return ()
+        return tuple(
+            s.AirframeRow(
+                vehicle=vehicle.id,
+                label=field.label,
+                param=field.param,
+                least=field.least,
+                most=field.most,
+                choices=field.choices,
+                warning=words.warning,
+                value=int(known[field.param].value) if field.param in known else None,
+            )
+            for field in words.fields
+        )
+
+    def _read_airframe(self, vehicle: Vehicle, request: s.ReadAirframe, task: Task) -> str:
+        def done(reading: ParamReading) -> None:
+            why = "; ".join(f"{name}: {reason}" for name, reason in reading.missing.items())
+            task.end(why, result=TaskResult(airframe=self.airframe_rows(vehicle)))
+
+        reading = self._services.airframes.read(vehicle.id, done)
+        return reading if isinstance(reading, str) else ""
+
+    def _choose_airframe(self, vehicle: Vehicle, request: s.ChooseAirframe, task: Task) -> str:
+        words = self._services.airframes.words(vehicle.id)
+        if words is None:
+            return "its airframe cannot be told"
+        values = words.values(request.words)
+        if isinstance(values, str):
+            return values
+        change = self._services.airframes.choose(
+            vehicle.id, values, lambda ended: _changed(task, ended, f"set; {words.warning}")
+        )
+        return change if isinstance(change, str) else ""
+
+    # ---------------------------------------------------------------- motors
+
+    def _test_motor(self, vehicle: Vehicle, request: s.TestMotor, task: Task) -> str:
+        def done(outcome: Outcome, why: str) -> None:
+            ok = outcome is Outcome.CONFIRMED
+            task.end("" if ok else why or outcome.value, text=f"motor {request.motor} turned")
+
+        why = self._services.motor_tests.start(
+            vehicle.id,
+            request.motor,
+            props_removed=request.props_removed,
+            throttle=request.throttle,
+            seconds=request.seconds,
+            on_done=done,
+        )
+        if not why and not task.over:
+            task.stop = partial(self._services.motor_tests.stop, vehicle.id)
+        return why
+
+
+def _changed(task: Task, change: ParamChange, text: str) -> None:
+    names = ", ".join(change.changed)
+    task.end(change.error, text=f"{names} {text}" if names else "nothing had to be changed")
