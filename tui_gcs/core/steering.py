@@ -134,7 +134,8 @@ class Steering:
         now = self._clock.now()
         firmware = self._firmware.of(vehicle)
         sent = course if isinstance(course, Stand) or not flight.tracking else Led(course, flight.tracking.lead)
-        flight.next_setpoint_s = now + (STAND_GAP_S if isinstance(course, Stand) else firmware.setpoint_gap_s)
+        gap_s = STAND_GAP_S if isinstance(course, Stand) else firmware.setpoint_gap_s
+        flight.next_setpoint_s = next_due_s(flight.next_setpoint_s, now, gap_s)
         if not self._may_pass(flight, course, sent, vehicle, movers):
             return
         self._commands.cancel(vehicle.id, "hold")  # of a veto or a change of round: it would fight the new course
@@ -168,3 +169,11 @@ class Steering:
         flight.vetoed = why
         text = f"guard veto, holding: {why}"
         self._events.say(EventClass.PLANNER, f"vehicle {vehicle.id}", text, WARNING, every_s=5)
+
+
+def next_due_s(due_s: float, now: float, gap_s: float) -> float:
+    """When the next of a stream is due: ticks come a little late or early, the rate is kept; a pause is not made up.
+
+    Measured on a busy machine: counted from when the last one was sent, seven or eight of ten a second were.
+    """
+    return max(due_s + gap_s, now + gap_s / 2.0)
