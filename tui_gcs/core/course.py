@@ -12,6 +12,8 @@ from tui_gcs.core.messages import Intent, Vec3
 Samples = NDArray[np.float64]
 
 STILL: Vec3 = (0.0, 0.0, 0.0)
+LEAST_SPEED_M_S = 0.1
+"""Slower is not flying to a place."""
 
 
 class Reference(Protocol):
@@ -121,11 +123,14 @@ def stopping_point(position_m: Vec3, velocity_m_s: Vec3, accel_m_s2: float) -> V
 
 
 def course_of(intent: Intent, speed_m_s: float) -> Stand | Trajectory | str:
-    """The course an intent asks for (`hold` and `return` ask for none), or why it asks for nonsense."""
+    """The course a `goto` or `trajectory` asks for, or why it asks for nonsense; `speed_m_s` is the limit."""
     if intent.kind == "goto":
         if intent.position_m is None or not all(map(math.isfinite, intent.position_m)):
             return "goto without a finite position"
-        return Stand(intent.position_m, speed_m_s)
+        asked = speed_m_s if intent.speed_m_s is None else intent.speed_m_s
+        if not asked >= LEAST_SPEED_M_S:
+            return f"goto with {asked:g} m/s: at least {LEAST_SPEED_M_S:g}"
+        return Stand(intent.position_m, min(asked, speed_m_s))
     positions = np.array(intent.positions_m, dtype=float)
     velocities = np.array(intent.velocities_m_s, dtype=float)
     if positions.ndim != 2 or positions.shape[0] < 2 or positions.shape != velocities.shape or intent.dt_s <= 0:

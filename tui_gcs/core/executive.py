@@ -8,13 +8,14 @@ it interrupts everything and is never queued.
 import math
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.course import Course, Stand
+from tui_gcs.core.course import Stand
 from tui_gcs.core.events import ALERT, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import IN_THE_AIR, Flight, FlightBook
-from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, Vec3, VehicleResult
+from tui_gcs.core.homing import LAYER_TOLERANCE_M, Homing
+from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.services.command import Action, CommandService, Outcome
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.vehicle import Vehicle
@@ -27,12 +28,6 @@ CHECKS_SETTLE_S = 1.0
 PREARM_ANSWER_S = 2.0
 """It says why by itself only every 30 s, so it is asked, and has this long to answer."""
 CLIMB_LIMIT_S = 120.0
-LAYER_TOLERANCE_M = 1.0
-OVER_HOME_M = 1.5
-OVER_HOME_SPEED_M_S = 0.7
-LANDING_GAP_S = 2.0
-RETURN_WAIT_S = 240.0
-"""Vehicles above their homes wait at most this long for one that does not come."""
 CANCELLED = "cancelled"
 """Step of a flight whose start was interrupted before it left the ground."""
 FOUND = "found"
@@ -41,10 +36,6 @@ RESUME_WITHIN_S = 10.0
 """A restarted station lets vehicles go on by itself only this long; then an operator must say so."""
 HEARD_S = 2.0
 """Stale and heard within this time: only the position is missing. A silent vehicle is left to become LOST."""
-STUCK_S = 15.0
-"""A returning vehicle that does not move for this long is told."""
-TARGET_GAP_S = 1.0
-"""Return targets are said again this often."""
 LOST = "lost"
 """Step of a vehicle taken out because it is LOST, followed by the phase it was in."""
 REPLACED = "replaced"
@@ -81,9 +72,7 @@ class Executive:
         self._steering = steering
         self._events = events
         self._clock = clock
-        self._next_target_s: dict[int, float] = {}
-        self._last_landing_s = -math.inf
-        self.speed_m_s = speed_m_s
+        self.homing = Homing(fleet, book, firmware, commands, steering, events, clock, speed_m_s)
 
     # ---------------------------------------------------------------- what operators ask
 
@@ -160,6 +149,16 @@ class Executive:
             self.run = RunPhase.RETURNING
         return tuple(results)
 
+    def send_home(self, vehicle_id: int) -> str:
+        """A planner sends home what flies for it; why it cannot, or ""."""
+        flight, vehicle = self._book.get(vehicle_id), self._fleet.vehicles.get(vehicle_id)
+        if flight is None or vehicle is None or flight.phase is not Phase.FLYING:
+            return "is not flying for its planner"
+        if why := self._firmware.of(vehicle).why_not(vehicle) or vehicle.no_commands:
+            return why
+        result = self.homing.begin(flight, vehicle, self._clock.now())
+        return "" if result.ok else result.text
+
     def moved(self, vehicle: Vehicle) -> None:
         """Its system id is now heard from another address: whoever that is, nothing is sent before it said who."""
         flight = self._book.get(vehicle.id)
@@ -194,7 +193,7 @@ class Executive:
             vehicle = self._fleet.vehicles.get(flight.vehicle)
             if vehicle is not None:
                 self._follow(flight, vehicle, now)
-        self._land_in_turn(now)
+        self.homing.land_in_turn(now)
         self._follow_run()
 
     def _follow(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
@@ -214,7 +213,7 @@ class Executive:
             if flight.phase is Phase.TAKEOFF:
                 self._follow_climb(flight, vehicle, now)
             elif flight.phase is Phase.RETURNING:
-                self._follow_return(flight, vehicle, now)
+                self.homing.follow(flight, vehicle, now)
 
     def _follow_run(self) -> None:
         """The run's phase follows its flights."""
@@ -300,7 +299,7 @@ class Executive:
         self._engage(vehicle)
         flight.enter(Phase.TAKEOFF, now, "climb")
         x, y, _ = self._steering.stop_place(vehicle)
-        flight.course = self._stand((x, y, flight.layer_m))
+        flight.course = Stand((x, y, flight.layer_m), self.homing.speed_m_s)
 
     def _notice_loss(self, flight: Flight, vehicle: Vehicle, now: float) -> bool:
         """LOST, without position, or in a mode nobody here asked for: out of the team until it is back.
@@ -404,85 +403,4 @@ class Executive:
         if flight.phase is Phase.TAKEN_OUT and not by_name:
             text = "is lost" if flight.step.startswith(LOST) else "is in somebody else's hands"
             return VehicleResult(vehicle=vehicle.id, ok=False, text=f"{text}: not returned")
-        home = flight.home_m or vehicle.home_m
-        if not vehicle.airborne or home is None:
-            return VehicleResult(vehicle=vehicle.id, ok=False, text="is not in the air" if home else "has no home")
-        flight.home_m = home
-        self._commands.cancel(vehicle.id)
-        self._engage(vehicle)
-        flight.enter(Phase.RETURNING, now, "layer")
-        x, y, z = self._steering.stop_place(vehicle)
-        if self._is_near(vehicle, home[:2]):  # above its home already: only down, not up to its layer first
-            flight.go_to_step("over home", now)
-            flight.course = self._stand((x, y, z))
-        else:
-            flight.course = self._stand((x, y, flight.layer_m))
-        self._next_target_s[vehicle.id] = now
-        return VehicleResult(vehicle=vehicle.id, ok=True, text="returns")
-
-    def _follow_return(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        """To its layer, then above home, then wait for its turn."""
-        home = flight.home_m
-        if home is None or flight.course is None:
-            return
-        if flight.step == "layer" and abs(vehicle.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M:
-            flight.go_to_step("home", now)
-            flight.way_m = self._steering.way_home(vehicle, home)
-            self._fly_leg(flight, vehicle, now, anew=True)
-        elif flight.step == "home" and len(flight.way_m) > 1 and self._is_near(vehicle, flight.way_m[0]):
-            del flight.way_m[0]
-            flight.since_s = now
-            self._fly_leg(flight, vehicle, now, anew=False)
-        elif flight.step == "home" and self._is_over_home(flight, vehicle, home):
-            flight.go_to_step("over home", now)
-        if now >= self._next_target_s.get(flight.vehicle, 0.0):
-            self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
-            target = self._return_target(flight, flight.course, vehicle, now)
-            self._firmware.of(vehicle).go_to(vehicle, target, self.speed_m_s, anew=False)
-            if (
-                flight.step != "over home"
-                and now - flight.since_s > STUCK_S
-                and math.hypot(*vehicle.velocity_m_s) < 0.3
-            ):
-                text = f"does not return: stands still for {STUCK_S:.0f} s"
-                self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
-
-    def _return_target(self, flight: Flight, course: Course, vehicle: Vehicle, now: float) -> Vec3:
-        """Where to: on the way to its layer it waits for whoever is above or below it."""
-        if flight.step == "layer" and (why := self._steering.blocked(flight, vehicle)):
-            text = f"waits with changing its height: {why}"
-            self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING, every_s=10)
-            return self._steering.stop_place(vehicle)
-        return course.at(now)[0]
-
-    def _fly_leg(self, flight: Flight, vehicle: Vehicle, now: float, *, anew: bool) -> None:
-        x, y = flight.way_m[0]
-        flight.course = self._stand((x, y, flight.layer_m))
-        self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
-        self._firmware.of(vehicle).go_to(vehicle, flight.course.point_m, self.speed_m_s, anew=anew)
-
-    def _is_near(self, vehicle: Vehicle, place_m: tuple[float, float]) -> bool:
-        return math.dist(vehicle.position_m[:2], place_m) <= OVER_HOME_M
-
-    def _is_over_home(self, flight: Flight, vehicle: Vehicle, home: Vec3) -> bool:
-        return self._is_near(vehicle, home[:2]) and vehicle.ground_speed_m_s <= OVER_HOME_SPEED_M_S
-
-    def _land_in_turn(self, now: float) -> None:
-        """When every returning vehicle is above its home, they land, lowest layer first, one every few seconds.
-
-        One that does not get there (it was told about) is waited for only so long.
-        """
-        returning = self._book.in_phase(Phase.RETURNING)
-        there = [flight for flight in returning if flight.step == "over home"]
-        if any(f.step != "over home" and now - f.since_s < RETURN_WAIT_S for f in returning):
-            return
-        if not there or now - self._last_landing_s < LANDING_GAP_S:
-            return
-        self._last_landing_s = now
-        flight = min(there, key=lambda f: f.layer_m)
-        flight.enter(Phase.LANDING, now)
-        vehicle = self._fleet.vehicles[flight.vehicle]
-        self._commands.submit(self._firmware.of(vehicle).land(vehicle))
-
-    def _stand(self, point_m: Vec3) -> Stand:
-        return Stand(point_m, self.speed_m_s)
+        return self.homing.begin(flight, vehicle, now)

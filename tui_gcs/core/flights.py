@@ -41,8 +41,8 @@ class Flight:
     passed_s: float = -math.inf
     tracking: Tracking | None = None
     """How well it keeps to moving courses; None before the first."""
-    limited: bool = False
-    """Told to keep to our speed on the way to a place, since it last did something else."""
+    limited_m_s: float = math.nan
+    """The speed it was told to keep to on the way to a place, since it last did something else."""
     slot: str = ""
     joined: bool = False
     vetoed: str = ""
@@ -53,7 +53,7 @@ class Flight:
     def enter(self, phase: Phase, now: float, step: str = "") -> None:
         """Change phase; what belonged to the last one is forgotten."""
         self.phase, self.step, self.since_s = phase, step, now
-        self.course, self.passed, self.limited = None, None, False
+        self.course, self.passed, self.limited_m_s = None, None, math.nan
         if self.tracking is not None:
             self.tracking.pause()
         if phase is not Phase.FLYING:

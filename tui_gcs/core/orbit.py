@@ -54,6 +54,11 @@ class Orbit:
         speed = min(speed_m_s, math.sqrt(accel * radius_m))
         return Orbit(now, position_m, centre_m, radius_m, speed, accel, clockwise)
 
+    def same_circle(self, other: "Orbit") -> bool:
+        """Whether both fly the same circle, however they came to it."""
+        mine = (self.centre_m, self.radius_m, self.speed_m_s, self.clockwise)
+        return mine == (other.centre_m, other.radius_m, other.speed_m_s, other.clockwise)
+
     @property
     def entry_m(self) -> Vec3:
         """Where it comes to the circle; north of the centre where every point is as near."""

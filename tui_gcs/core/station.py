@@ -17,7 +17,7 @@ from tui_gcs.core.bus import Bus
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.detections import Detections
 from tui_gcs.core.door import Door
-from tui_gcs.core.events import WARNING, EventLog
+from tui_gcs.core.events import NOTICE, WARNING, EventLog
 from tui_gcs.core.executive import Executive
 from tui_gcs.core.firmware.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.firmware.registry import Firmwares
@@ -293,7 +293,7 @@ class Station:
             self.tracks.clear()
         self.fleet.reframe(frame)
         self.speech.frame = frame
-        self.executive.speed_m_s = scenario.limits.speed_m_s
+        self.executive.homing.speed_m_s = scenario.limits.speed_m_s
         if not self.book.any_in_the_air():  # in flight everybody keeps team and layer
             self.book.assign(scenario, sorted(self.fleet.vehicles))
         self.guard.set_round(scenario.limits, self.round.area, self.round.no_fly)
@@ -393,7 +393,16 @@ class Station:
             text = f"plan not understood: {error}"
             self.events.say(EventClass.PLANNER, f"planner {team}", text, WARNING, every_s=10)
             return
-        desk.take(plan)
+        for vehicle, reason in desk.take(plan):
+            self._send_home(desk, vehicle, reason)
+
+    def _send_home(self, desk: TeamDesk, vehicle: int, reason: str) -> None:
+        """As its planner asks; told and journalled as its wish."""
+        why_not = self.executive.send_home(vehicle)
+        text = f"vehicle {vehicle} is not sent home: {why_not}" if why_not else f"sends vehicle {vehicle} home"
+        text += f" ({reason})" if reason else ""
+        severity = WARNING if why_not else NOTICE
+        self.events.say(EventClass.PLANNER, f"planner {desk.team.name}", text, severity, every_s=5)
 
     def _on_question(self, key: str, payload: bytes, reply: Callable[[bytes], None]) -> None:
         reply(encode(self.requests.answer(key.rsplit("/", 1)[1], payload)))

@@ -87,7 +87,7 @@ class Steering:
         """Stop it, and see to it that it stops. Never judged."""
         flight = self._book.get(vehicle.id)
         if flight is not None:
-            flight.limited = False
+            flight.limited_m_s = math.nan
         self._commands.submit(self._firmware.of(vehicle).hold(vehicle, self._stop_places(vehicle)))
 
     def blocked(self, flight: Flight, vehicle: Vehicle) -> str:
@@ -141,10 +141,10 @@ class Steering:
         self._commands.cancel(vehicle.id, "hold")  # of a veto or a change of round: it would fight the new course
         point, velocity = sent.at(now)
         if isinstance(course, Stand):
-            firmware.go_to(vehicle, point, course.speed_m_s, anew=not flight.limited)
+            firmware.go_to(vehicle, point, course.speed_m_s, anew=flight.limited_m_s != course.speed_m_s)
         else:
             firmware.follow(vehicle, point, velocity, sent.push(now) if isinstance(sent, Led) else STILL)
-        flight.limited = isinstance(course, Stand)
+        flight.limited_m_s = course.speed_m_s if isinstance(course, Stand) else math.nan
 
     def _may_pass(
         self, flight: Flight, course: Course, sent: Course | Led, vehicle: Vehicle, movers: list[Mover]

@@ -11,13 +11,13 @@ from typing import Literal
 import numpy as np
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.course import Trajectory, course_of
 from tui_gcs.core.events import ALERT, NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
-from tui_gcs.core.messages import Annotation, EventClass, Intent, Phase, Plan, PlannerTask, TeamStatus
+from tui_gcs.core.intents import IntentDesk
+from tui_gcs.core.messages import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
 from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.text import clean
@@ -30,8 +30,8 @@ LATE_IN_A_ROW = 3
 CONFIGURE_S = 20.0
 """A planner may need this long for its first plan of a new task; its vehicles hold meanwhile."""
 MOST_PLANS_PER_S = 25
-MOST_ANNOTATIONS, MOST_METRICS, MOST_SLOT_CELLS = 200, 64, 12
-"""What a planner may draw, count and call a slot; the rest is cut."""
+MOST_ANNOTATIONS, MOST_METRICS = 200, 64
+"""What a planner may draw and count; the rest is cut."""
 ON_SLOT_M = 5.0
 WORST_OVER_S = 60
 """The live worst idleness is the largest of the last minute."""
@@ -75,6 +75,7 @@ class TeamDesk:
         self._book = book
         self._guard = guard
         self._steering = steering
+        self._intents = IntentDesk(team.name, fleet, book, guard, steering, events, clock)
         self._events = events
         self._clock = clock
         self._judge_steps = judge_steps
@@ -125,62 +126,30 @@ class TeamDesk:
 
     # ---------------------------------------------------------------- plans
 
-    def take(self, plan: Plan) -> None:
-        """A plan arrived. Intents become courses; what is not a course is vetoed or carried out."""
+    def take(self, plan: Plan) -> list[tuple[int, str]]:
+        """A plan arrived: its intents become courses. Returns (vehicle, reason) of those it wants to send home."""
         now = self._clock.now()
         if self.task is None or plan.revision != self.task.revision:
             self.ignored += 1
-            return
+            return []
         if plan.error:
             last_line = clean((plan.error.strip().splitlines() or ["it does not say why"])[-1])
             if last_line != self.error:  # it says so with every plan: told once
                 self._fault(f"planner {self.team.planner} failed: {last_line}")
             self.error = last_line
-            return
+            return []
         self.error = ""
         self._arrivals.append(now)
         if len(self._arrivals) == MOST_PLANS_PER_S and now - self._arrivals[0] < 1.0:
             self._guard.veto("rate", f"more than {MOST_PLANS_PER_S} plans a second")
-            return
+            return []
         self._plan_s, self._first_plan = now, True
         late = self._judge_steps and plan.step_ms > PERIOD_S * 1e3
         self._late_in_a_row = self._late_in_a_row + 1 if late else 0
         if plan.annotations is not None:
             self.annotations = plan.annotations[:MOST_ANNOTATIONS]
         self.metrics = dict(sorted(plan.metrics.items())[:MOST_METRICS])
-        for intent in plan.intents:
-            self._take_intent(intent, self.task.limits.speed_m_s)
-
-    def _take_intent(self, intent: Intent, speed_m_s: float) -> None:
-        flight = self._book.get(intent.vehicle)
-        if flight is None or flight.team != self.team.name:
-            text = f"planner names vehicle {intent.vehicle}, not of its team"
-            self._tell_veto(intent.vehicle, self._guard.veto("unknown vehicle", text).text)
-        elif flight.phase is not Phase.FLYING:
-            return  # it was flying in the frame the plan was made from
-        elif intent.kind == "hold":
-            self._hold_by_plan(flight)
-        elif intent.kind == "return":
-            text = "return by a planner is not supported yet"
-            self._tell_veto(intent.vehicle, self._guard.veto("kind", text).text)
-        else:
-            course = course_of(intent, speed_m_s)
-            if isinstance(course, str):
-                self._tell_veto(intent.vehicle, self._guard.veto("kind", course).text)
-            else:
-                slot = clean(intent.slot, MOST_SLOT_CELLS)
-                flight.course, flight.slot, flight.joined = course, slot, intent.joined
-
-    def _hold_by_plan(self, flight: Flight) -> None:
-        vehicle = self._fleet.vehicles.get(flight.vehicle)
-        if vehicle is not None and flight.course is not None:
-            flight.course = None
-            self._steering.hold(vehicle)
-
-    def _tell_veto(self, vehicle: int, why: str) -> None:
-        self._events.say(
-            EventClass.PLANNER, f"planner {self.team.name}", f"vehicle {vehicle}: {why}", WARNING, every_s=5
-        )
+        return self._intents.carry_out(plan, self.task.limits)
 
     # ---------------------------------------------------------------- judging
 
@@ -264,7 +233,7 @@ class TeamDesk:
     def is_on_slot(self, flight: Flight) -> bool:
         """Whether this vehicle is on its slot now."""
         vehicle = self._fleet.vehicles.get(flight.vehicle)
-        if vehicle is None or not flight.joined or not isinstance(flight.course, Trajectory):
+        if vehicle is None or not flight.joined or flight.course is None:
             return False
         return self._steering.slot_error_m(flight, vehicle) <= ON_SLOT_M
 

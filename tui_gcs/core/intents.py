@@ -1,0 +1,153 @@
+"""Intents: what a planner wants of its vehicles becomes their courses, or is refused with a reason."""
+
+import math
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.course import STILL, Course, Stand, Trajectory, course_of
+from tui_gcs.core.cruise import ACCEL_SHARE, LONGEST_S, Cruise
+from tui_gcs.core.events import WARNING, EventLog
+from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.flights import Flight, FlightBook
+from tui_gcs.core.guard import SPEED_TOLERANCE, Guard
+from tui_gcs.core.messages import EventClass, Intent, Phase, Plan, Vec3
+from tui_gcs.core.orbit import Orbit
+from tui_gcs.core.scenario import Limits
+from tui_gcs.core.steering import Steering
+from tui_gcs.core.text import clean
+from tui_gcs.core.vehicle import Vehicle
+
+MOST_SLOT_CELLS, MOST_REASON_CELLS = 12, 100
+"""What a planner may call a slot and give as a reason; the rest is cut."""
+FORGIVEN_S = 1.0
+"""Time constant with which the reference of a velocity comes back to its vehicle."""
+FOLLOWS_M = 5.0
+"""A vehicle this near to its reference goes on from it; one farther away from where it is."""
+
+
+class IntentDesk:
+    """Carries out the intents of one team's planner; only of vehicles that fly for it."""
+
+    def __init__(
+        self,
+        team: str,
+        fleet: Fleet,
+        book: FlightBook,
+        guard: Guard,
+        steering: Steering,
+        events: EventLog,
+        clock: Clock,
+    ) -> None:
+        """For the planner of `team`."""
+        self._team = team
+        self._fleet = fleet
+        self._book = book
+        self._guard = guard
+        self._steering = steering
+        self._events = events
+        self._clock = clock
+
+    def carry_out(self, plan: Plan, limits: Limits) -> list[tuple[int, str]]:
+        """Give every vehicle its course. Returns (vehicle, reason) of those that the planner wants to send home."""
+        going_home: list[tuple[int, str]] = []
+        for intent in plan.intents:
+            flight = self._book.get(intent.vehicle)
+            if flight is None or flight.team != self._team:
+                text = f"planner names vehicle {intent.vehicle}, not of its team"
+                self._refuse(intent.vehicle, "unknown vehicle", text)
+            elif flight.phase is not Phase.FLYING:
+                continue  # it was flying in the frame the plan was made from
+            elif intent.kind == "hold":
+                self._hold(flight)
+            elif intent.kind == "return":
+                going_home.append((intent.vehicle, clean(intent.reason, MOST_REASON_CELLS)))
+            elif (vehicle := self._fleet.vehicles.get(intent.vehicle)) is not None:
+                self._steer(flight, vehicle, intent, plan.t_s, limits)
+        return going_home
+
+    def _hold(self, flight: Flight) -> None:
+        vehicle = self._fleet.vehicles.get(flight.vehicle)
+        if vehicle is not None and flight.course is not None:
+            flight.course = None
+            self._steering.hold(vehicle)
+
+    def _steer(self, flight: Flight, vehicle: Vehicle, intent: Intent, plan_s: float, limits: Limits) -> None:
+        course = self._course(flight, vehicle, intent, plan_s, limits)
+        if isinstance(course, str):
+            self._refuse(vehicle.id, "kind", course)
+            return
+        flight.course, flight.slot, flight.joined = course, clean(intent.slot, MOST_SLOT_CELLS), intent.joined
+
+    def _course(
+        self, flight: Flight, vehicle: Vehicle, intent: Intent, plan_s: float, limits: Limits
+    ) -> Stand | Trajectory | Cruise | Orbit | str:
+        if intent.kind == "velocity":
+            return self._cruise(flight, vehicle, intent, plan_s, limits)
+        if intent.kind == "orbit":
+            return self._orbit(flight, vehicle, intent, limits)
+        return course_of(intent, limits.speed_m_s)
+
+    def _cruise(self, flight: Flight, vehicle: Vehicle, intent: Intent, plan_s: float, limits: Limits) -> Cruise | str:
+        velocity = intent.velocity_m_s
+        if velocity is None or not all(map(math.isfinite, velocity)):
+            return "velocity without finite numbers"
+        if not 0.0 < intent.valid_s <= LONGEST_S:
+            return f"velocity valid for {intent.valid_s:g} s: more than 0, at most {LONGEST_S:g} s"
+        if (speed := math.hypot(*velocity)) > limits.speed_m_s * SPEED_TOLERANCE:
+            return f"velocity of {speed:.1f} m/s asked, {limits.speed_m_s:g} allowed"
+        now = self._clock.now()
+        place, moving = self._start_of(flight, vehicle, now)
+        return Cruise(now, place, moving, velocity, plan_s + intent.valid_s, ACCEL_SHARE * limits.accel_m_s2)
+
+    def _orbit(self, flight: Flight, vehicle: Vehicle, intent: Intent, limits: Limits) -> Orbit | str:
+        """The same orbit again goes on where it is; a vehicle that was stopped on it begins anew."""
+        if intent.position_m is None:
+            return "orbit without a centre"
+        speed = limits.speed_m_s if intent.speed_m_s is None else min(intent.speed_m_s, limits.speed_m_s)
+        now = self._clock.now()
+        place, moving = self._stop_of(vehicle, limits)
+        begin_s = now + moving
+        try:
+            orbit = Orbit.about(
+                begin_s,
+                place,
+                intent.position_m,
+                intent.radius_m,
+                speed,
+                limits.accel_m_s2,
+                clockwise=intent.clockwise,
+            )
+        except ValueError as error:
+            return str(error)
+        before = flight.course
+        if isinstance(before, Orbit) and before.same_circle(orbit) and self._follows(flight, before, vehicle, now):
+            return before
+        return orbit
+
+    def _stop_of(self, vehicle: Vehicle, limits: Limits) -> tuple[Vec3, float]:
+        """(where it comes to rest when it brakes now, after how many seconds)."""
+        speed = math.hypot(*vehicle.velocity_m_s)
+        return self._steering.stop_place(vehicle), speed / limits.accel_m_s2 if math.isfinite(speed) else 0.0
+
+    def _start_of(self, flight: Flight, vehicle: Vehicle, now: float) -> tuple[Vec3, Vec3]:
+        """Place and velocity to go on from: of the reference it follows, or its own.
+
+        A velocity is asked for, not a place: what it was late is forgiven, or it would catch up above that speed.
+        """
+        measured = vehicle.velocity_m_s if all(map(math.isfinite, vehicle.velocity_m_s)) else STILL
+        course = flight.course
+        if course is None or isinstance(course, Stand) or not self._follows(flight, course, vehicle, now):
+            return vehicle.position_m, measured
+        place, velocity = course.at(now)
+        age_s = min(now - vehicle.position_s, 1.0)
+        share = min(max(now - course.begin_s, 0.0) / FORGIVEN_S, 1.0) if isinstance(course, Cruise) else 0.0
+        x, y, z = (r + share * (p + age_s * v - r) for r, p, v in zip(place, vehicle.position_m, measured, strict=True))
+        return (x, y, z), velocity
+
+    @staticmethod
+    def _follows(flight: Flight, course: Course, vehicle: Vehicle, now: float) -> bool:
+        return not flight.vetoed and math.dist(course.at(now)[0], vehicle.position_m) <= FOLLOWS_M
+
+    def _refuse(self, vehicle: int, code: str, why: str) -> None:
+        self._guard.veto(code, why)
+        source = f"planner {self._team}"
+        self._events.say(EventClass.PLANNER, source, f"vehicle {vehicle}: {why}", WARNING, every_s=5)
