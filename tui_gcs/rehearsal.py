@@ -14,17 +14,19 @@ import msgspec
 from sitl.faults import FaultyLink, Lane, Tally, parse
 from sitl.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
 from sitl.vehicle import AutopilotName
-from tui_gcs.core.bus import MemoryBus
+from tui_gcs.core.bus import Bus, BusSession, MemoryBus
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.links.memory import MemoryLink
+from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.places import simulated_places
 from tui_gcs.core.recorder import TlogWriter
-from tui_gcs.core.results import Result
+from tui_gcs.core.results import Referee, Result
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.script import Script
 from tui_gcs.core.station import Station, StationConfig
+from tui_gcs.happenings import Happening, Happenings
 from tui_gcs.planner.host import PlannerHost, attach
 
 TICK_S = 0.05
@@ -127,7 +129,30 @@ class LockStep:
         self.recorder = TlogWriter(self.log_dir / "run.tlog")
         self.journal = Journal(self.log_dir / "run.jsonl")
         config = StationConfig(Kind.SIM, self.scenario, self.toml, "", TOKEN, judge_steps=False)
-        self.station = Station(config, self.clock, self.bus, [self.link], self.recorder, self.journal)
+        self._on_bus = BusSession(self.bus)
+        self.station = Station(config, self.clock, self._on_bus, [self.link], self.recorder, self.journal)
+        self.station_runs = True
+
+    @property
+    def systems(self) -> tuple[int, ...]:
+        """System ids, in the simulator's order."""
+        return tuple(spec.system_id for spec in self.sim.specs)
+
+    def kill_station(self) -> None:
+        """As `kill -9`: it says nothing any more; what it has written down stays."""
+        StationMemory(self.log_dir / "memory.json").remember(self.station)
+        self._on_bus.close()
+        self.station_runs = False
+
+    def start_station(self) -> None:
+        """A new station on the same vehicles, links, logs and memory."""
+        self.link.receive()
+        self.link.sent.clear()
+        self._on_bus = BusSession(self.bus)
+        config = self.station.config
+        self.station = Station(config, self.clock, self._on_bus, [self.link], self.recorder, self.journal)
+        StationMemory(self.log_dir / "memory.json").recall(self.station)
+        self.station_runs = True
 
     def step(self) -> None:
         """Move everything on by one tick."""
@@ -135,6 +160,9 @@ class LockStep:
         self.sim.step(TICK_S)
         for index, data in self._down(self.sim.drain()):
             self.link.inject(data, ("sim", index))
+        if not self.station_runs:
+            self.link.receive()  # nobody listens
+            return
         self.station.tick()
         sent = [(int(address[1]), data) for data, address in self.link.sent]
         self.link.sent.clear()
@@ -153,6 +181,10 @@ class LockStep:
         self.journal.close()
 
 
+def _nobody(_bus: Bus, _referee: Referee) -> None:
+    """Watches nothing."""
+
+
 def rehearse(
     scenario: Scenario,
     toml: str,
@@ -162,20 +194,28 @@ def rehearse(
     rounds: int | None = None,
     autopilots: str = "ardupilot",
     bad_links: BadLinks | None = None,
+    weather: WeatherSpec | None = None,
     world: WorldSpec | None = None,
+    happenings: list[Happening] | None = None,
+    watch: Callable[[Bus, Referee], None] = _nobody,
 ) -> tuple[Result, str]:
     """Fly the whole scenario as fast as it goes; (result, why it ended early or "").
 
     `rounds` flies only the first so many rounds; `autopilots` is a key of `AUTOPILOTS`; `bad_links`: faults
-    between vehicles and station; `world`: intruders and sensors.
+    between vehicles and station; `world`: intruders and sensors; `happenings` go wrong on purpose. `watch` may listen
+    on the bus before anything has happened.
     """
     if rounds is not None:
         scenario = _first_rounds(scenario, rounds)
-    flight = LockStep(scenario, toml, log_dir, autopilots=autopilots, bad_links=bad_links, world=world)
+    flight = LockStep(scenario, toml, log_dir, autopilots=autopilots, bad_links=bad_links, weather=weather, world=world)
     script = Script(scenario, flight.bus, principal="rehearsal", whole_duration=False)
+    watch(flight.bus, script.referee)
+    planned = Happenings(happenings or [], flight, script)
     while not script.done:
         flight.step()
-        script.tick()
+        if flight.station_runs:
+            script.tick()
+        planned.tick()
         on_progress(script.progress, script.headline)
     flight.close()
     return script.referee.result(), script.problem

@@ -149,6 +149,49 @@ class MemoryBus:
                 on_alive(key, present)
 
 
+class BusSession:
+    """One partner's part of a shared bus: `close` ends what it began, and the others stay."""
+
+    def __init__(self, bus: Bus) -> None:
+        """Begin nothing yet."""
+        self._bus = bus
+        self._begun: list[Closable] = []
+
+    def publish(self, key: str, payload: bytes) -> None:
+        """See `Bus.publish`."""
+        self._bus.publish(key, payload)
+
+    def subscribe(self, key: str, on_sample: OnSample) -> Closable:
+        """See `Bus.subscribe`."""
+        return self._keep(self._bus.subscribe(key, on_sample))
+
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
+        """See `Bus.ask`."""
+        return self._bus.ask(key, payload, timeout_s)
+
+    def answer(self, key: str, on_question: OnQuestion) -> Closable:
+        """See `Bus.answer`."""
+        return self._keep(self._bus.answer(key, on_question))
+
+    def alive(self, key: str) -> Closable:
+        """See `Bus.alive`."""
+        return self._keep(self._bus.alive(key))
+
+    def watch(self, key: str, on_alive: OnAlive) -> Closable:
+        """See `Bus.watch`."""
+        return self._keep(self._bus.watch(key, on_alive))
+
+    def close(self) -> None:
+        """Leave the bus."""
+        for begun in self._begun:
+            begun.close()
+        self._begun.clear()
+
+    def _keep(self, begun: Closable) -> Closable:
+        self._begun.append(begun)
+        return begun
+
+
 def _discard(entries: list[Any], entry: object) -> None:
     """Remove `entry` if the bus was not closed before."""
     if entry in entries:

@@ -201,6 +201,14 @@ class Referee:
         self.lost.discard(vehicle)
         self._begin_anew(vehicle, t_s, f" +{vehicle}")
 
+    def begin_again(self, t_s: float) -> None:
+        """The fleet flies on after a hold: every team is measured anew."""
+        for team in self._scenario.teams:
+            present = self._present.get(team.name)
+            if present is not None:
+                present.cut_short = not present.done
+                self._begin(team, t_s, f"{present.part} again")
+
     def _begin_anew(self, vehicle: int, t_s: float, part: str) -> None:
         team = next((t for t in self._scenario.teams if vehicle in self._members.get(t.name, ())), None)
         present = self._present.get(team.name) if team is not None else None
