@@ -1,7 +1,7 @@
 """Vehicles that follow their intents, perfectly or late, and the frames in which a planner sees them."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -25,9 +25,15 @@ LOW_M, LAYER_GAP_M, LAYERS = 27.0, 7.0, 9
 
 
 def task_for(
-    ids: Iterable[int], planner: str, *, seed: int = 1, shape: Shape = ZONE.shape, area: OperatingArea = AREA
+    ids: Iterable[int],
+    planner: str,
+    *,
+    seed: int = 1,
+    shape: Shape = ZONE.shape,
+    area: OperatingArea = AREA,
+    parameters: Mapping[str, float | int | bool | str] | None = None,
 ) -> PlannerTask:
-    """A team over one zone, parameters at their defaults."""
+    """A team over one zone; parameters that are not given have their defaults."""
     members = tuple(ids)
     zone = Zone("zone", Role.DEFEND, shape)
     return PlannerTask(
@@ -40,7 +46,7 @@ def task_for(
         no_fly=(),
         limits=Limits(),
         footprint_radius_m=15.0,
-        parameters={},
+        parameters=dict(parameters or {}),
         seed=seed,
         members=members,
         layers_m={vehicle: LOW_M + LAYER_GAP_M * (i % LAYERS) for i, vehicle in enumerate(members)},
@@ -52,7 +58,7 @@ def scattered(n: int, seed: int = 7) -> Floats:
     """(n, 2) places in the western part of `AREA`, none like another: nothing is symmetric, so nothing is a tie."""
     rng = np.random.default_rng(seed)
     columns = max(1, math.ceil(math.sqrt(n / 2)))
-    gap_m = min(15.0, 200.0 / columns, 720.0 / n * columns)
+    gap_m = min(15.0, 200.0 / columns, 720.0 * columns / max(n, 1))
     grid = np.array([(20.0 + gap_m * (i % columns), 20.0 + gap_m * (i // columns)) for i in range(n)]).reshape(-1, 2)
     places: Floats = grid + rng.uniform(-0.3, 0.3, (n, 2)) * gap_m
     return places
@@ -74,6 +80,8 @@ class World:
     age_s: dict[int, float] = field(default_factory=dict)
     blind: set[int] = field(default_factory=set)
     """Every number of theirs is NaN."""
+    numb: set[int] = field(default_factory=set)
+    """Only the position is known."""
 
     def __post_init__(self) -> None:
         """All on their layers, standing."""
@@ -89,7 +97,7 @@ class World:
         """What the station would publish now."""
         self._seq += 1
         ids = [(i, vehicle) for i, vehicle in enumerate(self.task.members) if vehicle not in self.gone]
-        n = len(ids)
+        n, unknown = len(ids), self.blind | self.numb
         return FleetFrame(
             seq=self._seq,
             t_s=self.t_s,
@@ -99,18 +107,12 @@ class World:
             team=(self.task.team,) * n,
             phase=tuple(self.phase.get(vehicle, Phase.FLYING) for _, vehicle in ids),
             freshness=tuple(self.freshness.get(vehicle, Freshness.OK) for _, vehicle in ids),
-            position_m=tuple(self._vector(self.position_m[i], vehicle) for i, vehicle in ids),
-            velocity_m_s=tuple(self._vector(self.velocity_m_s[i], vehicle) for i, vehicle in ids),
-            heading_deg=tuple(math.nan if vehicle in self.blind else 0.0 for _, vehicle in ids),
-            battery_pct=tuple(math.nan if vehicle in self.blind else 80.0 for _, vehicle in ids),
+            position_m=tuple(_vector(self.position_m[i], known=vehicle not in self.blind) for i, vehicle in ids),
+            velocity_m_s=tuple(_vector(self.velocity_m_s[i], known=vehicle not in unknown) for i, vehicle in ids),
+            heading_deg=tuple(math.nan if vehicle in unknown else 0.0 for _, vehicle in ids),
+            battery_pct=tuple(math.nan if vehicle in unknown else 80.0 for _, vehicle in ids),
             age_s=tuple(self.age_s.get(vehicle, 0.05) for _, vehicle in ids),
         )
-
-    def _vector(self, row: Floats, vehicle: int) -> Vec3:
-        if vehicle in self.blind:
-            return math.nan, math.nan, math.nan
-        x, y, z = row.tolist()
-        return x, y, z
 
     def take(self, plan: Plan) -> None:
         """Follow these intents from now on."""
@@ -136,6 +138,11 @@ class World:
                 way = way * (farthest_m / length)
             self.position_m[i] += way
             self.velocity_m_s[i] = way / dt_s
+
+
+def _vector(row: Floats, *, known: bool) -> Vec3:
+    x, y, z = row.tolist()
+    return (x, y, z) if known else (math.nan, math.nan, math.nan)
 
 
 def wanted(intent: Intent, t_s: float, plan_s: float, here_m: Floats, dt_s: float) -> Floats:

@@ -1,0 +1,93 @@
+"""What a planner costs: time per step, memory per hour."""
+
+import gc
+import tracemalloc
+from collections.abc import Iterator
+
+import numpy as np
+
+from tui_gcs.core.messages import Phase
+from tui_gcs.core.scenario import OperatingArea
+from tui_gcs.core.zones import Rectangle
+from tui_gcs.planner.check.finding import Finding, failed, noted, passed
+from tui_gcs.planner.check.subject import Subject
+from tui_gcs.planner.check.world import World, scattered, task_for
+from tui_gcs.planner.host import DEADLINE_SHARE
+
+FEW, MANY = 8, 250
+MANY_AREA = OperatingArea(Rectangle((1000.0, 1000.0), 2000.0, 2000.0), 20.0, 90.0)
+MANY_ZONE = Rectangle((1000.0, 1000.0), 1100.0, 1090.0)
+"""120 ha: the share of one vehicle is as in the shipped scenario."""
+STEPS, QUICK_STEPS = 2000, 400
+LEAK_B_PER_STEP = 20.0
+"""In each of the last two quarters: less than one number a step. What fills up and stays so is no leak."""
+
+
+def step_time(subject: Subject) -> Iterator[Finding]:
+    """Wall time, so only what is far off is wrong: this machine does other things, too."""
+    check, period_ms = "step time", 1e3 / subject.planner.rate_hz
+    limit_ms = period_ms * DEADLINE_SHARE
+    for count, duration_s in ((FEW, 20.0 if subject.quick else 60.0), (MANY, 5.0)):
+        if count == MANY and subject.quick:
+            return
+        half, worst = np.percentile(_times_ms(subject, count, duration_s), (50, 99))
+        value = f"{count} vehicles: p50 {half:.2f} ms, p99 {worst:.2f} ms; limit {limit_ms:.0f} ms at this rate"
+        if half > limit_ms and count == FEW:
+            yield failed(
+                check, value, "3 late in a row and the vehicles hold: do less per step, or declare a lower rate_hz"
+            )
+        elif worst > limit_ms:
+            yield noted(check, value, "a step in a hundred is late, which is no harm; three in a row are")
+        else:
+            yield passed(check, value)
+
+
+def _times_ms(subject: Subject, count: int, duration_s: float) -> list[float]:
+    """Of every step; one vehicle is lost on the way, and comes back."""
+    ids = range(1, count + 1)
+    task = task_for(ids, subject.name, seed=subject.seed)
+    if count == MANY:
+        task = task_for(ids, subject.name, seed=subject.seed, shape=MANY_ZONE, area=MANY_AREA)
+    world, taken = World(task, scattered(count)), list[float]()
+    for _, plan in subject.fly(subject.host(task), world, duration_s):
+        taken.append(plan.step_ms)
+        share = (world.t_s - 100.0) / duration_s
+        world.phase = {1: Phase.TAKEN_OUT} if 0.4 < share < 0.7 else {}
+    return taken
+
+
+def memory(subject: Subject) -> Iterator[Finding]:
+    """Steps that keep what they make."""
+    check, steps = "memory", QUICK_STEPS if subject.quick else STEPS
+    task = task_for((1, 2, 3), subject.name, seed=subject.seed)
+    host, world = subject.host(task), World(task, scattered(3))
+    held_b: list[int] = []
+    before = None
+    tracemalloc.start()
+    try:
+        for number, _ in enumerate(subject.fly(host, world, steps / subject.planner.rate_hz + 1.0), 1):
+            if number % (steps // 4) == 0:
+                gc.collect()
+                held_b.append(tracemalloc.get_traced_memory()[0])
+                if number == steps // 2:
+                    before = tracemalloc.take_snapshot()
+        grown_b = held_b[3] - held_b[1]
+        where = _grown_most(before, subject) if before is not None else ""
+    finally:
+        tracemalloc.stop()
+    per_hour_mb = grown_b / (steps / 2) * subject.planner.rate_hz * 3600 / 1e6
+    value = f"{grown_b / 1000:+.1f} kB from step {steps // 2} to {steps} ({per_hour_mb:+.1f} MB an hour)"
+    if min(held_b[2] - held_b[1], held_b[3] - held_b[2]) > LEAK_B_PER_STEP * steps / 4:
+        yield failed(check, value, f"a list or dict grows with every step{where}")
+    else:
+        yield passed(check, value)
+
+
+def _grown_most(before: tracemalloc.Snapshot, subject: Subject) -> str:
+    """The line of the planner's file that holds most of what came since `before`."""
+    changes = tracemalloc.take_snapshot().compare_to(before, "lineno")
+    for change in changes:
+        frame = change.traceback[0]
+        if change.size_diff > 0 and frame.filename == str(subject.path):
+            return f": {subject.path.name}:{frame.lineno} made {change.size_diff / 1000:.1f} kB of it"
+    return ""

@@ -1,0 +1,141 @@
+"""Whether a planner copes with any number of vehicles, with losing and getting them, and with odd telemetry."""
+
+import random
+from collections.abc import Callable, Iterator
+
+from tui_gcs.core.messages import Freshness, Phase
+from tui_gcs.planner.check.finding import Finding, failed, passed
+from tui_gcs.planner.check.form import active_ids, faults
+from tui_gcs.planner.check.subject import Broken, Subject
+from tui_gcs.planner.check.world import World, scattered, task_for
+from tui_gcs.planner.host import PlannerHost
+
+STEP_S = 0.2
+SIZES, FEW_SIZES = (*range(9), 32), (0, 1, 2, 32)
+STATES = ("taken out", "held", "lost", "not in the frame", "returning", "blind")
+
+
+class _Flight:
+    """A flight in which every plan is judged."""
+
+    def __init__(self, subject: Subject, count: int, place: Callable[[World], None] = lambda _: None) -> None:
+        self._subject = subject
+        self.task = task_for(range(1, count + 1), subject.name, seed=subject.seed)
+        self.world = World(self.task, scattered(count))
+        place(self.world)
+        self.host: PlannerHost = subject.host(self.task)
+        self.steps = 0
+        self._serves_all = True
+        """Every active vehicle has got an intent with every plan so far."""
+
+    def go(self, duration_s: float, what: str) -> None:
+        """Fly on. Raises `Broken` with what is wrong."""
+        try:
+            for frame, plan in self._subject.fly(self.host, self.world, duration_s):
+                self.steps += 1
+                if wrong := faults(plan, frame, self.task):
+                    raise Broken(wrong[0])
+                forgotten = sorted(active_ids(frame) - {intent.vehicle for intent in plan.intents})
+                if forgotten and self._serves_all and self.steps > 5:
+                    raise Broken(f"no intents for {forgotten}, which fly on and had one with every plan before")
+                self._serves_all = self._serves_all and not forgotten
+        except Broken as why:
+            raise Broken(f"{what} (step {self.steps}): {why}") from None
+
+
+def sizes(subject: Subject) -> Iterator[Finding]:
+    """Teams of none, of one and of more."""
+    counts = FEW_SIZES if subject.quick else SIZES
+    for count in counts:
+        try:
+            _Flight(subject, count).go(6.0, f"{count} vehicles")
+        except Broken as why:
+            yield failed("fleet sizes", str(why), "teams have any number of vehicles, none included")
+            return
+    yield passed("fleet sizes", f"teams of {', '.join(map(str, counts))} vehicles")
+
+
+def losses(subject: Subject) -> Iterator[Finding]:
+    """Every vehicle goes and comes back in every way, at the first step, at every later one, alone and together."""
+    check = "loss and join"
+    advice = "look at ctx.fleet.active in every step: intents for exactly those, a plan for who is left at once"
+    try:
+        steps = _at_the_start(subject) + _one_by_one(subject) + _at_random(subject)
+    except Broken as why:
+        yield failed(check, str(why), advice)
+        return
+    yield passed(check, f"any vehicle, in {len(STATES)} ways, at any of {steps} steps; all at once, too")
+
+
+def _at_the_start(subject: Subject) -> int:
+    def nobody(world: World) -> None:
+        _put(world, dict.fromkeys(world.task.members, "held"))
+
+    flight = _Flight(subject, 3, nobody)
+    flight.go(1.0, "nobody is active at the first step")
+    _put(flight.world, {1: "held", 2: "not in the frame"})
+    flight.go(1.0, "the first joins")
+    _put(flight.world, {})
+    flight.go(3.0, "all join")
+    return flight.steps
+
+
+def _one_by_one(subject: Subject) -> int:
+    flight = _Flight(subject, 4)
+    members = flight.task.members
+    for state in STATES[:: 2 if subject.quick else 1]:
+        for vehicle in members:
+            _put(flight.world, {vehicle: state})
+            flight.go(3 * STEP_S, f"vehicle {vehicle} {state}")
+            _put(flight.world, {})
+            flight.go(3 * STEP_S, f"vehicle {vehicle} joins after it was {state}")
+        _put(flight.world, dict.fromkeys(members, state))
+        flight.go(3 * STEP_S, f"all are {state}")
+        _put(flight.world, {})
+        flight.go(3 * STEP_S, f"all join after they were {state}")
+    return flight.steps
+
+
+def _at_random(subject: Subject) -> int:
+    """Every step another set of vehicles, in no order."""
+    flight, chance = _Flight(subject, 5), random.Random(subject.seed)
+    for _ in range(25 if subject.quick else 100):
+        _put(flight.world, {v: chance.choice(STATES) for v in flight.task.members if chance.random() < 0.3})
+        flight.go(STEP_S, "vehicles come and go at every step")
+    return flight.steps
+
+
+def _put(world: World, states: dict[int, str]) -> None:
+    """These vehicles are so now, all others fly."""
+    phases = {"taken out": Phase.TAKEN_OUT, "held": Phase.HOLDING, "returning": Phase.RETURNING}
+    world.phase = {vehicle: phases[state] for vehicle, state in states.items() if state in phases}
+    world.freshness = {vehicle: Freshness.LOST for vehicle, state in states.items() if state == "lost"}
+    world.gone = {vehicle for vehicle, state in states.items() if state == "not in the frame"}
+    world.blind = {vehicle for vehicle, state in states.items() if state == "blind"}
+
+
+def telemetry(subject: Subject) -> Iterator[Finding]:
+    """Numbers that are missing, old or jump."""
+    check = "odd telemetry"
+    flight = _Flight(subject, 4, lambda world: world.numb.update({1, 2, 3, 4}))
+    world = flight.world
+    try:
+        flight.go(2.0, "only positions are known from the beginning")
+        world.numb = {1, 4}
+        flight.go(2.0, "velocity, heading and battery of two are NaN")
+        world.numb, world.blind = set(), {2}
+        flight.go(2.0, "every number of vehicle 2 is NaN")
+        world.blind, world.age_s = set(), {1: 60.0, 3: 2.5}
+        world.freshness = {1: Freshness.STALE}
+        flight.go(3.0, "positions are 60 s and 2.5 s old")
+        world.age_s, world.freshness = {}, {}
+        world.t_s += 45.0
+        flight.go(2.0, "45 s without a frame")
+        world.position_m[:, :2] += (60.0, -15.0)
+        flight.go(2.0, "all positions jump by 60 m")
+        world.velocity_m_s[:] = 60.0
+        flight.go(STEP_S, "velocities of 100 m/s")
+    except Broken as why:
+        yield failed(check, str(why), "numbers may be NaN, old or wrong: np.isfinite, np.nan_to_num, fleet.age_s")
+        return
+    yield passed(check, "NaN, positions 60 s old, a gap of 45 s, a jump of 60 m, 100 m/s")

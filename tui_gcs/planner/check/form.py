@@ -1,0 +1,175 @@
+"""What is wrong with a plan: what the station would not take, or the guard veto."""
+
+import math
+from collections.abc import Iterable, Iterator
+from functools import cache
+
+import numpy as np
+import shapely
+
+from tui_gcs.core.messages import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
+from tui_gcs.core.zones import Shape, polygon_of
+
+MOST_SAMPLES = 600
+MOST_ANNOTATIONS, MOST_METRICS = 200, 64
+"""More of them are cut off by the station."""
+SPEED_TOLERANCE = 1.05
+BAND_TOLERANCE_M = 0.5
+LONGEST_VALID_S = 60.0
+
+
+def active_ids(frame: FleetFrame) -> set[int]:
+    """The vehicles that may get intents."""
+    return {
+        vehicle
+        for i, vehicle in enumerate(frame.ids)
+        if frame.phase[i] is Phase.FLYING
+        and frame.freshness[i] is not Freshness.LOST
+        and all(map(math.isfinite, frame.position_m[i]))
+    }
+
+
+def faults(plan: Plan, frame: FleetFrame, task: PlannerTask, *, inside: bool = True) -> list[str]:
+    """Everything wrong with `plan`, one short text each. `inside`: whether its places must be in the area."""
+    active, seen = active_ids(frame), set[int]()
+    found: list[str] = []
+    for intent in plan.intents:
+        if intent.vehicle not in active:
+            found.append(f"an intent for vehicle {intent.vehicle}, which is not active")
+        if intent.vehicle in seen:
+            found.append(f"two intents for vehicle {intent.vehicle}")
+        seen.add(intent.vehicle)
+        wrong = nonsense(intent, plan.t_s) or too_fast(intent, task) or (outside(intent, task) if inside else "")
+        if wrong:
+            found.append(f"vehicle {intent.vehicle}: {wrong}")
+    return found + list(_drawing_faults(plan))
+
+
+def _drawing_faults(plan: Plan) -> Iterator[str]:
+    drawn = plan.annotations or ()
+    if len(drawn) > MOST_ANNOTATIONS:
+        yield f"{len(drawn)} annotations: only {MOST_ANNOTATIONS} are drawn"
+    if not all(_finite(point) for annotation in drawn for point in annotation.points_m):
+        yield "an annotation with a point that is not finite"
+    if len(plan.metrics) > MOST_METRICS:
+        yield f"{len(plan.metrics)} metrics: only {MOST_METRICS} are shown"
+
+
+def nonsense(intent: Intent, t_s: float) -> str:
+    """Why nobody can do what `intent` asks, or ""."""
+    kind, position = intent.kind, intent.position_m
+    if kind in ("goto", "orbit") and (position is None or not _finite(position)):
+        return f"{kind} without a finite position_m"
+    if intent.speed_m_s is not None and not (math.isfinite(intent.speed_m_s) and intent.speed_m_s > 0):
+        return f"speed_m_s is {intent.speed_m_s}: must be positive"
+    if kind == "orbit" and not (math.isfinite(intent.radius_m) and intent.radius_m > 0):
+        return f"orbit with radius_m {intent.radius_m}: must be positive"
+    if kind == "velocity":
+        if intent.velocity_m_s is None or not _finite(intent.velocity_m_s):
+            return "velocity without a finite velocity_m_s"
+        if not 0 < intent.valid_s <= LONGEST_VALID_S:
+            return f"velocity with valid_s {intent.valid_s}: must be more than 0, at most {LONGEST_VALID_S:g}"
+    return _bad_trajectory(intent, t_s) if kind == "trajectory" else ""
+
+
+def _bad_trajectory(intent: Intent, t_s: float) -> str:
+    count = len(intent.positions_m)
+    if not 2 <= count <= MOST_SAMPLES or count != len(intent.velocities_m_s):
+        return f"trajectory of {count} positions and {len(intent.velocities_m_s)} velocities: 2 to 600 of each, as many"
+    if not (math.isfinite(intent.t0_s) and math.isfinite(intent.dt_s) and intent.dt_s > 0):
+        return f"trajectory with t0_s {intent.t0_s}, dt_s {intent.dt_s}: finite, and dt_s more than 0"
+    if not all(_finite(v) for samples in (intent.positions_m, intent.velocities_m_s) for v in samples):
+        return "trajectory with a sample that is not finite"
+    if intent.t0_s + intent.dt_s * (count - 1) < t_s:
+        return "trajectory that ended before the plan was made: t0_s counts as ctx.t_s does"
+    return ""
+
+
+def too_fast(intent: Intent, task: PlannerTask) -> str:
+    """Why the guard would veto its speed, or ""."""
+    asked = [math.hypot(*v) for v in intent.velocities_m_s]
+    if intent.velocity_m_s is not None:
+        asked.append(math.hypot(*intent.velocity_m_s))
+    if intent.speed_m_s is not None:
+        asked.append(intent.speed_m_s)
+    limit = task.limits.speed_m_s
+    if asked and max(asked) > limit * SPEED_TOLERANCE:
+        return f"{max(asked):.1f} m/s asked, {limit:.1f} allowed (task.limits.speed_m_s)"
+    return ""
+
+
+def outside(intent: Intent, task: PlannerTask) -> str:
+    """Why the guard would veto its places, or ""."""
+    places = np.array(list(_places(intent)), dtype=float).reshape(-1, 3)
+    region = _inner(task.area.shape, task.limits.geofence_margin_m)
+    out = places[~shapely.intersects_xy(region, places[:, 0], places[:, 1])]
+    if len(out):
+        return f"({out[0][0]:.0f}, {out[0][1]:.0f}) is outside the operating area less its margin (task.area)"
+    low, high = task.area.alt_min_m - BAND_TOLERANCE_M, task.area.alt_max_m + BAND_TOLERANCE_M
+    bad = places[(places[:, 2] < low) | (places[:, 2] > high)]
+    if len(bad):
+        band = f"{task.area.alt_min_m:g} to {task.area.alt_max_m:g} m"
+        return f"height {bad[0][2]:.0f} m is outside the altitude band {band}: take fleet.layer_m"
+    return ""
+
+
+def _places(intent: Intent) -> Iterator[tuple[float, float, float]]:
+    if intent.kind == "goto" and intent.position_m is not None:
+        yield intent.position_m
+    if intent.kind == "orbit" and intent.position_m is not None:
+        x, y, z = intent.position_m
+        for quarter in range(8):
+            angle = quarter * math.pi / 4
+            yield x + intent.radius_m * math.cos(angle), y + intent.radius_m * math.sin(angle), z
+    if intent.kind == "trajectory":
+        yield from intent.positions_m
+
+
+@cache
+def _inner(shape: Shape, margin_m: float) -> shapely.Geometry:
+    region = polygon_of(shape).buffer(-margin_m + 0.01)
+    shapely.prepare(region)
+    return region
+
+
+def _finite(numbers: Iterable[float]) -> bool:
+    return all(map(math.isfinite, numbers))
+
+
+def difference(one: Plan, other: Plan) -> str:
+    """Where two plans differ first, in words; "" where they are the same (times of computing do not count)."""
+    mine, yours = ({intent.vehicle: intent for intent in plan.intents} for plan in (one, other))
+    for vehicle in sorted(mine.keys() | yours.keys()):
+        if vehicle not in mine or vehicle not in yours:
+            return f"vehicle {vehicle} gets an intent in one run and none in the other"
+        if text := unlike(mine[vehicle], yours[vehicle], 0.0):
+            return f"vehicle {vehicle} {text}"
+    if [i.vehicle for i in one.intents] != [i.vehicle for i in other.intents]:
+        return "intents come in another order"
+    if one.metrics.keys() != other.metrics.keys():
+        return "other metrics are given"
+    for name in one.metrics:
+        a, b = one.metrics[name], other.metrics[name]
+        if a != b and not (math.isnan(a) and math.isnan(b)):
+            return f"metric {name} is {a:.6g} and {b:.6g}"
+    return "" if one.annotations == other.annotations else "other annotations are drawn"
+
+
+def unlike(mine: Intent, yours: Intent, tolerance: float) -> str:
+    """How two intents differ by more than `tolerance` (metres, m/s or seconds), or "". Who gets them does not count."""
+    if mine.kind != yours.kind:
+        return f"gets {mine.kind} in one run and {yours.kind} in the other"
+    for name in ("positions_m", "velocities_m_s", "position_m", "velocity_m_s"):
+        a, b = (np.array(getattr(intent, name) or (), dtype=float).ravel() for intent in (mine, yours))
+        if a.shape != b.shape:
+            return f"gets {name} of {a.size} and of {b.size} numbers"
+        gap = float(np.abs(a - b).max(initial=0.0))
+        if not gap <= tolerance:
+            return f"is sent {gap:.2g} m elsewhere" if "position" in name else f"is sent {gap:.2g} m/s faster or slower"
+    for name in ("speed_m_s", "radius_m", "t0_s", "dt_s", "valid_s"):
+        first, second = getattr(mine, name), getattr(yours, name)
+        if (first is None) != (second is None) or (first is not None and not abs(first - second) <= tolerance):
+            return f"gets {name} {first} in one run and {second} in the other"
+    exact = ("clockwise", "joined") if tolerance else ("clockwise", "joined", "slot", "reason")
+    other = next((name for name in exact if getattr(mine, name) != getattr(yours, name)), "")
+    return f"gets another {other}" if other else ""

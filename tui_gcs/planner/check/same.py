@@ -1,0 +1,157 @@
+"""Whether the same frames give the same plans: again, in another process, after a restart, and under other ids."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import msgspec
+import numpy as np
+
+from tui_gcs.core.messages import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
+from tui_gcs.planner.api import Planner
+from tui_gcs.planner.check.declared import suspects
+from tui_gcs.planner.check.finding import Finding, failed, passed
+from tui_gcs.planner.check.form import difference, unlike
+from tui_gcs.planner.check.subject import Broken, Subject, essence
+from tui_gcs.planner.check.world import World, scattered, task_for
+
+Log = list[tuple[FleetFrame, Plan]]
+
+FLIGHT_S = 40.0
+AFTER_RESTART_STEPS = 25
+PROCESS_LIMIT_S = 120.0
+ALIKE = 0.01
+"""Metres, m/s or seconds: sums over vehicles in another order differ by rounding, not by this."""
+
+
+def logged(subject: Subject, task: PlannerTask) -> Log:
+    """A flight with a vehicle that is late, one that is lost and comes back, and one that is held."""
+    world = World(task, scattered(len(task.members)), lag_s=0.3)
+    first, second = task.members[:2]
+    log: Log = []
+    for frame, plan in subject.fly(subject.host(task), world, FLIGHT_S):
+        log.append((frame, plan))
+        flown_s = world.t_s - 100.0
+        world.freshness = {first: Freshness.LOST} if 10.0 < flown_s < 20.0 else {}
+        world.phase = {second: Phase.HOLDING} if 15.0 < flown_s < 25.0 else {}
+    return log
+
+
+def again(subject: Subject) -> Iterator[Finding]:
+    """A second planner in this process, and one in another where sets and dicts of texts have another order."""
+    task = task_for(range(1, 6), subject.name, seed=subject.seed)
+    log = logged(subject, task)
+    where = suspects(subject.path.read_bytes(), subject.path.name)
+    ask = "take time from ctx.t_s and chance from ctx.rng, and sort what has no order" + (f": {where}" if where else "")
+    host = subject.host(task)
+    for number, (frame, plan) in enumerate(log, 1):
+        if text := difference(plan, subject.step(host, frame)):
+            yield failed("same again", f"step {number} of {len(log)}: {text}", ask)
+            break
+    else:
+        yield passed("same again", f"{len(log)} plans from the same frames and seed, bit-identical")
+    odd = _elsewhere(subject, task, log)
+    if odd:
+        yield failed("other process", f"step {odd} of {len(log)} differs in another process (PYTHONHASHSEED=1)", ask)
+    else:
+        yield passed("other process", f"{len(log)} plans, bit-identical with another PYTHONHASHSEED")
+
+
+class ReplayJob(msgspec.Struct):
+    """What the other process does."""
+
+    what: str
+    seed: int
+    task: PlannerTask
+    frames: list[FleetFrame]
+
+
+def _elsewhere(subject: Subject, task: PlannerTask, log: Log) -> int:
+    """The first step whose plan is another in another process, 0 without one. Raises `Broken`."""
+    from_file = subject.name.startswith("file:")
+    job = ReplayJob(str(subject.path) if from_file else subject.name, subject.seed, task, [frame for frame, _ in log])
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "job"
+        file.write_bytes(msgspec.msgpack.encode(job))
+        command = [sys.executable, "-m", "tui_gcs.planner.check.replay", str(file)]
+        environment = os.environ | {"PYTHONHASHSEED": "1"}
+        subject.beat()
+        try:
+            done = subprocess.run(command, capture_output=True, env=environment, timeout=PROCESS_LIMIT_S, check=False)
+        except subprocess.TimeoutExpired:
+            raise Broken(f"no answer of another process within {PROCESS_LIMIT_S:g} s") from None
+        subject.beat()
+        if done.returncode:
+            last = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+            raise Broken(f"in another process: {last or f'ended with {done.returncode}'}")
+        plans = msgspec.msgpack.decode((Path(folder) / "job.plans").read_bytes(), type=list[bytes])
+    same = [essence(plan) == other for (_, plan), other in zip(log, plans, strict=True)]
+    return 0 if all(same) else same.index(False) + 1
+
+
+def restart(subject: Subject) -> Iterator[Finding]:
+    """A planner that took over a snapshot plans as the one that made it would have."""
+    check = "restart"
+    task = task_for(range(1, 6), subject.name, seed=subject.seed)
+    log = logged(subject, task)
+    stops = _stops(len(log), quick=subject.quick)
+    host, states = subject.host(task), dict[int, bytes]()
+    for number, (frame, _) in enumerate(log, 1):
+        subject.step(host, frame)
+        if number in stops:
+            states[number] = subject.snapshot(host)
+    advice = "snapshot() must hold everything that step() changes, and restore() must put it back"
+    if subject.planner.snapshot is Planner.snapshot:
+        advice = "write snapshot() and restore(), or make step() need nothing of the steps before"
+    for stop, state in states.items():
+        new = subject.host(task)
+        subject.restore(new, state)
+        for number, (frame, plan) in enumerate(log[stop : stop + AFTER_RESTART_STEPS], 1):
+            if text := difference(plan, subject.step(new, frame)):
+                yield failed(check, f"taken over after step {stop}, {number} steps later: {text}", advice)
+                return
+    most = max(map(len, states.values()))
+    what = (
+        f"snapshots of at most {most / 1000:.1f} kB" if subject.planner.snapshot is not Planner.snapshot else "no state"
+    )
+    yield passed(check, f"taken over after {len(stops)} different steps, bit-identical; {what}")
+
+
+def _stops(steps: int, *, quick: bool) -> list[int]:
+    """The first steps, then spread; those after a loss and after a hold are among them."""
+    spread = np.linspace(5, steps - AFTER_RESTART_STEPS, 2 if quick else 8).round().astype(int).tolist()
+    wanted = {1, 51, *spread} if quick else {1, 2, 3, 51, 52, 77, 101, *spread}
+    return sorted(stop for stop in wanted if 0 < stop < steps)
+
+
+def order(subject: Subject) -> Iterator[Finding]:
+    """What a vehicle is sent depends on where it is, not on its number."""
+    check, count = "vehicle order", 6
+    duration_s = 10.0 if subject.quick else 30.0
+    ids = list(range(1, count + 1))
+    renamed = [[ids[i] for i in (3, 5, 0, 4, 1, 2)], [40, 3, 1007, 12, 5, 200]]
+    plans = _flown(subject, ids, duration_s)
+    for names in renamed:
+        for number, (mine, yours) in enumerate(zip(plans, _flown(subject, names, duration_s), strict=True), 1):
+            for place in range(count):
+                one, other = mine.get(ids[place]), yours.get(names[place])
+                if (one is None) != (other is None):
+                    text = "gets an intent under one number and none under another"
+                elif one is None or other is None or not (text := unlike(one, other, ALIKE)):
+                    continue
+                yield failed(
+                    check,
+                    f"step {number}: the same vehicle, numbered {ids[place]} and {names[place]}, {text}",
+                    "give places by where vehicles are (e.g. sorted by bearing), not by id or row; ctx.rng, too",
+                )
+                return
+    yield passed(check, f"{count} vehicles renumbered twice: the same paths, {len(plans)} steps")
+
+
+def _flown(subject: Subject, ids: list[int], duration_s: float) -> list[dict[int, Intent]]:
+    task = task_for(ids, subject.name, seed=subject.seed)
+    world = World(task, scattered(len(ids)))
+    return [{i.vehicle: i for i in plan.intents} for _, plan in subject.fly(subject.host(task), world, duration_s)]

@@ -1,0 +1,38 @@
+"""All checks that need no simulator, in the order in which they are made."""
+
+from collections.abc import Callable, Iterator
+
+from tui_gcs.planner.check.cost import memory, step_time
+from tui_gcs.planner.check.declared import declares, flies, parameters
+from tui_gcs.planner.check.finding import Finding, failed
+from tui_gcs.planner.check.fleets import losses, sizes, telemetry
+from tui_gcs.planner.check.same import again, order, restart
+from tui_gcs.planner.check.subject import Broken, Subject
+from tui_gcs.planner.check.zones import zones
+
+Check = Callable[[Subject], Iterator[Finding]]
+
+CHECKS: dict[str, Check] = {
+    "declares": declares,
+    "flies": flies,
+    "parameters": parameters,
+    "same again": again,
+    "restart": restart,
+    "vehicle order": order,
+    "fleet sizes": sizes,
+    "loss and join": losses,
+    "odd telemetry": telemetry,
+    "odd zones": zones,
+    "step time": step_time,
+    "memory": memory,
+}
+FIRST = ("declares", "flies")
+"""Where one of these fails, the others would only say the same again."""
+
+
+def findings(check: Check, name: str, subject: Subject) -> Iterator[Finding]:
+    """What `check` finds; a planner that raises where nothing else is wrong fails it, too."""
+    try:
+        yield from check(subject)
+    except Broken as error:
+        yield failed(name, str(error), "mend what it raises: in flight its vehicles hold, and it is started again once")
