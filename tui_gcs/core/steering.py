@@ -24,6 +24,8 @@ STANDS_M_S = 1.0
 """Slower than this a vehicle that brakes is as good as there."""
 LEAST_HOVER_M = 2.5
 """Nobody is held lower: a copter told to stay at 0 m sits on the ground with its motors running."""
+LEAST_GAP_SHARE = 0.9
+"""After a late set-point the next one may come so much earlier; the guard wants 80 of 100 ms."""
 JUDGE_GAP_S = 0.2
 """The guard looks at every new course, and at the same one again after this time; it looks 5 s ahead."""
 STAND_GAP_S = 0.2
@@ -176,4 +178,4 @@ def next_due_s(due_s: float, now: float, gap_s: float) -> float:
 
     Measured on a busy machine: counted from when the last one was sent, seven or eight of ten a second were.
     """
-    return max(due_s + gap_s, now + gap_s / 2.0)
+    return max(due_s + gap_s, now + LEAST_GAP_SHARE * gap_s)
