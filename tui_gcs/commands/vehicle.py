@@ -22,6 +22,15 @@ _ACTIONS = {
     "mode": "vehicle_acts.run_mode",
     "shell": "vehicle_acts.run_shell",
     "reboot": "vehicle_acts.run_reboot",
+    "calibrate": "vehicle_calibrate.run",
+    "tune": "vehicle_setup.run_tune",
+    "airframe": "vehicle_setup.run_airframe",
+    "motor-test": "vehicle_setup.run_motor_test",
+    "gimbal": "vehicle_carry.run_gimbal",
+    "camera": "vehicle_carry.run_camera",
+    "roi": "vehicle_carry.run_roi",
+    "traffic": "vehicle_carry.run_traffic",
+    "remote-id": "vehicle_carry.run_remote_id",
 }
 """Module and function; only what is needed is imported."""
 

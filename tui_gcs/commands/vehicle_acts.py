@@ -17,6 +17,7 @@ from tui_gcs.commands.vehicle_station import (
     vehicle_ids,
 )
 from tui_gcs.core.messages_services import MEANT, GetModes, Reboot, SetMode, SetParams, TypeShell
+from tui_gcs.core.messages_setup import SetCurrentItem, SetGain
 from tui_gcs.exits import FAILED, OK, CommandError
 
 LIST_LOOKS = 25
@@ -50,7 +51,11 @@ def _list_modes(station: StationClient, arguments: argparse.Namespace) -> int:
     return OK if reply.modes else FAILED
 
 
-def carry_out_sure(station: StationClient, request: SetMode | SetParams, act: str) -> list[Ended]:
+Meant = SetMode | SetParams | SetGain | SetCurrentItem
+"""Requests that the station may want to hear twice."""
+
+
+def carry_out_sure(station: StationClient, request: Meant, act: str) -> list[Ended]:
     """Ask; where the station wants to hear that it is meant, ask the user, and ask again for those."""
     ended = station.carry_out(request)
     unsure = {one.vehicle: one for one in ended if one.text.endswith(MEANT)}
@@ -59,7 +64,7 @@ def carry_out_sure(station: StationClient, request: SetMode | SetParams, act: st
     why = next(iter(unsure.values())).text.removesuffix(f": {MEANT}")
     if not confirmed(f"{listed(tuple(unsure))}: {act} ({why})", yes=False):
         return ended
-    sure = {"sure": True} if isinstance(request, SetMode) else {"in_flight": True}
+    sure = {"in_flight": True} if isinstance(request, SetParams) else {"sure": True}
     again = station.carry_out(msgspec.structs.replace(request, vehicles=tuple(unsure), **sure))
     second = {one.vehicle: one for one in again}
     return [second.get(one.vehicle, one) for one in ended]

@@ -11,6 +11,8 @@ EXAMPLES = """examples:
   tui-gcs vehicle plan upload 3 --kind fence area.json
   tui-gcs vehicle mode 3 RTL
   tui-gcs vehicle logs 3 get 12
+  tui-gcs vehicle calibrate 3 compass             says what to do, shows how far it is; ctrl-c cancels
+  tui-gcs vehicle tune 3 rate ATC_RAT_RLL_P 0.12  and `tune 3 --undo`
   tui-gcs vehicle tasks                           what goes on, also of others; `cancel 7` ends one
 
 What takes time goes on in the station if this command is interrupted. Exit code 0 only if every vehicle did it."""
@@ -40,7 +42,7 @@ class AnyOrder(argparse.ArgumentParser):
 
 def add(commands: Actions) -> None:
     """Add the `vehicle` command."""
-    text = "parameters, plans, modes, files, logs, shells of vehicles, through the running station"
+    text = "everything that can be done with vehicles by name, through the running station"
     vehicle = commands.add_parser(
         "vehicle", help=text, description=text, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -55,6 +57,8 @@ def add(commands: Actions) -> None:
     _add_files(actions)
     _add_logs(actions)
     _add_acts(actions)
+    _add_setup(actions)
+    _add_carry(actions)
     _leaf(actions, "tasks", "what was asked of vehicles, and how far it is")
     cancel = _leaf(actions, "cancel", "end a task, whoever began it")
     cancel.add_argument("task", type=int, metavar="N")
@@ -100,10 +104,12 @@ def _add_params(actions: Actions) -> None:
 
 
 def _add_plan(actions: Actions) -> None:
-    text = "missions, fences, rally points: show, clear, upload, download"
+    text = "missions, fences, rally points: show, clear, upload, download, current item"
     plan = actions.add_parser("plan", help=text, description=text)
     acts = plan.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrder)
     home = "whether the first line of a WPL mission is home (auto: an AMSL way-point with index 0 is)"
+    current = _leaf(acts, "current", "go on with item N of its mission", ids=True, destructive=True)
+    current.add_argument("item", type=int, metavar="N", help="from 1, as `show` numbers them")
     for name, words in (
         ("show", "what it holds, asked now"),
         ("clear", "delete it"),
@@ -155,3 +161,41 @@ def _add_acts(actions: Actions) -> None:
     shell = _leaf(actions, "shell", "type one line into its shell (PX4); not while armed", ids=True)
     shell.add_argument("line", metavar="LINE")
     _leaf(actions, "reboot", "reboot its autopilot; not while armed", ids=True, destructive=True)
+
+
+def _add_setup(actions: Actions) -> None:
+    calibrate = _leaf(actions, "calibrate", "sensors and transmitter, led step by step", ids=True, destructive=True)
+    words = ("gyro", "level", "accel", "simple-accel", "compass", "baro", "airspeed", "rc", "next", "cancel")
+    text = "without: what it has. next: as Enter, for scripts. cancel: whoever began it"
+    calibrate.add_argument("sensor", nargs="?", choices=words, metavar="SENSOR|next|cancel", help=text)
+    calibrate.add_argument("--undo", action="store_true", help="rc: set back what the last one wrote")
+    tune = _leaf(actions, "tune", "gains by group; what they were is kept", ids=True, destructive=True)
+    tune.add_argument("group", nargs="?", metavar="GROUP", help="rate, attitude, velocity, position; without: all")
+    tune.add_argument("name", nargs="?", metavar="NAME")
+    tune.add_argument("value", nargs="?", metavar="VALUE")
+    tune.add_argument("--undo", action="store_true", help="take back all changes, or the last one of NAME")
+    airframe = _leaf(actions, "airframe", "what it is built as; not while armed", ids=True, destructive=True)
+    airframe.add_argument("act", nargs="?", choices=("list", "set"), metavar="list|set", help="the choices; choose")
+    airframe.add_argument("words", nargs="*", metavar="X", help="number or name: class=quad type=X, or 4001")
+    motor = _leaf(actions, "motor-test", "turn one motor, propellers off; not while armed", ids=True, destructive=True)
+    motor.add_argument("motor", type=int, metavar="MOTOR", help="from 1")
+    motor.add_argument("--throttle", type=float, default=15.0, metavar="PCT", help="at most 30 (default 15)")
+    motor.add_argument("--seconds", type=float, default=1.0, metavar="S", help="at most 3 (default 1)")
+
+
+def _add_carry(actions: Actions) -> None:
+    gimbal = _leaf(actions, "gimbal", "point it, give it back, or show it", ids=True)
+    gimbal.add_argument("act", nargs="?", choices=("release",), metavar="release", help="give control of it back")
+    gimbal.add_argument("--pitch", type=float, metavar="DEG", help="up is positive")
+    gimbal.add_argument("--yaw", type=float, metavar="DEG", help="right of the nose")
+    gimbal.add_argument("--north", action="store_true", help="yaw is counted from north, and kept")
+    camera = _leaf(actions, "camera", "a picture, a video, or which cameras it has", ids=True)
+    camera.add_argument("act", nargs="?", choices=("photo", "start", "stop"), metavar="photo|start|stop")
+    roi = _leaf(actions, "roi", "keep camera or nose on a place", ids=True)
+    roi.add_argument(
+        "place", nargs="+", metavar="PLACE", help="LAT LON HEIGHT (degrees, metres above its home), or none"
+    )
+    roi.add_argument("--amsl", action="store_true", help="HEIGHT is above mean sea level")
+    traffic = _leaf(actions, "traffic", "aircraft that vehicles hear by ADS-B")
+    traffic.add_argument("ids", nargs="?", metavar="ID", help="have these tell what they hear (ArduPilot)")
+    _leaf(actions, "remote-id", "what it broadcasts, and whether that lets it arm", ids=True)

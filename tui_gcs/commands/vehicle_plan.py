@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from tui_gcs.commands.vehicle_acts import carry_out_sure
 from tui_gcs.commands.vehicle_files import read_here, write_here
 from tui_gcs.commands.vehicle_station import (
     Ended,
@@ -17,6 +18,7 @@ from tui_gcs.commands.vehicle_station import (
     vehicle_ids,
 )
 from tui_gcs.core.messages_services import ClearPlan, DownloadPlan, GetVehicles, UploadPlan
+from tui_gcs.core.messages_setup import SetCurrentItem
 from tui_gcs.core.plan import PlanItem, PlanKind
 from tui_gcs.core.plan_check import check
 from tui_gcs.core.plan_files import MOST_BYTES, HomeLine, PlanFileError, read_plan, write_json, write_wpl
@@ -26,7 +28,7 @@ from tui_gcs.exits import FAILED, CommandError
 
 def run(station: StationClient, arguments: argparse.Namespace) -> int:
     """Do one of the actions."""
-    actions = {"show": _show, "clear": _clear, "upload": _upload, "download": _download}
+    actions = {"show": _show, "clear": _clear, "upload": _upload, "download": _download, "current": _current}
     return actions[arguments.act](station, arguments)
 
 
@@ -60,6 +62,11 @@ def _clear(station: StationClient, arguments: argparse.Namespace) -> int:
     if not confirmed(f"clear the {arguments.kind} of {listed(ids)}", yes=arguments.yes):
         return FAILED
     return tell(station.carry_out(ClearPlan(ids, arguments.kind)), as_json=arguments.json)
+
+
+def _current(station: StationClient, arguments: argparse.Namespace) -> int:
+    request = SetCurrentItem(vehicle_ids(arguments.ids), arguments.item, sure=arguments.yes)
+    return tell(carry_out_sure(station, request, f"go on with item {arguments.item}"), as_json=arguments.json)
 
 
 def _upload(station: StationClient, arguments: argparse.Namespace) -> int:

@@ -1,10 +1,11 @@
 """What all `tui-gcs vehicle …` commands share: asking the station, waiting for tasks, asking the user, telling."""
 
+import select
 import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import msgspec
 
@@ -36,6 +37,22 @@ class Ended:
     result: TaskResult = field(default_factory=TaskResult)
 
 
+class Watcher(Protocol):
+    """Somebody who looks at tasks while they run."""
+
+    def look(self, infos: Sequence[TaskInfo]) -> None:
+        """The tasks as they are now."""
+        ...
+
+    def interrupted(self, infos: Sequence[TaskInfo]) -> bool:
+        """Ctrl-c was typed; whether to wait on."""
+        ...
+
+    def over(self) -> None:
+        """They ended, or nobody waits any more."""
+        ...
+
+
 class StationClient:
     """The running station, asked as principal `cli`."""
 
@@ -51,13 +68,25 @@ class StationClient:
         except (BusError, msgspec.MsgspecError) as error:
             raise CommandError(str(error)) from None
 
-    def carry_out(self, request: Request) -> list[Ended]:
+    def carry_out(self, request: Request, watcher: "Watcher | None" = None) -> list[Ended]:
         """Ask, wait for what takes time; one result per vehicle, in order. Raises `CommandError`."""
+        return self.finish(self.begin(request), watcher or Progress())
+
+    def begin(self, request: Request) -> ServiceReply:
+        """Ask for what takes time. Raises `CommandError`."""
         reply = self.ask(request)
         if not reply.results and not reply.ok:
             raise CommandError(clean(reply.text))
+        return reply
+
+    def finish(self, reply: ServiceReply, watcher: Watcher, joined: Sequence[TaskInfo] = ()) -> list[Ended]:
+        """Wait for the tasks of a reply, and for others that are joined.
+
+        One result per vehicle of the reply, in order, then those of the joined. Raises `CommandError`.
+        """
         numbers = {info.vehicle: info.number for info in reply.tasks}
-        infos = {info.vehicle: info for info in self._wait(tuple(numbers.values()))}
+        others = {info.vehicle: info.number for info in joined}
+        infos = {info.vehicle: info for info in self._wait((*numbers.values(), *others.values()), watcher)}
         return [
             self._ended(infos[r.vehicle])
             if r.vehicle in infos
@@ -65,7 +94,14 @@ class StationClient:
                 r.vehicle, r.ok and r.vehicle not in numbers, r.text if r.vehicle not in numbers else "forgotten"
             )
             for r in reply.results
-        ]
+        ] + [self._ended(infos[vehicle]) for vehicle in others if vehicle in infos]
+
+    def entered(self) -> bool:
+        """Whether a line was typed since."""
+        if not sys.stdin.isatty():
+            return False
+        ready, _, _ = select.select([sys.stdin], [], [], 0)
+        return bool(ready) and sys.stdin.readline() != ""
 
     def pause(self) -> None:
         """Between two looks at what goes on."""
@@ -80,31 +116,60 @@ class StationClient:
         text = info.text or ("" if info.state == "done" else info.state)
         return Ended(info.vehicle, info.state == "done", text, info.number, result)
 
-    def _wait(self, numbers: tuple[int, ...]) -> Sequence[TaskInfo]:
-        silent = 0
+    def _wait(self, numbers: tuple[int, ...], watcher: Watcher) -> Sequence[TaskInfo]:
+        infos: Sequence[TaskInfo] = ()
         try:
             while numbers:
                 try:
-                    infos = self.ask(GetTasks(numbers)).tasks
-                    silent = 0
-                except CommandError:
-                    silent += 1
-                    if silent >= SILENT_TRIES:
+                    infos = self._look(numbers)
+                    watcher.look(infos)
+                    if all(info.over for info in infos):
+                        return infos
+                    self.pause()
+                except KeyboardInterrupt:
+                    if not watcher.interrupted(infos):
                         raise
-                    continue
-                _show_progress(infos)
-                if all(info.over for info in infos):
-                    return infos
-                self.pause()
         except KeyboardInterrupt:
             text = ", ".join(map(str, numbers))
-            progress_over()
             raise CommandError(
                 f"interrupted; task {text} goes on: `tui-gcs vehicle tasks` shows it, `cancel` ends it"
             ) from None
         finally:
-            progress_over()
+            watcher.over()
         return ()
+
+    def _look(self, numbers: tuple[int, ...]) -> Sequence[TaskInfo]:
+        """How tasks stand; a station that is restarted gets a second chance."""
+        for _ in range(SILENT_TRIES - 1):
+            try:
+                return self.ask(GetTasks(numbers)).tasks
+            except CommandError:
+                continue
+        return self.ask(GetTasks(numbers)).tasks
+
+
+class Progress:
+    """On a terminal: how far all are, in one line that is written over."""
+
+    def look(self, infos: Sequence[TaskInfo]) -> None:
+        """Draw it."""
+        over = sum(info.over for info in infos)
+        running = [info for info in infos if info.state == "running" and info.total]
+        words = ", ".join(f"{info.vehicle}: {100 * info.done // info.total} %" for info in running[:4])
+        self._draw(f"{over} of {len(infos)} done  {words}")
+
+    def interrupted(self, infos: Sequence[TaskInfo]) -> bool:
+        """The tasks go on without us."""
+        return False
+
+    def over(self) -> None:
+        """Away with it."""
+        self._draw("")
+
+    def _draw(self, text: str) -> None:
+        if sys.stderr.isatty():
+            sys.stderr.write(f"\r\x1b[K{text}")
+            sys.stderr.flush()
 
 
 def open_station(named: str | None) -> StationClient:
@@ -196,21 +261,3 @@ def tell_failed(ended: Sequence[Ended]) -> None:
 def exit_code(ended: Sequence[Ended]) -> int:
     """0 only if all succeeded."""
     return OK if ended and all(one.ok for one in ended) else FAILED
-
-
-def _show_progress(infos: Sequence[TaskInfo]) -> None:
-    """On a terminal: how far it is, in place."""
-    if not sys.stderr.isatty():
-        return
-    over = sum(info.over for info in infos)
-    running = [info for info in infos if info.state == "running" and info.total]
-    words = ", ".join(f"{info.vehicle}: {100 * info.done // info.total} %" for info in running[:4])
-    sys.stderr.write(f"\r\x1b[K{over} of {len(infos)} done  {words}")
-    sys.stderr.flush()
-
-
-def progress_over() -> None:
-    """Away with the progress line."""
-    if sys.stderr.isatty():
-        sys.stderr.write("\r\x1b[K")
-        sys.stderr.flush()

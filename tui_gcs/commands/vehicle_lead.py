@@ -1,0 +1,110 @@
+"""Leading people through what takes their hands: prompts that change, Enter when it is done, ctrl-c to cancel it.
+
+All of it is said on stderr: stdout has the results, also for scripts.
+"""
+
+import shutil
+import sys
+from collections.abc import Sequence
+
+from tui_gcs.commands.vehicle_station import LINE_CELLS, StationClient
+from tui_gcs.core.messages_services import CancelTask, TaskInfo
+from tui_gcs.core.messages_setup import ConfirmStep
+from tui_gcs.core.text import clean
+
+KEYS = "Enter: done as asked    ctrl-c: cancel"
+
+
+class Lead:
+    """Shows how tasks stand, tells the station what the operator did."""
+
+    def __init__(self, station: StationClient) -> None:
+        """Nothing is shown yet."""
+        self._station = station
+        self._drawn = 0
+        """Lines of the picture that is on the terminal, to be drawn over."""
+        self._told: dict[int, str] = {}
+        """By task: the prompt that was said last, where there is no terminal."""
+        self._notes: dict[int, tuple[str, ...]] = {}
+        self._waited: set[int] = set()
+        """Tasks that waited for Enter at the last look: what was typed before that is not meant for them."""
+        self._cancelled = False
+
+    # ---------------------------------------------------------------- for who waits for tasks
+
+    def look(self, infos: Sequence[TaskInfo]) -> None:
+        """The tasks as they are now; an Enter is for all that wait."""
+        for info in infos:
+            self._say_notes(info)
+        self._show(infos)
+        entered = self._station.entered()
+        waiting = {info.number for info in infos if info.waits and not info.over}
+        if entered:
+            for number in sorted(waiting & self._waited):
+                self._confirm(number)
+        self._waited = waiting
+
+    def interrupted(self, infos: Sequence[TaskInfo]) -> bool:
+        """Ctrl-c: cancel in the vehicles; True: stay and see. The second time: False."""
+        if self._cancelled or not infos:
+            return False
+        self._cancelled = True
+        for info in infos:
+            if not info.over:
+                reply = self._station.ask(CancelTask(info.number))
+                self.keep(reply.text if not reply.ok else f"vehicle {info.vehicle}: cancelling …")
+        return True
+
+    def over(self) -> None:
+        """Away with the picture."""
+        self._draw([])
+
+    def keep(self, text: str) -> None:
+        """A line that stays."""
+        self._draw([])
+        sys.stderr.write(clean(text, LINE_CELLS).rstrip() + "\n")
+        sys.stderr.flush()
+
+    # ---------------------------------------------------------------- inside
+
+    def _confirm(self, number: int) -> None:
+        reply = self._station.ask(ConfirmStep(number))
+        if not reply.ok:
+            self.keep(reply.text)
+
+    def _say_notes(self, info: TaskInfo) -> None:
+        """What is new of what the vehicle said; the station tells the newest only."""
+        before = self._notes.get(info.number, ())
+        self._notes[info.number] = info.notes
+        gone = next(n for n in range(len(before) + 1) if info.notes[: len(before) - n] == before[n:])
+        for note in info.notes[len(before) - gone :]:
+            self.keep(f"vehicle {info.vehicle} says: {note}")
+
+    def _show(self, infos: Sequence[TaskInfo]) -> None:
+        running = [info for info in infos if not info.over]
+        if sys.stderr.isatty():
+            lines = [line for info in running for line in (*info.lines, _now(info))]
+            self._draw([*lines, KEYS] if any(info.waits for info in running) else lines)
+            return
+        for info in running:
+            if info.prompt and info.prompt != self._told.get(info.number):
+                self._told[info.number] = info.prompt
+                self.keep(_now(info))
+
+    def _draw(self, lines: list[str]) -> None:
+        """Draw over what was drawn last; no line is wrapped, nor more of them than the terminal has."""
+        if not sys.stderr.isatty():
+            return
+        size = shutil.get_terminal_size()
+        lines = lines[-(size.lines - 1) :]
+        up = f"\x1b[{self._drawn}A" if self._drawn else ""
+        text = "".join(clean(line, size.columns - 1) + "\x1b[K\n" for line in lines)
+        sys.stderr.write(f"\r{up}{text}\x1b[J")
+        sys.stderr.flush()
+        self._drawn = len(lines)
+
+
+def _now(info: TaskInfo) -> str:
+    """Where one vehicle is: how far, and what is to be done."""
+    far = f"{100 * info.done // info.total:>3} %  " if info.total else ""
+    return f"vehicle {info.vehicle}: {far}{info.prompt or info.what}"
