@@ -35,6 +35,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_fly(commands)
     _add_run(commands)
     _add_replay(commands)
+    _add_rehearse(commands)
     _add_control(commands)
     _add_sim(commands)
     _add_keys(commands)
@@ -76,6 +77,24 @@ def _add_run(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument("--yes", action="store_true", help="do not ask for the number of vehicles on a terminal")
 
 
+def _add_rehearse(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    text = "fly a scenario on simulated vehicles, faster than real time, with what may go wrong; judged by its gates"
+    parser = _add(commands, "rehearse", "rehearse", text)
+    parser.add_argument("scenario", metavar="SCENARIO.toml", nargs="?", help="default: the shipped swarm-challenge")
+    parser.add_argument("--report", metavar="FILE.html", help="write pictures, numbers and events there, for a browser")
+    parser.add_argument("--json", metavar="FILE", help="write the result there")
+    parser.add_argument("--seed", type=int, help="another seed than the scenario's")
+    parser.add_argument("--rounds", type=int, metavar="N", help="only the first N rounds")
+    known = "vehicle ID falls silent T seconds after the start, for S seconds or for good; may be repeated"
+    parser.add_argument("--lose", action="append", default=[], metavar="ID@T[/S]", help=known)
+    known = "the station dies T seconds after the start, comes back, and is told to resume; may be repeated"
+    parser.add_argument("--restart", action="append", default=[], type=float, metavar="T", help=known)
+    _autopilot(parser)
+    _weather(parser)
+    _world(parser)
+    _fault(parser)
+
+
 def _add_replay(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = _add(
         commands,
@@ -114,8 +133,7 @@ def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument("--first", type=int, metavar="ID", help="system id of the first (default 1)")
     _autopilot(parser)
     parser.add_argument("--seed", type=int, help="of everything random")
-    parser.add_argument("--wind", metavar="E,N", help="m/s toward east and north, with gusts")
-    parser.add_argument("--gps-noise", type=float, metavar="M", help="standard deviation of positions")
+    _weather(parser)
     _world(parser)
     parser.add_argument("--speed", type=float, default=1.0, metavar="X", help="times real time (default 1)")
     parser.add_argument("--target", default="127.0.0.1:14550", metavar="HOST:PORT")
@@ -124,6 +142,11 @@ def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument("--binary", metavar="PATH", help="their program, if it is not on PATH")
     parser.add_argument("--params", metavar="FILE", help="their default parameters (ArduPilot)")
     parser.add_argument("--wipe", action="store_true", help="without the parameters and missions of earlier runs")
+
+
+def _weather(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--wind", metavar="E,N", help="m/s toward east and north, with gusts")
+    parser.add_argument("--gps-noise", type=float, metavar="M", help="standard deviation of positions")
 
 
 def _world(parser: argparse.ArgumentParser) -> None:

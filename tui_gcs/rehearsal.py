@@ -61,6 +61,14 @@ def world_of_spec(spec: dict[str, Any]) -> WorldSpec | None:
     return WorldSpec(tuple(IntruderSpec(**one) for one in spec.get("intruders", ())), SensorSpec(**spec["sensor"]))
 
 
+def weather_of_spec(spec: dict[str, Any]) -> WeatherSpec | None:
+    """The weather of a simulator's spec (`wind_m_s`, `gps_noise_m`); None if it says nothing of it."""
+    if "wind_m_s" not in spec and "gps_noise_m" not in spec:
+        return None
+    east_m_s, north_m_s = spec.get("wind_m_s", (0.0, 0.0))
+    return WeatherSpec((east_m_s, north_m_s), spec.get("gps_noise_m", 0.0))
+
+
 class BadLinks:
     """Faults between the vehicles of a lock-step run and its station, each vehicle's its own."""
 

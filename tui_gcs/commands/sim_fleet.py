@@ -57,7 +57,7 @@ def spec_of_options(arguments: argparse.Namespace) -> dict[str, Any]:
         spec = {"seed": arguments.seed or 0, "vehicles": _manned(_grid(arguments), autopilots)}
         if arguments.sensor is not None:
             raise CommandError("--sensor finds --intruders, and they need a SCENARIO.toml")
-    return spec | _weather(arguments)
+    return spec | weather_of(arguments)
 
 
 def world_of(scenario: "Scenario", intruders: int | None, sensor: str | None, seed: int) -> dict[str, Any]:
@@ -146,7 +146,8 @@ def numbers_of(text: str) -> list[float]:
     return numbers if all(math.isfinite(number) for number in numbers) else []
 
 
-def _weather(arguments: argparse.Namespace) -> dict[str, Any]:
+def weather_of(arguments: argparse.Namespace) -> dict[str, Any]:
+    """`--wind` and `--gps-noise` as parts of a spec. Raises `CommandError`."""
     weather: dict[str, Any] = {}
     if arguments.wind is not None:
         wind = numbers_of(arguments.wind)

@@ -196,7 +196,8 @@ class Script:
         self._ask(m.Return())
 
     def _return(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
-        if not any(row.armed for row in frame.rows()) and status.run is RunPhase.IDLE:
+        lost = self.referee.lost  # on purpose: nobody waits for them
+        if not any(row.armed for row in frame.rows() if row.id not in lost) and (lost or status.run is RunPhase.IDLE):
             self._end("")
         elif now - self._since_s > RETURN_LIMIT_S:
             self._end(f"not all landed after {RETURN_LIMIT_S:.0f} s")

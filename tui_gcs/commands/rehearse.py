@@ -1,0 +1,116 @@
+"""`tui-gcs rehearse`: a scenario flown in lock-step as it would be for real, with what may go wrong, and judged."""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui_gcs.commands.common import check_writable, read_scenario, simulable
+from tui_gcs.commands.headless import ProgressBar, report
+from tui_gcs.core.config import ConfigError, state_dir
+from tui_gcs.core.kinds import Kind
+from tui_gcs.exits import CommandError
+
+if TYPE_CHECKING:
+    from tui_gcs.happenings import Happening
+    from tui_gcs.report.recording import FlightRecord
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Fly, print the table, write the report; 0 only if every gate holds."""
+    import msgspec
+
+    from tui_gcs.commands.sim_fleet import weather_of, world_of
+    from tui_gcs.core.bus import Bus
+    from tui_gcs.core.results import Referee
+    from tui_gcs.happenings import HappeningError
+    from tui_gcs.launcher import LaunchError, check_fault
+    from tui_gcs.rehearsal import BadLinks, rehearse, weather_of_spec, world_of_spec
+    from tui_gcs.report.recording import FlightRecord
+
+    for file in (arguments.json, arguments.report):
+        check_writable(file)
+    scenario, toml, _ = read_scenario(arguments.scenario)
+    simulable(scenario)
+    if arguments.seed is not None:
+        scenario = msgspec.structs.replace(scenario, seed=arguments.seed)
+    if arguments.rounds is not None and not 1 <= arguments.rounds <= len(scenario.rounds):
+        raise CommandError(f"--rounds {arguments.rounds}: the scenario has {len(scenario.rounds)}")
+    try:
+        check_fault(arguments.fault)
+        planned = _happenings(arguments)
+        folder = state_dir(Kind.SIM) / time.strftime("rehearsal-%Y%m%d-%H%M%S")
+        folder.mkdir(exist_ok=True)
+    except (ConfigError, OSError, LaunchError, HappeningError) as error:
+        raise CommandError(str(error)) from None
+    bar, begin_s = ProgressBar(), time.monotonic()
+    records: list[FlightRecord] = []
+
+    def watch(bus: Bus, _referee: Referee) -> None:
+        records.append(FlightRecord(scenario, bus))
+
+    bad_links = BadLinks(arguments.fault, scenario.seed) if arguments.fault else None
+    try:
+        result, problem = rehearse(
+            scenario,
+            toml,
+            folder,
+            bar.show,
+            rounds=arguments.rounds,
+            autopilots=arguments.autopilot or "ardupilot",
+            bad_links=bad_links,
+            weather=weather_of_spec(weather_of(arguments)),
+            world=world_of_spec(world_of(scenario, arguments.intruders, arguments.sensor, scenario.seed)),
+            happenings=planned,
+            watch=watch,
+        )
+    except HappeningError as error:
+        raise CommandError(str(error)) from None
+    bar.end()
+    code = report(result, problem, arguments.json)
+    if bad_links is not None:
+        sys.stdout.write(bad_links.text())
+    _tell_pace(records[0], time.monotonic() - begin_s)
+    if arguments.report:
+        from tui_gcs.report.page import page
+
+        happened = [(h.t_s, str(h)) for h in planned]
+        text = page(records[0], result, problem, conditions=_conditions(arguments), happened=happened)
+        _write(arguments.report, text)
+    return code
+
+
+def _tell_pace(record: "FlightRecord", took_s: float) -> None:
+    flown_s = record.separation[-1][0] if record.separation else 0.0
+    sys.stdout.write(f"{flown_s:.0f} s flown in {took_s:.0f} s ({flown_s / max(took_s, 1e-9):.0f} x real time)\n")
+
+
+def _happenings(arguments: argparse.Namespace) -> "list[Happening]":
+    from tui_gcs.happenings import losses, restart
+
+    planned = losses(arguments.lose)
+    for t_s in arguments.restart:
+        planned += restart(t_s)
+    return planned
+
+
+def _conditions(arguments: argparse.Namespace) -> list[tuple[str, str]]:
+    noise = "" if arguments.gps_noise is None else f"{arguments.gps_noise:g} m"
+    return [
+        ("scenario", arguments.scenario or "the shipped one"),
+        ("autopilots", arguments.autopilot or "ardupilot"),
+        ("wind, m/s east,north", arguments.wind or ""),
+        ("GPS noise", noise),
+        ("links", arguments.fault),
+        ("intruders in a wave", str(arguments.intruders or "")),
+        ("sensor", arguments.sensor or ""),
+    ]
+
+
+def _write(path: str, text: str) -> None:
+    try:
+        Path(path).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise CommandError(f"{path}: cannot be written ({error.strerror})") from None
+    sys.stdout.write(f"report: {path}\n")

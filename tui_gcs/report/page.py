@@ -1,0 +1,214 @@
+"""The report of a flight: gates, pictures, numbers and events in one HTML file."""
+
+import math
+from collections.abc import Sequence
+from html import escape
+from importlib.metadata import PackageNotFoundError, version
+
+import numpy as np
+
+from tui_gcs.core.messages import Event
+from tui_gcs.core.results import Check, Result, RoundResult
+from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.zones import Role, bounds, outline_m
+from tui_gcs.report.recording import FlightRecord, RoundRecord, ZoneRecord
+from tui_gcs.report.svg import COLOURS, SCALE, Line, Map, chart, legend
+
+MARGIN_M = 15.0
+ZONE_STYLE = {
+    Role.DEFEND: 'fill="#0072b2" fill-opacity="0.10" stroke="#0072b2" stroke-width="2"',
+    Role.ATTACK: 'fill="#d55e00" fill-opacity="0.10" stroke="#d55e00" stroke-width="2"',
+    Role.NO_FLY: 'fill="#000000" fill-opacity="0.25" stroke="#000000" stroke-width="2"',
+}
+CSS = """
+:root { color-scheme: light; }
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #1c2126; }
+h1 { font-size: 1.6rem; margin-bottom: 0; }
+h2 { font-size: 1.2rem; margin-top: 2.2rem; border-bottom: 1px solid #ccd2d8; }
+h3 { font-size: 1rem; margin: 1.4rem 0 .3rem; } .sub { color: #5a646e; margin-top: .2rem; }
+table { border-collapse: collapse; width: 100%; font-size: 14px; } th, td { text-align: left; padding: .2rem .6rem; }
+th { border-bottom: 2px solid #1c2126; } td { border-bottom: 1px solid #e4e8ec; } td.n, th.n { text-align: right; }
+.ok { color: #00704a; font-weight: 600; } .bad { color: #b00020; font-weight: 700; }
+.verdict { font-size: 1.15rem; padding: .6rem 1rem; border-radius: 6px; margin: 1rem 0; }
+.verdict.ok { background: #e3f4ec; } .verdict.bad { background: #fde7ea; }
+svg { width: 100%; height: auto; background: #fbfcfd; border: 1px solid #e0e5ea; }
+svg text { font-size: 12px; fill: #3a444e; } svg .grid { stroke: #e4e8ec; }
+svg .mark { stroke: #b00020; stroke-dasharray: 3 3; } svg .note { fill: #b00020; font-size: 11px; }
+.legend span { margin-right: 1.1rem; white-space: nowrap; }
+.legend i { display: inline-block; width: .9rem; height: .9rem; margin-right: .35rem; vertical-align: -2px; }
+.two { display: grid; grid-template-columns: 1fr 1fr; gap: 1rem; }
+@media (max-width: 46rem) { .two { grid-template-columns: 1fr; } }
+"""
+
+
+def page(
+    record: FlightRecord,
+    result: Result,
+    problem: str,
+    *,
+    conditions: Sequence[tuple[str, str]],
+    happened: Sequence[tuple[float, str]],
+) -> str:
+    """The whole report. `conditions`: (name, value) of how it was flown; `happened`: (mission time, what)."""
+    failed = [check for check in result.checks if not check.ok]
+    good = not failed and not problem
+    verdict = "Every gate holds." if good else f"{len(failed)} of {len(result.checks)} gates do not hold."
+    if problem:
+        verdict += f" The flight ended early: {problem}."
+    body = [
+        f"<h1>{escape(result.scenario)}</h1>",
+        f'<p class="sub">Rehearsal on simulated vehicles, seed {result.seed}. tui-gcs {escape(_version())}.</p>',
+        f'<p class="verdict {"ok" if good else "bad"}">{escape(verdict)}</p>',
+        _conditions(conditions, happened),
+        "<h2>Gates</h2>",
+        _checks(sorted(result.checks, key=lambda check: check.ok)),
+        *(_round(record, one, result, happened) for one in record.rounds),
+        "<h2>Separation</h2>",
+        _separation(record, happened),
+        "<h2>Events</h2>",
+        _events(record.events, record.begin_s, record.events_left_out),
+    ]
+    title = escape(f"{result.scenario}: rehearsal")
+    return (
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        f'<meta name="viewport" content="width=device-width"><style>{CSS}</style></head>'
+        f"<body>{''.join(body)}</body></html>\n"
+    )
+
+
+def _version() -> str:
+    try:
+        return version("tui-gcs")
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def _conditions(conditions: Sequence[tuple[str, str]], happened: Sequence[tuple[float, str]]) -> str:
+    rows = [(name, value) for name, value in conditions if value]
+    rows += [(f"T+{t_s:.0f} s", what) for t_s, what in happened]
+    return _table(("flown with", ""), [(escape(a), escape(b)) for a, b in rows]) if rows else ""
+
+
+def _checks(checks: Sequence[Check]) -> str:
+    rows = []
+    for check in checks:
+        mark = '<span class="ok">holds</span>' if check.ok else '<span class="bad">FAILS</span>'
+        rows.append((mark, escape(check.name), _number(check.value), _number(check.limit)))
+    return _table(("", "what", "value", "limit"), rows, numbers=2)
+
+
+def _round(record: FlightRecord, one: RoundRecord, result: Result, happened: Sequence[tuple[float, str]]) -> str:
+    rounds = [r for r in result.rounds if r.round == one.round.name or r.round.startswith(f"{one.round.name} ")]
+    last_s = max((t for zone in one.zones for t in zone.times_s), default=0.0)
+    begin_s = one.begin_s - record.begin_s
+    marks = [(t, what) for t, what in happened if begin_s <= t <= last_s]
+    lines = []
+    for number, zone in enumerate(one.zones):
+        colour = COLOURS[number % len(COLOURS)]
+        name = zone.zone.name
+        lines.append(Line(f"{name}: longest unseen", zone.times_s, zone.worst_now_s, colour))
+        lines.append(Line(f"{name}: average", zone.times_s, zone.average_now_s, colour, dashed=True))
+    return "".join(
+        [
+            f"<h2>{escape(one.round.name)}</h2>",
+            _measured(rounds),
+            "<h3>Tours and flown paths</h3>",
+            str(_map(record.scenario, one)),
+            legend([(f"vehicle {v}", COLOURS[i % len(COLOURS)]) for i, v in enumerate(sorted(one.paths_m))]),
+            "<h3>Idleness over time</h3>",
+            chart("idleness over time", lines, unit="s", marks=marks),
+            "<h3>The longest that each place was unseen</h3>",
+            '<div class="two">',
+            *(_heat(zone) for zone in one.zones),
+            "</div>",
+        ]
+    )
+
+
+def _measured(rounds: Sequence[RoundResult]) -> str:
+    rows = [
+        (
+            escape(f"{r.round} {r.zone}") + (" (cut short)" if r.cut_short else ""),
+            str(r.n),
+            _number(r.on_slot_after_s),
+            f"{100 * r.coverage:.1f}",
+            _number(r.worst_idleness_s),
+            _number(r.avg_idleness_s),
+            _number(r.bound_s),
+            _number(r.ratio),
+            _number(r.off_slot_max_m),
+        )
+        for r in rounds
+    ]
+    head = ("", "n", "on slot s", "covered %", "worst s", "average s", "bound s", "worst / bound", "off slot m")
+    return _table(head, rows, numbers=1)
+
+
+def _map(scenario: Scenario, one: RoundRecord) -> Map:
+    x0, y0, x1, y1 = bounds(one.round.area.shape)
+    picture = Map("map", (x0 - MARGIN_M, y0 - MARGIN_M), (x1 + MARGIN_M, y1 + MARGIN_M))
+    picture.polygon(outline_m(one.round.area.shape), 'fill="none" stroke="#7f8a94" stroke-dasharray="8 5"')
+    for zone in one.round.zones:
+        picture.polygon(outline_m(zone.shape), ZONE_STYLE[zone.role])
+        left, _, _, top = bounds(zone.shape)
+        picture.text(left, top + 4.0, f"{zone.role} {zone.name}")
+    for team in one.zones:
+        picture.path(team.tour_m, 'stroke="#1c2126" stroke-width="1" stroke-dasharray="2 3"')
+    for number, vehicle in enumerate(sorted(one.paths_m)):
+        colour, path = COLOURS[number % len(COLOURS)], one.paths_m[vehicle]
+        picture.path(path, f'stroke="{colour}" stroke-width="1.2" stroke-opacity="0.65"')
+        picture.dot(*path[-1], colour)
+        picture.text(path[-1][0] + 4.0, path[-1][1], str(vehicle), 'font-weight="700"')
+    for place in scenario.places:
+        picture.text(*place.place_m, "×", 'text-anchor="middle"')
+    return picture
+
+
+def _heat(zone: ZoneRecord) -> str:
+    seen = zone.worst_s[np.isfinite(zone.worst_s)]
+    most_s = float(seen.max()) if seen.size and seen.max() > 0 else 1.0
+    x0, y0, x1, y1 = bounds(zone.zone.shape)
+    picture = Map(f"heat map of {zone.zone.name}", (x0 - 5, y0 - 5), (x1 + 5, y1 + 5), width=370)
+    picture.cells(zone.cells_m, zone.cell_m, zone.worst_s, most_s)
+    picture.polygon(outline_m(zone.zone.shape), 'fill="none" stroke="#1c2126"')
+    steps = [(f"to {most_s * (i + 1) / len(SCALE):.0f} s", colour) for i, colour in enumerate(SCALE)]
+    if np.isinf(zone.worst_s).any():
+        steps.append(("never seen", "#000000"))
+    return f"<div><p>{escape(zone.zone.name)}, bound {zone.bound_s:.1f} s</p>{picture}{legend(steps)}</div>"
+
+
+def _separation(record: FlightRecord, happened: Sequence[tuple[float, str]]) -> str:
+    times = [t for t, _ in record.separation]
+    values = [min(value, 10.0) if math.isfinite(value) else math.nan for _, value in record.separation]
+    if not times:
+        return "<p>Nothing was in the air.</p>"
+    lines = [
+        Line("nearest pair, in limits (10 and more is 10)", times, values, COLOURS[0]),
+        Line("limit", [times[0], times[-1]], [1.0, 1.0], "#b00020", dashed=True),
+    ]
+    return chart("separation", lines, unit="x limit", marks=happened)
+
+
+def _events(events: Sequence[Event], begin_s: float, left_out: int) -> str:
+    rows = [
+        (f"{event.t_s - begin_s:+.1f}", escape(event.source), escape(str(event.cls)), escape(event.text))
+        for event in events
+    ]
+    more = f"<p>{left_out} more are in the journal.</p>" if left_out else ""
+    return _table(("T s", "who", "class", "what"), rows) + more
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: int | None = None) -> str:
+    """`numbers`: from which column on they stand to the right."""
+
+    def cell(tag: str, column: int, text: str) -> str:
+        right = ' class="n"' if numbers is not None and column >= numbers else ""
+        return f"<{tag}{right}>{text}</{tag}>"
+
+    lines = ["".join(cell("th", i, escape(text)) for i, text in enumerate(head))]
+    lines += ["".join(cell("td", i, text) for i, text in enumerate(row)) for row in rows]
+    return "<table>" + "".join(f"<tr>{line}</tr>" for line in lines) + "</table>"
+
+
+def _number(value: float | None) -> str:
+    return "--" if value is None else f"{value:.2f}".removesuffix(".00")

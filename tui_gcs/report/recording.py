@@ -1,0 +1,154 @@
+"""What a report needs of a flight, taken from the bus once a second: places, idleness, separation, tours, events."""
+
+import math
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.core import bus as keys
+from tui_gcs.core.bus import Bus
+from tui_gcs.core.idleness import IdlenessGrid, cell_centres_m, sweep_bound_s
+from tui_gcs.core.messages import Event, FleetFrame, Freshness, Phase, Plan, StationStatus, VehicleRow, decode
+from tui_gcs.core.results import GROUND_M
+from tui_gcs.core.scenario import Round, Scenario
+from tui_gcs.core.zones import Zone, area_m2
+
+Floats = NDArray[np.floating[Any]]
+
+EVERY_S = 1.0
+MOST_EVENTS = 2000
+
+
+@dataclass
+class ZoneRecord:
+    """One team's zone in one round."""
+
+    zone: Zone
+    team: str
+    bound_s: float
+    """Sweep bound with all of the team."""
+    cells_m: Floats
+    """(k, 2) centres."""
+    cell_m: float
+    worst_s: Floats
+    """(k,) the longest each cell was unseen since all were seen once; infinite where one never was."""
+    times_s: list[float] = field(default_factory=list)
+    worst_now_s: list[float] = field(default_factory=list)
+    average_now_s: list[float] = field(default_factory=list)
+    flying: list[int] = field(default_factory=list)
+    tour_m: list[tuple[float, float]] = field(default_factory=list)
+
+
+@dataclass
+class RoundRecord:
+    """One round as it was flown."""
+
+    round: Round
+    begin_s: float
+    zones: list[ZoneRecord]
+    paths_m: dict[int, list[tuple[float, float]]] = field(default_factory=dict)
+    """East and north of each vehicle, once a second while it flew."""
+
+
+class FlightRecord:
+    """Listens on the bus of one flight."""
+
+    def __init__(self, scenario: Scenario, bus: Bus) -> None:
+        """Nothing has happened yet."""
+        self.scenario = scenario
+        self.rounds: list[RoundRecord] = []
+        self.events: list[Event] = []
+        self.events_left_out = 0
+        self.separation: list[tuple[float, float]] = []
+        """(mission time, least of max(horizontal / limit, vertical / limit) of all pairs in the air)."""
+        self.begin_s = math.nan
+        self._grids: list[IdlenessGrid] = []
+        self._full: list[bool] = []
+        self._next_s = -math.inf
+        self._index = -1
+        bus.subscribe(keys.FLEET, lambda _, data: self._on_frame(decode(data, FleetFrame)))
+        bus.subscribe(keys.STATUS, lambda _, data: self._on_status(decode(data, StationStatus)))
+        bus.subscribe(keys.EVENT, lambda _, data: self._on_event(decode(data, Event)))
+        bus.subscribe(keys.PLAN.format(team="*"), lambda _, data: self._on_plan(decode(data, Plan)))
+
+    def _on_status(self, status: StationStatus) -> None:
+        if status.armed and status.round_index != self._index and self._index < status.round_index:
+            self._index = status.round_index
+            self._begin(self.scenario.rounds[status.round_index], status)
+
+    def _begin(self, round_: Round, status: StationStatus) -> None:
+        if math.isnan(self.begin_s):
+            self.begin_s = status.t_s
+        members = {team.name: len(team.members) for team in status.teams}
+        limits, footprint_m = self.scenario.limits, self.scenario.footprint_radius_m
+        zones = []
+        self._grids = []
+        for team in self.scenario.teams:
+            zone = next(z for z in round_.zones if z.name == team.zone)
+            grid = IdlenessGrid(zone.shape, footprint_m)
+            cells = cell_centres_m(zone.shape, grid.cell_m)
+            bound_s = sweep_bound_s(area_m2(zone.shape), members.get(team.name, 0), limits.speed_m_s, footprint_m)
+            zones.append(ZoneRecord(zone, team.name, bound_s, cells, grid.cell_m, np.zeros(len(cells))))
+            self._grids.append(grid)
+        self.rounds.append(RoundRecord(round_, status.t_s, zones))
+
+    def _on_frame(self, frame: FleetFrame) -> None:
+        if not self.rounds:
+            return
+        rows = frame.rows()
+        flying = [row for row in rows if row.team and row.phase is Phase.FLYING]
+        record = self.rounds[-1]
+        for zone, grid in zip(record.zones, self._grids, strict=True):
+            seen = [row.position_m[:2] for row in flying if row.team == zone.team]
+            grid.update(frame.t_s, np.array(seen, dtype=float).reshape(-1, 2))
+        if frame.t_s >= self._next_s - 1e-9:
+            self._next_s = frame.t_s + EVERY_S
+            self._sample(frame.t_s, rows, flying, record)
+
+    def _sample(self, now: float, rows: list[VehicleRow], flying: list[VehicleRow], record: RoundRecord) -> None:
+        for row in flying:
+            record.paths_m.setdefault(row.id, []).append(row.position_m[:2])
+        for zone, grid in zip(record.zones, self._grids, strict=True):
+            zone.times_s.append(now - self.begin_s)
+            zone.flying.append(sum(row.team == zone.team for row in flying))
+            full = grid.full_cover_t is not None
+            zone.worst_now_s.append(grid.worst_now_s(now) if full else math.nan)
+            zone.average_now_s.append(grid.average_now_s(now) if full else math.nan)
+            idle_s = grid.idleness_s(now)
+            zone.worst_s = np.maximum(zone.worst_s, idle_s) if full else np.where(np.isinf(idle_s), np.inf, 0.0)
+        self.separation.append((now - self.begin_s, self._least(rows)))
+
+    def _least(self, rows: list[VehicleRow]) -> float:
+        """Of vehicles that fly their planner's courses, hold or return: columns of take-offs and landings apart."""
+        limits = self.scenario.limits
+        free = [
+            row.position_m
+            for row in rows
+            if row.team
+            and row.armed
+            and row.freshness is not Freshness.LOST
+            and row.position_m[2] > GROUND_M
+            and row.phase in (Phase.FLYING, Phase.HOLDING, Phase.RETURNING)
+        ]
+        least = math.inf
+        for a, b in combinations(free, 2):
+            level = math.dist(a[:2], b[:2]) / limits.separation_horizontal_m
+            least = min(least, max(level, abs(a[2] - b[2]) / limits.separation_vertical_m))
+        return least
+
+    def _on_plan(self, plan: Plan) -> None:
+        if not self.rounds or not plan.annotations:
+            return
+        for zone in self.rounds[-1].zones:
+            tours = [a for a in plan.annotations if a.kind in ("polyline", "polygon")]
+            if zone.team == plan.team and tours:
+                zone.tour_m = [point for tour in tours for point in (*tour.points_m, (math.nan, math.nan))]
+
+    def _on_event(self, event: Event) -> None:
+        if len(self.events) < MOST_EVENTS:
+            self.events.append(event)
+        else:
+            self.events_left_out += 1

@@ -1,0 +1,157 @@
+"""Pictures as SVG text: a line chart, a map with a heat map. No library draws them, any browser shows them."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.floating[Any]]
+Point = tuple[float, float]
+
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c564b", "#7f7f7f")
+"""Okabe and Ito's, told apart by the colour-blind, and two more."""
+WIDTH, HEIGHT = 760, 240
+LEFT, RIGHT, TOP, BOTTOM = 46, 12, 10, 34
+MOST_POINTS = 1200
+"""Of one line; longer ones are thinned out."""
+SCALE = ("#fff7bc", "#fee391", "#fec44f", "#fe9929", "#d95f0e", "#8c2d04")
+"""Of the heat map, from seen often to seen seldom (ColorBrewer YlOrBr)."""
+NEVER = "#000000"
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a chart; NaN leaves a gap."""
+
+    name: str
+    xs: Sequence[float]
+    ys: Sequence[float]
+    colour: str
+    dashed: bool = False
+
+
+def chart(title: str, lines: Sequence[Line], *, unit: str, marks: Sequence[tuple[float, str]] = ()) -> str:
+    """Lines over mission time (s); `marks` are (time, text) of what happened."""
+    xs = [x for line in lines for x in line.xs] or [0.0, 1.0]
+    ys = [y for line in lines for y in line.ys if math.isfinite(y)] or [0.0, 1.0]
+    low_x, high_x = min(xs), max(max(xs), min(xs) + 1.0)
+    high_y = nice(max(*ys, 1e-9))
+
+    def at(x: float, y: float) -> Point:
+        return (
+            LEFT + (x - low_x) / (high_x - low_x) * (WIDTH - LEFT - RIGHT),
+            HEIGHT - BOTTOM - min(max(y / high_y, 0.0), 1.0) * (HEIGHT - TOP - BOTTOM),
+        )
+
+    parts = [f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(title)}">']
+    for share in (0.0, 0.25, 0.5, 0.75, 1.0):
+        _, y = at(low_x, share * high_y)
+        parts.append(f'<line class="grid" x1="{LEFT}" y1="{y:.1f}" x2="{WIDTH - RIGHT}" y2="{y:.1f}"/>')
+        parts.append(f'<text x="{LEFT - 5}" y="{y + 4:.1f}" text-anchor="end">{share * high_y:g}</text>')
+    for share in (0.0, 0.25, 0.5, 0.75, 1.0):
+        value = low_x + share * (high_x - low_x)
+        x, _ = at(value, 0.0)
+        parts.append(f'<text x="{x:.1f}" y="{HEIGHT - BOTTOM + 15}" text-anchor="middle">{value:.0f} s</text>')
+    parts.append(f'<text x="{LEFT}" y="{TOP + 10}" class="unit">{escape(unit)}</text>')
+    for t_s, text in marks:
+        x, _ = at(t_s, 0.0)
+        parts.append(f'<line class="mark" x1="{x:.1f}" y1="{TOP}" x2="{x:.1f}" y2="{HEIGHT - BOTTOM}"/>')
+        parts.append(f"<title>{escape(text)}</title>")
+        parts.append(f'<text x="{x + 3:.1f}" y="{TOP + 10}" class="note">{escape(text)}</text>')
+    for line in lines:
+        dash = ' stroke-dasharray="6 4"' if line.dashed else ""
+        for run in _runs([at(x, y) if math.isfinite(y) else None for x, y in zip(line.xs, line.ys, strict=True)]):
+            points = " ".join(f"{x:.1f},{y:.1f}" for x, y in thinned(run))
+            parts.append(f'<polyline fill="none" stroke="{line.colour}" stroke-width="1.6"{dash} points="{points}"/>')
+    parts.append("</svg>")
+    return "".join(parts) + legend([(line.name, line.colour) for line in lines])
+
+
+def legend(entries: Sequence[tuple[str, str]]) -> str:
+    """Names with their colours."""
+    items = "".join(f'<span><i style="background:{colour}"></i>{escape(name)}</span>' for name, colour in entries)
+    return f'<p class="legend">{items}</p>'
+
+
+class Map:
+    """A map of ENU metres, north up, with equal metres along both axes."""
+
+    def __init__(self, title: str, low: Point, high: Point, width: int = WIDTH) -> None:
+        """From `low` to `high` (metres)."""
+        self._low, self._high = low, high
+        self._scale = width / max(high[0] - low[0], 1.0)
+        self._height = max(1.0, (high[1] - low[1]) * self._scale)
+        self._parts = [
+            f'<svg viewBox="0 0 {width} {self._height:.0f}" role="img" aria-label="{escape(title)}">',
+        ]
+
+    def at(self, x_m: float, y_m: float) -> Point:
+        """Where on the picture."""
+        return (x_m - self._low[0]) * self._scale, (self._high[1] - y_m) * self._scale
+
+    def polygon(self, points_m: Sequence[Point], style: str) -> None:
+        """A closed outline."""
+        self._parts.append(f'<polygon points="{self._points(points_m)}" {style}/>')
+
+    def path(self, points_m: Sequence[Point], style: str) -> None:
+        """An open line; NaN leaves a gap."""
+        for run in _runs([p if math.isfinite(p[0]) else None for p in points_m]):
+            self._parts.append(f'<polyline fill="none" points="{self._points(thinned(run))}" {style}/>')
+
+    def text(self, x_m: float, y_m: float, text: str, style: str = "") -> None:
+        """A word at a place."""
+        x, y = self.at(x_m, y_m)
+        self._parts.append(f'<text x="{x:.1f}" y="{y:.1f}" {style}>{escape(text)}</text>')
+
+    def dot(self, x_m: float, y_m: float, colour: str) -> None:
+        """A small disc."""
+        x, y = self.at(x_m, y_m)
+        self._parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{colour}"/>')
+
+    def cells(self, centres_m: Floats, cell_m: float, values: Floats, most: float) -> None:
+        """Squares coloured by value, 0 to `most`; black where infinite."""
+        side = cell_m * self._scale
+        for (x_m, y_m), value in zip(centres_m.tolist(), values.tolist(), strict=True):
+            x, y = self.at(x_m - cell_m / 2, y_m + cell_m / 2)
+            colour = heat(value / most) if math.isfinite(value) else NEVER
+            size = f'width="{side + 0.3:.1f}" height="{side + 0.3:.1f}"'
+            self._parts.append(f'<rect x="{x:.1f}" y="{y:.1f}" {size} fill="{colour}"/>')
+
+    def __str__(self) -> str:
+        """The whole picture."""
+        return "".join([*self._parts, "</svg>"])
+
+    def _points(self, points_m: Sequence[Point]) -> str:
+        return " ".join("{:.1f},{:.1f}".format(*self.at(*p)) for p in points_m)
+
+
+def heat(share: float) -> str:
+    """A colour of the scale for 0…1."""
+    return SCALE[min(int(max(share, 0.0) * len(SCALE)), len(SCALE) - 1)]
+
+
+def nice(value: float) -> float:
+    """The next of 1, 2, 2.5, 5 times a power of ten that is not smaller."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(step * power for step in (1.0, 2.0, 2.5, 5.0, 10.0) if value <= step * power * (1 + 1e-9))
+
+
+def thinned(points: Sequence[Point]) -> Sequence[Point]:
+    """Not more than `MOST_POINTS` of them, the last among them."""
+    every = -(-len(points) // MOST_POINTS)
+    return [*points[:-1:every], points[-1]] if every > 1 else points
+
+
+def _runs(points: Sequence[Point | None]) -> list[list[Point]]:
+    """Parts between the gaps."""
+    runs: list[list[Point]] = [[]]
+    for point in points:
+        if point is None:
+            runs.append([])
+        else:
+            runs[-1].append(point)
+    return [run for run in runs if len(run) > 1]
