@@ -12,6 +12,7 @@ from unittest.mock import patch
 
 import msgspec
 
+from tests.core.designs import remembered
 from tui_gcs.core import messages as m
 from tui_gcs.core.bus import FLEET, PLAN, REQUEST, TASK, MemoryBus
 from tui_gcs.core.memory import StationMemory
@@ -71,7 +72,8 @@ class Rig(LockStep):
 
     def __post_init__(self) -> None:
         if self.wants is None:
-            super().__post_init__()
+            with patch("tui_gcs.planner.patrol.design", remembered):
+                super().__post_init__()
         else:
             with patch("tui_gcs.rehearsal.attach"):  # the real planners would only draw tours nobody flies
                 super().__post_init__()
