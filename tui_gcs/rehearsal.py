@@ -119,6 +119,8 @@ class LockStep:
     bad_links: BadLinks | None = field(default=None, kw_only=True)
     weather: WeatherSpec | None = field(default=None, kw_only=True)
     world: WorldSpec | None = field(default=None, kw_only=True)
+    hosts: Callable[[str], PlannerHost] = field(default=PlannerHost, kw_only=True)
+    """Gives a team's host of its planner."""
 
     def __post_init__(self) -> None:
         """Build everything; nothing has happened yet."""
@@ -133,7 +135,7 @@ class LockStep:
             world=self.world,
         )
         for team in self.scenario.teams:
-            attach(PlannerHost(team.name), self.bus)
+            attach(self.hosts(team.name), self.bus)
         self.recorder = TlogWriter(self.log_dir / "run.tlog")
         self.journal = Journal(self.log_dir / "run.jsonl")
         config = StationConfig(Kind.SIM, self.scenario, self.toml, "", TOKEN, judge_steps=False)
