@@ -255,6 +255,18 @@ def test_a_pilot_who_takes_it_out_of_offboard_is_not_fought(flown: Make) -> None
     assert rig.setpoints(quiet_s) == []
 
 
+def test_a_hold_that_is_taken_back_at_once_is_not_somebody_elses_doing(flown: Make) -> None:
+    """One veto of the guard, then the next set-point passes: Hold shows when the stream has begun again (flown)."""
+    rig = flown().flying().follow(3.0)
+    rig.station.commands.submit(rig.firmware.hold(rig.vehicle(), lambda: (15.0, 0.0, 20.0)))
+    rig.follow(0.1)
+    rig.station.commands.cancel(rig.vehicle().id, "hold")
+    out = []
+    rig.follow(6.0, lambda: out.append(rig.vehicle().custom_mode) if rig.firmware.is_steerable(rig.vehicle()) else 0)
+    assert HOLD in out and len(out) == 60, "it was in Hold, and ours all the time"
+    assert rig.vehicle().custom_mode == OFFBOARD
+
+
 def test_after_an_offboard_flight_it_is_put_into_hold_before_it_is_armed(flown: Make) -> None:
     rig = flown()
     rig.pilot.custom_mode = OFFBOARD

@@ -31,6 +31,8 @@ NEW_AFTER_S = 1.0
 MOST_TRIES, TRY_AGAIN_S = 3, 2.0
 BACK_WITHIN_S = 3.0
 """After a failsafe it comes back to OFFBOARD by itself, with the first set-point; so long that may show."""
+LEFT_WITHIN_S = 3.0
+"""A mode that was asked for shows within so long, or the order was lost."""
 BRAKE_M_S2 = 2.5
 """How hard it brakes on its way out: `limits.accel_m_s2` of most scenarios; PX4's own default is 3."""
 
@@ -46,6 +48,8 @@ class _Stream:
     refused: str = ""
     entered: bool = False
     """Its heartbeat has shown OFFBOARD since the stream began."""
+    leaving_until_s: float = -math.inf
+    """It took over from a stream that was leaving: until then the other mode may still come, by our own doing."""
     out_s: float = math.inf
     """Since when it has been out of OFFBOARD again."""
     left_s: float = math.inf
@@ -70,8 +74,11 @@ class Offboard:
         now = self._clock.now()
         stream = self._streams.get(vehicle.id)
         if stream is None or stream.where is not None or now - stream.said_s > NEW_AFTER_S:
-            stream = self._streams[vehicle.id] = _Stream(now, now)
+            leaving = stream is not None and stream.where is not None
+            stream = self._streams[vehicle.id] = _Stream(now, now, leaving_until_s=now + LEFT_WITHIN_S * leaving)
         stream.said_s = now
+        if vehicle.custom_mode == OFFBOARD and not stream.tries and now < stream.leaving_until_s:
+            return  # that may be over with the next heartbeat
         if vehicle.custom_mode == OFFBOARD:
             stream.entered, stream.out_s = True, math.inf
         elif stream.entered:
