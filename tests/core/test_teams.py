@@ -3,11 +3,13 @@
 import math
 from collections.abc import Callable
 
+import msgspec
 import pytest
 from rig import Rig
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.bus import ALIVE, PLAN
+from tui_gcs.core.course import Stand
 from tui_gcs.core.events import ALERT
 from tui_gcs.core.messages import FleetFrame, Intent, Phase, Plan, PlannerTask, RunPhase
 from tui_gcs.core.status import station_status
@@ -123,6 +125,110 @@ def test_a_planner_that_fails_holds_its_vehicles_and_its_last_line_is_told(rig: 
     assert told and all("\n" not in text and "\x1b" not in text for text in told)
     if "ValueError" in error:
         assert told[0] == "planner patrol failed: ValueError: no zone"
+
+
+def test_a_planner_that_fails_once_goes_on_and_its_vehicles_do_not_hold(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    flight.plan(goto(1, *SPOT, 27.0))
+    flight.plan(error="Traceback\n  line 7, in step\nValueError: no \x1b[31mzone", fate="restarts")
+    flight.run(6.0)
+    assert flight.phase(1) is Phase.FLYING, "it may take as long as for its first plan"
+    flight.plan(goto(1, *SPOT, 27.0))
+    flight.run(1.0)
+    assert alerts(flight) == ["planner patrol failed: ValueError: no ␛[31mzone; it is begun anew"]
+    assert team(flight).error.splitlines() == ["Traceback", "  line 7, in step", "ValueError: no ␛[31mzone"]
+    assert '"planner_failed":"defend"' in flight.journal.path.read_text()
+
+
+def test_a_planner_that_fails_again_is_left_alone_until_the_operator_resumes(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    flight.plan(goto(1, *SPOT, 27.0))
+    for _ in range(10):
+        flight.plan(error="ValueError: no zone", fate="quarantined")
+        flight.run(0.1)
+    assert flight.phase(1) is Phase.HOLDING
+    assert team(flight).worker == "quarantined"
+    reason = "planner patrol failed: ValueError: no zone; it is left alone until you change something"
+    assert alerts(flight) == [reason]
+    asked = flight.ask(m.GetTask(team="defend"), principal="planner-defend")
+    assert asked.ok and asked.task is None, "a new worker is not given it either"
+    revision = flight.station.desks["defend"].task.revision  # type: ignore[union-attr]
+    assert flight.ask(m.Resume()).ok
+    task = flight.ask(m.GetTask(team="defend")).task
+    assert task is not None and task.revision > revision, "the operator wants it to try again"
+    flight.run(1.0)
+    flight.plan(goto(1, *SPOT, 27.0))
+    flight.run(1.0)
+    assert flight.speed(1) > 1.0
+
+
+def test_what_a_planner_keeps_is_given_to_its_next_worker(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    flight.plan(goto(1, *SPOT, 27.0), snapshot=b"first")
+    flight.plan(goto(1, *SPOT, 27.0))
+    assert flight.ask(m.GetTask(team="defend")).snapshot == b"first"
+    flight.plan(snapshot=bytes(3_000_000))
+    assert flight.ask(m.GetTask(team="defend")).snapshot == b"first", "too large"
+    flight.ask(m.SwitchRound(index=1))
+    assert flight.ask(m.GetTask(team="defend")).snapshot == b"", "of another task"
+
+
+def test_notes_of_a_planner_are_told_once(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    for _ in range(3):
+        flight.plan(notes=("no snapshot: 3 MB \x1b[2J",))
+        flight.run(0.5)
+    assert flight.texts("planner defend").count("no snapshot: 3 MB ␛[2J") == 1
+
+
+def test_a_fast_planner_gets_more_frames_and_late_goes_by_its_own_rate(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    flight.station.desks["defend"]._judge_steps = True
+    for _ in range(4):
+        flight.plan(rate_hz=1.0, step_ms=400.0)
+        flight.run(0.5)
+    assert flight.phase(1) is Phase.FLYING, "400 ms are in time for one step a second"
+    before = flight.frame.seq  # type: ignore[union-attr]
+    for rate_hz in (20.0, math.nan, 20.0):
+        flight.plan(rate_hz=rate_hz)
+    flight.run(1.0)
+    assert flight.frame.seq - before == pytest.approx(20, abs=1)  # type: ignore[union-attr]
+    for _ in range(3):
+        flight.plan(rate_hz=20.0, step_ms=60.0)
+        flight.run(0.1)
+    assert flight.phase(1) is Phase.HOLDING
+
+
+# ---------------------------------------------------------------- workers that hang
+
+
+def test_a_worker_that_is_silent_in_flight_is_to_be_killed(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    desk, alive = flight.station.desks["defend"], ALIVE.format(principal="planner-defend")
+    token = flight.bus.alive(alive)
+    flight.plan(goto(1, *SPOT, 27.0))
+    flight.run(1.9)
+    assert not desk.kill_wanted
+    flight.run(0.3)
+    assert desk.kill_wanted and flight.phase(1) is Phase.HOLDING
+    token.close()
+    token = flight.bus.alive(alive)
+    flight.run(19.0)
+    assert not desk.kill_wanted, "the next one may take its time to configure"
+    flight.run(1.5)
+    assert desk.kill_wanted
+    token.close()
+
+
+def test_a_worker_that_is_silent_on_the_ground_is_to_be_killed_and_nobody_is_alarmed(rig: MakeRig) -> None:
+    flight = rig(1, planning=False)
+    desk = flight.station.desks["defend"]
+    flight.bus.alive(ALIVE.format(principal="planner-defend"))
+    flight.plan()
+    flight.run(3.0)
+    assert desk.kill_wanted
+    assert alerts(flight) == []
+    assert "planner worker does not answer: it is ended and started anew" in flight.texts("planner defend")
 
 
 @pytest.mark.parametrize("payload", [b"", b"\xff", b"junk", m.encode(m.Hold()), b"\x80"])
@@ -251,20 +357,46 @@ def test_vetoes_on_slot_are_a_planner_fault(rig: MakeRig) -> None:
 # ---------------------------------------------------------------- tasks and status
 
 
-def test_a_new_round_is_a_new_task_and_old_courses_end(rig: MakeRig) -> None:
-    flight = rig(1).flying().run(5.0)
+def test_a_new_round_is_a_new_task_and_old_courses_are_flown_until_its_first_plan(rig: MakeRig) -> None:
+    flight = rig(2).flying().run(5.0)
     flight.planning = False
     before = flight.ask(m.GetTask(team="defend")).task
     assert flight.ask(m.SwitchRound(index=1)).ok
     task = flight.ask(m.GetTask(team="defend")).task
     assert before is not None and task is not None and task.revision > before.revision
     assert task.zone.shape == flight.scenario.rounds[1].zones[0].shape
-    flight.run(6.0)
-    assert flight.speed(1) < 0.3, "holds until the planner has a plan for it"
-    flight.planning = True
-    flight.run(3.0)
-    assert flight.speed(1) > 2.0
+    flight.run(2.0)
+    assert flight.speed(1) > 2.0, "goes on with its old course"
+    flight.plan(goto(1, 240.0, 210.0, 27.0), revision=before.revision)
+    assert flight.station.book.flights[1].course == Stand((240.0, 210.0, 27.0), 8.0), "or what the old planner wants"
+    flight.plan(goto(1, 250.0, 210.0, 27.0))
+    flight.plan(goto(1, 260.0, 210.0, 27.0), revision=before.revision)
+    assert flight.station.book.flights[1].course == Stand((250.0, 210.0, 27.0), 8.0), "until there is a new plan"
+    assert flight.station.book.flights[2].course is None, "whom that does not name holds"
     assert flight.phase(1) is Phase.FLYING and flight.station.executive.run is RunPhase.RUNNING
+
+
+def test_an_old_course_that_leaves_the_new_area_is_not_flown_on(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    flight.plan(goto(1, 590.0, 300.0, 27.0))
+    flight.run(0.5)
+    round_ = flight.station.scenario.rounds[0]
+    shape = msgspec.structs.replace(round_.area.shape, centre_m=(200.0, 200.0), width_m=400.0)
+    area = msgspec.structs.replace(round_.area, shape=shape)
+    zones = tuple(z for z in round_.zones if z.name == "defend")
+    changed = msgspec.structs.replace(round_, area=area, zones=zones or round_.zones)
+    scenario = msgspec.structs.replace(flight.station.scenario, rounds=(changed,))
+    flight.station.set_scenario(scenario, flight.toml)
+    flight.run(1.0)
+    assert flight.station.book.flights[1].vetoed
+    assert flight.station.book.flights[1].course is None
+    old = flight.station.desks["defend"].task.revision - 1  # type: ignore[union-attr]
+    flight.plan(goto(1, 200.0, 170.0, 27.0), revision=old)
+    flight.run(5.0)
+    assert flight.speed(1) < 0.3, "what was vetoed holds"
+    flight.plan(goto(1, 200.0, 170.0, 27.0))
+    flight.run(2.0)
+    assert flight.speed(1) > 1.0
 
 
 def test_patrol_reaches_its_slots_and_covers_its_zone(rig: MakeRig) -> None:

@@ -45,6 +45,7 @@ class Fleet:
     lag_s: float = 0.0
     phase: dict[int, Phase] = field(default_factory=dict)
     freshness: dict[int, Freshness] = field(default_factory=dict)
+    battery_pct: dict[int, float] = field(default_factory=dict)
     plan: Plan | None = None
     """The newest."""
 
@@ -62,6 +63,7 @@ class Fleet:
             position_m=tuple((float(x), float(y), float(z)) for x, y, z in self.position_m),
             velocity_m_s=tuple((float(x), float(y), float(z)) for x, y, z in self.velocity_m_s),
             heading_deg=(0.0,) * n,
+            battery_pct=tuple(self.battery_pct.get(i, 90.0) for i in self.ids),
             age_s=(0.0,) * n,
         )
 

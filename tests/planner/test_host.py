@@ -1,19 +1,21 @@
 """The host: tasks, frames, timing and planners that fail."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 
 import msgspec
 import numpy as np
 import pytest
 from flights import SMALL, fleet, task_of, zone_of
+from flights import Fleet as Vehicles
 
 from tui_gcs.core.bus import FLEET, PLAN, TASK, MemoryBus
 from tui_gcs.core.messages import Freshness, Intent, Phase, Plan, PlannerTask, decode, encode
 from tui_gcs.planner import registry
-from tui_gcs.planner.api import Context, Fleet, Output, Param, ParamValue, Planner
-from tui_gcs.planner.host import PlannerHost, attach, team_view
+from tui_gcs.planner.api import Context, Event, Fleet, Output, Param, ParamValue, Planner
+from tui_gcs.planner.host import PlannerHost, attach
 from tui_gcs.planner.registry import PlannerError
+from tui_gcs.planner.views import team_view
 
 ZONE = zone_of(SMALL)
 
@@ -23,16 +25,24 @@ class Probe(Planner):
 
     name = "probe"
     params = (
-        Param("trouble", str, "none", choices=("none", "configure", "step", "nonsense")),
+        Param(
+            "trouble",
+            str,
+            "none",
+            choices=("none", "configure", "step", "nonsense", "once", "numpy", "float id", "exit", "big", "no bytes"),
+        ),
         Param("speed_m_s", float, 5.0, 1.0, 8.0, "m/s"),
     )
+    iterations_per_s = 12.0
     seen: list[str] = []
     numbers: list[float] = []
+    granted: list[int] = []
+    steps = 0
 
     def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
         super().configure(task, params, rng)
         self.seen.append(f"configure {params['speed_m_s']}")
-        self.trouble = params["trouble"]
+        self.trouble, self.steps = params["trouble"], 0
         if self.trouble == "configure":
             raise ValueError("zone too strange")
 
@@ -42,8 +52,29 @@ class Probe(Planner):
     def stop(self, reason: str) -> None:
         self.seen.append(f"stop {reason}")
 
+    def event(self, event: Event) -> None:
+        self.seen.append(f"{event.t_s:g} {event.kind} {event.vehicle}")
+
+    def snapshot(self) -> bytes:
+        return {"big": bytes(2_000_000), "no bytes": "text"}.get(str(self.trouble), b"%d" % self.steps)  # type: ignore
+
+    def restore(self, data: bytes) -> None:
+        self.steps = int(data)
+        self.seen.append(f"restore {self.steps}")
+
     def step(self, ctx: Context) -> Output:
         self.numbers.append(float(ctx.rng.random()))
+        self.granted.append(ctx.iterations)
+        self.steps += 1
+        if self.trouble == "once" and len(self.numbers) == 15:
+            raise RuntimeError("just this once")
+        if self.trouble == "exit":
+            raise SystemExit
+        if self.trouble in ("numpy", "float id"):
+            x, i = np.array([1.0, 2.0, 3.0]), np.int64(1)
+            way, vehicle = np.stack([x, x]), 1.5 if self.trouble == "float id" else i
+            intent = Intent(vehicle, "trajectory", dt_s=np.float64(1), positions_m=way, velocities_m_s=way)  # type: ignore
+            return Output([intent, Intent(1, "goto", position_m=(*x[:2], np.float32(5)))])  # type: ignore
         if self.trouble == "step":
             raise RuntimeError("no idea")
         if self.trouble == "nonsense":
@@ -59,7 +90,7 @@ def probe(monkeypatch: pytest.MonkeyPatch) -> type[Probe]:
     monkeypatch.setattr(
         registry, "import_module", lambda _: __import__("types").SimpleNamespace(Probe=Probe, Patrol=Probe)
     )
-    Probe.seen, Probe.numbers = [], []
+    Probe.seen, Probe.numbers, Probe.granted = [], [], []
     return Probe
 
 
@@ -78,7 +109,7 @@ def test_a_planner_is_configured_started_stepped_and_stopped() -> None:
     plan = host.step(vehicles.frame())
     host.step(vehicles.frame())
     host.set_task(msgspec.structs.replace(task_of(ZONE, planner="probe", speed_m_s=6.0), revision=8))
-    assert Probe.seen == ["configure 5.0", "start 0", "stop new task", "configure 6.0"]
+    assert Probe.seen == ["configure 5.0", "start 0", "configure 6.0", "stop new task"]
     assert (plan.team, plan.revision, plan.seq, plan.t_s, plan.error) == ("red", 7, 1, 0.0, "")
     assert [intent.vehicle for intent in plan.intents] == [1, 2]
     assert plan.metrics == {"seven": 7.0}
@@ -128,10 +159,11 @@ def test_after_a_gap_steps_are_not_made_up_for() -> None:
 )
 def test_a_planner_that_fails_is_an_error_in_the_plan(trouble: str, told: str) -> None:
     host = probing(trouble=trouble)
-    for _ in range(2):
+    for _ in range(3):
         plan = host.step(fleet(2).frame())
         assert told in plan.error.strip().splitlines()[-1]
         assert plan.intents == ()
+    assert plan.fate == "quarantined"
 
 
 @pytest.mark.parametrize(
@@ -210,3 +242,192 @@ def test_built_in_planners_declare_what_they_take(monkeypatch: pytest.MonkeyPatc
     monkeypatch.undo()
     assert {param.name for param in registry.declared("patrol")} >= {"speed_fraction", "margin_m", "direction", "seed"}
     assert list(registry.builtin()) == ["patrol"]
+
+
+# ---------------------------------------------------------------- events
+
+
+def seen_while(host: PlannerHost, vehicles: Vehicles, change: Callable[[], None]) -> list[str]:
+    """What the planner is told in the step after a change."""
+    change()
+    Probe.seen.clear()
+    vehicles.t_s += 0.2
+    host.step(vehicles.frame())
+    return list(Probe.seen)
+
+
+def test_a_planner_is_told_what_changed_before_the_step_that_sees_it() -> None:
+    host, vehicles = probing(), fleet(3)
+    vehicles.phase[3] = Phase.GROUND
+
+    def told(vehicle: int, phase: Phase = Phase.FLYING, freshness: Freshness = Freshness.OK) -> list[str]:
+        def change() -> None:
+            vehicles.phase[vehicle], vehicles.freshness[vehicle] = phase, freshness
+
+        return [text.split(" ", 1)[1] for text in seen_while(host, vehicles, change)]
+
+    host.step(vehicles.frame())
+    assert Probe.seen == ["configure 5.0", "start 0"], "what is there at the start is no event"
+    assert told(3, Phase.TAKEOFF) == []
+    assert told(3, Phase.HOLDING) == [], "ready on its layer, not held"
+    assert told(3) == ["joined 3"]
+    assert told(3, Phase.HOLDING) == ["held 3"]
+    assert told(3, Phase.TAKEOFF) == [], "back to its layer"
+    assert told(3) == ["resumed 3"]
+    assert told(3, freshness=Freshness.LOST) == ["lost 3"]
+    assert told(3) == ["joined 3"]
+    assert told(3, Phase.RETURNING) == ["returned 3"]
+    assert told(3, Phase.RETURNING, Freshness.LOST) == []
+    assert told(3, Phase.GROUND) == []
+    assert told(3) == ["joined 3"]
+    assert told(3, Phase.TAKEN_OUT) == ["returned 3"]
+
+
+def test_a_vehicle_that_is_not_in_the_frame_any_more_is_lost() -> None:
+    host, vehicles = probing(), fleet(2)
+    host.step(vehicles.frame())
+    gone = fleet(1)
+    assert seen_while(host, gone, lambda: None) == ["0.2 lost 2"]
+
+
+def test_a_low_battery_is_told_once_a_flight() -> None:
+    host, vehicles = probing(), fleet(2)
+    vehicles.battery_pct[2] = 24.0
+    host.step(vehicles.frame())
+    assert Probe.seen[-1] == "0 low battery 2"
+    assert seen_while(host, vehicles, lambda: vehicles.battery_pct.update({2: 26.0})) == []
+    assert seen_while(host, vehicles, lambda: vehicles.battery_pct.update({2: 20.0, 1: np.nan})) == []
+    assert seen_while(host, vehicles, lambda: vehicles.phase.update({2: Phase.GROUND})) == ["0.6 returned 2"]
+    told = seen_while(host, vehicles, lambda: vehicles.phase.update({2: Phase.FLYING}))
+    assert told == ["0.8 joined 2", "0.8 low battery 2"]
+
+
+# ---------------------------------------------------------------- iterations, rate
+
+
+def test_iterations_are_granted_by_mission_time_however_frames_come() -> None:
+    host, vehicles = probing(), fleet(1)
+    for t_s in np.cumsum([0.0, 0.2, 0.2, 0.6, 0.2, 0.3, 0.5, 0.2, 0.3, 0.5]):
+        vehicles.t_s = float(t_s)
+        host.step(vehicles.frame())
+    assert sum(Probe.granted) == 12 * 3 + 2, "12 a second; the first step is given one period"
+    vehicles.t_s += 60.0
+    host.step(vehicles.frame())
+    assert Probe.granted[-1] == 12, "of a long gap one second is made up for"
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("rate_hz", 0.5), ("rate_hz", 50.0), ("rate_hz", float("nan")), ("iterations_per_s", -1.0)]
+)
+def test_a_declared_rate_that_cannot_be_kept_is_told(monkeypatch: pytest.MonkeyPatch, name: str, value: float) -> None:
+    monkeypatch.setattr(Probe, name, value)
+    plan = probing().step(fleet(1).frame())
+    assert f"planner 'probe': {name} {value!r} is not from" in plan.error
+    assert plan.fate == "quarantined"
+
+
+def test_a_plan_says_how_often_its_planner_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Probe, "rate_hz", 10.0)
+    host, vehicles = probing(), fleet(1)
+    assert host.step(vehicles.frame()).rate_hz == 10.0
+    assert host.due(0.09) and not host.due(0.05)
+
+
+# ---------------------------------------------------------------- failures
+
+
+def run(host: PlannerHost, vehicles: Vehicles, steps: int) -> list[Plan]:
+    plans = []
+    for _ in range(steps):
+        plans.append(decode(host.answer(vehicles.frame()), Plan))
+        vehicles.t_s = round(vehicles.t_s + 0.2, 6)
+    return plans
+
+
+def test_a_planner_that_fails_once_goes_on_from_its_snapshot() -> None:
+    host, vehicles = probing(trouble="once"), fleet(2)
+    plans = run(host, vehicles, 20)
+    assert [plan.fate for plan in plans if plan.error] == ["restarts"]
+    assert "RuntimeError: just this once" in plans[14].error and "Traceback" in plans[14].error
+    assert plans[15].intents, "the next step plans again"
+    assert Probe.seen == ["configure 5.0", "start 0", "configure 5.0", "restore 11"], "of 2.0 s, not started again"
+
+
+def test_a_planner_that_fails_again_is_left_alone_until_a_new_task() -> None:
+    host, vehicles = probing(trouble="step"), fleet(1)
+    assert [plan.fate for plan in run(host, vehicles, 5)] == ["restarts"] + ["quarantined"] * 4
+    assert len(Probe.numbers) == 2
+    host.set_task(msgspec.structs.replace(task_of(ZONE, planner="probe", trouble="step"), revision=8))
+    assert [plan.fate for plan in run(host, vehicles, 2)] == ["restarts", "quarantined"]
+
+
+def test_a_planner_that_ends_its_process_does_not() -> None:
+    assert "SystemExit" in run(probing(trouble="exit"), fleet(1), 1)[0].error
+
+
+def test_numpy_in_intents_travels_as_numbers() -> None:
+    plan = run(probing(trouble="numpy"), fleet(1), 1)[0]
+    assert plan.error == ""
+    assert plan.intents[0].positions_m == ((1.0, 2.0, 3.0), (1.0, 2.0, 3.0))
+    assert plan.intents[1].position_m == (1.0, 2.0, 5.0)
+
+
+def test_an_intent_of_wrong_types_is_the_planners_error() -> None:
+    plan = run(probing(trouble="float id"), fleet(1), 1)[0]
+    assert "its plan cannot be sent: Expected `int`" in plan.error and "vehicle" in plan.error
+
+
+@pytest.mark.parametrize(
+    ("trouble", "told"),
+    [("big", "no snapshot: a snapshot of 2.0 MB: at most 1 MB are kept"), ("no bytes", "must be bytes, not str")],
+)
+def test_a_snapshot_that_cannot_be_kept_is_told_and_not_fatal(trouble: str, told: str) -> None:
+    plans = run(probing(trouble=trouble), fleet(1), 3)
+    assert told in plans[0].notes[0]
+    assert all(plan.error == "" and plan.snapshot is None for plan in plans)
+
+
+def test_a_new_host_goes_on_from_a_snapshot_bit_by_bit() -> None:
+    host, vehicles = probing(), fleet(3)
+    plans = run(host, vehicles, 12)
+    kept = [plan.snapshot for plan in plans if plan.snapshot is not None]
+    assert len(kept) == 2, "every 2 s"
+    vehicles.phase[2] = Phase.HOLDING
+    run(host, vehicles, 1)
+    snapshot, numbers, granted = host.snapshot(), len(Probe.numbers), len(Probe.granted)
+    begin_s = vehicles.t_s
+    run(host, vehicles, 10)
+    other = PlannerHost("red")
+    other.set_task(msgspec.structs.replace(task_of(ZONE, planner="probe"), revision=9, t_s=50.0), snapshot)
+    assert not other.problem
+    Probe.seen.clear()
+    vehicles.t_s = begin_s
+    run(other, vehicles, 10)
+    assert Probe.numbers[numbers : numbers + 10] == Probe.numbers[numbers + 10 :]
+    assert Probe.granted[granted : granted + 10] == Probe.granted[granted + 10 :]
+    assert Probe.seen == [], "neither a start nor an event that was told before"
+
+
+@pytest.mark.parametrize("snapshot", [b"junk", b"\x80"])
+def test_a_snapshot_of_something_else_is_not_used(snapshot: bytes) -> None:
+    host = PlannerHost("red")
+    host.set_task(task_of(ZONE, planner="probe"), snapshot)
+    plan = host.step(fleet(1).frame())
+    assert plan.notes == ("begins anew: the snapshot is not readable",)
+    run(host, fleet(1), 1)
+    other = PlannerHost("red")
+    other.set_task(task_of(ZONE, planner="probe", speed_m_s=6.0), host.snapshot())
+    assert other.step(fleet(1).frame()).notes == ("begins anew: the snapshot is of another task",)
+
+
+def test_a_snapshot_that_cannot_be_restored_is_told_and_the_planner_begins_anew(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    host, vehicles = probing(), fleet(1)
+    run(host, vehicles, 2)
+    monkeypatch.setattr(Probe, "restore", lambda *_: 1 / 0)
+    other = PlannerHost("red")
+    other.set_task(task_of(ZONE, planner="probe"), host.snapshot())
+    plan = other.step(vehicles.frame())
+    assert plan.notes == ("begins anew: restore failed: ZeroDivisionError: division by zero",)
+    assert plan.error == "" and Probe.seen[-2:] == ["configure 5.0", "start 0.4"]

@@ -20,7 +20,7 @@ from tui_gcs.core.messages_planning import PlannerTask as PlannerTask
 from tui_gcs.core.messages_planning import Track as Track
 from tui_gcs.core.scenario import Scenario
 
-PROTOCOL = 5
+PROTOCOL = 6
 """Version of this file's contract; consoles and workers say it first (`Hello`)."""
 
 
@@ -182,7 +182,8 @@ class TeamStatus(Message, frozen=True):
     role: str
     planner: str
     members: tuple[int, ...]
-    worker: Literal["absent", "ready", "running", "late", "dead"]
+    worker: Literal["absent", "ready", "running", "late", "dead", "quarantined"]
+    """quarantined: its planner failed twice, and is left alone until the operator changes something."""
     plan_age_s: float
     rate_hz: float
     on_slot: int
@@ -195,6 +196,8 @@ class TeamStatus(Message, frozen=True):
     ratio: float
     """Worst idleness over the sweep bound B1 = A / (n v 2r); NaN until every cell was seen."""
     metrics: dict[str, float] = {}
+    error: str = ""
+    """Why the planner cannot plan, or failed last: a line, or a traceback of several."""
 
 
 class LinkStatus(Message, frozen=True):
@@ -292,7 +295,7 @@ class GetEvents(Request, frozen=True, tag="get-events"):
 
 
 class GetTask(Request, frozen=True, tag="get-task"):
-    """A team's planner task (`Reply.task`)."""
+    """A team's planner task (`Reply.task`, `Reply.snapshot`); none while its planner is left alone."""
 
     team: str
 
@@ -395,6 +398,8 @@ class Reply(Message, frozen=True):
     scenario: ScenarioChanged | None = None
     events: tuple[Event, ...] = ()
     task: PlannerTask | None = None
+    snapshot: bytes = b""
+    """Of the planner of that task, for a worker that goes on from there."""
     annotations: dict[str, tuple[Annotation, ...]] = {}
 
 

@@ -100,5 +100,13 @@ class Plan(Message, frozen=True):
     """None: as before."""
     metrics: dict[str, float] = {}
     step_ms: float = 0.0
+    rate_hz: float = 5.0
+    """How often this planner steps."""
     error: str = ""
-    """Traceback of a step that failed; then there are no intents."""
+    """Traceback of a step that failed, or why it cannot plan; then there are no intents."""
+    fate: Literal["", "restarts", "quarantined"] = ""
+    """Of a planner that failed: it is begun anew from its snapshot, or not before the operator changes something."""
+    snapshot: bytes | None = None
+    """For the next worker, should this one die; None: as before."""
+    notes: tuple[str, ...] = ()
+    """What else the operator should know, each told once."""

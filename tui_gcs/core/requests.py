@@ -91,7 +91,9 @@ class RequestDesk:
             desk = station.desks.get(request.team)
             if desk is None:
                 return Reply(ok=False, text=f"no team {request.team}")
-            return Reply(ok=True, task=desk.task)
+            if desk.quarantined:
+                return Reply(ok=True, text="its planner is left alone until the operator changes something")
+            return Reply(ok=True, task=desk.task, snapshot=desk.snapshot)
         return Reply(ok=True, annotations={name: desk.annotations for name, desk in station.desks.items()})
 
     def _command(self, request: m.AnyRequest) -> Reply:
@@ -101,6 +103,7 @@ class RequestDesk:
         if isinstance(request, m.Hold):
             return _done("hold", request.vehicles, executive.hold(request.vehicles))
         if isinstance(request, m.Resume):
+            self._station.renew_quarantined()
             return executive.resume()
         if isinstance(request, m.Return):
             return _done("return", request.vehicles, executive.go_home(request.vehicles))

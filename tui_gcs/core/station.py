@@ -6,7 +6,7 @@ a lock-step run calls it as time is moved on.
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -238,7 +238,7 @@ class Station:
             self._next_heartbeat_s = now + HEARTBEAT_GAP_S
             yield from self.door.heartbeat()
         if now >= self._next_frame_s - 1e-9:
-            self._next_frame_s = now + FRAME_GAP_S
+            self._next_frame_s = now + min([FRAME_GAP_S, *(1.0 / desk.rate_hz for desk in self.desks.values())])
             yield from self._publish_frame()
             yield
         state = (self.executive.run, self.round_index, self.revision, self.door.refused.total())
@@ -300,10 +300,17 @@ class Station:
         self._make_desks()
         self.bus.publish(keys.SCENARIO, encode(self.scenario_changed()))
 
-    def new_tasks(self) -> None:
-        """Give every planner its task anew, under a new revision."""
+    def renew_quarantined(self) -> None:
+        """The operator wants planners that were left alone to try again."""
+        if left_alone := {name for name, desk in self.desks.items() if desk.quarantined}:
+            self.new_tasks(left_alone)
+
+    def new_tasks(self, teams: Collection[str] | None = None) -> None:
+        """Give every planner, or those of some teams, its task anew, under a new revision."""
         self.task_revision += 1
         for name, desk in self.desks.items():
+            if teams is not None and name not in teams:
+                continue
             task = desk.set_round(self.scenario, self.round, self.task_revision)
             self.bus.publish(keys.TASK.format(team=name), encode(task))
 
@@ -320,6 +327,7 @@ class Station:
                 self.guard,
                 self.steering,
                 self.events,
+                self.journal,
                 self.clock,
                 judge_steps=self.config.judge_steps,
                 team=team,

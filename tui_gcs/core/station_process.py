@@ -12,7 +12,6 @@ import os
 import select
 import signal
 import socket
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -32,6 +31,7 @@ from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.station import Station, StationConfig
 from tui_gcs.core.wire import dialect
 from tui_gcs.core.wire.signing import SigningError
+from tui_gcs.core.workers import Workers
 from tui_gcs.core.zenoh_bus import QueuedBus, ZenohBus, serve
 
 TICK_S = 0.05
@@ -43,7 +43,6 @@ PART_S = 0.001
 """After so much of a tick, who waits for an answer is served; a small fleet's tick is shorter."""
 BUSY_DATAGRAMS_PER_S = 400.0
 """From here on reading by the clock is cheaper than waking up for each datagram."""
-WORKER_RESTART_S = 1.0
 CANNOT_START = 2
 
 log = logging.getLogger("tui_gcs.station")
@@ -51,42 +50,6 @@ log = logging.getLogger("tui_gcs.station")
 
 class StartError(Exception):
     """Why the station cannot start, in one line."""
-
-
-class Workers:
-    """One planner worker process per team; a dead one is started again, but not more than once a second."""
-
-    def __init__(self, bus_socket: Path, log_file: Path) -> None:
-        """Nothing runs yet."""
-        self._socket = bus_socket
-        self._log_file = log_file
-        self._running: dict[str, subprocess.Popen[bytes]] = {}
-        self._next_s: dict[str, float] = {}
-
-    def keep(self, teams: list[str], now: float) -> None:
-        """Start what is missing, end what is not wanted any more."""
-        for team in [t for t in self._running if t not in teams]:
-            self._running.pop(team).terminate()
-        for team in teams:
-            worker = self._running.get(team)
-            gone = worker is None or worker.poll() is not None
-            if gone and now >= self._next_s.get(team, 0.0):
-                self._next_s[team] = now + WORKER_RESTART_S
-                self._running[team] = self._start(team)
-
-    def end(self) -> None:
-        """Stop all."""
-        for worker in self._running.values():
-            worker.terminate()
-        for worker in self._running.values():
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                worker.wait(2.0)
-
-    def _start(self, team: str) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", "tui_gcs.planner.worker", "--bus", str(self._socket), "--team", team]
-        command += ["--parent", str(os.getpid())]
-        with self._log_file.open("ab") as output:
-            return subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=output)
 
 
 def run(run_file: Path) -> None:
@@ -235,6 +198,7 @@ def _loop(
                     bus.run_pending()
                     served_s = clock.now()
             workers.keep(list(station.desks), now)
+            workers.end_stuck(desk.team.name for desk in station.desks.values() if desk.kill_wanted)
             memory.remember(station)
     time.sleep(0.1)  # let the last answer out
 

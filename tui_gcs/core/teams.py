@@ -1,42 +1,50 @@
 """One desk per team: gives its planner the task, takes its plans, judges how alive it is, measures what it achieves.
 
 The station never waits for a planner. The newest plan stays valid until its last sample; a planner that is silent for
-2 s, or late three times in a row, costs its vehicles nothing but a hold.
+2 s, or late three times in a row, costs its vehicles nothing but a hold, and its worker is ended and begun anew.
+One that fails is begun anew once; failing again it is left alone until the operator changes something.
+
+A new task does not stop anybody: vehicles go on with their courses, judged by the new round's guard, until the first
+plan for it comes; who is vetoed meanwhile holds.
 """
 
 import math
 from collections import deque
 from typing import Literal
 
-import numpy as np
+import msgspec
 
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import ALERT, NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.guard import Guard
-from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
 from tui_gcs.core.intents import IntentDesk
+from tui_gcs.core.journal import Journal
 from tui_gcs.core.messages import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
 from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.steering import Steering
+from tui_gcs.core.team_measures import ZoneMeasure
 from tui_gcs.core.text import clean
-from tui_gcs.core.zones import Zone, area_m2
 
-PERIOD_S = 0.2
-"""Planners step at 5 Hz."""
 SILENT_S = 2.0
 LATE_IN_A_ROW = 3
+LATE_SHOWN_S = 0.6
+"""A plan is not called old before, however fast its planner is meant to be."""
 CONFIGURE_S = 20.0
-"""A planner may need this long for its first plan of a new task; its vehicles hold meanwhile."""
+"""A planner may need this long for its first plan of a new task; its vehicles end their courses meanwhile."""
+SLOWEST_HZ, FASTEST_HZ = 1.0, 20.0
+"""Of planners' steps."""
 MOST_PLANS_PER_S = 25
-MOST_ANNOTATIONS, MOST_METRICS = 200, 64
+MOST_ANNOTATIONS, MOST_METRICS, MOST_NAME_CELLS = 200, 64, 32
 """What a planner may draw and count; the rest is cut."""
+MOST_TRACE_LINES, MOST_TRACE_CELLS = 30, 160
+MOST_NOTES = 5
+MOST_SNAPSHOT_BYTES = 2_000_000
+"""Of a planner's own 1 MB, and what its host adds."""
 ON_SLOT_M = 5.0
-WORST_OVER_S = 60
-"""The live worst idleness is the largest of the last minute."""
 
-WorkerState = Literal["absent", "ready", "running", "late", "dead"]
+WorkerState = Literal["absent", "ready", "running", "late", "dead", "quarantined"]
 
 
 class TeamDesk:
@@ -49,6 +57,7 @@ class TeamDesk:
         guard: Guard,
         steering: Steering,
         events: EventLog,
+        journal: Journal,
         clock: Clock,
         *,
         judge_steps: bool,
@@ -62,14 +71,19 @@ class TeamDesk:
         self.worker_alive = False
         self.fault_count = 0
         self.error = ""
-        """Why the planner cannot plan its present task; empty if it can."""
+        """Why the planner cannot plan its present task, in one line; empty if it can."""
+        self.trace = ""
+        """As its last failure said it, with all lines."""
+        self.quarantined = False
+        self.kill_wanted = False
+        """Its worker does not answer as it should: whoever keeps workers ends it and starts another."""
+        self.snapshot = b""
+        """Of the planner of the present task."""
+        self.rate_hz = 5.0
+        """How often its planner steps, by its own word."""
         self.ignored = 0
         """Plans made for an older task."""
-        self.grid: IdlenessGrid | None = None
-        self._bound_zone_m2 = 0.0
-        self._worst: deque[tuple[float, float]] = deque(maxlen=WORST_OVER_S)
-        """(time, largest idleness then), one a second, since every cell was seen."""
-        self._average_s = math.nan
+        self.measured: ZoneMeasure | None = None
         self._told_on_slot = False
         self._fleet = fleet
         self._book = book
@@ -77,136 +91,199 @@ class TeamDesk:
         self._steering = steering
         self._intents = IntentDesk(team.name, fleet, book, guard, steering, events, clock)
         self._events = events
+        self._journal = journal
         self._clock = clock
         self._judge_steps = judge_steps
         self._plan_s = -math.inf
         self._task_s = -math.inf
+        self._begun_s = -math.inf
+        """When the planner began to configure."""
         self._first_plan = False
+        """There was a plan for the present task."""
+        self._configured = False
+        """This worker has planned, or said why it cannot, since it came, or since its task."""
+        self._old_revision = -1
+        self._stopped: set[int] = set()
+        """Vetoed on a course of an older task: they hold until the new one's first plan."""
         self._late_in_a_row = 0
         self._arrivals: deque[float] = deque(maxlen=MOST_PLANS_PER_S)
 
     # ---------------------------------------------------------------- task
 
-    def set_round(self, scenario: Scenario, round_: Round, revision: int) -> PlannerTask:
-        """A new task for the planner: another round, zone, parameter or membership. Old courses end here."""
-        now = self._clock.now()
-        zone = next(z for z in round_.zones if z.name == self.team.zone)
-        self.task = PlannerTask(
-            team=self.team.name,
+    def task_for(self, scenario: Scenario, round_: Round, team: Team, revision: int) -> PlannerTask:
+        """What the planner of `team` is to do in `round_`, with the vehicles this team has."""
+        return PlannerTask(
+            team=team.name,
             revision=revision,
-            t_s=now,
-            planner=self.team.planner,
-            zone=zone,
+            t_s=self._clock.now(),
+            planner=team.planner,
+            zone=next(z for z in round_.zones if z.name == team.zone),
             area=round_.area,
             no_fly=round_.no_fly,
             limits=scenario.limits,
             footprint_radius_m=scenario.footprint_radius_m,
-            parameters=dict(self.team.parameters),
+            parameters=dict(team.parameters),
             seed=scenario.seed,
-            members=self._book.members(self.team.name),
-            layers_m={f.vehicle: f.layer_m for f in self._book if f.team == self.team.name},
+            members=self._book.members(team.name),
+            layers_m={f.vehicle: f.layer_m for f in self._book if f.team == team.name},
+            zones=round_.zones,
         )
-        self.annotations, self.metrics, self.error = (), {}, ""
-        self._task_s, self._first_plan, self._late_in_a_row = now, False, 0
-        self._restart_measuring(zone, scenario)
-        for flight in self._flying():
-            flight.course, flight.slot, flight.joined = None, "", False
-            vehicle = self._fleet.vehicles.get(flight.vehicle)
-            if vehicle is not None:
-                self._steering.hold(vehicle)
-        return self.task
 
-    def _restart_measuring(self, zone: Zone, scenario: Scenario) -> None:
-        """Forget what was seen."""
-        self.grid = IdlenessGrid(zone.shape, scenario.footprint_radius_m)
-        self._bound_zone_m2 = area_m2(zone.shape)
-        self._worst.clear()
+    def set_round(self, scenario: Scenario, round_: Round, revision: int) -> PlannerTask:
+        """A new task for the planner: another round, zone, parameter or membership."""
+        now = self._clock.now()
+        self._old_revision = self.task.revision if self.task else -1
+        self.task = task = self.task_for(scenario, round_, self.team, revision)
+        self.annotations, self.metrics, self.error, self.trace = (), {}, "", ""
+        self.quarantined, self.snapshot = False, b""
+        self._task_s = self._begun_s = now
+        self._first_plan, self._configured, self._late_in_a_row = False, False, 0
+        self._stopped.clear()
+        self.measured = ZoneMeasure(task.zone.shape, scenario)
         self._told_on_slot = False
-        self._average_s = math.nan
+        for flight in self._flying():
+            flight.slot, flight.joined = "", False
+            flight.passed = None  # judged anew at once: another area
+        return task
 
     # ---------------------------------------------------------------- plans
 
     def take(self, plan: Plan) -> list[tuple[int, str]]:
         """A plan arrived: its intents become courses. Returns (vehicle, reason) of those it wants to send home."""
         now = self._clock.now()
-        if self.task is None or plan.revision != self.task.revision:
+        bridges = plan.revision == self._old_revision and not self._first_plan and not plan.error
+        if self.task is None or not (plan.revision == self.task.revision or bridges):
             self.ignored += 1
             return []
+        for note in plan.notes[:MOST_NOTES]:
+            self._say(clean(note), WARNING, every_s=60.0)
         if plan.error:
-            last_line = clean((plan.error.strip().splitlines() or ["it does not say why"])[-1])
-            if last_line != self.error:  # it says so with every plan: told once
-                self._fault(f"planner {self.team.planner} failed: {last_line}")
-            self.error = last_line
+            self._take_failure(plan)
             return []
-        self.error = ""
         self._arrivals.append(now)
         if len(self._arrivals) == MOST_PLANS_PER_S and now - self._arrivals[0] < 1.0:
             self._guard.veto("rate", f"more than {MOST_PLANS_PER_S} plans a second")
             return []
-        self._plan_s, self._first_plan = now, True
-        late = self._judge_steps and plan.step_ms > PERIOD_S * 1e3
+        if bridges:
+            going_on = tuple(intent for intent in plan.intents if intent.vehicle not in self._stopped)
+            return self._intents.carry_out(msgspec.structs.replace(plan, intents=going_on), self.task.limits)
+        if not self._first_plan:
+            self._end_old_courses(plan)
+        self._take_numbers(plan, now)
+        return self._intents.carry_out(plan, self.task.limits)
+
+    def _take_numbers(self, plan: Plan, now: float) -> None:
+        self.error = ""
+        self._plan_s, self._first_plan, self._configured = now, True, True
+        self.rate_hz = min(max(plan.rate_hz, SLOWEST_HZ), FASTEST_HZ) if math.isfinite(plan.rate_hz) else SLOWEST_HZ
+        late = self._judge_steps and plan.step_ms > 1e3 / self.rate_hz
         self._late_in_a_row = self._late_in_a_row + 1 if late else 0
         if plan.annotations is not None:
             self.annotations = plan.annotations[:MOST_ANNOTATIONS]
-        self.metrics = dict(sorted(plan.metrics.items())[:MOST_METRICS])
-        return self._intents.carry_out(plan, self.task.limits)
+        self.metrics = {clean(k, MOST_NAME_CELLS): v for k, v in sorted(plan.metrics.items())[:MOST_METRICS]}
+        if plan.snapshot is not None and len(plan.snapshot) <= MOST_SNAPSHOT_BYTES:
+            self.snapshot = plan.snapshot
+
+    def _end_old_courses(self, plan: Plan) -> None:
+        """The first plan of a task: whom it does not name does not fly on for the older one."""
+        named = {intent.vehicle for intent in plan.intents}
+        for flight in self._flying():
+            vehicle = self._fleet.vehicles.get(flight.vehicle)
+            if flight.course is not None and flight.vehicle not in named and vehicle is not None:
+                flight.course = None
+                self._steering.hold(vehicle)
+        self._stopped.clear()
+
+    def _take_failure(self, plan: Plan) -> None:
+        lines = [clean(line, MOST_TRACE_CELLS) for line in plan.error.strip().splitlines()[-MOST_TRACE_LINES:]]
+        last_line = lines[-1] if lines else clean("it does not say why")
+        what = {"restarts": "; it is begun anew", "quarantined": "; it is left alone until you change something"}
+        if (last_line, plan.fate) != (self.error, "quarantined" if self.quarantined else ""):
+            # it says so with every plan: told once
+            self._journal.write({"planner_failed": self.team.name, "fate": plan.fate, "trace": lines})
+            self._fault(f"planner {self.team.planner} failed: {last_line}{what.get(plan.fate, '')}")
+        self.error, self.trace = last_line, "\n".join(lines)
+        if plan.fate == "restarts":
+            self._task_s = self._begun_s = self._clock.now()
+            self._first_plan = self._configured = False
+            self.error = ""
+        elif plan.fate == "quarantined":
+            self.quarantined, self._configured = True, True
 
     # ---------------------------------------------------------------- judging
 
     def tick(self) -> list[int]:
         """Vehicles that must hold now because their planner does not answer; told as an alarm."""
         flying = self._flying()
-        if not flying or self.task is None:
+        if self.task is None:
             return []
+        if not self._first_plan:
+            self._stop_vetoed(flying)
+        if self.quarantined:
+            return [flight.vehicle for flight in flying]
         now = self._clock.now()
+        late = self._late_in_a_row >= LATE_IN_A_ROW
+        if self.worker_alive and ((late and flying) or self._is_stuck(now)):
+            self.kill_wanted = True
+        if not flying:
+            if self.kill_wanted and self.worker_alive:
+                self._say("planner worker does not answer: it is ended and started anew", WARNING, every_s=30.0)
+            return []
         since = max(self._plan_s, min(f.since_s for f in flying))
         configuring = not self._first_plan
         silent = now - (max(self._task_s, since) if configuring else since) > (CONFIGURE_S if configuring else SILENT_S)
-        if silent or self._late_in_a_row >= LATE_IN_A_ROW:
+        if silent or late:
             what = f"silent for {now - since:.1f} s" if silent else f"late {LATE_IN_A_ROW} times in a row"
             self._late_in_a_row = 0
             self._fault(f"planner {self.team.planner} {what}: {len(flying)} vehicles hold")
             return [flight.vehicle for flight in flying]
         return []
 
+    def _is_stuck(self, now: float) -> bool:
+        """Its worker is there and says nothing for longer than it may."""
+        if self._configured:
+            return now - max(self._plan_s, self._begun_s) > SILENT_S
+        return now - self._begun_s > CONFIGURE_S
+
+    def _stop_vetoed(self, flying: list[Flight]) -> None:
+        """A course of an older task that the guard vetoed ends: it is not taken up again where it leads back in."""
+        for flight in flying:
+            if flight.course is not None and flight.vetoed:
+                flight.course = None
+                self._stopped.add(flight.vehicle)
+
     def measure(self) -> None:
         """Mark what the team's vehicles see now."""
-        if self.grid is None:
+        if self.measured is None:
             return
         places = [
             vehicle.position_m[:2]
             for flight in self._flying()
             if (vehicle := self._fleet.vehicles.get(flight.vehicle)) is not None and vehicle.has_position()
         ]
-        now = self._clock.now()
         if not self._told_on_slot and self.all_on_slot():
             self._told_on_slot = True
-            text = f"all {len(places)} on their slots over {self.team.zone}"
-            self._events.say(EventClass.PLANNER, f"planner {self.team.name}", text, NOTICE)
-        if places:
-            self.grid.update(now, np.array(places))
-        if places and self.grid.coverage >= 1.0 and (not self._worst or now - self._worst[-1][0] >= 1.0):
-            self._worst.append((now, self.grid.worst_now_s(now)))
-            self._average_s = self.grid.average_now_s(now)
+            self._say(f"all {len(places)} on their slots over {self.team.zone}", NOTICE)
+        self.measured.update(self._clock.now(), places)
 
     def on_alive(self, alive: bool) -> None:
         """The worker process came or went."""
         if alive != self.worker_alive:
             word = "planner worker is there" if alive else "planner worker is GONE"
-            severity = NOTICE if alive else (ALERT if self._flying() else WARNING)
-            self._events.say(EventClass.PLANNER, f"planner {self.team.name}", word, severity)
-        self.worker_alive = alive
+            self._say(word, NOTICE if alive else (ALERT if self._flying() else WARNING))
+        if alive:
+            self._begun_s, self._configured = self._clock.now(), False
+        self.worker_alive, self.kill_wanted = alive, False
+
+    # ---------------------------------------------------------------- status
 
     def status(self) -> TeamStatus:
         """For the screens."""
         now = self._clock.now()
-        flying = self._flying()
-        members = self._book.members(self.team.name)
-        count = max(len(flying) or len(members), 1)
-        limits = self.task.limits if self.task else None
-        radius = self.task.footprint_radius_m if self.task else 1.0
-        bound = sweep_bound_s(self._bound_zone_m2, count, limits.speed_m_s, radius) if limits else math.nan
-        worst = max((value for _, value in self._worst), default=math.nan)
+        flying, members = self._flying(), self._book.members(self.team.name)
+        measured = self.measured
+        bound = measured.bound_s(len(flying) or len(members)) if measured else math.nan
+        worst = measured.worst_s if measured else math.nan
         return TeamStatus(
             name=self.team.name,
             zone=self.team.zone,
@@ -219,11 +296,12 @@ class TeamDesk:
             on_slot=self.on_slot(),
             slots=len(flying),
             worst_idleness_s=worst,
-            average_idleness_s=self._average_s,
-            coverage=self.grid.coverage if self.grid is not None else 0.0,
+            average_idleness_s=measured.average_s if measured else math.nan,
+            coverage=measured.coverage if measured else 0.0,
             bound_s=bound,
             ratio=worst / bound if bound else math.nan,
             metrics=self.metrics,
+            error=self.trace or self.error,
         )
 
     def on_slot(self) -> int:
@@ -243,12 +321,14 @@ class TeamDesk:
         return bool(flying) and all(self.is_on_slot(flight) for flight in flying)
 
     def _worker_state(self, now: float, flying: list[Flight]) -> WorkerState:
+        if self.quarantined:
+            return "quarantined"
         age = now - self._plan_s
         if not self._first_plan or age > SILENT_S:
             if not self.worker_alive:
                 return "dead" if self.fault_count or self._arrivals else "absent"
             return "late" if flying and self._first_plan else "ready"
-        return "late" if age > LATE_IN_A_ROW * PERIOD_S else "running"
+        return "late" if age > max(LATE_IN_A_ROW / self.rate_hz, LATE_SHOWN_S) else "running"
 
     def _rate(self, now: float) -> float:
         """Plans per second of the last two seconds."""
@@ -261,4 +341,7 @@ class TeamDesk:
 
     def _fault(self, text: str) -> None:
         self.fault_count += 1
-        self._events.say(EventClass.PLANNER, f"planner {self.team.name}", text, ALERT, every_s=5)
+        self._say(text, ALERT, every_s=5)
+
+    def _say(self, text: str, severity: int, every_s: float = 0.0) -> None:
+        self._events.say(EventClass.PLANNER, f"planner {self.team.name}", text, severity, every_s=every_s)

@@ -1,46 +1,74 @@
 """Hosts one planner for one team: loads it, feeds it fleet frames, turns what it wants into a `Plan`.
 
 No bus, no clock, no process here: the worker process and lock-step runs use the same host.
+
+A planner that fails in a step is begun anew once, from its last snapshot; when it fails again it is left alone until
+the operator changes something (a new task comes).
 """
 
+import math
 import time
 import traceback
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from zlib import crc32
 
 import msgspec
 import numpy as np
 
 from tui_gcs.core.bus import FLEET, PLAN, TASK, Bus, Closable
-from tui_gcs.core.messages import FleetFrame, Freshness, Phase, Plan, PlannerTask, decode, encode
+from tui_gcs.core.messages import FleetFrame, Plan, PlannerTask, decode, encode
+from tui_gcs.planner import kept as keeping
 from tui_gcs.planner import registry
-from tui_gcs.planner.api import Context, Fleet, Output, Planner, Tracks
+from tui_gcs.planner.api import Context, Output, Planner
+from tui_gcs.planner.changes import Changes
+from tui_gcs.planner.plain import plain_intent
+from tui_gcs.planner.registry import PlannerFile
+from tui_gcs.planner.views import team_view, tracks_view
 
 DEADLINE_SHARE = 0.5
 """A step may take this share of the period; longer is late."""
 EARLY_S = 0.02
 """A step may come this much before its time, so that 10 Hz frames give 5 Hz steps in spite of jitter."""
+SNAPSHOT_S = 2.0
+"""A snapshot is taken so often."""
+MOST_GRANTED_S = 1.0
+"""Iterations of at most so much mission time are granted at once, however many frames were dropped."""
+MOST_TRACE_CHARS = 4000
 
 
 @dataclass
-class _Job:
+class Job:
     """One task being worked on."""
 
     task: PlannerTask
-    planner: Planner | None
     rng: np.random.Generator
+    planner: Planner | None = None
     error: str = ""
+    """Why it cannot plan, until the next task."""
     started: bool = False
+    restarted: bool = False
+    """It failed once already."""
+    restart_due: bool = False
+    checked: bool = False
+    """A plan of this job was read back as the station will."""
+    changes: Changes = field(default_factory=Changes)
+    credit: float = 0.0
+    """Iterations not granted yet: less than one."""
+    stepped_s: float = math.nan
+    kept: bytes = b""
+    kept_s: float = -math.inf
+    notes: list[str] = field(default_factory=list)
 
 
 class PlannerHost:
     """Steps the planner of one team."""
 
-    def __init__(self, team: str) -> None:
-        """A host without a task does nothing."""
+    def __init__(self, team: str, files: Mapping[str, PlannerFile] | None = None) -> None:
+        """A host without a task does nothing. `files`: planners in files of their own, by name."""
         self.team = team
-        self._job: _Job | None = None
+        self._files = files or {}
+        self._job: Job | None = None
         self._next_s = -np.inf
         self._seq = 0
 
@@ -60,36 +88,122 @@ class PlannerHost:
         planner = self._job.planner if self._job else None
         return planner.rate_hz if planner else Planner.rate_hz
 
-    def set_task(self, task: PlannerTask) -> None:
+    # ---------------------------------------------------------------- tasks
+
+    def set_task(self, task: PlannerTask, snapshot: bytes = b"") -> None:
         """Take a task: check parameters, load and configure its planner. Errors are told in the next plans.
 
-        The same task again changes nothing, so that a slot is not lost because a task was repeated.
+        The same task again changes nothing, so that a slot is not lost because a task was repeated. With a
+        `snapshot` of the same planner and task it goes on from there.
+
+        Raises:
+            ValueError: the task is another team's.
+        """
+        if self._job and msgspec.structs.replace(task, t_s=self._job.task.t_s) == self._job.task:
+            return
+        self.adopt(self.prepare(task, snapshot))
+
+    def prepare(self, task: PlannerTask, snapshot: bytes = b"") -> Job:
+        """Load and configure the planner of a task, for `adopt`. Slow; nothing of this host changes meanwhile.
 
         Raises:
             ValueError: the task is another team's.
         """
         if task.team != self.team:
             raise ValueError(f"this is the planner host of team {self.team!r}, the task is of {task.team!r}")
-        if self._job and msgspec.structs.replace(task, t_s=self._job.task.t_s) == self._job.task:
-            return
-        if self._job and self._job.planner:
-            self._guarded(self._job, lambda planner: planner.stop("new task"))
-        seed = np.random.SeedSequence([task.seed % 2**63, crc32(self.team.encode())])
-        self._job = job = _Job(task, None, np.random.default_rng(seed))
+        job = self._configured(task)
+        if snapshot and job.planner is not None:
+            found = keeping.unpack(snapshot, job.planner, task)
+            if isinstance(found, str):
+                job.notes.append(f"begins anew: the snapshot {found}")
+            elif error := self._restored(job, job.planner, found):
+                job = self._configured(task)
+                job.notes.append(f"begins anew: restore failed: {_last_line(error)}")
+        return job
+
+    def adopt(self, job: Job) -> None:
+        """Work on this from the next step on."""
+        if self._job is not None and self._job.planner is not None and not self._job.restart_due:
+            self._stop(self._job.planner)
+        self._job = job
         self._next_s = -np.inf
+
+    def _stop(self, planner: Planner) -> None:
+        self._guarded(lambda: planner.stop("new task"))
+
+    @property
+    def restart_due(self) -> bool:
+        """The planner failed, and is to be begun anew before the next step."""
+        return self._job is not None and self._job.restart_due
+
+    def prepare_restart(self) -> Job:
+        """The failed planner anew, from its last snapshot, for `adopt`. Slow, as `prepare`."""
+        failed = self._present()
+        job = self.prepare(failed.task, failed.kept)
+        job.restarted = True
+        return job
+
+    def _present(self) -> Job:
+        if self._job is None:
+            raise RuntimeError(f"planner host of team {self.team!r} has no task")
+        return self._job
+
+    def snapshot(self) -> bytes:
+        """What another host needs to go on from here (`set_task`), taken now; b"" if the planner keeps nothing.
+
+        Raises:
+            ValueError: its snapshot is no bytes, or too many. Anything else may come out of the planner, too.
+        """
+        job = self._job
+        if job is None or job.planner is None or not job.started:
+            return b""
+        return keeping.pack(job.planner, job.task, job.stepped_s, job.rng, job.changes, job.credit)
+
+    def _configured(self, task: PlannerTask) -> Job:
+        seed = np.random.SeedSequence([task.seed % 2**63, crc32(self.team.encode())])
+        job = Job(task, np.random.default_rng(seed))
         try:
-            params = registry.complete(task.planner, task.parameters)
-            job.planner = registry.load(task.planner)()
+            kind = registry.load(task.planner, self._files)
+            params = registry.checked(task.planner, kind.params, task.parameters)
+            planner = kind()
         except registry.PlannerError as problem:
             job.error = str(problem)
-            return
-        error = self._guarded(job, lambda planner: planner.configure(task, params, job.rng))
-        if error:
-            job.error, job.planner = error, None
+            return job
+        except Exception:  # noqa: BLE001 - the edge to foreign code: its constructor
+            job.error = _trace()
+            return job
+        job.error = self._guarded(lambda: planner.configure(task, params, job.rng))
+        job.planner = None if job.error else planner
+        return job
+
+    def _restored(self, job: Job, planner: Planner, found: keeping.Kept) -> str:
+        """Let the planner go on from what was kept; the traceback if it cannot."""
+        if error := self._guarded(lambda: planner.restore(found.data)):
+            return error
+        job.rng.bit_generator.state = keeping.rng_state(found)
+        job.changes.state, job.changes.low, job.changes.begun = dict(found.state), list(found.low), True
+        job.started, job.stepped_s, job.credit = True, found.t_s, found.credit
+        job.kept, job.kept_s = encode(found), found.t_s
+        return ""
+
+    # ---------------------------------------------------------------- steps
 
     def due(self, t_s: float) -> bool:
         """Whether a frame of time `t_s` should be stepped on. False without a task."""
         return self._job is not None and t_s >= self._next_s - EARLY_S
+
+    def answer(self, frame: FleetFrame) -> bytes:
+        """As `step`, as bytes for the bus; what cannot travel is an error of the planner, too."""
+        plan, job = self.step(frame), self._present()
+        try:
+            data = encode(plan)
+            if not job.checked and not plan.error:
+                decode(data, Plan)
+                job.checked = True
+        except (TypeError, ValueError, msgspec.MsgspecError) as error:
+            text = f"planner {job.task.planner!r}: its plan cannot be sent: {error}"
+            data = encode(self._failed(job, self._blank(job, frame), text))
+        return data
 
     def step(self, frame: FleetFrame) -> Plan:
         """The planner's plan for this frame; an error in it is told in `Plan.error`.
@@ -97,94 +211,102 @@ class PlannerHost:
         Raises:
             RuntimeError: there is no task yet.
         """
-        job = self._job
-        if job is None:
-            raise RuntimeError(f"planner host of team {self.team!r} has no task")
+        if self.restart_due:
+            self.adopt(self.prepare_restart())
+        job = self._present()
         period_s = 1.0 / self.rate_hz
         late = frame.t_s - self._next_s > period_s
         self._next_s = frame.t_s + period_s if late else self._next_s + period_s
         begin_s = time.perf_counter()
-        output = self._output(job, frame, period_s)
-        step_ms = (time.perf_counter() - begin_s) * 1e3
-        self._seq += 1
-        plan = Plan(self.team, job.task.revision, self._seq, frame.t_s, step_ms=step_ms)
-        if isinstance(output, str):
-            return msgspec.structs.replace(plan, error=output)
-        return msgspec.structs.replace(
-            plan,
-            intents=tuple(output.intents),
-            annotations=None if output.annotations is None else tuple(output.annotations),
-            metrics={name: float(value) for name, value in output.metrics.items()},
-        )
+        plan = self._plan(job, frame, period_s)
+        return msgspec.structs.replace(plan, step_ms=(time.perf_counter() - begin_s) * 1e3)
 
-    def _output(self, job: _Job, frame: FleetFrame, period_s: float) -> Output | str:
-        """What the planner wants, or the text of its error. Configuration errors stay until the next task."""
-        if job.planner is None:
-            return job.error
-        iterations = round(job.planner.iterations_per_s * period_s)
+    def _blank(self, job: Job, frame: FleetFrame) -> Plan:
+        self._seq += 1
+        notes, job.notes = tuple(job.notes), []
+        return Plan(self.team, job.task.revision, self._seq, frame.t_s, rate_hz=self.rate_hz, notes=notes)
+
+    def _plan(self, job: Job, frame: FleetFrame, period_s: float) -> Plan:
+        planner = job.planner
+        blank = self._blank(job, frame)
+        if planner is None or job.error:
+            return msgspec.structs.replace(blank, error=job.error, fate="quarantined")
         t_s, fleet = frame.t_s, team_view(frame, job.task)
         deadline_s = period_s * DEADLINE_SHARE
+        iterations = self._granted(job, planner, t_s, period_s)
         context = Context(t_s, fleet, job.rng, iterations, deadline_s, tracks_view(frame), frame.wind_m_s)
-        outputs: list[Output] = []
+        plans: list[Plan] = []
 
-        def run(planner: Planner) -> None:
+        def run() -> None:
             if not job.started:
                 planner.start(t_s, fleet)
                 job.started = True
-            outputs.append(planner.step(context))
+            for event in job.changes.look(frame, job.task):
+                planner.event(event)
+            plans.append(_filled(blank, planner.step(context), job.task.planner))
 
-        error = self._guarded(job, run)
-        if not error and not isinstance(outputs[0], Output):
-            error = f"planner {job.task.planner!r}: step returned {type(outputs[0]).__name__}, not Output"
-        return error or outputs[0]
+        if error := self._guarded(run):
+            return self._failed(job, blank, error)
+        return self._with_snapshot(job, planner, plans[0])
 
     @staticmethod
-    def _guarded(job: _Job, call: Callable[[Planner], None]) -> str:
+    def _granted(job: Job, planner: Planner, t_s: float, period_s: float) -> int:
+        """Iterations for the mission time since the last step: as many in the end, however it was cut into steps."""
+        since_s = period_s if math.isnan(job.stepped_s) else min(max(t_s - job.stepped_s, 0.0), MOST_GRANTED_S)
+        job.stepped_s = t_s
+        job.credit += planner.iterations_per_s * since_s
+        whole = math.floor(job.credit + 1e-9)
+        job.credit = max(job.credit - whole, 0.0)
+        return whole
+
+    def _failed(self, job: Job, blank: Plan, error: str) -> Plan:
+        """The first time it is begun anew before the next step, the second time it is left alone."""
+        if job.restarted:
+            job.error = error
+            return msgspec.structs.replace(blank, error=error, fate="quarantined")
+        job.restart_due = True
+        return msgspec.structs.replace(blank, error=error, fate="restarts")
+
+    @staticmethod
+    def _with_snapshot(job: Job, planner: Planner, plan: Plan) -> Plan:
+        if plan.t_s - job.kept_s < SNAPSHOT_S - EARLY_S:
+            return plan
+        job.kept_s = plan.t_s
+        try:
+            packed = keeping.pack(planner, job.task, plan.t_s, job.rng, job.changes, job.credit)
+        except Exception as error:  # noqa: BLE001 - the edge to foreign code
+            text = f"no snapshot: {_last_line(str(error) or type(error).__name__)}"
+            return msgspec.structs.replace(plan, notes=(*plan.notes, text))
+        job.kept = packed
+        return msgspec.structs.replace(plan, snapshot=packed)
+
+    @staticmethod
+    def _guarded(call: Callable[[], None]) -> str:
         """The traceback of `call`, "" if it went well. Planners are foreign code: anything may come out of them."""
         try:
-            if job.planner is not None:
-                call(job.planner)
-        except Exception:  # noqa: BLE001 - the edge to foreign code
-            return traceback.format_exc(limit=8)
+            call()
+        except (Exception, SystemExit):  # noqa: BLE001 - the edge to foreign code
+            return _trace()
         return ""
 
 
-def team_view(frame: FleetFrame, task: PlannerTask) -> Fleet:
-    """The task's members in `frame`, ordered by id. A vehicle without a position is not active."""
-    place = {vehicle: i for i, vehicle in enumerate(frame.ids)}
-    ids = sorted(m for m in task.members if m in place)
-    rows = [place[vehicle] for vehicle in ids]
-    position = np.array([frame.position_m[i] for i in rows], dtype=float).reshape(-1, 3)
-    flying = [frame.phase[i] == Phase.FLYING and frame.freshness[i] != Freshness.LOST for i in rows]
-    return Fleet(
-        id=np.array(ids, dtype=np.int64),
-        active=np.array(flying, dtype=bool) & np.isfinite(position).all(axis=1),
-        position_m=position,
-        velocity_m_s=np.array([frame.velocity_m_s[i] for i in rows], dtype=float).reshape(-1, 3),
-        heading_deg=np.array([frame.heading_deg[i] for i in rows], dtype=float),
-        age_s=np.array([frame.age_s[i] for i in rows], dtype=float),
-        layer_m=np.array([task.layers_m.get(vehicle, np.nan) for vehicle in ids], dtype=float),
-        battery_pct=np.array([frame.battery_pct[i] for i in rows], dtype=float),
-        held=np.array([frame.phase[i] == Phase.HOLDING for i in rows], dtype=bool),
-    )
+def _trace() -> str:
+    return traceback.format_exc(limit=8)[-MOST_TRACE_CHARS:]
 
 
-def tracks_view(frame: FleetFrame) -> Tracks:
-    """The frame's tracks as struct of arrays, carried forward to its time."""
-    tracks = frame.tracks
-    age_s = np.array([frame.t_s - track.seen_s for track in tracks], dtype=float)
-    velocity = np.array([track.velocity_m_s for track in tracks], dtype=float).reshape(-1, 3)
-    position = np.array([track.position_m for track in tracks], dtype=float).reshape(-1, 3)
-    cov = np.array([track.covariance_m2 for track in tracks], dtype=float).reshape(-1, 3)
-    mean, half = (cov[:, 0] + cov[:, 2]) / 2, (cov[:, 0] - cov[:, 2]) / 2
-    return Tracks(
-        id=np.array([track.id for track in tracks], dtype=np.int64),
-        position_m=position + velocity * age_s[:, None],
-        velocity_m_s=velocity,
-        sigma_m=np.sqrt(np.maximum(mean + np.hypot(half, cov[:, 1]), 0.0)),
-        age_s=age_s,
-        confirmed=np.array([track.confirmed for track in tracks], dtype=bool),
-        seen_by=tuple(track.seen_by for track in tracks),
+def _last_line(text: str) -> str:
+    return (text.strip().splitlines() or ["it does not say why"])[-1]
+
+
+def _filled(blank: Plan, output: object, name: str) -> Plan:
+    """The plan with what a step wants. Raises TypeError or ValueError if it is no output."""
+    if not isinstance(output, Output):
+        raise TypeError(f"planner {name!r}: step returned {type(output).__name__}, not Output")
+    return msgspec.structs.replace(
+        blank,
+        intents=tuple([plain_intent(intent) for intent in output.intents]),
+        annotations=None if output.annotations is None else tuple(output.annotations),
+        metrics={str(key): float(value) for key, value in output.metrics.items()},
     )
 
 
@@ -197,7 +319,7 @@ def attach(host: PlannerHost, bus: Bus) -> Closable:
     def on_fleet(_key: str, payload: bytes) -> None:
         frame = decode(payload, FleetFrame)
         if host.due(frame.t_s):
-            bus.publish(PLAN.format(team=host.team), encode(host.step(frame)))
+            bus.publish(PLAN.format(team=host.team), host.answer(frame))
 
     return _Attached(bus.subscribe(TASK.format(team=host.team), on_task), bus.subscribe(FLEET, on_fleet))
 

@@ -13,15 +13,20 @@ MOST_BYTES = 4_000_000
 """A longer file is no source of a planner."""
 
 
-def load_file(path: Path) -> type[Planner]:
+def load_file(path: Path, wanted_sha256: str = "") -> type[Planner]:
     """The one planner class that the file defines. The file runs now, in this process.
 
-    Names with an underscore and bases of other classes of the file do not count.
+    Names with an underscore and bases of other classes of the file do not count. With `wanted_sha256` only that
+    content is loaded.
 
     Raises:
         PlannerError: one line, with file and line where there is one.
     """
     source = read_source(path)
+    found = sha256(source).hexdigest()
+    if wanted_sha256 and found != wanted_sha256:
+        what = f"changed since the start (sha256 {found[:12]}, was {wanted_sha256[:12]})"
+        raise PlannerError(f"{path}: {what}: put it back, or start anew with --planner")
     module = ModuleType(f"tui_gcs_planner_{sha256(str(path.resolve()).encode()).hexdigest()[:12]}")
     module.__file__ = str(path)
     sys.modules[module.__name__] = module  # dataclasses and pickle look a class's module up there

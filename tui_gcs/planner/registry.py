@@ -1,12 +1,16 @@
 """Planners by name: the built-in ones, and those of installed packages (entry points, group `tui_gcs.planners`)."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import entry_points
+from pathlib import Path
 
 from tui_gcs.planner.api import Param, ParamValue, Planner
 
 GROUP = "tui_gcs.planners"
+RATE_HZ = (1.0, 20.0)
+MOST_ITERATIONS_PER_S = 1e6
 
 _BUILTIN = {"patrol": "tui_gcs.planner.patrol:Patrol"}
 
@@ -34,12 +38,26 @@ def adopt(planner: type[Planner]) -> str:
     return name
 
 
-def load(name: str) -> type[Planner]:
-    """The planner class called `name`; imported now if it was not. Built-in names cannot be taken over.
+@dataclass(frozen=True)
+class PlannerFile:
+    """A planner given on the command line: it takes the place of any other of its name."""
+
+    name: str
+    path: Path
+    sha256: str
+    """Of the file as it was at the start; with another content it is not loaded."""
+
+
+def load(name: str, files: Mapping[str, PlannerFile] | None = None) -> type[Planner]:
+    """The planner class called `name`; imported now if it was not. Packages cannot take over built-in names.
 
     Raises:
         PlannerError: unknown, or its module cannot be imported or holds no planner of our API.
     """
+    if files and name in files:
+        from tui_gcs.planner.planner_file import load_file
+
+        return usable(load_file(files[name].path, files[name].sha256))
     try:
         found = _import(name)
     except Exception as error:
@@ -48,7 +66,19 @@ def load(name: str) -> type[Planner]:
         raise PlannerError(f"unknown planner {name!r}; known: {', '.join(names())}")
     if not (isinstance(found, type) and issubclass(found, Planner)):
         raise PlannerError(f"planner {name!r} is not a subclass of tui_gcs.planner.api.Planner")
-    return found
+    return usable(found)
+
+
+def usable(planner: type[Planner]) -> type[Planner]:
+    """`planner`, if what it declares can be kept to. Raises PlannerError."""
+    low, high = RATE_HZ
+    for value, what, least, most in (
+        (planner.rate_hz, "rate_hz", low, high),
+        (planner.iterations_per_s, "iterations_per_s", 0.0, MOST_ITERATIONS_PER_S),
+    ):
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value <= most:
+            raise PlannerError(f"planner {planner.name!r}: {what} {value!r} is not from {least:g} to {most:g}")
+    return planner
 
 
 def declared(name: str) -> tuple[Param, ...]:

@@ -1,6 +1,7 @@
 """The planner worker: one process per team, stepping its planner on the station's fleet frames.
 
 It may hang, crash or be killed: the station goes by the age of its plans and keeps the vehicles safe without it.
+A new task is configured on a thread beside the present planner, which plans on until the new one is ready.
 """
 
 import argparse
@@ -9,7 +10,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tui_gcs.core import bus as keys
@@ -25,7 +26,8 @@ from tui_gcs.core.messages import (
     decode,
     encode,
 )
-from tui_gcs.planner.host import PlannerHost
+from tui_gcs.planner.host import Job, PlannerHost
+from tui_gcs.planner.registry import PlannerFile
 
 ASK_AGAIN_S = 0.5
 PARENT_CHECK_S = 1.0
@@ -36,15 +38,19 @@ log = logging.getLogger("tui_gcs.planner")
 class Worker:
     """Steps a host on the newest frame; callbacks of the bus only fill a mailbox."""
 
-    def __init__(self, bus: Bus, team: str) -> None:
-        """Join as `planner-<team>`."""
-        self.host = PlannerHost(team)
+    def __init__(self, bus: Bus, team: str, files: dict[str, PlannerFile] | None = None) -> None:
+        """Join as `planner-<team>`. `files`: planners in files of their own, by name."""
+        self.host = PlannerHost(team, files)
         self.stopped = False
         self._bus = bus
         self._team = team
         self._principal = f"planner-{team}"
         self._frame: bytes | None = None
         self._task: bytes | None = None
+        self._ready: Job | None = None
+        self._thread: threading.Thread | None = None
+        self._wanted: Callable[[], Job] | None = None
+        """What is to be prepared when the thread is free."""
         self._something = threading.Condition()
         bus.subscribe(keys.FLEET, lambda _, data: self._put(frame=data))
         bus.subscribe(keys.TASK.format(team=team), lambda _, data: self._put(task=data))
@@ -56,9 +62,10 @@ class Worker:
         while not self.stopped and os.getppid() == parent:
             task, frame = self._wait()
             if task is not None:
-                self._take(decode(task, PlannerTask))
-            elif self.host.revision < 0:
+                self._want(decode(task, PlannerTask))
+            elif self.host.revision < 0 and not self._preparing:
                 self._ask_for_task()
+            self._prepare_and_adopt()
             if frame is not None:
                 self._step(decode(frame, FleetFrame))
 
@@ -75,24 +82,56 @@ class Worker:
     def _wait(self) -> tuple[bytes | None, bytes | None]:
         """The newest task and frame that came since the last call, waiting at most a moment for one."""
         with self._something:
-            if self._frame is None and self._task is None:
+            if self._frame is None and self._task is None and self._ready is None:
                 self._something.wait(ASK_AGAIN_S if self.host.revision < 0 else PARENT_CHECK_S)
             task, frame = self._task, self._frame
             self._task = self._frame = None
         return task, frame
 
-    def _take(self, task: PlannerTask) -> None:
+    # ---------------------------------------------------------------- tasks
+
+    @property
+    def _preparing(self) -> bool:
+        return self._thread is not None or self._wanted is not None
+
+    def _want(self, task: PlannerTask, snapshot: bytes = b"") -> None:
         if task.revision != self.host.revision:
-            self.host.set_task(task)
+            self._wanted = lambda: self.host.prepare(task, snapshot)
+
+    def _prepare_and_adopt(self) -> None:
+        """Take what is ready, if nothing newer is wanted, and begin with what is wanted."""
+        ready = self._ready
+        if ready is not None and self._thread is not None:
+            self._thread.join()
+            self._ready = self._thread = None
+            if self._wanted is None:
+                self.host.adopt(ready)
+        if self.host.restart_due and not self._preparing:
+            self._wanted = self.host.prepare_restart
+        if self._wanted is not None and self._thread is None:
+            make, self._wanted = self._wanted, None
+            self._thread = threading.Thread(target=self._prepare, args=(make,), daemon=True)
+            self._thread.start()
+
+    def _prepare(self, make: Callable[[], Job]) -> None:
+        """On the thread."""
+        job = make()
+        with self._something:
+            self._ready = job
+            self._something.notify()
+
+    # ---------------------------------------------------------------- steps
 
     def _step(self, frame: FleetFrame) -> None:
-        if self.host.due(frame.t_s):
-            self._bus.publish(keys.PLAN.format(team=self._team), encode(self.host.step(frame)))
+        if self.host.due(frame.t_s) and not self.host.restart_due:
+            self._bus.publish(keys.PLAN.format(team=self._team), self.host.answer(frame))
+
+    # ---------------------------------------------------------------- the station
 
     def _ask_for_task(self) -> None:
         reply = self._ask(GetTask(team=self._team))
         if reply is not None and reply.task is not None:
-            self._take(reply.task)
+            self._want(reply.task, reply.snapshot)
 
     def _say_hello(self) -> None:
         reply = self._ask(Hello(protocol=PROTOCOL, who=self._principal))
@@ -109,13 +148,14 @@ class Worker:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`python -m tui_gcs.planner.worker --bus SOCKET --team NAME`."""
+    """`python -m tui_gcs.planner.worker --bus SOCKET --team NAME [--file NAME SHA256 PATH]…`."""
     from tui_gcs.core.zenoh_bus import connect
 
     parser = argparse.ArgumentParser(prog="planner worker")
     parser.add_argument("--bus", type=Path, required=True)
     parser.add_argument("--team", required=True)
     parser.add_argument("--parent", type=int, default=os.getppid(), help="end when this process is gone")
+    parser.add_argument("--file", nargs=3, action="append", default=[], metavar=("NAME", "SHA256", "PATH"))
     arguments = parser.parse_args(argv)
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(levelname)s %(message)s")
     try:
@@ -123,7 +163,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BusError as error:
         log.error("%s", error)
         return 2
-    worker = Worker(bus, arguments.team)
+    files = {name: PlannerFile(name, Path(path), sha256) for name, sha256, path in arguments.file}
+    worker = Worker(bus, arguments.team, files)
     signal.signal(signal.SIGTERM, lambda *_: worker.stop())
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:

@@ -1,0 +1,80 @@
+"""Planner workers as processes: one per team, started again when it dies, killed when it does not answer."""
+
+import contextlib
+import os
+import subprocess
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+FIRST_WAIT_S, LONGEST_WAIT_S = 1.0, 30.0
+"""Before a dead worker is started again; doubled each time, until one lived for `LIVED_S`."""
+LIVED_S = 60.0
+END_S = 2.0
+
+
+@dataclass
+class _Worker:
+    """One team's."""
+
+    process: subprocess.Popen[bytes]
+    since_s: float
+    wait_s: float = FIRST_WAIT_S
+    again_s: float = -1.0
+    """When the next one is started; negative while this one lives."""
+
+
+class Workers:
+    """Keeps them. Times are the caller's."""
+
+    def __init__(self, bus_socket: Path, log_file: Path, arguments: Sequence[str] = ()) -> None:
+        """Nothing runs yet. `arguments` are for all of them."""
+        self._socket = bus_socket
+        self._log_file = log_file
+        self._arguments = list(arguments)
+        self._workers: dict[str, _Worker] = {}
+
+    def keep(self, teams: list[str], now: float) -> None:
+        """Start what is missing, end what is not wanted any more."""
+        for team in [t for t in self._workers if t not in teams]:
+            self._workers.pop(team).process.terminate()
+        for team in teams:
+            worker = self._workers.get(team)
+            if worker is None:
+                self._workers[team] = _Worker(self._start(team), now)
+            elif worker.again_s < 0.0:
+                if worker.process.poll() is not None:
+                    lived = now - worker.since_s >= LIVED_S
+                    worker.wait_s = FIRST_WAIT_S if lived else worker.wait_s
+                    worker.again_s = now + worker.wait_s
+            elif now >= worker.again_s:
+                wait_s = min(2.0 * worker.wait_s, LONGEST_WAIT_S)
+                self._workers[team] = _Worker(self._start(team), now, wait_s)
+
+    def end_stuck(self, teams: Iterable[str]) -> None:
+        """Kill these: they hang, and may not even hear a polite signal."""
+        for team in teams:
+            if team in self._workers and self._workers[team].process.poll() is None:
+                self._workers[team].process.kill()
+
+    def pid(self, team: str) -> int | None:
+        """The process id of a team's worker; None while there is none."""
+        worker = self._workers.get(team)
+        return worker.process.pid if worker is not None and worker.process.poll() is None else None
+
+    def end(self) -> None:
+        """Stop all; who does not end is killed."""
+        for worker in self._workers.values():
+            worker.process.terminate()
+        for worker in self._workers.values():
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                worker.process.wait(END_S)
+                continue
+            worker.process.kill()
+
+    def _start(self, team: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", "tui_gcs.planner.worker", "--bus", str(self._socket), "--team", team]
+        command += ["--parent", str(os.getpid()), *self._arguments]
+        with self._log_file.open("ab") as output:
+            return subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=output)

@@ -1,0 +1,70 @@
+"""What changed for the vehicles of a team from frame to frame, as events for its planner."""
+
+import math
+from typing import Literal
+
+from tui_gcs.core.messages import FleetFrame, Freshness, Phase, PlannerTask
+from tui_gcs.planner.api import LOW_BATTERY_PCT, Event
+
+State = Literal["", "active", "held", "lost", "returned"]
+"""What a planner was told of a vehicle last; "" is nothing."""
+
+_TOLD: dict[State, Literal["held", "lost", "returned"]] = {"held": "held", "lost": "lost", "returned": "returned"}
+
+
+class Changes:
+    """Compares each frame with the one before; the same frames give the same events, in order of id."""
+
+    def __init__(self) -> None:
+        """Nothing known yet: the first frame is where changes are counted from."""
+        self.state: dict[int, State] = {}
+        self.low: list[int] = []
+        """Vehicles whose low battery was told, ordered."""
+        self.begun = False
+
+    def look(self, frame: FleetFrame, task: PlannerTask) -> list[Event]:
+        """Events since the frame before; none for the first."""
+        place = {vehicle: i for i, vehicle in enumerate(frame.ids)}
+        events: list[Event] = []
+        for vehicle in sorted(task.members):
+            i = place.get(vehicle)
+            before = self.state.get(vehicle, "")
+            now = "lost" if i is None else _state(frame, i, before)
+            if now != before and not (before == "" and now != "active") and (before, now) != ("returned", "lost"):
+                events.append(Event(_word(before, now), frame.t_s, vehicle))
+                self.state[vehicle] = now
+            if i is not None and self._newly_low(vehicle, frame.battery_pct[i] if frame.battery_pct else math.nan):
+                events.append(Event("low battery", frame.t_s, vehicle))
+        if self.begun:
+            return events
+        self.begun = True
+        return [event for event in events if event.kind == "low battery"]
+
+    def _newly_low(self, vehicle: int, battery_pct: float) -> bool:
+        """Once per flight: a vehicle that joins with a full battery may be low again."""
+        flies = self.state.get(vehicle, "") in ("active", "held")
+        if flies and battery_pct < LOW_BATTERY_PCT and vehicle not in self.low:
+            self.low = sorted([*self.low, vehicle])
+            return True
+        if self.state.get(vehicle) in ("returned", "lost") and vehicle in self.low:
+            self.low.remove(vehicle)
+        return False
+
+
+def _state(frame: FleetFrame, i: int, before: State) -> State:
+    if frame.freshness[i] == Freshness.LOST:
+        return "lost"
+    phase = frame.phase[i]
+    if phase == Phase.FLYING:
+        return "active" if all(map(math.isfinite, frame.position_m[i])) else "lost"
+    if phase == Phase.HOLDING:
+        return "held"
+    if phase in (Phase.ARMING, Phase.TAKEOFF):  # on its way up, or back to its layer after a hold
+        return before
+    return "returned"
+
+
+def _word(before: State, now: State) -> Literal["joined", "lost", "held", "returned", "resumed"]:
+    if now == "active":
+        return "resumed" if before == "held" else "joined"
+    return _TOLD[now]

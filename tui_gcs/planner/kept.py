@@ -1,0 +1,78 @@
+"""What a planner's host keeps of it, so that another one goes on exactly where this one was."""
+
+import hashlib
+import json
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from tui_gcs.core.message import Message
+from tui_gcs.core.messages import PlannerTask, encode
+from tui_gcs.planner.api import API_VERSION, Planner
+from tui_gcs.planner.changes import Changes, State
+
+MOST_BYTES = 1_000_000
+"""Of a planner's own snapshot: the station holds one per team."""
+
+
+class Kept(Message, frozen=True):
+    """A snapshot, and what belongs to it on the host's side."""
+
+    api: int
+    planner: str
+    version: str
+    task: bytes
+    """Digest of what the task asks for: another zone is another plan."""
+    t_s: float
+    rng: str
+    state: dict[int, State]
+    low: list[int]
+    credit: float
+    data: bytes
+
+
+def digest(task: PlannerTask) -> bytes:
+    """Equal for tasks that ask for the same."""
+    return hashlib.sha256(encode(msgspec.structs.replace(task, t_s=0.0, revision=0))).digest()
+
+
+def pack(
+    planner: Planner, task: PlannerTask, t_s: float, rng: np.random.Generator, changes: Changes, credit: float
+) -> bytes:
+    """Everything that the next host needs; b"" if the planner keeps nothing.
+
+    Raises:
+        TypeError: its snapshot is no bytes.
+        ValueError: it is too large.
+    """
+    data = planner.snapshot()
+    if not isinstance(data, bytes):
+        raise TypeError(f"a snapshot must be bytes, not {type(data).__name__}")
+    if len(data) > MOST_BYTES:
+        raise ValueError(f"a snapshot of {len(data) / 1e6:.1f} MB: at most {MOST_BYTES / 1e6:g} MB are kept")
+    if not data:
+        return b""
+    rng_state = json.dumps(rng.bit_generator.state)
+    version = str(planner.version)
+    kept = Kept(
+        API_VERSION, planner.name, version, digest(task), t_s, rng_state, changes.state, changes.low, credit, data
+    )
+    return encode(kept)
+
+
+def unpack(packed: bytes, planner: Planner, task: PlannerTask) -> Kept | str:
+    """What was kept, or why it is not of use for this planner and task."""
+    try:
+        kept = msgspec.msgpack.decode(packed, type=Kept)
+    except msgspec.MsgspecError:
+        return "is not readable"
+    if (kept.api, kept.planner, kept.version) != (API_VERSION, planner.name, str(planner.version)):
+        return f"is of {kept.planner} {kept.version}"
+    return kept if kept.task == digest(task) else "is of another task"
+
+
+def rng_state(kept: Kept) -> dict[str, Any]:
+    """The state of the random numbers, as numpy takes it."""
+    state: dict[str, Any] = json.loads(kept.rng)
+    return state
