@@ -2,7 +2,7 @@
 # make test   style, types and all tests
 # make bench  the measured figures
 # make lint   style and types only
-# make conformance LINK=udpin:127.0.0.1:14550 IDS=1-8   judge the vehicles on a link; they will fly
+# make conformance LINK=udpin:127.0.0.1:14550 IDS=1-8   judge the vehicles on a link; they will fly (ONLY=words: those checks)
 #
 # Each makes .venv with pinned packages first; nothing is installed outside this folder, no root is needed.
 # Another interpreter: make PYTHON=python3.12 test
@@ -13,7 +13,8 @@ PIP = $(BIN)/python -m pip --disable-pip-version-check --quiet install --constra
 BUILD = $(PIP) setuptools && $(PIP) --no-build-isolation --editable
 
 LINK = udpin:127.0.0.1:14550
-IDS = 1-2
+IDS =
+ONLY =
 
 .PHONY: demo test bench conformance lint clean
 
@@ -27,7 +28,7 @@ bench: .venv/installed-dev
 	$(BIN)/python -m tests.bench
 
 conformance: .venv/installed-dev
-	$(BIN)/python -m tests.conformance --link $(LINK) --ids $(IDS) $(ONLY)
+	$(BIN)/python -m tests.conformance --link $(LINK) $(if $(IDS),--ids $(IDS)) $(ONLY)
 
 lint: .venv/installed-dev
 	$(BIN)/ruff check .

@@ -27,6 +27,8 @@ def problems(ap: "ArduCopter") -> list[str]:
         found.append("Check ANGLE_MAX")
     if ap.mode == AUTO and not ap.mission.exists:
         found.append("Mode requires mission")
+    if ap.voltage_v < ap.params["BATT_ARM_VOLT"]:
+        found.append("Battery 1 below minimum arming voltage")
     if "gcs" in ap.failsafes:
         found.append("GCS failsafe on")
     if "battery" in ap.failsafes:

@@ -29,6 +29,10 @@ _GPS, _COMMUNICATION = 0x8, 0x1000
 _PRESENT = 0x3802180A
 # health_component_index of an arming_check event.
 _AT_GPS, _AT_REMOTE, _AT_BATTERY, _AT_LINKS, _AT_LOCAL, _AT_SYSTEM, _AT_GLOBAL = 3, 7, 11, 12, 17, 20, 24
+_AT_ODID = 30
+"""open_drone_id is bit 30 of health_component_t."""
+ODID_REQUIRED = 2
+"""COM_ARM_ODID: 1 warns only."""
 
 
 class Problem(NamedTuple):
@@ -83,6 +87,11 @@ def check(ap: "Px4") -> Report:
         if ap.params["NAV_DLL_ACT"] > 0:
             errors |= _COMMUNICATION
             can_arm = 0
+    if ap.params["COM_ARM_ODID"] > 0:  # there is no such transmitter
+        required = ap.params["COM_ARM_ODID"] == ODID_REQUIRED
+        can_arm = 0 if required else can_arm
+        levels = LEVEL_ERROR if required else LEVEL_WARNING
+        problems.append(Problem("check_open_drone_id_missing", _ALL, _AT_ODID, levels))
     battery = ap.battery_warning
     if battery:
         errors |= _BATTERY

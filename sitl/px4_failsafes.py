@@ -60,6 +60,7 @@ def watch(ap: "Px4") -> None:
     if ap.gps_lost_us is not None or ap.gps_gone:
         _watch_gps(ap)
     if not ap.armed:
+        ap.battery_warning = _battery_state(ap)  # shown by the checks; nothing is said
         return
     _watch_battery(ap)
     if ap.landed:

@@ -22,7 +22,7 @@ def identity(field: Field, vehicle: int) -> str:
     )
 
 
-@check("discovery: heartbeats at 1 Hz")
+@check("discovery: heartbeats at 1 Hz", takes_s=11.0)
 def heartbeats(field: Field, vehicle: int) -> str:
     """A heartbeat a second, none lost, never shown as LOST."""
     v = field.vehicle(vehicle)
@@ -37,7 +37,7 @@ def heartbeats(field: Field, vehicle: int) -> str:
     return f"{rate_hz:.1f} Hz, never LOST"
 
 
-@check("streams: position at the rate we asked for")
+@check("streams: position at the rate we asked for", takes_s=11.0)
 def position_rate(field: Field, vehicle: int) -> str:
     """GLOBAL_POSITION_INT comes as often as the rate desk wants it, and with nothing lost on the way."""
     v = field.vehicle(vehicle)
@@ -50,3 +50,28 @@ def position_rate(field: Field, vehicle: int) -> str:
     if rate_hz < 0.7 * wanted_hz:
         raise Failed(f"{rate_hz:.1f} Hz, asked for {wanted_hz:g} Hz")
     return f"{rate_hz:.1f} Hz, asked for {wanted_hz:g} Hz"
+
+
+@check("streams: what an operator needs")
+def telemetry(field: Field, vehicle: int) -> str:
+    """Position, home, battery, GPS, mode and health are known, none of them old."""
+    v, now = field.vehicle(vehicle), field.clock.now
+    field.until(lambda: v.home_m is not None, 30.0, "HOME_POSITION")
+    field.until(lambda: v.battery_v > 0.0 or v.battery_pct >= 0.0, 30.0, "its battery")
+    field.until(lambda: v.gps_fix >= 3 and now() - v.position_s < 2.0, 60.0, lambda: f"a GPS fix (now {v.gps_fix})")
+    health = field.station.services.health.of(v)
+    why = "; ".join(problem.text for problem in health.problems[:2])
+    charge = f"{v.battery_v:.1f} V, {v.battery_pct:.0f} %"
+    return (
+        f"GPS fix {v.gps_fix}, {v.satellites} satellites; {charge}; {'ready' if health.ready else f'not ready: {why}'}"
+    )
+
+
+@check("time: TIMESYNC both ways", takes_s=12.0)
+def timesync(field: Field, vehicle: int) -> str:
+    """It answers our question of time; the round trip is known."""
+    v, times = field.vehicle(vehicle), field.station.services.link_times
+    field.until(lambda: times.of(v) is not None, 25.0, "an answer to TIMESYNC")
+    measured = times.of(v)
+    assert measured is not None
+    return f"round trip {1e3 * measured.best_rtt_s:.1f} ms at best, {1e3 * measured.rtt_s:.1f} ms the last"

@@ -2,7 +2,19 @@
 
 import importlib
 
-MODULES = ("link", "data", "flight", "mission")
+MODULES = (
+    "link",
+    "params",
+    "plans",
+    "files",
+    "orders",
+    "arming",
+    "events",
+    "flight",
+    "mission",
+    "failsafes",
+    "reboot",
+)
 
 
 def load() -> None:

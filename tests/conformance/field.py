@@ -5,11 +5,14 @@ The same checks run on a live endpoint in real time and on our simulator in lock
 
 import select
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from sitl.fleet import SimFleet, VehicleSpec
+from tests.conformance.air import Air
+from tests.conformance.turns import Turns
 from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.clock import Clock, MonotonicClock, VirtualClock
 from tui_gcs.core.journal import Journal
@@ -17,7 +20,7 @@ from tui_gcs.core.kinds import Kind
 from tui_gcs.core.links import Link, open_link
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import parse_link
-from tui_gcs.core.messages import Freshness
+from tui_gcs.core.messages import EventClass, Freshness
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.scenario_load import parse
 from tui_gcs.core.station import Station, StationConfig
@@ -25,6 +28,11 @@ from tui_gcs.core.vehicle import Vehicle
 
 TICK_S = 0.05
 RECEIVE_S = 0.002
+LISTEN_S = 10.0
+"""Without ids: whoever is heard in this time."""
+TELL_S = 10.0
+MOST_AT_ONCE = 8
+"""Vehicles that fly at the same time; more are judged in groups."""
 SIM_HOME = (-35.363262, 149.165237, 584.0)
 
 SCENARIO = """
@@ -62,23 +70,22 @@ radius_m = 100.0
 name = "judged"
 zone = "zone"
 planner = "patrol"
-vehicles = {ids}
+vehicles = [{nobody}]
 """
 PLACE = """
 [[place]]
 vehicle = {vehicle}
-place_m = [{east:.1f}, 0.0]
-layer_m = {layer:.1f}
+place_m = [0.0, 0.0]
+layer_m = 10.0
 """
-LAYERS_FROM_M, LAYER_GAP_M = 10.0, 4.0
+LAYER_GAP_M = 3.0
 
 
 def scenario_toml(lat: float, lon: float, amsl: float, ids: tuple[int, ...]) -> str:
-    """A scenario with everybody in one team about (lat, lon): the station wants one."""
-    places = "".join(
-        PLACE.format(vehicle=v, east=10.0 * i, layer=LAYERS_FROM_M + LAYER_GAP_M * i) for i, v in enumerate(ids)
-    )
-    return SCENARIO.format(lat=lat, lon=lon, amsl=amsl, ids=list(ids)) + places
+    """A scenario about (lat, lon): the station wants one. Those who are judged are in no team: checks fly them."""
+    nobody = max(set(range(1, 250)) - set(ids))
+    place = PLACE.format(vehicle=nobody)
+    return SCENARIO.format(lat=lat, lon=lon, amsl=amsl, nobody=nobody) + place
 
 
 class Failed(Exception):
@@ -91,14 +98,16 @@ class NotApplicable(Exception):
 
 @dataclass
 class Field:
-    """A station and the vehicles to be judged. `pump` moves both on by a moment; `listen` lets us only hear."""
+    """A station and the vehicles to be judged. `pump` lets a moment pass, for everybody."""
 
     station: Station
     clock: Clock
     ids: tuple[int, ...]
-    pump: Callable[[bool], None]
+    air: Air
+    turns: Turns
     close: Callable[[], None]
-    notes: list[str] = field(default_factory=list)
+    borrowed: dict[tuple[int, str], float] = field(default_factory=dict)
+    """What parameters were before a check changed them, by vehicle and name: all of it is given back."""
 
     def vehicle(self, system: int) -> Vehicle:
         """The station's picture of a vehicle.
@@ -111,16 +120,14 @@ class Field:
             raise Failed(f"vehicle {system} was never heard")
         return vehicle
 
-    def run(self, seconds: float, *, muted: bool = False) -> None:
-        """Let time pass; `muted`: we say nothing meanwhile, not even that we are there."""
+    def run(self, seconds: float) -> None:
+        """Let time pass."""
         end_s = self.clock.now() + seconds
         while self.clock.now() < end_s - 1e-9:
-            self.pump(muted)
+            self.turns.wait()
 
-    def until(
-        self, reached: Callable[[], bool], limit_s: float, what: str | Callable[[], str], *, muted: bool = False
-    ) -> float:
-        """Let time pass until `reached`; how long it took, s.
+    def until(self, reached: Callable[[], bool], limit_s: float, what: str | Callable[[], str]) -> float:
+        """Let time pass until `reached`; how long it took.
 
         Raises:
             Failed: Not within `limit_s`; `what` names what was waited for.
@@ -129,59 +136,98 @@ class Field:
         while not reached():
             if self.clock.now() - begin_s > limit_s:
                 raise Failed(f"{what() if callable(what) else what}: not within {limit_s:g} s")
-            self.pump(muted)
+            self.turns.wait()
         return self.clock.now() - begin_s
 
-    def texts(self, system: int, since: int = 0) -> list[str]:
-        """What was told about a vehicle (its own words included) after event number `since`."""
-        return [e.text for e in self.station.events.since(since, 2000) if e.source == f"vehicle {system}"]
+    @contextmanager
+    def unheard(self, system: int) -> Iterator[None]:
+        """One vehicle hears nothing of the station, which hears it: for the vehicle the station is dead."""
+        with self.air.muted(self.vehicle(system).address):
+            yield
+
+    def layer_m(self, system: int) -> float:
+        """How much higher than the first one a vehicle flies: they fly at the same time."""
+        return LAYER_GAP_M * (self.ids.index(system) % MOST_AT_ONCE)
+
+    def said(self, system: int, since: int = 0) -> list[str]:
+        """What a vehicle said itself (STATUSTEXT, EVENT) after event number `since`, each once."""
+        own = (EventClass.VEHICLE, EventClass.SENSOR)
+        events = self.station.events.since(since, 2000)
+        return list(dict.fromkeys(e.text for e in events if e.source == f"vehicle {system}" and e.cls in own))
 
     @property
     def last_event(self) -> int:
         """The number of the newest event."""
-        events = self.station.events.since(0, 2000)
+        events = self.station.events.since(0, 1)
         return events[-1].seq if events else 0
 
-    def discover(self, limit_s: float = 60.0) -> None:
+    def alone(self) -> bool:
+        """Whether several vehicles are behind one address, so that none of them can be cut off by itself."""
+        known = [self.vehicle(i).address for i in self.ids if i in self.station.fleet.vehicles]
+        return len(set(map(str, known))) < len(known)
+
+    def discover(self, limit_s: float, wait_more: Callable[[str], None]) -> tuple[int, ...]:
         """Wait for all vehicles to be heard with a position, then put the scenario's origin where the first one is.
 
+        Without ids they are those heard. Gives those that did not come; `wait_more` is told now and then who is
+        missing.
+
         Raises:
-            Failed: Some do not come.
+            Failed: Nobody came.
         """
-        vehicles = self.station.fleet.vehicles
+        vehicles, told_s = self.station.fleet.vehicles, self.clock.now()
+        if not self.ids:
+            self.run(LISTEN_S)
+            self.ids = tuple(sorted(i for i, v in vehicles.items() if v.confirmed))
 
-        def here() -> bool:
+        def missing() -> tuple[int, ...]:
             now = self.clock.now()
-            return all(i in vehicles and vehicles[i].freshness(now) is Freshness.OK for i in self.ids)
+            return tuple(i for i in self.ids if i not in vehicles or vehicles[i].freshness(now) is not Freshness.OK)
 
-        self.until(here, limit_s, f"vehicles {', '.join(map(str, self.ids))} heard with a position")
+        end_s = self.clock.now() + limit_s
+        while missing() and self.clock.now() < end_s:
+            self.turns.wait()
+            if self.clock.now() - told_s > TELL_S:
+                told_s = self.clock.now()
+                silent = [i for i in missing() if i not in vehicles]
+                others = [i for i in missing() if i in vehicles]
+                told = [f"{_named(silent)} not heard"] if silent else []
+                wait_more("; ".join(told + ([f"{_named(others)} without a position"] if others else [])))
+        absent = missing()
+        self.ids = tuple(i for i in self.ids if i not in absent)
+        if not self.ids:
+            raise Failed(f"no vehicle is heard with a position on {', '.join(self.station.links)}")
         first = vehicles[self.ids[0]]
         toml = scenario_toml(first.lat_deg, first.lon_deg, first.alt_amsl_m - first.alt_rel_m, self.ids)
         self.station.set_scenario(parse(toml, where="conformance"), toml)
+        self.run(1.0)  # positions in the new origin's frame
+        return absent
+
+
+def _named(ids: list[int]) -> str:
+    return f"vehicle{'s'[: len(ids) - 1]} {', '.join(map(str, ids))}"
 
 
 def live_field(link: str, ids: tuple[int, ...], log_dir: Path) -> Field:
-    """A field on a real link, in real time. What answers there is live."""
+    """A field on a real link, in real time. What answers there is live; without ids, whoever is heard."""
     clock = MonotonicClock()
     opened: Link = open_link(parse_link(link))
-    station, end = _station(clock, [opened], ids, log_dir)
+    air = Air(opened, clock.now)
+    station, end = _station(clock, [air], ids, log_dir)
     ticked_s = [0.0]
 
-    def pump(muted: bool) -> None:
+    def move() -> None:
         select.select(opened.filenos(), [], [], RECEIVE_S)
         station.receive()
         if time.monotonic() - ticked_s[0] >= TICK_S:
             ticked_s[0] = time.monotonic()
-            if muted:
-                station.fleet.tick()
-            else:
-                station.tick()
+            station.tick()
 
     def close() -> None:
         end()
         opened.close()
 
-    return Field(station, clock, ids, pump, close)
+    return Field(station, clock, ids, air, Turns(move, clock.now), close)
 
 
 def simulated_field(autopilots: tuple[str, ...], log_dir: Path, *, seed: int = 1) -> Field:
@@ -192,9 +238,10 @@ def simulated_field(autopilots: tuple[str, ...], log_dir: Path, *, seed: int = 1
     ]
     clock, link = VirtualClock(), MemoryLink("memory")
     sim = SimFleet(specs, seed=seed)
-    station, end = _station(clock, [link], tuple(range(1, len(specs) + 1)), log_dir)
+    air = Air(link, clock.now)
+    station, end = _station(clock, [air], tuple(range(1, len(specs) + 1)), log_dir)
 
-    def pump(muted: bool) -> None:
+    def move() -> None:
         clock.advance(TICK_S)
         sim.step(TICK_S)
         for index, data in sim.drain():
@@ -206,15 +253,10 @@ def simulated_field(autopilots: tuple[str, ...], log_dir: Path, *, seed: int = 1
             _carry(link, sim)
             for index, data in sim.drain():
                 link.inject(data, ("sim", index))
-        if muted:
-            station.receive()
-            station.fleet.tick()
-            link.sent.clear()
-        else:
-            station.tick()
-            _carry(link, sim)
+        station.tick()
+        _carry(link, sim)
 
-    return Field(station, clock, tuple(range(1, len(specs) + 1)), pump, end)
+    return Field(station, clock, tuple(range(1, len(specs) + 1)), air, Turns(move, clock.now), end)
 
 
 def _carry(link: MemoryLink, sim: SimFleet) -> None:
@@ -223,13 +265,11 @@ def _carry(link: MemoryLink, sim: SimFleet) -> None:
         sim.receive(int(address[1]), data)
 
 
-def _station(
-    clock: Clock, links: list[Link], ids: tuple[int, ...], log_dir: Path
-) -> tuple[Station, Callable[[], None]]:
-    toml = scenario_toml(0.0, 0.0, 0.0, ids)
+def _station(clock: Clock, links: list[Air], ids: tuple[int, ...], log_dir: Path) -> tuple[Station, Callable[[], None]]:
+    toml = scenario_toml(0.0, 0.0, 0.0, ids or (1,))
     recorder, journal = TlogWriter(log_dir / "conformance.tlog"), Journal(log_dir / "conformance.jsonl")
-    config = StationConfig(Kind.LIVE, parse(toml, where="conformance"), toml, "", judge_steps=False)
-    station = Station(config, clock, MemoryBus(), links, recorder, journal)
+    config = StationConfig(Kind.LIVE, parse(toml, where="conformance"), toml, "", judge_steps=False, folder=log_dir)
+    station = Station(config, clock, MemoryBus(), list[Link](links), recorder, journal)
 
     def close() -> None:
         station.close()

@@ -1,0 +1,54 @@
+"""After every check: landed, disarmed, its parameters as they were, no transfer under way. Whatever happened before."""
+
+from tests.conformance.borrow import give_back
+from tests.conformance.field import Failed, Field
+from tests.conformance.pilot import Pilot
+from tui_gcs.core.messages import Freshness
+from tui_gcs.core.plan import PlanKind
+
+TRIES = 2
+HEARD_S = 60.0
+"""So long it may need to be heard again after a reboot."""
+
+
+def tidy(field: Field, vehicle: int) -> list[str]:
+    """Make everything as it was; what could not be made so."""
+    if vehicle not in field.station.fleet.vehicles:
+        return []
+    v = field.vehicle(vehicle)
+    field.station.jobs.cancel(vehicle)
+    left = []
+    try:
+        field.until(lambda: v.freshness(field.clock.now()) is not Freshness.LOST, HEARD_S, "it is heard again")
+    except Failed as failed:
+        left.append(f"LOST: {failed}")
+    left += _landed(field, vehicle)
+    left += give_back(field, vehicle)
+    return left
+
+
+def _landed(field: Field, vehicle: int) -> list[str]:
+    pilot = Pilot(field, vehicle)
+    v = pilot.vehicle
+    why = ""
+    for _ in range(TRIES):
+        if not v.armed:
+            return []
+        try:
+            pilot.down()  # also where it seems to stand: it may be about to lift off
+        except Failed as failed:
+            why = str(failed)
+    return [] if not v.armed else [f"NOT LANDED: {why}"]
+
+
+def empty(field: Field, vehicle: int, *kinds: PlanKind) -> None:
+    """Delete stored plans.
+
+    Raises:
+        Failed: It keeps one.
+    """
+    for kind in kinds:
+        job = field.station.services.missions.clear(vehicle, kind)
+        field.until(lambda job=job: job.over, 60.0, f"{kind.word} deleted")
+        if job.error:
+            raise Failed(f"{kind.word} not deleted: {job.error}")
