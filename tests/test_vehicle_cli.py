@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -21,10 +20,10 @@ from service_rig import Fields, Peer, ServiceRig
 from test_shell import Nsh
 
 from tests.test_keys_cli import Typist
+from tests.vehicle_rig import RigClient, Tell, tell
 from tui_gcs.cli import _parser, main
-from tui_gcs.commands import vehicle, vehicle_files
 from tui_gcs.commands.sim_fleet import spec_of
-from tui_gcs.commands.vehicle_station import StationClient, vehicle_ids
+from tui_gcs.commands.vehicle_station import vehicle_ids
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.scenario_load import load
@@ -38,37 +37,7 @@ WPL = (
     "2\t0\t3\t16\t0\t0\t0\t0\t47.3978000\t8.5457000\t20\t1\n3\t0\t2\t20\t0\t0\t0\t0\t0\t0\t0\t1\n"
 )
 
-Tell = Callable[..., tuple[int, str, str]]
-
-
-class RigClient(StationClient):
-    """Time passes in the rig while the command waits."""
-
-    rig: ServiceRig
-
-    def pause(self) -> None:
-        self.rig.run(0.2)
-
-    def close(self) -> None:
-        pass
-
-
-@pytest.fixture
-def tell(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Tell:
-    """tell(rig, words…, answer=…): exit code, stdout, stderr of a command."""
-
-    def run(rig: ServiceRig, *words: str, answer: str | None = None) -> tuple[int, str, str]:
-        client = RigClient(Kind.LIVE, rig.bus)
-        client.rig = rig
-        monkeypatch.setattr(vehicle, "open_station", lambda kind: client)
-        monkeypatch.setattr(sys, "stdin", Typist(answer or "", terminal=answer is not None))
-        monkeypatch.setattr(vehicle_files, "state_dir", lambda kind: tmp_path / "state")
-        code = main(["vehicle", *words])
-        out = capsys.readouterr()
-        return code, out.out, out.err
-
-    monkeypatch.chdir(tmp_path)
-    return run
+__all__ = ["tell"]
 
 
 def obeys(peer: Peer, fields: Fields) -> None:

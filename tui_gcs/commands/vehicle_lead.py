@@ -6,13 +6,15 @@ All of it is said on stderr: stdout has the results, also for scripts.
 import shutil
 import sys
 from collections.abc import Sequence
+from textwrap import wrap
 
 from tui_gcs.commands.vehicle_station import LINE_CELLS, StationClient
 from tui_gcs.core.messages_services import CancelTask, TaskInfo
 from tui_gcs.core.messages_setup import ConfirmStep
 from tui_gcs.core.text import clean
 
-KEYS = "Enter: done as asked    ctrl-c: cancel"
+CANCEL = "ctrl-c: cancel"
+KEYS = f"Enter: done as asked    {CANCEL}"
 
 
 class Lead:
@@ -83,8 +85,8 @@ class Lead:
     def _show(self, infos: Sequence[TaskInfo]) -> None:
         running = [info for info in infos if not info.over]
         if sys.stderr.isatty():
-            lines = [line for info in running for line in (*info.lines, _now(info))]
-            self._draw([*lines, KEYS] if any(info.waits for info in running) else lines)
+            lines = [line for info in running for line in (*_lines(info, alone=len(running) == 1), _now(info))]
+            self._draw([*lines, KEYS if any(info.waits for info in running) else CANCEL] if lines else [])
             return
         for info in running:
             if info.prompt and info.prompt != self._told.get(info.number):
@@ -92,16 +94,23 @@ class Lead:
                 self.keep(_now(info))
 
     def _draw(self, lines: list[str]) -> None:
-        """Draw over what was drawn last; no line is wrapped, nor more of them than the terminal has."""
+        """Draw over what was drawn last; no more lines than the terminal has, the last ones matter most."""
         if not sys.stderr.isatty():
             return
         size = shutil.get_terminal_size()
-        lines = lines[-(size.lines - 1) :]
+        wide = max(20, size.columns - 1)
+        rows = [row for line in lines for row in wrap(clean(line, LINE_CELLS), wide, subsequent_indent="  ")]
+        rows = rows[-max(1, size.lines - 1) :]
         up = f"\x1b[{self._drawn}A" if self._drawn else ""
-        text = "".join(clean(line, size.columns - 1) + "\x1b[K\n" for line in lines)
+        text = "".join(clean(row, wide) + "\x1b[K\n" for row in rows)
         sys.stderr.write(f"\r{up}{text}\x1b[J")
         sys.stderr.flush()
-        self._drawn = len(lines)
+        self._drawn = len(rows)
+
+
+def _lines(info: TaskInfo, *, alone: bool) -> tuple[str, ...]:
+    """How its parts stand; of which vehicle, where there are several."""
+    return info.lines if alone else tuple(f"{info.vehicle:>4} {line}" for line in info.lines)
 
 
 def _now(info: TaskInfo) -> str:

@@ -35,6 +35,8 @@ class Ended:
     text: str
     task: int = 0
     result: TaskResult = field(default_factory=TaskResult)
+    cancelled: bool = False
+    """Somebody wanted it so: no failure."""
 
 
 class Watcher(Protocol):
@@ -114,7 +116,7 @@ class StationClient:
     def _ended(self, info: TaskInfo) -> Ended:
         result = self.ask(GetTaskResult(info.number)).result or TaskResult()
         text = info.text or ("" if info.state == "done" else info.state)
-        return Ended(info.vehicle, info.state == "done", text, info.number, result)
+        return Ended(info.vehicle, info.state == "done", text, info.number, result, info.state == "cancelled")
 
     def _wait(self, numbers: tuple[int, ...], watcher: Watcher) -> Sequence[TaskInfo]:
         infos: Sequence[TaskInfo] = ()
@@ -241,7 +243,7 @@ def tell(ended: Sequence[Ended], *, as_json: bool) -> int:
         say_json([as_row(one) for one in ended])
     else:
         for one in ended:
-            word = "" if one.ok else "FAILED: "
+            word = "" if one.ok or one.cancelled else "FAILED: "
             say(f"vehicle {one.vehicle}: {word}{one.text or ('done' if one.ok else 'no reason was told')}")
     return exit_code(ended)
 

@@ -48,12 +48,21 @@ class CarryActs:
             request.pitch_deg,
             request.yaw_deg,
             to_north=request.to_north,
-            on_done=_ended(task, "accepted"),
+            on_done=self._of_gimbal(vehicle, _ended(task, "accepted")),
         )
         return ""
 
+    def _of_gimbal(self, vehicle: Vehicle, done: Done) -> Done:
+        """A refusal without a reason, or silence, where no gimbal was heard: that may be the reason."""
+
+        def told(outcome: Outcome, why: str) -> None:
+            silent = outcome is not Outcome.CONFIRMED and not self._payload.gimbals(vehicle)
+            done(outcome, ": ".join(part for part in (why, "no gimbal was heard" * silent) if part))
+
+        return told
+
     def _release_gimbal(self, vehicle: Vehicle, request: s.ReleaseGimbal, task: Task) -> str:
-        self._payload.release(vehicle, _ended(task, "released"))
+        self._payload.release(vehicle, self._of_gimbal(vehicle, _ended(task, "released")))
         return ""
 
     def _use_camera(self, vehicle: Vehicle, request: s.UseCamera, task: Task) -> str:

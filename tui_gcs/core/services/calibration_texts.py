@@ -61,8 +61,9 @@ class TextCalibration(CalibrationJob):
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Each side."""
-        return tuple(f"{SIDE_WORDS[name]}: {state}" for name, state in self.sides.items())
+        """Which sides are done; the prompt has the others."""
+        done = [SIDE_WORDS[name] for name, state in self.sides.items() if state is Side.DONE]
+        return (f"done: {', '.join(done)}",) if done else ()
 
     def may_repeat(self, vehicle: Vehicle) -> bool:
         """Only when its heartbeat shows that the first was not heard: a second is a storm of refusals."""
