@@ -15,6 +15,7 @@ from vehicles import a_vehicle
 
 from tui_gcs.core import messages as m
 from tui_gcs.core import messages_services as s
+from tui_gcs.core import messages_setup as setup
 from tui_gcs.core.bus import REQUEST
 from tui_gcs.core.firmware.mode_manners import manner_of
 from tui_gcs.core.firmware.modes import known_modes
@@ -78,9 +79,23 @@ CHANGES = [
     s.EraseLogs((1,)),
     s.TypeShell((1,), "ver"),
     s.Reboot((1,)),
+    setup.Calibrate((1,), "gyro"),
+    setup.CancelCalibration((1,)),
+    setup.UndoRadio((1,)),
+    setup.SetGain((1,), "ATC_RAT_RLL_P", 0.1),
+    setup.UndoGains((1,)),
+    setup.ChooseAirframe((1,), ("class=1",)),
+    setup.TestMotor((1,), 1, 0.1, 1.0, props_removed=True),
+    setup.PointGimbal((1,), -30.0, 0.0),
+    setup.ReleaseGimbal((1,)),
+    setup.UseCamera((1,), "photo"),
+    setup.LookAt((1,), 47.0, 8.0, 500.0),
+    setup.LookAhead((1,)),
+    setup.SetCurrentItem((1,), 1),
 ]
 FETCHES = [s.ReadParams((1,), ("A",)), s.FetchParams((1,)), s.ReadFailsafes((1,)), s.DownloadPlan((1,), "fence")]
 FETCHES += [s.ListFiles((1,), "/"), s.DownloadFile((1,), "/a"), s.ListLogs((1,)), s.DownloadLog((1,), 1)]
+FETCHES += [setup.ReadGains((1,)), setup.ReadAirframe((1,)), setup.HearTraffic((1,))]
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +104,9 @@ def two(tmp_path_factory: pytest.TempPathFactory) -> ServiceRig:
     return ServiceRig(tmp_path_factory.mktemp("two"), Peer(1), Peer(2)).heard()
 
 
-@pytest.mark.parametrize("request_", [*CHANGES, *FETCHES, s.CancelTask(1)], ids=lambda r: type(r).__name__)
+@pytest.mark.parametrize(
+    "request_", [*CHANGES, *FETCHES, s.CancelTask(1), setup.ConfirmStep(1)], ids=lambda r: type(r).__name__
+)
 def test_a_planner_worker_neither_changes_nor_keeps_a_link_busy(two: ServiceRig, request_: m.Request) -> None:
     assert refusal(two, request_, "planner-defend") == "a planner worker may not command"
 
@@ -327,7 +344,15 @@ def test_logs_are_listed_downloaded_and_erased(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "request_",
-    [s.WriteFile((1,), "/a", b"x"), s.RemoveFile((1,), "/a"), s.EraseLogs((1,)), s.Reboot((1,))],
+    [
+        s.WriteFile((1,), "/a", b"x"),
+        s.RemoveFile((1,), "/a"),
+        s.EraseLogs((1,)),
+        s.Reboot((1,)),
+        *(setup.Calibrate((1,), word) for word in ("gyro", "accel", "compass", "level", "rc")),
+        setup.ChooseAirframe((1,), ("class=1", "type=1")),
+        setup.TestMotor((1,), 1, 0.1, 1.0, props_removed=True),
+    ],
     ids=lambda r: type(r).__name__,
 )
 def test_not_while_it_is_armed(tmp_path: Path, request_: m.Request) -> None:
