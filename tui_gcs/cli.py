@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from tui_gcs import __version__
-from tui_gcs.commands import vehicle_parser
+from tui_gcs.commands import planner_parser, vehicle_parser
 from tui_gcs.exits import CANNOT, CommandError
 
 
@@ -40,6 +40,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_sim(commands)
     _add_keys(commands)
     vehicle_parser.add(commands)
+    planner_parser.add(commands)
     return parser
 
 
@@ -60,6 +61,7 @@ def _add_demo(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
     parser.add_argument("--seed", type=int, help="another seed than the scenario's")
     parser.add_argument("--rounds", type=int, metavar="N", help="headless: only the first N rounds")
     parser.add_argument("--scenario", metavar="FILE", help="another scenario than the shipped swarm-challenge")
+    _planner(parser)
     _autopilot(parser)
     _world(parser)
     _fault(parser)
@@ -81,6 +83,7 @@ def _add_rehearse(commands: "argparse._SubParsersAction[argparse.ArgumentParser]
     text = "fly a scenario on simulated vehicles, faster than real time, with what may go wrong; judged by its gates"
     parser = _add(commands, "rehearse", "rehearse", text)
     parser.add_argument("scenario", metavar="SCENARIO.toml", nargs="?", help="default: the shipped swarm-challenge")
+    _planner(parser)
     parser.add_argument("--report", metavar="FILE.html", help="write pictures, numbers and events there, for a browser")
     parser.add_argument("--json", metavar="FILE", help="write the result there")
     parser.add_argument("--seed", type=int, help="another seed than the scenario's")
@@ -209,8 +212,19 @@ def _add_keys(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
     )
 
 
+def _planner(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--planner",
+        action="append",
+        default=[],
+        metavar="FILE.py",
+        help="a planner of your own, beside the known ones or in place of the one of its name; may be repeated",
+    )
+
+
 def _scenario_and_links(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", metavar="SCENARIO.toml")
+    _planner(parser)
     parser.add_argument(
         "--link",
         action="append",

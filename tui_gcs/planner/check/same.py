@@ -71,8 +71,9 @@ class ReplayJob(msgspec.Struct):
 
 def _elsewhere(subject: Subject, task: PlannerTask, log: Log) -> int:
     """The first step whose plan is another in another process, 0 without one. Raises `Broken`."""
-    from_file = subject.name.startswith("file:")
-    job = ReplayJob(str(subject.path) if from_file else subject.name, subject.seed, task, [frame for frame, _ in log])
+    job = ReplayJob(
+        str(subject.path) if subject.files else subject.name, subject.seed, task, [frame for frame, _ in log]
+    )
     with TemporaryDirectory() as folder:
         file = Path(folder) / "job"
         file.write_bytes(msgspec.msgpack.encode(job))
@@ -107,10 +108,11 @@ def restart(subject: Subject) -> Iterator[Finding]:
     if subject.planner.snapshot is Planner.snapshot:
         advice = "write snapshot() and restore(), or make step() need nothing of the steps before"
     for stop, state in states.items():
-        new = subject.host(task)
-        subject.restore(new, state)
+        new = subject.host(task, state)
         for number, (frame, plan) in enumerate(log[stop : stop + AFTER_RESTART_STEPS], 1):
-            if text := difference(plan, subject.step(new, frame)):
+            made = subject.step(new, frame)
+            text = next((note for note in made.notes if "restore failed" in note), "") or difference(plan, made)
+            if text:
                 yield failed(check, f"taken over after step {stop}, {number} steps later: {text}", advice)
                 return
     most = max(map(len, states.values()))

@@ -1,7 +1,10 @@
 """The planner that is checked, and how the checks make it fly."""
 
-from collections.abc import Callable, Iterator
+import traceback
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from hashlib import sha256
+from importlib import import_module
 from pathlib import Path
 
 import msgspec
@@ -11,7 +14,7 @@ from tui_gcs.planner import registry
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.check.world import TEAM, World
 from tui_gcs.planner.host import PlannerHost
-from tui_gcs.planner.planner_file import blame, load_file
+from tui_gcs.planner.planner_file import blame, load_file, read_source
 
 
 class Broken(Exception):
@@ -31,42 +34,38 @@ class Subject:
     """As a task names it."""
     path: Path
     """Its source."""
+    files: Mapping[str, registry.PlannerFile]
+    """Itself, if it is a file's."""
     seed: int
     quick: bool
     beat: Callable[[], None]
     """Called before every call of the planner: whoever watches sees that it still goes on."""
 
-    def host(self, task: PlannerTask) -> PlannerHost:
-        """A host with the planner configured for `task`. Raises `Broken` or `Refused`."""
+    def host(self, task: PlannerTask, snapshot: bytes = b"") -> PlannerHost:
+        """A host with the planner loaded anew and configured for `task`. Raises `Broken` or `Refused`."""
         self.beat()
-        host = PlannerHost(TEAM)
-        host.set_task(task)
+        host = PlannerHost(TEAM, self.files)
+        host.set_task(task, snapshot)
         if host.problem:
             error = Refused if "\nValueError: " in host.problem else Broken
             raise error(blame(host.problem, self.path))
         return host
 
     def step(self, host: PlannerHost, frame: FleetFrame) -> Plan:
-        """One plan. Raises `Broken`."""
+        """One plan, as the station would read it. Raises `Broken`."""
         self.beat()
-        plan = host.step(frame)
+        plan = decode(host.answer(frame), Plan)
         if plan.error:
             raise Broken(blame(plan.error, self.path))
-        try:
-            decode(encode(plan), Plan)
-        except (TypeError, msgspec.ValidationError) as error:
-            raise Broken(f"its plan cannot be sent: {error} (plain numbers: float(x), array.tolist())") from None
         return plan
 
     def snapshot(self, host: PlannerHost) -> bytes:
         """What a restarted worker would be given. Raises `Broken`."""
         self.beat()
-        return host._job.planner.snapshot()  # type: ignore
-
-    def restore(self, host: PlannerHost, state: bytes) -> None:
-        """Let a fresh host go on where another was. Raises `Broken`."""
-        self.beat()
-        host._job.planner.restore(state)  # type: ignore
+        try:
+            return host.snapshot()
+        except Exception as error:  # noqa: BLE001 - the edge to foreign code
+            raise Broken(blame("".join(traceback.format_exception(error)), self.path)) from None
 
     def fly(self, host: PlannerHost, world: World, duration_s: float) -> Iterator[tuple[FleetFrame, Plan]]:
         """Step planner and vehicles; every plan with the frame it was made from, before the vehicles follow it."""
@@ -85,13 +84,13 @@ def subject_of(what: str, seed: int, quick: bool, beat: Callable[[], None]) -> S
     if what.endswith(".py"):
         path = Path(what)
         planner = load_file(path)
-        name = registry.adopt(planner)
-        return Subject(planner, name, path, seed, quick, beat)
+        file = registry.PlannerFile(planner.name, path, sha256(read_source(path)).hexdigest())
+        return Subject(planner, planner.name, path, {planner.name: file}, seed, quick, beat)
     planner = registry.load(what)
-    module = __import__(planner.__module__, fromlist=["__file__"])
-    return Subject(planner, what, Path(module.__file__ or what), seed, quick, beat)
+    module = import_module(planner.__module__)
+    return Subject(planner, what, Path(module.__file__ or what), {}, seed, quick, beat)
 
 
 def essence(plan: Plan) -> bytes:
     """Everything of a plan that must be the same when it is made again."""
-    return encode(msgspec.structs.replace(plan, step_ms=0.0, seq=0))
+    return encode(msgspec.structs.replace(plan, step_ms=0.0, seq=0, snapshot=None, notes=()))

@@ -1,0 +1,164 @@
+"""`tui-gcs planner check`: everything that must hold before a planner flies, one line each.
+
+The planner runs in a process of its own: where it hangs or crashes, that is a line, and the checks go on.
+"""
+
+import argparse
+import json
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from tui_gcs.core.text import clean
+from tui_gcs.exits import FAILED, OK, CommandError
+from tui_gcs.planner import registry
+from tui_gcs.planner.check.suite import CHECKS, FIRST
+
+NAMES = (*CHECKS, "flight", "faults")
+SILENT_S = 60.0
+"""Without a sign of life for so long it hangs; the station waits 2 s for a step and 20 s for a first plan."""
+CHECK_LIMIT_S = 900.0
+DUMP_S = 1.0
+MOST_CELLS = 400
+
+Line = dict[str, Any]
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Make the checks; 0 only if all hold."""
+    what = arguments.planner
+    _exists(what)
+    if unknown := [name for name in arguments.only if name not in NAMES]:
+        raise CommandError(f"--only {unknown[0]}: no check of that name; there are: {', '.join(NAMES)}")
+    found: list[Line] = []
+    for finding in findings(what, [n for n in NAMES if not arguments.only or n in arguments.only], arguments):
+        found.append(finding)
+        if not arguments.json:
+            sys.stdout.write(text_of(finding))
+            sys.stdout.flush()
+    bad = [finding for finding in found if finding["verdict"] == "FAIL"]
+    if arguments.json:
+        sys.stdout.write(json.dumps({"planner": what, "ok": not bad, "findings": found}, indent=2) + "\n")
+    else:
+        sys.stdout.write(f"\n{what}: {f'{len(bad)} FAIL' if bad else 'everything holds'}\n")
+    return FAILED if bad else OK
+
+
+def _exists(what: str) -> None:
+    if what.endswith(".py"):
+        if not Path(what).is_file():
+            raise CommandError(f"{what}: there is no such file; `tui-gcs planner new NAME` writes one to begin with")
+    elif what not in registry.names():
+        raise CommandError(
+            f"{what}: no planner of that name (there are: {', '.join(registry.names())}); a file ends in .py"
+        )
+
+
+def text_of(finding: Line) -> str:
+    """A finding for people: what, whether, how much; then what to do."""
+    head = f"{finding['verdict']:<5} {finding['check']:<14} {clean(finding['value'], MOST_CELLS)}\n"
+    return head + (f"{'':21}-> {clean(finding['advice'], MOST_CELLS)}\n" if finding["advice"] else "")
+
+
+def findings(what: str, names: list[str], arguments: argparse.Namespace) -> Iterator[Line]:
+    """All findings, as they come; a check that ends its process is one that failed."""
+    left, first = names, True
+    while left:
+        now, bad = "", False
+        for line in _child(what, left, first, arguments):
+            now = line.get("begin", now)
+            if "finding" in line:
+                bad = bad or (line["finding"]["verdict"] == "FAIL" and now in ("loads", *FIRST))
+                yield line["finding"]
+            if "died" in line:
+                bad = bad or now in ("", "loads", *FIRST)
+                yield {"check": now or "loads", "verdict": "FAIL", "value": line["died"], "advice": line["advice"]}
+            if bad:
+                return
+            if line.get("end"):
+                return
+        if now not in left:
+            return
+        left, first = left[left.index(now) + 1 :], False
+
+
+def _child(what: str, names: list[str], first: bool, arguments: argparse.Namespace) -> Iterator[Line]:
+    """What the process of the planner tells; last of all how it died, if it did."""
+    reader, writer = os.pipe()
+    job = {"planner": what, "seed": arguments.seed, "quick": arguments.quick, "checks": names}
+    job |= {"first": first, "descriptor": writer}
+    with tempfile.TemporaryFile() as errors:
+        command = [sys.executable, "-m", "tui_gcs.commands.planner_child", json.dumps(job)]
+        environment = os.environ | {"PYTHONHASHSEED": "0"}
+        child = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=errors, stderr=errors, pass_fds=(writer,), env=environment
+        )
+        os.close(writer)
+        hung = False
+        try:
+            lines = _Lines(reader)
+            yield from lines
+            if hung := lines.hung:
+                child.send_signal(signal.SIGUSR1)  # it says where it is
+                time.sleep(DUMP_S)
+                child.kill()
+            code = child.wait()
+        finally:
+            child.kill()
+            child.wait()
+            os.close(reader)
+        errors.seek(0)
+        told = errors.read().decode(errors="replace")
+    if hung or code:
+        yield _death(what, told, code, hung=hung)
+
+
+class _Lines:
+    """The lines of a pipe, until it is closed or silent for too long."""
+
+    def __init__(self, descriptor: int) -> None:
+        """Nothing read yet."""
+        self._descriptor = descriptor
+        self.hung = False
+
+    def __iter__(self) -> Iterator[Line]:
+        rest, began_s = b"", time.monotonic()
+        while True:
+            if not select.select([self._descriptor], [], [], SILENT_S)[0] or time.monotonic() - began_s > CHECK_LIMIT_S:
+                self.hung = True
+                return
+            data = os.read(self._descriptor, 65536)
+            if not data:
+                return
+            *whole, rest = (rest + data).split(b"\n")
+            for text in whole:
+                if text:
+                    line: Line = json.loads(text)
+                    began_s = time.monotonic() if "begin" in line else began_s
+                    yield line
+
+
+def _death(what: str, told: str, code: int, *, hung: bool) -> Line:
+    """How it ended, and the line of the planner's file it was in, as far as it could tell."""
+    name = Path(what).name
+    places = re.findall(rf'File "[^"]*{re.escape(name)}", line (\d+) in (\w+)', told) if what.endswith(".py") else []
+    where = f" at {name}:{places[0][0]} in {places[0][1]}" if places else ""
+    if hung:
+        text = f"no sign of life for {SILENT_S:g} s{where}: it hangs"
+        return {"died": text, "advice": "a step must end: in flight its vehicles would hold, and the worker be killed"}
+    if code < 0:
+        text = f"the process died of {signal.Signals(-code).name}{where}"
+        return {"died": text, "advice": "it crashes in native code, or runs out of memory"}
+    last = told.strip().rpartition("\n")[2]
+    return {
+        "died": f"the process ended with code {code}{where}: {last}",
+        "advice": "a planner must not end its process",
+    }

@@ -1,0 +1,65 @@
+"""`tui-gcs planner list`: what can be named in a scenario, and what its parameters mean."""
+
+import argparse
+import json
+import sys
+from importlib.metadata import entry_points
+from typing import Any
+
+from tui_gcs.core.text import clean
+from tui_gcs.exits import FAILED, OK
+from tui_gcs.planner import registry
+from tui_gcs.planner.api import Param
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print them all; 1 if one of them cannot be loaded."""
+    rows = [_row(name) for name in registry.names()]
+    sys.stdout.write(json.dumps(rows, indent=2) + "\n" if arguments.json else "\n".join(map(_text, rows)))
+    return FAILED if any("problem" in row for row in rows) else OK
+
+
+def _row(name: str) -> dict[str, Any]:
+    row: dict[str, Any] = {"name": name, "source": _source(name)}
+    try:
+        planner = registry.load(name)
+    except registry.PlannerError as error:
+        return row | {"problem": clean(str(error))}
+    about = (planner.__doc__ or "").strip().partition("\n")[0]
+    row |= {"version": planner.version, "rate_hz": planner.rate_hz, "about": clean(about)}
+    return row | {"parameters": [_parameter(param) for param in planner.params]}
+
+
+def _source(name: str) -> str:
+    packages = sorted(point.dist.name for point in entry_points(group=registry.GROUP, name=name) if point.dist)
+    return f"package {packages[0]}" if packages else "built in"
+
+
+def _parameter(param: Param) -> dict[str, Any]:
+    return {
+        "name": param.name,
+        "type": param.type.__name__,
+        "default": param.default,
+        "minimum": param.minimum,
+        "maximum": param.maximum,
+        "choices": list(param.choices),
+        "unit": param.unit,
+        "help": param.help,
+    }
+
+
+def _text(row: dict[str, Any]) -> str:
+    if "problem" in row:
+        return f"{row['name']}  ({row['source']})  BROKEN: {row['problem']}\n"
+    lines = [f"{row['name']} {row['version']}  {row['rate_hz']:g} Hz  ({row['source']})  {row['about']}".rstrip()]
+    for param in row["parameters"]:
+        allowed = "|".join(param["choices"]) or _range(param["minimum"], param["maximum"])
+        value = f"{param['default']} {param['unit']}".strip()
+        lines.append(f"  {param['name']:<18}{value:<12}{allowed:<16}{param['help']}".rstrip())
+    return "\n".join(lines) + "\n"
+
+
+def _range(low: float | None, high: float | None) -> str:
+    if low is None and high is None:
+        return ""
+    return f"{'' if low is None else f'{low:g}'} … {'' if high is None else f'{high:g}'}".strip()
