@@ -284,7 +284,8 @@ def test_after_an_offboard_flight_it_is_put_into_hold_before_it_is_armed(flown: 
     [
         (5, True, "Hold"),
         (3, True, "RTL"),
-        (0, True, "Position mode, without a pilot RTL"),
+        (0, True, "Position mode, without a pilot SINKS"),
+        (2, False, "Manual mode, without a pilot FALLS"),
         (4, False, "lands where it is"),
         (6, False, "TERMINATES"),
         (7, False, "DISARMS"),

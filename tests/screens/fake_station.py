@@ -125,7 +125,7 @@ class FakeStation:
         """Half of them are ArduCopters."""
         if vehicle < 5:
             return "brakes after 3 s and holds; on its way to a place flies there first"
-        return "after 1-2 s without set-points: Position mode, without a pilot RTL (COM_OBL_RC_ACT)"
+        return "after 1-2 s without set-points: Position mode, without a pilot SINKS (COM_OBL_RC_ACT)"
 
     def plan(self, team: str) -> m.Plan:
         x, y, rx, ry = self._ring(team)

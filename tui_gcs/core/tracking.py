@@ -28,6 +28,9 @@ SMOOTH_S = 2.0
 MOST_LEAD_S, MOST_ACCEL_S2, MOST_SHIFT_M = 1.0, 4.0, 4.0
 LEARN_WITHIN_S, LEARN_WITHIN_M = 1.0, 6.0
 """Larger errors are not lag: it is catching up, or something is wrong."""
+MOST_TAUGHT_S, MOST_TAUGHT_M = 0.15, 0.5
+"""No error teaches more than one of this size: what a vehicle cannot do (against a wind that takes all its lean) would
+teach a lead that is wrong everywhere else (flown: 5 m off for minutes after a gust)."""
 GAP_S = 1.0
 """After a longer pause between positions it begins anew."""
 STILL_M_S = 0.3
@@ -100,6 +103,7 @@ class Tracking:
     def _learn(self, late_s: float, behind: list[float], cross_m: float, accel: Vec3, gap_s: float) -> None:
         if abs(late_s) > LEARN_WITHIN_S or cross_m > LEARN_WITHIN_M:
             return
+        late_s = min(max(late_s, -MOST_TAUGHT_S), MOST_TAUGHT_S)
         time_s = _within(self.lead.time_s + LEARN_PER_S * gap_s * late_s, MOST_LEAD_S)
         if self.lead.drag_hz is not None:
             self.lead = replace(self.lead, time_s=time_s)
@@ -108,6 +112,7 @@ class Tracking:
         size = math.hypot(*accel)
         if size > LEAST_ACCEL_M_S2:
             left_m = sum(b * a for b, a in zip(behind, accel, strict=True)) / size
+            left_m = min(max(left_m, -MOST_TAUGHT_M), MOST_TAUGHT_M)
             accel_s2 = _within(accel_s2 + LEARN_PER_S * gap_s * left_m / size, MOST_ACCEL_S2)
         self.lead = Lead(time_s, accel_s2)
 

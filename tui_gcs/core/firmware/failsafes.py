@@ -106,9 +106,9 @@ _DLL_ACTIONS = {
     6: "DISARMS in the air",
 }
 _OBL_ACTIONS = {
-    0: "Position mode, without a pilot RTL",
-    1: "Altitude mode, without a pilot RTL",
-    2: "Stabilized mode, without a pilot RTL",
+    0: "Position mode, without a pilot SINKS",
+    1: "Altitude mode, without a pilot SINKS",
+    2: "Stabilized mode, without a pilot FALLS",
     3: "returns (RTL)",
     4: "lands where it is",
     5: "holds",

@@ -1,7 +1,7 @@
 """What PX4 does when the set-points of OFFBOARD stop: COM_OBL_RC_ACT, read from each vehicle before it may start.
 
-The rule: Hold, Return and the pilot's modes (which end in Return where there is no pilot) are told before the start,
-and the start confirmation accepts them. Landing where it is, terminating and disarming in the air are refused.
+The rule: Hold, Return and the pilot's modes that sink slowly (PX4's default is one of them) are told before the start,
+and the start confirmation accepts them. Falling, landing where it is, terminating and disarming in the air are refused.
 """
 
 import math
@@ -18,17 +18,21 @@ PARAMETER = "COM_OBL_RC_ACT"
 TYPE_INT32 = 6
 """MAV_PARAM_TYPE_INT32; PX4 sends its bytes in the float (PARAM_ENCODE_BYTEWISE)."""
 ACTIONS = {
-    0: "Position mode, without a pilot RTL",
-    1: "Altitude mode, without a pilot RTL",
-    2: "Manual mode, without a pilot RTL",
+    0: "Position mode, without a pilot SINKS",
+    1: "Altitude mode, without a pilot SINKS",
+    2: "Manual mode, without a pilot FALLS",
     3: "RTL",
     4: "lands where it is",
     5: "Hold",
     6: "TERMINATES the flight",
     7: "DISARMS in the air",
 }
-"""PX4's parameter reference; what 0 and 5 end in was measured."""
-DANGEROUS = frozenset({4, 6, 7})
+"""PX4's parameter reference; what 0 and 5 end in was measured.
+
+It returns where it had a pilot's sticks when it was armed, or 1.17 alpha flies it. Four 1.16.1 without sticks, armed by
+the station, sank from 34 to 76 m to the ground in Position mode and disarmed there.
+"""
+DANGEROUS = frozenset({2, 4, 6, 7})
 ASK_AGAIN_S, ASK_SELDOM_S, ASK_OFTEN = 2.0, 20.0, 5
 
 
