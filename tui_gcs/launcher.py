@@ -13,10 +13,13 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tui_gcs.core.config import STATION_LOCK, SUPERVISOR_LOCK, runtime_dir, state_dir, try_lock
 from tui_gcs.core.kinds import Kind
+
+if TYPE_CHECKING:
+    from tui_gcs.core.messages_planning import PlannerInfo
 
 RUN_FILE = "run.json"
 START_LIMIT_S = 15.0
@@ -59,12 +62,14 @@ def launch(
     forward: list[tuple[str, bool]] | None = None,
     dialects: list[str] | None = None,
     fault: str = "",
+    planners: "list[PlannerInfo] | None" = None,
 ) -> None:
     """Start a supervised station, detached from this terminal; returns at once.
 
     With `sim_spec` (see `sitl.launch`) the supervisor starts those vehicles too, with a token only this run knows;
     `fault` makes their links bad (see `sitl.faults`).
     `forward`: (link, whether commands may come in) of other stations. `dialects`: files of MAVLink definitions.
+    `planners`: those in files, as they declared themselves.
     """
     directory = runtime_dir(kind)
     for name in ("error", "memory.json", "bus", "bus.lock"):
@@ -78,6 +83,7 @@ def launch(
         "forced_kind": forced_kind,
         "forward": forward or [],
         "dialects": dialects or [],
+        "planners": [_builtins(info) for info in planners or []],
     }
     if sim_spec is not None:
         port = free_port()
@@ -96,6 +102,12 @@ def launch(
             stderr=output,
             start_new_session=True,
         )
+
+
+def _builtins(info: "PlannerInfo") -> Any:
+    import msgspec
+
+    return msgspec.to_builtins(info)
 
 
 def start_error(kind: Kind) -> str:

@@ -4,7 +4,7 @@ The one module that knows both `tui_gcs` and `sitl`; between them only MAVLink b
 same run, byte for byte.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,7 @@ from tui_gcs.core.script import Script
 from tui_gcs.core.station import Station, StationConfig
 from tui_gcs.happenings import Happening, Happenings
 from tui_gcs.planner.host import PlannerHost, attach
+from tui_gcs.planner.registry import PlannerFile, infos
 
 TICK_S = 0.05
 TOKEN = "5eed5eed5eed5eed"  # noqa: S105 - tells our simulator from others in one process; not a secret
@@ -119,8 +120,10 @@ class LockStep:
     bad_links: BadLinks | None = field(default=None, kw_only=True)
     weather: WeatherSpec | None = field(default=None, kw_only=True)
     world: WorldSpec | None = field(default=None, kw_only=True)
-    hosts: Callable[[str], PlannerHost] = field(default=PlannerHost, kw_only=True)
-    """Gives a team's host of its planner."""
+    files: Mapping[str, PlannerFile] = field(default_factory=dict, kw_only=True)
+    """Planners in files of their own, by name."""
+    hosts: Callable[[str], PlannerHost] | None = field(default=None, kw_only=True)
+    """Gives a team's host of its planner; None: an ordinary one."""
 
     def __post_init__(self) -> None:
         """Build everything; nothing has happened yet."""
@@ -135,10 +138,11 @@ class LockStep:
             world=self.world,
         )
         for team in self.scenario.teams:
-            attach(self.hosts(team.name), self.bus)
+            attach(self.hosts(team.name) if self.hosts else PlannerHost(team.name, self.files), self.bus)
         self.recorder = TlogWriter(self.log_dir / "run.tlog")
         self.journal = Journal(self.log_dir / "run.jsonl")
-        config = StationConfig(Kind.SIM, self.scenario, self.toml, "", TOKEN, judge_steps=False)
+        declared = infos({team.planner for team in self.scenario.teams}, self.files) if self.hosts is None else {}
+        config = StationConfig(Kind.SIM, self.scenario, self.toml, "", TOKEN, judge_steps=False, planners=declared)
         self._on_bus = BusSession(self.bus)
         self.station = Station(config, self.clock, self._on_bus, [self.link], self.recorder, self.journal)
         self.station_runs = True
@@ -206,18 +210,28 @@ def rehearse(
     bad_links: BadLinks | None = None,
     weather: WeatherSpec | None = None,
     world: WorldSpec | None = None,
+    files: Mapping[str, PlannerFile] | None = None,
     happenings: list[Happening] | None = None,
     watch: Callable[[Bus, Referee], None] = _nobody,
 ) -> tuple[Result, str]:
     """Fly the whole scenario as fast as it goes; (result, why it ended early or "").
 
     `rounds` flies only the first so many rounds; `autopilots` is a key of `AUTOPILOTS`; `bad_links`: faults
-    between vehicles and station; `world`: intruders and sensors; `happenings` go wrong on purpose. `watch` may listen
-    on the bus before anything has happened.
+    between vehicles and station; `world`: intruders and sensors; `files`: planners of their own; `happenings` go
+    wrong on purpose. `watch` may listen on the bus before anything has happened.
     """
     if rounds is not None:
         scenario = _first_rounds(scenario, rounds)
-    flight = LockStep(scenario, toml, log_dir, autopilots=autopilots, bad_links=bad_links, weather=weather, world=world)
+    flight = LockStep(
+        scenario,
+        toml,
+        log_dir,
+        autopilots=autopilots,
+        bad_links=bad_links,
+        weather=weather,
+        world=world,
+        files=files or {},
+    )
     script = Script(scenario, flight.bus, principal="rehearsal", whole_duration=False)
     watch(flight.bus, script.referee)
     planned = Happenings(happenings or [], flight, script)

@@ -74,7 +74,7 @@ class Probe(Planner):
             x, i = np.array([1.0, 2.0, 3.0]), np.int64(1)
             way, vehicle = np.stack([x, x]), 1.5 if self.trouble == "float id" else i
             intent = Intent(vehicle, "trajectory", dt_s=np.float64(1), positions_m=way, velocities_m_s=way)  # type: ignore
-            return Output([intent, Intent(1, "goto", position_m=(*x[:2], np.float32(5)))])  # type: ignore
+            return Output([intent, Intent(1, "goto", position_m=(1.0, 2.0, np.float64(5)))])  # type: ignore
         if self.trouble == "step":
             raise RuntimeError("no idea")
         if self.trouble == "nonsense":

@@ -5,6 +5,7 @@ import os
 import shutil
 import sys
 import time
+from collections.abc import Collection
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,8 +17,10 @@ from tui_gcs.launcher import START_LIMIT_S, is_running, start_error
 
 if TYPE_CHECKING:
     from tui_gcs.core.links import LinkSpec
+    from tui_gcs.core.messages_planning import PlannerInfo
     from tui_gcs.core.scenario import Scenario
     from tui_gcs.core.zenoh_bus import ZenohBus
+    from tui_gcs.planner.registry import PlannerFile
 
 LEAST_COLUMNS, LEAST_LINES = 80, 24
 OURSELVES = ("127.0.0.1", "localhost", "::1", "0.0.0.0", "::")  # noqa: S104 - compared with, not bound
@@ -25,14 +28,54 @@ ONE_NETWORK = 999
 """Numbers above are vehicles of further networks."""
 
 
-def read_scenario(path: str | None) -> tuple["Scenario", str, str]:
-    """(scenario, its TOML text, its path); None is the shipped swarm-challenge. Raises `CommandError`."""
+def read_planners(files: list[str]) -> "dict[str, PlannerInfo]":
+    """What the planners in these files declare, by name; their code runs in processes of its own.
+
+    Raises:
+        CommandError: one line with file and line of what is wrong.
+    """
+    if not files:
+        return {}
+    from tui_gcs.planner.describe import DescribeError, describe_file
+
+    found: dict[str, PlannerInfo] = {}
+    for file in files:
+        try:
+            info = describe_file(file)
+        except DescribeError as error:
+            raise CommandError(f"--planner {error}") from None
+        if info.name in found:
+            raise CommandError(
+                f"--planner {file}: planner {info.name!r} is in {found[info.name].file}, too: leave one out"
+            )
+        found[info.name] = info
+    return found
+
+
+def planner_files(planners: "dict[str, PlannerInfo]") -> "dict[str, PlannerFile]":
+    """As a host in this process takes them: lock-step runs are one process."""
+    from tui_gcs.planner.registry import PlannerFile
+
+    return {name: PlannerFile(name, Path(info.file), info.sha256) for name, info in planners.items()}
+
+
+def say_planners(planners: "dict[str, PlannerInfo]") -> None:
+    """Which files will fly the vehicles: shown before they do."""
+    for info in planners.values():
+        sys.stderr.write(f"planner {info.name} {info.version}: {info.file}  sha256 {info.sha256}\n")
+
+
+def read_scenario(path: str | None, planners: Collection[str] = ()) -> tuple["Scenario", str, str]:
+    """(scenario, its TOML text, its path); None is the shipped swarm-challenge.
+
+    `planners`: names of those in files, beside the known ones. Raises `CommandError`.
+    """
     from tui_gcs.core.scenario_load import ScenarioError, load
     from tui_gcs.planner import registry
 
     file = Path(path) if path is not None else Path(str(resources.files("tui_gcs"))) / "scenarios/swarm-challenge.toml"
     try:
-        scenario = load(file, registry.names())
+        scenario = load(file, {*registry.names(), *planners})
         return scenario, file.read_text(encoding="utf-8"), str(file.resolve())
     except ScenarioError as error:
         raise CommandError(str(error)) from None

@@ -11,7 +11,7 @@ from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
-    from tui_gcs.core.messages import FleetFrame, LinkStatus, StationStatus
+    from tui_gcs.core.messages import FleetFrame, LinkStatus, StationStatus, TeamStatus
 
 STATUS_WAIT_S = 3.0
 STOP_LIMIT_S = 10.0
@@ -112,6 +112,12 @@ def _link_words(link: "LinkStatus") -> str:
     return f"{link.name}{network}  {'up' if link.up else 'DOWN'}  {', '.join([traffic, *parts])}"
 
 
+def _error_lines(team: "TeamStatus") -> list[str]:
+    """What its planner said when it failed."""
+    lines = team.error.splitlines()
+    return [f"planner of {team.name} failed, {team.worker}: {lines[-1]}", *(f"  {line}" for line in lines[:-1])]
+
+
 def _words(status: "StationStatus", frame: "FleetFrame") -> str:
     minutes, seconds = divmod(int(status.mission_time_s), 60)
     lines = [
@@ -120,6 +126,8 @@ def _words(status: "StationStatus", frame: "FleetFrame") -> str:
     ]
     if status.alarm:
         lines.append(f"! {status.alarm}")
+    lines += [f"planner {name}: {file}" for name, file in status.planner_files.items()]
+    lines += [line for team in status.teams if team.error for line in _error_lines(team)]
     lines += [f"link {_link_words(link)}" for link in status.links]
     lines += [f"forward {_link_words(link)}" for link in status.forward]
     lines += [

@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from tui_gcs.commands.common import need_terminal, read_scenario, running, simulable
+from tui_gcs.commands.common import need_terminal, read_planners, read_scenario, running, say_planners, simulable
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
 from tui_gcs.launcher import LaunchError, check_fault
@@ -37,7 +37,9 @@ def _launch(arguments: argparse.Namespace) -> None:
     from tui_gcs.commands.sim_fleet import spec_of, world_of
     from tui_gcs.launcher import launch
 
-    scenario, toml, path = read_scenario(arguments.scenario)
+    planners = read_planners(arguments.planner)
+    scenario, toml, path = read_scenario(arguments.scenario, planners)
     vehicles = spec_of(simulable(scenario), arguments.seed, arguments.autopilot or "ardupilot")
     vehicles |= world_of(scenario, arguments.intruders, arguments.sensor, vehicles["seed"])
-    launch(Kind.SIM, path, toml, [], sim_spec=vehicles, fault=arguments.fault)
+    say_planners(planners)
+    launch(Kind.SIM, path, toml, [], sim_spec=vehicles, fault=arguments.fault, planners=list(planners.values()))

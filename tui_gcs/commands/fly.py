@@ -9,8 +9,10 @@ from tui_gcs.commands.common import (
     check_links,
     loopback_only,
     need_terminal,
+    read_planners,
     read_scenario,
     running,
+    say_planners,
 )
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
@@ -34,7 +36,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def start(kind: Kind, arguments: argparse.Namespace) -> None:
     """Check everything that can be checked here, then launch. Raises `CommandError`."""
-    _, toml, path = read_scenario(arguments.scenario)
+    planners = read_planners(arguments.planner)
+    _, toml, path = read_scenario(arguments.scenario, planners)
     links = arguments.link or [DEFAULT_LINK]
     if kind is Kind.SIM:
         loopback_only(links)
@@ -45,7 +48,17 @@ def start(kind: Kind, arguments: argparse.Namespace) -> None:
     check_links(links + [link for link, _ in forward])
     check_dialects(arguments.dialect)
     dialects = [str(Path(file).resolve()) for file in arguments.dialect]
-    launch(kind, path, toml, links, forced_kind=kind is Kind.SIM, forward=forward, dialects=dialects)
+    say_planners(planners)
+    launch(
+        kind,
+        path,
+        toml,
+        links,
+        forced_kind=kind is Kind.SIM,
+        forward=forward,
+        dialects=dialects,
+        planners=list(planners.values()),
+    )
 
 
 def _same_scenario(kind: Kind, arguments: argparse.Namespace) -> None:
@@ -53,6 +66,10 @@ def _same_scenario(kind: Kind, arguments: argparse.Namespace) -> None:
     if there and there != str(Path(arguments.scenario).resolve()):
         raise CommandError(
             f"a {kind} station already flies {there}: `tui-gcs attach` joins it, `tui-gcs stop` ends it first"
+        )
+    if arguments.planner:
+        raise CommandError(
+            f"a {kind} station already runs: --planner is for a new one; end it with `tui-gcs stop` first"
         )
     if arguments.link:
         raise CommandError(f"a {kind} station already runs with its own links: `tui-gcs attach` joins it")

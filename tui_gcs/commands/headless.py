@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui_gcs.commands.common import check_writable, read_scenario, simulable
+from tui_gcs.commands.common import check_writable, planner_files, read_planners, read_scenario, say_planners, simulable
 from tui_gcs.core.config import ConfigError, state_dir
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import FAILED, OK, CommandError
@@ -49,7 +49,8 @@ def fly(arguments: argparse.Namespace) -> int:
     from tui_gcs.rehearsal import BadLinks, rehearse, world_of_spec
 
     check_writable(arguments.json)
-    scenario, toml, _ = read_scenario(arguments.scenario)
+    planners = read_planners(arguments.planner)
+    scenario, toml, _ = read_scenario(arguments.scenario, planners)
     simulable(scenario)
     if arguments.seed is not None:
         scenario = msgspec.structs.replace(scenario, seed=arguments.seed)
@@ -61,6 +62,7 @@ def fly(arguments: argparse.Namespace) -> int:
         folder.mkdir(exist_ok=True)
     except (ConfigError, OSError) as error:
         raise CommandError(str(error)) from None
+    say_planners(planners)
     bar = ProgressBar()
     bad_links = BadLinks(arguments.fault, scenario.seed) if arguments.fault else None
     result, problem = rehearse(
@@ -71,6 +73,7 @@ def fly(arguments: argparse.Namespace) -> int:
         rounds=arguments.rounds,
         autopilots=arguments.autopilot or "ardupilot",
         bad_links=bad_links,
+        files=planner_files(planners),
         world=world,
     )
     bar.end()

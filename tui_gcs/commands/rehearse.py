@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui_gcs.commands.common import check_writable, read_scenario, simulable
+from tui_gcs.commands.common import check_writable, planner_files, read_planners, read_scenario, say_planners, simulable
 from tui_gcs.commands.headless import ProgressBar, report
 from tui_gcs.core.config import ConfigError, state_dir
 from tui_gcs.core.kinds import Kind
@@ -31,7 +31,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     for file in (arguments.json, arguments.report):
         check_writable(file)
-    scenario, toml, _ = read_scenario(arguments.scenario)
+    planners = read_planners(arguments.planner)
+    scenario, toml, _ = read_scenario(arguments.scenario, planners)
     simulable(scenario)
     if arguments.seed is not None:
         scenario = msgspec.structs.replace(scenario, seed=arguments.seed)
@@ -44,6 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
         folder.mkdir(exist_ok=True)
     except (ConfigError, OSError, LaunchError, HappeningError) as error:
         raise CommandError(str(error)) from None
+    say_planners(planners)
     bar, begin_s = ProgressBar(), time.monotonic()
     records: list[FlightRecord] = []
 
@@ -60,6 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
             rounds=arguments.rounds,
             autopilots=arguments.autopilot or "ardupilot",
             bad_links=bad_links,
+            files=planner_files(planners),
             weather=weather_of_spec(weather_of(arguments)),
             world=world_of_spec(world_of(scenario, arguments.intruders, arguments.sensor, scenario.seed)),
             happenings=planned,

@@ -9,7 +9,7 @@ import threading
 import time
 from typing import TYPE_CHECKING
 
-from tui_gcs.commands.common import check_writable, join, read_scenario, running
+from tui_gcs.commands.common import check_writable, join, read_planners, read_scenario, running
 from tui_gcs.commands.fly import start
 from tui_gcs.commands.headless import ProgressBar, report
 from tui_gcs.core.kinds import Kind
@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
     if running(kind):
         raise CommandError(f"a {kind} station already runs: `tui-gcs attach` joins it, `tui-gcs stop` ends it first")
     check_writable(arguments.json)
-    scenario, _, _ = read_scenario(arguments.scenario)
+    scenario, _, _ = read_scenario(arguments.scenario, read_planners(arguments.planner))
     if kind is Kind.LIVE and sys.stdin.isatty() and not arguments.yes:
         _ask_count(scenario)
     start(kind, arguments)

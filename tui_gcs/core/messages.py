@@ -15,7 +15,10 @@ from tui_gcs.core.message import Message as Message
 from tui_gcs.core.message import Vec3 as Vec3
 from tui_gcs.core.messages_planning import Annotation as Annotation
 from tui_gcs.core.messages_planning import Intent as Intent
+from tui_gcs.core.messages_planning import ParamInfo as ParamInfo
+from tui_gcs.core.messages_planning import ParamValue as ParamValue
 from tui_gcs.core.messages_planning import Plan as Plan
+from tui_gcs.core.messages_planning import PlannerInfo as PlannerInfo
 from tui_gcs.core.messages_planning import PlannerTask as PlannerTask
 from tui_gcs.core.messages_planning import Track as Track
 from tui_gcs.core.scenario import Scenario
@@ -257,6 +260,8 @@ class StationStatus(Message, frozen=True):
     dropped: dict[str, int] = {}
     """What was received and not used, by reason."""
     recording: str = ""
+    planner_files: dict[str, str] = {}
+    """Planners given on the command line: path and sha256 at the start, by name."""
     alarm: str = ""
     """The worst thing the operator must act on, with the key that answers it; empty if none."""
 
@@ -304,6 +309,10 @@ class GetPlan(Request, frozen=True, tag="get-plan"):
     """The newest annotations of every team (`Reply.annotations`)."""
 
 
+class GetPlanners(Request, frozen=True, tag="get-planners"):
+    """What planners there are, and what they declare (`Reply.planners`)."""
+
+
 class Start(Request, frozen=True, tag="start"):
     """Arm, take off and run the present round with exactly these vehicles (what the operator saw and confirmed)."""
 
@@ -339,6 +348,13 @@ class ApplyScenario(Request, frozen=True, tag="apply-scenario"):
     toml: str
 
 
+class SetParameters(Request, frozen=True, tag="set-parameters"):
+    """Change parameters of a team's planner, on the ground or in flight; the others stay as they are."""
+
+    team: str
+    parameters: dict[str, ParamValue]
+
+
 class Shutdown(Request, frozen=True, tag="shutdown"):
     """End the station; refused while anything is armed.
 
@@ -367,12 +383,14 @@ AnyRequest = (
     | GetEvents
     | GetTask
     | GetPlan
+    | GetPlanners
     | Start
     | Hold
     | Resume
     | Return
     | SwitchRound
     | ApplyScenario
+    | SetParameters
     | Shutdown
     | ProvisionKey
 )
@@ -401,6 +419,7 @@ class Reply(Message, frozen=True):
     snapshot: bytes = b""
     """Of the planner of that task, for a worker that goes on from there."""
     annotations: dict[str, tuple[Annotation, ...]] = {}
+    planners: tuple[PlannerInfo, ...] = ()
 
 
 T = TypeVar("T")

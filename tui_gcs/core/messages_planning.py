@@ -3,6 +3,7 @@
 As in `messages.py`: positions are ENU metres about the scenario origin, z above home; times are the station's.
 """
 
+import math
 from typing import Literal
 
 from tui_gcs.core.message import Message, Vec3
@@ -26,6 +27,59 @@ class Track(Message, frozen=True):
     """Vehicles that detected it within the last seconds, ordered."""
     confirmed: bool
     """Detected often enough not to be a false alarm."""
+
+
+ParamValue = float | int | bool | str
+TYPES: dict[str, type] = {"float": float, "int": int, "bool": bool, "str": str}
+
+
+class ParamInfo(Message, frozen=True):
+    """A planner's parameter, as it is declared."""
+
+    name: str
+    type: Literal["float", "int", "bool", "str"]
+    default: ParamValue
+    minimum: float | None = None
+    maximum: float | None = None
+    unit: str = ""
+    help: str = ""
+    choices: tuple[str, ...] = ()
+
+    def problem(self, value: object) -> str:
+        """Why `value` is not allowed, or "" if it is."""
+        allowed: tuple[type, ...] = (int, float) if self.type == "float" else (TYPES[self.type],)
+        if not isinstance(value, allowed) or (isinstance(value, bool) and self.type != "bool"):
+            return f"{self.name} must be {self.type}, not {type(value).__name__}"
+        if self.choices and value not in self.choices:
+            return f"{self.name} must be one of {', '.join(self.choices)}"
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            if not math.isfinite(value):
+                return f"{self.name} must be a finite number"
+            if self.minimum is not None and value < self.minimum:
+                return f"{self.name} must be at least {self.minimum:g} {self.unit}".rstrip()
+            if self.maximum is not None and value > self.maximum:
+                return f"{self.name} must be at most {self.maximum:g} {self.unit}".rstrip()
+        return ""
+
+
+class PlannerInfo(Message, frozen=True):
+    """A planner, as it declares itself."""
+
+    name: str
+    version: str
+    params: tuple[ParamInfo, ...]
+    rate_hz: float
+    file: str = ""
+    """Where it is, if it was given on the command line."""
+    sha256: str = ""
+    """Of that file at the start."""
+
+    def problems(self, given: dict[str, ParamValue]) -> list[str]:
+        """What is wrong with these parameters."""
+        known = {param.name: param for param in self.params}
+        unknown = f"is no parameter of it (it has: {', '.join(known) or 'none'})"
+        found = [known[key].problem(value) if key in known else f"{key} {unknown}" for key, value in given.items()]
+        return [problem for problem in found if problem]
 
 
 class PlannerTask(Message, frozen=True):

@@ -27,7 +27,7 @@ GPS_3D = 3
 """MAVLink GPS_FIX_TYPE_3D_FIX."""
 LEAST_BATTERY_PCT = 20.0
 """Below this nobody starts; an unknown battery (NaN) does not count as empty."""
-OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan)
+OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan, m.GetPlanners)
 
 
 class RequestDesk:
@@ -94,6 +94,8 @@ class RequestDesk:
             if desk.quarantined:
                 return Reply(ok=True, text="its planner is left alone until the operator changes something")
             return Reply(ok=True, task=desk.task, snapshot=desk.snapshot)
+        if isinstance(request, m.GetPlanners):
+            return Reply(ok=True, planners=tuple(station.config.planners[k] for k in sorted(station.config.planners)))
         return Reply(ok=True, annotations={name: desk.annotations for name, desk in station.desks.items()})
 
     def _command(self, request: m.AnyRequest) -> Reply:

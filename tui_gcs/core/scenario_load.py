@@ -298,7 +298,7 @@ def _in_metres(table: Table, key: str, point: Point, frame: LocalFrame | None) -
 
 def _team(table: Table) -> Team | None:
     name, zone = table.simple_name("name"), table.name("zone")
-    planner = table.simple_name("planner", 64)
+    planner = _planner(table)
     vehicles = tuple(_vehicles(table))
     count = table.integer("count", low=1, high=MAX_VEHICLES) if table.has("count") else 0
     if table.has("vehicles") == table.has("count"):
@@ -309,6 +309,18 @@ def _team(table: Table) -> Team | None:
     if not table.ok or parameters is None:
         return None
     return Team(name, zone, planner, vehicles, count, parameters)
+
+
+def _planner(table: Table) -> str:
+    value = table.data.get("planner")
+    if isinstance(value, str) and ("/" in value or value.endswith(".py")):
+        table.has("planner")
+        file = f"{shown(value)} is a file; a scenario names planners only"
+        table.wrong(
+            "planner", file, "give the planner's own name here, and the file on the command line: --planner FILE.py"
+        )
+        return ""
+    return table.simple_name("planner", 64)
 
 
 def _vehicles(table: Table) -> list[int]:

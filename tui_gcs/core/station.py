@@ -7,7 +7,7 @@ a lock-step run calls it as time is moved on.
 import math
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import msgspec
@@ -31,7 +31,7 @@ from tui_gcs.core.journal import Journal
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Link
-from tui_gcs.core.messages import Event, EventClass, Kind, Plan, RunPhase, ScenarioChanged, decode, encode
+from tui_gcs.core.messages import Event, EventClass, Kind, Plan, PlannerInfo, RunPhase, ScenarioChanged, decode, encode
 from tui_gcs.core.monitor import FleetMonitor
 from tui_gcs.core.rates import RateDesk
 from tui_gcs.core.reception import Reception
@@ -81,6 +81,8 @@ class StationConfig:
     keys: KeyStore | None = None
     """Signing keys of the vehicles; None: nothing is signed and no signature is checked."""
     stamps: TimestampFile | None = None
+    planners: dict[str, PlannerInfo] = field(default_factory=dict)
+    """What planners declare, by name, as far as it is known."""
     folder: Path | None = None
     """Where what is downloaded from vehicles goes, and caches of it; None: nothing is written."""
 

@@ -16,6 +16,8 @@ import sys
 import time
 from pathlib import Path
 
+import msgspec
+
 from tui_gcs.core.bus import BusError
 from tui_gcs.core.clock import MonotonicClock
 from tui_gcs.core.config import STATION_LOCK, socket_path, state_dir, try_lock
@@ -26,12 +28,13 @@ from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.links import Link, LinkError, open_link
 from tui_gcs.core.memory import StationMemory
+from tui_gcs.core.messages import PlannerInfo
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.station import Station, StationConfig
 from tui_gcs.core.wire import dialect
 from tui_gcs.core.wire.signing import SigningError
-from tui_gcs.core.workers import Workers
+from tui_gcs.core.workers import Declarations, Workers
 from tui_gcs.core.zenoh_bus import QueuedBus, ZenohBus, serve
 
 TICK_S = 0.05
@@ -81,6 +84,8 @@ def run(run_file: Path) -> None:
     logs = state_dir(kind)
     recorder, journal = TlogWriter(logs / f"{name}.tlog"), Journal(logs / f"{name}.jsonl")
     opened = {"links": setting["links"], "forward": setting.get("forward", []), "dialects": setting.get("dialects", [])}
+    files = msgspec.convert(setting.get("planners", []), list[PlannerInfo])
+    opened["planner_files"] = [{"name": info.name, "path": info.file, "sha256": info.sha256} for info in files]
     journal.write({"station": kind, "forced_kind": setting.get("forced_kind", False)} | opened)
     config = StationConfig(
         kind,
@@ -92,13 +97,15 @@ def run(run_file: Path) -> None:
         keys=keys,
         stamps=stamps,
         folder=logs,
+        planners={info.name: info for info in files},
     )
     try:
         station = Station(config, clock, bus, links, recorder, journal)
     except (LinkError, KeyStoreError, SigningError) as error:
         raise StartError(str(error)) from None
     memory.recall(station)
-    workers = Workers(socket_path(kind, run_dir), logs / f"{name}.log")
+    given = [argument for info in files for argument in ("--file", info.name, info.sha256, info.file)]
+    workers = Workers(socket_path(kind, run_dir), logs / f"{name}.log", given)
     try:
         _loop(station, bus, workers, memory, reader, clock)
     finally:
@@ -169,6 +176,7 @@ def _loop(
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     next_tick_s = next_receive_s = clock.now()
     gap = ReceiveGap(clock.now())
+    declarations = Declarations()
     receiver = Receiver(station, gap, clock)
     gc.collect()
     gc.freeze()  # what start-up left is never garbage: looking through it would hold everything up for 40 ms
@@ -198,8 +206,11 @@ def _loop(
                     bus.run_pending()
                     served_s = clock.now()
             workers.keep(list(station.desks), now)
+            for info in declarations.poll():
+                station.config.planners.setdefault(info.name, info)
             workers.end_stuck(desk.team.name for desk in station.desks.values() if desk.kill_wanted)
             memory.remember(station)
+    declarations.end()
     time.sleep(0.1)  # let the last answer out
 
 

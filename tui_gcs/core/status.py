@@ -53,6 +53,9 @@ def station_status(station: "Station", seq: int) -> StationStatus:
         faults=_faults(station),
         dropped=_dropped(station),
         recording=_recording(station),
+        planner_files={
+            info.name: f"{info.file} sha256 {info.sha256}" for info in station.config.planners.values() if info.file
+        },
         alarm=_alarm(station, now),
     )
 

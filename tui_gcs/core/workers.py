@@ -1,12 +1,20 @@
 """Planner workers as processes: one per team, started again when it dies, killed when it does not answer."""
 
 import contextlib
+import logging
 import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+import msgspec
+
+from tui_gcs.core.messages import PlannerInfo
+
+log = logging.getLogger("tui_gcs.station")
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 1.0, 30.0
 """Before a dead worker is started again; doubled each time, until one lived for `LIVED_S`."""
@@ -78,3 +86,38 @@ class Workers:
         command += ["--parent", str(os.getpid()), *self._arguments]
         with self._log_file.open("ab") as output:
             return subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=output)
+
+
+MOST_DECLARED_BYTES = 4_000_000
+
+
+class Declarations:
+    """Asks a process of its own what planners there are and what they declare: the station runs none of their code."""
+
+    def __init__(self) -> None:
+        """Ask."""
+        self._output = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the answer
+        command = [sys.executable, "-m", "tui_gcs.planner.describe"]
+        self._process: subprocess.Popen[bytes] | None = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=self._output, stderr=subprocess.DEVNULL
+        )
+
+    def poll(self) -> tuple[PlannerInfo, ...]:
+        """The answer, once; nothing before and after."""
+        if self._process is None or self._process.poll() is None:
+            return ()
+        self._process = None
+        self._output.seek(0)
+        data = self._output.read(MOST_DECLARED_BYTES)
+        self._output.close()
+        try:
+            return msgspec.json.decode(data, type=tuple[PlannerInfo, ...])
+        except msgspec.MsgspecError as error:
+            log.error("planners cannot be described: %s", error)
+            return ()
+
+    def end(self) -> None:
+        """Wait no longer."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()

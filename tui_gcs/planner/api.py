@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tui_gcs.core.idleness import cell_centres_m, sweep_bound_s
-from tui_gcs.core.messages import Annotation, Intent, PlannerTask
+from tui_gcs.core.messages import Annotation, Intent, ParamInfo, ParamValue, PlannerTask
 from tui_gcs.core.scenario import Limits, OperatingArea
 from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
 
@@ -37,6 +37,7 @@ __all__ = [
     "OperatingArea",
     "Output",
     "Param",
+    "ParamValue",
     "Planner",
     "PlannerTask",
     "Polygon",
@@ -53,8 +54,6 @@ __all__ = [
 
 API_VERSION = 1
 
-ParamValue = float | int | bool | str
-
 
 @dataclass(frozen=True)
 class Param:
@@ -69,21 +68,23 @@ class Param:
     help: str = ""
     choices: tuple[str, ...] = ()
 
+    def info(self) -> ParamInfo:
+        """As it travels."""
+        kind = self.type.__name__
+        return ParamInfo(
+            self.name,
+            kind,  # type: ignore[arg-type]  # checked when its planner is loaded
+            self.default,
+            self.minimum,
+            self.maximum,
+            self.unit,
+            self.help,
+            tuple(self.choices),
+        )
+
     def problem(self, value: object) -> str:
         """Why `value` is not allowed, or "" if it is."""
-        allowed: tuple[type, ...] = (int, float) if self.type is float else (self.type,)
-        if not isinstance(value, allowed) or (isinstance(value, bool) and self.type is not bool):
-            return f"{self.name} must be {self.type.__name__}, not {type(value).__name__}"
-        if self.choices and value not in self.choices:
-            return f"{self.name} must be one of {', '.join(self.choices)}"
-        if isinstance(value, (int, float)) and not isinstance(value, bool):
-            if not np.isfinite(value):
-                return f"{self.name} must be a finite number"
-            if self.minimum is not None and value < self.minimum:
-                return f"{self.name} must be at least {self.minimum:g} {self.unit}".rstrip()
-            if self.maximum is not None and value > self.maximum:
-                return f"{self.name} must be at most {self.maximum:g} {self.unit}".rstrip()
-        return ""
+        return self.info().problem(value)
 
 
 @dataclass(frozen=True)

@@ -19,10 +19,11 @@ def plain_intent(intent: object) -> Intent:
 
 
 def _is_odd(value: Any) -> bool:
-    """Whether it is, or begins with, something of numpy's or a list."""
-    while isinstance(value, tuple) and value:
+    """Whether it, or the first row of it, holds something of numpy's or a list. A mixture is told when it is sent."""
+    while isinstance(value, tuple) and value and isinstance(value[0], tuple):
         value = value[0]
-    return isinstance(value, (np.generic, np.ndarray, list))
+    parts = value if isinstance(value, tuple) else (value,)
+    return any(isinstance(part, (np.generic, np.ndarray, list)) for part in parts)
 
 
 def _plain(value: Any) -> Any:

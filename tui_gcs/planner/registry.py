@@ -1,14 +1,19 @@
 """Planners by name: the built-in ones, and those of installed packages (entry points, group `tui_gcs.planners`)."""
 
-from collections.abc import Mapping
+import contextlib
+import re
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
 
+from tui_gcs.core.messages_planning import TYPES, PlannerInfo
 from tui_gcs.planner.api import Param, ParamValue, Planner
 
 GROUP = "tui_gcs.planners"
+NAME = r"[A-Za-z0-9_-]{1,64}"
+"""What a scenario can name a planner."""
 RATE_HZ = (1.0, 20.0)
 MOST_ITERATIONS_PER_S = 1e6
 
@@ -78,7 +83,44 @@ def usable(planner: type[Planner]) -> type[Planner]:
     ):
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value <= most:
             raise PlannerError(f"planner {planner.name!r}: {what} {value!r} is not from {least:g} to {most:g}")
+    for param in planner.params:
+        if not isinstance(param, Param) or param.type not in TYPES.values():
+            raise PlannerError(
+                f"planner {planner.name!r}: params holds {param!r}: each is a Param of float, int, bool or str"
+            )
+        if problem := param.problem(param.default):
+            raise PlannerError(f"planner {planner.name!r}: the default of {problem}")
     return planner
+
+
+def info(name: str, files: Mapping[str, PlannerFile] | None = None) -> PlannerInfo:
+    """What planner `name` declares, as it travels. Raises PlannerError."""
+    return _info(name, load(name, files), (files or {}).get(name))
+
+
+def infos(wanted: Collection[str], files: Mapping[str, PlannerFile] | None = None) -> dict[str, PlannerInfo]:
+    """What these planners declare; those that cannot be loaded are left out."""
+    found: dict[str, PlannerInfo] = {}
+    for name in sorted(wanted):
+        with contextlib.suppress(PlannerError):
+            found[name] = info(name, files)
+    return found
+
+
+def _info(name: str, found: type[Planner], file: PlannerFile | None) -> PlannerInfo:
+    params = tuple(param.info() for param in found.params)
+    path, digest = (str(file.path), file.sha256) if file is not None else ("", "")
+    return PlannerInfo(name, str(found.version), params, float(found.rate_hz), path, digest)
+
+
+def file_info(path: Path, sha256: str) -> PlannerInfo:
+    """What the planner in a file declares. Raises PlannerError, also for a name that no scenario can hold."""
+    from tui_gcs.planner.planner_file import load_file
+
+    found = usable(load_file(path, sha256))
+    if not isinstance(found.name, str) or not re.fullmatch(NAME, found.name):
+        raise PlannerError(f"{path.name}: name = {found.name!r}: must be 1 to 64 of A-Z a-z 0-9 _ -")
+    return _info(found.name, found, PlannerFile(found.name, path, sha256))
 
 
 def declared(name: str) -> tuple[Param, ...]:
@@ -97,11 +139,7 @@ def complete(name: str, given: Mapping[str, ParamValue]) -> dict[str, ParamValue
 
 def checked(name: str, params: tuple[Param, ...], given: Mapping[str, ParamValue]) -> dict[str, ParamValue]:
     """As `complete`, for declarations at hand."""
-    known = {param.name: param for param in params}
-    problems = [
-        f"{key} is no parameter of it (it has: {', '.join(known) or 'none'})" for key in given if key not in known
-    ]
-    problems += [problem for key, value in given.items() if key in known and (problem := known[key].problem(value))]
+    problems = PlannerInfo(name, "", tuple(param.info() for param in params), 0.0).problems(dict(given))
     if problems:
         raise PlannerError(f"planner {name!r}: {'; '.join(problems)}")
     values: dict[str, ParamValue] = {}

@@ -177,9 +177,21 @@ class StartDialog(TextDialog[bool]):
                     (absent, Ink.CAUTION),
                 ]
             )
+        lines += self._file_lines()
         lines += self._left_out_lines()
         lines += [[], *self._loss_lines(), [], self._key_line()]
         return [*lines, [(self._problem, Ink.CAUTION)]] if self._problem else lines
+
+    def _file_lines(self) -> list[Line]:
+        """Planners that come from files of their own: which, and as they were at the start."""
+        files = self._feed.status.planner_files if self._feed.status is not None else {}
+        used = {team.planner for team in self._plan.teams}
+        return [
+            [(line, Ink.CAUTION)]
+            for name, file in sorted(files.items())
+            if name in used
+            for line in wrap(f"{name} is {file}", MOST_CELLS, initial_indent="  ", subsequent_indent="    ")
+        ]
 
     def _left_out_lines(self) -> list[Line]:
         """Heard, but not ready: who, and the vehicle's or the station's reason."""

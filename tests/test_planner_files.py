@@ -1,0 +1,165 @@
+"""`--planner FILE`: a planner of one's own flies; what is wrong with a file is one line; nobody else runs its code."""
+
+import json
+import subprocess
+import sys
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+
+from tui_gcs.commands.common import planner_files, read_planners, read_scenario
+from tui_gcs.core.messages_planning import ParamInfo
+from tui_gcs.exits import CommandError
+from tui_gcs.planner import describe
+from tui_gcs.planner.host import PlannerHost
+from tui_gcs.planner.registry import PlannerError, load
+
+CIRCLE = """
+import sys
+print("loaded", file=sys.stdout)
+from tui_gcs.planner.api import Intent, Output, Param, Planner
+
+
+class Circle(Planner):
+    name = "circle"
+    version = "3"
+    params = (Param("speed_m_s", float, 5.0, 1.0, 8.0, "m/s", "ground speed"),)
+
+    def step(self, ctx):
+        x, y = self.task.zone.shape.centre_m
+        fleet = ctx.fleet
+        return Output([Intent(int(i), "orbit", position_m=(x, y, z), radius_m=40.0, speed_m_s=5.0)
+                       for i, z in zip(fleet.id[fleet.active], fleet.layer_m[fleet.active])])
+"""
+SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
+
+
+@pytest.fixture
+def circle(tmp_path: Path) -> Path:
+    file = tmp_path / "circle.py"
+    file.write_text(CIRCLE)
+    return file
+
+
+def flown_by(planner: str, folder: Path) -> Path:
+    scenario = folder / "mine.toml"
+    scenario.write_text(SCENARIO.read_text().replace('planner = "patrol"', f'planner = "{planner}"'))
+    return scenario
+
+
+def test_a_file_says_what_it_declares_and_is_not_run_here(circle: Path) -> None:
+    before = set(sys.modules)
+    info = read_planners([str(circle)])["circle"]
+    assert (info.name, info.version, info.rate_hz) == ("circle", "3", 5.0)
+    assert info.params == (ParamInfo("speed_m_s", "float", 5.0, 1.0, 8.0, "m/s", "ground speed"),)
+    assert info.file == str(circle.resolve())
+    assert info.sha256 == sha256(CIRCLE.encode()).hexdigest()
+    assert not [name for name in set(sys.modules) - before if "tui_gcs_planner" in name]
+
+
+@pytest.mark.parametrize(
+    ("source", "told"),
+    [
+        ("def f(:\n", "circle.py:1: invalid syntax"),
+        ("\n\nimport numpyy\n", "circle.py:3: ModuleNotFoundError: No module named 'numpyy'"),
+        ("x = 1\n", "circle.py: defines no planner"),
+        (
+            CIRCLE.replace('"circle"', '"../circle"'),
+            "circle.py: name = '../circle': must be 1 to 64 of A-Z a-z 0-9 _ -",
+        ),
+        (CIRCLE.replace('    name = "circle"\n', ""), "circle.py: name = '': must be"),
+        (CIRCLE.replace('version = "3"', "rate_hz = 50"), "rate_hz 50 is not from 1 to 20"),
+        (CIRCLE.replace("float, 5.0", "float, 9.0"), "the default of speed_m_s must be at most 8 m/s"),
+        (CIRCLE.replace("float, 5.0", "list, 5.0"), "each is a Param of float, int, bool or str"),
+        ("raise SystemExit(0)\n", "circle.py:1: SystemExit: 0"),
+        ("import os\nos._exit(0)\n", "planners cannot be described"),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_one_line(circle: Path, source: str, told: str) -> None:
+    circle.write_text(source)
+    with pytest.raises(CommandError) as error:
+        read_planners([str(circle)])
+    assert told in str(error.value)
+    assert str(error.value).startswith("--planner ") and "\n" not in str(error.value)
+
+
+def test_a_file_that_does_not_end_loading_is_told(circle: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    circle.write_text("import time\ntime.sleep(60)\n")
+    monkeypatch.setattr(describe, "LIMIT_S", 0.5)
+    with pytest.raises(CommandError, match="does not finish loading within"):
+        read_planners([str(circle)])
+
+
+def test_two_files_of_one_name_are_refused(circle: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other.py"
+    other.write_text(CIRCLE)
+    with pytest.raises(CommandError, match=r"other.py: planner 'circle' is in .*circle.py, too"):
+        read_planners([str(circle), str(other)])
+
+
+def test_a_scenario_names_the_planner_not_the_file(circle: Path, tmp_path: Path) -> None:
+    planners = read_planners([str(circle)])
+    assert read_scenario(str(flown_by("circle", tmp_path)), planners)[0].teams[0].planner == "circle"
+    with pytest.raises(CommandError, match="circle"):
+        read_scenario(str(flown_by("circle", tmp_path)))
+    for wrong in ("circle.py", "./circle", "/tmp/circle.py"):
+        with pytest.raises(CommandError, match=r"is a file; a scenario names planners only.*--planner FILE.py"):
+            read_scenario(str(flown_by(wrong, tmp_path)), planners)
+
+
+def test_a_file_that_changed_is_not_loaded(circle: Path) -> None:
+    files = planner_files(read_planners([str(circle)]))
+    assert load("circle", files).name == "circle"
+    circle.write_text(CIRCLE + "# changed\n")
+    with pytest.raises(
+        PlannerError, match=r"circle.py: changed since the start \(sha256 [0-9a-f]{12}, was [0-9a-f]{12}\)"
+    ):
+        load("circle", files)
+    assert PlannerHost("red", files).revision == -1
+
+
+def test_a_file_takes_the_place_of_a_known_planner(circle: Path) -> None:
+    circle.write_text(CIRCLE.replace('"circle"', '"patrol"'))
+    files = planner_files(read_planners([str(circle)]))
+    assert load("patrol", files).__name__ == "Circle"
+    assert load("patrol").__name__ == "Patrol"
+
+
+def test_the_known_planners_are_described_too() -> None:
+    done = subprocess.run(describe.command(), capture_output=True, check=True)
+    names = [info.name for info in describe.parse(done.stdout)]
+    assert "patrol" in names
+
+
+def test_a_lock_step_run_flies_a_file(circle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from tui_gcs.core import messages as m
+    from tui_gcs.core.bus import REQUEST
+    from tui_gcs.rehearsal import LockStep
+
+    planners = read_planners([str(circle)])
+    scenario, toml, _ = read_scenario(str(flown_by("circle", tmp_path)), planners)
+    flight = LockStep(scenario, toml, tmp_path, files=planner_files(planners))
+
+    def ask(request: m.AnyRequest) -> m.Reply:
+        return m.decode(flight.bus.ask(REQUEST.format(principal="test"), m.encode(request)), m.Reply)
+
+    try:
+        for _ in range(20 * 120):
+            flight.step()
+            if flight.clock.now() > 8.0 and flight.station.executive.run is m.RunPhase.IDLE:
+                ask(m.Start(vehicles=tuple(range(1, 9))))
+            if flight.clock.now() > 100.0:
+                break
+        courses = {type(f.course).__name__ for f in flight.station.book}
+        assert courses == {"Orbit"}
+        assert [info.name for info in ask(m.GetPlanners()).planners] == ["circle"]
+    finally:
+        flight.close()
+
+
+def test_status_and_run_file_name_the_file(circle: Path) -> None:
+    from tui_gcs.launcher import _builtins
+
+    info = read_planners([str(circle)])["circle"]
+    assert json.loads(json.dumps(_builtins(info)))["sha256"] == info.sha256
