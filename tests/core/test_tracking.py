@@ -169,7 +169,7 @@ def test_who_stands_still_although_asked_to_move_is_noticed_after_six_seconds() 
 def test_what_a_wind_takes_teaches_no_lead_that_is_wrong_elsewhere() -> None:
     """Into a strong wind it falls metres behind, for it cannot lean harder; elsewhere it is on its slot."""
     course = circle()
-    flown = Autopilot(course, Lead(0.2, 1.0), late_s=0.2, outward_s2=1.0)
+    flown, leads = Autopilot(course, Lead(0.2, 1.0), late_s=0.2, outward_s2=1.0), []
     for begin_s in range(1, 240, 20):
         for now in np.arange(begin_s, begin_s + 20, 0.1):
             into_wind = now - begin_s < 6
@@ -177,4 +177,5 @@ def test_what_a_wind_takes_teaches_no_lead_that_is_wrong_elsewhere() -> None:
             wider = 1.0 + flown.outward_s2 * TURN_M_S2 / math.hypot(x, y)
             flown.vehicle.position_m, flown.vehicle.position_s = (x * wider, y * wider, z), float(now)
             flown.tracking.look(course, flown.vehicle)
-    assert flown.tracking.lead.time_s - 0.2 < 0.15, "early by no more, where there is no wind"
+            leads.append(flown.tracking.lead.time_s)
+    assert max(leads) - 0.2 < 0.15, "early by no more, where there is no wind"

@@ -31,8 +31,8 @@ class ArduCopter:
     setpoint_gap_s = 0.2
     """Velocities expire after 3 s (GUID_TIMEOUT); a patrol slot moves 1.6 m between two."""
     lead = Lead(0.03, 1.0)
-    """Measured on the real one, on a patrol tour at 7.6 m/s: 0.2 m off on average, 0.8 m at most, but for its two
-    sharpest corners (1.5 m/s), where it was 4 to 5 m off; in a flight whose lead was learnt, 1.7 m.
+    """Measured on the real one on patrol tours at 7.6 m/s, whose acceleration changes as it can (`planner.tour`): 0.2 m
+    off on average and 0.7 m at most in three rounds; 4 to 5 m in the sharpest corners of tours that it cannot follow.
 
     Its position gain is 1/s, and it takes no acceleration along with a place in frame 6 (tried: no difference).
     """
