@@ -17,7 +17,7 @@ from tui_gcs.core.guard import Guard, Mover
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.route import route
 from tui_gcs.core.services.command import CommandService
-from tui_gcs.core.tracking import Led, Tracking
+from tui_gcs.core.tracking import Led, Tracking, wanted_then
 from tui_gcs.core.vehicle import Vehicle
 
 STANDS_M_S = 1.0
@@ -121,7 +121,7 @@ class Steering:
         """Distance from where the course wanted it when its newest position came; NaN without a course."""
         if flight.course is None or not vehicle.has_position():
             return math.nan
-        return math.dist(flight.course.at(vehicle.position_s)[0], vehicle.position_m)
+        return math.dist(wanted_then(flight.course, vehicle.position_s)[0], vehicle.position_m)
 
     def _measure(self, flight: Flight, course: Course, vehicle: Vehicle, now: float) -> None:
         """How well it follows; who does not at all is told."""

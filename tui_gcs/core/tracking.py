@@ -9,7 +9,7 @@ Compared are places of the same moment: the course at the time its newest positi
 import math
 from dataclasses import dataclass, field, replace
 
-from tui_gcs.core.course import STILL, Course, Moving, Samples, Stand
+from tui_gcs.core.course import STILL, Course, Moving, Samples, Stand, Trajectory
 from tui_gcs.core.firmware.base import Lead
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.push import ACCEL_GAIN, DragModel
@@ -33,6 +33,8 @@ MOST_TAUGHT_S, MOST_TAUGHT_M = 0.15, 0.5
 teach a lead that is wrong everywhere else (flown: 5 m off for minutes after a gust)."""
 GAP_S = 1.0
 """After a longer pause between positions it begins anew."""
+MOST_BACK_S = 1.0
+"""A trajectory is followed back for so long before its begin."""
 STILL_M_S = 0.3
 STILL_S = 6.0
 """Asked to move and standing still for so long: it does not take what it is told, and says nothing."""
@@ -73,7 +75,7 @@ class Tracking:
             if isinstance(course, Stand):
                 return
             gap_s = min(gap_s, GAP_S)
-        point, velocity = course.at(at_s)
+        point, velocity = wanted_then(course, at_s)
         if self.lead.drag_hz is not None:
             self.drag.advance(gap_s, velocity, self.lead.drag_hz)
             self._learn_drag(point, vehicle.position_m, gap_s)
@@ -159,6 +161,21 @@ class Led:
     def predict(self, now: float, position_m: Vec3, times_s: Samples) -> Samples:
         """Where the vehicle will be: on the course, that is what the lead is for."""
         return self.course.predict(now, position_m, times_s)
+
+
+def wanted_then(course: Course, at_s: float) -> tuple[Vec3, Vec3]:
+    """Place and velocity a course wanted when a position came.
+
+    A planner's newest trajectory may begin after that: it is followed back straight, for it continues the one before.
+    Taken as standing until it begins, a vehicle on a bad link was never found to follow for long enough to learn from.
+    """
+    point, velocity = course.at(at_s)
+    if not isinstance(course, Trajectory) or not course.t0_s - MOST_BACK_S <= at_s < course.t0_s:
+        return point, velocity
+    velocity = course.at(course.t0_s)[1]
+    back_s = course.t0_s - at_s
+    x, y, z = (p - back_s * v for p, v in zip(point, velocity, strict=True))
+    return (x, y, z), velocity
 
 
 def _within(value: float, most: float) -> float:
