@@ -24,7 +24,8 @@ def declares(subject: Subject) -> Iterator[Finding]:
     planner, check = subject.planner, "declares"
     wrong = list(_wrong(planner))
     if wrong:
-        yield failed(check, wrong[0] + (f" (and {len(wrong) - 1} more)" if wrong[1:] else ""), "; ".join(wrong[1:]))
+        more = "; ".join(wrong[1:])
+        yield failed(check, wrong[0], f"and {more}" if more else "operators' forms and the host go by what is declared")
         return
     texts = [param.name for param in planner.params if not param.help]
     yield passed(

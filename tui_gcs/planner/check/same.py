@@ -50,9 +50,8 @@ def again(subject: Subject) -> Iterator[Finding]:
     for number, (frame, plan) in enumerate(log, 1):
         if text := difference(plan, subject.step(host, frame)):
             yield failed("same again", f"step {number} of {len(log)}: {text}", ask)
-            break
-    else:
-        yield passed("same again", f"{len(log)} plans from the same frames and seed, bit-identical")
+            return
+    yield passed("same again", f"{len(log)} plans from the same frames and seed, bit-identical")
     odd = _elsewhere(subject, task, log)
     if odd:
         yield failed("other process", f"step {odd} of {len(log)} differs in another process (PYTHONHASHSEED=1)", ask)
