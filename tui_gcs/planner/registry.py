@@ -17,7 +17,10 @@ NAME = r"[A-Za-z0-9_-]{1,64}"
 RATE_HZ = (1.0, 20.0)
 MOST_ITERATIONS_PER_S = 1e6
 
-_BUILTIN = {"patrol": "tui_gcs.planner.patrol:Patrol"}
+_BUILTIN = {
+    "patrol": "tui_gcs.planner.patrol:Patrol",
+    "waypoints": "tui_gcs.planner.waypoints:Waypoints",
+}
 
 _ADOPTED: dict[str, type[Planner]] = {}
 

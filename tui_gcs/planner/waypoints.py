@@ -1,0 +1,228 @@
+"""Waypoints: what an operator draws, flown by each vehicle for itself, round after round.
+
+Also what better planners are compared with: without paths the zone is cut into strips, one for each vehicle, flown up
+and down as a mission planner's survey would be.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from tui_gcs.planner.api import (
+    Annotation,
+    Context,
+    Fleet,
+    Intent,
+    Output,
+    Param,
+    ParamValue,
+    Planner,
+    PlannerTask,
+    polygon_of,
+)
+from tui_gcs.planner.region import Region
+from tui_gcs.planner.tour import PATH_STEP_M, Tour, resampled, timed
+from tui_gcs.planner.transit import Mobility, Transit, plan_transit
+
+Floats = NDArray[np.floating[Any]]
+
+HORIZON_S, SAMPLE_S = 3.0, 0.25
+ACCEL_SHARE = 0.9
+"""Of the allowed acceleration; the rest is the autopilot's for tracking."""
+LOST_TRACK_M, JOINED_M = 8.0, 3.0
+PATIENCE_S = 2.0
+"""At least this long between two ways from where a vehicle is to its path."""
+DRAW_AGAIN_S = 5.0
+DRAWN_POINTS = 80
+MOST_POINTS = 500
+"""Of one vehicle's path."""
+
+
+class Waypoints(Planner):
+    """Every vehicle flies its own path."""
+
+    name = "waypoints"
+    params = (
+        Param(
+            "paths",
+            str,
+            "",
+            help="metres east,north of the origin, e.g. 1: 10,20 80,20 80,90; 2: 100,20 180,90 (none: strips)",
+        ),
+        Param("loop", bool, True, help="after the last point to the first again; else back the way it came"),
+        Param("speed_fraction", float, 0.95, 0.1, 0.97, "", "speed as a share of the speed limit"),
+    )
+
+    def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
+        """Time the paths. Raises ValueError for a text that says none, and for points outside the area."""
+        super().configure(task, params, rng)
+        limits = task.limits
+        self._region = Region(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
+        self._mobility = Mobility(limits.speed_m_s * 0.98, limits.accel_m_s2 * ACCEL_SHARE)
+        speed_m_s = limits.speed_m_s * float(params["speed_fraction"])
+        paths = parsed(str(params["paths"]))
+        for vehicle in paths:
+            if vehicle not in task.members:
+                raise ValueError(f"paths: vehicle {vehicle} is not in team {task.team}")
+        drawn = {v: _closed(points, loop=bool(params["loop"])) for v, points in paths.items()}
+        missing = [v for v in sorted(task.members) if v not in drawn]
+        if missing and not drawn:
+            drawn = dict(
+                zip(missing, strips(polygon_of(task.zone.shape), len(missing), task.footprint_radius_m), strict=True)
+            )
+        self._tours: dict[int, Tour] = {}
+        for vehicle, path in drawn.items():
+            inside = self._region.pulled_inside(path)
+            if np.hypot(*(inside - path).T).max() > 1.0 and vehicle in paths:
+                x, y = path[int(np.argmax(np.hypot(*(inside - path).T)))]
+                raise ValueError(f"paths: vehicle {vehicle}: ({x:g}, {y:g}) is outside of where it may fly")
+            self._tours[vehicle] = timed(resampled(inside, PATH_STEP_M), speed_m_s, self._mobility.accel_m_s2)
+        self._places: dict[int, _Place] = {}
+        self._drawn_s = -math.inf
+
+    def step(self, ctx: Context) -> Output:
+        """Trajectories of all active vehicles that have a path; the others hold."""
+        active = {int(ctx.fleet.id[i]): int(i) for i in np.flatnonzero(ctx.fleet.active)}
+        self._places = {vehicle: place for vehicle, place in self._places.items() if vehicle in active}
+        out = Output(intents=[self._intent(ctx, vehicle, i) for vehicle, i in active.items()])
+        if ctx.t_s - self._drawn_s >= DRAW_AGAIN_S:
+            self._drawn_s = ctx.t_s
+            out.annotations = [_drawing(vehicle, tour) for vehicle, tour in self._tours.items()]
+        out.metrics = {
+            "period_s": max((tour.period_s for tour in self._tours.values()), default=math.nan),
+            "slots": len(active),
+            "joined": sum(place.joined for place in self._places.values()),
+        }
+        return out
+
+    def _intent(self, ctx: Context, vehicle: int, i: int) -> Intent:
+        tour = self._tours.get(vehicle)
+        if tour is None:
+            return Intent(vehicle, "hold", reason="no path was drawn for it")
+        place = self._places.setdefault(vehicle, _Place())
+        self._follow_up(place, tour, ctx, i)
+        if place.stuck:
+            return Intent(vehicle, "hold", reason="no way to its path inside the operating area")
+        times = ctx.t_s + SAMPLE_S * np.arange(round(HORIZON_S / SAMPLE_S) + 1)
+        xy, velocity = place.at(tour, times)
+        layer = ctx.fleet.layer_m[i]
+        z = float(layer if np.isfinite(layer) else ctx.fleet.position_m[i, 2])
+        return Intent(
+            vehicle,
+            "trajectory",
+            t0_s=ctx.t_s,
+            dt_s=SAMPLE_S,
+            positions_m=tuple([(x, y, z) for x, y in xy.tolist()]),
+            velocities_m_s=tuple([(vx, vy, 0.0) for vx, vy in velocity.tolist()]),
+            slot="path",
+            joined=place.joined,
+            reason="" if place.transit is None else "on its way to its path",
+        )
+
+    def _follow_up(self, place: "_Place", tour: Tour, ctx: Context, i: int) -> None:
+        """Begin, end, or begin anew the way to the path."""
+        if place.transit is not None and ctx.t_s >= place.transit.end_s:
+            place.transit = None
+        xy, velocity = _now(ctx.fleet, i)
+        began = math.isfinite(place.planned_s)
+        error_m = float(np.hypot(*(place.at(tour, np.array([ctx.t_s]))[0][0] - xy))) if began else math.inf
+        place.joined = place.joined or (place.transit is None and error_m <= JOINED_M)
+        if (error_m > LOST_TRACK_M or place.stuck) and ctx.t_s - place.planned_s >= PATIENCE_S:
+            nearest = int(np.argmin(np.hypot(*(tour.xy_m - xy).T)))
+            phase_s = nearest * tour.dt_s
+            place.origin_s, place.planned_s, place.joined = ctx.t_s - phase_s, ctx.t_s, False
+            place.transit = plan_transit(ctx.t_s, xy, velocity, tour, phase_s, self._mobility, self._region)
+            place.stuck = place.transit is None
+
+
+@dataclass
+class _Place:
+    """Where on its path a vehicle is: at time t at phase `t - origin_s`, after its way there."""
+
+    origin_s: float = 0.0
+    planned_s: float = -math.inf
+    transit: Transit | None = None
+    joined: bool = False
+    stuck: bool = False
+
+    def at(self, tour: Tour, times_s: Floats) -> tuple[Floats, Floats]:
+        """Positions and velocities (k, 2)."""
+        xy, velocity = tour.at(times_s - self.origin_s)
+        if self.transit is not None:
+            under_way = times_s < self.transit.end_s
+            xy[under_way], velocity[under_way] = self.transit.at(times_s[under_way])
+        return xy, velocity
+
+
+def parsed(text: str) -> dict[int, Floats]:
+    """`1: 10,20 80,20; 2: 100,20 180,90` as (k, 2) points by vehicle.
+
+    Raises:
+        ValueError: one line that says where the text is wrong.
+    """
+    paths: dict[int, Floats] = {}
+    for part in filter(str.strip, text.split(";")):
+        head, colon, rest = part.partition(":")
+        if not colon or not head.strip().isdecimal():
+            raise ValueError(f"paths: {part.strip()!r}: must be VEHICLE: EAST,NORTH EAST,NORTH …")
+        points = [_point(word) for word in rest.split()]
+        if not 2 <= len(points) <= MOST_POINTS:
+            raise ValueError(f"paths: vehicle {head.strip()} has {len(points)} points, and needs 2 to {MOST_POINTS}")
+        if int(head) in paths:
+            raise ValueError(f"paths: vehicle {head.strip()} has two paths")
+        paths[int(head)] = np.array(points, dtype=float)
+    return paths
+
+
+def _point(word: str) -> tuple[float, float]:
+    try:
+        x, y = (float(number) for number in word.split(","))
+    except ValueError:
+        raise ValueError(f"paths: {word!r} is not EAST,NORTH in metres") from None
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise ValueError(f"paths: {word!r} is not finite")
+    return x, y
+
+
+def _closed(points: Floats, *, loop: bool) -> Floats:
+    return points if loop else np.vstack([points, points[-2:0:-1]])
+
+
+def strips(zone: shapely.Polygon, count: int, radius_m: float) -> list[Floats]:
+    """`count` closed paths: the zone in strips from west to east, each up and down its lanes and back."""
+    left, bottom, right, top = zone.bounds
+    width_m = (right - left) / count
+    found = []
+    for number in range(count):
+        west = left + number * width_m
+        strip = shapely.intersection(zone, shapely.box(west, bottom - 1.0, west + width_m, top + 1.0))
+        lanes = max(1, math.ceil(width_m / (2.0 * radius_m) - 0.05))
+        points: list[tuple[float, float]] = []
+        for lane in range(lanes):
+            x = west + (lane + 0.5) * width_m / lanes
+            span = shapely.intersection(strip, shapely.LineString([(x, bottom - 1.0), (x, top + 1.0)]))
+            low, high = (bottom, top) if span.is_empty else (span.bounds[1], span.bounds[3])
+            ends = [(x, min(low + radius_m / 2, (low + high) / 2)), (x, max(high - radius_m / 2, (low + high) / 2))]
+            points += ends if lane % 2 == 0 else ends[::-1]
+        path = np.array(points)
+        if np.hypot(*np.ptp(path, axis=0)) < 2.0:
+            path = path + np.array([[0.0, -2.0], [0.0, 2.0]] * (len(path) // 2))
+        found.append(_closed(path, loop=False))
+    return found
+
+
+def _now(fleet: Fleet, i: int) -> tuple[Floats, Floats]:
+    velocity = np.nan_to_num(fleet.velocity_m_s[i, :2])
+    age_s = min(max(float(np.nan_to_num(fleet.age_s[i])), 0.0), 1.0)
+    return fleet.position_m[i, :2] + velocity * age_s, velocity
+
+
+def _drawing(vehicle: int, tour: Tour) -> Annotation:
+    every = max(1, -(-len(tour.xy_m) // DRAWN_POINTS))
+    points = [(round(x, 1), round(y, 1)) for x, y in tour.xy_m[::every].tolist()]
+    return Annotation("polyline", (*points, points[0]), f"path {vehicle}")
