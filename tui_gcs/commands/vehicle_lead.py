@@ -13,8 +13,7 @@ from tui_gcs.core.messages_services import CancelTask, TaskInfo
 from tui_gcs.core.messages_setup import ConfirmStep
 from tui_gcs.core.text import clean
 
-CANCEL = "ctrl-c: cancel"
-KEYS = f"Enter: done as asked    {CANCEL}"
+ENTER, CANCEL, LEAVE = "Enter: done as asked", "ctrl-c: cancel", "ctrl-c again: leave it as it is"
 
 
 class Lead:
@@ -36,14 +35,16 @@ class Lead:
 
     def look(self, infos: Sequence[TaskInfo]) -> None:
         """The tasks as they are now; an Enter is for all that wait."""
+        entered = self._station.entered()
+        if entered and self._drawn:
+            self._drawn += 1  # the terminal's own echo of it
         for info in infos:
             self._say_notes(info)
         self._show(infos)
-        entered = self._station.entered()
         waiting = {info.number for info in infos if info.waits and not info.over}
         if entered:
             for number in sorted(waiting & self._waited):
-                self._confirm(number)
+                self._confirm(next(info for info in infos if info.number == number))
         self._waited = waiting
 
     def interrupted(self, infos: Sequence[TaskInfo]) -> bool:
@@ -54,7 +55,7 @@ class Lead:
         for info in infos:
             if not info.over:
                 reply = self._station.ask(CancelTask(info.number))
-                self.keep(reply.text if not reply.ok else f"vehicle {info.vehicle}: cancelling …")
+                self.keep(_of_vehicle(info, reply.text if not reply.ok else "cancelling …"))
         return True
 
     def over(self) -> None:
@@ -69,10 +70,10 @@ class Lead:
 
     # ---------------------------------------------------------------- inside
 
-    def _confirm(self, number: int) -> None:
-        reply = self._station.ask(ConfirmStep(number))
+    def _confirm(self, info: TaskInfo) -> None:
+        reply = self._station.ask(ConfirmStep(info.number))
         if not reply.ok:
-            self.keep(reply.text)
+            self.keep(_of_vehicle(info, reply.text))
 
     def _say_notes(self, info: TaskInfo) -> None:
         """What is new of what the vehicle said; the station tells the newest only."""
@@ -86,7 +87,9 @@ class Lead:
         running = [info for info in infos if not info.over]
         if sys.stderr.isatty():
             lines = [line for info in running for line in (*_lines(info, alone=len(running) == 1), _now(info))]
-            self._draw([*lines, KEYS if any(info.waits for info in running) else CANCEL] if lines else [])
+            keys = [ENTER] if any(info.waits for info in running) else []
+            keys.append(LEAVE if self._cancelled else CANCEL)
+            self._draw([*lines, "    ".join(keys)] if lines else [])
             return
         for info in running:
             if info.prompt and info.prompt != self._told.get(info.number):
@@ -106,6 +109,11 @@ class Lead:
         sys.stderr.write(f"\r{up}{text}\x1b[J")
         sys.stderr.flush()
         self._drawn = len(rows)
+
+
+def _of_vehicle(info: TaskInfo, text: str) -> str:
+    """What the station says of a task, said of its vehicle."""
+    return f"vehicle {info.vehicle}: {text.removeprefix(f'task {info.number}: ')}"
 
 
 def _lines(info: TaskInfo, *, alone: bool) -> tuple[str, ...]:
