@@ -63,14 +63,17 @@ def launch(
     dialects: list[str] | None = None,
     fault: str = "",
     planners: "list[PlannerInfo] | None" = None,
+    watch: bool = False,
 ) -> None:
     """Start a supervised station, detached from this terminal; returns at once.
 
     With `sim_spec` (see `sitl.launch`) the supervisor starts those vehicles too, with a token only this run knows;
     `fault` makes their links bad (see `sitl.faults`).
     `forward`: (link, whether commands may come in) of other stations. `dialects`: files of MAVLink definitions.
-    `planners`: those in files, as they declared themselves.
+    `planners`: those in files, as they declared themselves; `watch`: what is saved there flies on (SIM only).
     """
+    if watch and kind is not Kind.SIM:
+        raise LaunchError("a planner that changes while it flies is for simulated vehicles only")
     directory = runtime_dir(kind)
     for name in ("error", "memory.json", "bus", "bus.lock"):
         (directory / name).unlink(missing_ok=True)
@@ -84,6 +87,7 @@ def launch(
         "forward": forward or [],
         "dialects": dialects or [],
         "planners": [_builtins(info) for info in planners or []],
+        "watch": watch,
     }
     if sim_spec is not None:
         port = free_port()

@@ -86,6 +86,7 @@ def run(run_file: Path) -> None:
     opened = {"links": setting["links"], "forward": setting.get("forward", []), "dialects": setting.get("dialects", [])}
     files = msgspec.convert(setting.get("planners", []), list[PlannerInfo])
     opened["planner_files"] = [{"name": info.name, "path": info.file, "sha256": info.sha256} for info in files]
+    opened["watch"] = setting.get("watch", False)
     journal.write({"station": kind, "forced_kind": setting.get("forced_kind", False)} | opened)
     config = StationConfig(
         kind,
@@ -105,6 +106,8 @@ def run(run_file: Path) -> None:
         raise StartError(str(error)) from None
     memory.recall(station)
     given = [argument for info in files for argument in ("--file", info.name, info.sha256, info.file)]
+    watched = kind is Kind.SIM and setting.get("watch", False)
+    given += ["--watch"] if watched else []
     workers = Workers(socket_path(kind, run_dir), logs / f"{name}.log", given)
     try:
         _loop(station, bus, workers, memory, reader, clock)

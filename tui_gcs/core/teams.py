@@ -173,7 +173,7 @@ class TeamDesk:
         return self._intents.carry_out(plan, self.task.limits)
 
     def _take_numbers(self, plan: Plan, now: float) -> None:
-        self.error = ""
+        self.error, self.quarantined = "", False  # a version of its file that was saved may mend it
         self._plan_s, self._first_plan, self._configured = now, True, True
         self.rate_hz = min(max(plan.rate_hz, SLOWEST_HZ), FASTEST_HZ) if math.isfinite(plan.rate_hz) else SLOWEST_HZ
         late = self._judge_steps and plan.step_ms > 1e3 / self.rate_hz

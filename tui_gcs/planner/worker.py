@@ -28,6 +28,7 @@ from tui_gcs.core.messages import (
 )
 from tui_gcs.planner.host import Job, PlannerHost
 from tui_gcs.planner.registry import PlannerFile
+from tui_gcs.planner.watching import WatchingHost
 
 ASK_AGAIN_S = 0.5
 PARENT_CHECK_S = 1.0
@@ -38,9 +39,11 @@ log = logging.getLogger("tui_gcs.planner")
 class Worker:
     """Steps a host on the newest frame; callbacks of the bus only fill a mailbox."""
 
-    def __init__(self, bus: Bus, team: str, files: dict[str, PlannerFile] | None = None) -> None:
-        """Join as `planner-<team>`. `files`: planners in files of their own, by name."""
-        self.host = PlannerHost(team, files)
+    def __init__(
+        self, bus: Bus, team: str, files: dict[str, PlannerFile] | None = None, *, watches: bool = False
+    ) -> None:
+        """Join as `planner-<team>`. `files`: planners in files of their own, by name; `watches` them being saved."""
+        self.host = WatchingHost(team, files or {}) if watches else PlannerHost(team, files)
         self.stopped = False
         self._bus = bus
         self._team = team
@@ -148,7 +151,7 @@ class Worker:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`python -m tui_gcs.planner.worker --bus SOCKET --team NAME [--file NAME SHA256 PATH]…`."""
+    """`python -m tui_gcs.planner.worker --bus SOCKET --team NAME [--file NAME SHA256 PATH]… [--watch]`."""
     from tui_gcs.core.zenoh_bus import connect
 
     parser = argparse.ArgumentParser(prog="planner worker")
@@ -156,6 +159,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--team", required=True)
     parser.add_argument("--parent", type=int, default=os.getppid(), help="end when this process is gone")
     parser.add_argument("--file", nargs=3, action="append", default=[], metavar=("NAME", "SHA256", "PATH"))
+    parser.add_argument("--watch", action="store_true", help="fly on with every version of a file that is saved")
     arguments = parser.parse_args(argv)
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(levelname)s %(message)s")
     try:
@@ -164,7 +168,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         log.error("%s", error)
         return 2
     files = {name: PlannerFile(name, Path(path), sha256) for name, sha256, path in arguments.file}
-    worker = Worker(bus, arguments.team, files)
+    worker = Worker(bus, arguments.team, files, watches=arguments.watch)
     signal.signal(signal.SIGTERM, lambda *_: worker.stop())
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:

@@ -1,0 +1,101 @@
+"""A planner that is saved again while it flies: the new version goes on where the one before was, or that one does."""
+
+import time
+from pathlib import Path
+
+import bad_planners as bad
+import pytest
+
+from tui_gcs.core.messages import Plan, decode
+from tui_gcs.planner.check.world import TEAM, World, scattered, task_for
+from tui_gcs.planner.registry import PlannerFile
+from tui_gcs.planner.watching import WatchingHost
+
+COUNTS = bad.REMEMBERS
+"""How far east it sends vehicles tells how many steps it has made, restarts included."""
+
+
+class Flight:
+    """One vehicle, and a file that somebody edits."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / "mine.py"
+        self.path.write_text(COUNTS)
+        self.world = World(task_for((1,), "mine"), scattered(1))
+        self.host = WatchingHost(TEAM, {"mine": PlannerFile("mine", self.path, "of the start")})
+        self.host.set_task(self.world.task)
+        self.notes: list[str] = []
+
+    def step(self) -> Plan:
+        self.world.t_s += 0.2
+        plan = decode(self.host.answer(self.world.frame()), Plan)
+        assert plan.error == ""
+        self.notes += plan.notes
+        return plan
+
+    def east_m(self) -> float:
+        position = self.step().intents[0].position_m
+        assert position is not None
+        return position[0]
+
+    def save(self, source: str) -> None:
+        """Save, and fly until the new version has been looked at."""
+        self.path.write_text(source)
+        before, end = len(self.notes), time.monotonic() + 20.0
+        while len(self.notes) == before and time.monotonic() < end:
+            self.step()
+            time.sleep(0.005)
+
+
+@pytest.fixture
+def flight(tmp_path: Path) -> Flight:
+    return Flight(tmp_path)
+
+
+def test_a_new_version_goes_on_with_the_state_of_the_one_before(flight: Flight) -> None:
+    for _ in range(10):
+        east_m = flight.east_m()
+    assert east_m == pytest.approx(200.9)
+    flight.save(COUNTS.replace("200.0 + shift", "300.0 + shift"))
+    assert flight.notes[-1].startswith("mine.py was saved: the new version flies (")
+    assert 301.0 < flight.east_m() < 320.0
+
+
+@pytest.mark.parametrize(
+    ("source", "told"),
+    [
+        ("def step(:\n", "mine.py:1: invalid syntax; the version before flies on"),
+        (COUNTS.replace('name = "mine"', 'name = "other"'), "mine.py: its name is 'other' now"),
+        (COUNTS.replace("self.kept = []", "self.kept = 1 / 0"), "in configure: ZeroDivisionError"),
+        (COUNTS.replace("self.count += 1", "1 / 0"), "in step: ZeroDivisionError"),
+        (COUNTS.replace("self.count += 1", "self.count += 1; out.intents = [7]"), "TypeError: an intent is an Intent"),
+    ],
+    ids=["syntax", "name", "configure", "step", "no plan"],
+)
+def test_where_the_new_version_fails_the_one_before_flies_on(source: str, told: str, flight: Flight) -> None:
+    flight.save(source)
+    for _ in range(3):
+        east_m = flight.east_m()
+    assert 200.0 < east_m < 230.0
+    assert told in "\n".join(flight.notes)
+    flight.save(COUNTS.replace("200.0 + shift", "300.0 + shift"))  # mended
+    assert 300.0 < flight.east_m() < 330.0
+
+
+def test_a_version_that_cannot_take_the_state_begins_anew_and_says_so(flight: Flight) -> None:
+    flight.save(COUNTS.replace("int(data)", "int(data[99])"))
+    assert any("begins anew: restore failed" in note for note in flight.notes)
+    assert flight.east_m() < 202.0
+
+
+def test_a_file_that_is_touched_is_no_new_version(flight: Flight) -> None:
+    flight.path.touch()
+    for _ in range(5):
+        flight.step()
+    assert flight.notes == []
+
+
+def test_another_task_has_the_newest_version(flight: Flight) -> None:
+    flight.save(COUNTS.replace("200.0 + shift", "300.0 + shift"))
+    flight.host.set_task(task_for((1,), "mine", seed=2))
+    assert flight.east_m() == 300.0

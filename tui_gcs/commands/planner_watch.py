@@ -1,0 +1,53 @@
+"""`tui-gcs planner watch`: a planner on simulated vehicles, and every version of it that is saved."""
+
+import argparse
+from typing import TYPE_CHECKING
+
+from tui_gcs.commands.common import need_terminal, read_planners, read_scenario, running, say_planners, simulable
+from tui_gcs.core.kinds import Kind
+from tui_gcs.exits import CommandError
+
+if TYPE_CHECKING:
+    from tui_gcs.core.messages_planning import PlannerInfo
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Start, and attach a console."""
+    need_terminal()
+    start(arguments)
+    from tui_gcs.commands.console import attach
+
+    return attach(Kind.SIM)
+
+
+def start(arguments: argparse.Namespace) -> None:
+    """Launch a station with vehicles of its own. Raises `CommandError`."""
+    if running(Kind.SIM):
+        raise CommandError("a SIM station runs already: `tui-gcs stop` ends it, then watch")
+    from tui_gcs.commands.sim_fleet import spec_of
+    from tui_gcs.core.scenario_load import ScenarioError, parse
+    from tui_gcs.launcher import launch
+
+    planners = read_planners([arguments.file])
+    (info,) = planners.values()
+    _, toml, path = read_scenario(arguments.scenario, planners)
+    toml = flown_by(toml, info)
+    try:
+        scenario = parse(toml, path, {info.name})
+    except ScenarioError as error:
+        raise CommandError(str(error)) from None
+    vehicles = spec_of(simulable(scenario), arguments.seed, "ardupilot")
+    say_planners(planners)
+    launch(Kind.SIM, path, toml, [], sim_spec=vehicles, planners=[info], watch=True)
+
+
+def flown_by(toml: str, info: "PlannerInfo") -> str:
+    """The scenario with this planner in every team; a team that names it already keeps its parameters."""
+    import tomlkit
+
+    document = tomlkit.parse(toml)
+    for team in document["team"]:
+        if team["planner"] != info.name:
+            team["planner"] = info.name
+            team.pop("parameters", None)
+    return tomlkit.dumps(document)

@@ -1,0 +1,128 @@
+"""A host that looks at its planner's file: what is saved flies on, if it can, from where the version before was.
+
+For simulated vehicles only (`tui-gcs planner watch`). The new version is loaded and configured on a thread beside the
+one that flies, and takes its place between two steps with its snapshot; where it fails, the one before flies on.
+"""
+
+import sys
+import threading
+from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
+from types import ModuleType
+
+from tui_gcs.core.messages import FleetFrame, Plan, PlannerTask, decode
+from tui_gcs.planner.host import Job, PlannerHost
+from tui_gcs.planner.planner_file import blame, read_source
+from tui_gcs.planner.registry import PlannerError, PlannerFile
+
+TRIAL_STEPS = 10
+"""Where a new version fails this early, the one before takes over again."""
+SHORT = 8
+"""Digits of a sha256 that are shown."""
+
+
+class WatchingHost(PlannerHost):
+    """As its base; `answer` looks at the file first."""
+
+    def __init__(self, team: str, files: dict[str, PlannerFile]) -> None:
+        """The files as they are now, whatever they were when the station started."""
+        now = {name: replace(file, sha256=_digest(file.path) or file.sha256) for name, file in files.items()}
+        super().__init__(team, now)
+        self._watched: dict[str, PlannerFile] = now
+        self._seen = {name: _stamp(file.path) for name, file in now.items()}
+        self._thread: threading.Thread | None = None
+        self._ready: list[Job] = []
+        self._before: Job | None = None
+        """The version before, while the new one is on trial."""
+        self._trial = 0
+        self._module: ModuleType | None = None
+        """Of the version that flies, while another is loaded."""
+
+    def answer(self, frame: FleetFrame) -> bytes:
+        """As its base, by the newest version that works."""
+        job = self._present()
+        if job.task.planner in self._watched:
+            self._look(job, self._watched[job.task.planner])
+            self._take(self._watched[job.task.planner])
+        data = super().answer(frame)
+        return self._judged(frame, data) if self._before is not None else data
+
+    def _look(self, job: Job, file: PlannerFile) -> None:
+        """Begin to prepare a version that was saved. One that is just being written is looked at later."""
+        stamp = _stamp(file.path)
+        settled, self._seen[file.name] = stamp == self._seen[file.name], stamp
+        if not settled or self._thread is not None or not (digest := _digest(file.path)) or digest == file.sha256:
+            return
+        self._watched[file.name] = replace(file, sha256=digest)
+        state = self._state(job)
+        self._module = sys.modules.get(type(job.planner).__module__) if job.planner is not None else None
+        self._thread = threading.Thread(target=self._prepare, args=(job.task, state), daemon=True)
+        self._thread.start()
+
+    def _prepare(self, task: PlannerTask, state: bytes) -> None:
+        """On the thread."""
+        self._ready.append(self.prepare(task, state))
+
+    def _state(self, job: Job) -> bytes:
+        """Its state now; as it was lately where the planner cannot say."""
+        found: list[bytes] = []
+        error = self._guarded(lambda: found.append(self.snapshot()))
+        return job.kept if error else found[0]
+
+    def _take(self, file: PlannerFile) -> None:
+        """Let a version that is ready take over, unless it is broken or its task is not wanted any more."""
+        if not self._ready or self._thread is None:
+            return
+        self._thread.join()
+        self._thread, new, job = None, self._ready.pop(), self._present()
+        if new.task.revision != job.task.revision:
+            return
+        problem = blame(new.error, file.path) if "\n" in new.error else new.error
+        if new.planner is not None and new.planner.name != file.name:
+            problem = f"{file.path.name}: its name is {new.planner.name!r} now, and was {file.name!r}"
+        if problem:
+            self._module_back()
+            job.notes.append(f"{problem}; the version before flies on")
+            return
+        new.notes.append(f"{file.path.name} was saved: the new version flies ({file.sha256[:SHORT]})")
+        self._before, self._trial, self._job = job, TRIAL_STEPS, new
+
+    def _judged(self, frame: FleetFrame, data: bytes) -> bytes:
+        """The plan, if the version on trial has not failed; else that of the one before."""
+        job, before = self._present(), self._before
+        if before is None or job.task.revision != before.task.revision:
+            self._before = None
+            return data
+        if not (job.restart_due or job.error):
+            self._trial -= 1
+            self._before = before if self._trial else None
+            return data
+        self._job, self._before, self._next_s = before, None, frame.t_s
+        file = self._watched[job.task.planner]
+        why = blame(decode(data, Plan).error, file.path)
+        before.notes += [*job.notes, f"{why}; the version before flies on"]
+        self._module_back()
+        return super().answer(frame)
+
+    def _module_back(self) -> None:
+        """The version that flies on finds its own classes again, for example when it pickles its state."""
+        if self._module is not None:
+            sys.modules[self._module.__name__] = self._module
+
+
+def _stamp(path: Path) -> tuple[int, int]:
+    """Changes whenever the file is written; (0, 0) while there is none."""
+    try:
+        status = path.stat()
+    except OSError:
+        return 0, 0
+    return status.st_mtime_ns, status.st_size
+
+
+def _digest(path: Path) -> str:
+    """Of its content; "" where it cannot be read just now, or is no source."""
+    try:
+        return sha256(read_source(path)).hexdigest()
+    except PlannerError:
+        return ""
