@@ -32,6 +32,8 @@ PLANNER_MACHINERY = {
     "kept.py",
     "plain.py",
     "views.py",
+    "describe.py",
+    "preview.py",
 } | CHECKS
 """The rest of planner/ is planners, written against `planner.api` only, like anybody's."""
 

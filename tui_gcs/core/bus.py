@@ -17,6 +17,8 @@ EVENT = "gcs/event"
 SCENARIO = "gcs/scenario"
 TASK = "gcs/team/{team}/task"
 PLAN = "gcs/planner/{team}/plan"
+PREVIEW_TASK = "gcs/team/{team}/preview"
+PREVIEW = "gcs/planner/{team}/preview"
 REQUEST = "gcs/req/{principal}"
 ALIVE = "gcs/alive/{principal}"
 

@@ -282,6 +282,26 @@ class Request(Message, frozen=True, tag_field="request"):
     """Base of what a console, a worker or a script asks of the station."""
 
 
+class PreviewTask(Message, frozen=True):
+    """To a worker: look at this task with vehicles as in this frame; None: stop looking."""
+
+    number: int
+    task: PlannerTask | None
+    frame: FleetFrame | None
+
+
+class PreviewResult(Message, frozen=True):
+    """What a planner would make of a task."""
+
+    team: str
+    number: int
+    state: Literal["running", "done", "failed"]
+    metrics: dict[str, float] = {}
+    annotations: tuple[Annotation, ...] = ()
+    text: str = ""
+    """Why it failed."""
+
+
 class Hello(Request, frozen=True, tag="hello"):
     """First exchange: protocol version and who asks."""
 
@@ -355,6 +375,21 @@ class SetParameters(Request, frozen=True, tag="set-parameters"):
     parameters: dict[str, ParamValue]
 
 
+class Preview(Request, frozen=True, tag="preview"):
+    """What this TOML text, edited from `base_revision`, would give: planners say it on the side (`GetPreviews`)."""
+
+    base_revision: int
+    toml: str
+
+
+class CancelPreview(Request, frozen=True, tag="cancel-preview"):
+    """Nobody wants to know any more."""
+
+
+class GetPreviews(Request, frozen=True, tag="get-previews"):
+    """The newest preview, by team (`Reply.previews`)."""
+
+
 class Shutdown(Request, frozen=True, tag="shutdown"):
     """End the station; refused while anything is armed.
 
@@ -384,6 +419,9 @@ AnyRequest = (
     | GetTask
     | GetPlan
     | GetPlanners
+    | GetPreviews
+    | Preview
+    | CancelPreview
     | Start
     | Hold
     | Resume
@@ -420,6 +458,7 @@ class Reply(Message, frozen=True):
     """Of the planner of that task, for a worker that goes on from there."""
     annotations: dict[str, tuple[Annotation, ...]] = {}
     planners: tuple[PlannerInfo, ...] = ()
+    previews: dict[str, PreviewResult] = {}
 
 
 T = TypeVar("T")

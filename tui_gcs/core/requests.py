@@ -15,6 +15,7 @@ from tui_gcs.core.flights import Flight
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.messages_setup import ConfirmStep
+from tui_gcs.core.planner_requests import PlannerRequests
 from tui_gcs.core.provision import ProvisionDesk
 from tui_gcs.core.scenario import Round, Scenario, band_m
 from tui_gcs.core.scenario_load import ScenarioError, parse
@@ -27,7 +28,7 @@ GPS_3D = 3
 """MAVLink GPS_FIX_TYPE_3D_FIX."""
 LEAST_BATTERY_PCT = 20.0
 """Below this nobody starts; an unknown battery (NaN) does not count as empty."""
-OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan, m.GetPlanners)
+OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan, m.GetPlanners, m.GetPreviews)
 
 
 class RequestDesk:
@@ -38,6 +39,7 @@ class RequestDesk:
         self._station = station
         self._provisioning = ProvisionDesk(station)
         self._services = ServiceDesk(station)
+        self.planners = PlannerRequests(station)
         self.in_control = ""
         """The principal whose command came last."""
 
@@ -56,6 +58,10 @@ class RequestDesk:
             return Reply(ok=False, text="a planner worker may not command")
         if isinstance(request, s.Fetch):
             return self._services.begin(principal, request)
+        if isinstance(request, m.Preview):  # changes nothing that flies: nobody takes control by looking
+            return self.planners.preview(request)
+        if isinstance(request, m.CancelPreview):
+            return self.planners.cancel()
         self.in_control = principal
         if isinstance(request, m.ProvisionKey):  # tells what it does by itself: its reply holds a code
             return self._provisioning.ask(principal, request)
@@ -94,6 +100,8 @@ class RequestDesk:
             if desk.quarantined:
                 return Reply(ok=True, text="its planner is left alone until the operator changes something")
             return Reply(ok=True, task=desk.task, snapshot=desk.snapshot)
+        if isinstance(request, m.GetPreviews):
+            return self.planners.look()
         if isinstance(request, m.GetPlanners):
             return Reply(ok=True, planners=tuple(station.config.planners[k] for k in sorted(station.config.planners)))
         return Reply(ok=True, annotations={name: desk.annotations for name, desk in station.desks.items()})
@@ -113,6 +121,8 @@ class RequestDesk:
             return self._switch_round(request.index)
         if isinstance(request, m.ApplyScenario):
             return self._apply(request)
+        if isinstance(request, m.SetParameters):
+            return self.planners.set_parameters(request)
         if isinstance(request, m.Shutdown):
             return self._shutdown(request)
         return Reply(ok=False, text="not a command")

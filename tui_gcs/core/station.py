@@ -31,13 +31,25 @@ from tui_gcs.core.journal import Journal
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Link
-from tui_gcs.core.messages import Event, EventClass, Kind, Plan, PlannerInfo, RunPhase, ScenarioChanged, decode, encode
+from tui_gcs.core.messages import (
+    Event,
+    EventClass,
+    FleetFrame,
+    Kind,
+    Plan,
+    PlannerInfo,
+    PreviewResult,
+    RunPhase,
+    ScenarioChanged,
+    decode,
+    encode,
+)
 from tui_gcs.core.monitor import FleetMonitor
 from tui_gcs.core.rates import RateDesk
 from tui_gcs.core.reception import Reception
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.requests import RequestDesk
-from tui_gcs.core.scenario import Round, Scenario
+from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.jobs import JobDesk
@@ -173,6 +185,7 @@ class Station:
         self._last_state: object = None
         self._listen()
         self._make_desks()
+        self.new_tasks()
 
     @property
     def round(self) -> Round:
@@ -258,12 +271,16 @@ class Station:
             desk.measure()
         self.monitor.watch(self.fleet.vehicles.values())
         yield
-        frame = fleet_frame(self._frame_seq, self.config.kind, self.fleet, self.book, self.steering, self.clock)
-        frame = msgspec.structs.replace(
-            frame, tracks=self.tracks.tracks(self.clock.now()), wind_m_s=self.wind.estimate()
-        )
+        frame = self.frame()
         yield
         self.bus.publish(keys.FLEET, encode(frame))
+
+    def frame(self) -> FleetFrame:
+        """All vehicles as they are now."""
+        frame = fleet_frame(self._frame_seq, self.config.kind, self.fleet, self.book, self.steering, self.clock)
+        return msgspec.structs.replace(
+            frame, tracks=self.tracks.tracks(self.clock.now()), wind_m_s=self.wind.estimate()
+        )
 
     # ---------------------------------------------------------------- vehicles
 
@@ -300,6 +317,16 @@ class Station:
             self.book.assign(scenario, sorted(self.fleet.vehicles))
         self.guard.set_round(scenario.limits, self.round.area, self.round.no_fly)
         self._make_desks()
+        self.new_tasks({name for name, desk in self.desks.items() if desk.is_changed(scenario, self.round)})
+        self.bus.publish(keys.SCENARIO, encode(self.scenario_changed()))
+
+    def set_team(self, team: Team, toml: str) -> None:
+        """Other parameters for one team's planner; the others are not disturbed."""
+        teams = tuple(team if t.name == team.name else t for t in self.scenario.teams)
+        self.scenario, self.toml = msgspec.structs.replace(self.scenario, teams=teams), toml
+        self.revision += 1
+        self.desks[team.name].team = team
+        self.new_tasks({team.name})
         self.bus.publish(keys.SCENARIO, encode(self.scenario_changed()))
 
     def renew_quarantined(self) -> None:
@@ -338,7 +365,6 @@ class Station:
         }
         for team in self.scenario.teams:
             self.desks[team.name].team = team
-        self.new_tasks()
 
     # ---------------------------------------------------------------- bus
 
@@ -353,6 +379,7 @@ class Station:
         self.fleet.paths.on_move.append(self._on_move)
         self.trust.on_change.append(self._on_keys)
         self.bus.subscribe(keys.PLAN.format(team="*"), self._on_plan)
+        self.bus.subscribe(keys.PREVIEW.format(team="*"), self._on_preview)
         self.bus.answer(keys.REQUEST.format(principal="*"), self._on_question)
         self.bus.watch(keys.ALIVE.format(principal="*"), self._on_alive)
 
@@ -413,6 +440,12 @@ class Station:
         text += f" ({reason})" if reason else ""
         severity = WARNING if why_not else NOTICE
         self.events.say(EventClass.PLANNER, f"planner {desk.team.name}", text, severity, every_s=5)
+
+    def _on_preview(self, key: str, payload: bytes) -> None:
+        try:
+            self.requests.planners.take(key.split("/")[2], decode(payload, PreviewResult))
+        except msgspec.MsgspecError:
+            self.dropped["preview not understood"] += 1
 
     def _on_question(self, key: str, payload: bytes, reply: Callable[[bytes], None]) -> None:
         reply(encode(self.requests.answer(key.rsplit("/", 1)[1], payload)))

@@ -129,6 +129,13 @@ class TeamDesk:
             zones=round_.zones,
         )
 
+    def is_changed(self, scenario: Scenario, round_: Round) -> bool:
+        """Whether its planner must hear of this: another task, or one it was left alone with."""
+        if self.task is None or self.quarantined:
+            return True
+        task = self.task_for(scenario, round_, self.team, self.task.revision)
+        return msgspec.structs.replace(task, t_s=self.task.t_s) != self.task
+
     def set_round(self, scenario: Scenario, round_: Round, revision: int) -> PlannerTask:
         """A new task for the planner: another round, zone, parameter or membership."""
         now = self._clock.now()

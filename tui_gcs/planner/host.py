@@ -16,8 +16,8 @@ from zlib import crc32
 import msgspec
 import numpy as np
 
-from tui_gcs.core.bus import FLEET, PLAN, TASK, Bus, Closable
-from tui_gcs.core.messages import FleetFrame, Plan, PlannerTask, decode, encode
+from tui_gcs.core.bus import FLEET, PLAN, PREVIEW, PREVIEW_TASK, TASK, Bus, Closable
+from tui_gcs.core.messages import FleetFrame, Plan, PlannerTask, PreviewTask, decode, encode
 from tui_gcs.planner import kept as keeping
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Context, Output, Planner
@@ -67,7 +67,7 @@ class PlannerHost:
     def __init__(self, team: str, files: Mapping[str, PlannerFile] | None = None) -> None:
         """A host without a task does nothing. `files`: planners in files of their own, by name."""
         self.team = team
-        self._files = files or {}
+        self.files = files or {}
         self._job: Job | None = None
         self._next_s = -np.inf
         self._seq = 0
@@ -163,7 +163,7 @@ class PlannerHost:
         seed = np.random.SeedSequence([task.seed % 2**63, crc32(self.team.encode())])
         job = Job(task, np.random.default_rng(seed))
         try:
-            kind = registry.load(task.planner, self._files)
+            kind = registry.load(task.planner, self.files)
             params = registry.checked(task.planner, kind.params, task.parameters)
             planner = kind()
         except registry.PlannerError as problem:
@@ -321,11 +321,22 @@ def attach(host: PlannerHost, bus: Bus) -> Closable:
         if host.due(frame.t_s):
             bus.publish(PLAN.format(team=host.team), host.answer(frame))
 
-    return _Attached(bus.subscribe(TASK.format(team=host.team), on_task), bus.subscribe(FLEET, on_fleet))
+    def on_preview(_key: str, payload: bytes) -> None:
+        ask = decode(payload, PreviewTask)
+        if ask.task is not None:
+            from tui_gcs.planner.preview import preview
+
+            bus.publish(PREVIEW.format(team=host.team), encode(preview(ask, host.files)))
+
+    return _Attached(
+        bus.subscribe(TASK.format(team=host.team), on_task),
+        bus.subscribe(FLEET, on_fleet),
+        bus.subscribe(PREVIEW_TASK.format(team=host.team), on_preview),
+    )
 
 
 class _Attached:
-    """Two subscriptions closed as one."""
+    """Subscriptions closed as one."""
 
     def __init__(self, *parts: Closable) -> None:
         self._parts = parts

@@ -10,6 +10,7 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -22,11 +23,13 @@ from tui_gcs.core.messages import (
     GetTask,
     Hello,
     PlannerTask,
+    PreviewTask,
     Reply,
     decode,
     encode,
 )
 from tui_gcs.planner.host import Job, PlannerHost
+from tui_gcs.planner.preview import SidePreview
 from tui_gcs.planner.registry import PlannerFile
 from tui_gcs.planner.watching import WatchingHost
 
@@ -54,9 +57,12 @@ class Worker:
         self._thread: threading.Thread | None = None
         self._wanted: Callable[[], Job] | None = None
         """What is to be prepared when the thread is free."""
+        self._preview: bytes | None = None
+        self._side = SidePreview(files or {})
         self._something = threading.Condition()
         bus.subscribe(keys.FLEET, lambda _, data: self._put(frame=data))
         bus.subscribe(keys.TASK.format(team=team), lambda _, data: self._put(task=data))
+        bus.subscribe(keys.PREVIEW_TASK.format(team=team), lambda _, data: setattr(self, "_preview", data))
         self._token = bus.alive(keys.ALIVE.format(principal=self._principal))
 
     def run(self, parent: int) -> None:
@@ -69,6 +75,7 @@ class Worker:
             elif self.host.revision < 0 and not self._preparing:
                 self._ask_for_task()
             self._prepare_and_adopt()
+            self._look_aside()
             if frame is not None:
                 self._step(decode(frame, FleetFrame))
 
@@ -128,6 +135,14 @@ class Worker:
     def _step(self, frame: FleetFrame) -> None:
         if self.host.due(frame.t_s) and not self.host.restart_due:
             self._bus.publish(keys.PLAN.format(team=self._team), self.host.answer(frame))
+
+    def _look_aside(self) -> None:
+        """A preview, in a process of its own."""
+        ask, self._preview = self._preview, None
+        if ask is not None:
+            self._side.begin(decode(ask, PreviewTask), time.monotonic())
+        if (result := self._side.poll(time.monotonic())) is not None:
+            self._bus.publish(keys.PREVIEW.format(team=self._team), encode(result))
 
     # ---------------------------------------------------------------- the station
 

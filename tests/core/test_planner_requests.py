@@ -1,0 +1,107 @@
+"""Parameters in flight, edits in flight, and a look at what an edit would give."""
+
+from collections.abc import Callable
+
+import pytest
+from rig import Rig
+
+from tui_gcs.core import messages as m
+from tui_gcs.core.messages import Phase
+
+MakeRig = Callable[..., Rig]
+
+
+def revisions(flight: Rig) -> dict[str, int]:
+    return {name: desk.task.revision for name, desk in flight.station.desks.items() if desk.task is not None}
+
+
+def smaller(flight: Rig) -> str:
+    """The scenario with another defended circle."""
+    before = flight.station.round.zones[0].shape.radius_m  # type: ignore[union-attr]
+    assert f"radius_m = {before}" in flight.station.toml
+    return flight.station.toml.replace(f"radius_m = {before}", f"radius_m = {before - 20.0}", 1)
+
+
+def test_a_parameter_changes_in_flight_and_nobody_holds(rig: MakeRig) -> None:
+    flight = rig(4, wants=None).flying().run(15.0)
+    reply = flight.ask(m.SetParameters(team="defend", parameters={"speed_fraction": 0.6}))
+    assert reply.ok and reply.text == "team defend, planner patrol: speed_fraction 0.95 -> 0.6"
+    assert "team defend, planner patrol: speed_fraction 0.95 -> 0.6" in flight.journal.path.read_text()
+    assert "speed_fraction = 0.6" in flight.station.toml, "a restarted station knows it, too"
+    slowest = []
+    for _ in range(40):
+        flight.run(0.1)
+        slowest.append(min(flight.speed(v) for v in flight.ids))
+    assert flight.phases() == {Phase.FLYING}
+    assert max(slowest) > 1.0
+    flight.run(60.0)
+    assert max(flight.speed(v) for v in flight.ids) < 0.6 * 8.0 * 1.15
+    assert flight.ask(m.SetParameters(team="defend", parameters={"speed_fraction": 0.6})).text.endswith(
+        "nothing changes"
+    )
+
+
+@pytest.mark.parametrize(
+    ("team", "parameters", "told"),
+    [
+        ("nobody", {"speed_fraction": 0.6}, "no team nobody"),
+        ("defend", {"speed_fraction": 9.0}, "speed_fraction must be at most 0.97"),
+        ("defend", {"speed_fraction": float("nan")}, "speed_fraction must be a finite number"),
+        ("defend", {"speed_fraction": "fast"}, "speed_fraction must be float, not str"),
+        ("defend", {"spede": 1.0}, "spede is no parameter of it (it has: speed_fraction,"),
+    ],
+)
+def test_a_wrong_parameter_changes_nothing(rig: MakeRig, team: str, parameters: dict[str, float], told: str) -> None:
+    flight = rig(1, wants=None).ready()
+    before = revisions(flight)
+    reply = flight.ask(m.SetParameters(team=team, parameters=parameters))
+    assert not reply.ok and told in reply.text
+    assert revisions(flight) == before
+    assert any(told in text for text in flight.texts("console-1")), "the refusal is told"
+
+
+def test_a_planner_worker_may_not_set_parameters(rig: MakeRig) -> None:
+    flight = rig(1, wants=None)
+    request = m.SetParameters(team="defend", parameters={"speed_fraction": 0.6})
+    assert not flight.ask(request, principal="planner-defend").ok
+
+
+def test_an_edit_disturbs_only_the_team_it_concerns(rig: MakeRig) -> None:
+    flight = rig(8, planning=False).ready()
+    before = revisions(flight)
+    edited = smaller(flight)
+    assert flight.ask(m.ApplyScenario(base_revision=flight.station.revision, toml=edited)).ok
+    after = revisions(flight)
+    assert after["defend"] > before["defend"]
+    assert flight.station.desks["defend"].task.zones == flight.station.round.zones  # type: ignore[union-attr]
+
+
+def test_a_preview_tells_numbers_and_touches_nothing(rig: MakeRig) -> None:
+    flight = rig(4, wants=None).ready()
+    before, revision = revisions(flight), flight.station.revision
+    reply = flight.ask(m.Preview(base_revision=revision, toml=smaller(flight)))
+    assert reply.ok
+    found = flight.ask(m.GetPreviews()).previews["defend"]
+    assert found.state == "done"
+    assert found.metrics["predicted_worst_s"] < 20.0 and found.annotations
+    assert revisions(flight) == before and flight.station.revision == revision
+    assert flight.station.requests.in_control == ""
+    assert flight.ask(m.CancelPreview()).ok
+    assert flight.ask(m.GetPreviews()).previews == {}
+
+
+def test_a_preview_of_nonsense_or_of_an_old_edit_is_refused(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).ready()
+    assert not flight.ask(m.Preview(base_revision=flight.station.revision, toml="nonsense")).ok
+    assert not flight.ask(m.Preview(base_revision=flight.station.revision + 1, toml=flight.station.toml)).ok
+
+
+def test_a_preview_that_nobody_answers_ends(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).ready()
+    assert flight.ask(m.Preview(base_revision=flight.station.revision, toml=flight.station.toml)).ok
+    assert flight.ask(m.GetPreviews()).previews["defend"].state == "running"
+    late = m.PreviewResult("defend", 77, "done")
+    flight.station.requests.planners.take("defend", late)
+    assert flight.ask(m.GetPreviews()).previews["defend"].state == "running", "of another preview"
+    flight.run(91.0)
+    assert flight.ask(m.GetPreviews()).previews["defend"].state == "failed"

@@ -1,0 +1,106 @@
+"""Requests about planners: parameters in flight, and a look at what an edited scenario would give."""
+
+from typing import TYPE_CHECKING
+
+import msgspec
+
+from tui_gcs.core import messages as m
+from tui_gcs.core.bus import PREVIEW_TASK
+from tui_gcs.core.messages import PreviewResult, PreviewTask, Reply, encode
+from tui_gcs.core.scenario_edit import ScenarioDocument
+from tui_gcs.core.scenario_load import ScenarioError, parse
+from tui_gcs.core.text import clean
+
+if TYPE_CHECKING:
+    from tui_gcs.core.station import Station
+
+PREVIEW_LIMIT_S = 90.0
+"""After so long nobody will answer any more."""
+
+
+class PlannerRequests:
+    """Serves one station."""
+
+    def __init__(self, station: "Station") -> None:
+        """Nothing is previewed yet."""
+        self._station = station
+        self._number = 0
+        self._asked_s = 0.0
+        self.previews: dict[str, PreviewResult] = {}
+        """By team, of the newest preview."""
+
+    # ---------------------------------------------------------------- parameters
+
+    def set_parameters(self, request: m.SetParameters) -> Reply:
+        """Checked against what the planner declares; only this team gets a new task."""
+        station = self._station
+        desk = station.desks.get(request.team)
+        if desk is None:
+            return Reply(ok=False, text=f"no team {request.team}")
+        info = station.config.planners.get(desk.team.planner)
+        if info is None:
+            return Reply(
+                ok=False, text=f"it is not known what planner {desk.team.planner} takes; try again in a moment"
+            )
+        if problems := info.problems(request.parameters):
+            return Reply(ok=False, text="; ".join(problems))
+        before = {param.name: param.default for param in info.params} | desk.team.parameters
+        changed = {name: value for name, value in request.parameters.items() if value != before[name]}
+        if not changed:
+            return Reply(ok=True, text=f"team {request.team}: nothing changes")
+        parameters = desk.team.parameters | changed
+        try:
+            document = ScenarioDocument(station.toml)
+            document.set_team(request.team, parameters=parameters)
+        except ScenarioError as error:
+            return Reply(ok=False, text=str(error))
+        station.set_team(msgspec.structs.replace(desk.team, parameters=parameters), document.text)
+        words = ", ".join(f"{name} {before[name]} -> {value}" for name, value in sorted(changed.items()))
+        return Reply(ok=True, text=f"team {request.team}, planner {info.name}: {words}")
+
+    # ---------------------------------------------------------------- preview
+
+    def preview(self, request: m.Preview) -> Reply:
+        """Begin to find out; planners configure on the side, what flies is not touched. The last one ends."""
+        station = self._station
+        if request.base_revision != station.revision:
+            return Reply(ok=False, text="the scenario has changed since you began to edit: look at it again")
+        try:
+            scenario = parse(request.toml, where="edited scenario")
+        except ScenarioError as error:
+            return Reply(ok=False, text=str(error))
+        round_ = scenario.rounds[min(station.round_index, len(scenario.rounds) - 1)]
+        self.cancel()
+        self._number += 1
+        self._asked_s = station.clock.now()
+        for team in scenario.teams:
+            desk = station.desks.get(team.name)
+            if desk is None:
+                continue
+            task = desk.task_for(scenario, round_, team, self._number)
+            self.previews[team.name] = PreviewResult(team.name, self._number, "running")
+            ask = PreviewTask(self._number, task, station.frame())
+            station.bus.publish(PREVIEW_TASK.format(team=team.name), encode(ask))
+        return Reply(ok=True, text="preview begun", previews=dict(self.previews))
+
+    def cancel(self) -> Reply:
+        """End what is being found out."""
+        running = [team for team, result in self.previews.items() if result.state == "running"]
+        for team in running:
+            self._station.bus.publish(PREVIEW_TASK.format(team=team), encode(PreviewTask(self._number, None, None)))
+        self.previews = {}
+        return Reply(ok=True, text="preview cancelled" if running else "no preview is under way")
+
+    def take(self, team: str, result: PreviewResult) -> None:
+        """A worker has found out."""
+        if result.number == self._number and team == result.team and team in self.previews:
+            self.previews[team] = msgspec.structs.replace(result, text=clean(result.text, 300))
+
+    def look(self) -> Reply:
+        """How far the newest preview is."""
+        if self._station.clock.now() - self._asked_s > PREVIEW_LIMIT_S:
+            text = f"no answer within {PREVIEW_LIMIT_S:.0f} s"
+            for team, result in self.previews.items():
+                if result.state == "running":
+                    self.previews[team] = msgspec.structs.replace(result, state="failed", text=text)
+        return Reply(ok=True, previews=dict(self.previews))
