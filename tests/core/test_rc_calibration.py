@@ -176,6 +176,22 @@ def test_without_a_receiver_or_armed(tmp_path: Path) -> None:
     assert radios(rig).start(1) == "it is armed"
 
 
+def test_its_channels_keep_coming_fast_though_telemetry_has_them_slower(tmp_path: Path) -> None:
+    """On a real ArduCopter they were told to come every 2 s again, and then "no channels" came."""
+    rig, peer, _, _ = make(tmp_path)
+
+    def asked() -> list[float]:
+        orders = [f for f in peer.got("COMMAND_LONG") if f["command"] == 511 and f["param1"] == 65]
+        return [f["param2"] for f in orders]
+
+    before = len(asked())
+    rig.run(30.0)
+    assert asked()[before - 1] == 100_000 and len(asked()) == before
+    assert radios(rig).cancel(1) == ""
+    rig.run(20.0)
+    assert asked()[-1] > 1_000_000, "telemetry as before"
+
+
 def test_it_is_cancelled_and_left(tmp_path: Path) -> None:
     rig, _, _, session = make(tmp_path)
     assert radios(rig).cancel(1) == "" and session.over

@@ -262,7 +262,7 @@ def _bring_up_to_date(link: LinkRates, member: Member, vehicle: Vehicle, now: fl
 
 def _is_due(message: int, wish: Wish, vehicle: Vehicle, now: float) -> bool:
     """Whether a vehicle is to be asked (again) for a message, or to stop sending it."""
-    if now < wish.next_s:
+    if now < wish.next_s or message in vehicle.lent:
         return False
     if math.isnan(wish.settled_s):
         return True

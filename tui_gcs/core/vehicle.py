@@ -204,6 +204,8 @@ class Vehicle:
     flickers_s: list[float] = field(default_factory=list)
     """When the armed bit changed lately."""
     reboots: int = 0
+    lent: set[int] = field(default_factory=set)
+    """Messages whose rate is somebody else's for now, and not telemetry's."""
     home_m: Vec3 | None = None
     """Where the autopilot says home is (HOME_POSITION), ENU; None until it says so, and that can be (`core/home`)."""
     home_amsl_m: float = NAN

@@ -267,6 +267,7 @@ class RcCalibrationService:
             return "its radio is being calibrated already"
         session = self._sessions[vehicle_id] = RcCalibration(vehicle_id, words, on_done)
         session.confirmed_s = self._context.clock.now()
+        vehicle.lent.add(RC_CHANNELS)
         self._interval(vehicle_id, EVERY_US)
         return session
 
@@ -328,6 +329,9 @@ class RcCalibrationService:
     def _end(self, session: RcCalibration, error: str) -> None:
         session.error = error
         session.step = Step.FAILED if error else Step.DONE
+        vehicle = self._context.fleet.vehicles.get(session.vehicle)
+        if vehicle is not None:
+            vehicle.lent.discard(RC_CHANNELS)
         self._interval(session.vehicle, AS_BEFORE_US)
         text = f"radio calibration: {error or 'done'}"
         if session.needs_reboot:
