@@ -32,6 +32,7 @@ PLANNER_MACHINERY = {
     "kept.py",
     "plain.py",
     "views.py",
+    "watching.py",
     "describe.py",
     "preview.py",
 } | CHECKS
