@@ -29,6 +29,20 @@ def test_an_id_used_again_begins_a_new_text() -> None:
     assert texts.add(1, chunk("end", 1), 0.6) == "y" * 50 + "end"
 
 
+def test_px4s_first_long_text_after_a_boot_has_chunks_with_id_0() -> None:
+    texts = TextAssembler()
+    assert texts.add(1, chunk(FULL, 0, 0), 0.0) is None
+    assert texts.add(1, chunk("t", 1, 0), 0.01) == FULL + "t"
+
+
+def test_a_whole_text_of_full_length_is_told_after_a_second_and_the_next_one_at_once() -> None:
+    texts = TextAssembler()
+    assert texts.add(1, chunk("short", 0, 0), 0.0) == "short"
+    assert texts.add(1, chunk(FULL, 0, 0), 0.0) is None
+    assert texts.add(1, chunk("y" * 50, 0, 0), 0.5) == "y" * 50
+    assert list(texts.expired(1.1)) == [(1, 4, FULL)]
+
+
 def test_what_is_missing_is_shown_as_missing_after_a_second() -> None:
     texts = TextAssembler()
     texts.add(1, chunk(FULL, 0), 0.0)

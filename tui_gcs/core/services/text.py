@@ -1,8 +1,8 @@
 """What vehicles say: STATUSTEXT, whole or in chunks (MAVLink common.xml, message 253), and the texts of their EVENTs.
 
-A text with `id` 0 is whole. Otherwise chunks carry the same `id` and count from 0; the last one contains a NUL,
-that is, it is shorter than 50 characters. What stays incomplete for a second is told with " ... " for the gaps,
-as QGroundControl does.
+A text with `id` 0 is whole, but for PX4's first one after a boot. Otherwise chunks carry the same `id` and count from
+0; the last one contains a NUL, that is, it is shorter than 50 characters. What stays incomplete for a second is told
+with " ... " for the gaps, as QGroundControl does.
 """
 
 import re
@@ -83,7 +83,7 @@ class TextAssembler:
         """The whole text if this chunk completes one (or stands alone)."""
         text: str = fields["text"]
         chunk_id, index = fields.get("id", 0), fields.get("chunk_seq", 0)
-        if chunk_id == 0:
+        if chunk_id == 0 and self._is_whole(system, text, index):
             return text
         if index >= MOST_CHUNKS:
             return None
@@ -100,6 +100,11 @@ class TextAssembler:
             del self._open[key]
             return part.text()
         return None
+
+    def _is_whole(self, system: int, text: str, index: int) -> bool:
+        """Of a text with id 0. PX4's first one after a boot has that id, and chunks if it is long (measured)."""
+        held = self._open.get((system, 0))
+        return index == 0 and (len(text) < CHUNK_CHARS or (held is not None and held.chunks.get(0, text) != text))
 
     def expired(self, now: float) -> Iterator[tuple[int, int, str]]:
         """(system, severity, text) of texts whose missing chunks did not come in time; they are forgotten."""
