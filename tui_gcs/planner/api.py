@@ -1,16 +1,73 @@
-"""What the author of a planner imports. Small and stable.
+"""What the author of a planner imports, and all he has to read. Small and stable.
 
-A planner is one class in one file:
+A planner is one class in one file. This one keeps its team circling over its zone, each vehicle on its own layer:
+
+    from tui_gcs.planner.api import Intent, Output, Param, Planner, polygon_of
 
     class Circle(Planner):
         name = "circle"
-        params = (Param("speed_m_s", float, 5.0, minimum=1.0, maximum=8.0, unit="m/s", help="ground speed"),)
-
+        params = (Param("radius_m", float, 30.0, minimum=5.0, maximum=200.0, unit="m", help="of the circle"),)
+        def configure(self, task, params, rng):
+            self.radius_m, (west, south, east, north) = params["radius_m"], polygon_of(task.zone.shape).bounds
+            self.middle = ((west + east) / 2, (south + north) / 2)
         def step(self, ctx):
-            return Output(intents=[...])
+            active = zip(ctx.fleet.id[ctx.fleet.active], ctx.fleet.layer_m[ctx.fleet.active])
+            orbits = [Intent(i, "orbit", position_m=(*self.middle, z), radius_m=self.radius_m) for i, z in active]
+            return Output(orbits)
 
-`step` is a pure function of the planner's state and `ctx`: time, fleet and random numbers come with it, a
-planner asks for none of them. Positions are ENU metres about the scenario origin, z above home.
+`tui-gcs planner new NAME` writes such a file, `tui-gcs planner check FILE.py` tries it without vehicles,
+`tui-gcs planner watch FILE.py` flies it on simulated ones and takes it in again whenever it is saved, and
+`tui-gcs fly SCENARIO.toml --planner FILE.py` flies it for the teams whose scenario says `planner = "circle"`.
+
+**Where.** Positions are ENU metres about the scenario's origin: x east, y north, z above the vehicles' homes. Speeds
+are m/s over ground, times seconds of the station's clock: only differences mean something. Unknown numbers are NaN.
+
+**Life.** Each team has its own planner in a process of its own, which may hang, crash or be killed: vehicles are safe
+without it. The station calls, in this order:
+
+1. `configure(task, params, rng)`: once per task (team, zone, round or parameters changed: a new object, a new task).
+   May be slow, 20 s at most; what flew before flies on meanwhile. A ValueError says that the task cannot be done.
+2. `start(t_s, fleet)`, or `restore(data)` with what `snapshot` gave if this planner goes on where one died.
+3. `step(ctx)`, `rate_hz` times a second, 1 to 20; before it `event(event)` for everything that changed since the last.
+4. `stop(reason)`.
+
+`step` is a pure function of the planner's state and `ctx`: time, fleet, tracks, wind and random numbers come with it. A
+planner never asks a clock, never draws from an unseeded generator, opens no files and starts no threads: then a flight
+can be replayed bit by bit, and a rehearsal is worth something. The order of `fleet` is by id, but nothing should depend
+on which id a vehicle has. Anybody may be lost, held or join between any two steps: what `fleet` shows counts, events
+only say it sooner. A team may have 0 vehicles.
+
+**What is wanted** of a vehicle is an `Intent`; it stays until the next one for this vehicle:
+
+* `hold`: stop here.
+* `goto`: fly straight to `position_m`, no faster than `speed_m_s`, and stay.
+* `velocity`: fly with `velocity_m_s` for `valid_s` (30 at most) from the time of the frame, then brake.
+* `trajectory`: be at `positions_m[k]` with `velocities_m_s[k]` at `t0_s + k * dt_s`; after the last sample stay there.
+  The most exact: send 2 to 5 s with every step, 600 samples at most. What a vehicle is late is taken care of.
+* `orbit`: round `position_m` with `radius_m` at `speed_m_s`; saying it again goes on where it is.
+* `return`: fly home and land; only the operator starts it again.
+
+Only what is `active` takes intents. Stay within `task.limits`, and keep some of them for catching up: plan with 0.95 of
+the speed and 0.9 of the acceleration. Keep each vehicle on `fleet.layer_m` unless there is a reason. Numpy's arrays and
+numbers are as good as tuples.
+
+**The guard** stands behind every planner and passes or vetoes, nothing else: operating area and no-fly zones with
+their margins, altitude band, speed, and closest approach in the next seconds. A vetoed vehicle brakes and stands until
+an intent passes; the operator sees the reason. It is a wall, not a tool: plan so that it never speaks.
+
+**Time.** `ctx.deadline_s` is what a step may take. Three steps in a row longer than the period, or 2 s without a plan:
+the vehicles hold, the operator is told, the process is killed and begun anew. So long work is cut into `iterations`:
+declare `iterations_per_s`, do `ctx.iterations` of them in each step (granted by mission time, the same in a rehearsal
+as in the air), and take over what they found at the beginning of a step.
+
+**Failure.** An exception in a step: its traceback is shown, and the planner begun anew from its last snapshot, once.
+The second time it is left alone until the operator changes something, and its vehicles hold. `snapshot` is asked for
+every 2 s: bytes, 1 MB at most, complete (what `restore` takes on a freshly configured object must give the same plans,
+bit by bit; the state of `rng` and what was told by events is kept for you). b"" means: begin anew.
+
+**Showing.** `Output.metrics` are numbers by name, `Output.annotations` are drawn on the map; `Intent.slot` and `joined`
+say which place a vehicle has and that it is there, `reason` why. A preview of an edit shows the metrics of the first
+step: say there what is to be expected, as `predicted_…`.
 """
 
 from collections.abc import Mapping
@@ -26,6 +83,7 @@ from tui_gcs.core.scenario import Limits, OperatingArea
 from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
 
 __all__ = [
+    "API_VERSION",
     "LOW_BATTERY_PCT",
     "Annotation",
     "Circle",
@@ -107,7 +165,7 @@ class Fleet:
     battery_pct: NDArray[np.float64]
     """(n,) what is left; NaN when unknown."""
     held: NDArray[np.bool_]
-    """(n,) True: airborne but held by the operator or the guard; it may become active again where it is."""
+    """(n,) True: airborne but held, by the operator or because its planner was silent; it may become active again."""
 
 
 @dataclass(frozen=True)
@@ -133,8 +191,9 @@ class Event:
     """Something that changed since the step before; told before the step that sees it."""
 
     kind: Literal["joined", "lost", "held", "returned", "low battery", "resumed"]
-    """joined: became active. lost: nothing is heard of it. held: holds, by operator or guard. returned: flies home or
-    is taken out. low battery: under `LOW_BATTERY_PCT`. resumed: active again after it was held."""
+    """joined: became active. lost: nothing is heard of it, or its position is not known. held: see `Fleet.held`.
+    resumed: active again after it was held. returned: flies home, landed or is in somebody else's hands. low battery:
+    under `LOW_BATTERY_PCT`, once a flight. What is so at the start is no event, but for low batteries."""
     t_s: float
     vehicle: int
 
@@ -172,16 +231,25 @@ class Output:
 
 
 class Planner:
-    """Base class. `configure` may be slow; `step` is called `rate_hz` times a second."""
+    """Base class; what is not needed is not overridden. See the top of this file for what is called when."""
 
     name: ClassVar[str] = ""
+    """As a scenario names it: letters, digits, `_` and `-`."""
     version: ClassVar[str] = "1"
+    """Change it when snapshots of before are of no use any more."""
     params: ClassVar[tuple[Param, ...]] = ()
+    """The plan screen draws its form from them; values are checked before `configure` sees them."""
     rate_hz: ClassVar[float] = 5.0
+    """Steps a second, 1 to 20. Fleet frames come at 10 Hz, at 20 Hz if a planner wants it."""
     iterations_per_s: ClassVar[float] = 0.0
+    """Units of background work granted per second of mission time."""
 
     def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
-        """Take zone, limits and validated parameters. Called before `start` and again for each new task revision."""
+        """Take zone, limits and validated parameters, all of them. `rng` is the one that `Context.rng` is, too.
+
+        Raises:
+            ValueError: this task cannot be done; the text is what the operator reads.
+        """
         self.task = task
 
     def start(self, t_s: float, fleet: Fleet) -> None:
@@ -198,8 +266,8 @@ class Planner:
         """No more steps."""
 
     def snapshot(self) -> bytes:
-        """State for `restore`, so that a restarted worker goes on where this one was."""
+        """Everything that `restore` needs so that this planner goes on; b"" to begin anew instead."""
         return b""
 
     def restore(self, data: bytes) -> None:
-        """Take over a snapshot of the same version."""
+        """Take over what `snapshot` of the same version gave for the same task. Called after `configure`."""

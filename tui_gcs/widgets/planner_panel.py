@@ -11,7 +11,7 @@ from tui_gcs.widgets.visible import whole_age_s
 from tui_gcs.widgets.words import number
 
 ROLE_INKS = {"defend": Ink.DEFEND, "attack": Ink.ATTACK}
-WORKER_INKS = {"absent": Ink.MUTED, "late": Ink.WARNING, "dead": Ink.WARNING}
+WORKER_INKS = {"absent": Ink.MUTED, "late": Ink.WARNING, "dead": Ink.WARNING, "quarantined": Ink.WARNING}
 
 
 class PlannerPanel(LinesView):

@@ -96,7 +96,7 @@ def _planner(status: StationStatus, wide: bool, glyphs: GlyphSet) -> list[Run]:
     names = "+".join(dict.fromkeys(team.planner for team in status.teams))
     workers = {team.worker for team in status.teams}
     name = names[: 20 if wide else 8]
-    for bad in ("dead", "late"):
+    for bad in ("quarantined", "dead", "late"):
         if bad in workers:
             return [(f"{name} ! {bad}", Ink.WARNING)]
     if "absent" in workers:
