@@ -7,11 +7,9 @@ import sys
 from pathlib import Path
 
 from tui_gcs.exits import OK, CommandError
+from tui_gcs.planner import registry
 
 NAME = re.compile(r"[a-z][a-z0-9_-]{0,31}")
-TAKEN = ("patrol",)
-"""Built-in ones: a scenario could not tell them apart."""
-
 SOURCE = '''"""NAME: vehicles circle the middle of their zone, equally spaced. Then: tui-gcs planner check FILE."""
 
 import numpy as np
@@ -70,8 +68,8 @@ def write(name: str, folder: Path) -> Path:
     if not NAME.fullmatch(name):
         text = "a planner's name is lower-case letters, digits, - and _, beginning with a letter, at most 32"
         raise CommandError(f"{name!r}: {text}")
-    if name in TAKEN or keyword.iskeyword(stem) or stem in sys.stdlib_module_names:
-        raise CommandError(f"{name!r}: is taken (a built-in planner, or a word of Python): choose another")
+    if name in registry.names() or keyword.iskeyword(stem) or stem in sys.stdlib_module_names:
+        raise CommandError(f"{name!r}: is taken (a known planner, or a word of Python): choose another")
     path = folder / f"{stem}.py"
     source = SOURCE.replace("NAME", name).replace("CLASS", stem.title().replace("_", "")).replace("FILE", path.name)
     try:

@@ -1,0 +1,68 @@
+"""`tui-gcs planner watch` in real processes: what is saved is what plans, within a second or two."""
+
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.test_processes import Watcher, join, processes, until
+from tui_gcs.cli import _parser
+from tui_gcs.commands import planner_new, planner_watch
+from tui_gcs.core.kinds import Kind
+from tui_gcs.exits import CommandError
+from tui_gcs.launcher import LaunchError, launch
+
+pytestmark = pytest.mark.process
+
+
+@pytest.fixture(scope="module")
+def mine(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return planner_new.write("mine", tmp_path_factory.mktemp("w"))
+
+
+@pytest.fixture(scope="module")
+def fleet(mine: Path) -> Iterator[Watcher]:
+    before = {name: os.environ.get(name) for name in ("TUI_GCS_RUNTIME_DIR", "TUI_GCS_STATE_DIR")}
+    os.environ["TUI_GCS_RUNTIME_DIR"] = str(mine.parent / "run")
+    os.environ["TUI_GCS_STATE_DIR"] = str(mine.parent / "state")
+    planner_watch.start(_parser().parse_args(["planner", "watch", str(mine)]))
+    bus = join(20.0)
+    yield Watcher(bus)
+    bus.close()
+    for part in ("tui_gcs.launcher", "tui_gcs.core.station_process", "sitl.launch"):
+        for pid in processes(part):
+            os.kill(pid, signal.SIGKILL)
+    for name, value in before.items():
+        os.environ.pop(name) if value is None else os.environ.update({name: value})
+
+
+def test_both_teams_are_planned_by_the_file(fleet: Watcher) -> None:
+    until(lambda: fleet.status is not None and fleet.status.heard == 8, 30, "8 vehicles heard")
+    until(lambda: all("period_s" in team.metrics for team in fleet.status.teams), 30, "planners plan")
+    assert {team.planner for team in fleet.status.teams} == {"mine"}
+
+
+def test_what_is_saved_plans_on(fleet: Watcher, mine: Path) -> None:
+    mine.write_text(mine.read_text().replace('{"period_s":', '{"mended": 7.0, "period_s":'))
+    until(lambda: all("mended" in team.metrics for team in fleet.status.teams), 20, "the new version plans")
+    assert fleet.told("mine.py was saved: the new version flies (")
+
+
+def test_a_mistake_is_told_with_its_line_and_the_version_before_plans_on(fleet: Watcher, mine: Path) -> None:
+    good = mine.read_text()
+    mine.write_text(good.replace("        out = Output(", "        out = Output)("))
+    until(lambda: fleet.told("; the version before flies on"), 20, "told")
+    assert fleet.told("mine.py:") and fleet.told("unmatched ')'")
+    seen = fleet.status.seq
+    until(lambda: fleet.status.seq > seen + 4, 10, "time passes")
+    assert all("mended" in team.metrics and team.worker == "running" for team in fleet.status.teams)
+    mine.write_text(good)
+
+
+def test_one_station_at_a_time_and_simulated_vehicles_only(fleet: Watcher, mine: Path) -> None:
+    with pytest.raises(CommandError, match="a SIM station runs already"):
+        planner_watch.start(_parser().parse_args(["planner", "watch", str(mine)]))
+    with pytest.raises(LaunchError, match="simulated vehicles only"):
+        launch(Kind.LIVE, "", "", [], watch=True)
