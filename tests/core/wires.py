@@ -199,3 +199,25 @@ class Wired(Rig):
                 fields = dialect.fields_of(layout, dialect.payload_values(layout, raw))
                 out.append(int(fields["command"]))
         return out
+
+
+# ---------------------------------------------------------------- what tests say of them
+
+MakeWired = Callable[..., Wired]
+"""The fixture `wired`."""
+LOST_TEXT = "LOST: nothing heard for 3.5 s"
+
+
+def at(port: int) -> Callable[[int, int], Address | None]:
+    """Vehicles of every fleet behind one router: all at one address each by index."""
+    return lambda fleet, index: ("router", port + index)
+
+
+def apart(fleet: int, index: int) -> Address:
+    """Every fleet at addresses of its own."""
+    return (f"fleet {fleet}", index)
+
+
+def only(number: int) -> Callable[[int, int], Address | None]:
+    """Only that fleet is heard on this wire."""
+    return lambda fleet, index: (f"fleet {number}", index) if fleet == number else None
