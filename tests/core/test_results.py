@@ -2,12 +2,15 @@
 
 import math
 
+import msgspec
 import pytest
-from rig import scenario
+from rig import scenario, toml
 
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.messages import FleetFrame, Freshness, Phase, RunPhase, StationStatus, TeamStatus, Vec3
 from tui_gcs.core.results import Check, Referee
+from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario_load import parse
 
 IDS = (1, 2)
 
@@ -98,14 +101,19 @@ def status(on_slot: int, faults: dict[str, int] | None = None, vetoes: dict[str,
     )
 
 
-@pytest.fixture
-def referee() -> Referee:
-    judge = Referee(scenario(2))
+def referee_of(mission: Scenario) -> Referee:
+    """In its first round, nobody on a slot yet."""
+    judge = Referee(mission)
     judge.started = IDS
     judge.on_frame(frame(0.0, [(45.0, 170.0, 0.0), (45.0, 190.0, 0.0)], armed=False, phase=Phase.GROUND))
-    judge.begin_round(scenario(2).rounds[0], 0.0)
+    judge.begin_round(mission.rounds[0], 0.0)
     judge.on_status(status(0))
     return judge
+
+
+@pytest.fixture
+def referee() -> Referee:
+    return referee_of(scenario(2))
 
 
 def check(judge: Referee, name: str) -> Check:
@@ -208,3 +216,16 @@ def test_who_does_not_keep_its_slot_fails(
     off, lag = check(referee, "home: off slot, m"), check(referee, "home: early or late, s")
     assert (off.value, lag.value) == (error_m, abs(late_s))
     assert (off.ok, lag.ok) == ok
+
+
+def test_how_well_slots_are_kept_is_the_scenarios_to_say() -> None:
+    lines = (("slot_error_max_m = 2.0", "slot_error_max_m = 3.5"), ("slot_lag_max_s = 0.5", "slot_lag_max_s = 0.25"))
+    text = toml()
+    for before, after in lines:
+        assert before in text
+        text = text.replace(before, after)
+    judge = referee_of(msgspec.structs.replace(scenario(2), results=parse(text).results))
+    judge.on_status(status(2))
+    sweep(judge, 1, (0.3, 3.4), (0.0, 0.3))
+    off, lag = check(judge, "home: off slot, m"), check(judge, "home: early or late, s")
+    assert (off.ok, off.limit, lag.ok, lag.limit) == (True, 3.5, False, 0.25)

@@ -62,6 +62,15 @@ def test_one_value_changes_one_line_and_keeps_its_comment() -> None:
     assert changed_lines(before, document.text) == ["- radius_m = 80.0   # as asked", "+ radius_m = 85.5   # as asked"]
 
 
+def test_limits_of_results_and_their_comments_outlive_other_edits() -> None:
+    document = ScenarioDocument(TEXT.replace("slot_error_max_m = 2.0 ", "slot_error_max_m = 3.0 "))
+    document.set_zone(0, "home", Zone("home", Role.DEFEND, Circle((150.0, 200.0), 85.5)))
+    kept = [line for line in document.text.splitlines() if line.startswith("slot_")]
+    assert [line.split("#")[0].strip() for line in kept] == ["slot_error_max_m = 3.0", "slot_lag_max_s = 0.5"]
+    assert all("#" in line for line in kept)
+    assert parse(document.text).results.slot_error_max_m == 3.0
+
+
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 2), zones, st.booleans())
 def test_a_zone_that_was_set_is_read_back(round_index: int, zone: Zone, crlf: bool) -> None:

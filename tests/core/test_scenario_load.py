@@ -67,6 +67,7 @@ def test_shipped_areas_places_and_limits(shipped: Scenario) -> None:
         ("attack", "field", (5, 6, 7, 8)),
     ]
     assert (shipped.limits.speed_m_s, shipped.limits.accel_m_s2) == (8.0, 2.5)
+    assert (shipped.results.slot_error_max_m, shipped.results.slot_lag_max_s) == (2.0, 0.5)
     assert (shipped.footprint_radius_m, shipped.seed, shipped.name) == (15.0, 42, "swarm-challenge")
 
 
@@ -109,6 +110,8 @@ ONE_PROBLEM = [  # (old, new, key path, what the error must say)
     ("lat_deg = 52.0720", "lat_deg = 95.0", "origin.lat_deg", "from -89 to 89"),
     ("speed_m_s = 8.0", "speed_m_s = 0", "limits.speed_m_s", "more than 0"),
     ("coverage_min = 1.0", "coverage_min = 2.0", "results.coverage_min", "from 0 to 1"),
+    ("slot_error_max_m = 2.0", "slot_error_max_m = 0", "results.slot_error_max_m", "more than 0"),
+    ("slot_lag_max_s = 0.5", "slot_lag_max_s = nan", "results.slot_lag_max_s", "nan is out of range"),
     ('planner = "hold"', 'planner = "land"', "link_loss.planner", "must be hold"),
     ("duration_s = 300.0", "duration_s = inf", "round[1].duration_s", "inf is out of range"),
     ('name = "round 2"', 'name = "round 1"', "round[2].name", "a second round 'round 1'; the first is round[1].name"),

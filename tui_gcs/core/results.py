@@ -23,8 +23,6 @@ WARM_UP_LIMIT_S = 600.0
 """A zone that is not seen whole in this time will not be."""
 GROUND_M = 2.0
 """Band and separation count from this height on."""
-OFF_SLOT_MAX_M, LAG_MAX_S = 2.0, 0.5
-"""A fleet keeps its slots when no vehicle is farther from its plan, or earlier or later, after the warm-up."""
 
 
 class Check(msgspec.Struct):
@@ -288,8 +286,8 @@ class Referee:
             checks.append(_at_most(f"{where}: all on slot, s", slot, limits.on_slot_max_s))
             checks.append(_at_least(f"{where}: coverage", r.coverage, limits.coverage_min))
             checks.append(_at_most(f"{where}: worst / bound", r.ratio, limits.worst_ratio_max))
-            checks.append(_at_most(f"{where}: off slot, m", r.off_slot_max_m, OFF_SLOT_MAX_M))
-            checks.append(_at_most(f"{where}: early or late, s", r.lag_max_s, LAG_MAX_S))
+            checks.append(_at_most(f"{where}: off slot, m", r.off_slot_max_m, limits.slot_error_max_m))
+            checks.append(_at_most(f"{where}: early or late, s", r.lag_max_s, limits.slot_lag_max_s))
         faults = self._status.faults if self._status is not None else {"no status": 1}
         vetoes = sum(self._status.vetoes.values()) if self._status is not None else 0
         kept = [v for v in self.started if v not in self.lost]

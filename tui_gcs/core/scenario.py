@@ -33,6 +33,10 @@ class ResultLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     on_slot_max_s: float = 120.0
     measured_s: float = 180.0
     landing_error_max_m: float = 10.0
+    slot_error_max_m: float = 2.0
+    """A fleet keeps its slots when in the measured time no vehicle is farther from its plan,"""
+    slot_lag_max_s: float = 0.5
+    """nor earlier or later."""
 
 
 class OperatingArea(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

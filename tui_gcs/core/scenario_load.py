@@ -175,6 +175,8 @@ def _results(table: Table) -> ResultLimits:
         on_slot_max_s=table.number("on_slot_max_s", preset.on_slot_max_s, above=0, high=86_400),
         measured_s=table.number("measured_s", preset.measured_s, above=0, high=86_400),
         landing_error_max_m=table.number("landing_error_max_m", preset.landing_error_max_m, above=0, high=1000),
+        slot_error_max_m=table.number("slot_error_max_m", preset.slot_error_max_m, above=0, high=1000),
+        slot_lag_max_s=table.number("slot_lag_max_s", preset.slot_lag_max_s, above=0, high=60),
     )
     table.done()
     return results
