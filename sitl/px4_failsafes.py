@@ -72,14 +72,7 @@ def watch(ap: "Px4") -> None:
     failsafe = ap.failsafe
     if failsafe and failsafe.hold_until_us and ap.now_us >= failsafe.hold_until_us:
         failsafe.hold_until_us = 0
-        arguments = (ap.intended, _ACTIONS[failsafe.action], _CAUSES[failsafe.cause])
-        ap.tell(
-            "Failsafe activated",
-            "commander_failsafe_enter",
-            *arguments,
-            severity=Severity.CRITICAL,
-            levels=_SEVERE,
-        )
+        _say_action(ap, failsafe.cause, failsafe.action)
         ap.apply_mode()
 
 
@@ -98,23 +91,28 @@ def engage(ap: "Px4", cause: str, action: int, *, hold_s: float = 0.0, resumes: 
     hold_us = ap.now_us + round(hold_s * 1e6) if hold_s and action != HOLD else 0
     ap.failsafe = Failsafe(cause, action, hold_us, resumes)
     if hold_us:
-        ap.tell(
-            f"Failsafe activated: entering Hold for {hold_s:.0f} seconds",
-            "commander_failsafe_enter_hold",
-            ap.intended,
-            _ACTIONS[action],
-            round(hold_s),
-            _CAUSES[cause],
-            severity=Severity.CRITICAL,
-            levels=_SEVERE,
-        )
+        _say_hold(ap, cause, action, round(hold_s))
     elif cause == "gps":
         _say_now(ap, "commander_failsafe_enter_autopilot_disengaged", _TO_DESCEND)
-    elif cause in _CAUSES:
+    else:
+        _say_action(ap, cause, action)
+    ap.apply_mode()
+
+
+def _say_hold(ap: "Px4", cause: str, action: int, hold_s: int) -> None:
+    event, arguments = "commander_failsafe_enter_generic_hold", [ap.intended, _ACTIONS[action], hold_s]
+    if cause in _CAUSES:
+        event = "commander_failsafe_enter_hold"
+        arguments.append(_CAUSES[cause])
+    text = f"Failsafe activated: entering Hold for {hold_s} seconds"
+    ap.tell(text, event, *arguments, severity=Severity.CRITICAL, levels=_SEVERE)
+
+
+def _say_action(ap: "Px4", cause: str, action: int) -> None:
+    if cause in _CAUSES:
         _say_now(ap, "commander_failsafe_enter", _ACTIONS[action], _CAUSES[cause])
     else:
         _say_now(ap, "commander_failsafe_enter_generic", _ACTIONS.get(action, _TO_HOLD))
-    ap.apply_mode()
 
 
 def _say_now(ap: "Px4", event: str, *arguments: int) -> None:
@@ -155,7 +153,7 @@ def _watch_fence(ap: "Px4") -> None:
     if action is None:
         ap.failsafes.add("fence")
     else:
-        engage(ap, "fence", action)
+        engage(ap, "fence", action, hold_s=ap.params["COM_FAIL_ACT_T"])  # seen on 1.16.1: Hold at first
 
 
 def _watch_gcs(ap: "Px4") -> None:

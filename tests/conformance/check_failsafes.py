@@ -127,7 +127,7 @@ def _against(field: Field, pilot: Pilot) -> str:
     v, told = pilot.vehicle, field.last_event
     with flying(field, pilot.system):
         home = v.position_m
-        farthest = [0.0]
+        farthest = [-FENCE_M]
 
         def beyond_m() -> float:
             farthest[0] = max(farthest[0], v.position_m[1] - home[1] - FENCE_M)
@@ -139,11 +139,14 @@ def _against(field: Field, pilot: Pilot) -> str:
                 break
         pilot.firmware.release(v)
         word = pilot.mode
+        if farthest[0] <= 0.0 and pilot.firmware.is_steerable(v):
+            return f"does not cross it: comes to {-farthest[0]:.1f} m before it, {v.ground_speed_m_s:.1f} m/s in {word}"
         field.until(lambda: beyond_m() < -2.0, 40.0, lambda: f"back inside (it is {beyond_m():.0f} m outside, {word})")
+        back = f"{word}, back inside in {pilot.mode}" if pilot.mode != word else f"{word}, back inside"
         words = _words(field, pilot.system, told)
     if farthest[0] > FENCE_BEYOND_M:
         raise Failed(f"{farthest[0]:.0f} m beyond its fence, allowed {FENCE_BEYOND_M:g} m; {word}; it said: {words}")
-    return f"at most {farthest[0]:.1f} m beyond, then {word}, back inside; it said: {words}"
+    return f"at most {farthest[0]:.1f} m beyond, then {back}; it said: {words}"
 
 
 def _words(field: Field, vehicle: int, since: int) -> str:
