@@ -99,3 +99,26 @@ def test_another_task_has_the_newest_version(flight: Flight) -> None:
     flight.save(COUNTS.replace("200.0 + shift", "300.0 + shift"))
     flight.host.set_task(task_for((1,), "mine", seed=2))
     assert flight.east_m() == 300.0
+
+
+PICKLES = bad.source(
+    imports="import pickle\nfrom dataclasses import dataclass\n\n\n@dataclass\nclass Log:\n    steps: int = 0\n",
+    body="shift = 0.1 * self.log.steps",
+    after="self.log.steps += 1",
+    extra="""version = '1'
+    log = Log()
+    def snapshot(self): return pickle.dumps(self.log)
+    def restore(self, data): self.log = pickle.loads(data)""",
+)
+
+
+def test_classes_of_the_file_may_be_in_its_state(flight: Flight) -> None:
+    """A pickle finds them by the name of their module, which is the same for all versions."""
+    flight.save(PICKLES)
+    flight.save(PICKLES.replace("200.0 + shift", "1 / 0"))
+    assert "ZeroDivisionError" in flight.notes[-1]
+    for _ in range(15):  # a snapshot every two seconds
+        flight.step()
+    flight.save(PICKLES.replace("200.0 + shift", "300.0 + shift"))
+    assert not any("no snapshot" in note for note in flight.notes)
+    assert flight.east_m() > 301.5
