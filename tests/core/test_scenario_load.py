@@ -161,7 +161,8 @@ def test_an_error_gives_the_line_the_value_stands_in() -> None:
 def test_planners_are_checked_where_they_are_known() -> None:
     assert "did you mean patrol?" in problems(changed(('planner = "patrol"', 'planner = "patorl"')), {"patrol"})[0]
     assert parse(changed(('planner = "patrol"', 'planner = "mine"'))).teams[0].planner == "mine"
-    assert "simple name" in problems(changed(('planner = "patrol"', 'planner = "../x"')))[0]
+    assert "is a file" in problems(changed(('planner = "patrol"', 'planner = "../x"')))[0]
+    assert "simple name" in problems(changed(('planner = "patrol"', 'planner = "a b"')))[0]
 
 
 def test_all_problems_are_told_at_once() -> None:
