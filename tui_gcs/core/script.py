@@ -18,6 +18,8 @@ READY_LIMIT_S = 90.0
 TRY_AGAIN_S = 2.0
 TAKE_OFF_LIMIT_S = 150.0
 HOLD_S = 3.0
+NOBODY_S = 20.0
+"""So long nobody may be flying: a station that was restarted takes nobody over before it is told to."""
 RETURN_LIMIT_S = 300.0
 
 
@@ -52,6 +54,7 @@ class Script:
         self._since_s = math.nan
         self._try_s = -math.inf
         self._refusal = ""
+        self._flown_s = -math.inf
         bus.subscribe(keys.FLEET, lambda _, data: self.on_frame(decode(data, FleetFrame)))
         bus.subscribe(keys.STATUS, lambda _, data: self.on_status(decode(data, StationStatus)))
 
@@ -164,11 +167,13 @@ class Script:
 
     def _begin_round(self, now: float) -> None:
         self._enter(Step.ROUND)
-        self._since_s = now
+        self._since_s = self._flown_s = now
         self.referee.begin_round(self._scenario.rounds[self.round_index], now)
 
     def _fly_round(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
-        if not any(row.phase in (Phase.FLYING, Phase.HOLDING) for row in frame.rows()):
+        if any(row.phase in (Phase.FLYING, Phase.HOLDING) for row in frame.rows()):
+            self._flown_s = now
+        elif now - self._flown_s > NOBODY_S:
             self.abort("no vehicle is flying any more")
             return
         flown = now - self._since_s

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tui_gcs.core import bus as keys
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.idleness import IdlenessGrid, cell_centres_m, sweep_bound_s
-from tui_gcs.core.messages import Event, FleetFrame, Freshness, Phase, Plan, StationStatus, VehicleRow, decode
+from tui_gcs.core.messages import Event, FleetFrame, Freshness, Phase, Plan, RunPhase, StationStatus, VehicleRow, decode
 from tui_gcs.core.results import GROUND_M
 from tui_gcs.core.scenario import Round, Scenario
 from tui_gcs.core.zones import Zone, area_m2
@@ -66,7 +66,7 @@ class FlightRecord:
         """(mission time, least of max(horizontal / limit, vertical / limit) of all pairs in the air)."""
         self.begin_s = math.nan
         self._grids: list[IdlenessGrid] = []
-        self._full: list[bool] = []
+        self._returning = False
         self._next_s = -math.inf
         self._index = -1
         bus.subscribe(keys.FLEET, lambda _, data: self._on_frame(decode(data, FleetFrame)))
@@ -75,6 +75,7 @@ class FlightRecord:
         bus.subscribe(keys.PLAN.format(team="*"), lambda _, data: self._on_plan(decode(data, Plan)))
 
     def _on_status(self, status: StationStatus) -> None:
+        self._returning = status.run in (RunPhase.RETURNING, RunPhase.IDLE)
         if status.armed and status.round_index != self._index and self._index < status.round_index:
             self._index = status.round_index
             self._begin(self.scenario.rounds[status.round_index], status)
@@ -96,7 +97,7 @@ class FlightRecord:
         self.rounds.append(RoundRecord(round_, status.t_s, zones))
 
     def _on_frame(self, frame: FleetFrame) -> None:
-        if not self.rounds:
+        if not self.rounds or self._returning:
             return
         rows = frame.rows()
         flying = [row for row in rows if row.team and row.phase is Phase.FLYING]
@@ -118,7 +119,8 @@ class FlightRecord:
             zone.worst_now_s.append(grid.worst_now_s(now) if full else math.nan)
             zone.average_now_s.append(grid.average_now_s(now) if full else math.nan)
             idle_s = grid.idleness_s(now)
-            zone.worst_s = np.maximum(zone.worst_s, idle_s) if full else np.where(np.isinf(idle_s), np.inf, 0.0)
+            known = full and np.isfinite(zone.worst_s).all()
+            zone.worst_s = np.maximum(zone.worst_s, idle_s) if known else np.where(np.isinf(idle_s), np.inf, 0.0)
         self.separation.append((now - self.begin_s, self._least(rows)))
 
     def _least(self, rows: list[VehicleRow]) -> float:

@@ -1,0 +1,154 @@
+"""`tui-gcs rehearse`: what goes wrong on purpose, and the report."""
+
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario_load import load
+from tui_gcs.happenings import Happening, HappeningError, losses, restart
+from tui_gcs.rehearsal import rehearse
+from tui_gcs.report.page import page
+from tui_gcs.report.recording import FlightRecord
+from tui_gcs.report.svg import MOST_POINTS, Line, chart, heat, nice, thinned
+
+SHIPPED = Path(__file__).parents[1] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
+
+
+def one_team(vehicles: tuple[int, ...] = (1, 2, 3)) -> Scenario:
+    """The defenders' round 1, measured shortly."""
+    whole = load(SHIPPED)
+    team = msgspec.structs.replace(whole.teams[0], vehicles=vehicles)
+    return msgspec.structs.replace(
+        whole,
+        teams=(team,),
+        places=whole.places[: len(vehicles)],
+        rounds=whole.rounds[:1],
+        results=msgspec.structs.replace(whole.results, measured_s=20.0),
+    )
+
+
+# ---------------------------------------------------------------- what is planned
+
+
+def test_a_loss_is_a_vehicle_a_time_and_perhaps_an_end() -> None:
+    assert losses(["3@120", "4@60/30"]) == [
+        Happening(120.0, "lose", 3),
+        Happening(60.0, "lose", 4),
+        Happening(90.0, "find", 4),
+    ]
+
+
+@pytest.mark.parametrize("wrong", ["3", "@120", "x@1", "3@-1", "3@1/", "3@1e9", "3@999999"])
+def test_anything_else_is_refused_in_one_line(wrong: str) -> None:
+    with pytest.raises(HappeningError, match=re.escape(repr(wrong))):
+        losses([wrong])
+
+
+def test_a_restart_is_death_a_new_station_and_an_operator_who_resumes() -> None:
+    assert [h.what for h in restart(100.0)] == ["kill", "start", "resume"]
+    assert [h.t_s for h in restart(100.0)] == [100.0, 103.0, 108.0]
+    with pytest.raises(HappeningError):
+        restart(-1.0)
+
+
+# ---------------------------------------------------------------- flown
+
+
+class _Texts(HTMLParser):
+    """Checks that tags close, and keeps the text."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.texts: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        assert not any(name in ("src", "href") for name, _ in attrs), "nothing is fetched"
+        if tag != "meta":
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Closed already."""
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.texts.append(data)
+
+
+def test_a_fleet_loses_one_and_its_station_and_the_report_shows_it(tmp_path: Path) -> None:
+    """One flight for all of it: it takes seconds."""
+    records: list[FlightRecord] = []
+    scenario = one_team()
+    planned = [*losses(["3@75"]), *restart(130.0)]
+    result, problem = rehearse(
+        scenario,
+        "",
+        tmp_path,
+        lambda share, text: None,
+        happenings=planned,
+        watch=lambda bus, referee: records.append(FlightRecord(scenario, bus)),
+    )
+    assert problem == ""
+    first = result.rounds[0]
+    assert (first.round, first.n, first.cut_short) == ("round 1", 3, True)
+    after = result.rounds[-1]
+    assert (after.n, after.cut_short) == (2, False)
+    assert after.ratio is not None and after.ratio < 2.0
+    failed = [check.name for check in result.checks if not check.ok]
+    assert failed == []
+    commands = [json.loads(line) for line in (tmp_path / "run.jsonl").read_text().splitlines()]
+    assert commands, "both stations wrote one journal"
+
+    text = page(records[0], result, problem, conditions=[("wind", "<b>3,1")], happened=[(75.0, "vehicle 3 & more")])
+    parser = _Texts()
+    parser.feed(text)
+    assert parser.open == []
+    words = " ".join(parser.texts)
+    assert "Every gate holds." in words
+    assert "<b>3,1" in words, "as text, not as markup"
+    assert "vehicle 3 & more" in words
+    assert text.count("<svg") == 4, "map, idleness, heat map, separation"
+    (zone,) = records[0].rounds[0].zones
+    assert min(zone.flying) < 3 == max(zone.flying)
+    assert zone.tour_m, "the tour is drawn"
+    assert set(records[0].rounds[0].paths_m) == {1, 2, 3}
+
+
+def test_who_is_not_there_cannot_be_lost(tmp_path: Path) -> None:
+    with pytest.raises(HappeningError, match="vehicle 9 is not simulated; there are 1, 2, 3"):
+        rehearse(one_team(), "", tmp_path, lambda share, text: None, happenings=losses(["9@5"]))
+
+
+# ---------------------------------------------------------------- pictures
+
+
+def test_a_chart_leaves_gaps_where_nothing_is_known_and_escapes_names() -> None:
+    nan = float("nan")
+    line = Line("a & b", [0.0, 1.0, 2.0, 3.0, 4.0], [1.0, 2.0, nan, 2.0, 1.0], "#000")
+    text = chart("t", [line], unit="s", marks=[(2.0, "<x>")])
+    assert text.count("<polyline") == 2
+    assert "a &amp; b" in text
+    assert "&lt;x&gt;" in text
+
+
+@pytest.mark.parametrize(("value", "expected"), [(0.9, 1.0), (1.0, 1.0), (1.1, 2.0), (23.0, 25.0), (260.0, 500.0)])
+def test_axes_end_at_round_numbers(value: float, expected: float) -> None:
+    assert nice(value) == pytest.approx(expected)
+
+
+def test_long_lines_are_thinned_and_keep_their_end() -> None:
+    points = [(float(i), 0.0) for i in range(5000)]
+    few = thinned(points)
+    assert len(few) <= MOST_POINTS + 1
+    assert few[-1] == points[-1]
+
+
+def test_the_scale_ends_where_it_ends() -> None:
+    assert heat(-1.0) == heat(0.0) != heat(1.0) == heat(2.0)
