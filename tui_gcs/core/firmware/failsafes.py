@@ -216,8 +216,8 @@ def _px4(values: Values) -> Iterator[FailsafeLine]:
         yield FailsafeLine("no station is heard in OFFBOARD", "NOTHING (COM_DLL_EXCEPT)", warning=True)
     offboard = _seconds(values, "COM_OF_LOSS_T")
     line = _line(values, "set-points cease (OFFBOARD)", "COM_OBL_RC_ACT", _OBL_ACTIONS | {}, offboard)
-    lands = values.get("COM_OBL_RC_ACT") == 4
-    yield FailsafeLine(line.when, line.does, line.warning or lands)
+    comes_down = values.get("COM_OBL_RC_ACT") in (0, 1, 2, 4)
+    yield FailsafeLine(line.when, line.does, line.warning or comes_down)
     yield _px4_battery(values)
     yield _line(values, "fence crossed", "GF_ACTION", _GF_ACTIONS)
     yield FailsafeLine("position estimate lost (GPS)", "descends where it is after 5 s (measured)", warning=False)

@@ -29,8 +29,8 @@ ACTIONS = {
 }
 """PX4's parameter reference; what 0 and 5 end in was measured.
 
-It returns where it had a pilot's sticks when it was armed, or 1.17 alpha flies it. Four 1.16.1 without sticks, armed by
-the station, sank from 34 to 76 m to the ground in Position mode and disarmed there.
+Without ever having had a pilot's sticks 1.16.1 sinks in Position mode: of four that lost their station one landed and
+disarmed, the others were sinking when they were sent home. Where it had sticks at arming, and in 1.17 alpha, it returns.
 """
 DANGEROUS = frozenset({2, 4, 6, 7})
 ASK_AGAIN_S, ASK_SELDOM_S, ASK_OFTEN = 2.0, 20.0, 5
