@@ -5,7 +5,8 @@ from collections.abc import Callable
 import pytest
 from rig import Rig
 
-from tui_gcs.core.messages import RunPhase
+from tui_gcs.core import messages as m
+from tui_gcs.core.messages import Phase, RunPhase
 from tui_gcs.core.script import Script, Step
 
 MakeRig = Callable[..., Rig]
@@ -21,7 +22,7 @@ def fly(flight: Rig, script: Script, limit_s: float, until: Step = Step.DONE) ->
 
 
 def script_for(flight: Rig, whole_duration: bool = False) -> Script:
-    return Script(flight.scenario, flight.bus, principal="test", whole_duration=whole_duration)
+    return Script(flight.scenario, flight.bus, principal="script", whole_duration=whole_duration)
 
 
 def test_before_the_station_speaks_nothing_happens(rig: MakeRig) -> None:
@@ -87,3 +88,30 @@ def test_a_round_without_vehicles_is_over(rig: MakeRig) -> None:
     flight.sim._pilots[0].disarm()
     fly(flight, script, 60.0)
     assert script.problem == "no vehicle is flying any more"
+
+
+def test_vehicles_that_a_silent_planner_left_holding_go_on_when_it_is_back(rig: MakeRig) -> None:
+    flight = rig(2)
+    script = script_for(flight, whole_duration=True)
+    fly(flight, script, 100.0, Step.ROUND)
+    flight.run(5.0)
+    flight.planning = False
+    flight.run(25.0)
+    assert flight.phases() == {Phase.HOLDING}
+    flight.planning = True
+    begin_s = flight.clock.now()
+    while flight.phases() != {Phase.FLYING}:
+        flight.step()
+        script.tick()
+        assert flight.clock.now() - begin_s < 40.0
+
+
+def test_a_person_who_holds_is_not_overruled(rig: MakeRig) -> None:
+    flight = rig(2)
+    script = script_for(flight, whole_duration=True)
+    fly(flight, script, 100.0, Step.ROUND)
+    flight.ask(m.Hold(vehicles=(1,)))
+    for _ in range(600):
+        flight.step()
+        script.tick()
+    assert flight.phase(1) is Phase.HOLDING

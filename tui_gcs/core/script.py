@@ -18,6 +18,8 @@ READY_LIMIT_S = 90.0
 TRY_AGAIN_S = 2.0
 TAKE_OFF_LIMIT_S = 150.0
 HOLD_S = 3.0
+RESUME_GAP_S = 10.0
+"""Between two attempts to let vehicles go on that the station holds."""
 NOBODY_S = 20.0
 """So long nobody may be flying: a station that was restarted takes nobody over before it is told to."""
 RETURN_LIMIT_S = 300.0
@@ -176,6 +178,7 @@ class Script:
         elif now - self._flown_s > NOBODY_S:
             self.abort("no vehicle is flying any more")
             return
+        self._resume_held(now, frame, status)
         flown = now - self._since_s
         measured = all(measure.done for measure in self.referee.present())
         over = flown >= self._scenario.rounds[self.round_index].duration_s if self._whole_duration else measured
@@ -191,6 +194,16 @@ class Script:
             return
         self.round_index += 1
         self._begin_round(now)
+
+    def _resume_held(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
+        """Vehicles that nobody but the station holds (their planner was late or dead) go on when it is back."""
+        held = any(row.team and row.phase is Phase.HOLDING for row in frame.rows())
+        nobodys = status.in_control in ("", self._principal)
+        workers = all(team.worker in ("ready", "running") for team in status.teams)
+        flying_on = status.run is RunPhase.RUNNING  # not after a restart: then a person must say so
+        if held and nobodys and workers and flying_on and now - self._try_s >= RESUME_GAP_S:
+            self._try_s = now
+            self._ask(m.Resume())
 
     def _hold(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
         if now - self._since_s >= HOLD_S:
