@@ -11,9 +11,6 @@ FTP = 32
 """MAV_PROTOCOL_CAPABILITY_FTP."""
 AUTOPILOT_VERSION = 148
 BYTES = 5000
-SHORT_LOG = 3_000_000
-"""A longer log is downloaded for a few seconds only, then cancelled."""
-LOG_S = 20.0
 
 
 def _folder(field: Field, vehicle: int) -> str:
@@ -72,26 +69,3 @@ def no_file(field: Field, vehicle: int) -> str:
     if not job.error:
         raise Failed("/no-such-file.txt was read")
     return f"{job.error} after {took_s:.2f} s"
-
-
-@check("logs: listed and read", takes_s=15.0)
-def logs(field: Field, vehicle: int) -> str:
-    """Its logs are listed, and the newest one is downloaded, or its first part if it is long."""
-    service = field.station.services.logs
-    listing = service.list(vehicle)
-    list_s = finished(field, listing)
-    if not listing.entries:
-        raise NotApplicable(f"it has no log yet (told after {list_s:.2f} s)")
-    entry = listing.entries[-1]
-    job = service.download(vehicle, entry)
-    began_s = field.clock.now()
-    field.until(
-        lambda: job.over or (job.total > SHORT_LOG and field.clock.now() - began_s > LOG_S / 2), 90.0, "its newest log"
-    )
-    took_s, done = field.clock.now() - began_s, job.done
-    if not job.over:
-        field.station.jobs.cancel_job(job)
-    elif job.error:
-        raise Failed(f"log {entry.id}: {job.error}")
-    rate = done / 1000.0 / max(took_s, 0.05)
-    return f"{len(listing.entries)} in {list_s:.2f} s; log {entry.id}: {done} of {entry.size} bytes, {rate:.0f} kB/s"

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from tests.conformance.borrow import borrow, give_back, have, read
 from tests.conformance.field import Failed, Field, NotApplicable
-from tests.conformance.plans import finished
+from tests.conformance.plans import ended, finished
 from tests.conformance.report import check
 
 LEAST = 300
@@ -71,7 +71,7 @@ def parameter_range(field: Field, vehicle: int) -> str:
     if not names:
         raise NotApplicable(f"it has none of {', '.join(RANGED)}")
     job = params.fetch_info(vehicle)
-    field.until(lambda: job.over, 60.0, "what it says of its parameters")
+    ended(field, job)
     name = next(iter(names))
     if job.error or not params.info(vehicle):
         return _huge(field, vehicle, name, job.error)

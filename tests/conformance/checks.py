@@ -13,6 +13,7 @@ MODULES = (
     "flight",
     "mission",
     "failsafes",
+    "logs",
     "reboot",
 )
 

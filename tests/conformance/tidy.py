@@ -3,6 +3,7 @@
 from tests.conformance.borrow import give_back
 from tests.conformance.field import Failed, Field
 from tests.conformance.pilot import Pilot
+from tests.conformance.plans import ended
 from tui_gcs.core.messages import Freshness
 from tui_gcs.core.plan import PlanKind
 
@@ -49,6 +50,6 @@ def empty(field: Field, vehicle: int, *kinds: PlanKind) -> None:
     """
     for kind in kinds:
         job = field.station.services.missions.clear(vehicle, kind)
-        field.until(lambda job=job: job.over, 60.0, f"{kind.word} deleted")
+        ended(field, job, 60.0)
         if job.error:
             raise Failed(f"{kind.word} not deleted: {job.error}")

@@ -51,6 +51,15 @@ def test_first_goes_before_those_that_wait(rig: ServiceRig) -> None:
     assert rig.station.jobs.jobs(3)[0].state is JobState.RUNNING
 
 
+def test_what_is_over_cannot_be_cancelled_any_more(rig: ServiceRig) -> None:
+    job = Count(1)
+    rig.station.jobs.submit(job)
+    job.finish()  # the last answer came; the desk looks at its next tick
+    assert rig.station.jobs.cancel(1) == 0
+    rig.run(0.1)
+    assert job.ended == [JobState.DONE]
+
+
 def test_cancelling_tells_the_running_one_and_drops_the_others(rig: ServiceRig) -> None:
     running, waiting = Count(1), Count(1)
     rig.station.jobs.submit(running)

@@ -104,7 +104,7 @@ class JobDesk:
 
     def cancel(self, vehicle: int, name: str = "") -> int:
         """Cancel what runs and waits for `vehicle` (all, or what is called `name`); how many."""
-        cancelled = [job for job in self.jobs(vehicle) if not name or job.name == name]
+        cancelled = [job for job in self.jobs(vehicle) if not job.over and (not name or job.name == name)]
         for job in cancelled:
             self._cancel(job)
         self._begin_some()

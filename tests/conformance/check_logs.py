@@ -1,0 +1,33 @@
+"""Logs of the flights that were just flown."""
+
+from tests.conformance.field import Failed, Field, NotApplicable
+from tests.conformance.plans import finished
+from tests.conformance.report import check
+
+SHORT_LOG = 3_000_000
+"""A longer log is downloaded for a few seconds only, then cancelled."""
+LOG_S = 10.0
+LIMIT_S = 120.0
+
+
+@check("logs: listed and read", takes_s=15.0)
+def logs(field: Field, vehicle: int) -> str:
+    """Its logs are listed, and the newest one is downloaded, or its first part if it is long."""
+    service = field.station.services.logs
+    listing = service.list(vehicle)
+    list_s = finished(field, listing)
+    if not listing.entries:
+        raise NotApplicable(f"it has no log yet (told after {list_s:.2f} s)")
+    entry = listing.entries[-1]
+    job = service.download(vehicle, entry)
+    began_s = field.clock.now()
+    field.until(
+        lambda: job.over or (job.total > SHORT_LOG and field.clock.now() - began_s > LOG_S), LIMIT_S, "its newest log"
+    )
+    took_s, done = field.clock.now() - began_s, job.done
+    if not job.over:
+        field.station.jobs.cancel_job(job)
+    elif job.error:
+        raise Failed(f"log {entry.id}: {job.error}")
+    rate = done / 1000.0 / max(took_s, 0.05)
+    return f"{len(listing.entries)} in {list_s:.2f} s; log {entry.id}: {done} of {entry.size} bytes, {rate:.0f} kB/s"
