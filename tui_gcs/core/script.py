@@ -19,7 +19,7 @@ TRY_AGAIN_S = 2.0
 TAKE_OFF_LIMIT_S = 150.0
 HOLD_S = 3.0
 RESUME_GAP_S = 10.0
-"""Between two attempts to let vehicles go on that the station holds."""
+"""Before, and between, attempts to let vehicles go on that the station holds."""
 NOBODY_S = 20.0
 """So long nobody may be flying: a station that was restarted takes nobody over before it is told to."""
 RETURN_LIMIT_S = 300.0
@@ -57,6 +57,7 @@ class Script:
         self._try_s = -math.inf
         self._refusal = ""
         self._flown_s = -math.inf
+        self._held_s = math.nan
         bus.subscribe(keys.FLEET, lambda _, data: self.on_frame(decode(data, FleetFrame)))
         bus.subscribe(keys.STATUS, lambda _, data: self.on_status(decode(data, StationStatus)))
 
@@ -197,11 +198,16 @@ class Script:
 
     def _resume_held(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
         """Vehicles that nobody but the station holds (their planner was late or dead) go on when it is back."""
-        held = any(row.team and row.phase is Phase.HOLDING for row in frame.rows())
+        if not any(row.team and row.phase is Phase.HOLDING for row in frame.rows()):
+            self._held_s = math.nan
+            return
+        if math.isnan(self._held_s):
+            self._held_s = now
         nobodys = status.in_control in ("", self._principal)
         workers = all(team.worker in ("ready", "running") for team in status.teams)
         flying_on = status.run is RunPhase.RUNNING  # not after a restart: then a person must say so
-        if held and nobodys and workers and flying_on and now - self._try_s >= RESUME_GAP_S:
+        waited = now - max(self._held_s, self._try_s) >= RESUME_GAP_S  # by then the status tells who held them
+        if nobodys and workers and flying_on and waited:
             self._try_s = now
             self._ask(m.Resume())
 
