@@ -170,7 +170,7 @@ def test_other_checks_go_on_where_one_takes_the_process_down(tell: Tell) -> None
     ("words", "told"),
     [
         (("nowhere.py",), "there is no such file"),
-        (("petrol",), "no planner of that name (there are: patrol"),
+        (("petrol",), "no planner of that name (there are: "),
         (("patrol", "--only", "taste"), "no check of that name"),
     ],
 )

@@ -25,6 +25,8 @@ from tui_gcs.planner.check.suite import CHECKS, FIRST
 NAMES = (*CHECKS, "flight", "faults")
 SILENT_S = 60.0
 """Without a sign of life for so long it hangs; the station waits 2 s for a step and 20 s for a first plan."""
+CPU_SHARE = 1 / 3
+"""On a busy machine: of that time it must have computed so much, or it is still waited for."""
 CHECK_LIMIT_S = 900.0
 DUMP_S = 1.0
 MOST_CELLS = 400
@@ -104,7 +106,7 @@ def _child(what: str, names: list[str], first: bool, arguments: argparse.Namespa
         os.close(writer)
         hung = False
         try:
-            lines = _Lines(reader)
+            lines = _Lines(reader, child.pid)
             yield from lines
             if hung := lines.hung:
                 child.send_signal(signal.SIGUSR1)  # it says where it is
@@ -122,17 +124,23 @@ def _child(what: str, names: list[str], first: bool, arguments: argparse.Namespa
 
 
 class _Lines:
-    """The lines of a pipe, until it is closed or silent for too long."""
+    """The lines of a pipe, until it is closed or silent for too long. A number alone is a sign of life: CPU seconds."""
 
-    def __init__(self, descriptor: int) -> None:
+    def __init__(self, descriptor: int, pid: int) -> None:
         """Nothing read yet."""
         self._descriptor = descriptor
+        self._pid = pid
+        self._cpu_s = 0.0
+        """Of the process, as it said last."""
+        self._check_s = time.monotonic()
         self.hung = False
 
     def __iter__(self) -> Iterator[Line]:
-        rest, began_s = b"", time.monotonic()
+        rest = b""
         while True:
-            if not select.select([self._descriptor], [], [], SILENT_S)[0] or time.monotonic() - began_s > CHECK_LIMIT_S:
+            if not select.select([self._descriptor], [], [], SILENT_S)[0]:
+                if self._computes() and time.monotonic() - self._check_s < CHECK_LIMIT_S:
+                    continue
                 self.hung = True
                 return
             data = os.read(self._descriptor, 65536)
@@ -140,10 +148,23 @@ class _Lines:
                 return
             *whole, rest = (rest + data).split(b"\n")
             for text in whole:
-                if text:
-                    line: Line = json.loads(text)
-                    began_s = time.monotonic() if "begin" in line else began_s
-                    yield line
+                line = json.loads(text)
+                if isinstance(line, float):
+                    self._cpu_s = line
+                    continue
+                self._check_s = time.monotonic() if "begin" in line else self._check_s
+                yield line
+
+    def _computes(self) -> bool:
+        """Whether it would go on if it were given more of the processor."""
+        command = ["ps", "-o", "state=,time=", "-p", str(self._pid)]
+        told = subprocess.run(command, capture_output=True, text=True, check=False).stdout.split()
+        if len(told) != 2 or not told[0].startswith("R"):
+            return False
+        seconds = 0.0
+        for part in re.split("[-:]", told[1]):  # [[days-]hours:]minutes:seconds; nobody computes for days here
+            seconds = 60.0 * seconds + float(part)
+        return seconds - self._cpu_s < SILENT_S * CPU_SHARE
 
 
 def _death(what: str, told: str, code: int, *, hung: bool) -> Line:

@@ -1,6 +1,6 @@
 """The process in which a planner is checked. It may hang or crash: `planner_check`, which started it, goes on.
 
-Findings go to the descriptor in the job as lines of JSON; an empty line is a sign of life.
+Findings go to the descriptor in the job as lines of JSON; a number is a sign of life, the CPU seconds so far.
 """
 
 import dataclasses
@@ -44,7 +44,7 @@ class Teller:
         """Still alive."""
         if (now := time.monotonic()) >= self._next_s:
             self._next_s = now + BEAT_S
-            self._out.write("\n")
+            self._out.write(f"{time.process_time()}\n")
 
     def _tell(self, what: dict[str, Any]) -> None:
         self._out.write(json.dumps(what) + "\n")

@@ -1,11 +1,12 @@
 """Whether the same frames give the same plans: again, in another process, after a restart, and under other ids."""
 
+import contextlib
 import os
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, TemporaryFile
 
 import msgspec
 import numpy as np
@@ -22,7 +23,7 @@ Log = list[tuple[FleetFrame, Plan]]
 
 FLIGHT_S = 40.0
 AFTER_RESTART_STEPS = 25
-PROCESS_LIMIT_S = 120.0
+PROCESS_LIMIT_S, POLL_S = 300.0, 0.2
 ALIKE = 0.01
 """Metres, m/s or seconds: sums over vehicles in another order differ by rounding, not by this."""
 
@@ -78,18 +79,30 @@ def _elsewhere(subject: Subject, task: PlannerTask, log: Log) -> int:
         file.write_bytes(msgspec.msgpack.encode(job))
         command = [sys.executable, "-m", "tui_gcs.planner.check.replay", str(file)]
         environment = os.environ | {"PYTHONHASHSEED": "1"}
-        subject.beat()
-        try:
-            done = subprocess.run(command, capture_output=True, env=environment, timeout=PROCESS_LIMIT_S, check=False)
-        except subprocess.TimeoutExpired:
-            raise Broken(f"no answer of another process within {PROCESS_LIMIT_S:g} s") from None
-        subject.beat()
+        done = _ended(subject, command, environment)
         if done.returncode:
-            last = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+            last = done.stderr.strip().rpartition("\n")[2]
             raise Broken(f"in another process: {last or f'ended with {done.returncode}'}")
         plans = msgspec.msgpack.decode((Path(folder) / "job.plans").read_bytes(), type=list[bytes])
     same = [essence(plan) == other for (_, plan), other in zip(log, plans, strict=True)]
     return 0 if all(same) else same.index(False) + 1
+
+
+def _ended(subject: Subject, command: list[str], environment: dict[str, str]) -> "subprocess.CompletedProcess[str]":
+    """The process, when it has ended; we live meanwhile. Raises `Broken`."""
+    with TemporaryFile("w+", errors="replace") as errors:
+        child = subprocess.Popen(command, stdout=errors, stderr=errors, env=environment)
+        try:
+            for _ in range(round(PROCESS_LIMIT_S / POLL_S)):
+                subject.beat()
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    code = child.wait(POLL_S)
+                    errors.seek(0)
+                    return subprocess.CompletedProcess(command, code, "", errors.read())
+        finally:
+            child.kill()
+            child.wait()
+    raise Broken(f"no answer of another process within {PROCESS_LIMIT_S:g} s")
 
 
 def restart(subject: Subject) -> Iterator[Finding]:
