@@ -1,6 +1,6 @@
 """Texts of vehicles: chunks put together, bounded for each vehicle by itself (B.6-82)."""
 
-from tui_gcs.core.services.text import MOST_CHUNKS, MOST_OPEN, TextAssembler
+from tui_gcs.core.services.text import FRAMES_PER_S, MOST_CHUNKS, MOST_OPEN, URGENT, FramePace, TextAssembler
 
 FULL = "x" * 50
 
@@ -64,3 +64,12 @@ def test_one_vehicles_flood_does_not_break_anothers_text() -> None:
 def test_a_chunk_beyond_the_tenth_is_ignored() -> None:
     texts = TextAssembler()
     assert texts.add(1, chunk("end", MOST_CHUNKS), 0.0) is None and not list(texts.expired(9.0))
+
+
+def test_a_flood_is_not_even_read_and_hides_nothing_urgent() -> None:
+    """Chatter and what is urgent are counted apart, and each vehicle by itself."""
+    pace = FramePace()
+    assert sum(pace.has_room(1, 6, 0.0) for _ in range(10_000)) == FRAMES_PER_S
+    assert pace.has_room(1, URGENT, 0.0) and pace.has_room(2, 6, 0.0)
+    assert not pace.has_room(1, 6, 0.99)
+    assert pace.has_room(1, 6, 1.0)

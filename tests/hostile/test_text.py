@@ -1,5 +1,6 @@
 """Text from outside (B.6-75…87, as far as decoding): every string of every message is one line of plain text."""
 
+import time
 import unicodedata
 from typing import Any
 
@@ -153,6 +154,23 @@ def test_b6_83_a_flood_of_texts_hides_no_emergency(attack: Any) -> None:
     chatter = oracle.told("^chatter")
     assert 60 <= len(chatter) <= 60 + 5 * (oracle.now - oracle.begun_s)
     oracle.holds(counted="status texts too fast", told="chatter")
+
+
+def test_b6_83_a_datagram_full_of_texts_costs_little(attack: Any) -> None:
+    """Some 3,000 of them in 64 KiB: a few are read, the rest is counted, and what is urgent behind it is told."""
+    oracle: Oracle = attack()
+    words = [f"ü{chr(97 + n % 26)}{chr(97 + n // 26 % 26)}\x1b" for n in range(3000)]
+    frames = [oracle.frame("STATUSTEXT", severity=6, text=word.encode()) for word in words]
+    oracle.inject(b"".join(frames)[:65_000], ("sim", 0))
+    oracle.say("STATUSTEXT", 1, severity=0, text=b"engine failure")
+    begun_s = time.process_time()
+    oracle.flight.station.receive()
+    took_s = time.process_time() - begun_s
+    assert took_s < 0.025, f"{took_s * 1e3:.0f} ms"
+    oracle.run(0.1)
+    assert oracle.dropped()["status texts too fast"] > 2500
+    assert oracle.told("^engine failure$")
+    oracle.holds(counted="status texts too fast", sends=lambda address, message: address == ("sim", 0))
 
 
 def test_b6_84_severities_that_do_not_exist(attack: Any) -> None:

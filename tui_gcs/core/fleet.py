@@ -262,6 +262,8 @@ class Fleet:
         vehicle: Vehicle = slot.owner
         handler = self.telemetry.every.get(slot.msgid)
         if slot.msgid == STATUSTEXT:
+            if not self.texts.has_room(vehicle, slot.raw):
+                return
             self.texts.status_text(vehicle, slot.fields())
         if slot.component != vehicle.component:
             return

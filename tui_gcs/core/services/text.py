@@ -15,6 +15,7 @@ from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import NOTICE, WARNING, EventLog
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.frames import MAGIC_V2
 
 CHUNK_CHARS = 50
 WAIT_S = 1.0
@@ -23,6 +24,9 @@ MOST_OPEN = 4
 """Of one vehicle: it sends the chunks of a text one after the other."""
 BURST, TEXTS_PER_S = 60.0, 5.0
 """An autopilot says some 30 lines when it boots, and a few a minute later."""
+FRAMES_PER_S = 200
+"""Of one vehicle are read in a second, chatter and urgent ones each: 30 lines in five chunks are fewer. What is more is
+a flood (4,000 fit into one datagram), and reading it costs ten times what counting it does."""
 URGENT = 2
 """MAV_SEVERITY_CRITICAL and worse."""
 TAB = "\u2409"
@@ -70,6 +74,25 @@ class TextPace:
     def _count(self, system: int, severity: int, now: float) -> float:
         left, at_s = self._left.get((system, severity <= URGENT), (BURST, now))
         return min(BURST, left + TEXTS_PER_S * (now - at_s))
+
+
+class FramePace:
+    """How many frames with texts are read at all, per vehicle."""
+
+    def __init__(self) -> None:
+        """Nobody said anything."""
+        self._seen: dict[tuple[int, bool], tuple[float, int]] = {}
+
+    def has_room(self, vehicle: int, severity: int, now: float) -> bool:
+        """Whether one more is read; it is counted as read."""
+        key = (vehicle, severity <= URGENT)
+        since_s, count = self._seen.get(key, (now, 0))
+        if now - since_s >= 1.0:
+            since_s, count = now, 0
+        if count >= FRAMES_PER_S:
+            return False
+        self._seen[key] = (since_s, count + 1)
+        return True
 
 
 class TextAssembler:
@@ -144,10 +167,19 @@ class TextDesk:
         self._events = events
         self._dropped = dropped
         self._assembler = TextAssembler()
+        self._frames = FramePace()
         self._pace = TextPace()
         self._twins = Twins()
         self.hidden = 0
         """Texts and EVENTs that were told the other way just before."""
+
+    def has_room(self, vehicle: Vehicle, raw: bytes) -> bool:
+        """Whether this frame, a STATUSTEXT, is worth being read; if not that is counted."""
+        severity = raw[10] if raw[0] == MAGIC_V2 else raw[6]
+        if self._frames.has_room(vehicle.id, severity, self._clock.now()):
+            return True
+        self._dropped["status texts too fast"] += 1
+        return False
 
     def status_text(self, vehicle: Vehicle, fields: dict[str, Any]) -> None:
         """A STATUSTEXT came."""
