@@ -15,6 +15,7 @@ from tui_gcs.core.components import Components
 from tui_gcs.core.copies import Copies
 from tui_gcs.core.events import ERROR, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.ghosts import GhostWatch
 from tui_gcs.core.messages import EventClass, Freshness
 from tui_gcs.core.paths import PathBook
 from tui_gcs.core.pilots import is_autopilot, replaces
@@ -93,6 +94,7 @@ class Fleet:
         """By link."""
         self.texts = TextDesk(clock, events, self.dropped)
         self.components = Components()
+        self._ghosts = GhostWatch(events)
         self._next_look_s = self._next_paths_s = self._next_loss_s = -math.inf
 
     @property
@@ -400,6 +402,9 @@ class Fleet:
             for vehicle in self.vehicles.values():
                 vehicle.loss_pct = loss_pct(vehicle.path)
             self.telemetry.look(self.vehicles.values(), now)
+            for ghost in self._ghosts.look(self.vehicles.values(), now):
+                self._forget(ghost)
+                self.dropped["vehicle of heartbeats only forgotten"] += 1
         self.texts.tick(self.vehicles)
 
     def _look(self, now: float) -> None:

@@ -26,7 +26,13 @@ ORDINARY = frozenset(
 )
 """What well-behaved traffic brings, too: counted only."""
 TOLD_ELSEWHERE = frozenset(
-    {"our own system id", "second source of one system id", "implausible position", "message table full"}
+    {
+        "our own system id",
+        "second source of one system id",
+        "implausible position",
+        "implausible home",
+        "message table full",
+    }
 )
 """With an event of their own that says more."""
 

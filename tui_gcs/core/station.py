@@ -409,6 +409,7 @@ class Station:
 
     def _on_gone(self, vehicle: Vehicle) -> None:
         self.firmware.forget(vehicle)
+        self.rates.forget(vehicle)
         self.commands.cancel(vehicle.id, housekeeping=True)
 
     def _on_keys(self) -> None:

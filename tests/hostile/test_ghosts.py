@@ -1,0 +1,34 @@
+"""A whole table of vehicles that are forged heartbeats (B.6-20, drawn out): told, and gone when the forger is."""
+
+from collections.abc import Callable
+
+from tests.hostile.oracle import Oracle
+from tests.hostile.test_framing import HEARTBEAT
+from tui_gcs.core.events import WARNING
+from tui_gcs.core.links import Address
+
+Attack = Callable[..., Oracle]
+GHOSTS = range(10, 40)
+FORGER: Address = ("stranger", 7)
+
+
+def asks_the_forger(address: Address, message: str) -> bool:
+    return address == FORGER
+
+
+def test_b6_20_ghosts_are_told_and_forgotten_and_nobody_else_is(attack: Attack) -> None:
+    """Vehicle 2 falls silent at the same time, and stays: it was more than heartbeats."""
+    oracle = attack(2, flying=False, others=())
+    for _ in range(20):
+        for system in GHOSTS:
+            oracle.say("HEARTBEAT", system, address=FORGER, **HEARTBEAT | {"base_mode": 81})
+        oracle.run(1.0)
+    fleet = oracle.flight.station.fleet
+    assert set(fleet.vehicles) == {1, 2, *GHOSTS}
+    said = oracle.told(f"{len(GHOSTS)} vehicles are nothing but heartbeats")
+    assert len(said) == 1 and said[0].severity == WARNING
+    oracle.both(lambda rig: rig.sim.silence(1))
+    oracle.run(65.0)
+    assert set(fleet.vehicles) == {1, 2}
+    oracle.others = (1,)
+    oracle.holds(counted="vehicle of heartbeats only forgotten", sends=asks_the_forger)

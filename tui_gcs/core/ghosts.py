@@ -1,0 +1,38 @@
+"""Vehicles that are never more than heartbeats. On a network without keys anybody can forge a whole table of them.
+
+Each costs a row and questions that nobody answers, so a crowd of them is told, and who falls silent is forgotten. A
+real vehicle that is heard like that loses nothing: it is found again by its next heartbeat.
+"""
+
+from collections.abc import Iterable
+
+from tui_gcs.core.events import WARNING, EventLog
+from tui_gcs.core.messages import EventClass
+from tui_gcs.core.vehicle import Vehicle
+
+ANSWERS_S = 15.0
+"""Who has told neither a place nor who it is after that time, though asked, is a ghost: a boot is that long."""
+CROWD = 10
+FORGET_S = 60.0
+TOLD_AGAIN_S = 60.0
+
+
+class GhostWatch:
+    """Finds them."""
+
+    def __init__(self, events: EventLog) -> None:
+        """Crowds are told to `events`."""
+        self._events = events
+
+    def look(self, vehicles: Iterable[Vehicle], now: float) -> list[Vehicle]:
+        """Those to forget: nothing but heartbeats, disarmed, and silent for a minute."""
+        ghosts = [vehicle for vehicle in vehicles if _is_ghost(vehicle, now)]
+        if len(ghosts) >= CROWD:
+            text = f"{len(ghosts)} vehicles are nothing but heartbeats: forged, or links that are too slow"
+            self._events.say(EventClass.CONNECTION, "station", text, WARNING, every_s=TOLD_AGAIN_S)
+        return [ghost for ghost in ghosts if not ghost.armed and now - ghost.heard_s > FORGET_S]
+
+
+def _is_ghost(vehicle: Vehicle, now: float) -> bool:
+    silent = not (vehicle.identified or vehicle.has_position() or vehicle.keyed)
+    return silent and now - vehicle.first_s > ANSWERS_S and vehicle.high_latency_s <= vehicle.first_s
