@@ -244,6 +244,16 @@ async def test_replay_commands_nothing() -> None:
         assert "REPLAY" in c.line(0)
 
 
+@pytest.mark.parametrize(("kind", "replay"), [(m.Kind.REPLAY, True), (m.Kind.SIM, False)])
+async def test_the_footer_offers_commands_where_there_are_any(kind: m.Kind, replay: bool) -> None:
+    """Not in a replay: what it shows can be looked at, and left."""
+    async with console(kind=kind, prepare=flight, replay=replay) as c:
+        keys = c.line(-1)
+        assert all(word in keys for word in ("n/N", "help", "detach"))
+        for command in ("HOLD", "return", "round"):
+            assert (command in keys) is not replay, keys
+
+
 async def test_other_protocol_is_one_clear_line_and_read_only() -> None:
     def old(station: FakeStation) -> None:
         station.protocol_answer = "this station speaks protocol 2, this console 1"

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from tui_gcs.actions import Action, footer_actions
+from tui_gcs.actions import COMMAND, Action, footer_actions
 from tui_gcs.core.messages import RunPhase, StationStatus
 from tui_gcs.feed import Feed, StatusUpdated
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
@@ -40,10 +40,12 @@ class FooterLine(LinesView):
 
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
-        if self._typing:
-            return [_keys(while_typing(self._actions), width)]
-        status = self._feed.status if self._feed is not None else None
-        return [_keys(valid_now(self._actions, status), width)]
+        actions, status = self._actions, None
+        if self._feed is not None:
+            status = self._feed.status
+            if self._feed.read_only:  # a replay, or a station that is not ours to command
+                actions = [action for action in actions if action.group != COMMAND]
+        return [_keys(while_typing(actions) if self._typing else valid_now(actions, status), width)]
 
 
 def _keys(actions: Sequence[Action], width: int) -> list[Run]:
