@@ -1,4 +1,4 @@
-"""The two things we take from scipy, imported on first use.
+"""The few things we take from scipy, imported on first use.
 
 Importing scipy costs 0.4 s of CPU, and forms that only want to know a planner's parameters import its module.
 """
@@ -26,6 +26,14 @@ def paired(cost: Floats) -> Indices:
 
     columns: Indices = linear_sum_assignment(cost)[1]
     return columns
+
+
+def matched(cost: Floats) -> list[tuple[int, int]]:
+    """Row and column of the pairs that make the sum least, as many as the shorter side of any cost matrix."""
+    from scipy.optimize import linear_sum_assignment
+
+    rows, columns = linear_sum_assignment(cost)
+    return list(zip(rows.tolist(), columns.tolist(), strict=True))
 
 
 def warm_up() -> None:

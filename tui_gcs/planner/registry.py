@@ -18,6 +18,7 @@ RATE_HZ = (1.0, 20.0)
 MOST_ITERATIONS_PER_S = 1e6
 
 _BUILTIN = {
+    "guardian": "tui_gcs.planner.guardian:Guardian",
     "patrol": "tui_gcs.planner.patrol:Patrol",
     "waypoints": "tui_gcs.planner.waypoints:Waypoints",
 }

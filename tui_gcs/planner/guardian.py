@@ -1,0 +1,318 @@
+"""Guardian: a moving ring around a zone, from which intruders are met before they are in it.
+
+Where vehicles wait matters more than who goes where (planning.md C3: a ring with assignment lets half as many through
+as a patrol of the area). Those on the ring keep equal distances in time, also from those who are away. A target is met
+when a vehicle has been near it: then the vehicle is free again.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.planner.api import (
+    Annotation,
+    Context,
+    Intent,
+    Output,
+    Param,
+    ParamValue,
+    Planner,
+    PlannerTask,
+    Tracks,
+    polygon_of,
+)
+from tui_gcs.planner.design import design
+from tui_gcs.planner.intercept import Edges, courses
+from tui_gcs.planner.lazy_scipy import warm_up
+from tui_gcs.planner.pairing import Duty, Situation, pair
+from tui_gcs.planner.pursuit import SAMPLE_S, SAMPLES, Aims, paths
+from tui_gcs.planner.region import Region
+from tui_gcs.planner.ring import nearest_phase_s, rates, ring
+from tui_gcs.planner.smoothing import Motion
+from tui_gcs.planner.transit import Mobility
+
+Floats = NDArray[np.floating[Any]]
+Pairs = list[tuple[float, float]]
+
+SPEED_SHARE, ACCEL_SHARE = 0.98, 0.9
+"""Of the limits; the rest is the autopilot's for tracking."""
+TOUR_SHARE = 0.9
+"""Of the speed limit, for the tour inside."""
+SLOWEST = 0.3
+"""Least rate of a place on a circuit."""
+JOINED_M, LEFT_M = 5.0, 15.0
+"""A vehicle is on its place when nearer than the first, and no more when farther than the second."""
+LOST_TRACK_M = 8.0
+"""A vehicle this far from its path gets a new one from where it is."""
+OLD_POSITION_S = 1.0
+CONTACT_SHARE = 0.85
+"""Of the contact distance: so near a meeting is planned."""
+DRAW_EVERY_S = 1.0
+DRAWN_POINTS = 80
+
+
+@dataclass
+class _Post:
+    """What is kept of one vehicle."""
+
+    inside: bool
+    """On the tour inside; else on the ring."""
+    phase_s: float
+    """Of its place on its circuit."""
+    rate: float = 1.0
+    joined: bool = False
+    targets: tuple[int, ...] = ()
+    """Track ids, in order."""
+    path_m: Pairs = field(default_factory=list)
+    """From the step before, as is its velocity."""
+    path_m_s: Pairs = field(default_factory=list)
+
+
+@dataclass
+class _State:
+    """What a step leaves for the next."""
+
+    posts: dict[int, _Post] = field(default_factory=dict)
+    met: tuple[int, ...] = ()
+    """Ids of present tracks that a vehicle was near."""
+    t_s: float = -math.inf
+    drawn_s: float = -math.inf
+
+
+class Guardian(Planner):
+    """A ring around the zone whose vehicles meet intruders outside."""
+
+    name = "guardian"
+    params = (
+        Param("ring_m", float, 20.0, 0.0, 200.0, "m", "the ring is so far outside the zone"),
+        Param("ring_speed", float, 0.9, 0.1, 0.95, "", "speed on the ring as a share of the limit"),
+        Param("inside", int, 0, 0, 64, "", "vehicles on a tour inside the zone; at least one is on the ring"),
+        Param("contact_m", float, 20.0, 2.0, 200.0, "m", "an intruder is met when a vehicle is so near"),
+    )
+
+    def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
+        """Lay the ring. Raises ValueError if there is no room for it."""
+        super().configure(task, params, rng)
+        warm_up()
+        limits = task.limits
+        accel = limits.accel_m_s2 * ACCEL_SHARE
+        self._mobility = Mobility(limits.speed_m_s * SPEED_SHARE, accel)
+        self._region = Region(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
+        self._zone = polygon_of(task.zone.shape)
+        self._contact_m = float(params["contact_m"])
+        self._within_m = CONTACT_SHARE * self._contact_m
+        self._edges = Edges(self._zone, self._region.polygon, self._within_m)
+        self._inside = int(params["inside"])
+        ring_m_s = limits.speed_m_s * float(params["ring_speed"])
+        self._ring = ring(self._zone, float(params["ring_m"]), self._region, ring_m_s, accel)
+        self._tour = self._ring
+        if self._inside:
+            motion = Motion(limits.speed_m_s * TOUR_SHARE, accel, task.footprint_radius_m)
+            self._tour = design(task.zone.shape, self._region, motion, task.footprint_radius_m, self._inside, rng).tour
+        self._state = _State()
+
+    def step(self, ctx: Context) -> Output:
+        """Who meets whom is decided anew in every step."""
+        fleet = ctx.fleet
+        active = np.flatnonzero(fleet.active)
+        # Sorted by place: ids decide nothing.
+        rows = active[np.lexsort((fleet.position_m[active, 1], fleet.position_m[active, 0]))]
+        xy, velocity = self._references(ctx, rows)
+        self._take_posts([int(i) for i in fleet.id[rows]], xy)
+        chased = self._chased(ctx.tracks, fleet.position_m[rows, :2])
+        duties = self._duties(ctx.tracks, chased, fleet.id[rows], xy, velocity)
+        aims = self._aims(fleet.id[rows], xy, duties, ctx.t_s)
+        places, speeds = paths(xy, velocity, aims, self._mobility, self._region)
+        out = Output(metrics=self._metrics(ctx.tracks, chased, duties))
+        for k, i in enumerate(rows.tolist()):
+            out.intents.append(self._intent(ctx, i, places[k], speeds[k], duties.get(k)))
+        out.intents.sort(key=lambda intent: intent.vehicle)
+        if ctx.t_s - self._state.drawn_s >= DRAW_EVERY_S:
+            self._state.drawn_s = ctx.t_s
+            out.annotations = [_drawing(self._ring.xy_m)]
+            out.annotations += [_errand(xy[k], duties[k]) for k in sorted(duties)]
+        self._state.t_s = ctx.t_s
+        return out
+
+    def snapshot(self) -> bytes:
+        """The whole state; numbers as they are."""
+        return msgspec.msgpack.encode(self._state)
+
+    def restore(self, data: bytes) -> None:
+        """As `snapshot` gave."""
+        self._state = msgspec.msgpack.decode(data, type=_State)
+
+    # ---------------------------------------------------------------- where they are
+
+    def _references(self, ctx: Context, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
+        """(n, 2) places and velocities from which paths go on: where they should be, if they are near it."""
+        fleet, since_s = ctx.fleet, ctx.t_s - self._state.t_s
+        velocity = np.nan_to_num(fleet.velocity_m_s[rows, :2])
+        age_s = np.clip(np.nan_to_num(fleet.age_s[rows]), 0.0, OLD_POSITION_S)
+        xy = fleet.position_m[rows, :2] + velocity * age_s[:, None]
+        if not 0.0 <= since_s <= SAMPLE_S * (SAMPLES - 1):
+            return xy, velocity
+        at, share = divmod(since_s / SAMPLE_S, 1.0)
+        here, there = int(at), min(int(at) + 1, SAMPLES - 1)
+        for k, i in enumerate(rows.tolist()):
+            post = self._state.posts.get(int(fleet.id[i]))
+            if post is None or not post.path_m:
+                continue
+            place = (1.0 - share) * np.array(post.path_m[here]) + share * np.array(post.path_m[there])
+            if fleet.age_s[i] > OLD_POSITION_S or math.dist(place, xy[k]) <= LOST_TRACK_M:
+                xy[k] = place
+                velocity[k] = (1.0 - share) * np.array(post.path_m_s[here]) + share * np.array(post.path_m_s[there])
+        return xy, velocity
+
+    def _take_posts(self, vehicles: list[int], xy: Floats) -> None:
+        """Posts of exactly these, on the ring but for as many as are wanted inside."""
+        posts = self._state.posts
+        posts = {v: posts[v] if v in posts else _Post(False, math.nan) for v in vehicles}
+        wanted = max(0, min(self._inside, len(posts) - 1))
+        inner = [v for v in vehicles if posts[v].inside]
+        outer = [v for v in vehicles if not posts[v].inside]
+        middle = np.array([self._zone.centroid.x, self._zone.centroid.y])
+        away = {v: float(np.hypot(*(xy[k] - middle))) for k, v in enumerate(vehicles)}
+        for v in sorted(outer, key=away.__getitem__)[: max(0, wanted - len(inner))]:
+            posts[v] = _Post(True, math.nan)
+        for v in sorted(inner, key=away.__getitem__)[wanted:]:
+            posts[v] = _Post(False, math.nan)
+        self._state.posts = posts
+
+    # ---------------------------------------------------------------- who goes
+
+    def _chased(self, tracks: Tracks, vehicles_m: Floats) -> NDArray[np.int64]:
+        """Rows of confirmed tracks that nobody has been near."""
+        met = set(self._state.met)
+        for k in np.flatnonzero(tracks.confirmed).tolist():
+            away = np.hypot(*(vehicles_m - tracks.position_m[k, :2]).T)
+            # Half of what is not known may be missing, but a doubtful place is no reason never to be done.
+            if away.min(initial=np.inf) <= self._contact_m - min(float(tracks.sigma_m[k]), self._contact_m / 4.0):
+                met.add(int(tracks.id[k]))
+        self._state.met = tuple(sorted(met & set(tracks.id.tolist())))
+        done = np.isin(tracks.id, np.array(self._state.met, dtype=np.int64))
+        known = np.isfinite(tracks.position_m[:, :2]).all(axis=1) & np.isfinite(tracks.velocity_m_s[:, :2]).all(axis=1)
+        return np.flatnonzero(tracks.confirmed & ~done & known)
+
+    def _duties(
+        self, tracks: Tracks, chased: NDArray[np.int64], ids: NDArray[np.int64], xy: Floats, velocity: Floats
+    ) -> dict[int, Duty]:
+        """Duties by row of `ids`; posts are told their targets."""
+        found = courses(self._edges, tracks.position_m[chased, :2], tracks.velocity_m_s[chased, :2])
+        real = [k for k, course in enumerate(found) if np.isfinite(course.enters_s) and np.isfinite(course.reachable_s)]
+        chased = chased[real]
+        posts = [self._state.posts[int(v)] for v in ids]
+        kept = np.array([[float(int(t) in post.targets[:1]) for t in tracks.id[chased]] for post in posts])
+        now = Situation(
+            xy,
+            velocity,
+            tracks.position_m[chased, :2],
+            tracks.velocity_m_s[chased, :2],
+            [found[k] for k in real],
+            kept.reshape(len(posts), len(chased)),
+            self._mobility,
+            self._within_m,
+        )
+        duties = pair(now)
+        for k, post in enumerate(posts):
+            post.targets = tuple(int(tracks.id[chased[t]]) for t in duties[k].targets) if k in duties else ()
+        return duties
+
+    # ---------------------------------------------------------------- where they go
+
+    def _aims(self, ids: NDArray[np.int64], xy: Floats, duties: dict[int, Duty], t_s: float) -> Aims:
+        """Meeting places for those with a duty, places on their circuits for the others."""
+        ahead = SAMPLE_S * np.arange(SAMPLES)
+        place, velocity = np.zeros((len(ids), SAMPLES, 2)), np.zeros((len(ids), SAMPLES, 2))
+        through = np.zeros(len(ids), dtype=bool)
+        self._move_places(ids, xy, duties, t_s)
+        for k, vehicle in enumerate(ids.tolist()):
+            post, duty = self._state.posts[vehicle], duties.get(k)
+            if duty is not None:
+                place[k] = self._region.pulled_inside(duty.place_m[None])[0]
+                through[k] = not duty.waits
+            else:
+                tour = self._tour if post.inside else self._ring
+                place[k], rate = tour.at(post.phase_s + post.rate * ahead)
+                velocity[k] = rate * post.rate
+            leg, corner = self._region.next_leg(xy[k], place[k, 0])
+            if corner:
+                place[k], velocity[k], through[k] = leg, 0.0, False
+        return Aims(place, velocity, through)
+
+    def _move_places(self, ids: NDArray[np.int64], xy: Floats, duties: dict[int, Duty], t_s: float) -> None:
+        """Move the places on both circuits on, and tell who is on his."""
+        since_s = t_s - self._state.t_s
+        for inside, tour in ((False, self._ring), (True, self._tour)):
+            rows = [k for k, v in enumerate(ids.tolist()) if self._state.posts[v].inside == inside]
+            posts = [self._state.posts[int(ids[k])] for k in rows]
+            nearest = nearest_phase_s(tour, xy[rows]) if rows else np.empty(0)
+            for k, post, phase_s in zip(rows, posts, nearest.tolist(), strict=True):
+                post.phase_s = post.phase_s + post.rate * since_s if math.isfinite(since_s) else math.nan
+                away_m = math.dist(tour.at(np.array([post.phase_s]))[0][0], xy[k]) if post.joined else math.inf
+                post.joined = k not in duties and away_m <= LEFT_M
+                if not post.joined:
+                    post.phase_s = phase_s
+                    aside_m = math.dist(tour.at(np.array([phase_s]))[0][0], xy[k])
+                    post.phase_s += aside_m / self._mobility.speed_m_s
+                    post.joined = k not in duties and aside_m <= JOINED_M
+            free = np.array([k not in duties for k in rows], dtype=bool)
+            fastest = max(1.0, self._mobility.speed_m_s / _top_speed(tour.velocity_m_s))
+            moved = rates(np.array([post.phase_s for post in posts]), free, tour.period_s, SLOWEST, fastest)
+            for post, rate in zip(posts, moved.tolist(), strict=True):
+                post.rate = rate
+
+    # ---------------------------------------------------------------- what is told
+
+    def _intent(self, ctx: Context, i: int, places: Floats, speeds: Floats, duty: Duty | None) -> Intent:
+        fleet = ctx.fleet
+        post = self._state.posts[int(fleet.id[i])]
+        post.path_m = [(x, y) for x, y in places.tolist()]
+        post.path_m_s = [(x, y) for x, y in speeds.tolist()]
+        z = float(fleet.layer_m[i]) if np.isfinite(fleet.layer_m[i]) else float(fleet.position_m[i, 2])
+        reason = "" if post.joined else "on its way to its place"
+        if duty is not None:
+            reason = "meets " + ", then ".join(f"track {target}" for target in post.targets)
+        return Intent(
+            int(fleet.id[i]),
+            "trajectory",
+            t0_s=ctx.t_s,
+            dt_s=SAMPLE_S,
+            positions_m=tuple([(x, y, z) for x, y in post.path_m]),
+            velocities_m_s=tuple([(x, y, 0.0) for x, y in post.path_m_s]),
+            slot="" if duty is not None else "inside" if post.inside else "ring",
+            joined=post.joined,
+            reason=reason,
+        )
+
+    def _metrics(self, tracks: Tracks, chased: NDArray[np.int64], duties: dict[int, Duty]) -> dict[str, float]:
+        posts = list(self._state.posts.values())
+        assigned = sum(len(duty.targets) for duty in duties.values())
+        return {
+            "tracks": float(np.count_nonzero(tracks.confirmed)),
+            "assigned": float(assigned),
+            "met": float(len(self._state.met)),
+            "on_ring": float(sum(not post.targets and not post.inside for post in posts)),
+            "joined": float(sum(post.joined for post in posts)),
+            "margin_s": min((duty.margin_s for duty in duties.values()), default=math.nan),
+        }
+
+
+def _top_speed(velocity_m_s: Floats) -> float:
+    return float(np.hypot(*velocity_m_s.T).max())
+
+
+def _drawing(xy_m: Floats) -> Annotation:
+    every = max(1, -(-len(xy_m) // DRAWN_POINTS))
+    points = [(round(x, 1), round(y, 1)) for x, y in xy_m[::every].tolist()]
+    return Annotation("polyline", (*points, points[0]), "ring")
+
+
+def _errand(xy_m: Floats, duty: Duty) -> Annotation:
+    ends = [(round(x, 1), round(y, 1)) for x, y in (xy_m.tolist(), duty.place_m.tolist())]
+    return Annotation("polyline", tuple(ends), f"{duty.after_s:.0f} s")
