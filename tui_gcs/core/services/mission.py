@@ -25,6 +25,7 @@ from tui_gcs.core.services.plan_wire import ACCEPTED
 from tui_gcs.core.vehicle import Vehicle
 
 TRANSFER = ("MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK")
+PROGRESS = {progress.value: progress for progress in Progress}
 NOT_SAID = 0xFFFF
 """MISSION_CURRENT.total of a vehicle without a mission."""
 LATE_S = 4.0
@@ -194,8 +195,7 @@ class MissionService:
     def _on_current(self, vehicle: Vehicle, fields: Fields) -> None:
         state = self.state(vehicle.id)
         state.heard_s = self._context.clock.now()
-        progress = fields.get("mission_state", 0)
-        state.progress = Progress(progress) if progress in tuple(Progress) else Progress.UNKNOWN
+        state.progress = PROGRESS.get(fields.get("mission_state", 0), Progress.UNKNOWN)
         total = fields.get("total", 0)
         if total == NOT_SAID or (total == 0 and state.progress is Progress.NO_MISSION):
             state.total = 0

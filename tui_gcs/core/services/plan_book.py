@@ -80,7 +80,10 @@ class PlanBook:
 
     def state(self, vehicle: int) -> MissionState:
         """What is known of a vehicle; made empty when it is first asked for."""
-        return self._states.setdefault(vehicle, MissionState())
+        found = self._states.get(vehicle)
+        if found is None:
+            found = self._states[vehicle] = MissionState()
+        return found
 
     def forget(self, vehicle: int) -> None:
         """It rebooted, was replaced or is gone."""
