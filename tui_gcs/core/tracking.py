@@ -28,7 +28,7 @@ SMOOTH_S = 2.0
 MOST_LEAD_S, MOST_ACCEL_S2, MOST_SHIFT_M = 1.0, 4.0, 4.0
 LEARN_WITHIN_S, LEARN_WITHIN_M = 1.0, 6.0
 """Larger errors are not lag: it is catching up, or something is wrong."""
-MOST_TAUGHT_S, MOST_TAUGHT_M = 0.3, 1.0
+MOST_TAUGHT_S, MOST_TAUGHT_M = 0.15, 1.0
 """No error teaches more than one of this size: what a vehicle cannot do (against a wind that takes all its lean) would
 teach a lead that is wrong everywhere else (flown: 5 m off for minutes after a gust)."""
 GAP_S = 1.0
