@@ -148,7 +148,7 @@ def _wait_until_ready(field: Field) -> None:
             return
         if field.clock.now() - told_s > TELL_S:
             told_s = field.clock.now()
-            say("waiting: " + "; ".join(f"vehicle {system}: {why}" for system, why in waits.items()))
+            say("waiting: " + "; ".join(f"vehicle {n}: {why or 'no position yet'}" for n, why in waits.items()))
         field.run(0.5)
 
 

@@ -110,6 +110,17 @@ def test_a_vehicle_that_does_not_hear_us_hears_us_again(field: Field) -> None:
     pilot.down()
 
 
+def test_it_waits_with_a_message_for_vehicles_that_are_not_ready(
+    field: Field, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ready_s = field.clock.now() + 25.0
+    monkeypatch.setattr(program, "_could_start", lambda pilot: pilot.system == PX4 or field.clock.now() > ready_s)
+    program._wait_until_ready(field)
+    told = capsys.readouterr().out.splitlines()
+    assert len(told) == 2 and all(line.startswith("---- waiting: vehicle 1: ") for line in told)
+    assert field.clock.now() == pytest.approx(ready_s, abs=1.0)
+
+
 def test_bodies_take_turns_and_time_passes_for_all_of_them() -> None:
     moves: list[int] = []
     turns = Turns(lambda: moves.append(1), lambda: float(len(moves)))
