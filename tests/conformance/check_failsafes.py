@@ -26,6 +26,7 @@ def silence(field: Field, vehicle: int) -> str:
     """12 s without a word from us: what it does then by its present parameters, and that it obeys again."""
     with flying(field, vehicle) as pilot:
         v = pilot.vehicle
+        field.run(3.0)  # the mode of a take-off ends by itself
         mode, place = v.custom_mode, v.position_m
         with field.unheard(vehicle):
             field.run(SILENCE_S)
