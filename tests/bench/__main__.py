@@ -16,6 +16,8 @@ from tests.bench.flood import flood
 from tests.bench.headless import help_cpu, lock_step
 from tests.bench.live import live
 from tests.bench.load import latency, load
+from tests.bench.planning import planning
+from tests.bench.planning_runs import planning_runs
 from tests.bench.row import NotMeasured, Row
 from tests.bench.sim import sim
 from tests.bench.tlog import tlog
@@ -33,8 +35,10 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "latency": latency,
     "flood": flood,
     "live": live,
+    "planning": planning,
+    "planning-runs": planning_runs,
 }
-LONG_S = {"load": 95, "live": 150, "commands": 650}
+LONG_S = {"planning": 150, "planning-runs": 600, "load": 95, "live": 150, "commands": 650}
 """Parts that take more than a minute say so."""
 BY_NAME_ONLY = {"commands"}
 

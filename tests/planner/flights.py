@@ -15,9 +15,10 @@ from tui_gcs.core.messages import FleetFrame, Freshness, Kind, Phase, Plan, Plan
 from tui_gcs.core.scenario import Limits, OperatingArea, Scenario
 from tui_gcs.core.scenario_load import load
 from tui_gcs.core.zones import Circle, Rectangle, Role, Shape, Zone
-from tui_gcs.planner.design import Design, design
 from tui_gcs.planner.host import PlannerHost
 from tui_gcs.planner.region import Region
+from tui_gcs.planner.search import begun
+from tui_gcs.planner.site import Design, site_of
 from tui_gcs.planner.smoothing import Motion
 
 AREA = OperatingArea(Rectangle((300.0, 200.0), 600.0, 400.0), 20.0, 90.0)
@@ -71,6 +72,9 @@ class Fleet:
         self.t_s += dt_s
         for intent in plan.intents:
             i = self.ids.index(intent.vehicle)
+            if not intent.positions_m:
+                self.velocity_m_s[i] = 0.0
+                continue
             times = intent.t0_s + intent.dt_s * np.arange(len(intent.positions_m))
             wanted = [np.interp(self.t_s, times, axis) for axis in np.array(intent.positions_m).T]
             share = 1.0 if self.lag_s == 0.0 else dt_s / (self.lag_s + dt_s)
@@ -102,7 +106,7 @@ def task_of(
         no_fly=closed,
         limits=Limits(),
         footprint_radius_m=15.0,
-        parameters=parameters,
+        parameters={"search": 0, **parameters} if planner == "patrol" else parameters,
         seed=42,
         members=members,
         layers_m={i: 20.0 + 7.0 * i for i in members},
@@ -146,6 +150,8 @@ def region_of(zone: Zone, area: OperatingArea = AREA, closed: tuple[Zone, ...] =
 
 
 def designed(zone: Zone, area: OperatingArea = AREA, closed: tuple[Zone, ...] = (), n: int = 4) -> Design:
-    """A tour as the patrol planner designs it by default."""
-    rng = np.random.default_rng(0)
-    return design(zone.shape, region_of(zone, area, closed), Motion(7.6, 2.25, 13.8), 15.0, n, rng)
+    """A tour as the patrol planner designs it by default, at once."""
+    site = site_of(zone.shape, region_of(zone, area, closed), Motion(7.76, 2.375, 14.3), 15.0)
+    found = begun(site, 0, n).best
+    assert found is not None
+    return found

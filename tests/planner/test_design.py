@@ -7,7 +7,7 @@ from flights import AREA, designed, no_fly, region_of, zone_of
 from tui_gcs.core.idleness import cell_centres_m, sweep_bound_s
 from tui_gcs.core.scenario import OperatingArea, Scenario
 from tui_gcs.core.zones import Circle, Polygon, Rectangle, Shape, area_m2
-from tui_gcs.planner.design import Design
+from tui_gcs.planner.site import Design
 from tui_gcs.planner.tour import Tour, evaluate
 
 U_SHAPE = Polygon(((10.0, 10.0), (90.0, 10.0), (90.0, 90.0), (65.0, 90.0), (65.0, 45.0), (35.0, 45.0), (35.0, 90.0)))
@@ -22,7 +22,7 @@ def assert_flyable(tour: Tour) -> None:
     change = np.roll(tour.velocity_m_s, -1, axis=0) - np.roll(tour.velocity_m_s, 1, axis=0)
     assert np.isfinite(tour.xy_m).all()
     assert tour.period_s > 5.0
-    assert np.hypot(*tour.velocity_m_s.T).max() <= 7.61
+    assert np.hypot(*tour.velocity_m_s.T).max() <= 7.77
     assert np.hypot(*change.T).max() / (2.0 * tour.dt_s) <= 2.5
 
 
@@ -34,11 +34,11 @@ def test_every_round_is_patrolled_well(swarm: Scenario, round_index: int, zone_i
     found = designed(zone, round_.area)
     assert_flyable(found.tour)
     assert found.real.coverage == 1.0
-    assert ratio(found.real.worst_s, zone.shape, 4) <= (1.7 if isinstance(zone.shape, Polygon) else 1.5)
-    assert found.margin.coverage == 1.0, "0.9 m beside the tour everything is still seen"
+    assert ratio(found.real.worst_s, zone.shape, 4) <= (1.65 if isinstance(zone.shape, Polygon) else 1.40)
+    assert found.margin.coverage == 1.0, "0.5 m beside the tour everything is still seen"
     for n in range(1, 9):
         of_n = evaluate(found.tour, cell_centres_m(zone.shape, 2.5), FOOTPRINT_M, n)
-        assert ratio(of_n.worst_s, zone.shape, n) <= 1.75
+        assert ratio(of_n.worst_s, zone.shape, n) <= 1.7
 
 
 @pytest.mark.parametrize(

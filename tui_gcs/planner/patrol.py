@@ -1,17 +1,18 @@
 """Patrol: one closed smooth tour of the zone, active vehicles as equally timed slots that move along it.
 
-Every place of the zone is then seen at least once per T / n. When vehicles are lost or join, the tour stays and the
-slots are re-spaced at once (Elmaliach, Agmon, Kaminka 2009: uniform frequency as long as one vehicle works).
+Every place of the zone is then seen at least once per T / n. The tour is designed in about a second; a better one is
+searched for between steps, and taken when vehicles are on their slots and it is better by enough.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tui_gcs.planner import patrol_state
 from tui_gcs.planner.api import (
+    LOW_BATTERY_PCT,
     Annotation,
     Context,
     Fleet,
@@ -22,73 +23,55 @@ from tui_gcs.planner.api import (
     Planner,
     PlannerTask,
     area_m2,
-    cell_centres_m,
     sweep_bound_s,
 )
-from tui_gcs.planner.design import design
+from tui_gcs.planner.background import Background
+from tui_gcs.planner.formation import FEW, Course, Formation
 from tui_gcs.planner.lazy_scipy import warm_up
+from tui_gcs.planner.patrol_state import State
 from tui_gcs.planner.region import Region
-from tui_gcs.planner.slots import assign
+from tui_gcs.planner.search import begun
+from tui_gcs.planner.site import Design, site_of
 from tui_gcs.planner.smoothing import Motion
-from tui_gcs.planner.tour import Tour, evaluate
-from tui_gcs.planner.transit import Mobility, Transit, plan_transit
+from tui_gcs.planner.tour import Tour
+from tui_gcs.planner.transit import Mobility
 
 Floats = NDArray[np.floating[Any]]
 
 HORIZON_S = 3.0
 SAMPLE_S = 0.25
-JOINED_M = 3.0
-LOST_TRACK_M = 8.0
-"""A vehicle this far from its reference gets a new transit from where it is."""
-PATIENCE_S = 2.0
-"""At least this long between two new transits of one vehicle."""
-OLD_POSITION_S = 1.0
-"""Older positions say nothing about how well a vehicle follows."""
-ACCEL_SHARE = 0.9
+ACCEL_SHARE = 0.95
 """Of the allowed acceleration; the rest is the autopilot's for tracking."""
 TRANSIT_SPEED_SHARE = 0.98
 DRAWN_POINTS = 120
 DRAW_AGAIN_S = 5.0
 """A plan may be dropped on its way, and a station may be new."""
-
-
-@dataclass
-class _Berth:
-    """One vehicle's slot: at time t it is at phase `t - origin_s` of the tour."""
-
-    origin_s: float
-    slot: int
-    transit: Transit | None = None
-    planned_s: float = -np.inf
-    joined: bool = False
-    stuck: bool = False
-
-
-@dataclass
-class _State:
-    """What a step leaves for the next."""
-
-    berths: dict[int, _Berth] = field(default_factory=dict)
-    drawn_s: float = -np.inf
-    predicted_worst_s: float = np.nan
+GAIN = 0.02
+"""Another tour is flown if it is better by this share."""
+FIT_PCT = 15.0
+"""A relief has so much more in its battery than is low."""
 
 
 class Patrol(Planner):
     """Equally timed slots on one closed tour of the team's zone."""
 
     name = "patrol"
+    version = "2"
+    iterations_per_s = 20.0
     params = (
         Param(
             "speed_fraction",
             float,
-            0.95,
+            0.97,
             0.3,
             0.97,
             "",
             "tour speed as a share of the speed limit; the rest catches up",
         ),
-        Param("margin_m", float, 1.2, 0.0, 5.0, "m", "planned footprint is smaller by this, for tracking errors"),
+        Param("margin_m", float, 0.7, 0.0, 5.0, "m", "planned footprint is smaller by this, for tracking errors"),
         Param("direction", str, "auto", choices=("auto", "cw", "ccw"), help="sense of the tour: auto is as designed"),
+        Param("reserve", int, 0, 0, 100, help="vehicles that wait to take the place of one that is lost or low"),
+        Param("search", int, 300, 0, 100_000, help="tries to find a better tour, 20 a second"),
         Param("seed", int, 0, 0, 2**31 - 1, help="another seed tries other tours"),
     )
 
@@ -100,133 +83,215 @@ class Patrol(Planner):
         accel = limits.accel_m_s2 * ACCEL_SHARE
         planned_radius_m = max(radius_m - float(params["margin_m"]), radius_m * 0.5)
         motion = Motion(limits.speed_m_s * float(params["speed_fraction"]), accel, planned_radius_m)
-        designer = np.random.default_rng([int(params["seed"]), int(rng.integers(2**32))])
+        self._direction, self._units = str(params["direction"]), int(params["search"])
+        self._wanted = max(1, len(task.members) - int(params["reserve"]))
         self._region = Region(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
-        self._design = design(task.zone.shape, self._region, motion, radius_m, len(task.members), designer)
-        self._tour = turned(self._design.tour, str(params["direction"]))
+        self._site = site_of(task.zone.shape, self._region, motion, radius_m)
         self._mobility = Mobility(limits.speed_m_s * TRANSIT_SPEED_SHARE, accel)
-        self._state = _State()
+        search = begun(self._site, int(params["seed"]) * 2**32 + int(rng.integers(2**32)), self._wanted)
+        if search.best is None:
+            raise ValueError(f"zone {task.zone.name!r}: no tour")
+        self._state = State(search, search.best, Formation())
+        self._background = Background()
+        self._fly(self._state.design)
 
     def step(self, ctx: Context) -> Output:
         """Intents for active vehicles; slots are re-spaced in the step that sees another set of them."""
-        fleet, state = ctx.fleet, self._state
-        active = [int(i) for i in np.flatnonzero(fleet.active)]
-        if {int(fleet.id[i]) for i in active} != set(state.berths):
-            self._respace(ctx.t_s, fleet, active)
-        out = Output(intents=[self._intent(ctx.t_s, fleet, i) for i in active])
-        if ctx.t_s - state.drawn_s >= DRAW_AGAIN_S:
-            out.annotations, state.drawn_s = [_drawing(self._tour)], ctx.t_s
-        out.metrics = self._metrics(len(active))
+        fleet, state, t_s = ctx.fleet, self._state, ctx.t_s
+        self._background.wait()
+        self._improve(t_s, fleet)
+        self._man(t_s, fleet)
+        self._course.follow_up(state.formation, t_s, fleet)
+        self._release()
+        out = Output(intents=self._intents(t_s, fleet))
+        if t_s - state.drawn_s >= DRAW_AGAIN_S:
+            out.annotations, state.drawn_s = [_drawing(self._course.tour)], t_s
+        out.metrics = self._metrics()
+        self._search_on(ctx.iterations)
         return out
 
-    # ---------------------------------------------------------------- slots
+    def stop(self, reason: str) -> None:
+        """No more steps."""
+        self._background.wait()
 
-    def _respace(self, t_s: float, fleet: Fleet, active: list[int]) -> None:
-        """New slots for exactly the active vehicles, and a transit to each that is not on its own already."""
-        state = self._state
-        if not active:
-            state.berths = {}
+    def snapshot(self) -> bytes:
+        """Tour, slots, transits and search."""
+        self._background.wait()
+        return patrol_state.encode(self._state)
+
+    def restore(self, data: bytes) -> None:
+        """Go on on the same tour. Raises ValueError if these are not the bytes of a patrol."""
+        self._state = patrol_state.decode(data, self._site)
+        self._fly(self._state.design)
+
+    # ---------------------------------------------------------------- the tour
+
+    def _fly(self, design: Design) -> None:
+        self._state.design = design
+        self._course = Course(turned(design.tour, self._direction), self._mobility, self._region)
+
+    def _search_on(self, units: int) -> None:
+        """Look for a better tour until the next step."""
+        search = self._state.search
+        units = min(units, self._units - search.units)
+
+        def work() -> None:
+            for _ in range(units):
+                search.work(self._site)
+
+        if units > 0:
+            self._background.begin(work)
+
+    def _improve(self, t_s: float, fleet: Fleet) -> None:
+        """Take a better tour: at once while nobody flies, else when all are on their slots and have flown a round."""
+        state, formation = self._state, self._state.formation
+        found = state.search.best
+        if found is None or not _better(found, state.design):
             return
-        xy, velocity = np.empty((len(active), 2)), np.empty((len(active), 2))
-        phase = np.full(len(active), np.nan)
-        for row, i in enumerate(active):
-            xy[row], velocity[row] = self._start_of(t_s, fleet, i)
-            berth = state.berths.get(int(fleet.id[i]))
-            if berth and berth.joined and berth.transit is None:
-                phase[row] = t_s - berth.origin_s
-        found = assign(xy, velocity, self._tour, self._mobility.speed_m_s, phase)
-        berths: dict[int, _Berth] = {}
-        for row, i in enumerate(active):
-            berth = _Berth(t_s - float(found.phase_s[row]), int(found.slot[row]))
-            here, there = phase[row], found.phase_s[row]
-            apart = (here - there + self._tour.period_s / 2) % self._tour.period_s - self._tour.period_s / 2
-            if np.isfinite(here) and abs(apart) < 1e-3:
-                berth.joined = True
-            else:
-                self._send(berth, t_s, xy[row], velocity[row])
-            berths[int(fleet.id[i])] = berth
-        state.berths = berths
-        state.predicted_worst_s = self._predicted_worst_s(len(active))
+        if formation.berths:
+            if not formation.at_rest or formation.slots > FEW or t_s < state.quiet_s:
+                return
+            if not set(formation.berths) <= _active(fleet):
+                return
+            before = self._course
+            self._fly(found)
+            self._course.take_over(formation, before, t_s, fleet)
+            state.quiet_s = t_s + found.tour.period_s
+        else:
+            self._fly(found)
+        state.drawn_s = -np.inf
 
-    def _start_of(self, t_s: float, fleet: Fleet, i: int) -> tuple[Floats, Floats]:
-        """State from which vehicle i's next transit starts: its reference if it follows it, else where it is."""
-        xy, velocity = _now(fleet, i)
-        berth = self._state.berths.get(int(fleet.id[i]))
-        if berth is not None and not berth.stuck:
-            reference, speed = self._reference(berth, np.array([t_s]))
-            if np.hypot(*(reference[0] - xy)) <= LOST_TRACK_M:
-                return reference[0], speed[0]
-        return xy, velocity
+    # ---------------------------------------------------------------- who flies
 
-    def _send(self, berth: _Berth, t_s: float, xy: Floats, velocity: Floats) -> None:
-        phase_s = t_s - berth.origin_s
-        berth.transit = plan_transit(t_s, xy, velocity, self._tour, phase_s, self._mobility, self._region)
-        berth.stuck = berth.transit is None
-        berth.planned_s, berth.joined = t_s, False
+    def _man(self, t_s: float, fleet: Fleet) -> None:
+        """Slots for the active vehicles but those in reserve, and reliefs for those whose battery is low."""
+        formation, active = self._state.formation, _active(fleet)
+        formation.leaving &= active
+        formation.reliefs = {new: old for new, old in formation.reliefs.items() if {new, old} <= active}
+        formation.berths = {v: berth for v, berth in formation.berths.items() if v in active}
+        spare = self._spare(fleet, active)
+        owners = formation.owners
+        slots = min(len(owners) + len(spare), self._wanted)
+        missing = slots - len(owners)
+        if slots != formation.slots:
+            self._course.respace(formation, t_s, fleet, [*owners, *spare[:missing]])
+        elif missing > 0:
+            self._course.replace(formation, t_s, fleet, spare[:missing])
+        self._relieve(t_s, fleet)
 
-    def _reference(self, berth: _Berth, times_s: Floats) -> tuple[Floats, Floats]:
-        """Where the vehicle should be: on its transit, then on its slot."""
-        xy, velocity = self._tour.at(times_s - berth.origin_s)
-        if berth.transit is not None:
-            under_way = times_s < berth.transit.end_s
-            xy[under_way], velocity[under_way] = berth.transit.at(times_s[under_way])
-        return xy, velocity
+    def _spare(self, fleet: Fleet, active: set[int]) -> list[int]:
+        """Active vehicles without a slot of their own, in the order in which they get one.
+
+        The nearest first; those who are on the way as a relief, and those whose battery is low, last.
+        """
+        formation = self._state.formation
+        free = active - set(formation.owners) - formation.leaving
+        rows = [i for i, vehicle in enumerate(fleet.id) if int(vehicle) in free]
+        middle = self._course.tour.xy_m.mean(axis=0)
+        low = fleet.battery_pct[rows] < LOW_BATTERY_PCT
+        away_m = np.hypot(*(fleet.position_m[rows, :2] - middle).T)
+        busy = np.array([int(fleet.id[i]) in formation.reliefs for i in rows], dtype=bool)
+        order = np.lexsort((fleet.position_m[rows, 0], away_m, busy, low))
+        return [int(fleet.id[rows[k]]) for k in order]
+
+    def _relieve(self, t_s: float, fleet: Fleet) -> None:
+        """Send a fit spare vehicle to the slot of each whose battery is low; heights must keep the two apart."""
+        formation = self._state.formation
+        apart_m = self.task.limits.separation_vertical_m
+        row = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
+        spare = [v for v in self._spare(fleet, _active(fleet)) if v not in formation.reliefs]
+        for old in [v for v in formation.owners if fleet.battery_pct[row[v]] < LOW_BATTERY_PCT]:
+            if old in formation.reliefs.values():
+                continue
+            for new in spare:
+                fit = not fleet.battery_pct[row[new]] < LOW_BATTERY_PCT + FIT_PCT
+                if fit and abs(fleet.layer_m[row[new]] - fleet.layer_m[row[old]]) >= apart_m:
+                    self._course.relieve(formation, t_s, fleet, new, old)
+                    spare.remove(new)
+                    break
+
+    def _release(self) -> None:
+        """Whoever has its relief beside it leaves."""
+        formation = self._state.formation
+        for new, old in list(formation.reliefs.items()):
+            if formation.berths[new].settled:
+                del formation.reliefs[new], formation.berths[old]
+                formation.leaving.add(old)
 
     # ---------------------------------------------------------------- intents
 
-    def _intent(self, t_s: float, fleet: Fleet, i: int) -> Intent:
-        vehicle = int(fleet.id[i])
-        berth = self._state.berths[vehicle]
-        self._follow_up(berth, t_s, fleet, i)
-        slot = f"{berth.slot + 1}/{len(self._state.berths)}"
-        if berth.stuck:
-            return Intent(vehicle, "hold", slot=slot, reason="no way to its slot inside the operating area")
-        times = t_s + SAMPLE_S * np.arange(round(HORIZON_S / SAMPLE_S) + 1)
-        xy, velocity = self._reference(berth, times)
-        z = float(fleet.layer_m[i]) if np.isfinite(fleet.layer_m[i]) else float(fleet.position_m[i, 2])
-        return Intent(
-            vehicle,
-            "trajectory",
-            t0_s=t_s,
-            dt_s=SAMPLE_S,
-            positions_m=tuple([(x, y, z) for x, y in xy.tolist()]),
-            velocities_m_s=tuple([(vx, vy, 0.0) for vx, vy in velocity.tolist()]),
-            slot=slot,
-            joined=berth.joined,
-            reason="" if berth.transit is None else "on its way to its slot",
-        )
+    def _intents(self, t_s: float, fleet: Fleet) -> list[Intent]:
+        formation = self._state.formation
+        rows = [i for i in np.flatnonzero(fleet.active).tolist() if int(fleet.id[i]) in formation.berths]
+        flown = self._trajectories(t_s, fleet, rows)
+        intents = []
+        for i in np.flatnonzero(fleet.active).tolist():
+            vehicle = int(fleet.id[i])
+            if vehicle in flown:
+                intents.append(flown[vehicle])
+            elif vehicle in formation.leaving:
+                intents.append(Intent(vehicle, "return", reason="relieved: its battery is low"))
+            else:
+                intents.append(Intent(vehicle, "hold", slot="reserve", reason="in reserve"))
+        return intents
 
-    def _follow_up(self, berth: _Berth, t_s: float, fleet: Fleet, i: int) -> None:
-        """End a transit that is over; send a vehicle that lost its reference anew."""
-        if berth.transit is not None and t_s >= berth.transit.end_s:
-            berth.transit = None
-        if fleet.age_s[i] > OLD_POSITION_S:
-            return
-        xy, velocity = _now(fleet, i)
-        error_m = float(np.hypot(*(self._reference(berth, np.array([t_s]))[0][0] - xy)))
-        if berth.transit is None and error_m <= JOINED_M:
-            berth.joined = True
-        if (error_m > LOST_TRACK_M or berth.stuck) and t_s - berth.planned_s >= PATIENCE_S:
-            self._send(berth, t_s, xy, velocity)
+    def _trajectories(self, t_s: float, fleet: Fleet, rows: list[int]) -> dict[int, Intent]:
+        formation = self._state.formation
+        if not rows:
+            return {}
+        times = t_s + SAMPLE_S * np.arange(round(HORIZON_S / SAMPLE_S) + 1)
+        berths = [formation.berths[int(fleet.id[i])] for i in rows]
+        xy, velocity = self._course.references(berths, times)
+        layer_m = fleet.layer_m[rows]
+        z = np.where(np.isfinite(layer_m), layer_m, fleet.position_m[rows, 2])
+        places = np.concatenate([xy, np.broadcast_to(z[:, None, None], (*xy.shape[:2], 1))], axis=2).tolist()
+        speeds = np.concatenate([velocity, np.zeros((*xy.shape[:2], 1))], axis=2).tolist()
+        found = {}
+        for k, (i, berth) in enumerate(zip(rows, berths, strict=True)):
+            vehicle, slot = int(fleet.id[i]), f"{berth.slot + 1}/{formation.slots}"
+            if berth.stuck or (berth.waiting and berth.before is None):
+                why = "no way to its slot inside the operating area" if berth.stuck else "its way is being planned"
+                found[vehicle] = Intent(vehicle, "hold", slot=slot, reason=why)
+                continue
+            found[vehicle] = Intent(
+                vehicle,
+                "trajectory",
+                t0_s=t_s,
+                dt_s=SAMPLE_S,
+                positions_m=tuple(map(tuple, places[k])),
+                velocities_m_s=tuple(map(tuple, speeds[k])),
+                slot=slot,
+                joined=berth.joined,
+                reason="" if berth.transit is None else "on its way to its slot",
+            )
+        return found
 
     # ---------------------------------------------------------------- numbers
 
-    def _predicted_worst_s(self, n: int) -> float:
-        if n == max(1, len(self.task.members)):
-            return self._design.real.worst_s
-        cells = cell_centres_m(self.task.zone.shape, 5.0)
-        return evaluate(self._tour, cells, self.task.footprint_radius_m, n).worst_s
-
-    def _metrics(self, n: int) -> dict[str, float]:
-        task, worst_s = self.task, self._state.predicted_worst_s
-        bound_s = sweep_bound_s(area_m2(task.zone.shape), n, task.limits.speed_m_s, task.footprint_radius_m)
+    def _metrics(self) -> dict[str, float]:
+        task, state, n = self.task, self._state, self._state.formation.slots
+        worst_s = predicted_worst_s(state.design, n) if n else np.nan
+        bound_s = sweep_bound_s(area_m2(task.zone.shape), max(1, n), task.limits.speed_m_s, task.footprint_radius_m)
+        owners = state.formation.owners.values()
         return {
-            "period_s": self._tour.period_s,
-            "predicted_worst_s": worst_s if n else np.nan,
-            "predicted_ratio": worst_s / bound_s if n else np.nan,
+            "period_s": self._course.tour.period_s,
+            "predicted_worst_s": worst_s,
+            "predicted_ratio": worst_s / bound_s,
+            "bound_s": bound_s if n else np.nan,
+            "coverage": state.design.real.coverage,
             "slots": n,
-            "joined": sum(berth.joined for berth in self._state.berths.values()),
+            "joined": sum(berth.joined for berth in owners),
+            "searched": min(1.0, state.search.units / self._units) if self._units else 1.0,
         }
+
+
+def predicted_worst_s(design: Design, n: int) -> float:
+    """Worst idleness of `n` slots on a tour that may have been judged for another number.
+
+    The worst place is seen once a round, for a while that does not depend on their number.
+    """
+    period_s = design.tour.period_s
+    return period_s / n - (period_s / design.n - design.real.worst_s)
 
 
 def turned(tour: Tour, direction: str) -> Tour:
@@ -238,11 +303,15 @@ def turned(tour: Tour, direction: str) -> Tour:
     return Tour(tour.dt_s, tour.xy_m[::-1].copy(), -tour.velocity_m_s[::-1])
 
 
-def _now(fleet: Fleet, i: int) -> tuple[Floats, Floats]:
-    """Ground position and velocity of vehicle i, carried forward by the age of its position."""
-    velocity = np.nan_to_num(fleet.velocity_m_s[i, :2])
-    age_s = min(max(float(np.nan_to_num(fleet.age_s[i])), 0.0), OLD_POSITION_S)
-    return fleet.position_m[i, :2] + velocity * age_s, velocity
+def _better(found: Design, flown: Design) -> bool:
+    """Whether it is worth going over to `found`."""
+    if found.rank[:2] != flown.rank[:2]:
+        return found.rank < flown.rank
+    return found.real.worst_s < (1.0 - GAIN) * flown.real.worst_s
+
+
+def _active(fleet: Fleet) -> set[int]:
+    return set(fleet.id[fleet.active].tolist())
 
 
 def _drawing(tour: Tour) -> Annotation:

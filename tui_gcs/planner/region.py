@@ -20,6 +20,8 @@ CHORDS_PER_QUADRANT = 4
 CORNER_INSET_M = 6.0
 """Ways turn this far from the edge, so that a vehicle that swings wide stays inside."""
 SAME_M = 1e-3
+AROUND_M = 20.0
+"""Tours leave their zone by less."""
 AT_CORNER_M = 2.0
 """This near a corner, it has been reached."""
 
@@ -45,6 +47,9 @@ class Region:
         self._edge = self.polygon.buffer(EDGE_M, join_style="mitre")
         for prepared in (self.polygon, self._edge):
             shapely.prepare(prepared)
+        around = shapely.box(*target.buffer(AROUND_M).bounds)
+        self._open = around.bounds if self.polygon.covers(around) else (math.inf, math.inf, -math.inf, -math.inf)
+        """Left, low, right, high of a box that is open throughout; empty if there is something in it."""
         self._closed = shapely.union_all([polygon_of(closed.shape) for closed in no_fly])
         self._boundary = self._edge.boundary
         shapely.prepare(self._boundary)
@@ -113,6 +118,10 @@ class Region:
     def ways_inside_m(self, xy_m: Floats) -> Floats:
         """(n, 2) what takes each point to the nearest place inside; zeros for those that are."""
         ways = np.zeros_like(xy_m)
+        (x0, y0), (x1, y1) = xy_m.min(axis=0), xy_m.max(axis=0)
+        left, low, right, high = self._open
+        if x0 >= left and y0 >= low and x1 <= right and y1 <= high:
+            return ways
         outside = np.flatnonzero(~self.contains(xy_m))
         if len(outside):
             lines = shapely.shortest_line(self.polygon, shapely.points(xy_m[outside]))

@@ -1,10 +1,10 @@
 """Short round trips through points (a travelling salesman's, roughly solved): first guesses for zones of any shape.
 
-Points lie on a lattice about two footprints wide, turned and shifted at random; every lattice gives another topology.
+Points lie on rows and columns along the zone's sides, or on a lattice turned and shifted at random; every lattice gives
+another topology.
 """
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -15,24 +15,34 @@ Floats = NDArray[np.floating[Any]]
 Order = NDArray[np.int64]
 
 SPACING = (1.6, 2.3)
-"""Of the lattice, in footprint radii."""
+"""Of the random lattice, in footprint radii."""
 INSET = (0.1, 0.7)
-"""How far inside the rim the outermost points lie, in footprint radii."""
+"""How far inside the rim its outermost points lie, in footprint radii."""
+FITTED_SHARE = 0.7
+FITTED_INSET = (0.35, 1.0)
+FITTED_SPARE = 0.2
+"""A lane may be left out if it is needed by less than this."""
+MORE_LANES = ((0, 1, 2), (0.55, 0.35, 0.1))
+"""Lanes beyond the least that may do, and how often."""
+ZONE_INSET_M = 2.0
+JITTER_M = 0.5
+"""A lattice has many round trips that are equally short; another of them every time."""
 MOST_POINTS = 250
 MOST_SEGMENT = 3
 GAIN_M = 1e-6
 
 
-def round_trips(zone: shapely.Polygon, radius_m: float, count: int, rng: np.random.Generator) -> Iterator[Floats]:
-    """At most `count` closed polylines; none where the zone holds fewer than five lattice points."""
-    for i in range(count):
-        spacing_m = radius_m * rng.uniform(*SPACING)
-        turn_rad, shift = rng.uniform(0.0, math.pi), rng.uniform(0.0, 1.0, 2)
+def round_trip(zone: shapely.Polygon, radius_m: float, rng: np.random.Generator) -> Floats | None:
+    """A closed polyline; None where the zone holds fewer than five lattice points, or very many."""
+    if rng.random() < FITTED_SHARE:
+        points = _fitted(zone, radius_m, rng)
+    else:
+        points = _lattice(zone, radius_m * rng.uniform(*SPACING), rng)
         inner = shapely.buffer(zone, -radius_m * rng.uniform(*INSET))
-        points = _lattice(zone, spacing_m, turn_rad, shift, hexagonal=i % 2 == 1)
         points = points[shapely.intersects_xy(inner, points[:, 0], points[:, 1])]
-        if 5 <= len(points) <= MOST_POINTS:
-            yield points[shortened(points)]
+    if not 5 <= len(points) <= MOST_POINTS:
+        return None
+    return np.asarray(points[shortened(points + rng.normal(0.0, JITTER_M, points.shape))])
 
 
 def shortened(points: Floats) -> Order:
@@ -84,15 +94,43 @@ def _moved(order: Order, away: Floats) -> Order | None:
     return best
 
 
-def _lattice(zone: shapely.Polygon, spacing_m: float, turn_rad: float, shift: Floats, *, hexagonal: bool) -> Floats:
-    """Lattice points around the zone, some outside it."""
+def _fitted(zone: shapely.Polygon, radius_m: float, rng: np.random.Generator) -> Floats:
+    """Rows and columns along the zone's sides, evenly spread over it: what suits anything rectangular."""
+    turn_rad, middle = long_axis_rad(zone), np.array([zone.centroid.x, zone.centroid.y])
+    cos, sin = math.cos(turn_rad), math.sin(turn_rad)
+    back = np.array([[cos, sin], [-sin, cos]])
+    corners = (shapely.get_coordinates(zone.exterior) - middle) @ back.T
+    inset_m = radius_m * rng.uniform(*FITTED_INSET, 2)
+    low, high = corners.min(axis=0) + inset_m, corners.max(axis=0) - inset_m
+    least = np.ceil((corners.max(axis=0) - corners.min(axis=0)) / (2.0 * radius_m) - FITTED_SPARE).astype(int)
+    lanes = np.maximum(2, least + rng.choice(MORE_LANES[0], size=2, p=MORE_LANES[1]))
+    columns, rows = (np.linspace(low[axis], high[axis], lanes[axis]) for axis in range(2))
+    x, y = np.meshgrid(columns, rows)
+    points = np.stack([x.ravel(), y.ravel()], axis=1) @ back + middle
+    inner = shapely.buffer(zone, -ZONE_INSET_M)
+    return np.asarray(points[shapely.intersects_xy(inner, points[:, 0], points[:, 1])])
+
+
+def _lattice(zone: shapely.Polygon, spacing_m: float, rng: np.random.Generator) -> Floats:
+    """Square or hexagonal lattice points around the zone, some outside it, turned and shifted at random."""
+    turn_rad, shift = rng.uniform(0.0, math.pi), rng.uniform(0.0, 1.0, 2)
     x0, y0, x1, y1 = zone.bounds
     reach = math.ceil(math.hypot(x1 - x0, y1 - y0) / spacing_m) + 1
     column, row = np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1))
-    if hexagonal:
+    if rng.random() < 0.5:
         x, y = column + 0.5 * (row % 2), row * math.sqrt(0.75)
     else:
         x, y = column.astype(float), row.astype(float)
     x, y = (x.ravel() + shift[0]) * spacing_m, (y.ravel() + shift[1]) * spacing_m
     cos, sin = math.cos(turn_rad), math.sin(turn_rad)
     return np.stack([(x0 + x1) / 2 + cos * x - sin * y, (y0 + y1) / 2 + sin * x + cos * y], axis=1)
+
+
+def long_axis_rad(zone: shapely.Polygon) -> float:
+    """Direction of the long side of the smallest rectangle around the zone."""
+    corners = shapely.get_coordinates(shapely.oriented_envelope(zone))
+    if len(corners) < 4:
+        return 0.0
+    sides = np.diff(corners[:3], axis=0)
+    side = sides[int(np.argmax(np.hypot(*sides.T)))]
+    return math.atan2(side[1], side[0]) % math.pi

@@ -12,21 +12,24 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from tui_gcs.planner.round_trip import long_axis_rad
 from tui_gcs.planner.tour import resampled
 
 Floats = NDArray[np.floating[Any]]
 
 TURN_STEPS = 48
 RING_STEP_M = 3.0
-RING_WIDTHS = (0.85, 1.0, 1.15)
+RING_WIDTHS = (0.88, 0.95, 1.03)
 """Half a lane, in footprint radii."""
 LEAST_RING_M2 = 30.0
+LOOP_SHARE = 0.75
+"""Of the innermost ring, where it is flown as a loop."""
 
 
 def seeds(zone: shapely.Polygon, radius_m: float) -> Iterator[tuple[str, Floats]]:
     """(name, closed polyline) of each guess, in a fixed order."""
-    base = _long_axis_rad(zone)
-    for degrees in (0, 90, 45, 135):
+    base = long_axis_rad(zone)
+    for degrees in (0, 90):
         turned = _Turned(zone, base + math.radians(degrees))
         for spare in (0, 1):
             lanes = max(1, turned.lanes(radius_m) + spare)
@@ -34,29 +37,43 @@ def seeds(zone: shapely.Polygon, radius_m: float) -> Iterator[tuple[str, Floats]
             yield f"lanes {degrees} {lanes}", turned.there_and_back(lanes, radius_m)
     reach = math.sqrt(zone.area / math.pi)
     arms = max(1, round(reach / (2.0 * radius_m)))
-    for lanes in sorted({arms, arms + 1, max(1, arms - 1)}):
-        for start in range(0, 360, 90):
-            yield f"spiral {lanes} {start}", double_spiral(zone, lanes, radius_m, base + math.radians(start))
+    for lanes in (arms, arms + 1):
+        yield f"spiral {lanes}", double_spiral(zone, lanes, radius_m, base)
     yield from rings(zone, radius_m)
 
 
 def rings(zone: shapely.Polygon, radius_m: float) -> Iterator[tuple[str, Floats]]:
-    """The zone's contour moved inwards by odd numbers of half lanes: the outer rings one after the other."""
+    """The zone's contour moved inwards by odd numbers of half lanes, and ways to fly these rings one after the other.
+
+    "in": outer to inner. "loop": the innermost the other way round, most of it, which makes the way back a smooth turn.
+    "inserted": the innermost in the middle of the last but one.
+    """
     for wide in RING_WIDTHS:
-        inset_m, gate = wide * radius_m, None
-        path: list[Floats] = []
-        while True:
-            inner = shapely.buffer(zone, -inset_m, join_style="mitre")
-            part = max(getattr(inner, "geoms", [inner]), key=lambda g: g.area)
-            if part.area < LEAST_RING_M2:
-                break
-            ring = resampled(shapely.get_coordinates(part.exterior)[:-1], RING_STEP_M)
-            if gate is not None:
-                ring = np.roll(ring, -int(np.argmin(np.hypot(*(ring - gate).T))), axis=0)
-            gate = ring[-1]
-            path.append(ring)
-            inset_m += 2.0 * wide * radius_m
-            yield f"rings {wide:g} {len(path)}", np.vstack(path)
+        found = _contours(zone, wide * radius_m)
+        for depth in range(max(1, len(found) - 1), len(found) + 1):
+            *outer, inner = found[:depth]
+            yield f"rings {wide:g} {depth} in", np.vstack([*outer, inner])
+            if outer:
+                back = np.roll(inner[::-1], 1, axis=0)
+                yield f"rings {wide:g} {depth} loop", np.vstack([*outer, back[: math.ceil(LOOP_SHARE * len(back))]])
+                half = len(outer[-1]) // 2
+                meet = int(np.argmin(np.hypot(*(inner - outer[-1][half]).T)))
+                between = [outer[-1][:half], np.roll(inner, -meet, axis=0), outer[-1][half:]]
+                yield f"rings {wide:g} {depth} inserted", np.vstack([*outer[:-1], *between])
+
+
+def _contours(zone: shapely.Polygon, half_lane_m: float) -> list[Floats]:
+    """Closed rings from the outside inwards, each beginning where it is nearest to the end of the one before."""
+    found: list[Floats] = []
+    while True:
+        inner = shapely.buffer(zone, -half_lane_m * (2 * len(found) + 1), join_style="mitre")
+        part = max(getattr(inner, "geoms", [inner]), key=lambda g: g.area)
+        if part.area < LEAST_RING_M2:
+            return found
+        ring = resampled(shapely.get_coordinates(part.exterior)[:-1], RING_STEP_M)
+        if found:
+            ring = np.roll(ring, -int(np.argmin(np.hypot(*(ring - found[-1][-1]).T))), axis=0)
+        found.append(ring)
 
 
 class _Turned:
@@ -133,13 +150,3 @@ def _rim_m(zone: shapely.Polygon, centre: Floats, angles: Floats) -> Floats:
     ends = centre + far * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     rays = shapely.linestrings(np.stack([np.broadcast_to(centre, ends.shape), ends], axis=1))
     return np.asarray(shapely.distance(shapely.intersection(rays, zone.exterior), shapely.Point(centre)))
-
-
-def _long_axis_rad(zone: shapely.Polygon) -> float:
-    """Direction of the long side of the smallest rectangle around the zone."""
-    corners = shapely.get_coordinates(shapely.oriented_envelope(zone))
-    if len(corners) < 4:
-        return 0.0
-    sides = np.diff(corners[:3], axis=0)
-    side = sides[int(np.argmax(np.hypot(*sides.T)))]
-    return math.atan2(side[1], side[0]) % math.pi

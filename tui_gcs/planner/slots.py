@@ -67,3 +67,18 @@ def _waiting(meet_s: Floats, phases: Floats, step_s: float, xy: Floats, velocity
     near = np.hypot(*(xy[:, None] - at[None]).transpose(2, 0, 1)) <= ALIGNED_M
     like = np.hypot(*(velocity[:, None] - speed[None]).transpose(2, 0, 1)) <= ALIGNED_M_S
     return np.where(near & like, 0.0, waiting)
+
+
+def delayed(phase_s: Floats, n: int, period_s: float, least_s: float) -> tuple[Floats, NDArray[np.int64]]:
+    """New phases and slot numbers for 1 <= k <= n vehicles that keep their order on the tour and only ever fall back.
+
+    Slots are `period_s / n` apart. Who falls back least does so by `least_s`. O(k log k), for fleets that are too large
+    to be assigned.
+    """
+    order = np.argsort(-(phase_s % period_s), kind="stable")
+    behind = np.arange(len(phase_s)) * n // len(phase_s)
+    ahead_s = (phase_s % period_s)[order] + behind * (period_s / n)
+    phases, slots = np.empty(len(phase_s)), np.empty(len(phase_s), dtype=np.int64)
+    phases[order] = ahead_s.min() - least_s - behind * (period_s / n)
+    slots[order] = -behind % n
+    return phases, slots

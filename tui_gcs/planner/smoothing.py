@@ -8,14 +8,15 @@ adds the square of what is missing. `tour.timed` then gives the path its exact t
 
 import math
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.planner.descent import descend
+from tui_gcs.planner.descent import Descent
 from tui_gcs.planner.lazy_scipy import nearest as nearest_of
+from tui_gcs.planner.lazy_scipy import sparse
 from tui_gcs.planner.region import Region
 from tui_gcs.planner.tour import resampled, timed
 
@@ -36,6 +37,11 @@ TIME_SCALE = 100.0
 """Metres of moving a control point that count like the time interval growing e-fold."""
 MOST_STRETCH = 1.5
 """The interval changes by no more than exp(this) in one descent."""
+LOOK_EVERY = 6
+"""Steps between looks at all cells."""
+WATCH_M = 4.0
+"""Cells so far inside the swept band are judged, too: they may be outside after a few steps."""
+NEIGHBOURS = np.arange(-3, 4)
 
 
 @dataclass(frozen=True)
@@ -85,61 +91,118 @@ def draft_of(name: str, path_m: Floats, motion: Motion) -> Draft:
 
 def smooth(draft: Draft, cells_m: Floats, motion: Motion, region: Region, effort: Effort) -> Draft:
     """`draft` after descent, its control points inside `region`."""
-    before_s = draft.interval_s
+    before_s, spline = draft.interval_s, _spline(len(draft.controls))
+    descent, watched = Descent(np.append(draft.controls.ravel(), 0.0)), _Watched(cells_m, motion.radius_m)
 
     def cost(x: Floats) -> tuple[float, Floats]:
-        stretch = float(np.clip(x[-1] / TIME_SCALE, -MOST_STRETCH, MOST_STRETCH))
-        interval_s = before_s * math.exp(stretch)
-        controls = x[:-1].reshape(-1, 2)
-        value, slope, by_interval = tour_cost(controls, interval_s, cells_m, motion, region, effort)
-        return value, np.append(slope.ravel(), by_interval * interval_s / TIME_SCALE)
+        interval_s = before_s * math.exp(_stretch(x))
+        points, velocity, accel = spline.of(x[:-1].reshape(-1, 2))
+        duration_s, to_velocity, to_accel, by_interval = _duration(velocity, accel, interval_s, motion, effort.limits)
+        miss_m2, to_points = watched.missing(points)
+        way_in = region.ways_inside_m(points)
+        to_points = effort.pull * to_points - 2.0 * effort.limits * way_in
+        slope = np.empty_like(x)
+        slope[:-1] = spline.back(to_points, to_velocity, to_accel).ravel()
+        slope[-1] = by_interval * interval_s / TIME_SCALE
+        return duration_s + effort.pull * miss_m2 + effort.limits * float((way_in * way_in).sum()), slope
 
-    found, value = descend(cost, np.append(draft.controls.ravel(), 0.0), effort.iterations)
-    interval_s = before_s * math.exp(float(np.clip(found[-1] / TIME_SCALE, -MOST_STRETCH, MOST_STRETCH)))
-    controls = region.pulled_inside(found[:-1].reshape(-1, 2))
-    return replace(draft, controls=controls, interval_s=interval_s, cost=value)
-
-
-def tour_cost(
-    controls: Floats, interval_s: float, cells_m: Floats, motion: Motion, region: Region, effort: Effort
-) -> tuple[float, Floats, float]:
-    """Duration plus penalties (s), and the gradient by control points and by interval."""
-    weights = _weights(PER_KNOT)
-    points = _blend(weights, controls)
-    duration_s, to_controls, by_interval = _duration(controls, interval_s, motion, effort.limits)
-    miss_m2, to_points = _missing(points.reshape(-1, 2), cells_m, motion.radius_m)
-    way_in = region.ways_inside_m(points.reshape(-1, 2))
-    to_points = effort.pull * to_points - 2.0 * effort.limits * way_in
-    slope = to_controls + _unblend(weights, to_points.reshape(points.shape))
-    return duration_s + effort.pull * miss_m2 + effort.limits * float((way_in * way_in).sum()), slope, by_interval
+    left, more = effort.iterations, True
+    while more and left > 0:
+        watched.look(spline.of(descent.x[:-1].reshape(-1, 2))[0])
+        more = descent.run(cost, min(left, LOOK_EVERY))
+        left -= LOOK_EVERY
+    watched.look(spline.of(descent.x[:-1].reshape(-1, 2))[0])
+    value = cost(descent.x)[0]
+    controls = region.pulled_inside(descent.x[:-1].reshape(-1, 2))
+    return replace(draft, controls=controls, interval_s=before_s * math.exp(_stretch(descent.x)), cost=value)
 
 
-def _duration(controls: Floats, step_s: float, motion: Motion, weight: float) -> tuple[float, Floats, float]:
-    """Duration of the tour with the penalty for breaking limits at the knots."""
-    count = len(controls)
-    after, before = np.roll(controls, -1, axis=0), np.roll(controls, 1, axis=0)
-    velocity, accel = (after - before) / (2.0 * step_s), (after - 2.0 * controls + before) / step_s**2
-    speed, force = np.hypot(velocity[:, 0], velocity[:, 1]), np.hypot(accel[:, 0], accel[:, 1])
+def _stretch(x: Floats) -> float:
+    return min(max(float(x[-1]) / TIME_SCALE, -MOST_STRETCH), MOST_STRETCH)
+
+
+def _duration(
+    change: Floats, bend: Floats, step_s: float, motion: Motion, weight: float
+) -> tuple[float, Floats, Floats, float]:
+    """Duration of the tour with the penalty for breaking limits at the knots, and its gradient.
+
+    `change` and `bend` are half the sums of first, and the second differences of the control points.
+    """
+    speed, force = np.hypot(change[:, 0], change[:, 1]) / step_s, np.hypot(bend[:, 0], bend[:, 1]) / step_s**2
     fast, hard = np.maximum(speed - motion.speed_m_s, 0.0), np.maximum(force - motion.accel_m_s2, 0.0)
-    scale = weight * step_s
-    excess = float((fast * fast).sum() + (hard * hard).sum())
-    to_velocity = (fast / np.maximum(speed, 1e-9))[:, None] * velocity * scale / step_s
-    to_accel = (hard / np.maximum(force, 1e-9))[:, None] * accel * (2.0 * scale / step_s**2)
-    slope = np.roll(to_velocity + to_accel, 1, axis=0) + np.roll(to_accel - to_velocity, -1, axis=0) - 2.0 * to_accel
-    by_step = count + weight * excess - 2.0 * weight * float((fast * speed).sum() + 2.0 * (hard * force).sum())
-    return count * step_s + scale * excess, slope, by_step
+    excess = float(fast @ fast + hard @ hard)
+    to_change = (2.0 * weight / step_s * fast / np.maximum(speed, 1e-9))[:, None] * change
+    to_bend = (2.0 * weight / step_s**3 * hard / np.maximum(force, 1e-9))[:, None] * bend
+    by_step = len(change) + weight * (excess - 2.0 * float(fast @ speed) - 4.0 * float(hard @ force))
+    return len(change) * step_s + weight * step_s * excess, to_change, to_bend, by_step
 
 
-def _missing(points: Floats, cells_m: Floats, radius_m: float) -> tuple[float, Floats]:
-    """Sum over cells of the squared distance they lie outside the swept band, and its gradient by the points."""
-    away, nearest = nearest_of(points, cells_m)
-    out = np.flatnonzero(away > radius_m)
-    slope = np.zeros_like(points)
-    over, at = away[out] - radius_m, nearest[out]
-    pull = (2.0 * over / away[out])[:, None] * (points[at] - cells_m[out])
-    for axis in range(2):
-        slope[:, axis] = np.bincount(at, pull[:, axis], len(points))
-    return float((over * over).sum()), slope
+class _Watched:
+    """The cells that are, or may soon be, outside the swept band.
+
+    A look finds each cell's nearest point of the tour; between looks only cells near the edge of the band are judged,
+    and only by the points around that one. This makes descent five times faster.
+    """
+
+    def __init__(self, cells_m: Floats, radius_m: float) -> None:
+        self._cells, self._radius_m = cells_m, radius_m
+
+    def look(self, points: Floats) -> None:
+        """Which cells to judge by which points."""
+        away, nearest = nearest_of(points, self._cells)
+        edge = np.flatnonzero(away > self._radius_m - WATCH_M)
+        self._near = self._cells[edge]
+        self._around = (nearest[edge][:, None] + NEIGHBOURS) % len(points)
+        self._rows = np.arange(len(edge))
+
+    def missing(self, points: Floats) -> tuple[float, Floats]:
+        """Sum over cells of the squared distance they lie outside the swept band, and its gradient by the points."""
+        x, y = points[:, 0][self._around] - self._near[:, :1], points[:, 1][self._around] - self._near[:, 1:]
+        square = x * x + y * y
+        which = square.argmin(axis=1)
+        away = np.sqrt(square[self._rows, which])
+        out = np.flatnonzero(away > self._radius_m)
+        which, away = which[out], away[out]
+        over, at = away - self._radius_m, self._around[out, which]
+        pull = 2.0 * over / away
+        slope = np.empty_like(points)
+        slope[:, 0] = np.bincount(at, pull * x[out, which], len(points))
+        slope[:, 1] = np.bincount(at, pull * y[out, which], len(points))
+        return float(over @ over), slope
+
+
+class _Spline:
+    """Points, half first differences and second differences of k control points, and the way back for gradients."""
+
+    def __init__(self, knots: int) -> None:
+        span, place = np.divmod(np.arange(PER_KNOT * knots), PER_KNOT)
+        knot, weights = np.arange(knots), _weights(PER_KNOT)
+        parts = [(np.arange(PER_KNOT * knots), span + i - 1, weights[i][place]) for i in range(4)]
+        velocity, accel = PER_KNOT * knots + knot, (PER_KNOT + 1) * knots + knot
+        parts += [(velocity, knot + i, np.full(knots, 0.5 * i)) for i in (-1, 1)]
+        parts += [(accel, knot + i, np.full(knots, share)) for i, share in ((-1, 1.0), (0, -2.0), (1, 1.0))]
+        rows, columns, values = (np.concatenate(part) for part in zip(*parts, strict=True))
+        self._points, self._knots = PER_KNOT * knots, knots
+        self._there = sparse(rows, columns % knots, values, ((PER_KNOT + 2) * knots, knots))
+        self._back = sparse(columns % knots, rows, values, (knots, (PER_KNOT + 2) * knots))
+
+    def of(self, controls: Floats) -> tuple[Floats, Floats, Floats]:
+        """(4 k, 2) points, (k, 2) half first differences at the knots, (k, 2) second differences."""
+        all_of_them = self._there @ controls
+        return (
+            all_of_them[: self._points],
+            all_of_them[self._points : -self._knots],
+            all_of_them[-self._knots :],
+        )
+
+    def back(self, to_points: Floats, to_velocity: Floats, to_accel: Floats) -> Floats:
+        """(k, 2) gradient by the control points."""
+        return np.asarray(self._back @ np.concatenate([to_points, to_velocity, to_accel]))
+
+
+@lru_cache(maxsize=64)
+def _spline(knots: int) -> _Spline:
+    return _Spline(knots)
 
 
 @cache
@@ -155,9 +218,3 @@ def _blend(weights: Floats, controls: Floats) -> Floats:
     count = len(controls)
     around = controls[(np.arange(count)[:, None] + np.arange(-1, 3)) % count]
     return np.asarray(np.einsum("kic,ip->kpc", around, weights))
-
-
-def _unblend(weights: Floats, slope: Floats) -> Floats:
-    """The transpose of `_blend`."""
-    parts = np.einsum("kpc,ip->ikc", slope, weights)
-    return np.asarray(sum(np.roll(parts[i], i - 1, axis=0) for i in range(4)))

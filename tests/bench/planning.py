@@ -1,0 +1,108 @@
+"""Patrol tours: how good, how soon, with how many vehicles, and what else flies, on the same grid of 2.5 m."""
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+import tui_gcs
+from tests.bench.planning_baselines import greedy_worst, loops, strips, worst_of_tours
+from tests.bench.planning_zones import unseen, wide
+from tests.bench.row import Row
+from tui_gcs.core.idleness import cell_centres_m, sweep_bound_s
+from tui_gcs.core.scenario import OperatingArea
+from tui_gcs.core.scenario_load import load
+from tui_gcs.core.zones import Shape, Zone, area_m2
+from tui_gcs.planner.lazy_scipy import warm_up
+from tui_gcs.planner.patrol import ACCEL_SHARE, Patrol
+from tui_gcs.planner.region import Region
+from tui_gcs.planner.search import begun
+from tui_gcs.planner.site import Design, Site, site_of
+from tui_gcs.planner.smoothing import Motion
+from tui_gcs.planner.tour import evaluate
+
+SPEED_M_S, ACCEL_M_S2, RADIUS_M, MARGIN_M = 8.0, 2.5, 15.0, 5.0
+TEAM, MOST = 4, 8
+BACKGROUND_S = 10.0
+UNSEEN, UNSEEN_SEED = 20, 20261
+
+
+def planning(_: Path) -> Iterator[Row]:
+    """The rounds of the shipped scenario, then unseen zones."""
+    warm_up()
+    scenario = load(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
+    for number, round_ in enumerate(scenario.rounds, 1):
+        for zone in round_.zones[:2]:
+            yield from _round(f"round {number} {zone.name}", zone, round_.area)
+    yield from _unseen()
+
+
+def _round(name: str, zone: Zone, area: OperatingArea) -> Iterator[Row]:
+    cpu_s = time.process_time()
+    site = _site(zone, area, ())
+    search = begun(site, 0, TEAM)
+    cpu_s = time.process_time() - cpu_s
+    assert search.best is not None
+    yield Row(f"{name}: planned at once, CPU", cpu_s, "s", 1.0)
+    yield from _judged(f"{name}, at once", search.best, zone.shape, 1.40)
+    cpu_s = time.process_time()
+    for _ in range(round(BACKGROUND_S * Patrol.iterations_per_s)):
+        search.work(site)
+    yield Row(f"{name}: {BACKGROUND_S:g} s in the background, CPU", time.process_time() - cpu_s, "s", BACKGROUND_S)
+    yield from _judged(f"{name}, after {BACKGROUND_S:g} s", search.best, zone.shape, 1.25)
+    bound_s = _bound_s(zone.shape, TEAM)
+    yield Row(f"{name}: strips there and back / B1", worst_of_tours(zone.shape, strips(zone.shape, TEAM)) / bound_s, "")
+    yield Row(f"{name}: loops drawn by hand / B1", worst_of_tours(zone.shape, loops(zone.shape, TEAM)) / bound_s, "")
+    yield Row(f"{name}: greedy / B1", greedy_worst(zone.shape, TEAM) / bound_s, "")
+
+
+def _judged(name: str, design: Design, shape: Shape, limit: float) -> Iterator[Row]:
+    ratios = {n: _ratio(design, shape, n) for n in range(1, MOST + 1)}
+    yield Row(f"{name}: worst idleness / B1, n = {TEAM}", ratios[TEAM], "", limit)
+    yield Row(f"{name}: the same, n = 1 … {MOST}, most", max(ratios.values()), "", limit)
+    yield Row(f"{name}: coverage", 100.0 * design.real.coverage, "%", 100.0, at_least=True)
+
+
+def _unseen() -> Iterator[Row]:
+    now, later, narrow, covered, cpu = [], [], [], [], []
+    for _, zone, area, closed in unseen(UNSEEN, UNSEEN_SEED):
+        begin_s = time.process_time()
+        site = _site(zone, area, closed)
+        search = begun(site, 0, TEAM)
+        cpu.append(time.process_time() - begin_s)
+        assert search.best is not None
+        covered.append(search.best.real.coverage)
+        if wide(zone.shape):
+            now.append(_ratio(search.best, zone.shape, TEAM))
+        for _ in range(round(BACKGROUND_S * Patrol.iterations_per_s)):
+            search.work(site)
+        if wide(zone.shape):
+            later.append(_ratio(search.best, zone.shape, TEAM))
+        else:
+            other = min(worst_of_tours(zone.shape, kind(zone.shape, TEAM)) for kind in (loops, strips))
+            narrow.append(search.best.real.worst_s / other)
+    yield Row(f"{UNSEEN} unseen zones: planned at once, CPU, most", max(cpu), "s", 1.0)
+    yield Row("unseen: coverage of what can be seen, least", 100.0 * min(covered), "%", 100.0, at_least=True)
+    for name, found, limit in (("at once", now, 1.40), (f"after {BACKGROUND_S:g} s", later, 1.35)):
+        yield Row(f"unseen, 2 swaths or wider ({len(found)}), {name}: / B1, median", float(np.median(found)), "")
+        yield Row(f"unseen, 2 swaths or wider, {name}: / B1, most", max(found), "", limit)
+    if narrow:
+        yield Row(f"unseen, narrower ({len(narrow)}): / better of loops and strips, most", max(narrow), "", 1.0)
+
+
+def _site(zone: Zone, area: OperatingArea, closed: tuple[Zone, ...]) -> Site:
+    """As the patrol planner does by default."""
+    default = {param.name: param.default for param in Patrol.params}
+    motion = Motion(
+        SPEED_M_S * float(default["speed_fraction"]), ACCEL_M_S2 * ACCEL_SHARE, RADIUS_M - float(default["margin_m"])
+    )
+    return site_of(zone.shape, Region(area, closed, MARGIN_M, zone), motion, RADIUS_M)
+
+
+def _ratio(design: Design, shape: Shape, n: int) -> float:
+    return evaluate(design.tour, cell_centres_m(shape, 2.5), RADIUS_M, n).worst_s / _bound_s(shape, n)
+
+
+def _bound_s(shape: Shape, n: int) -> float:
+    return sweep_bound_s(area_m2(shape), n, SPEED_M_S, RADIUS_M)

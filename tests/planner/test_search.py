@@ -1,0 +1,63 @@
+"""The search goes on from an instant plan, gets better, and can be stored between any two of its units."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from flights import region_of, zone_of
+
+from tui_gcs.core.zones import Rectangle
+from tui_gcs.planner.formation import Formation
+from tui_gcs.planner.patrol_state import State, decode, encode
+from tui_gcs.planner.search import Search, begun
+from tui_gcs.planner.site import Site, site_of
+from tui_gcs.planner.smoothing import Motion
+
+FIELD = Rectangle((300.0, 200.0), 110.0, 85.0, 20.0)
+
+
+@cache
+def site() -> Site:
+    return site_of(FIELD, region_of(zone_of(FIELD)), Motion(7.76, 2.375, 14.3), 15.0)
+
+
+@cache
+def first() -> Search:
+    return begun(site(), 7, 4)
+
+
+def searched(units: int) -> Search:
+    search = replace(first(), pool=list(first().pool))
+    for _ in range(units):
+        search.work(site())
+    return search
+
+
+def test_a_search_never_gets_worse_and_finds_something() -> None:
+    search = searched(25)
+    assert search.units == 25
+    assert search.best is not None and first().best is not None
+    assert search.best.rank <= first().best.rank
+    assert sum(draft.cost for draft in search.pool) < sum(draft.cost for draft in first().pool)
+
+
+def test_a_stored_search_goes_on_as_if_nothing_had_been() -> None:
+    through, halves = searched(8), searched(4)
+    assert halves.best is not None
+    data = encode(State(halves, halves.best, Formation()))
+    again = decode(data, site()).search
+    for _ in range(4):
+        again.work(site())
+    assert [draft.cost for draft in again.pool] == [draft.cost for draft in through.pool]
+    np.testing.assert_array_equal(again.pool[0].controls, through.pool[0].controls)
+    assert len(data) < 100_000
+
+
+def test_a_zone_under_one_footprint_needs_no_search() -> None:
+    tiny = Rectangle((300.0, 200.0), 10.0, 10.0)
+    small = site_of(tiny, region_of(zone_of(tiny)), Motion(7.76, 2.375, 14.3), 15.0)
+    search = begun(small, 1, 2)
+    search.work(small)
+    assert search.best is not None
+    assert search.best.name == "loop"
+    assert search.best.real.coverage == 1.0

@@ -1,0 +1,124 @@
+"""A zone as tours are shaped for it: its cells, where vehicles may fly, how they move; what finished tours promise."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from tui_gcs.planner.api import Shape, area_m2, cell_centres_m, polygon_of
+from tui_gcs.planner.lazy_scipy import nearest
+from tui_gcs.planner.region import Region
+from tui_gcs.planner.smoothing import Draft, Effort, Motion, draft_of, smooth
+from tui_gcs.planner.tour import PATH_STEP_M, Evaluation, Tour, evaluate, timed
+
+Floats = NDArray[np.floating[Any]]
+
+CELL_M = 2.5
+COARSE_M = 5.0
+MOST_CELLS = 6000
+"""Larger zones are judged on larger cells."""
+FINISH = (Effort(100.0, 20.0, 24), Effort(500.0, 50.0, 24), Effort(2000.0, 50.0, 24))
+"""On all cells, harder as long as one is missed."""
+MISS_M = 0.1
+"""A cell missed by less than this is not: the planning footprint is smaller than the real one by more."""
+EVENED_M = 0.1
+"""So much farther the tour may be, once it is evened."""
+
+
+class Design:
+    """A tour and what it promises for `n` vehicles. Its draft is all that must be kept to make it again."""
+
+    def __init__(self, draft: Draft, tour: Tour, margin: Evaluation, real: Evaluation, n: int) -> None:
+        """`margin`: with the planning footprint; what that covers stays covered while vehicles are that much off.
+
+        `real`: with the real footprint.
+        """
+        self.draft, self.tour, self.margin, self.real, self.n = draft, tour, margin, real, n
+
+    @property
+    def name(self) -> str:
+        """Of the first guess it came from."""
+        return self.draft.name
+
+    @property
+    def rank(self) -> tuple[float, float, float, float]:
+        """Least is best: full cover with the real footprint, and with margin, then worst idleness."""
+        return -self.real.coverage, -self.margin.coverage, self.real.worst_s, self.tour.period_s
+
+
+@dataclass(frozen=True)
+class Site:
+    """What all drafts of one zone are shaped for."""
+
+    zone: shapely.Polygon
+    cells: Floats
+    coarse: Floats
+    motion: Motion
+    region: Region
+    footprint_m: float
+    """The real one; `motion.radius_m` is what is planned with."""
+
+    def draft(self, name: str, path_m: Floats) -> Draft:
+        """A first guess from a rough closed polyline."""
+        return draft_of(name, self.region.pulled_inside(path_m), self.motion)
+
+    def bent(self, draft: Draft, *efforts: Effort) -> Draft:
+        """The draft after descent on coarse cells."""
+        for effort in efforts:
+            draft = smooth(draft, self.coarse, self.motion, self.region, effort)
+        return draft
+
+    def finished(self, draft: Draft) -> Draft:
+        """The draft after descent on all cells, until none is missed."""
+        for effort in FINISH:
+            draft = smooth(draft, self.cells, self.motion, self.region, effort)
+            if nearest(draft.path_m(), self.cells)[0].max() <= self.motion.radius_m + MISS_M:
+                break
+        return draft
+
+    def judged(self, draft: Draft, n: int) -> Design:
+        """The draft with its exact time law, and what `n` vehicles achieve on it."""
+        motion = self.motion
+        path = self.region.closed_inside(draft.path_m(), PATH_STEP_M / 4.0)
+        tour = timed(path, motion.speed_m_s, motion.accel_m_s2, _stopping_cap(path, motion, self.region))
+        margin = evaluate(tour, self.cells, motion.radius_m + MISS_M + EVENED_M, n)
+        return Design(draft, tour, margin, evaluate(tour, self.cells, self.footprint_m, n), n)
+
+
+def site_of(shape: Shape, region: Region, motion: Motion, footprint_m: float) -> Site:
+    """Cells that cannot be seen from inside the region are left out: no tour could please them.
+
+    Raises:
+        ValueError: no part of the zone can be seen from where vehicles may fly.
+    """
+    scale = max(1.0, math.sqrt(area_m2(shape) / CELL_M**2 / MOST_CELLS))
+
+    def visible(cells: Floats) -> Floats:
+        return np.asarray(cells[shapely.distance(region.polygon, shapely.points(cells)) <= motion.radius_m])
+
+    cells = visible(cell_centres_m(shape, CELL_M * scale))
+    if not len(cells):
+        raise ValueError("the zone cannot be seen from where vehicles may fly (operating area, margin, no-fly zones)")
+    coarse = np.vstack([visible(cell_centres_m(shape, COARSE_M * scale)), _rim(cells, CELL_M * scale)])
+    return Site(polygon_of(shape), cells, coarse, motion, region, footprint_m)
+
+
+def _stopping_cap(path: Floats, motion: Motion, region: Region) -> Floats:
+    """Speed at each point from which a vehicle that brakes straight on stops inside the region."""
+    ahead = np.roll(path, -1, axis=0) - np.roll(path, 1, axis=0)
+    ahead /= np.maximum(np.hypot(*ahead.T), 1e-9)[:, None]
+    stop_m = motion.speed_m_s**2 / (2.0 * motion.accel_m_s2) + 1.0
+    room = region.room_ahead_m(path, ahead, stop_m)
+    return np.asarray(np.sqrt(2.0 * motion.accel_m_s2 * np.maximum(room - 0.5, 0.2)))
+
+
+def _rim(cells: Floats, cell_m: float) -> Floats:
+    """Cells with fewer than four neighbours."""
+    place = np.round((cells - cells.min(axis=0)) / cell_m).astype(int) + 1
+    grid = np.zeros(place.max(axis=0) + 2, dtype=bool)
+    x, y = place.T
+    grid[x, y] = True
+    return np.asarray(cells[~(grid[x - 1, y] & grid[x + 1, y] & grid[x, y - 1] & grid[x, y + 1])])
