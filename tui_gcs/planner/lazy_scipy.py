@@ -1,8 +1,4 @@
-<<<<<<< HEAD
-"""The three things we take from scipy, imported on first use.
-=======
 """The few things we take from scipy, imported on first use.
->>>>>>> 013103e4ba107b5992dad2e4d028bf99998d6345
 
 Importing scipy costs 0.4 s of CPU, and forms that only want to know a planner's parameters import its module.
 """
@@ -32,20 +28,19 @@ def paired(cost: Floats) -> Indices:
     return columns
 
 
-<<<<<<< HEAD
 def sparse(rows: Indices, columns: Indices, values: Floats, shape: tuple[int, int]) -> Any:
     """A matrix in compressed rows. Its products do not depend on the number of threads."""
     from scipy.sparse import csr_array
 
     return csr_array((values, (rows, columns)), shape=shape)
-=======
+
+
 def matched(cost: Floats) -> list[tuple[int, int]]:
     """Row and column of the pairs that make the sum least, as many as the shorter side of any cost matrix."""
     from scipy.optimize import linear_sum_assignment
 
     rows, columns = linear_sum_assignment(cost)
     return list(zip(rows.tolist(), columns.tolist(), strict=True))
->>>>>>> 013103e4ba107b5992dad2e4d028bf99998d6345
 
 
 def warm_up() -> None:
