@@ -85,6 +85,7 @@ def parameter_range(field: Field, vehicle: int) -> str:
 
 def _huge(field: Field, vehicle: int, name: str, why: str) -> str:
     """Nothing is known of ranges: at least what its type cannot hold is not sent."""
+    finished(field, field.station.services.params.fetch_all(vehicle))
     table = field.station.services.params.table(vehicle).params
     small = next((n for n, param in table.items() if param.type.name == "INT8"), None)
     if small is None:
