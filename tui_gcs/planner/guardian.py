@@ -43,8 +43,8 @@ SPEED_SHARE, ACCEL_SHARE = 0.98, 0.9
 """Of the limits; the rest is the autopilot's for tracking."""
 TOUR_SHARE = 0.9
 """Of the speed limit, for the tour inside."""
-SLOWEST = 0.3
-"""Least rate of a place on a circuit."""
+SLOWEST = -0.5
+"""Least rate of a place on a circuit: to spread, some go back."""
 JOINED_M, LEFT_M = 5.0, 15.0
 """A vehicle is on its place when nearer than the first, and no more when farther than the second."""
 LOST_TRACK_M = 8.0
@@ -52,6 +52,8 @@ LOST_TRACK_M = 8.0
 OLD_POSITION_S = 1.0
 CONTACT_SHARE = 0.85
 """Of the contact distance: so near a meeting is planned."""
+INSIDE_M = 1.0
+"""Who is where it must not be flies so far back inside first."""
 DRAW_EVERY_S = 1.0
 DRAWN_POINTS = 80
 
@@ -90,7 +92,7 @@ class Guardian(Planner):
     name = "guardian"
     params = (
         Param("ring_m", float, 20.0, 0.0, 200.0, "m", "the ring is so far outside the zone"),
-        Param("ring_speed", float, 0.9, 0.1, 0.95, "", "speed on the ring as a share of the limit"),
+        Param("ring_speed", float, 0.97, 0.1, 0.97, "", "speed on the ring as a share of the limit"),
         Param("inside", int, 0, 0, 64, "", "vehicles on a tour inside the zone; at least one is on the ring"),
         Param("contact_m", float, 20.0, 2.0, 200.0, "m", "an intruder is met when a vehicle is so near"),
     )
@@ -230,17 +232,21 @@ class Guardian(Planner):
         ahead = SAMPLE_S * np.arange(SAMPLES)
         place, velocity = np.zeros((len(ids), SAMPLES, 2)), np.zeros((len(ids), SAMPLES, 2))
         through = np.zeros(len(ids), dtype=bool)
+        outside = self._region.ways_inside_m(xy) if len(xy) else xy
         self._move_places(ids, xy, duties, t_s)
         for k, vehicle in enumerate(ids.tolist()):
             post, duty = self._state.posts[vehicle], duties.get(k)
             if duty is not None:
                 place[k] = self._region.pulled_inside(duty.place_m[None])[0]
-                through[k] = not duty.waits
+                through[k] = not duty.waits and math.dist(place[k, 0], duty.place_m) < 0.1
+                velocity[k] = duty.velocity_m_s if through[k] else 0.0
             else:
                 tour = self._tour if post.inside else self._ring
                 place[k], rate = tour.at(post.phase_s + post.rate * ahead)
                 velocity[k] = rate * post.rate
             leg, corner = self._region.next_leg(xy[k], place[k, 0])
+            if outside[k].any():
+                leg, corner = xy[k] + outside[k] + INSIDE_M * outside[k] / np.hypot(*outside[k]), True
             if corner:
                 place[k], velocity[k], through[k] = leg, 0.0, False
         return Aims(place, velocity, through)

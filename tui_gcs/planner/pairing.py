@@ -16,8 +16,8 @@ Routes = dict[int, tuple[int, ...]]
 
 IN_TIME = 1e4
 """Worth of a target met in time, in seconds: more than any sum of times."""
-SPARE_S = 0.3
-"""A meeting must be so long before the target is in the zone."""
+LATE_S, KEPT_LATE_S = 0.7, 1.0
+"""A meeting may be so late, and that of who is on the way already: turning is estimated too long, not too short."""
 KEPT_S = 0.6
 """A vehicle keeps its target if that costs no more."""
 NEVER = 1e6
@@ -32,6 +32,8 @@ class Duty:
     targets: tuple[int, ...]
     place_m: Floats
     """(2,) where it meets the first."""
+    velocity_m_s: Floats
+    """(2,) with which it flies there."""
     after_s: float
     margin_s: float
     """Of its first meeting; negative: too late."""
@@ -56,7 +58,7 @@ class Situation:
     @property
     def limit_s(self) -> Floats:
         """(k,) latest useful meetings."""
-        return np.array([course.enters_s for course in self.courses]) - SPARE_S
+        return np.array([course.enters_s for course in self.courses]) + LATE_S
 
 
 def pair(now: Situation) -> dict[int, Duty]:
@@ -114,7 +116,7 @@ def _seconds(first: Meeting, now: Situation) -> Floats:
 def _routes(first: Meeting, second: Floats, now: Situation, free: NDArray[np.bool_]) -> tuple[Routes, float]:
     """Targets in order by vehicle's row, only for those that are `free`, and what that is worth."""
     limit = now.limit_s
-    in_time = first.after_s <= limit
+    in_time = first.after_s <= limit + KEPT_LATE_S * now.kept
     cost = np.minimum(first.after_s, NEVER / 10) - KEPT_S * now.kept - IN_TIME * in_time
     cost[~in_time | ~free[:, None]] = NEVER
     routes: Routes = {}
@@ -150,4 +152,6 @@ def _duty(row: int, route: tuple[int, ...], first: Meeting, now: Situation) -> D
     waits = after_s <= now.courses[target].reachable_s + 1e-6 and after_s > 0.0
     there = now.target_m[target] + now.target_m_s[target] * after_s
     place = there if waits else first.place_m[row, target]
-    return Duty(route, place, after_s, float(now.courses[target].enters_s - after_s), waits)
+    return Duty(
+        route, place, first.velocity_m_s[row, target], after_s, float(now.courses[target].enters_s - after_s), waits
+    )

@@ -27,7 +27,7 @@ class Aims:
     place_m: Floats
     velocity_m_s: Floats
     through: NDArray[np.bool_]
-    """(n,) True: at full speed, for what comes after."""
+    """(n,) True: turn to the velocity and keep it, wherever the place is: what a meeting in closed form assumes."""
 
 
 def paths(xy_m: Floats, velocity_m_s: Floats, aims: Aims, mobility: Mobility, region: Region) -> tuple[Floats, Floats]:
@@ -41,7 +41,7 @@ def paths(xy_m: Floats, velocity_m_s: Floats, aims: Aims, mobility: Mobility, re
         gap = aims.place_m[:, k] - (xy + velocity * SAMPLE_S)
         left = np.hypot(gap[:, 0], gap[:, 1])
         closing = np.minimum(CLOSE_IN_1_S * left, np.sqrt(brake * left))
-        closing = np.where(aims.through, speed, closing)
+        closing = np.where(aims.through, 0.0, closing)
         wanted = aims.velocity_m_s[:, k] + gap * (closing / np.maximum(left, 1e-6))[:, None]
         change = _slower(_slower(wanted, speed) - velocity, most)
         new = velocity + change
