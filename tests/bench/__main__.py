@@ -13,6 +13,7 @@ from pathlib import Path
 from tests.bench.commands import commands
 from tests.bench.decode import decoder
 from tests.bench.flood import flood
+from tests.bench.guardian import guardian
 from tests.bench.headless import help_cpu, lock_step
 from tests.bench.live import live
 from tests.bench.load import latency, load
@@ -37,10 +38,11 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "live": live,
     "planning": planning,
     "planning-runs": planning_runs,
+    "guardian": guardian,
 }
-LONG_S = {"planning": 150, "planning-runs": 600, "load": 95, "live": 150, "commands": 650}
+LONG_S = {"planning": 150, "planning-runs": 600, "load": 95, "live": 150, "commands": 650, "guardian": 3000}
 """Parts that take more than a minute say so."""
-BY_NAME_ONLY = {"commands"}
+BY_NAME_ONLY = {"commands", "guardian"}
 
 
 def main(chosen: list[str]) -> int:

@@ -20,13 +20,14 @@ from tui_gcs.core.messages import PlannerTask
 from tui_gcs.core.scenario import Limits, OperatingArea
 from tui_gcs.core.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.planner.api import Context, Fleet, Output, Planner, Tracks
+from tui_gcs.planner.design import design
 from tui_gcs.planner.intercept import meet
 from tui_gcs.planner.lazy_scipy import matched
-from tui_gcs.planner.patrol import Patrol
 from tui_gcs.planner.pursuit import SAMPLE_S, SAMPLES, Aims, paths
 from tui_gcs.planner.region import Region
 from tui_gcs.planner.registry import complete, load
 from tui_gcs.planner.ring import ring
+from tui_gcs.planner.smoothing import Motion
 from tui_gcs.planner.tour import Tour
 from tui_gcs.planner.transit import Mobility
 
@@ -77,7 +78,7 @@ class Waves:
 def guardian(_: Path) -> Iterator[Row]:
     """The planner, and simpler ones beside it."""
     for n, k in SIZES:
-        found = waves(lambda n=n: make("guardian", n), n, k, EPISODES)  # type: ignore[misc]
+        found = waves(lambda n=n: make("guardian", n), n, k, EPISODES)
         name = f"intruders met: guardian, {n} v {k} (± {found.doubt:.1f})"
         yield Row(name, found.percent, "%", GOALS.get((n, k)), at_least=True)
     for name, tour, chases in (
@@ -87,7 +88,7 @@ def guardian(_: Path) -> Iterator[Row]:
         ("patrol only", patrol_tour(), False),
     ):
         for n, k in ((4, 4), (4, 8)):
-            found = waves(lambda t=tour, c=chases: Simple(t, c), n, k, EPISODES)  # type: ignore[misc]
+            found = waves(lambda t=tour, c=chases: Simple(t, c), n, k, EPISODES)
             yield Row(f"intruders met: {name}, {n} v {k} (± {found.doubt:.1f})", found.percent, "%")
 
 
@@ -167,7 +168,7 @@ class _Episode:
         self._over |= now | (present & (radius <= ZONE_M))
 
     def _context(self, t_s: float, n: int) -> Context:
-        up = 20.0 + 7.0 * np.arange(1, n + 1)
+        up: NDArray[np.float64] = 20.0 + 7.0 * np.arange(1, n + 1)
         zero = np.zeros(n)
         fleet = Fleet(
             np.arange(1, n + 1),
@@ -250,7 +251,6 @@ def ring_tour() -> Tour:
 
 
 def patrol_tour() -> Tour:
-    """The area's own."""
-    planner = make("patrol", 4)
-    assert isinstance(planner, Patrol)
-    return planner._tour
+    """The area's own, as it is designed at once."""
+    region, motion = Region(AREA, (), 5.0, ZONE), Motion(7.6, AGREED_M_S2, 13.8)
+    return design(ZONE.shape, region, motion, 15.0, 4, np.random.default_rng(1)).tour
