@@ -1,6 +1,7 @@
 """A file that records are appended to, and that may fail: the flight goes on, and so does the file when it can."""
 
 import os
+import weakref
 from collections import deque
 from pathlib import Path
 
@@ -30,6 +31,8 @@ class Appender:
         self._begun = b""
         """Rest of a piece that is partly on disk: cannot be dropped any more."""
         self._file: int | None = None
+        self._release: weakref.finalize[[int], Appender] | None = None
+        """Closes the file, at the latest when nobody knows the appender any more."""
         self._closed = False
 
     def put(self, piece: bytes, records: int = 1) -> None:
@@ -62,15 +65,16 @@ class Appender:
             return
         self.flush()
         self._closed = True
-        if self._file is not None:
-            os.close(self._file)
-            self._file = None
+        if self._release is not None:
+            self._release()
+            self._release, self._file = None, None
 
     def _write_some(self) -> None:
         """Write what waits in one piece, and keep what did not fit. Raises OSError."""
         if self._file is None:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+            self._release = weakref.finalize(self, os.close, self._file)
         written = os.write(self._file, b"".join((self._begun, *(piece for piece, _ in self._waiting))))
         if written < len(self._begun):
             self._begun = self._begun[written:]
