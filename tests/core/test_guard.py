@@ -4,45 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from guard_rig import L_SHAPE, LIMITS, POND, SQUARE, guard, judge, passing, sight, stand, verdict
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tui_gcs.core.course import Course, Stand, Trajectory, course_of, stopping_point
-from tui_gcs.core.guard import Guard, Mover, predict
+from tui_gcs.core.course import Stand, Trajectory, course_of, stopping_point
 from tui_gcs.core.messages import Intent, Vec3
-from tui_gcs.core.scenario import Limits, OperatingArea
-from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
-
-LIMITS = Limits()
-SQUARE = Rectangle(centre_m=(100.0, 100.0), width_m=200.0, height_m=200.0)
-L_SHAPE = Polygon(vertices_m=((0.0, 0.0), (200.0, 0.0), (200.0, 60.0), (60.0, 60.0), (60.0, 200.0), (0.0, 200.0)))
-POND = Zone(name="pond", role=Role.NO_FLY, shape=Circle(centre_m=(100.0, 100.0), radius_m=20.0))
-
-
-def guard(shape: Shape = SQUARE, *no_fly: Zone) -> Guard:
-    return Guard(LIMITS, OperatingArea(shape, 20.0, 90.0), no_fly)
-
-
-def mover(
-    position: Vec3, course: Course | None = None, velocity: Vec3 = (0.0, 0.0, 0.0), id_: int = 1, column: bool = False
-) -> Mover:
-    return Mover(id_, position, predict(position, velocity, course, 0.0), in_column=column)
-
-
-def stand(x: float, y: float, z: float = 40.0) -> Stand:
-    return Stand((x, y, z), LIMITS.speed_m_s)
-
-
-def passing(x: float, y: float, vx: float, vy: float = 0.0, z: float = 40.0) -> Trajectory:
-    """At (x, y) now with this velocity, straight on for 10 s."""
-    t = np.arange(0.0, 10.5, 0.5)[:, None]
-    velocity = np.array([[vx, vy, 0.0]])
-    return Trajectory(0.0, 0.5, np.array([[x, y, z]]) + t * velocity, np.repeat(velocity, len(t), axis=0))
-
-
-def verdict(g: Guard, position: Vec3, course: Course, *others: Mover, now: float = 0.0) -> str:
-    return g.judge(mover(position, course), course, list(others), now).code
-
+from tui_gcs.core.scenario import OperatingArea
+from tui_gcs.core.zones import Rectangle, Shape
 
 # ---------------------------------------------------------------- area
 
@@ -132,7 +101,7 @@ def test_set_points_too_close_in_time_are_vetoed_per_vehicle() -> None:
     g = guard()
     assert verdict(g, (50.0, 50.0, 40.0), stand(60.0, 50.0), now=0.0) == ""
     assert verdict(g, (50.0, 50.0, 40.0), stand(60.0, 50.0), now=0.05) == "rate"
-    assert g.judge(mover((90.0, 50.0, 40.0), id_=2), stand(90.0, 60.0), [], 0.05).ok, "another vehicle is not meant"
+    assert judge(g, sight((90.0, 50.0, 40.0), stand(90.0, 60.0), id_=2), now=0.05).ok, "another vehicle is not meant"
     assert verdict(g, (50.0, 50.0, 40.0), stand(60.0, 50.0), now=0.1) == "", "a vetoed one does not count"
 
 
@@ -155,24 +124,24 @@ def test_stops_are_never_vetoed_other_actions_only_to_the_lost(what: str) -> Non
 
 
 def test_a_predicted_meeting_is_vetoed() -> None:
-    """Head on at 8 m/s from 60 m apart: within 10 m of each other after 3.5 s."""
-    oncoming = mover((110.0, 50.0, 40.0), velocity=(-8.0, 0.0, 0.0), id_=2)
-    judged = guard().judge(mover((50.0, 50.0, 40.0), c := passing(50.0, 50.0, vx=8.0)), c, [oncoming], 0.0)
-    assert (judged.code, judged.text) == ("separation", "too close to vehicle 2 in 3.5 s")
+    """Head on at 8 m/s from 60 m apart: within 10 m of each other after 3.2 s."""
+    oncoming = sight((110.0, 50.0, 40.0), velocity=(-8.0, 0.0, 0.0), id_=2)
+    judged = judge(guard(), sight((50.0, 50.0, 40.0), passing(50.0, 50.0, vx=8.0)), oncoming)
+    assert (judged.code, judged.text) == ("separation", "too close to vehicle 2 in 3.2 s")
 
 
 def test_height_separates() -> None:
-    oncoming = mover((110.0, 50.0, 47.0), velocity=(-8.0, 0.0, 0.0), id_=2)
+    oncoming = sight((110.0, 50.0, 47.0), velocity=(-8.0, 0.0, 0.0), id_=2)
     assert verdict(guard(), (50.0, 50.0, 40.0), passing(50.0, 50.0, vx=8.0), oncoming) == ""
 
 
 def test_the_others_course_is_known_not_only_its_velocity() -> None:
-    stops = mover((110.0, 50.0, 40.0), course=stand(100.0, 50.0), velocity=(-8.0, 0.0, 0.0), id_=2)
+    stops = sight((110.0, 50.0, 40.0), course=stand(100.0, 50.0), velocity=(-8.0, 0.0, 0.0), id_=2)
     assert verdict(guard(), (50.0, 50.0, 40.0), passing(50.0, 50.0, vx=5.0), stops) == ""
 
 
 def test_leading_apart_is_allowed_and_staying_close_is_not_made_closer() -> None:
-    near = mover((56.0, 50.0, 40.0), id_=2)
+    near = sight((56.0, 50.0, 40.0), id_=2)
     assert verdict(guard(), (50.0, 50.0, 40.0), stand(20.0, 50.0), near) == "", "away from it"
     assert verdict(guard(), (50.0, 50.0, 40.0), stand(50.0, 50.0), near) == "", "no closer than now"
     assert verdict(guard(), (50.0, 50.0, 40.0), stand(54.0, 50.0), near) == "separation"
@@ -181,23 +150,23 @@ def test_leading_apart_is_allowed_and_staying_close_is_not_made_closer() -> None
 
 def test_who_is_in_its_own_column_and_the_ground_are_exempt_but_others_keep_clear_of_columns() -> None:
     goes = stand(60.0, 50.0)
-    assert verdict(guard(), (50.0, 50.0, 40.0), goes, mover((60.0, 50.0, 40.0), id_=2)) == "separation"
-    assert verdict(guard(), (50.0, 50.0, 40.0), goes, mover((60.0, 50.0, 40.0), id_=2, column=True)) == "separation"
-    assert verdict(guard(), (50.0, 50.0, 40.0), stand(60.0, 50.0, 20.0), mover((60.0, 50.0, 1.0), id_=2)) == ""
-    climbing = mover((50.0, 50.0, 40.0), goes, column=True)
-    assert guard().judge(climbing, goes, [mover((60.0, 50.0, 40.0), id_=2)], 0.0).ok
-    low = mover((50.0, 50.0, 1.0), lift := stand(50.0, 50.0, 20.0))
-    assert guard().judge(low, lift, [mover((50.0, 52.0, 20.0), id_=2)], 0.0).ok
+    assert verdict(guard(), (50.0, 50.0, 40.0), goes, sight((60.0, 50.0, 40.0), id_=2)) == "separation"
+    assert verdict(guard(), (50.0, 50.0, 40.0), goes, sight((60.0, 50.0, 40.0), id_=2, column=True)) == "separation"
+    assert verdict(guard(), (50.0, 50.0, 40.0), stand(60.0, 50.0, 20.0), sight((60.0, 50.0, 1.0), id_=2)) == ""
+    climbing = sight((50.0, 50.0, 40.0), goes, column=True)
+    assert judge(guard(), climbing, sight((60.0, 50.0, 40.0), id_=2)).ok
+    low = sight((50.0, 50.0, 1.0), stand(50.0, 50.0, 20.0))
+    assert judge(guard(), low, sight((50.0, 52.0, 20.0), id_=2)).ok
 
 
 def test_nobody_is_too_close_to_himself() -> None:
-    me = mover((50.0, 50.0, 40.0), course := stand(60.0, 50.0))
-    assert guard().judge(me, course, [me], 0.0).ok
+    me = sight((50.0, 50.0, 40.0), stand(60.0, 50.0))
+    assert judge(guard(), me, me).ok
 
 
 def test_an_unknown_velocity_predicts_standing_still() -> None:
-    path = predict((1.0, 2.0, 3.0), (math.nan, math.nan, math.nan), None, 0.0)
-    assert path.tolist() == [[1.0, 2.0, 3.0]] * 11
+    path = guard().look([sight((1.0, 2.0, 3.0), velocity=(math.nan, math.nan, math.nan))], 0.0).goes_m[0]
+    assert path.tolist() == [[1.0, 2.0, 3.0]] * 21
 
 
 # ---------------------------------------------------------------- property
@@ -224,7 +193,7 @@ def test_whoever_follows_only_what_passed_stays_inside(
             for _ in range(15):
                 here: Vec3 = (float(place[0]), float(place[1]), float(place[2]))
                 v: Vec3 = (float(velocity[0]), float(velocity[1]), float(velocity[2]))
-                if g.judge(Mover(1, here, predict(here, v, course, now)), course, [], now).ok:
+                if judge(g, sight(here, course, v), now=now).ok:
                     hold, wanted = None, course.at(now)[0]
                 else:
                     hold = hold or stopping_point(here, v, LIMITS.accel_m_s2)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from tui_gcs.core.course import Course
-from tui_gcs.core.guard import Mover, predict
+from tui_gcs.core.guard_motion import Does
 from tui_gcs.core.messages import Phase, Vec3
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.tracking import Tracking
@@ -70,10 +70,16 @@ class Flight:
             return False
         return math.dist(vehicle.position_m[:2], self.home_m[:2]) <= COLUMN_M
 
-    def mover(self, vehicle: Vehicle, now: float) -> Mover:
-        """This flight as the guard sees it."""
-        path = predict(vehicle.position_m, vehicle.velocity_m_s, self.course, now)
-        return Mover(vehicle.id, vehicle.position_m, path, in_column=self.in_own_column(vehicle))
+    def does(self) -> tuple[Does, Course | None]:
+        """What the vehicle is doing for all we know: the course that the guard passed last, as long as it is wanted."""
+        if self.phase is Phase.RETURNING:
+            return Does.FOLLOWS, self.course  # never judged
+        if self.phase is Phase.HOLDING:
+            return Does.STOPS, None
+        if self.phase is Phase.FLYING or (self.phase is Phase.TAKEOFF and self.course is not None):
+            passed = self.passed if self.course is not None else None
+            return (Does.STOPS, None) if passed is None else (Does.FOLLOWS, passed)
+        return Does.DRIFTS, None
 
 
 @dataclass

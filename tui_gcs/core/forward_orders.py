@@ -15,7 +15,8 @@ from tui_gcs.core.course import Stand
 from tui_gcs.core.firmware.habits import habits_of
 from tui_gcs.core.forward_plans import Plan
 from tui_gcs.core.geo import LocalFrame
-from tui_gcs.core.guard import SPEED_TOLERANCE, Guard, Mover, predict
+from tui_gcs.core.guard import SPEED_TOLERANCE, Guard
+from tui_gcs.core.guard_motion import Does, Sight
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.dialect import Message
@@ -217,8 +218,8 @@ def require_way(asked: Asked, xy_m: tuple[float, float], start_m: tuple[float, f
 def require_apart(asked: Asked, goal_m: Vec3) -> None:
     """Raise `Refused` if another vehicle is at the goal, or comes too close on the way in the next seconds."""
     me, limits = asked.vehicle, asked.guard.limits
-    course = Stand(goal_m, limits.speed_m_s)
-    mover = Mover(me.id, me.position_m, predict(me.position_m, me.velocity_m_s, course, asked.now))
+    goes = Sight(me.id, me.position_m, me.velocity_m_s, Does.FOLLOWS, Stand(goal_m, limits.speed_m_s))
+    mover = asked.guard.look([goes], asked.now).mover(0)
     others = []
     for other in asked.others:
         if other.id == me.id or not other.airborne or not other.has_position():
@@ -227,9 +228,8 @@ def require_apart(asked: Asked, goal_m: Vec3) -> None:
         upright = abs(goal_m[2] - other.position_m[2])
         if level < limits.separation_horizontal_m and upright < limits.separation_vertical_m:
             raise Refused(f"vehicle {other.id} is there")
-        path_m = predict(other.position_m, other.velocity_m_s, None, asked.now)
-        others.append(Mover(other.id, other.position_m, path_m))
-    verdict = asked.guard.separation(mover, others)
+        others.append(Sight(other.id, other.position_m, other.velocity_m_s))
+    verdict = asked.guard.separation(mover, asked.guard.look(others, asked.now))
     if not verdict.ok:
         raise Refused(verdict.text)
 

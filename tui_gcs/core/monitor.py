@@ -9,11 +9,12 @@ import math
 from collections.abc import Iterable
 from itertools import islice
 
-import shapely
+import numpy as np
 
 from tui_gcs.core.flights import FlightBook
 from tui_gcs.core.gps import DEGRADED_M
-from tui_gcs.core.guard import GROUND_M, Guard
+from tui_gcs.core.guard import Guard
+from tui_gcs.core.guard_separation import GROUND_M
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.vehicle import Vehicle
 
@@ -46,8 +47,7 @@ class FleetMonitor:
         self._measure_pairs([(*v.position_m, error_m(v)) for v in away])
 
     def _measure_outside(self, places: list[Vec3]) -> None:
-        points = shapely.points([place[:2] for place in places])
-        self.outside_area_m = max(self.outside_area_m, float(shapely.distance(self._guard.allowed, points).max()))
+        self.outside_area_m = max(self.outside_area_m, float(self._guard.outside_walls_m(np.array(places)).max()))
 
     def _measure_pairs(self, places: list[Place]) -> None:
         """Sorted along the direction in which they are spread farther, so that few neighbours are near enough."""

@@ -13,8 +13,10 @@ from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
-from tui_gcs.core.guard import Guard, Mover
+from tui_gcs.core.guard import Guard
+from tui_gcs.core.guard_motion import Does, Flock, Mover, Sight
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Vec3
+from tui_gcs.core.monitor import error_m
 from tui_gcs.core.route import route
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.tracking import Led, Tracking, wanted_then
@@ -64,26 +66,54 @@ class Steering:
         due = [f for f in steered if f.course is not None and now >= f.next_setpoint_s - 1e-9]
         if not due:
             return
-        movers = self._movers(now)  # of all in the air, once
+        fresh = []
         for flight in due:
             vehicle = self._fleet.vehicles.get(flight.vehicle)
             if vehicle is None or flight.course is None:
                 continue
             if vehicle.freshness(now) is Freshness.OK:
-                self._measure(flight, flight.course, vehicle, now)
-                self._steer(flight, flight.course, vehicle, movers)
+                fresh.append((flight, flight.course, vehicle))
             else:  # nobody knows where it is; what it does without set-points was shown before the start
                 text = "no position for 3 s: no set-points"
                 self._events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, ALERT, every_s=5)
+        movers, flock = self._foresee(fresh, now)
+        for flight, course, vehicle in fresh:
+            self._measure(flight, course, vehicle, now)
+            self._steer(flight, course, vehicle, movers.get(vehicle.id), flock)
 
-    def _movers(self, now: float) -> list[Mover]:
+    def _foresee(self, fresh: list[tuple[Flight, Course, Vehicle]], now: float) -> tuple[dict[int, Mover], Flock]:
+        """Who must be judged now, following its course, by id; and everybody in the air, as decided before."""
+        judged = [
+            self._sight(vehicle, Does.FOLLOWS, course, now)
+            for flight, course, vehicle in fresh
+            if flight.passed is not course or now - flight.passed_s >= JUDGE_GAP_S - 1e-9
+        ]
+        flock = self._guard.look(judged, now)
+        movers = {sight.id: flock.mover(row) for row, sight in enumerate(judged)}
+        return movers, self._flock(now) if judged else flock
+
+    def _flock(self, now: float) -> Flock:
         """Everybody in the air, in a team or not, as the guard sees them."""
-        movers = []
+        sights = []
         for vehicle in self._fleet.vehicles.values():
             if vehicle.airborne and vehicle.has_position():
-                flight = self._book.get(vehicle.id) or Flight(vehicle.id, "", 0.0, Phase.TAKEN_OUT)
-                movers.append(flight.mover(vehicle, now))
-        return movers
+                flight = self._book.get(vehicle.id)
+                does, course = flight.does() if flight is not None else (Does.DRIFTS, None)
+                sights.append(self._sight(vehicle, does, course, now))
+        return self._guard.look(sights, now)
+
+    def _sight(self, vehicle: Vehicle, does: Does, course: Course | None, now: float) -> Sight:
+        flight = self._book.get(vehicle.id)
+        return Sight(
+            vehicle.id,
+            vehicle.position_m,
+            vehicle.velocity_m_s,
+            does,
+            course,
+            age_s=now - vehicle.position_s,
+            error_m=error_m(vehicle),
+            in_column=flight is not None and flight.in_own_column(vehicle),
+        )
 
     def hold(self, vehicle: Vehicle) -> None:
         """Stop it, and see to it that it stops. Never judged."""
@@ -95,7 +125,8 @@ class Steering:
     def blocked(self, flight: Flight, vehicle: Vehicle) -> str:
         """Who is in the way of the flight's course, or ""."""
         now = self._clock.now()
-        return self._guard.separation(flight.mover(vehicle, now), self._movers(now)).text
+        me = self._guard.look([self._sight(vehicle, Does.FOLLOWS, flight.course, now)], now).mover(0)
+        return self._guard.separation(me, self._flock(now)).text
 
     def way_home(self, vehicle: Vehicle, home_m: Vec3) -> list[tuple[float, float]]:
         """Turning points of the shortest way home inside the operating area and around no-fly zones."""
@@ -132,13 +163,14 @@ class Steering:
             text = "stands still although it is asked to move: outside of its own fence, or its mode does not take it?"
             self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
 
-    def _steer(self, flight: Flight, course: Course, vehicle: Vehicle, movers: list[Mover]) -> None:
+    def _steer(self, flight: Flight, course: Course, vehicle: Vehicle, judged: Mover | None, flock: Flock) -> None:
+        """`judged`: the vehicle as foreseen, None if it was judged just before."""
         now = self._clock.now()
         firmware = self._firmware.of(vehicle)
         sent = course if isinstance(course, Stand) or not flight.tracking else Led(course, flight.tracking.lead)
         gap_s = STAND_GAP_S if isinstance(course, Stand) else firmware.setpoint_gap_s
         flight.next_setpoint_s = next_due_s(flight.next_setpoint_s, now, gap_s)
-        if not self._may_pass(flight, course, sent, vehicle, movers):
+        if judged is not None and not self._may_pass(flight, course, sent, vehicle, judged, flock):
             return
         self._commands.cancel(vehicle.id, "hold")  # of a veto or a change of round: it would fight the new course
         point, velocity = sent.at(now)
@@ -149,13 +181,12 @@ class Steering:
         flight.limited_m_s = course.speed_m_s if isinstance(course, Stand) else math.nan
 
     def _may_pass(
-        self, flight: Flight, course: Course, sent: Course | Led, vehicle: Vehicle, movers: list[Mover]
+        self, flight: Flight, course: Course, sent: Course | Led, vehicle: Vehicle, me: Mover, flock: Flock
     ) -> bool:
         """Whether the guard passes what is sent; a vetoed vehicle brakes and holds."""
         now = self._clock.now()
-        if flight.passed is course and now - flight.passed_s < JUDGE_GAP_S - 1e-9:
-            return True
-        verdict = self._guard.judge(flight.mover(vehicle, now), sent, movers, now)
+        verdict = self._guard.judge(me, sent, flock, now)
+        flock.decided(me, goes=verdict.ok)
         flight.passed, flight.passed_s = (course, now) if verdict.ok else (None, now)
         if verdict.ok:
             flight.vetoed = ""

@@ -1,0 +1,209 @@
+"""What the guard foresees: vehicles that go on, that go on for a moment and brake, that brake now."""
+
+import math
+
+import numpy as np
+import pytest
+from guard_rig import LIMITS, passing, sight, stand
+
+from tui_gcs.core.course import Stand, Trajectory
+from tui_gcs.core.cruise import Cruise
+from tui_gcs.core.guard_motion import Does, Flock, Sight, foresee, samples_of, times_of
+from tui_gcs.core.scenario import Limits
+
+TIMES = times_of(LIMITS)
+HERE = (50.0, 50.0, 40.0)
+EAST = (8.0, 0.0, 0.0)
+
+
+def seen(*sights: Sight, limits: Limits = LIMITS, now: float = 0.0) -> Flock:
+    return foresee(list(sights), limits, times_of(limits), now)
+
+
+def along(flock: Flock, future: str, at_s: float, row: int = 0) -> list[float]:
+    """How far it has come from (50, 50, 40) by then."""
+    place = getattr(flock, future)[row, round(at_s / 0.25)] - HERE
+    return [round(float(x), 3) for x in place]
+
+
+# ---------------------------------------------------------------- time
+
+
+def test_five_seconds_are_looked_at_or_as_long_as_braking_takes() -> None:
+    assert TIMES.tolist() == [0.25 * i for i in range(21)]
+    fast = times_of(Limits(speed_m_s=16.0))
+    assert fast[-1] == 8.75, "0.5 s on, 0.25 s until it brakes, 16 / (0.8 x 2.5) = 8 s of braking"
+
+
+# ---------------------------------------------------------------- braking
+
+
+def test_braking_begins_late_and_is_weaker_than_allowed() -> None:
+    """0.25 s at 8 m/s, then 2 m/s²: 2 m + 64 / 4 m."""
+    flock = seen(Sight(1, HERE, EAST, Does.STOPS))
+    assert [along(flock, "stops_m", t)[0] for t in (0.0, 0.25, 1.25, 4.25, 5.0)] == [0.0, 2.0, 9.0, 18.0, 18.0]
+    assert flock.rests_m[0].tolist() == [[68.0, 50.0, 40.0]] * 2
+    for future in (flock.goes_m, flock.late_m):
+        assert future.tolist() == flock.stops_m.tolist()
+
+
+def test_it_brakes_along_its_way_and_upright_by_itself() -> None:
+    """Of 5 m/s each axis has its share; upwards it is 0.8 m/s² from 2 m/s: 0.5 m + 2.5 m."""
+    flock = seen(Sight(1, HERE, (3.0, -4.0, 2.0), Does.STOPS))
+    way = 0.25 + 5.0 / 4.0
+    assert flock.rests_m[0, 1] == pytest.approx([50 + 3 * way, 50 - 4 * way, 43.0])
+    assert along(flock, "stops_m", 1.25)[2] == pytest.approx(0.5 + 2.0 - 0.4)
+
+
+def test_who_stands_stays() -> None:
+    flock = seen(Sight(1, HERE, (0.0, 0.0, 0.0), Does.STOPS))
+    assert flock.stops_m[0].tolist() == [list(HERE)] * 21
+
+
+# ---------------------------------------------------------------- drifting
+
+
+def test_who_does_what_it_wants_is_thought_to_fly_straight_on() -> None:
+    flock = seen(Sight(1, HERE, (8.0, -2.0, 1.0)))
+    for future in ("goes_m", "late_m", "stops_m"):
+        assert along(flock, future, 5.0) == [40.0, -10.0, 5.0]
+    assert flock.low_m[0].tolist() == [50.0, 40.0, 40.0] and flock.high_m[0].tolist() == [90.0, 50.0, 45.0]
+
+
+@pytest.mark.parametrize("unknown", [math.nan, math.inf, -math.inf])
+def test_an_unknown_velocity_is_none(unknown: float) -> None:
+    assert seen(Sight(1, HERE, (unknown,) * 3)).goes_m[0].tolist() == [list(HERE)] * 21
+
+
+# ---------------------------------------------------------------- chasing
+
+
+def test_on_its_course_it_stays_there() -> None:
+    flock = seen(sight(HERE, passing(50.0, 50.0, vx=8.0)))
+    assert [along(flock, "goes_m", t)[0] for t in (0.0, 2.0, 5.0)] == [0.0, 16.0, 40.0]
+
+
+def test_going_on_for_half_a_second_and_braking_then() -> None:
+    flock = seen(sight(HERE, passing(50.0, 50.0, vx=8.0)))
+    assert [along(flock, "late_m", t)[0] for t in (0.5, 0.75, 1.75)] == [4.0, 6.0, 13.0]
+    assert flock.rests_m[0, 0, 0] == pytest.approx(50 + 4 + 18)
+    assert flock.rests_m[0, 1, 0] == pytest.approx(50 + 18)
+
+
+def test_to_a_place_it_speeds_up_flies_and_brakes() -> None:
+    """2.5 m/s² for 3.2 s, then 8 m/s; from near it does not fly past the place."""
+    far = seen(sight(HERE, stand(150.0, 50.0)))
+    assert along(far, "goes_m", 3.25)[0] == pytest.approx(13.2, abs=0.3)
+    assert along(far, "goes_m", 5.0)[0] == pytest.approx(13.2 + 14.0, abs=0.3)
+    near = seen(sight(HERE, stand(60.0, 50.0)), limits=Limits(speed_m_s=16.0))
+    assert near.goes_m[0, :, 0].max() <= 60.3
+    assert along(near, "goes_m", 8.75)[0] == pytest.approx(10.0, abs=0.1)
+
+
+def test_a_slow_flight_to_a_place_is_slow() -> None:
+    flock = seen(Sight(1, HERE, (0.0, 0.0, 0.0), Does.FOLLOWS, Stand((150.0, 50.0, 40.0), 2.0)))
+    assert along(flock, "goes_m", 5.0)[0] == pytest.approx(0.8 + 4.2 * 2.0, abs=0.2)
+    greedy = seen(Sight(1, HERE, EAST, Does.FOLLOWS, Stand((250.0, 50.0, 40.0), 20.0)))
+    assert along(greedy, "goes_m", 5.0)[0] == pytest.approx(40.0), "not above the limit"
+
+
+def test_climbing_and_sinking_have_their_own_limits() -> None:
+    """1 m/s² up to 3 m/s up and 1.5 m/s down."""
+    up = seen(sight(HERE, stand(50.0, 50.0, 80.0)))
+    assert along(up, "goes_m", 5.0)[2] == pytest.approx(4.5 + 2.0 * 3.0, abs=0.1)
+    down = seen(sight(HERE, stand(50.0, 50.0, 0.0)))
+    assert along(down, "goes_m", 5.0)[2] == pytest.approx(-(1.125 + 3.5 * 1.5), abs=0.1)
+    a_little = seen(sight(HERE, stand(50.0, 50.0, 41.0)))
+    assert a_little.goes_m[0, :, 2].max() <= 41.2
+    assert along(a_little, "goes_m", 5.0)[2] == pytest.approx(1.0, abs=0.1)
+
+
+def test_an_error_is_worked_off_as_fast_as_it_can_be_braked_for() -> None:
+    """2 m beside its course: 1/s, so that e^-4 of it is left after 4 s or so."""
+    flock = seen(sight((50.0, 52.0, 40.0), passing(50.0, 50.0, vx=6.0)))
+    assert 0.0 <= flock.goes_m[0, 16, 1] - 50.0 < 0.3
+    assert flock.goes_m[0, 4, 1] - 50.0 == pytest.approx(1.1, abs=0.3)
+
+
+def test_a_turn_is_no_sharper_than_it_can_be() -> None:
+    """East at 8 m/s, told to go north: 2.5 m/s² make a diagonal change of velocity."""
+    flock = seen(sight(HERE, passing(50.0, 50.0, vx=0.0, vy=8.0), velocity=EAST))
+    velocity = np.diff(flock.goes_m[0], axis=0) / 0.25
+    change = np.linalg.norm(np.diff(velocity, axis=0), axis=1) / 0.25
+    assert change.max() <= 2.5 + 1e-6 and change[:4].min() > 2.0
+    assert flock.goes_m[0, :, 0].max() > 56.0
+
+
+def test_no_course_is_a_stop() -> None:
+    flock = seen(Sight(1, HERE, EAST, Does.FOLLOWS, None))
+    assert flock.goes_m.tolist() == flock.stops_m.tolist()
+
+
+# ---------------------------------------------------------------- age and error
+
+
+def test_an_old_position_is_somewhere_on_the_way_since() -> None:
+    flock = seen(Sight(1, HERE, EAST, age_s=1.0, error_m=3.0), Sight(2, HERE, EAST, age_s=100.0))
+    assert flock.here_m.tolist() == [[54.0, 50.0, 40.0], [70.0, 50.0, 40.0]]
+    assert flock.error_m.tolist() == [7.0, 20.0], "of 5 s at most"
+    assert seen(Sight(1, HERE, EAST, age_s=-1.0)).error_m.tolist() == [0.0]
+    assert seen(Sight(1, HERE, (3.0, 4.0, 9.0), age_s=1.0)).error_m.tolist() == [2.5], "sideways"
+
+
+# ---------------------------------------------------------------- several, and none
+
+
+def test_each_is_foreseen_as_if_it_were_alone() -> None:
+    sights = [
+        Sight(1, HERE, EAST, Does.STOPS),
+        sight((90.0, 20.0, 30.0), passing(90.0, 20.0, vx=3.0, vy=4.0), id_=2),
+        Sight(3, (10.0, 10.0, 50.0), (1.0, 1.0, 0.0)),
+        sight((20.0, 120.0, 60.0), stand(90.0, 90.0, 50.0), id_=4),
+    ]
+    flock = seen(*sights)
+    for row, one in enumerate(sights):
+        alone, mover = seen(one).mover(0), flock.mover(row)
+        assert mover.sight is one
+        for name in ("here_m", "goes_m", "late_m", "stops_m", "rests_m", "low_m", "high_m"):
+            assert np.allclose(getattr(mover, name), getattr(alone, name)), (row, name)
+        assert mover.error_m == alone.error_m
+        assert (mover.low_m <= mover.stops_m).all() and (mover.goes_m <= mover.high_m).all()
+
+
+def test_nobody_is_no_trouble() -> None:
+    assert seen().goes_m.shape == (0, 21, 3)
+
+
+def test_what_is_decided_is_what_others_see() -> None:
+    old, new = sight(HERE, passing(50.0, 50.0, vx=8.0)), sight(HERE, stand(50.0, 90.0), velocity=EAST)
+    other = sight((90.0, 90.0, 40.0), stand(10.0, 10.0), id_=2)
+    flock, me = seen(old, other), seen(new).mover(0)
+    before = flock.mover(1).goes_m.tolist()
+    flock.decided(me, goes=True)
+    assert flock.goes_m[0].tolist() == me.goes_m.tolist() and flock.late_m[0].tolist() == me.late_m.tolist()
+    assert flock.high_m[0].tolist() == me.high_m.tolist() and flock.low_m[0].tolist() == me.low_m.tolist()
+    flock.decided(me, goes=False)
+    assert flock.goes_m[0].tolist() == flock.late_m[0].tolist() == me.stops_m.tolist()
+    assert flock.mover(1).goes_m.tolist() == before
+
+
+# ---------------------------------------------------------------- courses
+
+
+def test_a_trajectory_is_sampled_as_it_is_flown() -> None:
+    places = np.array([[0.0, 0.0, 30.0], [4.0, 1.0, 30.0], [9.0, 1.0, 31.0]])
+    speeds = np.array([[4.0, 1.0, 0.0], [4.5, 0.5, 0.5], [5.0, 0.0, 1.0]])
+    course = Trajectory(10.0, 1.0, places, speeds)
+    for now in (7.0, 9.875, 10.0, 11.3, 12.0, 50.0):
+        sampled = samples_of(course, now, TIMES)
+        for i, t in enumerate(TIMES.tolist()):
+            place, velocity = course.at(now + t)
+            assert sampled[0][i] == pytest.approx(place) and sampled[1][i] == pytest.approx(velocity)
+
+
+def test_other_courses_are_asked_moment_by_moment() -> None:
+    cruise = Cruise(0.0, HERE, (0.0, 0.0, 0.0), EAST, 3.0, 2.0)
+    places, speeds = samples_of(cruise, 1.0, TIMES)
+    assert places[4].tolist() == list(cruise.at(2.0)[0]) and speeds[4].tolist() == list(cruise.at(2.0)[1])
+    places, speeds = samples_of(stand(1.0, 2.0), 1.0, TIMES)
+    assert places.tolist() == [[1.0, 2.0, 40.0]] * 21 and not speeds.any()

@@ -1,0 +1,131 @@
+"""Separation: 10 m sideways or 5 m in height, and a little more; foreseen for those who go on and those who brake."""
+
+import numpy as np
+import pytest
+from guard_rig import LIMITS, guard, passing, sight, stand
+
+from tui_gcs.core.course import Trajectory
+from tui_gcs.core.guard_motion import Does, Sight
+from tui_gcs.core.guard_separation import Meeting, meeting
+
+HERE = (50.0, 50.0, 40.0)
+STILL = (0.0, 0.0, 0.0)
+
+
+def met(me: Sight, *others: Sight) -> Meeting | None:
+    g = guard()
+    return meeting(g.look([me], 0.0).mover(0), g.look(list(others), 0.0), LIMITS)
+
+
+def holder(x: float, y: float, z: float = 40.0, id_: int = 2, error_m: float = 0.0) -> Sight:
+    return Sight(id_, (x, y, z), STILL, Does.STOPS, error_m=error_m)
+
+
+# ---------------------------------------------------------------- limits
+
+
+@pytest.mark.parametrize(("y", "close"), [(60.4, True), (60.6, False), (39.6, True), (39.4, False)])
+def test_half_a_metre_more_than_the_limit_is_kept_sideways(y: float, *, close: bool) -> None:
+    assert bool(met(sight((30.0, 50.0, 40.0), stand(50.0, 50.0)), holder(50.0, y))) is close
+
+
+@pytest.mark.parametrize(("z", "close"), [(45.2, True), (45.4, False), (34.8, True), (34.6, False)])
+def test_and_a_third_of_a_metre_in_height(z: float, *, close: bool) -> None:
+    assert bool(met(sight((30.0, 50.0, 40.0), stand(50.0, 50.0)), holder(50.0, 50.0, z))) is close
+
+
+def test_what_may_be_wrong_of_either_position_is_added() -> None:
+    goes = sight((30.0, 50.0, 40.0), stand(50.0, 50.0))
+    vague = Sight(1, goes.position_m, STILL, Does.FOLLOWS, goes.course, error_m=2.0)
+    assert met(goes, holder(50.0, 62.0)) is None and met(goes, holder(50.0, 64.0, error_m=3.0)) is None
+    assert met(vague, holder(50.0, 62.0)) and met(goes, holder(50.0, 62.0, error_m=2.0))
+    assert met(vague, holder(50.0, 64.0, error_m=2.0)) and not met(vague, holder(50.0, 64.7, error_m=2.0))
+
+
+# ---------------------------------------------------------------- whom
+
+
+def test_the_first_to_be_met_is_named() -> None:
+    found = met(sight(HERE, passing(50.0, 50.0, vx=8.0)), holder(90.0, 50.0, id_=7), holder(75.0, 50.0, id_=5))
+    assert found == Meeting(5, 2.0), "14.5 m at 8 m/s"
+    found = met(sight(HERE, passing(50.0, 50.0, vx=8.0)), holder(75.0, 50.0, id_=5), holder(90.0, 50.0, id_=7))
+    assert found == Meeting(5, 2.0)
+
+
+def test_who_is_on_the_ground_matters_to_nobody_and_minds_nobody() -> None:
+    goes = sight((30.0, 50.0, 4.0), stand(50.0, 50.0, 4.0))
+    assert met(goes, holder(50.0, 50.0, 1.9)) is None
+    assert met(goes, holder(50.0, 50.0, 2.0))
+    low = sight((30.0, 50.0, 1.9), stand(50.0, 50.0, 1.9))
+    assert met(low, holder(50.0, 50.0, 4.0)) is None
+    assert met(sight((30.0, 50.0, 2.0), stand(50.0, 50.0, 2.0)), holder(50.0, 50.0, 4.0))
+
+
+def test_a_column_is_exempt_but_others_keep_clear_of_it() -> None:
+    climbs = sight(HERE, stand(50.0, 50.0, 60.0), column=True)
+    assert met(climbs, holder(50.0, 50.0, 60.0)) is None
+    assert met(sight((30.0, 50.0, 40.0), stand(50.0, 50.0)), Sight(2, HERE, STILL, in_column=True))
+
+
+def test_nobody_meets_himself_or_nobody() -> None:
+    me = sight(HERE, stand(60.0, 50.0))
+    assert met(me, me) is None and met(me) is None
+
+
+# ---------------------------------------------------------------- who brakes
+
+
+def test_behind_somebody_as_fast_there_must_be_room_for_him_to_brake() -> None:
+    """12 m behind at 8 m/s the distance stays, as long as he goes on; he may brake half a second before us: 4 m."""
+    ahead = sight((62.0, 50.0, 40.0), passing(62.0, 50.0, vx=8.0), id_=2)
+    assert met(sight(HERE, passing(50.0, 50.0, vx=8.0)), ahead)
+    farther = sight((64.7, 50.0, 40.0), passing(64.7, 50.0, vx=8.0), id_=2)
+    assert met(sight(HERE, passing(50.0, 50.0, vx=8.0)), farther) is None
+
+
+def dodging(x: float, sign: float) -> Sight:
+    """East (+) or west (-) at 8 m/s, and from half a second on in a turn to the right, as sharp as allowed."""
+    t = np.arange(0.0, 6.0, 0.25)
+    turn = np.maximum(t - 0.5, 0.0) * 2.5 / 8.0
+    east, south = np.minimum(t, 0.5) * 8.0 + 25.6 * np.sin(turn), 25.6 * (1.0 - np.cos(turn))
+    flat = np.zeros_like(t)
+    places = np.stack([x + sign * east, 50.0 - sign * south, flat + 40.0], axis=1)
+    speeds = np.stack([sign * 8.0 * np.cos(turn), -sign * 8.0 * np.sin(turn), flat], axis=1)
+    return sight((x, 50.0, 40.0), Trajectory(0.0, 0.25, places, speeds), id_=1 if sign > 0 else 2)
+
+
+def test_head_on_there_must_be_room_for_both_to_brake_whatever_their_courses_say() -> None:
+    """Both dodge in time. If both brake in half a second, each needs 22 m, and 10.5 m must be left between them."""
+    assert met(dodging(50.0, 1.0), dodging(106.0, -1.0)) is None
+    assert met(dodging(50.0, 1.0), dodging(102.0, -1.0)) == Meeting(2, 3.75)
+
+
+def test_a_course_that_leads_away_in_time_is_no_excuse_for_not_being_able_to_brake() -> None:
+    """Braking now ends 18 m ahead, in half a second 22 m ahead: there 10.5 m must be left."""
+    assert met(dodging(50.0, 1.0), holder(81.0, 53.0))
+    assert met(dodging(50.0, 1.0), holder(84.0, 53.0)) is None
+
+
+# ---------------------------------------------------------------- what leads apart
+
+
+def test_from_too_near_only_what_leads_apart_passes() -> None:
+    near = holder(56.0, 50.0)
+    assert met(sight(HERE, stand(20.0, 50.0)), near) is None
+    assert met(sight(HERE, stand(50.0, 50.0)), near) is None, "no nearer than now"
+    assert met(sight(HERE, stand(54.0, 50.0)), near)
+    assert met(sight(HERE, stand(90.0, 50.0)), near), "in the end apart, but through it"
+
+
+def test_who_flees_from_somebody_who_comes_nearer_may() -> None:
+    comes = Sight(2, (35.0, 50.0, 40.0), (8.0, 0.0, 0.0))
+    assert met(sight(HERE, stand(120.0, 50.0)), comes) is None
+    assert met(sight(HERE, stand(50.0, 120.0)), comes) is None
+    assert met(sight(HERE, stand(20.0, 50.0)), comes)
+
+
+def test_into_somebody_who_comes_through_anyway_is_worse_than_waiting() -> None:
+    """The smallest distance is the same; on average it is not."""
+    comes = Sight(2, (80.0, 50.0, 40.0), (-8.0, 0.0, 0.0))
+    assert met(sight(HERE, stand(70.0, 50.0)), comes)
+    assert met(sight(HERE, stand(50.0, 50.0)), comes) is None

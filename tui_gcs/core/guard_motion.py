@@ -1,0 +1,256 @@
+"""What vehicles will do in the next seconds, as the guard foresees it; all of them at once, as arrays.
+
+A vehicle is a point that chases its course within its limits of acceleration, or brakes, or flies straight on. Three
+futures of each are foreseen: it goes on; it goes on for a moment and then brakes; it brakes now.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.core.course import Course, Reference, Samples, Stand, Trajectory
+from tui_gcs.core.messages import Vec3
+from tui_gcs.core.scenario import Limits
+
+STEP_S = 0.25
+HORIZON_S = 5.0
+"""How far ahead separation is predicted at least; farther where braking takes longer."""
+GO_ON_STEPS = 2
+"""So long a course that passed is flown whatever happens: until it is judged again, and that arrives, and shows."""
+BRAKE_DELAY_S = 0.25
+BRAKE_SHARE = 0.8
+"""How a vehicle brakes: not at once, and with this share of its acceleration. Measured in the simulator at 8 m/s from
+order to rest: ArduCopter 13.2 to 13.8 m, PX4 11.9 to 16.7 m; v²/2a would be 12.8 m, this is 18 m."""
+CLIMB_M_S, DESCENT_M_S = 3.0, 1.5
+"""Scenarios have no vertical limits: PX4's MPC_Z_V_AUTO_UP (WPNAV_SPEED_UP is 2.5); both autopilots' descent."""
+ACCEL_Z_M_S2 = 1.0
+"""WPNAV_ACCEL_Z; PX4 brakes harder."""
+POSITION_GAIN_HZ = 1.0
+"""PSC_POSXY_P; MPC_XY_P is 0.95."""
+FAR_M = 1e6
+"""Farther away nothing is computed."""
+MOST_AGE_S = 5.0
+"""A vehicle that hears nothing brakes or turns home by then: it is not looked for ever farther away."""
+
+
+class Does(Enum):
+    """What a vehicle is doing, as far as the station knows."""
+
+    FOLLOWS = "follows its course"
+    STOPS = "brakes and holds"
+    DRIFTS = "whatever it wants: straight on is the best guess"
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What the guard knows of one vehicle."""
+
+    id: int
+    position_m: Vec3
+    velocity_m_s: Vec3
+    does: Does = Does.DRIFTS
+    course: Course | None = None
+    """What it follows, if it does."""
+    age_s: float = 0.0
+    """Of position and velocity."""
+    error_m: float = 0.0
+    """By how much its position may be wrong, beyond what the limits allow for."""
+    in_column: bool = False
+    """Taking off or landing vertically: exempt from separation."""
+
+
+@dataclass(frozen=True)
+class Flock:
+    """n vehicles foreseen; k samples, `STEP_S` apart, from now."""
+
+    sights: tuple[Sight, ...]
+    ids: NDArray[np.int64]
+    """(n,)"""
+    here_m: Samples
+    """(n, 3) where they are now."""
+    error_m: Samples
+    """(n,) by how much that may be wrong."""
+    goes_m: Samples
+    """(n, k, 3) if it goes on."""
+    late_m: Samples
+    """(n, k, 3) if it goes on for a moment and brakes then."""
+    stops_m: Samples
+    """(n, k, 3) if it brakes now."""
+    rests_m: Samples
+    """(n, 2, 3) where it comes to rest if it brakes after a moment, and now."""
+    low_m: Samples
+    """(n, 3) the box around all that."""
+    high_m: Samples
+
+    def mover(self, row: int) -> "Mover":
+        """One of them."""
+        return Mover(
+            self.sights[row],
+            self.here_m[row],
+            float(self.error_m[row]),
+            self.goes_m[row],
+            self.late_m[row],
+            self.stops_m[row],
+            self.rests_m[row],
+            self.low_m[row],
+            self.high_m[row],
+        )
+
+    def decided(self, mover: "Mover", *, goes: bool) -> None:
+        """From now on `mover` goes on as foreseen, or brakes: whoever is judged next sees that."""
+        row = self.ids == mover.sight.id
+        self.goes_m[row] = mover.goes_m if goes else mover.stops_m
+        self.late_m[row] = mover.late_m if goes else mover.stops_m
+        self.low_m[row], self.high_m[row] = mover.low_m, mover.high_m
+
+
+@dataclass(frozen=True)
+class Mover:
+    """One vehicle of a `Flock`: its row of everything."""
+
+    sight: Sight
+    here_m: Samples
+    error_m: float
+    goes_m: Samples
+    late_m: Samples
+    stops_m: Samples
+    rests_m: Samples
+    low_m: Samples
+    high_m: Samples
+
+
+def times_of(limits: Limits) -> Samples:
+    """(k,) seconds from now that are looked at: until everybody who brakes stands."""
+    brake_s = GO_ON_STEPS * STEP_S + BRAKE_DELAY_S + limits.speed_m_s / (BRAKE_SHARE * limits.accel_m_s2)
+    times: Samples = np.arange(0.0, max(HORIZON_S, brake_s) + STEP_S / 2, STEP_S)
+    return times
+
+
+def foresee(sights: list[Sight], limits: Limits, times_s: Samples, now: float) -> Flock:
+    """The futures of all of them; `times_s` as `times_of` gives them."""
+    n, k = len(sights), len(times_s)
+    place = np.clip(np.nan_to_num(_array([s.position_m for s in sights])), -FAR_M, FAR_M)
+    velocity = np.nan_to_num(_array([s.velocity_m_s for s in sights]), posinf=0.0, neginf=0.0)
+    age = np.clip(np.array([s.age_s for s in sights], dtype=float), 0.0, MOST_AGE_S)
+    here = place + velocity * (age / 2)[:, None]  # somewhere between where it was and straight on from there
+    error = np.array([s.error_m for s in sights], dtype=float) + np.hypot(velocity[:, 0], velocity[:, 1]) * age / 2
+    stops, stop_rest = _brake(here, velocity, limits, times_s)
+    goes, late, late_rest = stops.copy(), stops.copy(), stop_rest.copy()
+    drifts = [i for i, s in enumerate(sights) if s.does is Does.DRIFTS]
+    goes[drifts] = late[drifts] = stops[drifts] = (
+        here[drifts, None, :] + times_s[None, :, None] * velocity[drifts, None, :]
+    )
+    follows = [i for i, s in enumerate(sights) if s.does is Does.FOLLOWS and s.course is not None]
+    if follows:
+        wanted = np.array([_wanted(s.course, now, times_s) for i in follows if (s := sights[i]).course is not None])
+        most = np.array([_speed_of(sights[i].course, limits) for i in follows])
+        goes[follows], speeds = _chase(here[follows], velocity[follows], wanted, most, limits)
+        begin = goes[follows, GO_ON_STEPS]
+        late[follows] = goes[follows]
+        late[follows, GO_ON_STEPS:], late_rest[follows] = _brake(
+            begin, speeds[:, GO_ON_STEPS], limits, times_s[: k - GO_ON_STEPS]
+        )
+    every = np.concatenate([goes, late, stops], axis=1)
+    low, high = (every.min(axis=1), every.max(axis=1)) if n else (here, here)
+    ids = np.array([s.id for s in sights], dtype=np.int64)
+    rests = np.stack([late_rest, stop_rest], axis=1)
+    return Flock(tuple(sights), ids, here, error, goes, late, stops, rests, low, high)
+
+
+def samples_of(course: Reference, now: float, times_s: Samples) -> tuple[Samples, Samples]:
+    """(k, 3) places and (k, 3) velocities that a course asks for at `now + times_s`."""
+    if isinstance(course, Trajectory):
+        return _along(course, now + times_s)
+    if isinstance(course, Stand):
+        return np.repeat(np.array([course.point_m]), len(times_s), axis=0), np.zeros((len(times_s), 3))
+    asked = np.array([course.at(now + t) for t in times_s.tolist()], dtype=float)
+    return asked[:, 0], asked[:, 1]
+
+
+def _along(course: Trajectory, at_s: Samples) -> tuple[Samples, Samples]:
+    """As `Trajectory.at`, for many times at once."""
+    last = len(course.positions_m) - 1
+    place = np.clip((at_s - course.t0_s) / course.dt_s, 0.0, last)
+    i = np.minimum(place.astype(np.int64), last - 1)
+    share = (place - i)[:, None]
+    positions = (1 - share) * course.positions_m[i] + share * course.positions_m[i + 1]
+    velocities = (1 - share) * course.velocities_m_s[i] + share * course.velocities_m_s[i + 1]
+    moving = (at_s >= course.t0_s) & (at_s < course.end_s)
+    return positions, velocities * moving[:, None]
+
+
+def _wanted(course: Course, now: float, times_s: Samples) -> Samples:
+    """(2, k, 3) places and velocities; numbers that are none are not judged here, but must do no harm."""
+    return np.clip(np.nan_to_num(np.array(samples_of(course, now, times_s))), -FAR_M, FAR_M)
+
+
+def _speed_of(course: Course | None, limits: Limits) -> float:
+    return min(course.speed_m_s, limits.speed_m_s) if isinstance(course, Stand) else limits.speed_m_s
+
+
+def _chase(here: Samples, velocity: Samples, wanted: Samples, most: Samples, limits: Limits) -> tuple[Samples, Samples]:
+    """(n, k, 3) places and velocities of points that chase what is wanted, (n, 2, k, 3), no faster than `most` (n,)."""
+    accel = limits.accel_m_s2
+    places, speeds = np.empty_like(wanted[:, 0]), np.empty_like(wanted[:, 0])
+    places[:, 0], speeds[:, 0] = here, velocity
+    for i in range(1, places.shape[1]):
+        before, v = places[:, i - 1], speeds[:, i - 1]
+        gap, feed = wanted[:, 0, i - 1] - before, wanted[:, 1, i]
+        ask = feed + _pull(gap, accel)
+        ask[:, :2] *= _at_most(ask[:, :2], most)
+        ask[:, 2] = np.clip(ask[:, 2], -DESCENT_M_S, CLIMB_M_S)
+        change = ask - v
+        change[:, :2] *= _at_most(change[:, :2], accel * STEP_S)
+        change[:, 2] = np.clip(change[:, 2], -ACCEL_Z_M_S2 * STEP_S, ACCEL_Z_M_S2 * STEP_S)
+        speeds[:, i] = v + change
+        places[:, i] = before + (v + speeds[:, i]) * (STEP_S / 2)
+    return places, speeds
+
+
+def _pull(gap: Samples, accel_m_s2: float) -> Samples:
+    """(n, 3) velocity by which an error of position (n, 3) is worked off: so fast that it can still brake there."""
+    pull = np.empty_like(gap)
+    level = np.hypot(gap[:, 0], gap[:, 1])
+    speed = np.minimum(POSITION_GAIN_HZ * level, np.sqrt(2 * BRAKE_SHARE * accel_m_s2 * level))
+    pull[:, :2] = gap[:, :2] * (speed / np.maximum(level, 1e-9))[:, None]
+    upright = np.abs(gap[:, 2])
+    rise = np.minimum(POSITION_GAIN_HZ * upright, np.sqrt(2 * BRAKE_SHARE * ACCEL_Z_M_S2 * upright))
+    pull[:, 2] = np.copysign(rise, gap[:, 2])
+    return pull
+
+
+def _at_most(vectors: Samples, most: Samples | float) -> Samples:
+    """(n, 1) what makes vectors (n, 2) no longer than `most`."""
+    length = np.hypot(vectors[:, 0], vectors[:, 1])
+    share: Samples = np.minimum(1.0, most / np.maximum(length, 1e-9))[:, None]
+    return share
+
+
+def _brake(here: Samples, velocity: Samples, limits: Limits, times_s: Samples) -> tuple[Samples, Samples]:
+    """(n, k, 3) places of vehicles that brake now, and (n, 3) where they come to rest."""
+    level = np.hypot(velocity[:, 0], velocity[:, 1])
+    shares = np.stack(
+        [
+            *(_braked(level, BRAKE_SHARE * limits.accel_m_s2, times_s),) * 2,
+            _braked(np.abs(velocity[:, 2]), BRAKE_SHARE * ACCEL_Z_M_S2, times_s),
+        ],
+        axis=2,
+    )
+    places = here[:, None, :] + shares[:, :-1] * velocity[:, None, :]
+    return places, here + shares[:, -1] * velocity
+
+
+def _braked(speed: Samples, accel_m_s2: float, times_s: Samples) -> Samples:
+    """(n, k + 1) way after `times_s`, and at rest, of points that brake from `speed` (n,), in seconds of that speed."""
+    to_rest_s = speed / accel_m_s2
+    rest_s = np.broadcast_to(BRAKE_DELAY_S + to_rest_s[:, None], (len(speed), 1))
+    t = np.concatenate([np.broadcast_to(times_s, (len(speed), len(times_s))), rest_s], axis=1)
+    braking_s = np.clip(t - BRAKE_DELAY_S, 0.0, to_rest_s[:, None])
+    way: Samples = np.minimum(t, BRAKE_DELAY_S) + braking_s - braking_s**2 / (2 * np.maximum(to_rest_s, 1e-9))[:, None]
+    return way
+
+
+def _array(rows: list[Vec3]) -> Samples:
+    return np.array(rows, dtype=float).reshape(-1, 3)
