@@ -226,7 +226,7 @@ class Simple:
             targets, target_m_s = ctx.tracks.position_m[:, :2], ctx.tracks.velocity_m_s[:, :2]
             found = meet(xy[:, None], velocity[:, None], targets, target_m_s, self._mobility, 0.5)
             for row, column in matched(found.after_s):
-                place[row], speed[row], through[row] = found.place_m[row, column], 0.0, True
+                speed[row], through[row] = found.velocity_m_s[row, column], True
         places, speeds = paths(xy, velocity, Aims(place, speed, through), self._mobility, self._region)
         return Output(
             [
