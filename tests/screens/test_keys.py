@@ -286,5 +286,5 @@ async def test_the_start_says_what_each_kind_of_vehicle_does_without_us() -> Non
         text = c.app.screen.text()
         assert "  1-4  brakes after 3 s and holds" in text
         assert "  5-8  after 1-2 s without set-points: Position mode" in text
-        assert "    RTL (COM_OBL_RC_ACT)" in text
+        assert "    SINKS (COM_OBL_RC_ACT)" in text
         assert max(map(len, text.splitlines())) <= 74, "fits 80 columns with its frame"
