@@ -30,7 +30,7 @@ ACTIONS = {
 """PX4's parameter reference; what 0 and 5 end in was measured.
 
 Without ever having had a pilot's sticks 1.16.1 sinks in Position mode: of four that lost their station one landed and
-disarmed, the others were sinking when they were sent home. Where it had sticks at arming, and in 1.17 alpha, it returns.
+disarmed, the others were sinking when they were sent home. With sticks at arming, and in 1.17 alpha, it returns.
 """
 DANGEROUS = frozenset({2, 4, 6, 7})
 ASK_AGAIN_S, ASK_SELDOM_S, ASK_OFTEN = 2.0, 20.0, 5
