@@ -65,12 +65,15 @@ def test_what_names_no_vehicles_is_one_line(text: str, tell: Tell, tmp_path: Pat
 @pytest.mark.parametrize(
     "words", [("get", "/a", "--yes", "b"), ("get", "--json", "/a", "b", "--yes"), ("get", "/a", "b")]
 )
-def test_options_may_stand_anywhere(words: tuple[str, ...]) -> None:
+def test_options_may_stand_anywhere(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
     """argparse gives up an optional argument that comes after an option."""
     arguments = _parser().parse_args(["vehicle", "files", "3", *words])
     assert (arguments.path, arguments.file, arguments.yes) == ("/a", "b", "--yes" in words)
     assert _parser().parse_args(["vehicle", "params", "set", "3", "A", "-5"]).value == "-5"
     assert _parser().parse_args(["vehicle", "shell", "3", "--", "--help"]).line == "--help"
+    with pytest.raises(SystemExit):
+        _parser().parse_args(["vehicle", "plan", "upload", "--help"])
+    assert "--home-line" in capsys.readouterr().out
 
 
 def test_no_station_is_exit_code_2(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:

@@ -132,7 +132,7 @@ def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument("scenario", metavar="SCENARIO.toml", nargs="?", help="vehicles at its take-off places")
     parser.add_argument("--count", type=int, metavar="N", help="without a scenario: so many vehicles, in rows")
     parser.add_argument("--home", metavar="LAT,LON,AMSL[,HEADING]", help="place of the first (default: the demo's)")
-    parser.add_argument("--spacing", type=float, metavar="M", help="metres between them (default 10)")
+    parser.add_argument("--spacing", type=float, metavar="M", help="metres between them (default 12)")
     parser.add_argument("--first", type=int, metavar="ID", help="system id of the first (default 1)")
     _autopilot(parser)
     parser.add_argument("--seed", type=int, help="of everything random")

@@ -140,7 +140,7 @@ def test_a_log_that_is_gone_is_told(tmp_path: Path) -> None:
     rig, _, logs = make(tmp_path)
     job = logs.download(1, LogEntry(9, 100, T0))
     rig.until(lambda: job.over, 20.0)
-    assert job.error == "the vehicle does not have it any more"
+    assert job.error == "the vehicle has no log of that number"
 
 
 def test_a_vehicle_that_falls_silent_leaves_a_part(tmp_path: Path) -> None:

@@ -120,7 +120,7 @@ def test_logs_are_listed_downloaded_and_erased(tmp_path: Path) -> None:
     _, result = ended(rig, s.DownloadLog((1,), 2))
     assert result is not None and (tmp_path / "state" / result.path).read_bytes() == b"two" * 50
     info, _ = ended(rig, s.DownloadLog((1,), 7))
-    assert (info.state, info.text) == ("failed", "the vehicle does not have it any more")
+    assert (info.state, info.text) == ("failed", "the vehicle has no log of that number")
     assert ended(rig, s.EraseLogs((1,)), 60.0)[0].state == "done"
 
 

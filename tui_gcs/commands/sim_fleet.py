@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 
 MOST_ID = 250
 """Ids above are ground stations'."""
-SPACING_M = 10.0
+SPACING_M = 12.0
+"""More than the shipped scenario's separation: a start refuses who stands closer."""
 MOST_SPACING_M = 1000.0
 AUTOPILOTS = {"ardupilot": ("ardupilot",), "px4": ("px4",), "mixed": ("ardupilot", "px4")}
 """What a fleet is made of: vehicles take turns."""

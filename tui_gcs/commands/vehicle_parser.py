@@ -21,6 +21,10 @@ Actions = Any
 """argparse's own type for subparsers has no public name."""
 
 
+HELP = ("-h", "--help")
+"""Stays where it is: `plan upload --help` asks about upload, not about plan."""
+
+
 class AnyOrder(argparse.ArgumentParser):
     """Takes its options also between positional arguments, of which argparse gives up the optional ones then."""
 
@@ -31,7 +35,7 @@ class AnyOrder(argparse.ArgumentParser):
         words = iter(args or ())
         for word in words:
             action = self._option_string_actions.get(word.partition("=")[0])
-            if word == "--" or action is None:
+            if word == "--" or action is None or word in HELP:
                 others += [word, *words] if word == "--" else [word]
                 continue
             options.append(word)

@@ -162,7 +162,7 @@ def _from_json(text: str, kind: PlanKind) -> Plan:
     try:
         file = msgspec.json.decode(text, type=_File)
     except (msgspec.MsgspecError, RecursionError) as error:
-        raise PlanFileError(str(error)) from None
+        raise PlanFileError(f"{error}; `plan download` writes what can be read: FILE.json or WPL") from None
     if file.kind != kind.word:
         raise PlanFileError(f"it is a {file.kind}, not a {kind.word}"[:100])
     if len(file.items) > MOST_ITEMS:

@@ -37,6 +37,7 @@ from tui_gcs.widgets.top_lines import TopLines
 PAN = 0.125
 ZOOM = 2.0**0.5
 MAX_DIGITS = 3
+EMPTY_LINES = 6
 
 
 class FlyScreen(Screen[None]):
@@ -172,7 +173,7 @@ class FlyScreen(Screen[None]):
         """Roster, selected vehicle and map."""
         frame = self._known_frame()
         count = len(frame.ids) if frame is not None else 0
-        self.roster.styles.height = max(4, min(count + 3, self._roster_room()))
+        self.roster.styles.height = max(4, min(count + 3 if count else EMPTY_LINES, self._roster_room()))
         self.roster.show(frame, self.selected, waiting=self._waiting())
         row = row_of(frame, self.selected)
         self.selected_panel.show(row)

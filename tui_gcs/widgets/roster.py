@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from textwrap import wrap
 
 from textual import events
 from textual.message import Message
@@ -95,7 +96,7 @@ class Roster(LinesView):
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
         if self._frame is None or not self._frame.ids:
-            return [[("no vehicle yet", Ink.MUTED)], [(self._waiting, Ink.MUTED)]]
+            return [[(text, Ink.MUTED)] for text in ("no vehicle yet", *wrap(self._waiting, max(1, width)))]
         rows = self._frame.rows()
         columns = fitting_columns(width, max(row.id for row in rows))
         room = max(1, height - 1)

@@ -126,7 +126,7 @@ class LogDownloadJob(Job):
             found = self._lister.entries.get(self.entry.id)
             self._lister = None
             if refusal or found is None:
-                self.finish(refusal or "the vehicle does not have it any more")
+                self.finish(refusal or "the vehicle has no log of that number")
             elif found.size < self.entry.size:
                 self.finish("another log has that number now: list them again")
             else:
