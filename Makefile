@@ -2,6 +2,8 @@
 # make test   style, types and all tests
 # make bench  the measured figures
 # make lint   style and types only
+# make guard  the guard's tests, every branch of it reached
+# make mutants  whether they notice every little change of it; takes some minutes
 # make conformance LINK=udpin:127.0.0.1:14550 IDS=1-8   judge the vehicles on a link; they will fly (ONLY=words: those checks)
 #
 # Each makes .venv with pinned packages first; nothing is installed outside this folder, no root is needed.
@@ -16,7 +18,7 @@ LINK = udpin:127.0.0.1:14550
 IDS =
 ONLY =
 
-.PHONY: demo test bench conformance lint clean
+.PHONY: demo test bench conformance guard mutants lint clean
 
 demo: .venv/installed
 	$(BIN)/tui-gcs demo
@@ -29,6 +31,13 @@ bench: .venv/installed-dev
 
 conformance: .venv/installed-dev
 	$(BIN)/python -m tests.conformance --link $(LINK) $(if $(IDS),--ids $(IDS)) $(ONLY)
+
+guard: .venv/installed-dev
+	$(BIN)/coverage run --branch --include='tui_gcs/core/guard*.py' --data-file=.venv/guard.coverage -m pytest -q -n0 tests/core/test_guard*.py
+	$(BIN)/coverage report --data-file=.venv/guard.coverage --show-missing --fail-under=100
+
+mutants: .venv/installed-dev
+	$(BIN)/python -m tests.mutants
 
 lint: .venv/installed-dev
 	$(BIN)/ruff check .

@@ -13,6 +13,7 @@ from pathlib import Path
 from tests.bench.commands import commands
 from tests.bench.decode import decoder
 from tests.bench.flood import flood
+from tests.bench.guard import guard
 from tests.bench.guardian import guardian
 from tests.bench.headless import help_cpu, lock_step
 from tests.bench.live import live
@@ -39,10 +40,19 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "planning": planning,
     "planning-runs": planning_runs,
     "guardian": guardian,
+    "guard": guard,
 }
-LONG_S = {"planning": 150, "planning-runs": 600, "load": 95, "live": 150, "commands": 650, "guardian": 3000}
+LONG_S = {
+    "planning": 150,
+    "planning-runs": 600,
+    "load": 95,
+    "live": 150,
+    "commands": 650,
+    "guardian": 3000,
+    "guard": 1200,
+}
 """Parts that take more than a minute say so."""
-BY_NAME_ONLY = {"commands", "guardian"}
+BY_NAME_ONLY = {"commands", "guardian", "guard"}
 
 
 def main(chosen: list[str]) -> int:

@@ -1,0 +1,71 @@
+"""The guard: what it costs, and whether any of many random streams of intents gets the better of it."""
+
+import os
+import sys
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+from tests.bench.row import Row
+from tui_gcs.core.course import Trajectory
+from tui_gcs.core.guard import Guard
+from tui_gcs.core.guard_motion import Does, Sight
+from tui_gcs.core.scenario import Limits, OperatingArea
+from tui_gcs.core.zones import Rectangle
+
+RUNS = int(os.environ.get("GUARD_RUNS", "1000"))
+SECONDS = 30.0
+JUDGED_HZ = 5.0
+FLOWN = ("ardupilot", "px4", "mixed")
+WIND_M_S, NOISE_M = (0.0, 0.0, 4.0, 7.0), (0.0, 0.3)
+
+
+def guard(folder: Path) -> Iterator[Row]:
+    """CPU at 8 and 250 vehicles; random runs that ended with something that must not be."""
+    for n in (8, 250):
+        yield Row(f"guard, {n} vehicles judged at {JUDGED_HZ:.0f} Hz: CPU", 100.0 * _share(n), "%", 30.0)
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        bad = 0
+        for seed, problems in enumerate(pool.map(_run, range(RUNS), chunksize=4)):
+            bad += bool(problems)
+            for problem in problems:
+                print(f"  random run {seed}: {problem}", flush=True)
+    yield Row(f"{RUNS} random runs of {SECONDS:.0f} s: with a violation", bad, "", 0.0)
+
+
+def _share(n: int) -> float:
+    """CPU seconds a second, for vehicles all over an area that all have new trajectories."""
+    rng = np.random.default_rng(n)
+    area = OperatingArea(Rectangle(centre_m=(300.0, 200.0), width_m=600.0, height_m=400.0), 20.0, 90.0)
+    judge = Guard(Limits(), area, ())
+    t = np.arange(0.0, 3.25, 0.25)[:, None]
+    sights = []
+    for number in range(n):
+        place = rng.uniform((40.0, 40.0, 25.0), (560.0, 360.0, 85.0))
+        velocity = np.array([*rng.normal(0.0, 4.0, 2), 0.0])
+        course = Trajectory(0.0, 0.25, place + t * velocity, np.repeat(velocity[None], len(t), axis=0))
+        x, y, z = place.tolist()
+        sights.append(Sight(number, (x, y, z), tuple(velocity.tolist()), Does.FOLLOWS, course, age_s=0.1))
+    began_s, rounds = time.process_time(), 5
+    for i in range(rounds):
+        flock, judged = judge.look(sights, 0.2 * i), judge.look(sights, 0.2 * i)
+        for row, sight in enumerate(sights):
+            assert sight.course is not None
+            mover = judged.mover(row)
+            flock.decided(mover, goes=judge.judge(mover, sight.course, flock, 0.2 * i).ok)
+    return (time.process_time() - began_s) / rounds * JUDGED_HZ
+
+
+def _run(seed: int) -> list[str]:
+    import tempfile
+
+    sys.path.insert(0, str(Path(__file__).parents[1] / "core"))
+    from wild import Weather, run_wild
+
+    weather = Weather(WIND_M_S[seed % 4], NOISE_M[seed // 4 % 2])
+    with tempfile.TemporaryDirectory(prefix="tg") as folder:
+        found = run_wild(Path(folder), seed, SECONDS, FLOWN[seed % 3], weather, trouble=seed % 2 == 1)
+    return [f"{FLOWN[seed % 3]}, {weather}: {problem}" for problem in found.problems()]

@@ -1,0 +1,229 @@
+"""Mutation test of the guard: every little change of its code must make one of its tests fail.
+
+python -m tests.mutants [MODULE]; deterministic; exits 1 if a mutant lives that is not in `EQUIVALENT`. Each mutant runs
+the guard's unit tests in a process forked from this one, so that nothing is imported twice.
+"""
+
+import ast
+import copy
+import os
+import resource
+import sys
+import types
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+MODULES = ("guard_motion", "guard_region", "guard_separation", "guard")
+"""In the order in which they import each other."""
+TESTS = (
+    "test_guard_motion.py",
+    "test_guard_region.py",
+    "test_guard_separation.py",
+    "test_guard_rules.py",
+    "test_guard.py",
+)
+"""Those without a simulator."""
+MOST_CPU_S = 60
+SWAPPED: dict[type, type] = {
+    ast.Lt: ast.GtE,
+    ast.LtE: ast.Gt,
+    ast.Gt: ast.LtE,
+    ast.GtE: ast.Lt,
+    ast.Eq: ast.NotEq,
+    ast.NotEq: ast.Eq,
+    ast.Is: ast.IsNot,
+    ast.IsNot: ast.Is,
+    ast.In: ast.NotIn,
+    ast.NotIn: ast.In,
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.Div,
+    ast.Div: ast.Mult,
+    ast.Pow: ast.Mult,
+    ast.And: ast.Or,
+    ast.Or: ast.And,
+    ast.BitAnd: ast.BitOr,
+    ast.BitOr: ast.BitAnd,
+}
+EDGES: dict[type, type] = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt}
+NAMES = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum", "any": "all", "all": "any"}
+
+EQUIVALENT: dict[str, str] = {}
+"""Mutants that no test can tell from the original, and why."""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One changed module."""
+
+    module: str
+    where: str
+    before: str
+    after: str
+    tree: ast.Module
+
+    @property
+    def name(self) -> str:
+        """Stable: it has no line numbers."""
+        return f"{self.module}.{self.where}: {self.before} -> {self.after}"
+
+
+def mutants(module: str) -> Iterator[Mutant]:
+    """All mutants of one module, in the order of its lines."""
+    tree = ast.parse((ROOT / "tui_gcs" / "core" / f"{module}.py").read_text())
+    places = _places(tree)
+    for number, node in enumerate(_code(tree)):
+        for change in range(_changes(node)):
+            other = copy.deepcopy(tree)
+            changed = list(_code(other))[number]
+            before = ast.unparse(_shown(changed))
+            _change(changed, change)
+            where = places.get(number, "module")
+            yield Mutant(module, where, before, ast.unparse(_shown(changed)), ast.fix_missing_locations(other))
+
+
+def _shown(node: ast.AST) -> ast.AST:
+    return node.value if isinstance(node, ast.Expr) else node
+
+
+def _code(tree: ast.AST) -> Iterator[ast.AST]:
+    """Nodes that do something: no docstrings, annotations, decorators, texts."""
+    for field, value in ast.iter_fields(tree):
+        if field in ("annotation", "returns", "decorator_list", "names"):
+            continue
+        for child in value if isinstance(value, list) else [value]:
+            if isinstance(child, ast.AST) and not _is_text(child):
+                yield child
+                yield from _code(child)
+
+
+def _is_text(node: ast.AST) -> bool:
+    docstring = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+    return docstring or isinstance(node, ast.JoinedStr)
+
+
+def _places(tree: ast.Module) -> dict[int, str]:
+    """Function of each node, by its number in `_code`."""
+    numbers = {id(node): number for number, node in enumerate(_code(tree))}
+    places: dict[int, str] = {}
+    for function in ast.walk(tree):
+        if isinstance(function, ast.FunctionDef):
+            for node in ast.walk(function):
+                if id(node) in numbers:
+                    places[numbers[id(node)]] = function.name
+    return places
+
+
+def _changes(node: ast.AST) -> int:
+    """How many ways there are to change it."""
+    match node:
+        case ast.Compare(ops=[op, *_]):
+            return len(node.ops) * (2 if type(op) in EDGES else 1)
+        case ast.BinOp(op=op) | ast.AugAssign(op=op) | ast.BoolOp(op=op):
+            return int(type(op) in SWAPPED)
+        case ast.UnaryOp(op=ast.Not() | ast.USub() | ast.Invert()):
+            return 1
+        case ast.Constant(value=bool() | int() | float()):
+            return 1
+        case ast.Return(value=ast.expr()):
+            return 1
+        case ast.Name(id=name) | ast.Attribute(attr=name):
+            return int(name in NAMES)
+    return 0
+
+
+def _change(node: ast.AST, number: int) -> None:
+    match node:
+        case ast.Compare(ops=ops):
+            place, edge = divmod(number, 2) if type(ops[0]) in EDGES else (number, 0)
+            table = EDGES if edge else SWAPPED
+            ops[place] = table[type(ops[place])]()
+        case ast.BinOp(op=op) | ast.AugAssign(op=op) | ast.BoolOp(op=op):
+            node.op = SWAPPED[type(op)]()
+        case ast.UnaryOp(op=op):
+            node.op = ast.UAdd() if isinstance(op, ast.USub) else node.op
+            if not isinstance(op, ast.USub):
+                node.operand = ast.UnaryOp(op=type(op)(), operand=node.operand)
+        case ast.Constant(value=bool() as value):
+            node.value = not value
+        case ast.Constant(value=value):
+            node.value = value + 1 if isinstance(value, int) else value * 1.5 + 1e-3
+        case ast.Return():
+            node.value = ast.Constant(value=None)
+        case ast.Name(id=name):
+            node.id = NAMES[name]
+        case ast.Attribute(attr=name):
+            node.attr = NAMES[name]
+
+
+def lives(mutant: Mutant) -> bool:
+    """Whether the tests pass in spite of it."""
+    child = os.fork()
+    if child == 0:
+        os._exit(_judge(mutant))
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+
+
+def _judge(mutant: Mutant) -> int:
+    """In the forked process: the exit code of its tests."""
+    resource.setrlimit(resource.RLIMIT_CPU, (MOST_CPU_S, MOST_CPU_S))
+    silence = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(silence, 1)
+    os.dup2(silence, 2)
+    try:
+        for module in MODULES:
+            _install(module, mutant.tree if module == mutant.module else None)
+    except Exception:  # noqa: BLE001 - a module that cannot even be imported is as dead as can be
+        return 1
+    return _tests()
+
+
+def _install(module: str, tree: ast.Module | None) -> None:
+    """Run a module anew, changed or not, in place of the one that was imported."""
+    name = f"tui_gcs.core.{module}"
+    path = ROOT / "tui_gcs" / "core" / f"{module}.py"
+    fresh = types.ModuleType(name)
+    fresh.__file__ = str(path)
+    sys.modules[name] = fresh
+    exec(compile(tree or path.read_text(), str(path), "exec"), fresh.__dict__)
+
+
+def _tests() -> int:
+    files = [str(file) for name in TESTS if (file := ROOT / "tests" / "core" / name).exists()]
+    return int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "-n0", "-k", "not whoever", *files]))
+
+
+def main(chosen: list[str]) -> int:
+    """Try all mutants of the chosen modules, all by default; 1 if one lives."""
+    sys.path.insert(0, str(ROOT / "tests" / "core"))
+    import hypothesis  # noqa: F401 - imported once, here, and not in every child
+    import shapely  # noqa: F401
+
+    import tui_gcs.core.guard  # noqa: F401
+
+    if os.fork() == 0:
+        os._exit(_tests())
+    if os.waitstatus_to_exitcode(os.wait()[1]) != 0:
+        print("the guard's tests fail without any mutant", file=sys.stderr)
+        return 2
+    total, alive = 0, []
+    for module in chosen or MODULES:
+        for mutant in mutants(module):
+            total += 1
+            if lives(mutant):
+                alive.append(mutant.name)
+                reason = EQUIVALENT.get(mutant.name, "")
+                print(f"lives: {mutant.name}" + (f"  ({reason})" if reason else ""), flush=True)
+    unknown = [name for name in alive if name not in EQUIVALENT]
+    print(
+        f"{total - len(alive)} of {total} mutants killed, {len(alive) - len(unknown)} equivalent, {len(unknown)} live"
+    )
+    return 1 if unknown else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
