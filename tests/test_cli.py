@@ -147,3 +147,16 @@ def test_a_dialect_with_a_mistake_is_told_before_anything_starts(tmp_path: Path)
 def test_other_stations_are_named_like_links(tmp_path: Path):
     told = refused("run", str(SCENARIO), "--link", "udpin:127.0.0.1:14999", "--forward", "somewhere", "--yes")
     assert "somewhere" in told and "udpout:HOST:PORT" in told
+
+
+@pytest.mark.parametrize("seed", ["-1", str(2**63), "9" * 30])
+@pytest.mark.parametrize(
+    "command", [["rehearse"], ["demo", "--headless"], ["sim", "--count", "1"], ["planner", "check", "patrol"]]
+)
+def test_a_seed_that_no_scenario_may_have_is_refused(
+    command: list[str], seed: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from tui_gcs.cli import main
+
+    assert main([*command, "--seed", seed]) == 2
+    assert capsys.readouterr().err.startswith(f"tui-gcs: --seed {seed}: must be from 0 to 9")

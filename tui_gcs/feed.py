@@ -19,6 +19,7 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as wire
 from tui_gcs.core.bus import Bus, BusError, Closable
 from tui_gcs.core.clock import Clock, MonotonicClock
+from tui_gcs.core.plan_limits import shown
 from tui_gcs.widgets.visible import visible_fleet, visible_status
 
 PERIOD_S = 0.2
@@ -269,7 +270,7 @@ class Feed:
         for data in _drain(self._plan_box):
             plan = self._decoded(data, wire.Plan)
             if plan is not None and plan.annotations is not None:
-                new[plan.team] = plan.annotations
+                new[plan.team] = shown(plan.annotations)
         self._take_annotations(new)
 
     def _take_annotations(self, annotations: dict[str, tuple[wire.Annotation, ...]]) -> None:

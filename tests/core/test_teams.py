@@ -241,6 +241,28 @@ def test_bytes_that_are_no_plan_are_counted(rig: MakeRig, payload: bytes) -> Non
     assert flight.phase(1) is Phase.FLYING
 
 
+def test_a_plan_with_too_many_intents_is_not_taken_and_its_vehicles_hold(rig: MakeRig) -> None:
+    wanted: list[Intent] = []
+
+    def wants(frame: FleetFrame, task: PlannerTask) -> list[Intent]:
+        return wanted or [goto(v, 240.0 + 20 * v, 200.0, task.layers_m[v]) for v in task.members]
+
+    flight = rig(2, wants=wants).flying().run(5.0)
+    wanted += [goto(900 + k, math.nan, 0.0, 0.0) for k in range(5000)]
+    flight.until(lambda: flight.phases() == {Phase.HOLDING}, 4.0)
+    assert alerts(flight)[0] == "planner patrol: 5000 intents for 2 vehicles: its plan is not taken"
+    assert flight.station.guard.vetoes["intents"] >= 1
+    assert not flight.station.guard.vetoes["unknown vehicle"]
+
+
+def test_a_plan_that_is_too_large_is_not_even_decoded(rig: MakeRig) -> None:
+    flight = rig(2, wants=None).run(1.0)
+    flight.bus.publish(PLAN.format(team="defend"), bytes(30_000_000))
+    flight.run(0.5)
+    assert flight.station.dropped["plan too large"] == 1
+    assert any("plan of 30.0 MB: at most 3" in e.text for e in flight.events())
+
+
 def test_a_plan_of_another_revision_is_not_flown(rig: MakeRig) -> None:
     flight = rig(1, planning=False).flying()
     flight.plan(goto(1, *SPOT, 27.0), revision=0)

@@ -65,6 +65,12 @@ def say_planners(planners: "dict[str, PlannerInfo]") -> None:
         sys.stderr.write(f"planner {info.name} {info.version}: {info.file}  sha256 {info.sha256}\n")
 
 
+def check_seed(seed: int | None) -> None:
+    """Raise CommandError for a seed that no scenario may have."""
+    if seed is not None and not 0 <= seed < 2**63:
+        raise CommandError(f"--seed {seed}: must be from 0 to {2**63 - 1}")
+
+
 def read_scenario(path: str | None, planners: Collection[str] = ()) -> tuple["Scenario", str, str]:
     """(scenario, its TOML text, its path); None is the shipped swarm-challenge.
 

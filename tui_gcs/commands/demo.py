@@ -3,7 +3,15 @@
 import argparse
 import sys
 
-from tui_gcs.commands.common import need_terminal, read_planners, read_scenario, running, say_planners, simulable
+from tui_gcs.commands.common import (
+    check_seed,
+    need_terminal,
+    read_planners,
+    read_scenario,
+    running,
+    say_planners,
+    simulable,
+)
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
 from tui_gcs.launcher import LaunchError, check_fault
@@ -37,6 +45,7 @@ def _launch(arguments: argparse.Namespace) -> None:
     from tui_gcs.commands.sim_fleet import spec_of, world_of
     from tui_gcs.launcher import launch
 
+    check_seed(arguments.seed)
     planners = read_planners(arguments.planner)
     scenario, toml, path = read_scenario(arguments.scenario, planners)
     vehicles = spec_of(simulable(scenario), arguments.seed, arguments.autopilot or "ardupilot")

@@ -6,7 +6,15 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui_gcs.commands.common import check_writable, planner_files, read_planners, read_scenario, say_planners, simulable
+from tui_gcs.commands.common import (
+    check_seed,
+    check_writable,
+    planner_files,
+    read_planners,
+    read_scenario,
+    say_planners,
+    simulable,
+)
 from tui_gcs.core.config import ConfigError, state_dir
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import FAILED, OK, CommandError
@@ -48,6 +56,7 @@ def fly(arguments: argparse.Namespace) -> int:
     from tui_gcs.commands.sim_fleet import world_of
     from tui_gcs.rehearsal import BadLinks, rehearse, world_of_spec
 
+    check_seed(arguments.seed)
     check_writable(arguments.json)
     planners = read_planners(arguments.planner)
     scenario, toml, _ = read_scenario(arguments.scenario, planners)

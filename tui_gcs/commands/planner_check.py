@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from tui_gcs.commands.common import check_seed
 from tui_gcs.core.text import clean
 from tui_gcs.exits import FAILED, OK, CommandError
 from tui_gcs.planner import registry
@@ -36,6 +37,7 @@ Line = dict[str, Any]
 
 def run(arguments: argparse.Namespace) -> int:
     """Make the checks; 0 only if all hold."""
+    check_seed(arguments.seed)
     what = arguments.planner
     _exists(what)
     if unknown := [name for name in arguments.only if name not in NAMES]:

@@ -3,7 +3,15 @@
 import argparse
 from typing import TYPE_CHECKING
 
-from tui_gcs.commands.common import need_terminal, read_planners, read_scenario, running, say_planners, simulable
+from tui_gcs.commands.common import (
+    check_seed,
+    need_terminal,
+    read_planners,
+    read_scenario,
+    running,
+    say_planners,
+    simulable,
+)
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
 
@@ -28,6 +36,7 @@ def start(arguments: argparse.Namespace) -> None:
     from tui_gcs.core.scenario_load import ScenarioError, parse
     from tui_gcs.launcher import launch
 
+    check_seed(arguments.seed)
     planners = read_planners([arguments.file])
     (info,) = planners.values()
     _, toml, path = read_scenario(arguments.scenario, planners)

@@ -6,7 +6,15 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui_gcs.commands.common import check_writable, planner_files, read_planners, read_scenario, say_planners, simulable
+from tui_gcs.commands.common import (
+    check_seed,
+    check_writable,
+    planner_files,
+    read_planners,
+    read_scenario,
+    say_planners,
+    simulable,
+)
 from tui_gcs.commands.headless import ProgressBar, report
 from tui_gcs.core.config import ConfigError, state_dir
 from tui_gcs.core.kinds import Kind
@@ -29,6 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
     from tui_gcs.rehearsal import BadLinks, rehearse, weather_of_spec, world_of_spec
     from tui_gcs.report.recording import FlightRecord
 
+    check_seed(arguments.seed)
     for file in (arguments.json, arguments.report):
         check_writable(file)
     planners = read_planners(arguments.planner)

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from tui_gcs.commands.common import OURSELVES
+from tui_gcs.commands.common import OURSELVES, check_seed
 from tui_gcs.commands.sim_fleet import spec_of_options
 from tui_gcs.core.config import ConfigError, state_dir
 from tui_gcs.core.kinds import Kind
@@ -28,6 +28,7 @@ LEAST_SPEED, MOST_SPEED = 0.1, 100.0
 
 def run(arguments: argparse.Namespace) -> int:
     """Run until interrupted, or until the vehicles end by themselves."""
+    check_seed(arguments.seed)
     _check(arguments)
     spec = spec_of_options(arguments)
     relay = _relay(arguments)

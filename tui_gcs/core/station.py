@@ -45,6 +45,7 @@ from tui_gcs.core.messages import (
     encode,
 )
 from tui_gcs.core.monitor import FleetMonitor
+from tui_gcs.core.plan_limits import too_large
 from tui_gcs.core.rates import RateDesk
 from tui_gcs.core.reception import Reception
 from tui_gcs.core.recorder import TlogWriter
@@ -423,6 +424,10 @@ class Station:
         desk = self.desks.get(team)
         if desk is None:
             self.dropped["plan of an unknown team"] += 1
+            return
+        if problem := too_large(len(payload), len(desk.task.members) if desk.task else 0):
+            self.dropped["plan too large"] += 1
+            self.events.say(EventClass.PLANNER, f"planner {team}", f"{problem}: not taken", WARNING, every_s=10)
             return
         try:
             plan = decode(payload, Plan)

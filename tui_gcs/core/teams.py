@@ -22,6 +22,7 @@ from tui_gcs.core.guard import Guard
 from tui_gcs.core.intents import IntentDesk
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.messages import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
+from tui_gcs.core.plan_limits import shown, too_many
 from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.team_measures import ZoneMeasure
@@ -36,8 +37,8 @@ CONFIGURE_S = 20.0
 SLOWEST_HZ, FASTEST_HZ = 1.0, 20.0
 """Of planners' steps."""
 MOST_PLANS_PER_S = 25
-MOST_ANNOTATIONS, MOST_METRICS, MOST_NAME_CELLS = 200, 64, 32
-"""What a planner may draw and count; the rest is cut."""
+MOST_METRICS, MOST_NAME_CELLS = 64, 32
+"""What a planner may count; the rest is cut."""
 MOST_TRACE_LINES, MOST_TRACE_CELLS = 30, 160
 MOST_NOTES = 5
 MOST_SNAPSHOT_BYTES = 2_000_000
@@ -171,6 +172,10 @@ class TeamDesk:
         if len(self._arrivals) == MOST_PLANS_PER_S and now - self._arrivals[0] < 1.0:
             self._guard.veto("rate", f"more than {MOST_PLANS_PER_S} plans a second")
             return []
+        if problem := too_many(plan, len(self.task.members)):
+            self._guard.veto("intents", problem)
+            self._fault(f"planner {self.team.planner}: {problem}: its plan is not taken")
+            return []
         if bridges:
             going_on = tuple(intent for intent in plan.intents if intent.vehicle not in self._stopped)
             return self._intents.carry_out(msgspec.structs.replace(plan, intents=going_on), self.task.limits)
@@ -186,7 +191,7 @@ class TeamDesk:
         late = self._judge_steps and plan.step_ms > 1e3 / self.rate_hz
         self._late_in_a_row = self._late_in_a_row + 1 if late else 0
         if plan.annotations is not None:
-            self.annotations = plan.annotations[:MOST_ANNOTATIONS]
+            self.annotations = shown(plan.annotations)
         self.metrics = {clean(k, MOST_NAME_CELLS): v for k, v in sorted(plan.metrics.items())[:MOST_METRICS]}
         if plan.snapshot is not None and len(plan.snapshot) <= MOST_SNAPSHOT_BYTES:
             self.snapshot = plan.snapshot

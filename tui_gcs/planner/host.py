@@ -18,6 +18,7 @@ import numpy as np
 
 from tui_gcs.core.bus import FLEET, PLAN, PREVIEW, PREVIEW_TASK, TASK, Bus, Closable
 from tui_gcs.core.messages import FleetFrame, Plan, PlannerTask, PreviewTask, decode, encode
+from tui_gcs.core.plan_limits import too_large, too_many
 from tui_gcs.planner import kept as keeping
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Context, Output, Planner
@@ -50,8 +51,6 @@ class Job:
     restarted: bool = False
     """It failed once already."""
     restart_due: bool = False
-    checked: bool = False
-    """A plan of this job was read back as the station will."""
     changes: Changes = field(default_factory=Changes)
     credit: float = 0.0
     """Iterations not granted yet: less than one."""
@@ -86,7 +85,7 @@ class PlannerHost:
     def rate_hz(self) -> float:
         """Steps per second of the present planner."""
         planner = self._job.planner if self._job else None
-        return planner.rate_hz if planner else Planner.rate_hz
+        return _within(planner.rate_hz, *registry.RATE_HZ, Planner.rate_hz) if planner else Planner.rate_hz
 
     # ---------------------------------------------------------------- tasks
 
@@ -162,18 +161,21 @@ class PlannerHost:
     def _configured(self, task: PlannerTask) -> Job:
         seed = np.random.SeedSequence([task.seed % 2**63, crc32(self.team.encode())])
         job = Job(task, np.random.default_rng(seed))
-        try:
-            kind = registry.load(task.planner, self.files)
-            params = registry.checked(task.planner, kind.params, task.parameters)
+        made: list[Planner] = []
+
+        def make() -> None:
+            try:
+                kind = registry.load(task.planner, self.files)
+                params = registry.checked(task.planner, kind.params, task.parameters)
+            except registry.PlannerError as problem:
+                job.error = str(problem)
+                return
             planner = kind()
-        except registry.PlannerError as problem:
-            job.error = str(problem)
-            return job
-        except Exception:  # noqa: BLE001 - the edge to foreign code: its constructor
-            job.error = _trace()
-            return job
-        job.error = self._guarded(lambda: planner.configure(task, params, job.rng))
-        job.planner = None if job.error else planner
+            planner.configure(task, params, job.rng)
+            made.append(planner)
+
+        job.error = self._guarded(make) or job.error
+        job.planner = made[0] if made else None
         return job
 
     def _restored(self, job: Job, planner: Planner, found: keeping.Kept) -> str:
@@ -195,13 +197,16 @@ class PlannerHost:
     def answer(self, frame: FleetFrame) -> bytes:
         """As `step`, as bytes for the bus; what cannot travel is an error of the planner, too."""
         plan, job = self.step(frame), self._present()
+        members = len(job.task.members)
         try:
             data = encode(plan)
-            if not job.checked and not plan.error:
+            problem = too_large(len(data), members) or too_many(plan, members)
+            if not plan.error and not problem:
                 decode(data, Plan)
-                job.checked = True
-        except (TypeError, ValueError, msgspec.MsgspecError) as error:
-            text = f"planner {job.task.planner!r}: its plan cannot be sent: {error}"
+        except Exception as error:  # noqa: BLE001 - the edge to foreign code: what it put in may be anything
+            data, problem = b"", str(error)
+        if problem:
+            text = f"planner {job.task.planner!r}: its plan cannot be sent: {problem}"
             data = encode(self._failed(job, self._blank(job, frame), text))
         return data
 
@@ -254,7 +259,7 @@ class PlannerHost:
         """Iterations for the mission time since the last step: as many in the end, however it was cut into steps."""
         since_s = period_s if math.isnan(job.stepped_s) else min(max(t_s - job.stepped_s, 0.0), MOST_GRANTED_S)
         job.stepped_s = t_s
-        job.credit += planner.iterations_per_s * since_s
+        job.credit += _within(planner.iterations_per_s, 0.0, registry.MOST_ITERATIONS_PER_S, 0.0) * since_s
         whole = math.floor(job.credit + 1e-9)
         job.credit = max(job.credit - whole, 0.0)
         return whole
@@ -272,22 +277,33 @@ class PlannerHost:
         if plan.t_s - job.kept_s < SNAPSHOT_S - EARLY_S:
             return plan
         job.kept_s = plan.t_s
-        try:
-            packed = keeping.pack(planner, job.task, plan.t_s, job.rng, job.changes, job.credit)
-        except Exception as error:  # noqa: BLE001 - the edge to foreign code
-            text = f"no snapshot: {_last_line(str(error) or type(error).__name__)}"
-            return msgspec.structs.replace(plan, notes=(*plan.notes, text))
-        job.kept = packed
-        return msgspec.structs.replace(plan, snapshot=packed)
+        packed: list[bytes] = []
+
+        def pack() -> None:
+            packed.append(keeping.pack(planner, job.task, plan.t_s, job.rng, job.changes, job.credit))
+
+        if error := PlannerHost._guarded(pack):
+            return msgspec.structs.replace(plan, notes=(*plan.notes, f"no snapshot: {_last_line(error)}"))
+        job.kept = packed[0]
+        return msgspec.structs.replace(plan, snapshot=packed[0])
 
     @staticmethod
     def _guarded(call: Callable[[], None]) -> str:
         """The traceback of `call`, "" if it went well. Planners are foreign code: anything may come out of them."""
         try:
             call()
-        except (Exception, SystemExit):  # noqa: BLE001 - the edge to foreign code
+        except KeyboardInterrupt:
+            raise  # the operator's, in lock-step runs
+        except BaseException:  # noqa: BLE001 - the edge to foreign code
             return _trace()
         return ""
+
+
+def _within(value: object, least: float, most: float, otherwise: float) -> float:
+    """A number of a planner, which may have put anything there since it was loaded."""
+    if not isinstance(value, (int, float)) or not math.isfinite(value):
+        return otherwise
+    return float(min(max(value, least), most))
 
 
 def _trace() -> str:

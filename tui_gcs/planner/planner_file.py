@@ -36,7 +36,9 @@ def load_file(path: Path, wanted_sha256: str = "") -> type[Planner]:
         exec(compile(source, str(path), "exec"), module.__dict__)  # noqa: S102 - that is what a planner file is for
     except SyntaxError as error:
         raise PlannerError(f"{Path(error.filename or path).name}:{error.lineno}: {error.msg}") from None
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - the edge to foreign code
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # noqa: BLE001 - the edge to foreign code
         raise PlannerError(blame("".join(traceback.format_exception(error)), path)) from None
     return _only_planner(module, path)
 

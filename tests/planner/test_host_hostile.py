@@ -1,0 +1,74 @@
+"""Planners that do what no planner should: the host says so in a plan that the station understands, and lives on."""
+
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+from bad_planners import source
+from flights import SMALL, fleet, task_of, zone_of
+
+from tui_gcs.core.messages import Annotation, Plan, decode
+from tui_gcs.core.plan_limits import MOST_POINTS, shown
+from tui_gcs.planner.host import PlannerHost
+from tui_gcs.planner.registry import PlannerFile
+
+
+def plans_of(text: str, folder: Path) -> list[Plan]:
+    path = folder / "mine.py"
+    path.write_text(text)
+    host = PlannerHost("red", {"mine": PlannerFile("mine", path, sha256(text.encode()).hexdigest())})
+    host.set_task(task_of(zone_of(SMALL), planner="mine"))
+    vehicles, plans = fleet(4), []
+    for _ in range(20):
+        frame = vehicles.frame()
+        if host.due(frame.t_s):
+            plans.append(decode(host.answer(frame), Plan))
+        vehicles.t_s += 0.2
+    return plans
+
+
+ENDS = {
+    "an id of 71 bits": source(body="vehicle = 2**70"),
+    "a place of 400 digits": source(after="out.intents = [Intent(1, 'goto', position_m=(10**400, 0.0, 0.0))]"),
+    "a list that holds itself": source(after="a = []; a.append(a); out.annotations = a"),
+    "nonsense after a while": source(after="self.count += 1; out.annotations = [3] if self.count > 3 else None"),
+    "too many intents": source(after="out.intents = [Intent(1, 'hold')] * 1000"),
+    "too much to draw": source(
+        after="from tui_gcs.core.messages import Annotation\n"
+        "        out.annotations = [Annotation('polyline', ((1.0, 2.0),) * 300_000)]"
+    ),
+    "an exception of no kind": source(after="raise GeneratorExit"),
+    "an exit in the constructor": source(extra="def __init__(self): raise SystemExit(2)"),
+    "no exception at import": "raise BaseException('import')\n",
+}
+
+
+@pytest.mark.parametrize("text", ENDS.values(), ids=ENDS.keys())
+def test_what_cannot_be_flown_ends_in_quarantine(text: str, tmp_path: Path) -> None:
+    plans = plans_of(text, tmp_path)
+    assert plans[-1].fate == "quarantined"
+    assert plans[-1].error and not plans[-1].intents
+
+
+@pytest.mark.parametrize("error", ["SystemExit(3)", "GeneratorExit()", "Odd()"])
+def test_a_snapshot_that_fails_is_a_note(error: str, tmp_path: Path) -> None:
+    odd = "class Odd(Exception):\n    def __str__(self): raise ValueError('text')\n"
+    plans = plans_of(source(imports=odd, extra=f"def snapshot(self): raise {error}"), tmp_path)
+    assert any("no snapshot: " in note for plan in plans for note in plan.notes)
+    assert plans[-1].intents
+
+
+@pytest.mark.parametrize("value", ["0", "float('nan')", "float('inf')", "1e9", "'fast'", "None"])
+@pytest.mark.parametrize("name", ["rate_hz", "iterations_per_s"])
+def test_rates_set_in_flight_stay_within_what_may_be_declared(name: str, value: str, tmp_path: Path) -> None:
+    plans = plans_of(source(after=f"self.{name} = {value}"), tmp_path)
+    assert len(plans) >= 4
+    assert all(1.0 <= plan.rate_hz <= 20.0 and not plan.error for plan in plans)
+
+
+def test_what_is_drawn_is_bounded_and_without_control_characters() -> None:
+    line = Annotation("polyline", ((0.0, 0.0),) * (MOST_POINTS - 1))
+    text = Annotation("text", ((1.0, 1.0),), "\x1b[2Jhere" + "x" * 999)
+    drawn = shown([line, text, line, text])
+    assert len(drawn) == 2
+    assert "\x1b" not in drawn[1].text and len(drawn[1].text) <= 40

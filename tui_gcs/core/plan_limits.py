@@ -1,0 +1,36 @@
+"""How much a planner may say at once: beyond it the station would be busy with one plan while vehicles wait for it."""
+
+from collections.abc import Sequence
+
+from tui_gcs.core.messages import Annotation, Plan
+from tui_gcs.core.text import clean
+
+MOST_BYTES, MOST_BYTES_EACH = 3_000_000, 20_000
+"""Of a plan: in all (most of it is its snapshot), and more for every vehicle of the team."""
+FEWEST_INTENTS, INTENTS_EACH = 64, 2
+MOST_ANNOTATIONS, MOST_POINTS, MOST_TEXT_CELLS = 200, 20_000, 40
+"""What a planner may draw; the rest is cut."""
+
+
+def too_large(size: int, members: int) -> str:
+    """What is wrong with a plan of so many bytes for so many vehicles, "" if nothing is. Asked before it is decoded."""
+    most = MOST_BYTES + MOST_BYTES_EACH * members
+    return f"plan of {size / 1e6:.1f} MB: at most {most / 1e6:.1f} MB" if size > most else ""
+
+
+def too_many(plan: Plan, members: int) -> str:
+    """What is wrong with the number of its intents, "" if nothing is."""
+    most = max(FEWEST_INTENTS, INTENTS_EACH * members)
+    return f"{len(plan.intents)} intents for {members} vehicles" if len(plan.intents) > most else ""
+
+
+def shown(annotations: Sequence[Annotation]) -> tuple[Annotation, ...]:
+    """What is drawn of these: texts without control characters, not too many points."""
+    kept, points = [], 0
+    for drawing in annotations[:MOST_ANNOTATIONS]:
+        points += len(drawing.points_m)
+        if points > MOST_POINTS:
+            break
+        text = clean(drawing.text, MOST_TEXT_CELLS) if drawing.text else ""
+        kept.append(Annotation(drawing.kind, drawing.points_m, text))
+    return tuple(kept)
