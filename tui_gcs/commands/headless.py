@@ -92,6 +92,9 @@ def fly(arguments: argparse.Namespace) -> int:
     return code
 
 
+NAME_WIDTH = 9
+
+
 def report(result: "Result", problem: str, json_file: str | None) -> int:
     """Print the result; returns the exit code."""
     import msgspec
@@ -112,18 +115,21 @@ def table(result: "Result") -> str:
     lines = [
         f"{result.scenario}  seed {result.seed}",
         "",
-        _row(("", "", "", "n"), ("on", "cover", "worst", "avg", "bound"), ("ratio", "off", "slot, m")),
-        _row(("round", "zone", "role", ""), ("slot s", "%", "s", "s", "s"), ("", "p95", "max")),
+        _row(("", "", "", "n"), ("on", "cover", "worst", "avg", "bound"), ("ratio", "off", "slot")),
+        _row(("round", "zone", "role", ""), ("slot s", "%", "s", "s", "s"), ("", "p95 m", "max m")),
     ]
     for r in result.rounds:
         cover, bound = f"{100 * r.coverage:.1f}", f"{r.bound_s:.2f}"
         idle = (_number(r.on_slot_after_s, 1), cover, _number(r.worst_idleness_s), _number(r.avg_idleness_s), bound)
         off = (_number(r.ratio), _number(r.off_slot_p95_m), _number(r.off_slot_max_m))
-        lines.append(_row((r.round, r.zone, r.role, str(r.n)), idle, off))
-    lines += ["", f"{'check':<44}{'value':>10}{'limit':>10}"]
+        if len(r.round) > NAME_WIDTH:  # as rehearsals call what follows a loss: whole, on a line of its own
+            lines.append(r.round[:80])
+        name = r.round if len(r.round) <= NAME_WIDTH else ""
+        lines.append(_row((name, r.zone, r.role, str(r.n)), idle, off))
+    lines += ["", f"{'check':<57}{'value':>10}{'limit':>10}"]
     for check in result.checks:
         mark = "ok  " if check.ok else "FAIL"
-        lines.append(f"{mark} {check.name:<39.39}{_number(check.value):>10}{_number(check.limit):>10}")
+        lines.append(f"{mark} {check.name:<52.52}{_number(check.value):>10}{_number(check.limit):>10}")
     good = sum(check.ok for check in result.checks)
     lines += ["", f"{good} of {len(result.checks)} checks hold", ""]
     return "\n".join(lines)
@@ -131,8 +137,8 @@ def table(result: "Result") -> str:
 
 def _row(who: tuple[str, str, str, str], idle: tuple[str, ...], off: tuple[str, str, str]) -> str:
     name, zone, role, count = who
-    numbers = "".join(f"{text:>8}" for text in idle)
-    return f"{name:<10.10}{zone:<8.8}{role:<8.8}{count:>2}{numbers}{off[0]:>7}{off[1]:>6}{off[2]:>8}".rstrip()
+    numbers = "".join(f"{text:>7}" for text in idle)
+    return f"{name:<10.10}{zone:<7.7} {role:<7.7}{count:>2}{numbers}{off[0]:>6}{off[1]:>6}{off[2]:>6}".rstrip()
 
 
 def _number(value: float | None, digits: int = 2) -> str:
