@@ -91,6 +91,26 @@ def test_a_file_that_does_not_end_loading_is_told(circle: Path, monkeypatch: pyt
         read_planners([str(circle)])
 
 
+def test_a_file_that_prints_without_end_is_told_and_fills_no_memory(
+    circle: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import resource
+
+    circle.write_text("import sys\nwhile True: sys.stderr.write('x' * 100_000)\n")
+    monkeypatch.setattr(describe, "LIMIT_S", 1.0)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(CommandError, match="does not finish loading within"):
+        read_planners([str(circle)])
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000
+
+
+def test_a_link_to_itself_is_told(tmp_path: Path) -> None:
+    link = tmp_path / "me.py"
+    link.symlink_to(link)
+    with pytest.raises(CommandError, match=r"me.py: cannot be read"):
+        read_planners([str(link)])
+
+
 def test_two_files_of_one_name_are_refused(circle: Path, tmp_path: Path) -> None:
     other = tmp_path / "other.py"
     other.write_text(CIRCLE)

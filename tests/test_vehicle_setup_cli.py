@@ -369,3 +369,11 @@ def test_the_item_of_a_mission_is_set_and_seen(tmp_path: Path, tell: Tell) -> No
     rig.run(1.5)
     code, _, err = tell(rig, "plan", "current", "1", "2")
     assert code == 2 and "it is in the air" in err
+
+
+@pytest.mark.parametrize("words", ["motor-test 1", "plan current 1", "logs 1 get", "cancel"])
+def test_a_number_of_thirty_digits_is_refused_in_a_line(tmp_path: Path, tell: Tell, words: str) -> None:
+    rig = ServiceRig(tmp_path, gyros(1)).heard()
+    code, _, err = tell(rig, *words.split(), "9" * 30, *(["--yes"] if words != "cancel" else []))
+    assert code == 2
+    assert err == "tui-gcs: a number of so many digits is none that a vehicle can take\n"

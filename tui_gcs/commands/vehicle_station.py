@@ -66,7 +66,11 @@ class StationClient:
     def ask(self, request: Request) -> ServiceReply:
         """One question. Raises `CommandError`."""
         try:
-            return decode(self._bus.ask("gcs/req/cli", encode(request), timeout_s=ASK_LIMIT_S), ServiceReply)
+            question = encode(request)
+        except OverflowError:
+            raise CommandError("a number of so many digits is none that a vehicle can take") from None
+        try:
+            return decode(self._bus.ask("gcs/req/cli", question, timeout_s=ASK_LIMIT_S), ServiceReply)
         except (BusError, msgspec.MsgspecError) as error:
             raise CommandError(str(error)) from None
 

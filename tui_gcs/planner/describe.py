@@ -4,8 +4,10 @@
 """
 
 import os
+import selectors
 import subprocess
 import sys
+import time
 from hashlib import sha256
 from pathlib import Path
 
@@ -17,6 +19,7 @@ from tui_gcs.core.text import clean
 LIMIT_S = 15.0
 """A file that takes longer to load is none to fly with."""
 MOST_BYTES = 1_000_000
+MOST_TOLD_BYTES = 10_000
 CANNOT = 2
 
 
@@ -30,7 +33,10 @@ def describe_file(path: str) -> PlannerInfo:
     Raises:
         DescribeError: one line, with file and line of the mistake where there is one.
     """
-    file = Path(path).resolve()
+    try:
+        file = Path(path).resolve()
+    except (OSError, RuntimeError):  # a link to itself
+        raise DescribeError(f"{path}: cannot be read") from None
     try:
         infos = _ask([str(file)])
     except subprocess.TimeoutExpired:
@@ -54,13 +60,39 @@ def parse(output: bytes) -> tuple[PlannerInfo, ...]:
 
 
 def _ask(arguments: list[str]) -> tuple[PlannerInfo, ...]:
-    done = subprocess.run(
-        command(*arguments), capture_output=True, timeout=LIMIT_S, check=False, stdin=subprocess.DEVNULL
-    )
-    if done.returncode:
-        lines = done.stderr.decode("utf-8", "replace").strip().splitlines() or ["it does not say why"]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command(*arguments), stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe) as process:
+        try:
+            output, told = _heard(process)
+        finally:
+            process.kill()
+    if process.returncode:
+        lines = told.decode("utf-8", "replace").strip().splitlines() or ["it does not say why"]
         raise DescribeError(str(clean(lines[-1], 300)))
-    return parse(done.stdout)
+    return parse(output)
+
+
+def _heard(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
+    """The beginning of its output and the end of what else it said, however much that was. Raises TimeoutExpired."""
+    assert process.stdout is not None and process.stderr is not None  # noqa: S101 - pipes, see above
+    output, told, end_s = b"", b"", time.monotonic() + LIMIT_S
+    with selectors.DefaultSelector() as pipes:
+        pipes.register(process.stdout, selectors.EVENT_READ)
+        pipes.register(process.stderr, selectors.EVENT_READ)
+        while pipes.get_map():
+            left_s = end_s - time.monotonic()
+            if left_s <= 0.0:
+                raise subprocess.TimeoutExpired(process.args, LIMIT_S)
+            for key, _ in pipes.select(left_s):
+                data = os.read(key.fd, 65536)
+                if not data:
+                    pipes.unregister(key.fileobj)
+                elif key.fileobj is process.stdout:
+                    output = (output + data)[: MOST_BYTES + 1]
+                else:
+                    told = (told + data)[-MOST_TOLD_BYTES:]
+    process.wait(max(end_s - time.monotonic(), 0.1))
+    return output, told
 
 
 def main(arguments: list[str]) -> int:
