@@ -86,29 +86,38 @@ def test_a_position_that_may_be_wrong_is_as_far_outside_as_it_may_be() -> None:
     assert out(tower, 85.0, 100.0, 40.0, error_m=5.0) == pytest.approx(10.0)
 
 
+def clear(w: Walls, *places: tuple[float, float, float]) -> bool:
+    return w.is_clear(np.array(places))
+
+
 def test_the_straight_way() -> None:
-    assert walls().is_clear((10.0, 10.0, 40.0), (190.0, 190.0, 40.0))
-    assert not walls().is_clear((10.0, 10.0, 40.0), (210.0, 190.0, 40.0))
-    assert not walls(POND).is_clear((10.0, 100.0, 40.0), (190.0, 100.0, 40.0))
-    assert not walls(shape=L_SHAPE).is_clear((30.0, 180.0, 40.0), (180.0, 30.0, 40.0))
-    assert walls().is_clear((200.0, 100.0, 40.0), (200.005, 100.0, 40.0)), "that is no way"
-    assert not walls().is_clear((200.0, 100.0, 40.0), (200.5, 100.0, 40.0))
+    assert clear(walls(), (10.0, 10.0, 40.0), (190.0, 190.0, 40.0))
+    assert not clear(walls(POND), (10.0, 100.0, 40.0), (190.0, 100.0, 40.0))
+    assert clear(walls(POND), (10.0, 10.0, 40.0), (190.0, 10.0, 40.0))
+    assert not clear(walls(shape=L_SHAPE), (30.0, 180.0, 40.0), (180.0, 30.0, 40.0))
+    assert clear(walls(shape=L_SHAPE), (30.0, 180.0, 40.0), (30.0, 30.0, 40.0), (180.0, 30.0, 40.0))
+    assert not clear(walls(shape=L_SHAPE), (30.0, 30.0, 40.0), (30.0, 180.0, 40.0), (180.0, 30.0, 40.0)), (
+        "on the way on"
+    )
+    corner = (60.0, 100.0, 40.0)
+    assert clear(walls(shape=L_SHAPE), corner, (60.005, 100.0, 40.0)), "that is no way"
+    assert not clear(walls(shape=L_SHAPE), corner, (60.5, 100.0, 40.0))
 
 
 @pytest.mark.parametrize(
-    ("here_z", "there_z", "clear"),
+    ("here_z", "there_z", "free"),
     [(60.0, 70.0, True), (30.0, 35.0, True), (45.0, 45.0, False), (30.0, 70.0, False), (70.0, 30.0, False)],
 )
-def test_the_way_over_or_under_a_zone_with_heights(here_z: float, there_z: float, *, clear: bool) -> None:
+def test_the_way_over_or_under_a_zone_with_heights(here_z: float, there_z: float, *, free: bool) -> None:
     tower = walls(closed(40.0, 50.0))
-    assert tower.is_clear((10.0, 100.0, here_z), (190.0, 100.0, there_z)) is clear
-    assert tower.is_clear((10.0, 10.0, here_z), (190.0, 10.0, there_z)), "past it"
+    assert clear(tower, (10.0, 100.0, here_z), (190.0, 100.0, there_z)) is free
+    assert clear(tower, (10.0, 10.0, here_z), (190.0, 10.0, there_z)), "past it"
 
 
 def test_a_way_at_the_very_height_of_a_zones_end_is_clear() -> None:
     tower = walls(closed(40.0, 50.0))
-    assert tower.is_clear((10.0, 100.0, 50.0), (190.0, 100.0, 50.0))
-    assert tower.is_clear((10.0, 100.0, 40.0), (190.0, 100.0, 40.0))
+    assert clear(tower, (10.0, 100.0, 50.0), (190.0, 100.0, 50.0))
+    assert clear(tower, (10.0, 100.0, 40.0), (190.0, 100.0, 40.0))
 
 
 def test_how_far_outside_of_the_band() -> None:

@@ -229,12 +229,11 @@ class Guard:
             band = f"{self.area.alt_min_m:.0f}-{self.area.alt_max_m:.0f} m"
             z = places[1 + int(np.argmax(miss[1:])), 2]
             return Verdict("band", f"{z:.1f} m is outside the altitude band {band}")
-        for walls, what in ((self._inner, " less its margin"), (self._outer, "")):
-            if walls.outside_m(places[:1])[0] == 0:
-                if not (walls.is_clear(me.sight.position_m, target) and walls.is_clear(target, stop)):
-                    return Verdict("area", f"the straight way there leaves the operating area{what}")
-                break
-        return None
+        if out.max() == 0:
+            clear, what = self._inner.is_clear(places), " less its margin"
+        else:  # between the two walls the way may not leave the outer one either; outside of both nothing can be asked
+            clear, what = self._outer.outside_m(places).max() > 0 or self._outer.is_clear(places), ""
+        return None if clear else Verdict("area", f"the straight way there leaves the operating area{what}")
 
     def _braking_region(self, me: Mover) -> Verdict | None:
         """Where the vehicle gets to if it is told to brake only after the next moment: inside, or no worse than now."""

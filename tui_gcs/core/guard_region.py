@@ -9,7 +9,6 @@ from shapely.geometry import LineString
 from shapely.geometry.base import BaseGeometry
 
 from tui_gcs.core.course import Samples
-from tui_gcs.core.messages import Vec3
 from tui_gcs.core.scenario import OperatingArea
 from tui_gcs.core.zones import Zone, polygon_of
 
@@ -45,6 +44,8 @@ class Walls:
                 shapely.prepare(shape)
         shapely.prepare(self.free)
         self._edge = self.free.boundary
+        self._convex = self.free.convex_hull.area - self.free.area < SAME_M**2
+        """Then the straight way between two places inside is inside."""
 
     def outside_m(self, places_m: Samples, error_m: float = 0.0) -> Samples:
         """(k,) how far outside places (k, 3) are, 0 inside; each may be anywhere within `error_m`."""
@@ -65,12 +66,14 @@ class Walls:
             out = np.maximum(out, np.minimum(depth, np.minimum(z - ban.low_m, ban.high_m - z)))
         return out
 
-    def is_clear(self, here_m: Vec3, there_m: Vec3) -> bool:
-        """Whether the straight way stays inside, at whichever of its heights."""
-        way = LineString([here_m[:2], there_m[:2]])
-        low, high = min(here_m[2], there_m[2]), max(here_m[2], there_m[2])
+    def is_clear(self, places_m: Samples) -> bool:
+        """Whether the straight ways from place (k, 3) to place, all of them inside, stay inside, at whatever height."""
+        if self._convex and not self.bans:  # nearly always
+            return True
+        way = LineString(places_m[:, :2])
         if way.length > SAME_M and not self.free.covers(way):
             return False
+        low, high = places_m[:, 2].min(), places_m[:, 2].max()
         return not any(low < ban.high_m and high > ban.low_m and ban.shape.intersects(way) for ban in self.bans)
 
 

@@ -62,10 +62,9 @@ def meeting(me: Mover, flock: Flock, limits: Limits) -> Meeting | None:
 
 def _near(me: Mover, flock: Flock, limits: Limits) -> NDArray[np.intp]:
     """Rows of others in the air whose box comes so near that it matters."""
-    reach = np.empty((len(flock.ids), 3))
-    reach[:, :2] = (limits.separation_horizontal_m + SPARE_M + me.error_m + flock.error_m)[:, None]
-    reach[:, 2] = limits.separation_vertical_m + SPARE_UP_M
-    overlap = (flock.low_m - reach < me.high_m) & (flock.high_m + reach > me.low_m)
+    wide = limits.separation_horizontal_m + SPARE_M + me.error_m + float(flock.error_m.max(initial=0.0))
+    reach = np.array([wide, wide, limits.separation_vertical_m + SPARE_UP_M])
+    overlap = (flock.low_m < me.high_m + reach) & (flock.high_m > me.low_m - reach)
     others = (flock.ids != me.sight.id) & (flock.here_m[:, 2] >= GROUND_M)
     return np.flatnonzero(overlap.all(axis=1) & others)
 
