@@ -19,6 +19,7 @@ BROAD_EXCEPT_ALLOWED = {
     "tui_gcs/planner/registry.py",  # and is imported here
     "tui_gcs/planner/planner_file.py",  # or run from its file here
     "tui_gcs/planner/check/subject.py",  # and asked for its state here
+    "tui_gcs/planner/background.py",  # a thread's error is raised again where it is waited for
     "tui_gcs/core/station_process.py",  # the edge of a process: logs and ends
 }
 CHECKS = {path.name for path in (ROOT / "tui_gcs/planner/check").glob("*.py")}

@@ -150,7 +150,7 @@ def region_of(zone: Zone, area: OperatingArea = AREA, closed: tuple[Zone, ...] =
 
 
 def designed(zone: Zone, area: OperatingArea = AREA, closed: tuple[Zone, ...] = (), n: int = 4) -> Design:
-    """A tour as the patrol planner designs it by default, at once."""
+    """A tour as it is designed at once, for vehicles that follow a course to half a metre."""
     site = site_of(zone.shape, region_of(zone, area, closed), Motion(7.76, 2.375, 14.3), 15.0)
     found = begun(site, 0, n).best
     assert found is not None

@@ -20,7 +20,7 @@ INSET = (0.1, 0.7)
 """How far inside the rim its outermost points lie, in footprint radii."""
 FITTED_SHARE = 0.7
 FITTED_INSET = (0.35, 1.0)
-FITTED_SPARE = 0.2
+FITTED_SPARE = 0.4
 """A lane may be left out if it is needed by less than this."""
 MORE_LANES = ((0, 1, 2), (0.55, 0.35, 0.1))
 """Lanes beyond the least that may do, and how often."""

@@ -25,7 +25,7 @@ LOOP_M = 4.0
 """Radius of the loop over a zone that one footprint about covers."""
 FULL_SEARCH_CELLS = 3500
 """Zones with more cells are searched less, so that configuring takes about a second all the same."""
-ROUND_TRIPS = 32
+ROUND_TRIPS = 48
 TRY = (Effort(0.05, 1.0, 14), Effort(0.5, 2.0, 8))
 BEND = (Effort(2.0, 5.0, 30), Effort(20.0, 10.0, 20), Effort(100.0, 20.0, 16))
 CHANGE = (Effort(100.0, 20.0, 24),)
