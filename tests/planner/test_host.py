@@ -379,7 +379,10 @@ def test_an_intent_of_wrong_types_is_the_planners_error() -> None:
 
 @pytest.mark.parametrize(
     ("trouble", "told"),
-    [("big", "no snapshot: ValueError: a snapshot of 2.0 MB: at most 1 MB are kept"), ("no bytes", "must be bytes, not str")],
+    [
+        ("big", "no snapshot: ValueError: a snapshot of 2.0 MB: at most 1 MB are kept"),
+        ("no bytes", "must be bytes, not str"),
+    ],
 )
 def test_a_snapshot_that_cannot_be_kept_is_told_and_not_fatal(trouble: str, told: str) -> None:
     plans = run(probing(trouble=trouble), fleet(1), 3)
