@@ -41,8 +41,8 @@ Floats = NDArray[np.floating[Any]]
 HORIZON_S = 3.0
 SAMPLE_S = 0.25
 ACCEL_SHARE = 0.84
-"""Of the allowed acceleration; the rest is the autopilot's for tracking. In `tui-gcs rehearse` vehicles were up to 3.8 m off
- in tight corners, and missed cells, with 0.95; 1.9 m with 0.87, 1.5 m with 0.84."""
+"""Of the allowed acceleration; the rest is the autopilot's for tracking. In `tui-gcs rehearse` vehicles were up to
+3.8 m off in tight corners, and missed cells, with 0.95; 1.9 m with 0.87, 1.5 m with 0.84."""
 TRANSIT_SPEED_SHARE = 0.98
 DRAWN_POINTS = 120
 DRAW_AGAIN_S = 5.0

@@ -26,11 +26,12 @@ LOOP_M = 4.0
 FULL_SEARCH_CELLS = 3500
 """Zones with more cells are searched less, so that configuring takes about a second all the same."""
 ROUND_TRIPS = 48
-TRY = (Effort(0.05, 1.0, 14), Effort(0.5, 2.0, 8))
-BEND = (Effort(2.0, 5.0, 30), Effort(20.0, 10.0, 20), Effort(100.0, 20.0, 16))
+TRY = (Effort(0.05, 1.0, 12), Effort(1.0, 3.0, 10))
+FIRST_BEND = (Effort(2.0, 5.0, 24), Effort(20.0, 10.0, 8))
+BEND = (Effort(20.0, 10.0, 16), Effort(100.0, 20.0, 16))
 CHANGE = (Effort(100.0, 20.0, 24),)
-BENT = 6
-"""Tries that are bent."""
+HALF_BENT, BENT = 12, 5
+"""Tries that are bent a little, and to the end: what looks short at first often misses cells for good."""
 WINNERS = 3
 """Bent drafts that are finished and judged at first."""
 POOL = 5
@@ -43,7 +44,7 @@ KICK_M, KICK_REACH_M = 8.0, 15.0
 NEIGHBOUR_M = 45.0
 """Lanes so close may be joined the other way round."""
 PROMISING = 1.02
-"""A try that costs up to so much more than the last one that was bent at first is bent."""
+"""A try that costs up to so much more than the last one that was bent at first is bent, too."""
 WORTH_S = 0.05
 """A change must gain so much (of the tour's duration) to count."""
 
@@ -57,7 +58,9 @@ class Search:
     """Vehicles that tours are judged for."""
     pool: list[Draft] = field(default_factory=list)
     bar: float = math.inf
-    """What a try may cost to be bent."""
+    """What a try may cost to be bent a little …"""
+    half_bar: float = math.inf
+    """… and then to the end."""
     units: int = 0
     """Done so far."""
     judged_cost: float = math.inf
@@ -74,8 +77,11 @@ class Search:
             self._judge(site)
         elif rng.random() < NEW_SHARE:
             for tried in self.new(site, self.units, rng):
-                if tried.cost <= self.bar:
-                    self._admit(site.bent(tried, *BEND))
+                if tried.cost > self.bar:
+                    continue
+                bent = site.bent(tried, *FIRST_BEND)
+                if bent.cost <= self.half_bar:
+                    self._admit(site.bent(bent, *BEND))
         else:
             place = int(len(self.pool) * rng.random() * rng.random())
             before = self.pool[place]
@@ -112,9 +118,11 @@ def begun(site: Site, seed: int, n: int) -> Search:
     for i in range(max(4, round(ROUND_TRIPS * share))):
         tries.extend(search.new(site, i, rng))
     tries.sort(key=_cost)
-    bent = max(WINNERS, round(BENT * share))
-    search.pool = sorted((site.bent(draft, *BEND) for draft in tries[:bent]), key=_cost)[:POOL]
-    search.bar = tries[min(bent, len(tries)) - 1].cost * PROMISING
+    half = max(WINNERS, round(HALF_BENT * share))
+    search.bar = tries[min(half, len(tries)) - 1].cost * PROMISING
+    bent = sorted((site.bent(draft, *FIRST_BEND) for draft in tries[:half]), key=_cost)[: max(WINNERS, round(BENT * share))]
+    search.half_bar = bent[-1].cost * PROMISING
+    search.pool = sorted((site.bent(draft, *BEND) for draft in bent), key=_cost)[:POOL]
     winners = max(1, round(WINNERS * share))
     search.best = min((site.judged(site.finished(d), n) for d in search.pool[:winners]), key=lambda d: d.rank)
     search.judged_cost = search.pool[0].cost
