@@ -118,9 +118,9 @@ def begun(site: Site, seed: int, n: int) -> Search:
     for i in range(max(4, round(ROUND_TRIPS * share))):
         tries.extend(search.new(site, i, rng))
     tries.sort(key=_cost)
-    half = max(WINNERS, round(HALF_BENT * share))
+    half, most = (max(WINNERS, round(count * share)) for count in (HALF_BENT, BENT))
     search.bar = tries[min(half, len(tries)) - 1].cost * PROMISING
-    bent = sorted((site.bent(draft, *FIRST_BEND) for draft in tries[:half]), key=_cost)[: max(WINNERS, round(BENT * share))]
+    bent = sorted((site.bent(draft, *FIRST_BEND) for draft in tries[:half]), key=_cost)[:most]
     search.half_bar = bent[-1].cost * PROMISING
     search.pool = sorted((site.bent(draft, *BEND) for draft in bent), key=_cost)[:POOL]
     winners = max(1, round(WINNERS * share))
