@@ -15,6 +15,7 @@ import bad_planners as bad
 from tui_gcs.cli import _parser, main
 from tui_gcs.commands import planner_check, planner_list
 from tui_gcs.planner import registry
+from tui_gcs.planner.patrol import Patrol
 from tui_gcs.planner.planner_file import load_file
 
 Tell = Callable[..., tuple[int, str, str]]
@@ -78,7 +79,7 @@ def test_a_folder_that_is_not_there_is_told(tell: Tell) -> None:
 def test_known_planners_and_what_can_be_set(tell: Tell) -> None:
     code, out, _ = tell("list")
     assert code == 0
-    assert "patrol 1  5 Hz  (built in)" in out
+    assert f"patrol {Patrol.version}  5 Hz  (built in)" in out
     assert "margin_m          1.2 m       0 … 5" in out
     rows = {row["name"]: row for row in json.loads(tell("list", "--json")[1])}
     margin = next(p for p in rows["patrol"]["parameters"] if p["name"] == "margin_m")
@@ -92,7 +93,7 @@ def test_a_broken_package_is_shown_with_its_reason(tell: Tell, monkeypatch: pyte
     code, out, _ = tell("list")
     assert code == 1
     assert "sinker" in out and "BROKEN" in out and "No module named 'no_such_module'" in out
-    assert "patrol 1" in out
+    assert f"patrol {Patrol.version}" in out
 
 
 # ---------------------------------------------------------------- check

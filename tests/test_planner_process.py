@@ -107,7 +107,8 @@ def test_a_planner_that_hangs_is_killed_and_goes_on_from_its_snapshot(fleet: Wat
     until(lambda: worker_of("attack") not in (0, pid), 10, "killed, and another one started")
     (folder / ORDERS).write_text("fly")
     until(lambda: {t.worker for t in fleet.status.teams} == {"running"}, 40, "they plan again")
-    assert fleet.team("attack").metrics["steps"] > steps, "not from 1"
+    kept = steps - 15  # a snapshot is up to 2 s old, a status half a second: at 5 Hz
+    assert fleet.team("attack").metrics["steps"] > kept > 1, "not from 1"
     assert fleet.told("silent for")
     assert fleet.ask(m.Resume()).ok
     until(lambda: fleet.phases() == {m.Phase.FLYING}, 15, "all fly again")
