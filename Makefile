@@ -1,5 +1,6 @@
 # make demo   watch eight simulated vehicles patrol two zones
-# make test   style, types and all tests
+# make test   style, types and tests
+# make flights  the long tests: whole flights, rehearsals
 # make bench  the measured figures
 # make lint   style and types only
 # make guard  the guard's tests, every branch of it reached
@@ -18,13 +19,16 @@ LINK = udpin:127.0.0.1:14550
 IDS =
 ONLY =
 
-.PHONY: demo test bench conformance guard mutants lint clean
+.PHONY: demo test flights bench conformance guard mutants lint clean
 
 demo: .venv/installed
 	$(BIN)/tui-gcs demo
 
 test: lint
-	$(BIN)/pytest --numprocesses 3 --dist loadgroup
+	$(BIN)/pytest --numprocesses 3 --dist loadgroup -m 'not long'
+
+flights: .venv/installed-dev
+	$(BIN)/pytest --numprocesses 3 --dist loadgroup -m long
 
 bench: .venv/installed-dev
 	$(BIN)/python -m tests.bench

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import msgspec
+import pytest
 
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.scenario_load import load
@@ -12,6 +13,7 @@ from tui_gcs.rehearsal import rehearse
 SHIPPED = Path(__file__).parents[1] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
 
 
+@pytest.mark.long
 def test_round_1_of_the_shipped_scenario_holds_every_check(tmp_path: Path) -> None:
     heard: list[float] = []
     result, problem = rehearse(
@@ -38,6 +40,7 @@ def short() -> Scenario:
     return msgspec.structs.replace(whole, teams=(team,), places=whole.places[:2], results=results)
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_run_byte_for_byte(tmp_path: Path) -> None:
     runs = []
     for name in ("first", "second"):

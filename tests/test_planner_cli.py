@@ -106,6 +106,7 @@ def check(tell: Tell, source: str, *words: str) -> tuple[int, str]:
     return code, out
 
 
+@pytest.mark.long
 def test_the_new_planner_passes_every_check_and_flies(tell: Tell) -> None:
     tell("new", "mine")
     code, out, err = tell("check", "mine.py", "--quick")

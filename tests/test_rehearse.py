@@ -82,6 +82,7 @@ class _Texts(HTMLParser):
         self.texts.append(data)
 
 
+@pytest.mark.long
 def test_a_fleet_loses_one_and_its_station_and_the_report_shows_it(tmp_path: Path) -> None:
     """One flight for all of it: it takes seconds."""
     records: list[FlightRecord] = []

@@ -253,8 +253,12 @@ def test_an_interrupted_command_leaves_its_task_and_says_so(
     peer = Peer(1)
     FtpServer(peer, {"/big": bytes(2_000_000)}, bursts=False)
     rig = ServiceRig(tmp_path, peer).heard()
+
+    def ctrl_c(self: RigClient) -> None:
+        raise KeyboardInterrupt
+
     with monkeypatch.context() as patched:
-        patched.setattr(RigClient, "pause", lambda self: signal.raise_signal(signal.SIGINT))
+        patched.setattr(RigClient, "pause", ctrl_c)
         code, _, err = tell(rig, "files", "1", "get", "/big")
     assert code == 2 and "task 1 goes on" in err
     rig.run(1.0)
@@ -267,6 +271,7 @@ def test_an_interrupted_command_leaves_its_task_and_says_so(
 # ---------------------------------------------------------------- the real thing
 
 
+@pytest.mark.long
 @pytest.mark.process
 def test_both_autopilots_through_a_station_of_its_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -114,9 +114,13 @@ def _judge(field: Field, run: Run, json_file: str | None) -> int:
         f"about {typical_s / 60:.0f} minutes, at most {most_s / 60:.0f}"
     )
     began_s = field.clock.now()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda n, _: _stop(field, n, _))
-    lines = run.all()
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, lambda n, _: _stop(field, n, _)) for number in numbers]
+    try:
+        lines = run.all()
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
     print(summary(lines), flush=True)
     if json_file:
         vehicles = [_described(field, system) for system in field.ids]

@@ -198,4 +198,4 @@ def test_fifty_flaps_leave_no_descriptor_behind(link: Link, radio: Radio, clock:
     before = open_descriptors()
     for _ in range(50):
         flap()
-    assert open_descriptors() == before
+    assert open_descriptors() <= before, "fewer, when an earlier test's were still being collected"

@@ -41,6 +41,7 @@ def test_a_vehicle_that_is_never_heard_is_named_and_nobody_starts(rig: MakeRig) 
     assert not script.referee.result().ok
 
 
+@pytest.mark.long
 def test_each_round_lasts_its_duration_then_hold_return_and_land(rig: MakeRig) -> None:
     flight = rig(1)
     script = script_for(flight, whole_duration=True)

@@ -21,6 +21,7 @@ def station(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LiveSta
         yield one
 
 
+@pytest.mark.long
 def test_a_vehicle_stays_live_and_commandable_in_a_flood(station: LiveStation, tmp_path: Path) -> None:
     """It is started in the midst of it, and held."""
     with simulated(station.port, tmp_path):

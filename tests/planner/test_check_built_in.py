@@ -2,18 +2,16 @@
 
 import pytest
 
-from tui_gcs.planner.api import Planner
 from tui_gcs.planner.check.subject import subject_of
 from tui_gcs.planner.check.suite import CHECKS, findings
 
 PATROL = ("same again", "restart", "vehicle order", "loss and join")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PATROL)
 def test_patrol(name: str) -> None:
     subject = subject_of("patrol", 1, True, lambda: None)
-    if name == "restart" and subject.planner.snapshot is Planner.snapshot:
-        pytest.skip("patrol keeps no snapshot yet")
     found = list(findings(CHECKS[name], name, subject))
     assert found
     assert [f for f in found if f.verdict == "FAIL"] == []

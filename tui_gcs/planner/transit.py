@@ -80,7 +80,7 @@ def plan_transit(
     None if there is none within `LONGEST_S`, or only through a no-fly zone: the vehicle is cut off from its slot.
     """
     flight = _Flight(xy_m, velocity_m_s, mobility)
-    lap_s = np.arange(0.0, max(tour.period_s, 2 * MANOEUVRES_S[-1]) + LONGEST_S / 4, LOOK_AHEAD_S)
+    lap_s = np.arange(0.0, _longest_wait_s(xy_m, tour, mobility), LOOK_AHEAD_S)
     aim, corner = xy_m, False
     for step in range(round(LONGEST_S / STEP_S)):
         now_s = step * STEP_S
@@ -129,6 +129,14 @@ class _Flight:
         """The way so far and the manoeuvre that ends it."""
         xy, velocity = ending
         return Transit(t_s, np.vstack([np.array(self._way), xy]), np.vstack([np.array(self._speeds), velocity]))
+
+
+def _longest_wait_s(xy_m: Floats, tour: Tour, mobility: Mobility) -> float:
+    """After so long every slot can be met from everywhere: a large zone's lap need not be looked at whole."""
+    low, high = np.minimum(tour.xy_m.min(axis=0), xy_m), np.maximum(tour.xy_m.max(axis=0), xy_m)
+    across_s = 1.5 * float(np.hypot(*(high - low))) / mobility.speed_m_s + ALLOWANCE_S
+    lap_s = max(tour.period_s, 2 * MANOEUVRES_S[-1]) + LONGEST_S / 4
+    return float(min(lap_s, across_s + 2 * MANOEUVRES_S[-1]))
 
 
 def _meeting_point(xy: tuple[float, float], tour: Tour, phase_s: float, lap_s: Floats, speed_m_s: float) -> Floats:
