@@ -115,7 +115,7 @@ def test_a_fleet_loses_one_and_its_station_and_the_report_shows_it(tmp_path: Pat
     assert "Every gate holds." in words
     assert "<b>3,1" in words, "as text, not as markup"
     assert "vehicle 3 & more" in words
-    assert text.count("<svg") == 4, "map, idleness, heat map, separation"
+    assert text.count("<svg") == 5, "the mission, map, idleness, heat map, separation"
     (zone,) = records[0].rounds[0].zones
     assert min(zone.flying) < 3 == max(zone.flying)
     assert zone.tour_m, "the tour is drawn"

@@ -9,17 +9,11 @@ import numpy as np
 
 from tui_gcs.core.messages import Event
 from tui_gcs.core.results import Check, Result, RoundResult
-from tui_gcs.core.scenario import Scenario
-from tui_gcs.core.zones import Role, bounds, outline_m
+from tui_gcs.core.zones import bounds, outline_m
+from tui_gcs.report.maps import flown_map, mission_figure
 from tui_gcs.report.recording import FlightRecord, RoundRecord, ZoneRecord
 from tui_gcs.report.svg import COLOURS, SCALE, Line, Map, chart, legend
 
-MARGIN_M = 15.0
-ZONE_STYLE = {
-    Role.DEFEND: 'fill="#0072b2" fill-opacity="0.10" stroke="#0072b2" stroke-width="2"',
-    Role.ATTACK: 'fill="#d55e00" fill-opacity="0.10" stroke="#d55e00" stroke-width="2"',
-    Role.NO_FLY: 'fill="#000000" fill-opacity="0.25" stroke="#000000" stroke-width="2"',
-}
 CSS = """
 :root { color-scheme: light; }
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #1c2126; }
@@ -37,6 +31,8 @@ svg .mark { stroke: #b00020; stroke-dasharray: 3 3; } svg .note { fill: #b00020;
 .legend span { margin-right: 1.1rem; white-space: nowrap; }
 .legend i { display: inline-block; width: .9rem; height: .9rem; margin-right: .35rem; vertical-align: -2px; }
 .two { display: grid; grid-template-columns: 1fr 1fr; gap: 1rem; }
+.rounds { display: grid; grid-template-columns: repeat(auto-fit, minmax(17rem, 1fr)); gap: 1rem; }
+figure { margin: 0; } figcaption { font-size: 14px; color: #3a444e; }
 @media (max-width: 46rem) { .two { grid-template-columns: 1fr; } }
 """
 
@@ -60,6 +56,8 @@ def page(
         f'<p class="sub">Rehearsal on simulated vehicles, seed {result.seed}. tui-gcs {escape(_version())}.</p>',
         f'<p class="verdict {"ok" if good else "bad"}">{escape(verdict)}</p>',
         _conditions(conditions, happened),
+        "<h2>The mission</h2>",
+        mission_figure(record),
         "<h2>Gates</h2>",
         _checks(sorted(result.checks, key=lambda check: check.ok)),
         *(_round(record, one, result, happened) for one in record.rounds),
@@ -113,7 +111,7 @@ def _round(record: FlightRecord, one: RoundRecord, result: Result, happened: Seq
             f"<h2>{escape(one.round.name)}</h2>",
             _measured(rounds),
             "<h3>Tours and flown paths</h3>",
-            str(_map(record.scenario, one)),
+            str(flown_map(record.scenario, one)),
             legend([(f"vehicle {v}", COLOURS[i % len(COLOURS)]) for i, v in enumerate(sorted(one.paths_m))]),
             "<h3>Idleness over time</h3>",
             chart("idleness over time", lines, unit="s", marks=marks),
@@ -142,26 +140,6 @@ def _measured(rounds: Sequence[RoundResult]) -> str:
     ]
     head = ("", "n", "on slot s", "covered %", "worst s", "average s", "bound s", "worst / bound", "off slot m")
     return _table(head, rows, numbers=1)
-
-
-def _map(scenario: Scenario, one: RoundRecord) -> Map:
-    x0, y0, x1, y1 = bounds(one.round.area.shape)
-    picture = Map("map", (x0 - MARGIN_M, y0 - MARGIN_M), (x1 + MARGIN_M, y1 + MARGIN_M))
-    picture.polygon(outline_m(one.round.area.shape), 'fill="none" stroke="#7f8a94" stroke-dasharray="8 5"')
-    for zone in one.round.zones:
-        picture.polygon(outline_m(zone.shape), ZONE_STYLE[zone.role])
-        left, _, _, top = bounds(zone.shape)
-        picture.text(left, top + 4.0, f"{zone.role} {zone.name}")
-    for team in one.zones:
-        picture.path(team.tour_m, 'stroke="#1c2126" stroke-width="1" stroke-dasharray="2 3"')
-    for number, vehicle in enumerate(sorted(one.paths_m)):
-        colour, path = COLOURS[number % len(COLOURS)], one.paths_m[vehicle]
-        picture.path(path, f'stroke="{colour}" stroke-width="1.2" stroke-opacity="0.65"')
-        picture.dot(*path[-1], colour)
-        picture.text(path[-1][0] + 4.0, path[-1][1], str(vehicle), 'font-weight="700"')
-    for place in scenario.places:
-        picture.text(*place.place_m, "×", 'text-anchor="middle"')
-    return picture
 
 
 def _heat(zone: ZoneRecord) -> str:

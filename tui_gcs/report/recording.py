@@ -51,6 +51,8 @@ class RoundRecord:
     zones: list[ZoneRecord]
     paths_m: dict[int, list[tuple[float, float]]] = field(default_factory=dict)
     """East and north of each vehicle, once a second while it flew."""
+    flying: frozenset[int] = frozenset()
+    """Who flew when the round ended."""
 
 
 class FlightRecord:
@@ -110,6 +112,7 @@ class FlightRecord:
             self._sample(frame.t_s, rows, flying, record)
 
     def _sample(self, now: float, rows: list[VehicleRow], flying: list[VehicleRow], record: RoundRecord) -> None:
+        record.flying = frozenset(row.id for row in flying)
         for row in flying:
             record.paths_m.setdefault(row.id, []).append(row.position_m[:2])
         for zone, grid in zip(record.zones, self._grids, strict=True):

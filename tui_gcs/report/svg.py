@@ -112,6 +112,12 @@ class Map:
         x, y = self.at(x_m, y_m)
         self._parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{colour}"/>')
 
+    def cross(self, x_m: float, y_m: float, colour: str) -> None:
+        """A small ×."""
+        x, y = self.at(x_m, y_m)
+        way = f"M{x - 4:.1f},{y - 4:.1f}l8,8m0,-8l-8,8"
+        self._parts.append(f'<path d="{way}" fill="none" stroke="{colour}" stroke-width="2"/>')
+
     def cells(self, centres_m: Floats, cell_m: float, values: Floats, most: float) -> None:
         """Squares coloured by value, 0 to `most`; black where infinite."""
         side = cell_m * self._scale
