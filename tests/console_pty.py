@@ -15,14 +15,19 @@ class PtyConsole:
     """`tui-gcs ARGUMENTS` in a terminal of the given size."""
 
     def __init__(
-        self, arguments: list[str], columns: int = 120, lines: int = 40, environment: dict[str, str] | None = None
+        self,
+        arguments: list[str],
+        columns: int = 120,
+        lines: int = 40,
+        environment: dict[str, str] | None = None,
+        module: str = "tui_gcs.cli",
     ) -> None:
         self.output = b""
         self.pid, self._fd = pty.fork()
         if self.pid == 0:
             os.environ |= {"TERM": "xterm-256color", "COLUMNS": str(columns), "LINES": str(lines)}
             os.environ |= environment or {}
-            os.execv(sys.executable, [sys.executable, "-m", "tui_gcs.cli", *arguments])
+            os.execv(sys.executable, [sys.executable, "-m", module, *arguments])
         fcntl.ioctl(self._fd, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))
 
     def read(self, seconds: float) -> bytes:
@@ -34,6 +39,17 @@ class PtyConsole:
                     got += os.read(self._fd, 65536)
                 except OSError:
                     break
+        self.output += got
+        return got
+
+    def read_some(self, seconds: float) -> bytes:
+        """The first piece that it writes, within `seconds`."""
+        got = b""
+        if select.select([self._fd], [], [], seconds)[0]:
+            try:
+                got = os.read(self._fd, 65536)
+            except OSError:
+                got = b""
         self.output += got
         return got
 

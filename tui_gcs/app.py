@@ -8,8 +8,9 @@ import contextlib
 import os
 import signal
 import sys
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
+from rich.console import RenderableType
 from textual import events
 from textual.app import App
 from textual.binding import BindingType
@@ -31,6 +32,7 @@ from tui_gcs.widgets.alarm_line import Notice
 from tui_gcs.widgets.driver import PatientDriver, lagging
 from tui_gcs.widgets.glyphs import GlyphSet, glyph_set, wants_ascii
 from tui_gcs.widgets.levels import Level
+from tui_gcs.widgets.painter import Painter
 from tui_gcs.widgets.top_lines import TopLines
 from tui_gcs.widgets.words import ids
 
@@ -78,6 +80,7 @@ class ConsoleApp(App[None]):
         if replay:
             self.feed.read_only = "replay: nothing is commanded from here"
         self._replay = replay
+        self._painter = Painter()
         self._chord = HoldChord()
         self._notices = 0
         self._leaving = False
@@ -89,6 +92,15 @@ class ConsoleApp(App[None]):
         """The Unix driver that knows whether the terminal keeps up."""
         driver = super().get_driver_class()
         return PatientDriver if driver is LinuxDriver else driver
+
+    def _display(self, screen: Screen[Any], renderable: RenderableType | None) -> None:
+        """Textual's way to the terminal, by way of the painter: only cells that changed are written."""
+        super()._display(screen, self._painter.thin(renderable))
+
+    def redraw(self) -> None:
+        """Write every cell again: the terminal may show anything (a resize, a message of another program)."""
+        self._painter.forget()
+        self.screen.refresh()
 
     def _fly_screen(self) -> Screen[None]:
         return FlyScreen(self.feed, glyphs=self.glyphs)
@@ -127,6 +139,7 @@ class ConsoleApp(App[None]):
 
     def on_resize(self, event: events.Resize) -> None:
         """Below 80x24 only the essentials."""
+        self.redraw()
         small = event.size.width < MIN_COLUMNS or event.size.height < MIN_ROWS
         shown = isinstance(self.screen, TinyScreen)
         if small and not shown:

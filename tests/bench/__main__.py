@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from tests.bench.commands import commands
+from tests.bench.console import console
 from tests.bench.decode import decoder
 from tests.bench.flood import flood
 from tests.bench.guard import guard
@@ -37,6 +38,7 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "latency": latency,
     "flood": flood,
     "live": live,
+    "console": console,
     "planning": planning,
     "planning-runs": planning_runs,
     "guardian": guardian,
@@ -47,6 +49,7 @@ LONG_S = {
     "planning-runs": 600,
     "load": 95,
     "live": 150,
+    "console": 330,
     "commands": 650,
     "guardian": 3000,
     "guard": 1200,

@@ -1,0 +1,156 @@
+"""What a console costs: bytes to the terminal, CPU, memory, and how soon a key is answered; through a pty.
+
+A paper station in a process of its own publishes over the real bus; the console is the real one. The naive console is
+measured in the same run, beside it: on a busy machine trust the ratio.
+"""
+
+import contextlib
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from tests.bench.latency import percentile
+from tests.bench.live import FLEET_MARK, cpu_s, painted
+from tests.bench.row import NotMeasured, Row
+from tests.console_pty import PtyConsole
+
+CHILD = "tests.bench.console_child"
+COLUMNS, LINES = 120, 40
+SETTLED_S, MEASURED_S = 4.0, 15.0
+COLOURS = {
+    "16 colours": {"TERM": "xterm-16color", "COLORTERM": ""},
+    "256 colours": {"TERM": "xterm-256color", "COLORTERM": ""},
+    "truecolour": {"TERM": "xterm-256color", "COLORTERM": "truecolor"},
+}
+LIMITS_KB_S = {
+    (8, "16 colours"): 3.0,
+    (8, "256 colours"): 3.0,
+    (8, "truecolour"): 3.0,
+    (50, "16 colours"): 8.0,
+    (50, "256 colours"): 8.0,
+    (50, "truecolour"): 14.0,
+}
+KEYS = 60
+BLOCKED_S = 10.0
+
+
+def console(folder: Path) -> Iterator[Row]:
+    """All of it."""
+    for count in (8, 50, 250):
+        with paper_station(count):
+            naive = rate(count, "truecolour", ["--naive"])
+            yield Row(f"{count} vehicles, naive, truecolour: written", naive[0], "kB/s")
+            yield Row(f"{count} vehicles, naive: CPU of the console", naive[1], "%")
+            for colours in COLOURS:
+                kb_s, cpu, rss_mb = rate(count, colours)
+                name = f"{count} vehicles, {COLUMNS}x{LINES}, {colours}"
+                yield Row(f"{name}: written", kb_s, "kB/s", LIMITS_KB_S.get((count, colours)))
+            yield Row(f"{count} vehicles: naive to ours, bytes", naive[0] / kb_s, "x")
+            yield Row(f"{count} vehicles: CPU of the console", cpu, "%", 12 if count == 250 else None)
+            kb_s, _, _ = rate(count, "16 colours", ["--slow"])
+            yield Row(f"{count} vehicles, --slow: written", kb_s, "kB/s", 2.0 if count <= 50 else None)
+            if count == 250:
+                yield Row("250 vehicles: resident memory", rss_mb, "MB", 120)
+                yield from keys()
+                yield from blocked(folder)
+                yield first_frame()
+
+
+def rate(count: int, colours: str, options: list[str] | None = None) -> tuple[float, float, float]:
+    """(kB/s written, CPU in % of a core, resident MB) of a console in flight."""
+    with attached(colours, options or []) as terminal:
+        terminal.read(SETTLED_S)
+        before_s, began_s = cpu_s(terminal.pid), time.monotonic()
+        written = len(terminal.read(MEASURED_S))
+        elapsed_s = time.monotonic() - began_s
+        return written / elapsed_s / 1000, 100 * (cpu_s(terminal.pid) - before_s) / elapsed_s, resident_mb(terminal.pid)
+
+
+def keys() -> Iterator[Row]:
+    """From a key to the words that answer it, while 250 vehicles fly."""
+    chance, delays_ms = random.Random(1), []
+    with attached("256 colours", []) as terminal:
+        terminal.read(SETTLED_S)
+        for _ in range(KEYS):
+            terminal.read(chance.uniform(0.2, 0.5))
+            pressed_s = time.monotonic()
+            terminal.press(b"5")
+            until(terminal, lambda got: b"selects" in got)
+            delays_ms.append((time.monotonic() - pressed_s) * 1000)
+            terminal.read(0.1)
+            terminal.press(b"\x7f\x1b")
+            terminal.read(0.3)
+    yield Row("250 vehicles, key to screen: p50", percentile(delays_ms, 50), "ms")
+    yield Row("250 vehicles, key to screen: p95", percentile(delays_ms, 95), "ms", 50)
+
+
+def blocked(folder: Path) -> Iterator[Row]:
+    """Nobody reads the terminal for a while: does the loop go on, and is it said afterwards?"""
+    gaps = folder / "gaps"
+    with attached("truecolour", ["--gaps", str(gaps)]) as terminal:
+        terminal.read(SETTLED_S)
+        gaps.write_text("0")
+        time.sleep(BLOCKED_S)
+        gap_s = float(gaps.read_text())
+        terminal.read(2.0)
+        said = b"LAGGED" in terminal.output
+    yield Row(f"terminal not read for {BLOCKED_S:.0f} s: longest gap of the loop", gap_s, "s", 0.25)
+    yield Row("terminal not read: said afterwards", float(said), "", 1, at_least=True)
+
+
+def first_frame() -> Row:
+    """From the start of the process to a frame with the fleet, best of three."""
+    taken_s = []
+    for _ in range(3):
+        began_s = time.monotonic()
+        terminal = PtyConsole(["attach"], COLUMNS, LINES)
+        taken_s.append(painted(terminal, began_s, FLEET_MARK))
+        terminal.kill()
+    return Row("first frame with the fleet, best of 3", min(taken_s), "s", 0.8)
+
+
+@contextlib.contextmanager
+def attached(colours: str, options: list[str]) -> Iterator[PtyConsole]:
+    """A console that shows the fleet."""
+    terminal = PtyConsole(options, COLUMNS, LINES, COLOURS[colours], CHILD)
+    try:
+        painted(terminal, time.monotonic(), FLEET_MARK)
+        yield terminal
+    finally:
+        terminal.kill()
+
+
+@contextlib.contextmanager
+def paper_station(count: int) -> Iterator[None]:
+    """So many vehicles in flight, in a process of its own."""
+    process = subprocess.Popen([sys.executable, "-m", "tests.screens.paper_fleet", str(count)])
+    try:
+        time.sleep(1.0)
+        if process.poll() is not None:
+            raise NotMeasured("the paper station did not start")
+        yield
+    finally:
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+
+
+def until(terminal: PtyConsole, what: Callable[[bytes], bool], seconds: float = 5.0) -> None:
+    """Read until what was read satisfies."""
+    got, end_s = b"", time.monotonic() + seconds
+    while not what(got):
+        got += terminal.read_some(0.5)
+        if time.monotonic() > end_s:
+            raise NotMeasured("no answer to a key")
+
+
+def resident_mb(pid: int) -> float:
+    """Resident memory of a process; NaN where there is no /proc."""
+    try:
+        return int((Path("/proc") / str(pid) / "statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+    except OSError:
+        return float("nan")

@@ -1,0 +1,64 @@
+"""The console that is measured: python -m tests.bench.console_child [--naive] [--slow] [--gaps FILE]
+
+The same as `tui-gcs attach`; `--naive` writes as Textual does it when a program only calls `update` and `refresh`:
+every panel whole. `--gaps` notes in FILE the longest time that the event loop stood still.
+"""
+
+import argparse
+import asyncio
+import time
+from pathlib import Path
+from typing import Any
+
+from rich.console import RenderableType
+from textual.app import App
+from textual.screen import Screen
+
+from tui_gcs.app import ConsoleApp
+from tui_gcs.core.config import socket_path
+from tui_gcs.core.kinds import Kind
+from tui_gcs.core.zenoh_bus import connect_later
+from tui_gcs.feed import FleetUpdated
+
+LOOK_S = 0.02
+
+
+class NaiveConsole(ConsoleApp):
+    """Every frame all panels are rendered and written, by Textual alone."""
+
+    def _display(self, screen: Screen[Any], renderable: RenderableType | None) -> None:
+        App._display(self, screen, renderable)
+
+    def on_fleet_updated(self, _message: FleetUpdated) -> None:
+        for widget in self.screen.walk_children():
+            widget.notify_style_update()
+            widget.refresh()
+
+
+async def note_gaps(file: Path) -> None:
+    """The longest gap of the event loop in seconds, for ever."""
+    worst_s, before_s = 0.0, time.monotonic()
+    while True:
+        await asyncio.sleep(LOOK_S)
+        now_s = time.monotonic()
+        if now_s - before_s - LOOK_S > worst_s:
+            worst_s = now_s - before_s - LOOK_S
+            file.write_text(f"{worst_s}")
+        before_s = now_s
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--naive", action="store_true")
+    parser.add_argument("--gaps", type=Path)
+    arguments = parser.parse_args()
+    bus = connect_later(socket_path(Kind.SIM))
+    app = (NaiveConsole if arguments.naive else ConsoleApp)(bus, kind=Kind.SIM)
+    if arguments.gaps:
+        app.call_later(lambda: app.run_worker(note_gaps(arguments.gaps)))
+    app.run()
+    bus.close()
+
+
+if __name__ == "__main__":
+    main()
