@@ -27,7 +27,7 @@ class Action:
     weight: int = 0
 
 
-COMMAND, VIEW, SCREENS, SELECT = "Fly", "Map", "Screens", "Select"
+COMMAND, VIEW, SCREENS, SELECT, ALARMS = "Fly", "Map", "Screens", "Select", "Alarms"
 
 APP_ACTIONS = (
     Action(
@@ -42,6 +42,9 @@ APP_ACTIONS = (
     Action("return_and_land", ("r",), "r", "return", "return and land, from flight or hold", COMMAND, 7),
     Action("hold_all", (), "!h", "HOLD ALL", "hold all vehicles, also from dialogs and forms", COMMAND, 10),
     Action("choose_round", ("o",), "o", "round", "make another round the present one, in flight too", COMMAND, 5),
+    Action("acknowledge", ("a",), "a", "", "the alarm of the second line was seen; it stays until it is over", ALARMS),
+    Action("show_alarms", ("A", "shift+a"), "A", "", "all alarms: acknowledge, put aside, what was before", ALARMS),
+    Action("toggle_bell", ("B", "shift+b"), "B", "", "the bell of this console, off and on", ALARMS),
     Action("show_fly", ("f",), "f", "Fly", "map, fleet, events", SCREENS, 4),
     Action("show_plan", ("p",), "p", "Plan", "zones, rounds, teams", SCREENS, 4),
     Action("show_help", ("question_mark",), "?", "help", "this page", SCREENS, 8),

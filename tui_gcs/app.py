@@ -21,13 +21,15 @@ from textual.screen import Screen
 from tui_gcs.actions import APP_ACTIONS, bindings
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.clock import Clock, MonotonicClock
-from tui_gcs.core.messages import Hold, Kind, Reply, Request, Resume, Return, RunPhase, Start, SwitchRound
+from tui_gcs.core.messages import Acknowledge, Hold, Kind, Reply, Request, Resume, Return, RunPhase, Start, SwitchRound
 from tui_gcs.feed import DisplayLagged, Feed, StatusUpdated
 from tui_gcs.hold_chord import PREFIX_S, HoldChord
+from tui_gcs.screens.alarms import AlarmScreen
 from tui_gcs.screens.dialogs import HelpDialog, ResultDialog, RoundDialog, StartDialog
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.start_plan import start_plan
 from tui_gcs.screens.tiny import MIN_COLUMNS, MIN_ROWS, TinyScreen
+from tui_gcs.widgets.alarm_bell import AlarmBell
 from tui_gcs.widgets.alarm_line import Notice
 from tui_gcs.widgets.driver import PatientDriver, lagging
 from tui_gcs.widgets.glyphs import GlyphSet, glyph_set, wants_ascii
@@ -41,6 +43,8 @@ if TYPE_CHECKING:
 
 NOTICE_S = 8.0
 HOLD_TRIES = 3
+NOTE_SEVERITIES = {Level.NORMAL: 6, Level.GREY: 6, Level.CAUTION: 4, Level.WARNING: 4}
+"""MAV_SEVERITY of what is told, in the journal."""
 
 
 class ConsoleApp(App[None]):
@@ -83,6 +87,7 @@ class ConsoleApp(App[None]):
         self._painter = Painter()
         self._chord = HoldChord()
         self._notices = 0
+        self.bell_rings = AlarmBell()
         self._leaving = False
         self._plan: PlanScreen | None = None
         self.add_mode("fly", self._fly_screen)
@@ -128,7 +133,9 @@ class ConsoleApp(App[None]):
         self.feed.close()
 
     def on_status_updated(self, message: StatusUpdated) -> None:
-        """Never command a station of another kind than the one this console was opened for."""
+        """Ring for alarms; never command a station of another kind than the one this console was opened for."""
+        if self.bell_rings.rings(message.status.alarms, self._clock.now()):
+            self.bell()
         kind = message.status.kind
         if kind is not self.kind and not self.feed.read_only:
             self.feed.read_only = f"read-only: opened for {self.kind}, but this station is {kind}"
@@ -285,10 +292,41 @@ class ConsoleApp(App[None]):
         else:
             self.notice(f"{title} NOT DONE: {reply.text}", Level.WARNING)
 
+    # ------------------------------------------------------------ alarms
+
+    def action_acknowledge(self) -> None:
+        """The alarm on the second line was seen."""
+        status = self.feed.status
+        first = next((a for a in status.alarms if a.state in ("new", "over")), None) if status is not None else None
+        if first is None or self.feed.station_lost:
+            self.notice("nothing to acknowledge")
+        else:
+            self.ask_about_alarms(Acknowledge(raised={first.cause: first.raised}), "acknowledge")
+
+    def ask_about_alarms(self, request: Request, title: str) -> None:
+        """Acknowledge or shelve: nothing is told unless it could not be done."""
+
+        async def ask() -> None:
+            reply = await self.feed.request(request)
+            if not reply.ok:
+                self.notice(f"{title} NOT DONE: {reply.text}", Level.CAUTION)
+
+        self.run_worker(ask(), group="requests", exit_on_error=False)
+
+    def action_show_alarms(self) -> None:
+        """All alarms."""
+        self.push_screen(AlarmScreen(self.feed, self.ask_about_alarms, self.glyphs))
+
+    def action_toggle_bell(self) -> None:
+        """This console's bell."""
+        self.bell_rings.is_on = not self.bell_rings.is_on
+        self.notice("the bell is on" if self.bell_rings.is_on else "the bell is OFF: alarms are silent on this console")
+
     # ------------------------------------------------------------ the second line
 
     def notice(self, text: str, level: Level = Level.NORMAL) -> None:
-        """Say something for a while, beside the alarm if there is one."""
+        """Say something for a while, beside the alarm if there is one; the journal has it, too."""
+        self.feed.note(text, NOTE_SEVERITIES[level])
         self._notices += 1
         number = self._notices
         for lines in self._top_lines():

@@ -26,6 +26,7 @@ PERIOD_S = 0.2
 STATION_LOST_S = 3.0
 CHECK_S = 1.0
 EVENTS_KEPT = 500
+NOTES_KEPT = 200
 NO_EVENT = -1
 NO_ANSWER = "the station does not answer"
 T = TypeVar("T")
@@ -136,6 +137,8 @@ class Feed:
         self._last_event = NO_EVENT
         self._filling = True
         self._attaching = False
+        self._notes: deque[wire.Note] = deque(maxlen=NOTES_KEPT)
+        self._noting = False
 
     # ------------------------------------------------------------ life
 
@@ -316,6 +319,22 @@ class Feed:
                 return wire.Reply(ok=False, text="the station's answer cannot be read: another version of tui-gcs?")
         return wire.Reply(ok=False, text=problem)
 
+    def note(self, text: str, severity: int) -> None:
+        """Have the station's journal know what the operator was told; kept while the station is not heard."""
+        self._notes.append(wire.Note(text=text, severity=severity))
+        if self._loop is not None and not self._noting:
+            self._noting = True
+            self._spawn(self._send_notes())
+
+    async def _send_notes(self) -> None:
+        """One after the other; those that nobody took wait for the next one, or for the station."""
+        while self._notes and not self.station_lost:
+            reply = await self.request(self._notes[0])
+            if not reply.ok:
+                break
+            self._notes.popleft()
+        self._noting = False
+
     def _begin_attach(self) -> None:
         """One first exchange at a time."""
         if not self._attaching:
@@ -334,6 +353,9 @@ class Feed:
         self._take_annotations((await self.request(wire.GetPlan())).annotations or self.annotations)
         await self._fill()
         self._attaching = False
+        if self._notes and not self._noting:
+            self._noting = True
+            await self._send_notes()
 
     async def _fill(self) -> None:
         """Ask for missed events, then go on with what waited; what the station no longer has is skipped."""
@@ -373,7 +395,7 @@ class Feed:
         task.add_done_callback(self._tasks.discard)
 
 
-_READING = (wire.Hello, wire.GetScenario, wire.GetEvents, wire.GetTask, wire.GetPlan)
+_READING = (wire.Hello, wire.GetScenario, wire.GetEvents, wire.GetTask, wire.GetPlan, wire.GetJournal, wire.Note)
 
 
 def _drain(box: deque[bytes]) -> list[bytes]:

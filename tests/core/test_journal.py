@@ -3,7 +3,13 @@
 import json
 from pathlib import Path
 
+import msgspec
+
 from tui_gcs.core.journal import Journal
+from tui_gcs.core.journal_reader import events_before
+from tui_gcs.core.messages_journal import JOURNAL_END
+
+EVENT = {"seq": 1, "t_s": 1.0, "wall_s": 2.0, "cls": "mission", "severity": 6, "source": "you", "text": "told"}
 
 
 def lines(journal: Journal) -> list[dict[str, object]]:
@@ -53,3 +59,27 @@ def test_a_disk_that_fails_is_told_not_raised(tmp_path: Path) -> None:
     journal.write({"action": "land"})
     assert journal.error == ""
     assert [line["action"] for line in lines(journal)] == ["arm", "land"]
+
+
+def test_events_are_paged_from_the_end_and_none_is_missing_or_doubled(tmp_path: Path) -> None:
+    journal = Journal(tmp_path / "journal.jsonl")
+    for seq in range(200):
+        if seq % 3 == 0:
+            journal.write({"action": "hold", "vehicle": seq})
+        journal.write({**EVENT, "seq": seq, "text": "x" * (seq % 40)})
+    journal.write({"planner_failed": "y" * 5000})  # longer than a piece
+    at, found = JOURNAL_END, []
+    for _ in range(100):
+        events, at = events_before(journal.path, at, piece_bytes=1000)
+        found = [event.seq for event in events] + found
+        if not at:
+            break
+    assert found == list(range(200))
+
+
+def test_a_journal_that_is_gone_or_damaged_has_what_can_be_read(tmp_path: Path) -> None:
+    assert events_before(tmp_path / "none", JOURNAL_END) == ((), 0)
+    path = tmp_path / "journal.jsonl"
+    path.write_bytes(b'\xff\xfe{"seq": 1\n' + msgspec.json.encode(EVENT) + b"\nhalf a li")
+    events, at = events_before(path, 10**12)
+    assert ([event.text for event in events], at) == (["told"], 0)

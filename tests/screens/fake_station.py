@@ -12,7 +12,11 @@ from pathlib import Path
 import tui_gcs
 from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as m
+from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.bus import MemoryBus
+from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.events import EventLog
+from tui_gcs.core.messages_alarms import AlarmLevel
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.scenario_load import load
 from tui_gcs.core.zones import bounds
@@ -34,6 +38,7 @@ class FakeStation:
     t_s: float = 100.0
     round_index: int = 0
     alarm: str = ""
+    """One more alarm, of these words."""
     silent: bool = False
     """Neither publishes nor answers."""
     refuse: tuple[int, ...] = ()
@@ -48,6 +53,9 @@ class FakeStation:
 
     def __post_init__(self) -> None:
         self.scenario: Scenario = load(SCENARIO_FILE)
+        self.clock = VirtualClock()
+        self.desk = AlarmDesk(self.clock, EventLog(self.clock))
+        """The real one; what is wrong counts at once, without its delays."""
         self.bus.answer(keys.REQUEST.format(principal="*"), self._answer)
 
     # ------------------------------------------------------------ time
@@ -118,7 +126,21 @@ class FakeStation:
             min_separation_m=21.4 if self.flying else NAN,
             recording="2026-09-21T14-13.tlog" if self.flying else "",
             if_silent={v: self.if_silent(v) for v in frame.ids},
-            alarm=self.alarm,
+            alarms=self.alarms(),
+        )
+
+    def alarms(self) -> tuple[m.Alarm, ...]:
+        """Of what is wrong with the vehicles now."""
+        findings = [finding for row in map(self._row, range(self.count)) for finding in findings_of(row)]
+        for _ in range(2):
+            self.clock.advance(10.0)
+            self.desk.look(findings)
+        found = self.desk.alarms()
+        if not self.alarm:
+            return found
+        return (
+            m.Alarm("test", AlarmLevel.WARNING, "TST", self.alarm, "[hold_all] hold all", "new", 1, self.t_s),
+            *found,
         )
 
     def if_silent(self, vehicle: int) -> str:
@@ -236,6 +258,15 @@ class FakeStation:
             case m.Return():
                 self.run = m.RunPhase.RETURNING
                 return self._results(tuple(range(1, self.count + 1)))
+            case m.Acknowledge():
+                return self.desk.acknowledge("console-test", request)
+            case m.Shelve():
+                return self.desk.shelve("console-test", request)
+            case m.Unshelve():
+                return self.desk.unshelve("console-test", request)
+            case m.Note():
+                self.event(request.text, source="console-test", severity=request.severity, cls="console")
+                return m.Reply(ok=True)
             case m.SwitchRound():
                 self.round_index = request.index
                 return m.Reply(ok=True)
@@ -250,8 +281,20 @@ class FakeStation:
 
     def commands(self) -> list[m.AnyRequest]:
         """What was asked beyond looking."""
-        looking = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan)
+        looking = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan, m.GetJournal, m.Note)
         return [request for request in self.requests if not isinstance(request, looking)]
+
+
+def findings_of(row: m.VehicleRow) -> list[Finding]:
+    """What a station would find of a vehicle in a frame."""
+    if row.freshness is m.Freshness.LOST and row.armed:
+        return [Finding("lost", row.id)]
+    found = [Finding("stale", row.id)] if row.freshness is m.Freshness.STALE and row.armed else []
+    found += [Finding("identity", row.id, row.problem)] if row.problem else []
+    if row.armed and row.battery_pct < 25.0:
+        word = "critical" if row.battery_pct < 15.0 else "low"
+        found.append(Finding(f"battery-{word}", row.id, f"{row.battery_pct:.0f} %"))
+    return found
 
 
 def trouble(station: FakeStation) -> None:

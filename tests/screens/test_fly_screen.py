@@ -58,11 +58,11 @@ async def test_status_line_says_who_is_heard_and_armed() -> None:
 
 async def test_second_line_names_the_worst_and_the_key() -> None:
     async with console(WIDE, trouble) as c:
-        assert "vehicle 5 LOST" in c.line(1)
-        assert "!h" in c.line(1)
+        assert "! WARN  LOST in the air: vehicle 5   → !h hold all" in c.line(1)
+        assert "2 alarms" in c.line(1)
         c.station.changes.pop(5)
         await c.tick()
-        assert "vehicle 7: battery 24 %" in c.line(1)
+        assert "^ CAUT  battery low: vehicle 7  24 %" in c.line(1)
 
 
 async def test_alarm_of_the_station_comes_first() -> None:
@@ -77,7 +77,7 @@ async def test_same_trouble_of_many_is_one_line() -> None:
         for vehicle in (1, 2, 3, 6):
             c.station.changes[vehicle] = {"freshness": Freshness.LOST, "heard_age_s": 5.0}
         await c.tick()
-        assert "vehicles 1-3 6 LOST" in c.line(1)
+        assert "LOST in the air: vehicles 1-3 6 " in c.line(1)
 
 
 async def test_lost_vehicle_shows_no_values_as_if_true() -> None:

@@ -11,7 +11,7 @@ from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
-    from tui_gcs.core.messages import FleetFrame, LinkStatus, StationStatus, TeamStatus
+    from tui_gcs.core.messages import Alarm, FleetFrame, LinkStatus, StationStatus, TeamStatus
 
 STATUS_WAIT_S = 3.0
 STOP_LIMIT_S = 10.0
@@ -118,14 +118,20 @@ def _error_lines(team: "TeamStatus") -> list[str]:
     return [f"planner of {team.name} failed, {team.worker}: {lines[-1]}", *(f"  {line}" for line in lines[:-1])]
 
 
+def _alarm_words(alarm: "Alarm") -> str:
+    """An alarm, whether it was seen, and what to do."""
+    from tui_gcs.core.messages_alarms import action_words
+
+    return f"{alarm.level.name} {alarm.state}  {alarm.words()}  -> {action_words(alarm.action, {})}"
+
+
 def _words(status: "StationStatus", frame: "FleetFrame") -> str:
     minutes, seconds = divmod(int(status.mission_time_s), 60)
     lines = [
         f"{status.kind} {status.scenario}  {status.rounds[status.round_index]}  {status.run}"
         f"  T+{minutes:02}:{seconds:02}  heard {status.heard}/{status.vehicles}  armed {status.armed}"
     ]
-    if status.alarm:
-        lines.append(f"! {status.alarm}")
+    lines += [_alarm_words(alarm) for alarm in status.alarms]
     lines += [f"planner {name}: {file}" for name, file in status.planner_files.items()]
     lines += [line for team in status.teams if team.error for line in _error_lines(team)]
     lines += [f"link {_link_words(link)}" for link in status.links]

@@ -8,3 +8,7 @@ Vec3 = tuple[float, float, float]
 
 class Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Base of all bus messages."""
+
+
+class Request(Message, frozen=True, tag_field="request"):
+    """Base of what a console, a worker or a script asks of the station."""

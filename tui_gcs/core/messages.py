@@ -12,7 +12,18 @@ import msgspec
 
 from tui_gcs.core.kinds import Kind as Kind
 from tui_gcs.core.message import Message as Message
+from tui_gcs.core.message import Request as Request
 from tui_gcs.core.message import Vec3 as Vec3
+from tui_gcs.core.messages_alarms import Acknowledge as Acknowledge
+from tui_gcs.core.messages_alarms import Alarm as Alarm
+from tui_gcs.core.messages_alarms import Shelve as Shelve
+from tui_gcs.core.messages_alarms import Unshelve as Unshelve
+from tui_gcs.core.messages_alarms import action_words
+from tui_gcs.core.messages_journal import Event as Event
+from tui_gcs.core.messages_journal import EventClass as EventClass
+from tui_gcs.core.messages_journal import GetEvents as GetEvents
+from tui_gcs.core.messages_journal import GetJournal as GetJournal
+from tui_gcs.core.messages_journal import Note as Note
 from tui_gcs.core.messages_planning import Annotation as Annotation
 from tui_gcs.core.messages_planning import Intent as Intent
 from tui_gcs.core.messages_planning import ParamInfo as ParamInfo
@@ -23,7 +34,7 @@ from tui_gcs.core.messages_planning import PlannerTask as PlannerTask
 from tui_gcs.core.messages_planning import Track as Track
 from tui_gcs.core.scenario import Scenario
 
-PROTOCOL = 6
+PROTOCOL = 7
 """Version of this file's contract; consoles and workers say it first (`Hello`)."""
 
 
@@ -152,31 +163,6 @@ class FleetFrame(Message, frozen=True):
 _COLUMN = {"id": "ids"}
 
 
-class EventClass(StrEnum):
-    """The paper's three classes of error, and the things that are not errors."""
-
-    CONNECTION = "connection"
-    SENSOR = "sensor"
-    PROCESSING = "processing"
-    OPERATOR = "operator"
-    PLANNER = "planner"
-    MISSION = "mission"
-    VEHICLE = "vehicle"
-
-
-class Event(Message, frozen=True):
-    """Something that happened. `seq` has no gaps: a console that sees one asks for what it missed."""
-
-    seq: int
-    t_s: float
-    wall_s: float
-    cls: EventClass
-    severity: int
-    """MAV_SEVERITY: 0 emergency … 4 warning, 5 notice, 6 info, 7 debug."""
-    source: str
-    text: str
-
-
 class TeamStatus(Message, frozen=True):
     """How a team and its planner are doing."""
 
@@ -262,8 +248,16 @@ class StationStatus(Message, frozen=True):
     recording: str = ""
     planner_files: dict[str, str] = {}
     """Planners given on the command line: path and sha256 at the start, by name."""
-    alarm: str = ""
-    """The worst thing the operator must act on, with the key that answers it; empty if none."""
+    alarms: tuple[Alarm, ...] = ()
+    """What the operator must act on, the worst first; shelved ones last."""
+
+    @property
+    def alarm(self) -> str:
+        """The first of `alarms` in words; empty if none."""
+        first = self.alarms[0] if self.alarms else None
+        if first is None or first.state == "shelved":
+            return ""
+        return f"{first.words()}   → {action_words(first.action, {})}"
 
 
 class ScenarioChanged(Message, frozen=True):
@@ -276,10 +270,6 @@ class ScenarioChanged(Message, frozen=True):
 
 
 # ---------------------------------------------------------------- requests
-
-
-class Request(Message, frozen=True, tag_field="request"):
-    """Base of what a console, a worker or a script asks of the station."""
 
 
 class PreviewTask(Message, frozen=True):
@@ -311,12 +301,6 @@ class Hello(Request, frozen=True, tag="hello"):
 
 class GetScenario(Request, frozen=True, tag="get-scenario"):
     """The present scenario (`Reply.scenario`)."""
-
-
-class GetEvents(Request, frozen=True, tag="get-events"):
-    """Events with seq > `after` (`Reply.events`), newest 500 at most."""
-
-    after: int
 
 
 class GetTask(Request, frozen=True, tag="get-task"):
@@ -431,6 +415,11 @@ AnyRequest = (
     | SetParameters
     | Shutdown
     | ProvisionKey
+    | Acknowledge
+    | Shelve
+    | Unshelve
+    | Note
+    | GetJournal
 )
 
 
@@ -453,6 +442,8 @@ class Reply(Message, frozen=True):
     results: tuple[VehicleResult, ...] = ()
     scenario: ScenarioChanged | None = None
     events: tuple[Event, ...] = ()
+    journal_at: int = 0
+    """`GetJournal`: where the answer before this one begins."""
     task: PlannerTask | None = None
     snapshot: bytes = b""
     """Of the planner of that task, for a worker that goes on from there."""

@@ -18,8 +18,8 @@ from tui_gcs.core.guard_separation import GROUND_M
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.vehicle import Vehicle
 
-Place = tuple[float, float, float, float]
-"""x, y, z in ENU metres, and by how many metres x and y may be wrong beyond what the limits allow for."""
+Place = tuple[float, float, float, float, int]
+"""x, y, z in ENU metres, by how many metres x and y may be wrong beyond what the limits allow for, and who it is."""
 MOST_ERROR_M = 100.0
 """Without any fix: the autopilot reckons on for some seconds, or has something better than GPS."""
 
@@ -37,6 +37,12 @@ class FleetMonitor:
         """Samples in which a pair was closer than the limits in both directions."""
         self.outside_area_m = 0.0
         """Largest distance outside the operating area."""
+        self._close: dict[tuple[int, int], float] = {}
+
+    def take_close(self) -> dict[tuple[int, int], float]:
+        """Pairs closer than both limits since this was last asked, and how many metres apart on the map they were."""
+        close, self._close = self._close, {}
+        return close
 
     def watch(self, vehicles: Iterable[Vehicle]) -> None:
         """Take one sample."""
@@ -44,7 +50,7 @@ class FleetMonitor:
         if flying:
             self._measure_outside([v.position_m for v in flying])
         away = [v for v in flying if v.position_m[2] > GROUND_M and not self._in_column(v)]
-        self._measure_pairs([(*v.position_m, error_m(v)) for v in away])
+        self._measure_pairs([(*v.position_m, error_m(v), v.id) for v in away])
 
     def _measure_outside(self, places: list[Vec3]) -> None:
         self.outside_area_m = max(self.outside_area_m, float(self._guard.outside_walls_m(np.array(places)).max()))
@@ -53,15 +59,15 @@ class FleetMonitor:
         """Sorted along the direction in which they are spread farther, so that few neighbours are near enough."""
         across = _spread(places, 0) < _spread(places, 1)
         if across:
-            places = [(y, x, z, error) for x, y, z, error in places]
+            places = [(y, x, z, error, who) for x, y, z, error, who in places]
         places.sort()
         limits = self._guard.limits
         horizontal_m, vertical_m = limits.separation_horizontal_m, limits.separation_vertical_m
         least_m = self.min_separation_m
-        doubtful_m = horizontal_m + 2 * max((error for _, _, _, error in places), default=0.0)
+        doubtful_m = horizontal_m + 2 * max((place[3] for place in places), default=0.0)
         reach_m = max(least_m, doubtful_m)
-        for i, (x, y, z, error) in enumerate(places, 1):
-            for other_x, other_y, other_z, other_error in islice(places, i, None):
+        for i, (x, y, z, error, who) in enumerate(places, 1):
+            for other_x, other_y, other_z, other_error, other in islice(places, i, None):
                 along_m = other_x - x
                 if along_m > reach_m:  # and so are all that follow
                     break
@@ -76,6 +82,8 @@ class FleetMonitor:
                     reach_m = max(least_m, doubtful_m)
                 if level - error - other_error < horizontal_m and upright < vertical_m:
                     self.violations += 1
+                    pair = (min(who, other), max(who, other))
+                    self._close[pair] = min(level, self._close.get(pair, level))
         self.min_separation_m = least_m
 
     def _in_column(self, vehicle: Vehicle) -> bool:

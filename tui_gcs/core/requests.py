@@ -10,9 +10,10 @@ import msgspec
 
 from tui_gcs.core import messages as m
 from tui_gcs.core import messages_services as s
-from tui_gcs.core.events import NOTICE, WARNING
+from tui_gcs.core.events import DEBUG, NOTICE, WARNING
 from tui_gcs.core.flights import Flight
 from tui_gcs.core.guard import Guard
+from tui_gcs.core.journal_reader import events_before
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.messages_setup import ConfirmStep
 from tui_gcs.core.planner_requests import PlannerRequests
@@ -20,6 +21,7 @@ from tui_gcs.core.provision import ProvisionDesk
 from tui_gcs.core.scenario import Round, Scenario, band_m
 from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.service_requests import ServiceDesk
+from tui_gcs.core.text import clean
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station
@@ -28,7 +30,10 @@ GPS_3D = 3
 """MAVLink GPS_FIX_TYPE_3D_FIX."""
 LEAST_BATTERY_PCT = 20.0
 """Below this nobody starts; an unknown battery (NaN) does not count as empty."""
-OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan, m.GetPlanners, m.GetPreviews)
+NOTING = (m.Acknowledge, m.Shelve, m.Unshelve, m.Note)
+"""Done for every console: nothing is commanded."""
+MOST_NOTE_CHARS = 300
+OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan, m.GetPlanners, m.GetPreviews, m.GetJournal)
 
 
 class RequestDesk:
@@ -62,6 +67,8 @@ class RequestDesk:
             return self.planners.preview(request)
         if isinstance(request, m.CancelPreview):
             return self.planners.cancel()
+        if isinstance(request, NOTING):  # neither does who says that he has seen
+            return self._note(principal, request)
         self.in_control = principal
         if isinstance(request, m.ProvisionKey):  # tells what it does by itself: its reply holds a code
             return self._provisioning.ask(principal, request)
@@ -93,6 +100,9 @@ class RequestDesk:
             return Reply(ok=True, scenario=station.scenario_changed())
         if isinstance(request, m.GetEvents):
             return Reply(ok=True, events=station.events.since(request.after))
+        if isinstance(request, m.GetJournal):
+            events, at = events_before(station.journal.path, request.before)
+            return Reply(ok=True, events=events, journal_at=at)
         if isinstance(request, m.GetTask):
             desk = station.desks.get(request.team)
             if desk is None:
@@ -105,6 +115,20 @@ class RequestDesk:
         if isinstance(request, m.GetPlanners):
             return Reply(ok=True, planners=tuple(station.config.planners[k] for k in sorted(station.config.planners)))
         return Reply(ok=True, annotations={name: desk.annotations for name, desk in station.desks.items()})
+
+    def _note(self, principal: str, request: m.AnyRequest) -> Reply:
+        alarms = self._station.alarms
+        if isinstance(request, m.Acknowledge):
+            return alarms.acknowledge(principal, request)
+        if isinstance(request, m.Shelve):
+            return alarms.shelve(principal, request)
+        if isinstance(request, m.Unshelve):
+            return alarms.unshelve(principal, request)
+        if isinstance(request, m.Note):
+            severity = min(max(request.severity, WARNING), DEBUG)
+            text = clean(request.text, MOST_NOTE_CHARS)
+            self._station.events.say(EventClass.CONSOLE, principal, text, severity)
+        return Reply(ok=True)
 
     def _command(self, request: m.AnyRequest) -> Reply:
         executive = self._station.executive

@@ -13,6 +13,8 @@ from pathlib import Path
 import msgspec
 
 from tui_gcs.core import bus as keys
+from tui_gcs.core.alarm_finders import AlarmFinder
+from tui_gcs.core.alarms import AlarmDesk
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.detections import Detections
@@ -68,6 +70,7 @@ from tui_gcs.core.wire.encode import Encoder
 
 FRAME_GAP_S = 0.1
 STATUS_GAP_S = 0.5
+ALARM_GAP_S = 0.2
 HEARTBEAT_GAP_S = 1.0
 SYSTEM_ID = {Kind.SIM: 254, Kind.LIVE: 255}
 """SIM and LIVE stations never speak with the same id (architecture.md)."""
@@ -129,6 +132,8 @@ class Station:
             clock, self.events, networks, config.keys, config.stamps, heartbeat=lambda: self.door.our_heartbeat()
         )
         self.fleet = Fleet(clock, self.events, frame, own, networks, self.trust)
+        self.alarms = AlarmDesk(clock, self.events)
+        self.events.listen(lambda event: self.alarms.on_event(event, self.fleet.vehicles))
         self.book = FlightBook()
         self.book.assign(self.scenario, [])
         self.guard = Guard(self.scenario.limits, self.round.area, self.round.no_fly)
@@ -179,6 +184,8 @@ class Station:
         self.wind = WindBook(self.fleet, clock)
         self.desks: dict[str, TeamDesk] = {}
         self.requests = RequestDesk(self)
+        self._alarm_finder = AlarmFinder(self, self.alarms)
+        self._next_alarms_s = -math.inf
         self.dropped: Counter[str] = Counter()
         self._assigned_for: tuple[int, ...] = ()
         self._frame_seq = self._status_seq = 0
@@ -242,11 +249,19 @@ class Station:
         self.forwarder.tick()
         self.door.tick()
         yield
+        self._look_for_alarms()
+        yield
         yield from self._publish_due()
 
     def close(self) -> None:
         """Write down what the next start has to know."""
         self.trust.close()
+
+    def _look_for_alarms(self) -> None:
+        now = self.clock.now()
+        if now >= self._next_alarms_s - 1e-9:
+            self._next_alarms_s = now + ALARM_GAP_S
+            self.alarms.look(self._alarm_finder.findings(ALARM_GAP_S))
 
     def _publish_due(self) -> Iterator[None]:
         now = self.clock.now()
@@ -257,7 +272,7 @@ class Station:
             self._next_frame_s = now + min([FRAME_GAP_S, *(1.0 / desk.rate_hz for desk in self.desks.values())])
             yield from self._publish_frame()
             yield
-        state = (self.executive.run, self.round_index, self.revision, self.door.refused.total())
+        state = (self.executive.run, self.round_index, self.revision, self.door.refused.total(), self.alarms.changes)
         if now >= self._next_status_s - 1e-9 or state != self._last_state:
             self._next_status_s = now + STATUS_GAP_S
             self._last_state = state

@@ -3,18 +3,12 @@
 import math
 from typing import TYPE_CHECKING
 
-from tui_gcs.core.flights import Flight
 from tui_gcs.core.forward import Endpoint
 from tui_gcs.core.links import Link
-from tui_gcs.core.messages import Freshness, LinkStatus, Phase, RunPhase, StationStatus
-from tui_gcs.core.snapshot import problem_of
+from tui_gcs.core.messages import Freshness, LinkStatus, StationStatus
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station
-
-
-CRITICAL_BATTERY_PCT = 15.0
-"""In the air: worse than any hold."""
 
 
 def station_status(station: "Station", seq: int) -> StationStatus:
@@ -56,7 +50,7 @@ def station_status(station: "Station", seq: int) -> StationStatus:
         planner_files={
             info.name: f"{info.file} sha256 {info.sha256}" for info in station.config.planners.values() if info.file
         },
-        alarm=_alarm(station, now),
+        alarms=station.alarms.alarms(),
     )
 
 
@@ -125,49 +119,3 @@ def _dropped(station: "Station") -> dict[str, int]:
 
 def _recording(station: "Station") -> str:
     return f"NOT RECORDING: {station.recorder.error}" if station.recorder.error else station.recorder.path.name
-
-
-def _alarm(station: "Station", now: float) -> str:
-    """The worst thing an operator must act on, with the key that answers it."""
-    lost = [flight.vehicle for flight in station.book if _is_lost(station, flight, now)]
-    if lost:
-        return f"LOST in the air: vehicle {_ids(lost)}   → !h hold all, r return the others"
-    doubtful: dict[str, list[int]] = {}
-    for vehicle in station.fleet.in_order():
-        if problem := problem_of(vehicle):
-            doubtful.setdefault(problem, []).append(vehicle.id)
-    if doubtful:
-        more = f" (+ {len(doubtful) - 1} other reasons)" if len(doubtful) > 1 else ""
-        problem, ids = next(iter(doubtful.items()))
-        return f"vehicle {_ids(ids)} {problem}{more}"
-    low = [v for v in station.fleet.in_order() if v.airborne and v.battery_pct < CRITICAL_BATTERY_PCT]
-    if low:
-        worst = min(low, key=lambda v: v.battery_pct)
-        text = f"battery {worst.battery_pct:.0f} % vehicle {worst.id}"
-        return text + (f", low on {_ids([v.id for v in low])}" if len(low) > 1 else "") + "   → r return and land"
-    taken = [flight.vehicle for flight in station.book.in_phase(Phase.TAKEN_OUT)]
-    if taken:
-        return f"vehicle {_ids(taken)} left the mission   → !h hold all"
-    if station.executive.run in (RunPhase.RUNNING, RunPhase.RETURNING):
-        held = [flight.vehicle for flight in station.book.in_phase(Phase.HOLDING)]
-        if held:
-            return f"vehicle {_ids(held)} holding   → Enter resume, r return and land"
-    if station.executive.run is RunPhase.HOLD and station.book.in_phase(Phase.HOLDING):
-        return "HOLD   → Enter resume, r return and land"
-    if station.recorder.error:
-        return f"not recording: {station.recorder.error}"
-    down = [name for name, link in station.links.items() if link.error]
-    return f"link {down[0]}: {station.links[down[0]].error}" if down else ""
-
-
-def _is_lost(station: "Station", flight: Flight, now: float) -> bool:
-    """In the air for all we know, and not heard (since a restart: never)."""
-    vehicle = station.fleet.vehicles.get(flight.vehicle)
-    if vehicle is None:
-        return flight.phase is not Phase.GROUND
-    lost = vehicle.freshness(now) is Freshness.LOST
-    return lost and (vehicle.armed or flight.phase is not Phase.GROUND)
-
-
-def _ids(vehicles: list[int]) -> str:
-    return ", ".join(map(str, sorted(vehicles)))

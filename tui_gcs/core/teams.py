@@ -332,6 +332,10 @@ class TeamDesk:
         flying = self._flying()
         return bool(flying) and all(self.is_on_slot(flight) for flight in flying)
 
+    def worker_state(self) -> WorkerState:
+        """How its worker is doing, as `TeamStatus.worker`."""
+        return self._worker_state(self._clock.now(), self._flying())
+
     def _worker_state(self, now: float, flying: list[Flight]) -> WorkerState:
         if self.quarantined:
             return "quarantined"

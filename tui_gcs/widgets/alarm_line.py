@@ -1,12 +1,26 @@
 """The second line: the worst thing the operator must act on and the key that answers it, or nothing."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from tui_gcs.core.messages import FleetFrame, Freshness, Phase
-from tui_gcs.widgets.levels import Level, level_of
+from rich.cells import cell_len
+from textual.timer import Timer
+
+from tui_gcs.core.messages import Alarm
+from tui_gcs.core.messages_alarms import AlarmLevel, AlarmState, action_words
+from tui_gcs.widgets.levels import Level
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.words import ids, number
+from tui_gcs.widgets.strips import Run
+
+FLASH_S = 0.5
+"""Half a period: 1 Hz is what a slow link carries."""
+WIDE = 100
+
+LEVEL_TAGS = {AlarmLevel.WARNING: "! WARN", AlarmLevel.CAUTION: "^ CAUT", AlarmLevel.ADVISORY: "i ADV "}
+LEVEL_INKS = {AlarmLevel.WARNING: Ink.WARNING, AlarmLevel.CAUTION: Ink.CAUTION, AlarmLevel.ADVISORY: Ink.ADVISORY}
+BRIGHT_INKS = {AlarmLevel.WARNING: Ink.ALARM, AlarmLevel.CAUTION: Ink.SELECTED_CAUTION}
+SHOWN: tuple[AlarmState, ...] = ("new", "over", "acknowledged")
 
 
 @dataclass(frozen=True)
@@ -18,22 +32,31 @@ class Notice:
 
 
 class AlarmLine(LinesView):
-    """Prompt over alarm over notice: one line, plain text."""
+    """Prompt over alarm over notice: one line, plain text. It flashes while its alarm is new."""
 
     DEFAULT_CSS = "AlarmLine { height: 1; }"
 
     _prompt = ""
-    _alarm = Notice("")
+    _local = Notice("")
     _notice = Notice("")
+    _alarms: Sequence[Alarm] = ()
+    _keys: Mapping[str, str] = {}
+    _bright = True
+    _timer: Timer | None = None
+
+    def on_mount(self) -> None:
+        """The clock of the flashing; it writes nothing while nothing is new."""
+        self._timer = self.set_interval(FLASH_S, self.flash)
 
     def set_prompt(self, text: str) -> None:
         """Something that waits for the next key; empty when nothing does."""
         self._prompt = text
         self.update_lines()
 
-    def set_alarm(self, alarm: Notice) -> None:
-        """The worst alarm; empty text for none."""
-        self._alarm = alarm
+    def set_alarms(self, alarms: Sequence[Alarm], keys: Mapping[str, str], local: Notice) -> None:
+        """The station's alarms, worst first, and the keys of actions; `local` is what only this console knows."""
+        self._alarms = [alarm for alarm in alarms if alarm.state in SHOWN]
+        self._keys, self._local = keys, local
         self.update_lines()
 
     def set_notice(self, notice: Notice) -> None:
@@ -41,44 +64,76 @@ class AlarmLine(LinesView):
         self._notice = notice
         self.update_lines()
 
+    def flash(self) -> None:
+        """Bright and dark in turn while the alarm shown is new."""
+        if not self.screen.is_current:
+            return
+        self._bright = not self._bright if self._is_loud() else True
+        self.update_lines()
+
+    def _is_loud(self) -> bool:
+        first = self._alarms[0] if self._alarms and not self._local.text and not self._prompt else None
+        return first is not None and first.state == "new" and first.level in BRIGHT_INKS
+
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
         if self._prompt:
             return [[(f" {self._prompt} ", Ink.SELECTED)]]
-        if self._alarm.text:
-            tag = " ! WARN " if self._alarm.level is Level.WARNING else " ^ CAUT "
-            ink = Ink.ALARM if self._alarm.level is Level.WARNING else Ink.SELECTED_CAUTION
-            text_ink = Ink.WARNING if self._alarm.level is Level.WARNING else Ink.CAUTION
-            tail = f"   | {self._notice.text}" if self._notice.text else ""
-            return [[(tag, ink), (f" {self._alarm.text}", text_ink), (tail, Ink.TEXT)]]
+        if self._local.text and (self._local.level is Level.WARNING or not self._alarms):
+            return [_local_runs(self._local, self._notice)]
+        if self._alarms:
+            arrow = "→" if self.glyphs.braille else "->"
+            return [alarm_runs(self._alarms, self._keys, self._notice, width, self._bright, arrow)]
         inks = {Level.WARNING: Ink.WARNING, Level.CAUTION: Ink.CAUTION}
         return [[(f" {self._notice.text}", inks.get(self._notice.level, Ink.MUTED))]]
 
 
-def worst_of(frame: FleetFrame | None) -> Notice:
-    """The worst that can be seen in a fleet frame, vehicles with the same trouble in one line."""
-    if frame is None:
-        return Notice("")
-    rows = frame.rows()
-    level = max((level_of(row) for row in rows), default=Level.NORMAL)
-    if level < Level.CAUTION:
-        return Notice("")
-    bad = [row for row in rows if level_of(row) is level]
-    lost = [row.id for row in bad if row.freshness is Freshness.LOST]
-    if lost:
-        return Notice(f"{_vehicles(lost)} LOST in flight: last seen on the map  {_HOLD}", level)
-    if stale := [row.id for row in bad if row.freshness is Freshness.STALE]:
-        return Notice(f"{_vehicles(stale)} position not updated  {_HOLD}", level)
-    if taken := [row.id for row in bad if row.phase is Phase.TAKEN_OUT]:
-        return Notice(f"{_vehicles(taken)} in the air, not ours to steer", level)
-    lowest = min(bad, key=lambda row: row.battery_pct)
-    others = f" and {len(bad) - 1} more" if len(bad) > 1 else ""
-    act = "r return and land" if lowest.armed else ""
-    return Notice(f"vehicle {lowest.id}{others}: battery {number(lowest.battery_pct, 0)} %   {act}".rstrip(), level)
+def _local_runs(local: Notice, notice: Notice) -> list[Run]:
+    warns = local.level is Level.WARNING
+    tag = (" ! WARN ", Ink.ALARM) if warns else (" ^ CAUT ", Ink.SELECTED_CAUTION)
+    tail = f"   | {notice.text}" if notice.text else ""
+    return [tag, (f" {local.text}", Ink.WARNING if warns else Ink.CAUTION), (tail, Ink.TEXT)]
 
 
-_HOLD = "!h HOLD ALL"
+def alarm_runs(
+    alarms: Sequence[Alarm], keys: Mapping[str, str], notice: Notice, width: int, bright: bool, arrow: str
+) -> list[Run]:
+    """The worst alarm, what to do about it, and how many there are. What is long is cut, never the count."""
+    first = alarms[0]
+    tag, ink, tag_ink = alarm_tag(first, bright)
+    right = _count(alarms, keys, width)
+    text = f" {first.words()}   {arrow} {action_words(first.action, keys)}"
+    if notice.text:  # the answer to a key is not to be missed, either
+        text = f" {_short(first)}  | {notice.text}"
+        right = right if cell_len(tag + text + right) <= width else ""
+    room = width - len(tag) - len(right)
+    return [(tag, tag_ink), (_cut(text, room).ljust(room), ink), (right, Ink.TEXT)]
 
 
-def _vehicles(vehicles: list[int]) -> str:
-    return f"vehicle {vehicles[0]}" if len(vehicles) == 1 else f"vehicles {ids(vehicles)}"
+def alarm_tag(alarm: Alarm, bright: bool = True) -> tuple[str, Ink, Ink]:
+    """Shape and word of its level in eight cells, the ink of its text, and of its tag."""
+    if alarm.state == "over":
+        return " o OVER ", Ink.TEXT, Ink.NORMAL
+    ink = LEVEL_INKS[alarm.level]
+    tag_ink = BRIGHT_INKS.get(alarm.level, ink) if bright and alarm.state == "new" else ink
+    text_ink = tag_ink if alarm.state == "new" else ink
+    return f" {LEVEL_TAGS[alarm.level]} ", text_ink, tag_ink
+
+
+def _count(alarms: Sequence[Alarm], keys: Mapping[str, str], width: int) -> str:
+    """How many, and the keys to answer them."""
+    wide = width >= WIDE
+    count = f"  {len(alarms)} alarm{'s' if len(alarms) > 1 else ''}" if wide else f"  {len(alarms)} al"
+    answers = [("acknowledge", "ack")] if any(alarm.state in ("new", "over") for alarm in alarms) else []
+    answers += [("show_alarms", "list")] if wide or not answers else []
+    return count + "".join(f"  {keys[action]} {word}" for action, word in answers if action in keys) + " "
+
+
+def _short(alarm: Alarm) -> str:
+    """Without the details."""
+    whole = alarm.words()
+    return whole.replace(f"  {alarm.text}", "", 1) if alarm.text else whole
+
+
+def _cut(text: str, room: int) -> str:
+    return text if cell_len(text) <= room else text[: max(0, room - 2)] + ".."

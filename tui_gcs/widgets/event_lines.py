@@ -13,6 +13,8 @@ from tui_gcs.widgets.words import clock
 TAGS = {EventClass.CONNECTION: "connection", EventClass.SENSOR: "sensor", EventClass.PROCESSING: "processing"}
 """The three classes of error; other events need no tag."""
 SHORT_TAGS = {EventClass.CONNECTION: "con", EventClass.SENSOR: "sen", EventClass.PROCESSING: "pro"}
+ELSEWHERE = (EventClass.ALARM, EventClass.CONSOLE)
+"""The second line has those, and the journal."""
 WIDE = 100
 
 
@@ -39,7 +41,8 @@ class EventLines(LinesView):
 
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
-        newest = list(self._events)[-height:][::-1] if height > 0 else []
+        shown = [event for event in self._events if event.cls not in ELSEWHERE]
+        newest = shown[-height:][::-1] if height > 0 else []
         return [event_line(event, width, self._mission_offset_s, self._principal) for event in newest]
 
 

@@ -5,12 +5,22 @@ import math
 from textual.app import ComposeResult
 from textual.containers import Vertical
 
+from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS
 from tui_gcs.core.messages import StationStatus
+from tui_gcs.core.messages_alarms import AlarmLevel, action_words
 from tui_gcs.feed import Feed, FleetUpdated, StationBack, StationLost, StatusUpdated
-from tui_gcs.widgets.alarm_line import AlarmLine, Notice, worst_of
+from tui_gcs.widgets.alarm_line import AlarmLine, Notice
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.levels import Level
 from tui_gcs.widgets.status_line import StatusLine
+
+KEYS = {action.id: action.shown for action in (*APP_ACTIONS, *FLY_ACTIONS) if action.shown}
+"""Keys by action, for the words of alarms."""
+NOTICE_LEVELS = {
+    AlarmLevel.WARNING: Level.WARNING,
+    AlarmLevel.CAUTION: Level.CAUTION,
+    AlarmLevel.ADVISORY: Level.NORMAL,
+}
 
 
 class TopLines(Vertical):
@@ -56,19 +66,25 @@ class TopLines(Vertical):
         feed = self._feed
         wall_s = feed.frame.wall_s if feed.frame is not None else math.nan
         self.status_line.show(feed.status, wall_s=wall_s, principal=feed.principal, lost=feed.station_lost)
-        self.alarm_line.set_alarm(worst(feed))
+        alarms = feed.status.alarms if feed.status is not None else ()
+        self.alarm_line.set_alarms(alarms, KEYS, local_notice(feed))
+
+
+def local_notice(feed: Feed) -> Notice:
+    """What only this console can know: its station is silent, or it may not command."""
+    if feed.station_lost:
+        return station_lost_notice(feed.status, feed.silent_s)
+    return Notice(feed.read_only, Level.CAUTION) if feed.read_only else Notice("")
 
 
 def worst(feed: Feed) -> Notice:
-    """A silent station; its alarm; what this console sees in the frame; a reason for being read-only."""
-    if feed.station_lost:
-        return station_lost_notice(feed.status, feed.silent_s)
-    seen = worst_of(feed.frame)
-    if feed.status is not None and feed.status.alarm:
-        return Notice(feed.status.alarm, Level.WARNING)
-    if seen.text:
-        return seen
-    return Notice(feed.read_only, Level.CAUTION) if feed.read_only else seen
+    """The one thing to say where there is room for nothing else."""
+    local = local_notice(feed)
+    alarms = feed.status.alarms if feed.status is not None else ()
+    first = alarms[0] if alarms and alarms[0].state != "shelved" else None
+    if first is None or local.level is Level.WARNING:
+        return local
+    return Notice(f"{first.words()}  {action_words(first.action, KEYS)}", NOTICE_LEVELS[first.level])
 
 
 def station_lost_notice(status: StationStatus | None, silent_s: float) -> Notice:

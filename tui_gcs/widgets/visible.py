@@ -61,5 +61,5 @@ def visible_status(status: StationStatus) -> Key:
         *(int(status.mission_time_s), status.heard, status.vehicles, status.armed, status.in_control, teams),
         tuple((link.name, link.up, link.error) for link in status.links),
         *(steps(status.min_separation_m, 0.1), steps(status.outside_area_m, 1.0), tuple(status.vetoes.items())),
-        *(status.recording, status.alarm),
+        *(status.recording, status.alarms),
     )

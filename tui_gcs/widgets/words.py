@@ -1,7 +1,11 @@
 """Numbers as an operator reads them; `--` when not known."""
 
 import math
-from collections.abc import Iterable
+
+from tui_gcs.core.messages_alarms import id_ranges
+
+ids = id_ranges
+"""Ids with ranges: `1-4 7`."""
 
 UNKNOWN = "--"
 
@@ -51,14 +55,3 @@ def speed_m_s(velocity_m_s: tuple[float, float, float]) -> float:
 def heading(value_deg: float, degree: str) -> str:
     """Three digits, 000 to 359."""
     return f"{round(value_deg) % 360:03d}{degree}" if math.isfinite(value_deg) else UNKNOWN
-
-
-def ids(vehicles: Iterable[int]) -> str:
-    """Ids with ranges: `1-4 7`."""
-    parts: list[list[int]] = []
-    for vehicle in sorted(vehicles):
-        if parts and vehicle == parts[-1][1] + 1:
-            parts[-1][1] = vehicle
-        else:
-            parts.append([vehicle, vehicle])
-    return " ".join(str(low) if low == high else f"{low}-{high}" for low, high in parts)

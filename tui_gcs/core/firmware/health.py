@@ -7,6 +7,7 @@ What an autopilot says of itself counts most; the rest explains it in words.
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from tui_gcs.core.firmware.modes import known_modes, mode_name
 from tui_gcs.core.fleet import Fields
@@ -99,6 +100,10 @@ PREARM_TEXT_S = 35.0
 """ArduPilot repeats its pre-arm texts every 30 s."""
 
 
+Concern = Literal["position", "battery", "health"]
+"""What a problem in flight puts in doubt."""
+
+
 @dataclass(frozen=True)
 class Checks:
     """What a vehicle's own arming checks told in EVENTs, for the mode it would fly in."""
@@ -129,6 +134,24 @@ def problems(vehicle: Vehicle, newest: Newest, checks: Checks, now: float) -> It
         yield from _gps(vehicle, newest, blocks=True)
     yield from _sensors(newest)
     yield from _battery(vehicle, newest)
+
+
+def problems_in_flight(vehicle: Vehicle, newest: Newest) -> Iterator[tuple[Concern, Problem]]:
+    """What an autopilot says of itself that asks for an act in the air; its silence is told elsewhere."""
+    if vehicle.autopilot == AUTOPILOT_ARDUPILOT and newest(EKF_STATUS_REPORT) is not None:
+        yield from _concerning("position", _ardupilot_ekf(vehicle, newest))
+    if vehicle.autopilot == AUTOPILOT_ARDUPILOT and (stick := sinking_stick(vehicle, newest)):
+        reads = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode) in STICK_MODES
+        yield from _concerning("health", iter([Problem(stick, blocks=reads)]))
+    if vehicle.autopilot == AUTOPILOT_PX4 and (estimator := newest(ESTIMATOR_STATUS)) is not None:
+        yield from _concerning("position", _px4_estimator(estimator))
+    if newest(SYS_STATUS) is not None:
+        yield from _concerning("health", _sensors(newest))
+    yield from _concerning("battery", _battery(vehicle, newest))
+
+
+def _concerning(concern: Concern, found: Iterator[Problem]) -> Iterator[tuple[Concern, Problem]]:
+    return ((concern, problem) for problem in found if problem.blocks)
 
 
 def flight_mode(vehicle: Vehicle) -> int:

@@ -290,6 +290,11 @@ class CommandService:
         reasons = vehicle.reasons_since(since) if vehicle is not None else []
         return ": ".join(part for part in (word, "; ".join(reasons)) if part)
 
+    def unconfirmed_stops(self) -> list[tuple[int, str]]:
+        """(vehicle, name) of the stops that no telemetry confirmed in time; they are still sent."""
+        pending = [action for actions in self._pending.values() for action in actions.values()]
+        return [(action.vehicle, action.name) for action in pending if action.alarmed]
+
     # ---------------------------------------------------------------- the end
 
     def _end(self, action: Action | None, outcome: Outcome, why: str) -> None:

@@ -3,7 +3,15 @@
 from dataclasses import dataclass
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.firmware.health import Checks, Problem, flight_mode, problems, sinking_stick
+from tui_gcs.core.firmware.health import (
+    Checks,
+    Concern,
+    Problem,
+    flight_mode,
+    problems,
+    problems_in_flight,
+    sinking_stick,
+)
 from tui_gcs.core.fleet import Fields, Fleet
 from tui_gcs.core.messages import Freshness
 from tui_gcs.core.services.remote_id import RemoteIdService
@@ -34,6 +42,11 @@ class HealthService:
         self._events = events
         self._remote_id = remote_id
         self._clock = clock
+
+    def in_flight(self, vehicle: Vehicle) -> tuple[tuple[Concern, Problem], ...]:
+        """What is wrong with it by its own telemetry that asks for an act in the air."""
+        newest = _Newest(self._fleet, vehicle, self._clock.now())
+        return tuple(problems_in_flight(vehicle, newest))
 
     def of(self, vehicle: Vehicle) -> Health:
         """What is wrong with it now."""

@@ -1,0 +1,132 @@
+"""Alarms on the console: the second line, the list, the bell, the journal."""
+
+from console import NARROW, WIDE, console
+from fake_station import FakeStation, trouble
+
+from tui_gcs.core.messages import Acknowledge, Alarm, Note, Shelve
+from tui_gcs.core.messages_alarms import AlarmLevel
+from tui_gcs.screens.alarms import AlarmScreen
+from tui_gcs.widgets.alarm_bell import AlarmBell
+from tui_gcs.widgets.palette import Ink
+
+
+def inks(c: object) -> set[Ink]:
+    """Inks of the second line."""
+    line = c.fly.top_lines.alarm_line  # type: ignore[attr-defined]
+    return {ink for text, ink in line._lines[0] if text.strip()}
+
+
+async def test_only_what_nobody_has_seen_flashes_and_a_answers_it() -> None:
+    async with console(NARROW, trouble) as c:
+        line = c.fly.top_lines.alarm_line
+        assert "! WARN  LOST in the air: vehicle 5" in c.line(1)
+        assert c.line(1).endswith("2 al  a ack")
+        line._timer.pause()
+        line._bright = True
+        line.update_lines()
+        before = inks(c)
+        line.flash()
+        assert {Ink.ALARM} == before - inks(c)
+        line.flash()
+        assert inks(c) == before
+        await c.press("a")
+        await c.tick()
+        assert "^ CAUT  battery low: vehicle 7  24 %" in c.line(1)  # the worst that is new
+        await c.press("a")
+        await c.tick()
+        assert "! WARN  LOST in the air: vehicle 5" in c.line(1)  # seen, and still there
+        assert "2 al  A list" in c.line(1)
+        steady = inks(c)
+        assert Ink.ALARM not in steady
+        line.flash()
+        assert inks(c) == steady
+        assert [set(r.raised) for r in c.station.commands() if isinstance(r, Acknowledge)] == [
+            {"lost"},
+            {"battery-low"},
+        ]
+        c.station.changes.clear()
+        await c.tick()
+        assert c.line(1) == ""
+        await c.press("a")
+        assert "nothing to acknowledge" in c.line(1)
+
+
+async def test_what_is_over_before_anybody_saw_it_says_so() -> None:
+    async with console(WIDE, trouble) as c:
+        c.station.changes.clear()
+        await c.tick()
+        assert "o OVER  LOST in the air: vehicle 5  (over)" in c.line(1)
+
+
+async def test_the_answer_to_a_key_is_not_hidden_by_an_alarm() -> None:
+    async with console(NARROW, trouble) as c:
+        await c.press("exclamation_mark", "h")
+        assert "LOST in the air: vehicle 5" in c.line(1)
+        assert "| HOLD ALL: accepted for 8 vehicles" in c.line(1)
+
+
+async def test_the_list_tells_what_to_do_and_shelves() -> None:
+    async with console(NARROW, trouble) as c:
+        c.app.ask_about_alarms(Acknowledge(raised={"lost": 99}), "")
+        await c.settle()
+        await c.press("A")
+        assert isinstance(c.app.screen, AlarmScreen)
+        await c.tick()
+        picture = c.text()
+        assert "^ CAUT  NEW     battery low: vehicle 7  24 %" in picture
+        assert "! WARN  seen    LOST in the air: vehicle 5" in picture
+        assert "!h hold all" in picture and "by you" in picture
+        await c.press("down", "s")
+        await c.tick()
+        assert next(r for r in c.station.commands() if isinstance(r, Shelve)).minutes == 5.0
+        assert "! WARN  shelved LOST in the air: vehicle 5" in c.text()
+        await c.press("x", "escape")
+        await c.tick()
+        assert "battery low" in c.line(1) and "A list" in c.line(1)
+
+
+async def test_every_notice_is_in_the_journal_also_after_silence() -> None:
+    async with console(WIDE) as c:
+        c.app.notice("while heard")
+        await c.settle()
+        c.station.silent = True
+        c.app.notice("while silent")
+        await c.settle()
+        c.station.silent = False
+        c.app.notice("after")
+        await c.settle()
+        assert [r.text for r in c.station.requests if isinstance(r, Note)] == ["while heard", "while silent", "after"]
+        assert "while heard" not in c.fly.event_lines.text()
+
+
+async def test_hostile_alarm_is_letters() -> None:
+    def hostile(station: FakeStation) -> None:
+        station.fly()
+        station.changes[3] = {"problem": "NOT COMMANDED: [@click=app.detach]x[/] {0} %s"}
+
+    async with console(WIDE, hostile) as c:
+        assert "[@click=app.detach]x[/] {0} %s" in c.line(1)
+
+
+def alarm(raised: int, level: AlarmLevel = AlarmLevel.WARNING, state: str = "new") -> Alarm:
+    """One, of a number."""
+    return Alarm("lost", level, "LST", "LOST", "", state, raised, 0.0)  # type: ignore[arg-type]
+
+
+def test_the_bell_rings_once_for_each_new_one_and_again_for_a_warning_nobody_answers() -> None:
+    bell = AlarmBell()
+    assert bell.rings([alarm(1)], 0.0)
+    assert not bell.rings([alarm(2)], 1.0)  # never twice in two seconds
+    assert bell.rings([alarm(2)], 2.0)
+    assert not bell.rings([alarm(2)], 5.0)
+    assert bell.rings([alarm(2)], 12.0)
+    assert not bell.rings([alarm(2, state="acknowledged")], 30.0)
+    assert not bell.rings([alarm(3, AlarmLevel.ADVISORY)], 40.0)
+
+
+def test_a_caution_rings_once_and_a_bell_that_is_off_never() -> None:
+    bell = AlarmBell()
+    assert bell.rings([alarm(1, AlarmLevel.CAUTION)], 0.0)
+    assert not bell.rings([alarm(1, AlarmLevel.CAUTION)], 60.0)
+    bell.is_on = False
+    assert not bell.rings([alarm(2)], 70.0)

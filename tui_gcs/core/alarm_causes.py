@@ -1,0 +1,140 @@
+"""What there are alarms for: each cause with its level, three letters, what to do, delays, and what follows from it.
+
+An alarm asks for an operator's act (ISA-18.2); what does not is an event. The order is the order of importance within
+a level. Delays and dead-bands (`alarm_finders`) keep what flutters from ringing.
+"""
+
+from dataclasses import dataclass
+
+from tui_gcs.core.messages_alarms import AlarmLevel
+
+WARNING, CAUTION, ADVISORY = AlarmLevel.WARNING, AlarmLevel.CAUTION, AlarmLevel.ADVISORY
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One kind of alarm. Actions of the console stand in brackets in `action`, see `Alarm.action`."""
+
+    id: str
+    level: AlarmLevel
+    tag: str
+    title: str
+    action: str
+    on_s: float = 0.0
+    """True for so long before it is raised."""
+    off_s: float = 3.0
+    """Not true for so long before it is over."""
+    hides: tuple[str, ...] = ()
+    """Causes that follow from this one: not shown for the same vehicle."""
+
+
+_TOLD = ("alert", "report")
+_OF_LOST = (
+    *("stale", "left", "holds", "battery-critical", "battery-low", "battery-unknown", "position", "poor-position"),
+    *("health", "failsafe", "outside", "stop", "poor-link", "vetoed", *_TOLD),
+)
+"""Nothing of that is known any more, or anything but a consequence."""
+
+CAUSES = (
+    # warnings
+    Cause(
+        "link-lost",
+        WARNING,
+        "LNK",
+        "NOT HEARD, link failed",
+        "[hold_all] hold all, then mend the link",
+        hides=("lost", *_OF_LOST),
+    ),
+    Cause(
+        "lost",
+        WARNING,
+        "LST",
+        "LOST in the air",
+        "[hold_all] hold all, or [return_all] return the others",
+        off_s=2.0,
+        hides=_OF_LOST,
+    ),
+    Cause("separation", WARNING, "SEP", "TOO CLOSE", "[hold_all] hold all", hides=("vetoed",)),
+    Cause(
+        "traffic",
+        WARNING,
+        "TFC",
+        "AIRCRAFT near",
+        "give way: [hold_all] hold all, or [return_all] return",
+        off_s=10.0,
+    ),
+    Cause(
+        "failsafe",
+        WARNING,
+        "FS",
+        "FAILSAFE on board",
+        "look what it does; [return_all] return the others",
+        hides=("health", "left", *_TOLD),
+    ),
+    Cause("stop", WARNING, "STP", "STOP not confirmed", "take it over by radio; [hold_all] hold all", hides=_TOLD),
+    Cause(
+        "battery-critical",
+        WARNING,
+        "BAT",
+        "battery CRITICAL",
+        "[return_all] return and land",
+        on_s=1.0,
+        hides=("battery-low", *_TOLD),
+    ),
+    Cause(
+        "position",
+        WARNING,
+        "POS",
+        "position not known",
+        "it drifts: [hold_all] hold all, or land it",
+        on_s=1.0,
+        hides=("poor-position", "health", *_TOLD),
+    ),
+    Cause("outside", WARNING, "OUT", "OUTSIDE the area", "[hold_all] hold all, or [return_all] return", on_s=0.5),
+    Cause(
+        "identity",
+        WARNING,
+        "WHO",
+        "who is it?",
+        "only stops are sent to it; look at links and keys",
+        off_s=1.0,
+        hides=_TOLD,
+    ),
+    Cause("alert", WARNING, "MSG", "ALERT", "look at it: [show_journal] journal", off_s=0.0, hides=("report",)),
+    # cautions
+    Cause(
+        "stale",
+        CAUTION,
+        "OLD",
+        "position not updated",
+        "[hold_all] hold all",
+        off_s=2.0,
+        hides=("position", *_TOLD),
+    ),
+    Cause("health", CAUTION, "SEN", "not well in flight", "[return_all] return and land", on_s=2.0, off_s=5.0),
+    Cause("battery-low", CAUTION, "BAT", "battery low", "plan its return: [return_all] return", on_s=2.0),
+    Cause("battery-unknown", CAUTION, "BAT", "battery not known", "return it by the clock", on_s=5.0),
+    Cause("poor-position", CAUTION, "GPS", "position poor", "keep away from edges and others", on_s=3.0, off_s=5.0),
+    Cause(
+        "left",
+        CAUTION,
+        "OFF",
+        "left the mission",
+        "a pilot or failsafe flies it; [hold_all] hold all",
+        hides=_TOLD,
+    ),
+    Cause("planner", CAUTION, "PLN", "planner failed", "its vehicles hold: [resume] resume, or [return_all] return"),
+    Cause("vetoed", CAUTION, "VET", "set-points refused", "it holds: look at zones and limits", on_s=3.0),
+    Cause("holds", CAUTION, "HLD", "holds alone", "[resume] resume, or [return_all] return", on_s=1.0, off_s=0.5),
+    Cause("link", CAUTION, "LNK", "link failed", "mend the link"),
+    Cause("recording", CAUTION, "REC", "NOT RECORDING", "make room on the disk"),
+    Cause("poor-link", CAUTION, "RF", "link poor", "turn antennas, keep near", on_s=5.0, off_s=10.0),
+    Cause("report", CAUTION, "MSG", "it says", "look at its messages: [show_journal] journal", off_s=0.0),
+    # advisories
+    Cause("hold", ADVISORY, "HLD", "HOLD", "[resume] resume, or [return_all] return and land", off_s=0.0),
+    Cause("forward", ADVISORY, "FWD", "not forwarded", "look at the other station", on_s=2.0),
+)
+BY_ID = {cause.id: cause for cause in CAUSES}
+RANK = {cause.id: index for index, cause in enumerate(CAUSES)}
+MOST_SHELVED_MIN = {WARNING: 5.0, CAUTION: 30.0, ADVISORY: 120.0}
+"""For how long an alarm may be put aside."""

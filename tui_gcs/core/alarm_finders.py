@@ -1,0 +1,205 @@
+"""What is wrong now, of what there are alarms for (`alarm_causes`): read from the station's state, nothing is sent.
+
+Limits have a dead-band: what is up goes only when it is clearly better. Only what flies, or is armed, can be in
+trouble; what keeps vehicles on the ground is told before a start (`StationStatus.not_ready`).
+"""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tui_gcs.core.alarms import AlarmDesk, Finding
+from tui_gcs.core.firmware.health import Concern, Problem
+from tui_gcs.core.flights import Flight
+from tui_gcs.core.messages import Freshness, Phase, RunPhase
+from tui_gcs.core.messages_alarms import vehicles_words
+from tui_gcs.core.snapshot import problem_of
+from tui_gcs.core.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from tui_gcs.core.station import Station
+
+BATTERY_LOW_PCT, BATTERY_CRITICAL_PCT, BATTERY_BAND_PCT = 25.0, 15.0, 3.0
+POOR_POSITION_M, POOR_POSITION_BAND_M = 10.0, 3.0
+OUTSIDE_M, OUTSIDE_BAND_M = 2.0, 1.5
+"""What a loop around a corner may overshoot is no breach: `limits.geofence_margin_m` is kept inside already."""
+LOSS_PCT, LOSS_BAND_PCT = 25.0, 10.0
+LEAST_FIX = 3
+"""GPS_FIX_TYPE_3D_FIX."""
+FAILSAFE_STATES = {5: "CRITICAL: a failsafe is active", 6: "EMERGENCY: out of control", 8: "flight was TERMINATED"}
+"""MAV_STATE."""
+TRAFFIC_M, TRAFFIC_UP_M, TRAFFIC_AGE_S = 1500.0, 300.0, 15.0
+"""An aircraft nearer than that, both ways, heard no longer ago."""
+HEALTH_ROUND_S = 2.0
+"""Each flying vehicle's own checks are looked at once in this time: they are many."""
+FAILED = ("dead", "quarantined", "late")
+
+
+class AlarmFinder:
+    """Looks through the station; what takes long is done for a part of the fleet each time."""
+
+    def __init__(self, station: "Station", desk: AlarmDesk) -> None:
+        """`desk` knows what is up already."""
+        self._station = station
+        self._desk = desk
+        self._health: dict[int, tuple[tuple[Concern, Problem], ...]] = {}
+        self._next_health = 0
+
+    def findings(self, gap_s: float) -> list[Finding]:
+        """All that is wrong now; asked every `gap_s`."""
+        station = self._station
+        now = station.clock.now()
+        vehicles = station.fleet.in_order()
+        flying = [vehicle for vehicle in vehicles if vehicle.airborne]
+        self._look_at_health(flying, gap_s)
+        return [
+            *self._absent(),
+            *(finding for vehicle in vehicles for finding in self._vehicle(vehicle, now)),
+            *self._outside(flying),
+            *self._close(),
+            *self._traffic(flying, now),
+            *self._stops(),
+            *self._teams(),
+            *self._held(),
+            *self._machines(),
+        ]
+
+    # ---------------------------------------------------------------- vehicle by vehicle
+
+    def _absent(self) -> Iterator[Finding]:
+        """In the air when an earlier start of this station last heard them, and never heard since."""
+        for flight in self._station.book:
+            if flight.phase is not Phase.GROUND and flight.vehicle not in self._station.fleet.vehicles:
+                yield Finding("lost", flight.vehicle)
+
+    def _vehicle(self, vehicle: Vehicle, now: float) -> Iterator[Finding]:
+        flight = self._station.book.get(vehicle.id)
+        if problem := problem_of(vehicle):
+            yield Finding("identity", vehicle.id, problem)
+        in_flight = vehicle.armed or (flight is not None and flight.phase is not Phase.GROUND)
+        freshness = vehicle.freshness(now)
+        if not in_flight:
+            return
+        if freshness is Freshness.LOST:
+            link = self._station.links.get(vehicle.link)
+            failed = link is not None and link.error and len(vehicle.used_paths()) <= 1
+            yield Finding("link-lost" if failed else "lost", vehicle.id, vehicle.link if failed else "")
+        elif freshness is Freshness.STALE:
+            yield Finding("stale", vehicle.id)
+        if vehicle.system_status in FAILSAFE_STATES:
+            yield Finding("failsafe", vehicle.id, FAILSAFE_STATES[vehicle.system_status])
+        if flight is not None and flight.phase is Phase.TAKEN_OUT:
+            yield Finding("left", vehicle.id)
+        if vehicle.airborne:
+            yield from self._battery(vehicle)
+            yield from self._position(vehicle)
+            yield from self._own_checks(vehicle)
+            if self._beyond("poor-link", vehicle, vehicle.loss_pct, LOSS_PCT, LOSS_BAND_PCT):
+                yield Finding("poor-link", vehicle.id, f"{10 * round(vehicle.loss_pct / 10)} % of its frames are lost")
+        if flight is not None and flight.vetoed:
+            yield Finding("vetoed", vehicle.id, flight.vetoed)
+
+    def _battery(self, vehicle: Vehicle) -> Iterator[Finding]:
+        charge_pct = vehicle.battery_pct
+        if charge_pct != charge_pct:
+            yield Finding("battery-unknown", vehicle.id)
+        elif self._beyond("battery-critical", vehicle, -charge_pct, -BATTERY_CRITICAL_PCT, BATTERY_BAND_PCT):
+            yield Finding("battery-critical", vehicle.id, f"{charge_pct:.0f} %")
+        elif self._beyond("battery-low", vehicle, -charge_pct, -BATTERY_LOW_PCT, BATTERY_BAND_PCT):
+            yield Finding("battery-low", vehicle.id, f"{charge_pct:.0f} %")
+
+    def _position(self, vehicle: Vehicle) -> Iterator[Finding]:
+        if 0 < vehicle.gps_fix < LEAST_FIX:
+            yield Finding("position", vehicle.id, "no GPS fix")
+        elif self._beyond("poor-position", vehicle, vehicle.position_error_m, POOR_POSITION_M, POOR_POSITION_BAND_M):
+            error_m = min(vehicle.position_error_m, 999.0)
+            yield Finding("poor-position", vehicle.id, f"±{5 * max(1, round(error_m / 5))} m")
+
+    def _own_checks(self, vehicle: Vehicle) -> Iterator[Finding]:
+        """What an autopilot says of itself that would keep it on the ground."""
+        for concern, problem in self._health.get(vehicle.id, ()):
+            yield Finding(_CAUSES[concern], vehicle.id, problem.text)
+
+    def _beyond(self, cause: str, vehicle: Vehicle, value: float, limit: float, band: float) -> bool:
+        """Whether `value` is above its limit; once it is, above a lower one."""
+        return value > (limit - band if self._desk.is_up(cause, vehicle.id) else limit)
+
+    def _look_at_health(self, flying: list[Vehicle], gap_s: float) -> None:
+        ids = [vehicle.id for vehicle in flying]
+        self._health = {i: problems for i, problems in self._health.items() if i in set(ids)}
+        for _ in range(min(len(flying), int(len(flying) * gap_s / HEALTH_ROUND_S) + 1)):
+            self._next_health = (self._next_health + 1) % len(flying)
+            vehicle = flying[self._next_health]
+            self._health[vehicle.id] = self._station.services.health.in_flight(vehicle)
+
+    # ---------------------------------------------------------------- all together
+
+    def _outside(self, flying: list[Vehicle]) -> Iterator[Finding]:
+        placed = [vehicle for vehicle in flying if vehicle.has_position()]
+        if not placed:
+            return
+        outside_m = self._station.guard.outside_walls_m(np.array([vehicle.position_m for vehicle in placed]))
+        for vehicle, far_m in zip(placed, outside_m.tolist(), strict=True):
+            if self._beyond("outside", vehicle, far_m, OUTSIDE_M, OUTSIDE_BAND_M):
+                yield Finding("outside", vehicle.id, f"by {max(1.0, far_m):.0f} m")
+
+    def _close(self) -> Iterator[Finding]:
+        nearest: dict[int, tuple[float, int]] = {}
+        for (one, other), level_m in self._station.monitor.take_close().items():
+            for vehicle, partner in ((one, other), (other, one)):
+                nearest[vehicle] = min(nearest.get(vehicle, (level_m, partner)), (level_m, partner))
+        for vehicle, (level_m, partner) in nearest.items():
+            yield Finding("separation", vehicle, f"{level_m:.0f} m from {vehicles_words([partner])}")
+
+    def _traffic(self, flying: list[Vehicle], now: float) -> Iterator[Finding]:
+        """Heights above mean sea level; where the aircraft's is not known it counts as ours."""
+        tracks = [t for t in self._station.services.traffic.tracks() if now - t.seen_s < TRAFFIC_AGE_S]
+        placed = [vehicle for vehicle in flying if vehicle.has_position()]
+        if not tracks or not placed:
+            return
+        ours = np.array([(*vehicle.position_m[:2], vehicle.alt_amsl_m) for vehicle in placed])
+        theirs = np.array([track.position_m for track in tracks])
+        apart = ours[:, None, :] - theirs[None, :, :]
+        level_m = np.hypot(apart[..., 0], apart[..., 1])
+        near = (level_m < TRAFFIC_M) & ~(np.abs(apart[..., 2]) > TRAFFIC_UP_M)
+        for row, vehicle in enumerate(placed):
+            if near[row].any():
+                column = int(np.where(near[row], level_m[row], np.inf).argmin())
+                track = tracks[column]
+                name = track.callsign or f"{track.icao:06X}"
+                yield Finding("traffic", vehicle.id, f"{name} at {level_m[row, column] / 1000:.1f} km")
+
+    def _stops(self) -> Iterator[Finding]:
+        for vehicle, name in self._station.commands.unconfirmed_stops():
+            yield Finding("stop", vehicle, name)
+
+    def _teams(self) -> Iterator[Finding]:
+        for name, desk in self._station.desks.items():
+            state = desk.worker_state()
+            if state in FAILED and any(f.team == name and f.phase in _PLANNED for f in self._station.book):
+                yield Finding("planner", name, f"{desk.team.planner} is {state}")
+
+    def _held(self) -> Iterator[Finding]:
+        run = self._station.executive.run
+        held: list[Flight] = self._station.book.in_phase(Phase.HOLDING)
+        if run in (RunPhase.RUNNING, RunPhase.RETURNING):
+            yield from (Finding("holds", flight.vehicle) for flight in held)
+        elif run is RunPhase.HOLD:
+            yield from (Finding("hold", flight.vehicle) for flight in held)
+
+    def _machines(self) -> Iterator[Finding]:
+        station = self._station
+        for error in (station.recorder.error, station.journal.error):
+            if error:
+                yield Finding("recording", "station", error)
+        for name, link in station.links.items():
+            if link.error:
+                yield Finding("link", name, link.error)
+        for endpoint in station.config.forward:
+            if endpoint.link.error:
+                yield Finding("forward", endpoint.link.name, endpoint.link.error)
+
+
+_CAUSES: dict[Concern, str] = {"position": "position", "battery": "battery-critical", "health": "health"}
+_PLANNED = (Phase.FLYING, Phase.HOLDING)

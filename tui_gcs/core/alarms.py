@@ -1,0 +1,319 @@
+"""The alarm desk: from what is wrong now to what is shown, acknowledged, over, shelved (ISA-18.2 states).
+
+A *member* is one cause at one subject (a vehicle, or a link's or team's name). It is raised after its cause's delay and
+over after the other; acknowledged or not is another matter. Members of one cause are told as one `Alarm`. What follows
+from another member of the same vehicle is frozen and not shown. A member that comes back and back is kept for longer.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from tui_gcs.core.alarm_causes import BY_ID, MOST_SHELVED_MIN, RANK, Cause
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.events import ALERT, CRITICAL, INFO, NOTICE, WARNING, EventLog
+from tui_gcs.core.messages import Acknowledge, Alarm, Event, EventClass, Reply, Shelve, Unshelve
+from tui_gcs.core.messages_alarms import AlarmLevel, AlarmState, vehicles_words
+from tui_gcs.core.vehicle import Vehicle
+
+Subject = int | str
+"""A vehicle's number, or a name."""
+SEVERITY = {AlarmLevel.WARNING: CRITICAL, AlarmLevel.CAUTION: WARNING, AlarmLevel.ADVISORY: NOTICE}
+CHATTER_S = 60.0
+"""Back within this time after it was over: it flutters, and is kept twice as long each time."""
+LONGEST_OFF_S = 60.0
+TOLD = ("alert", "report")
+"""Causes that are told once, in an event."""
+TOLD_S = 30.0
+"""For so long that counts as true."""
+_STATES: tuple[AlarmState, ...] = ("new", "over", "acknowledged", "shelved")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something that is wrong now."""
+
+    cause: str
+    subject: Subject
+    text: str = ""
+
+
+@dataclass
+class _Member:
+    cause: Cause
+    subject: Subject
+    text: str = ""
+    found_s: float | None = None
+    """Since when it is true without a break; None while it is not."""
+    seen_s: float = 0.0
+    """When it was last true."""
+    raised: int = 0
+    """0: not yet."""
+    since_s: float = 0.0
+    acknowledged: bool = False
+    over_s: float | None = None
+    """When it was found to be over; None while it holds."""
+    by: str = ""
+    shelved_until_s: float = 0.0
+    hidden: bool = False
+    flutters: int = 0
+
+    @property
+    def holds(self) -> bool:
+        return self.raised > 0 and self.over_s is None
+
+    def state(self, now: float) -> AlarmState | None:
+        """None: nothing to show."""
+        if not self.raised or self.hidden or (self.over_s is not None and self.acknowledged):
+            return None
+        if self.shelved_until_s > now:
+            return "shelved" if self.holds else None
+        if self.over_s is not None:
+            return "over"
+        return "acknowledged" if self.acknowledged else "new"
+
+
+class AlarmDesk:
+    """All members; `look` takes what is wrong now, `alarms` tells what to show."""
+
+    def __init__(self, clock: Clock, events: EventLog) -> None:
+        """Nothing is wrong."""
+        self.changes = 0
+        """Grows with every change worth telling at once."""
+        self._clock = clock
+        self._events = events
+        self._members: dict[tuple[str, Subject], _Member] = {}
+        self._raised = 0
+        self._told: dict[tuple[str, Subject], tuple[float, str]] = {}
+
+    # ---------------------------------------------------------------- what is wrong
+
+    def is_up(self, cause: str, subject: Subject) -> bool:
+        """Whether it was true when last looked: dead-bands ask."""
+        member = self._members.get((cause, subject))
+        return member is not None and member.holds
+
+    def on_event(self, event: Event, vehicles: Mapping[int, Vehicle]) -> None:
+        """What was told once may need an act, too; what a vehicle says on the ground is for who wants to start it."""
+        kind, _, name = event.source.partition(" ")
+        if event.severity > CRITICAL or event.cls in (EventClass.ALARM, EventClass.CONSOLE) or kind == "planner":
+            return
+        subject = int(name) if kind == "vehicle" and name.isdigit() else event.source
+        vehicle = vehicles.get(subject) if isinstance(subject, int) else None
+        on_ground = vehicle is None or not vehicle.armed
+        if on_ground and isinstance(subject, int) and event.cls in (EventClass.VEHICLE, EventClass.SENSOR):
+            return
+        cause = "alert" if event.severity <= ALERT else "report"
+        self._told[(cause, subject)] = (event.t_s, event.text)
+
+    def look(self, findings: Iterable[Finding]) -> None:
+        """Take all that is wrong now: what is not among it is not wrong any more."""
+        now = self._clock.now()
+        self._end_shelvings(now)
+        self._told = {key: told for key, told in self._told.items() if now - told[0] < TOLD_S}
+        found = {key: Finding(*key, text) for key, (_, text) in self._told.items()}
+        found |= {(f.cause, f.subject): f for f in findings}
+        hidden = {(effect, subject) for cause, subject in found for effect in BY_ID[cause].hides}
+        begun, ended = [], []
+        for key, finding in found.items():
+            member = self._members.get(key)
+            if member is None:
+                if key in hidden:
+                    continue
+                member = self._members[key] = _Member(BY_ID[finding.cause], finding.subject)
+            if self._is_true(member, finding, key in hidden, now):
+                begun.append(member)
+        for key, member in list(self._members.items()):
+            if key not in found and self._is_over(member, key in hidden, now):
+                ended.append(member)
+            if self._is_gone(member, now):
+                del self._members[key]
+        self._tell("", begun)
+        self._tell("over: ", ended)
+
+    def _is_true(self, member: _Member, finding: Finding, hidden: bool, now: float) -> bool:
+        """Whether it is raised by this."""
+        if member.found_s is None:
+            member.found_s = now
+        member.seen_s, member.hidden = now, hidden
+        if member.holds:
+            if finding.cause in TOLD and _without_count(finding.text) != _without_count(member.text):
+                self._renew(member, now)
+            member.text = finding.text
+            return False
+        if hidden or now - member.found_s < member.cause.on_s - 1e-9:
+            return False
+        if member.over_s is not None and now - member.over_s < CHATTER_S:
+            member.flutters += 1
+        member.text, member.over_s = finding.text, None
+        self._renew(member, now)
+        return True
+
+    def _renew(self, member: _Member, now: float) -> None:
+        self._raised += 1
+        member.raised, member.since_s = self._raised, now
+        member.acknowledged = False
+        self.changes += 1
+
+    def _is_over(self, member: _Member, hidden: bool, now: float) -> bool:
+        """Whether it is over by not being found."""
+        if hidden:
+            member.hidden, member.seen_s = True, now  # frozen: nobody can tell
+            return False
+        member.hidden, member.found_s = False, None
+        off_s = min(LONGEST_OFF_S, member.cause.off_s * 2**member.flutters)
+        if not member.holds or now - member.seen_s < off_s - 1e-9:
+            return False
+        member.over_s = now
+        if member.cause.level is AlarmLevel.ADVISORY:
+            member.acknowledged = True
+        self.changes += 1
+        return True
+
+    def _is_gone(self, member: _Member, now: float) -> bool:
+        """Nothing of it is worth remembering."""
+        if not member.raised:
+            return now - member.seen_s > member.cause.off_s
+        return member.over_s is not None and member.acknowledged and now - member.over_s > CHATTER_S
+
+    # ---------------------------------------------------------------- what operators answer
+
+    def acknowledge(self, who: str, request: Acknowledge) -> Reply:
+        """Seen by `who`: what was raised later than said stays new."""
+        named = [m for m in self._named(request.raised) if not m.acknowledged]
+        for member in named:
+            member.acknowledged, member.by = True, who
+        return self._answered("acknowledged: ", who, named, "nothing new of that")
+
+    def shelve(self, who: str, request: Shelve) -> Reply:
+        """Put aside for a while what is there now; who joins later is told."""
+        now = self._clock.now()
+        named = [m for m in self._named(request.raised) if m.holds]
+        for member in named:
+            most_min = MOST_SHELVED_MIN[member.cause.level]
+            if not 0 < request.minutes <= most_min:
+                text = f"{member.cause.title}: may be shelved for {most_min:g} min at most"
+                return Reply(ok=False, text=text)
+        for member in named:
+            member.acknowledged, member.by = True, who
+            member.shelved_until_s = now + 60.0 * request.minutes
+        return self._answered(f"shelved for {request.minutes:g} min: ", who, named, "nothing of that is there")
+
+    def unshelve(self, who: str, request: Unshelve) -> Reply:
+        """Show again, as new."""
+        now = self._clock.now()
+        named = [m for m in self._members.values() if m.cause.id in request.causes and m.shelved_until_s > now]
+        for member in named:
+            self._end_shelving(member)
+        return self._answered("unshelved: ", who, named, "nothing of that is shelved")
+
+    def _end_shelvings(self, now: float) -> None:
+        """What was shelved for long enough is new again."""
+        ended = [m for m in self._members.values() if 0.0 < m.shelved_until_s <= now]
+        for member in ended:
+            self._end_shelving(member)
+        self._tell("shelved no longer: ", [m for m in ended if m.holds])
+
+    def _end_shelving(self, member: _Member) -> None:
+        member.shelved_until_s = 0.0
+        if member.holds:
+            member.acknowledged = False
+        self.changes += 1
+
+    def _named(self, raised: dict[str, int]) -> list[_Member]:
+        """What a console had on its screen."""
+        now = self._clock.now()
+        return [
+            member
+            for member in self._members.values()
+            if member.state(now) is not None and member.raised <= raised.get(member.cause.id, 0)
+        ]
+
+    def _answered(self, what: str, who: str, members: list[_Member], nothing: str) -> Reply:
+        if not members:
+            return Reply(ok=False, text=nothing)
+        self.changes += 1
+        return Reply(ok=True, text="; ".join(self._tell(what, members, who)))
+
+    # ---------------------------------------------------------------- telling
+
+    def alarms(self) -> tuple[Alarm, ...]:
+        """One for each cause and, of shelved ones, one more; the worst first."""
+        now = self._clock.now()
+        groups: dict[tuple[str, bool], list[_Member]] = {}
+        for member in self._members.values():
+            state = member.state(now)
+            if state is not None:
+                groups.setdefault((member.cause.id, state == "shelved"), []).append(member)
+        return tuple(sorted((_alarm(members, now) for members in groups.values()), key=_order))
+
+    def _tell(self, what: str, members: list[_Member], who: str = "alarm") -> list[str]:
+        """One event for each cause; the words."""
+        groups: dict[str, list[_Member]] = {}
+        for member in members:
+            groups.setdefault(member.cause.id, []).append(member)
+        texts = []
+        for group in groups.values():
+            text = what + _words(group)
+            severity = SEVERITY[group[0].cause.level] if not what else INFO
+            self._events.say(EventClass.ALARM, who, text, severity)
+            texts.append(text)
+        return texts
+
+
+def _without_count(text: str) -> str:
+    """The same, told again, has how often it was not told meanwhile at its end (`EventLog.say`)."""
+    return text.partition(" … (")[0]
+
+
+def _alarm(members: list[_Member], now: float) -> Alarm:
+    """Members of one cause, shelved or not, as one. Those that are over count only if none holds."""
+    states = {member.state(now) for member in members}
+    state = next(state for state in _STATES if state in states)
+    if states & {"new", "acknowledged"}:
+        state = "new" if "new" in states else "acknowledged"
+        shown = [member for member in members if member.holds]
+    else:
+        shown = members
+    cause, newest = members[0].cause, max(shown, key=lambda member: member.raised)
+    return Alarm(
+        cause=cause.id,
+        level=cause.level,
+        tag=cause.tag,
+        title=cause.title,
+        action=cause.action,
+        state=state,
+        raised=max(member.raised for member in members),
+        since_s=min(member.since_s for member in shown),
+        vehicles=_vehicles(shown),
+        fresh=_vehicles(member for member in shown if not member.acknowledged),
+        names=tuple(sorted(member.subject for member in shown if isinstance(member.subject, str))),
+        text=_details(shown, newest),
+        by=newest.by,
+        shelved_until_s=max(member.shelved_until_s for member in shown),
+    )
+
+
+def _vehicles(members: Iterable[_Member]) -> tuple[int, ...]:
+    return tuple(sorted(member.subject for member in members if isinstance(member.subject, int)))
+
+
+def _details(members: list[_Member], newest: _Member) -> str:
+    """What the newest says; with whom it is, if there are more and they say something else."""
+    if newest.text and any(member.text != newest.text for member in members):
+        subject = newest.subject
+        return f"{vehicles_words([subject]) if isinstance(subject, int) else subject}: {newest.text}"
+    return newest.text
+
+
+def _words(members: list[_Member]) -> str:
+    """As `Alarm.words`, for the journal."""
+    vehicles = _vehicles(members)
+    names = sorted(member.subject for member in members if isinstance(member.subject, str))
+    who = ", ".join([*([vehicles_words(vehicles)] if vehicles else []), *names])
+    newest = max(members, key=lambda member: member.raised)
+    return "  ".join(part for part in (f"{members[0].cause.title}: {who}", _details(members, newest)) if part)
+
+
+def _order(alarm: Alarm) -> tuple[int, int, int]:
+    """New, over, acknowledged, shelved; then by level and rank."""
+    return (_STATES.index(alarm.state), -alarm.level, RANK[alarm.cause])

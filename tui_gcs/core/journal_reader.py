@@ -1,0 +1,43 @@
+"""Reading a journal backwards, a piece at a time: for who wants to know what happened before."""
+
+from pathlib import Path
+
+import msgspec
+
+from tui_gcs.core.messages_journal import JOURNAL_END, Event
+
+PIECE_BYTES = 64 * 1024
+"""Looked at for one answer: some hundred lines, a few milliseconds."""
+_decoder = msgspec.json.Decoder(Event)
+
+
+def events_before(path: Path, before: int, piece_bytes: int = PIECE_BYTES) -> tuple[tuple[Event, ...], int]:
+    """The events in the piece of the file that ends at byte `before`, oldest first, and where that piece begins.
+
+    `JOURNAL_END`: the end of the file. 0 is returned where nothing is older, or the file cannot be read. Other
+    records of the journal, and a line that is longer than a piece, are left out.
+    """
+    try:
+        with path.open("rb") as file:
+            size = file.seek(0, 2)
+            end = size if before == JOURNAL_END else max(0, min(before, size))
+            begin = max(0, end - piece_bytes)
+            file.seek(begin)
+            piece = file.read(end - begin)
+    except OSError:
+        return (), 0
+    if begin:
+        newline = piece.find(b"\n")
+        if newline < 0:
+            return (), begin  # a part of a huge line
+        piece, begin = piece[newline + 1 :], begin + newline + 1
+        if not piece:  # the whole piece is the end of one line
+            begin = max(0, end - piece_bytes)
+    return tuple(event for line in piece.splitlines() if (event := _event(line)) is not None), begin
+
+
+def _event(line: bytes) -> Event | None:
+    try:
+        return _decoder.decode(line)
+    except (msgspec.MsgspecError, UnicodeDecodeError):
+        return None

@@ -1,0 +1,153 @@
+"""The list of alarms: all of them with what to do, acknowledging, shelving, and what was before."""
+
+from collections.abc import Callable
+
+from textual import events
+
+from tui_gcs.core.messages import Acknowledge, Alarm, EventClass, Request, Shelve, Unshelve
+from tui_gcs.core.messages_alarms import action_words
+from tui_gcs.feed import EventRaised, Feed, StatusUpdated
+from tui_gcs.screens.dialogs import TextDialog
+from tui_gcs.widgets.alarm_line import LEVEL_INKS, LEVEL_TAGS
+from tui_gcs.widgets.event_lines import event_line
+from tui_gcs.widgets.glyphs import GlyphSet
+from tui_gcs.widgets.lines import Line
+from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.strips import Run
+from tui_gcs.widgets.top_lines import KEYS
+
+SHELVE_MIN = 5.0
+"""What every level allows."""
+HISTORY_LINES = 8
+STATE_WORDS = {"new": "NEW", "acknowledged": "seen", "over": "over", "shelved": "shelved"}
+
+
+class AlarmScreen(TextDialog[None]):
+    """Over any screen. Arrows mark an alarm; keys answer the marked one; Esc leaves."""
+
+    title_text = "alarms"
+
+    def __init__(self, feed: Feed, ask: Callable[[Request, str], None], glyphs: GlyphSet) -> None:
+        """For this feed; `ask` sends a request to the station and tells what became of it."""
+        super().__init__(glyphs)
+        self._feed = feed
+        self._ask = ask
+        self._marked = ""
+
+    def on_mount(self) -> None:
+        """Follow the station."""
+        super().on_mount()
+        self._feed.listen(self)
+
+    def on_unmount(self) -> None:
+        """No more messages."""
+        self._feed.leave(self)
+
+    def on_status_updated(self, _message: StatusUpdated) -> None:
+        """Alarms change."""
+        self.redraw()
+
+    def on_event_raised(self, _message: EventRaised) -> None:
+        """The history grows."""
+        self.redraw()
+
+    # ------------------------------------------------------------ keys
+
+    def on_key(self, event: events.Key) -> None:
+        """Arrows, and the letters of the last line."""
+        event.stop()
+        marked = self.marked()
+        if event.key in ("escape", "q", "enter", "A"):
+            self.dismiss(None)
+        elif event.key in ("down", "j", "up", "k"):
+            self._mark(1 if event.key in ("down", "j") else -1)
+        elif event.key == "x":
+            self._acknowledge([alarm for alarm in self.alarms() if alarm.state in ("new", "over")])
+        elif marked is None:
+            return
+        elif event.key == "a":
+            self._acknowledge([marked])
+        elif event.key == "s" and marked.state != "shelved":
+            self._ask(Shelve(raised={marked.cause: marked.raised}, minutes=SHELVE_MIN), "shelve")
+        elif event.key == "s":
+            self._ask(Unshelve(causes=(marked.cause,)), "unshelve")
+
+    def _acknowledge(self, alarms: list[Alarm]) -> None:
+        if alarms:
+            self._ask(Acknowledge(raised={alarm.cause: alarm.raised for alarm in alarms}), "acknowledge")
+
+    def alarms(self) -> tuple[Alarm, ...]:
+        """As the station has them; none while it is silent."""
+        status = self._feed.status
+        return status.alarms if status is not None and not self._feed.station_lost else ()
+
+    def marked(self) -> Alarm | None:
+        """The alarm that keys answer: it stays marked while others come and go."""
+        alarms = self.alarms()
+        return next((alarm for alarm in alarms if _key(alarm) == self._marked), alarms[0] if alarms else None)
+
+    def _mark(self, by: int) -> None:
+        alarms, marked = self.alarms(), self.marked()
+        if marked is not None:
+            self._marked = _key(alarms[(alarms.index(marked) + by) % len(alarms)])
+            self.redraw()
+
+    # ------------------------------------------------------------ text
+
+    def body(self) -> list[Line]:
+        """Alarms, what was before, keys."""
+        alarms = self.alarms()
+        room = max(4, self.size.height - 5)
+        lines: list[Line] = []
+        for alarm in alarms:
+            if len(lines) + 2 > room - 1:
+                lines.append([(f"  and {len(alarms) - len(lines) // 2} more: a taller terminal shows them", Ink.MUTED)])
+                break
+            lines += self._alarm_lines(alarm)
+        if not alarms:
+            silent = "the station is silent: nothing is known" if self._feed.station_lost else "no alarm"
+            lines.append([(silent, Ink.MUTED)])
+        lines += self._history_lines(room - len(lines))
+        return [*lines, [], self._key_line()]
+
+    def _alarm_lines(self, alarm: Alarm) -> list[Line]:
+        status = self._feed.status
+        age_s = max(0.0, (status.t_s if status is not None else alarm.since_s) - alarm.since_s)
+        is_marked = alarm is self.marked()
+        mark = self.glyphs.selected if is_marked else " "
+        quiet = alarm.state in ("over", "shelved")
+        ink = Ink.MUTED if quiet else LEVEL_INKS[alarm.level]
+        state: Run = (f"{STATE_WORDS[alarm.state]:<8}", Ink.BOLD if alarm.state == "new" else Ink.MUTED)
+        what: list[Run] = [(f"{mark}{LEVEL_TAGS[alarm.level]}  ", ink), state, (alarm.words(), ink)]
+        details = [_age(age_s)]
+        if alarm.state == "shelved" and status is not None:
+            details.append(f"for {_age(max(0.0, alarm.shelved_until_s - status.t_s))} more")
+        if alarm.by and alarm.state in ("acknowledged", "shelved"):
+            details.append("by you" if alarm.by == self._feed.principal else f"by {alarm.by}")
+        details.append("a forgets it" if alarm.state == "over" else action_words(alarm.action, KEYS))
+        return [what, [(" " * 9 + "  ".join(details), Ink.TEXT if is_marked else Ink.MUTED)]]
+
+    def _history_lines(self, room: int) -> list[Line]:
+        """The newest of what became of alarms; the journal has all."""
+        events_ = [event for event in self._feed.events if event.cls is EventClass.ALARM]
+        shown = events_[-max(0, min(room - 2, HISTORY_LINES)) :][::-1] if room > 2 else []
+        return [[], *(event_line(event, 70, float("nan"), self._feed.principal) for event in shown)] if shown else []
+
+    def _key_line(self) -> Line:
+        marked = self.marked()
+        if marked is None:
+            return [(" Esc = close ", Ink.SELECTED)]
+        shelve = "s unshelve" if marked.state == "shelved" else f"s shelve {SHELVE_MIN:.0f} min"
+        return [(" a = acknowledge ", Ink.SELECTED), (f"  x all   {shelve}   arrows   Esc close", Ink.BOLD)]
+
+
+def _key(alarm: Alarm) -> str:
+    """What marks it: the same cause may be there shelved, too."""
+    return f"{alarm.cause} shelved" if alarm.state == "shelved" else alarm.cause
+
+
+def _age(seconds: float) -> str:
+    """`12 s`, `3 min`, `2 h`."""
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.0f} h"
