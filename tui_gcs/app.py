@@ -8,33 +8,30 @@ import contextlib
 import os
 import signal
 import sys
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-from rich.console import RenderableType
 from textual import events
-from textual.app import App
 from textual.binding import BindingType
-from textual.driver import Driver
-from textual.drivers.linux_driver import LinuxDriver
 from textual.screen import Screen
 
+from tui_gcs import slow
 from tui_gcs.actions import APP_ACTIONS, bindings
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.clock import Clock, MonotonicClock
 from tui_gcs.core.messages import Acknowledge, Hold, Kind, Reply, Request, Resume, Return, RunPhase, Start, SwitchRound
-from tui_gcs.feed import DisplayLagged, Feed, StatusUpdated
+from tui_gcs.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
 from tui_gcs.hold_chord import PREFIX_S, HoldChord
 from tui_gcs.screens.alarms import AlarmScreen
 from tui_gcs.screens.dialogs import HelpDialog, ResultDialog, RoundDialog, StartDialog
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.start_plan import start_plan
 from tui_gcs.screens.tiny import MIN_COLUMNS, MIN_ROWS, TinyScreen
+from tui_gcs.thin_app import ThinApp
 from tui_gcs.widgets.alarm_bell import AlarmBell
 from tui_gcs.widgets.alarm_line import Notice
-from tui_gcs.widgets.driver import PatientDriver, lagging
+from tui_gcs.widgets.driver import lagging
 from tui_gcs.widgets.glyphs import GlyphSet, glyph_set, wants_ascii
 from tui_gcs.widgets.levels import Level
-from tui_gcs.widgets.painter import Painter
 from tui_gcs.widgets.top_lines import TopLines
 from tui_gcs.widgets.words import ids
 
@@ -47,7 +44,7 @@ NOTE_SEVERITIES = {Level.NORMAL: 6, Level.GREY: 6, Level.CAUTION: 4, Level.WARNI
 """MAV_SEVERITY of what is told, in the journal."""
 
 
-class ConsoleApp(App[None]):
+class ConsoleApp(ThinApp):
     """Attach to the station on `bus` and show it."""
 
     TITLE = "tui-gcs"
@@ -79,12 +76,12 @@ class ConsoleApp(App[None]):
             bus,
             principal or f"console-{os.getpid()}",
             clock=self._clock,
+            period_s=slow.PERIOD_S if slow.wants_slow() else PERIOD_S,
             may_paint=lambda: not lagging(self._driver),
         )
         if replay:
             self.feed.read_only = "replay: nothing is commanded from here"
         self._replay = replay
-        self._painter = Painter()
         self._chord = HoldChord()
         self._notices = 0
         self.bell_rings = AlarmBell()
@@ -92,20 +89,6 @@ class ConsoleApp(App[None]):
         self._plan: PlanScreen | None = None
         self.add_mode("fly", self._fly_screen)
         self.add_mode("plan", self._plan_screen)
-
-    def get_driver_class(self) -> type[Driver]:
-        """The Unix driver that knows whether the terminal keeps up."""
-        driver = super().get_driver_class()
-        return PatientDriver if driver is LinuxDriver else driver
-
-    def _display(self, screen: Screen[Any], renderable: RenderableType | None) -> None:
-        """Textual's way to the terminal, by way of the painter: only cells that changed are written."""
-        super()._display(screen, self._painter.thin(renderable))
-
-    def redraw(self) -> None:
-        """Write every cell again: the terminal may show anything (a resize, a message of another program)."""
-        self._painter.forget()
-        self.screen.refresh()
 
     def _fly_screen(self) -> Screen[None]:
         return FlyScreen(self.feed, glyphs=self.glyphs)

@@ -2,6 +2,7 @@
 
 import argparse
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 
@@ -13,6 +14,8 @@ from tui_gcs.exits import CANNOT, CommandError
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one subcommand; every error the user can cause is one line on stderr and exit code 2."""
     arguments = _parser().parse_args(argv)
+    if getattr(arguments, "slow", False):
+        os.environ["TUI_GCS_SLOW"] = "1"
     module = importlib.import_module(f"tui_gcs.commands.{arguments.module}")
     try:
         code: int = module.run(arguments)
@@ -60,6 +63,7 @@ def _add_demo(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
     parser.add_argument("--json", metavar="FILE", help="headless: write the result there too")
     parser.add_argument("--seed", type=int, help="another seed than the scenario's")
     parser.add_argument("--rounds", type=int, metavar="N", help="headless: only the first N rounds")
+    _console(parser)
     parser.add_argument("--scenario", metavar="FILE", help="another scenario than the shipped swarm-challenge")
     _planner(parser)
     _autopilot(parser)
@@ -69,6 +73,7 @@ def _add_demo(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
 
 def _add_fly(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = _add(commands, "fly", "fly", "start a station if none runs, and attach a console to it")
+    _console(parser)
     _scenario_and_links(parser)
 
 
@@ -98,6 +103,12 @@ def _add_rehearse(commands: "argparse._SubParsersAction[argparse.ArgumentParser]
     _fault(parser)
 
 
+def _console(parser: argparse.ArgumentParser) -> None:
+    """Options of what shows a console."""
+    known = "for thin links: one picture a second, 16 colours, no mouse (also: TUI_GCS_SLOW=1)"
+    parser.add_argument("--slow", action="store_true", help=known)
+
+
 def _add_replay(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = _add(
         commands,
@@ -105,6 +116,7 @@ def _add_replay(commands: "argparse._SubParsersAction[argparse.ArgumentParser]")
         "replay",
         "show a recorded flight on the fly screen, or a summary where there is no terminal",
     )
+    _console(parser)
     parser.add_argument("file", metavar="FILE.tlog")
     parser.add_argument("--speed", type=float, default=1.0, help="times real time (default 1)")
     parser.add_argument("--summary", action="store_true", help="the summary, also on a terminal")
@@ -120,6 +132,8 @@ def _add_control(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
         parser = _add(commands, name, "control", text)
         parser.set_defaults(what=name)
         parser.add_argument("--kind", choices=("sim", "live"), help="which station, where both run")
+        if name == "attach":
+            _console(parser)
         if name == "status":
             parser.add_argument("--json", action="store_true")
         if name == "stop":

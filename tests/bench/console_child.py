@@ -1,4 +1,4 @@
-"""The console that is measured: python -m tests.bench.console_child [--naive] [--slow] [--gaps FILE]
+"""The console that is measured: python -m tests.bench.console_child [--naive] [--gaps FILE]
 
 The same as `tui-gcs attach`; `--naive` writes as Textual does it when a program only calls `update` and `refresh`:
 every panel whole. `--gaps` notes in FILE the longest time that the event loop stood still.
@@ -56,7 +56,7 @@ def main() -> None:
     app = (NaiveConsole if arguments.naive else ConsoleApp)(bus, kind=Kind.SIM)
     if arguments.gaps:
         app.call_later(lambda: app.run_worker(note_gaps(arguments.gaps)))
-    app.run()
+    app.run(mouse=False)
     bus.close()
 
 

@@ -26,6 +26,7 @@ async def test_a_fleet_that_stands_still_writes_only_its_clock() -> None:
     async with metered(8, ColorSystem.TRUECOLOR) as meter:
         meter.station.publish_fleet(0.0)
         meter.app.feed.deliver()
+        meter.app.screen.show_all()
         await meter.painted()
         before = len(meter.written)
         meter.app.screen.show_all()

@@ -1,5 +1,6 @@
 """Attaching a console to a station that runs or is just starting."""
 
+import os
 import sys
 import threading
 from typing import TYPE_CHECKING
@@ -9,6 +10,7 @@ from tui_gcs.core.kinds import Kind
 from tui_gcs.core.zenoh_bus import connect_later
 from tui_gcs.exits import CommandError
 from tui_gcs.launcher import START_LIMIT_S, start_error
+from tui_gcs.slow import prepare_textual, wants_slow
 
 if TYPE_CHECKING:
     from tui_gcs.app import ConsoleApp
@@ -18,6 +20,7 @@ POLL_S = 0.2
 
 def attach(kind: Kind) -> int:
     """Show the console until the operator detaches; the station goes on. Raises `CommandError`."""
+    prepare_textual(os.environ)
     from tui_gcs.app import ConsoleApp
 
     bus = connect_later(socket_path(kind))
@@ -25,7 +28,7 @@ def attach(kind: Kind) -> int:
     try:
         app = ConsoleApp(bus, kind=kind)
         threading.Thread(target=_watch_start, args=(app, kind, over), daemon=True).start()
-        app.run()
+        app.run(mouse=not wants_slow())  # with a mouse every move of it is sent upstream
         if why := start_error(kind):
             raise CommandError(why)
         sys.stdout.write(_farewell(app, kind))

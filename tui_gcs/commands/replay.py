@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import os
 import shutil
 import sys
 import threading
@@ -9,6 +10,7 @@ import threading
 from tui_gcs.commands.common import need_terminal
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import FAILED, OK, CommandError
+from tui_gcs.slow import prepare_textual, wants_slow
 
 TICK_S = 0.05
 
@@ -40,6 +42,7 @@ def _summary(file: str, *, as_json: bool) -> int:
 
 
 def _show(file: str, speed: float) -> int:
+    prepare_textual(os.environ)
     from tui_gcs.app import ConsoleApp
     from tui_gcs.core.bus import MemoryBus
     from tui_gcs.core.clock import MonotonicClock
@@ -61,7 +64,7 @@ def _show(file: str, speed: float) -> int:
     thread = threading.Thread(target=play, name="replay", daemon=True)
     thread.start()
     try:
-        app.run()
+        app.run(mouse=not wants_slow())
     finally:
         over.set()
         thread.join(2.0)

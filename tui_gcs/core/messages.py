@@ -159,6 +159,13 @@ class FleetFrame(Message, frozen=True):
             for row in zip(*(getattr(self, _COLUMN.get(f, f)) for f in VehicleRow._fields), strict=True)
         ]
 
+    def row(self, vehicle: int) -> VehicleRow | None:
+        """One vehicle, if the frame has it."""
+        if vehicle not in self.ids:
+            return None
+        index = self.ids.index(vehicle)
+        return VehicleRow(*(getattr(self, _COLUMN.get(f, f))[index] for f in VehicleRow._fields))
+
 
 _COLUMN = {"id": "ids"}
 

@@ -38,6 +38,8 @@ PAN = 0.125
 ZOOM = 2.0**0.5
 MAX_DIGITS = 3
 EMPTY_LINES = 6
+FIGURES_PERIOD_S = 0.45
+"""Half a second, less the jitter of frames: what changes more often cannot be read, and costs bytes."""
 
 
 class FlyScreen(Screen[None]):
@@ -78,6 +80,8 @@ class FlyScreen(Screen[None]):
         self.feed = feed
         self.selected: int | None = None
         self._digits = ""
+        self._figures_s = float("-inf")
+        self._states: tuple[object, ...] = ()
         self._glyphs = glyphs
         self.top_lines = TopLines(feed, glyphs=glyphs)
         self.map_view = MapView(glyphs=glyphs)
@@ -112,9 +116,14 @@ class FlyScreen(Screen[None]):
     # ------------------------------------------------------------ messages of the feed
 
     def on_fleet_updated(self, _message: FleetUpdated) -> None:
-        """Vehicles moved."""
-        if self.is_current:
+        """Vehicles moved: the map at once, figures that flicker at most twice a second."""
+        frame = self._known_frame()
+        if not self.is_current or frame is None:
+            return
+        if _states(frame) != self._states or not 0.0 <= frame.t_s - self._figures_s < FIGURES_PERIOD_S:
             self.show_fleet()
+        else:
+            self.map_view.set_fleet(frame)
 
     def on_status_updated(self, message: StatusUpdated) -> None:
         """Station, teams, links."""
@@ -172,6 +181,9 @@ class FlyScreen(Screen[None]):
     def show_fleet(self) -> None:
         """Roster, selected vehicle and map."""
         frame = self._known_frame()
+        if frame is not None:
+            self._figures_s = frame.t_s
+            self._states = _states(frame)
         count = len(frame.ids) if frame is not None else 0
         self.roster.styles.height = max(4, min(count + 3 if count else EMPTY_LINES, self._roster_room()))
         self.roster.show(frame, self.selected, waiting=self._waiting())
@@ -292,6 +304,11 @@ class FlyScreen(Screen[None]):
     def action_follow(self) -> None:
         """Follow the selected vehicle, or stop."""
         self.map_view.follow(not self.map_view.following)
+
+
+def _states(frame: FleetFrame) -> tuple[object, ...]:
+    """What is shown at once when it changes."""
+    return (frame.ids, frame.mode, frame.armed, frame.phase, frame.freshness, frame.problem)
 
 
 def present_round(feed: Feed) -> Round | None:

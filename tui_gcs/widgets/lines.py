@@ -28,6 +28,7 @@ class LinesView(Widget):
     def __init__(self, *, glyphs: GlyphSet = UNICODE, classes: str | None = None) -> None:
         """An empty panel."""
         self._strips: dict[int, Strip] = {}
+        self._base: Style | None = None
         self._lines: list[list[Run]] = []
         super().__init__(classes=classes)
         self.glyphs = glyphs
@@ -64,12 +65,13 @@ class LinesView(Widget):
         """Colours changed: all strips are old."""
         super().notify_style_update()
         self._strips.clear()
+        self._base = None
 
     def render_line(self, y: int) -> Strip:
         """One line."""
         strip = self._strips.get(y)
         if strip is None or strip.cell_length != self.size.width:
-            base: Style = self.rich_style
+            base = self._base = self._base or self.rich_style  # costs more than the line
             line = self._lines[y] if y < len(self._lines) else []
             strip = self._strips[y] = runs_to_strip(line, self.size.width, base)
         return strip

@@ -2,11 +2,12 @@
 
 import math
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.messages import FleetFrame
+from tui_gcs.core.messages import VehicleRow
 from tui_gcs.widgets.levels import on_ground
 
 TRAIL_S = 60.0
@@ -20,20 +21,20 @@ class Trails:
         """No trails."""
         self._points: dict[int, deque[tuple[float, float, float]]] = {}
 
-    def update(self, frame: FleetFrame) -> None:
+    def update(self, t_s: float, rows: Sequence[VehicleRow]) -> None:
         """Take the positions of a newer frame; a frame from before the last one starts over (replay, restart)."""
-        for row in frame.rows():
+        for row in rows:
             x_m, y_m, _ = row.position_m
             trail = self._points.setdefault(row.id, deque())
-            if trail and frame.t_s < trail[-1][0]:
+            if trail and t_s < trail[-1][0]:
                 trail.clear()
-            while trail and frame.t_s - trail[0][0] > TRAIL_S:
+            while trail and t_s - trail[0][0] > TRAIL_S:
                 trail.popleft()
             if on_ground(row) or not (math.isfinite(x_m) and math.isfinite(y_m)):
                 continue
-            if not trail or frame.t_s - trail[-1][0] >= TRAIL_STEP_S:
-                trail.append((frame.t_s, x_m, y_m))
-        for gone in self._points.keys() - set(frame.ids):
+            if not trail or t_s - trail[-1][0] >= TRAIL_STEP_S:
+                trail.append((t_s, x_m, y_m))
+        for gone in self._points.keys() - {row.id for row in rows}:
             del self._points[gone]
 
     def points_m(self) -> NDArray[np.float64]:

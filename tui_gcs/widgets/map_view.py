@@ -13,7 +13,7 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from tui_gcs.core.messages import Annotation, FleetFrame, Freshness
+from tui_gcs.core.messages import Annotation, FleetFrame, Freshness, VehicleRow
 from tui_gcs.core.scenario import Origin, Round, TakeOffPlace
 from tui_gcs.widgets import map_scene
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
@@ -56,6 +56,7 @@ class MapView(Widget):
     def __init__(self, *, glyphs: GlyphSet = UNICODE, classes: str | None = None) -> None:
         """An empty map; `glyphs` decides between braille and ASCII."""
         self._strips: dict[int, Strip] = {}
+        self._base: Style | None = None
         super().__init__(classes=classes)
         self.view = Viewport()
         self._glyphs = glyphs
@@ -63,6 +64,7 @@ class MapView(Widget):
         self._places: tuple[TakeOffPlace, ...] = ()
         self._origin: Origin | None = None
         self._frame: FleetFrame | None = None
+        self._rows: list[VehicleRow] = []
         self._known = True
         self._annotations: dict[str, tuple[Annotation, ...]] = {}
         self._selected: int | None = None
@@ -93,9 +95,9 @@ class MapView(Widget):
 
     def set_fleet(self, frame: FleetFrame | None, *, known: bool = True) -> None:
         """Show this fleet frame; `known` false (station silent): every vehicle is drawn as lost."""
-        self._frame, self._known = frame, known
+        self._frame, self._rows, self._known = frame, frame.rows() if frame is not None else [], known
         if frame is not None:
-            self._trails.update(frame)
+            self._trails.update(frame.t_s, self._rows)
             self._keep_in_view()
         self._redraw()
 
@@ -193,12 +195,13 @@ class MapView(Widget):
         """Colours changed: all strips are old."""
         super().notify_style_update()
         self._strips.clear()
+        self._base = None
 
     def render_line(self, y: int) -> Strip:
         """One row of the picture."""
         strip = self._strips.get(y)
         if strip is None:
-            base: Style = self.rich_style
+            base = self._base = self._base or self.rich_style  # costs more than the row
             if self._cells is None or y >= self._cells.codes.shape[0]:
                 return Strip.blank(self.size.width, base)
             strip = self._strips[y] = cells_to_strip(self._cells.codes[y], self._cells.inks[y], base)
@@ -258,7 +261,7 @@ class MapView(Widget):
             draw_tracks(raster, view, self._frame.tracks, self._frame.t_s)
         cells = Cells(raster.codes(None if self._glyphs.braille else _LETTERS), raster.inks)
         if self._frame is not None:
-            rows = self._frame.rows()
+            rows = self._rows
             if not self._known:
                 rows = [row._replace(freshness=Freshness.LOST) for row in rows]
             self._labels.draw(cells, view, rows, self._selected, self._glyphs)

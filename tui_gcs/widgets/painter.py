@@ -15,11 +15,13 @@ from dataclasses import dataclass, field
 from typing import cast
 
 from rich.cells import get_character_cell_size
-from rich.color import ColorSystem
+from rich.color import Color, ColorSystem
 from rich.console import Console, RenderableType
 from rich.style import Style
 from textual._compositor import ChopsUpdate, CompositorUpdate, LayoutUpdate
 from textual.strip import Strip
+
+from tui_gcs.widgets.themes import DARK, SIXTEEN, SIXTEEN_OF, Theme
 
 _ATTRIBUTES = ("bold", "dim", "italic", "underline", "blink", "blink2", "reverse", "conceal", "strike")
 """Style attributes in the order of their SGR codes, from 1 on."""
@@ -46,11 +48,13 @@ PLAIN = Pen("39", "49", frozenset())
 
 
 class Pens:
-    """The pens of all styles that were used, for one colour system."""
+    """The pens of all styles that were used, for one colour system and theme."""
 
-    def __init__(self, system: ColorSystem) -> None:
+    def __init__(self, system: ColorSystem, theme: Theme = DARK) -> None:
         """None yet."""
         self.system = system
+        self.theme = theme
+        self._sixteen = SIXTEEN_OF.get(theme.name, SIXTEEN)
         self._by_style: dict[Style | None, Pen] = {None: PLAIN}
         self._by_look: dict[tuple[str, str, frozenset[str]], Pen] = {("39", "49", frozenset()): PLAIN}
 
@@ -60,11 +64,20 @@ class Pens:
         if pen is None and style is not None:
             attributes = frozenset(str(code) for code, name in enumerate(_ATTRIBUTES, 1) if getattr(style, name))
             colours = [
-                ";".join(color.downgrade(self.system).get_ansi_codes(foreground)) if color is not None else default
+                self._codes(color, foreground) if color is not None else default
                 for color, foreground, default in ((style.color, True, "39"), (style.bgcolor, False, "49"))
             ]
             pen = self._by_style[style] = self._look(colours[0], colours[1], attributes)
         return pen or PLAIN
+
+    def _codes(self, color: Color, foreground: bool) -> str:
+        """SGR codes of a colour of the palette in this theme; other colours are taken as near as they come."""
+        name = color.triplet.hex if color.triplet is not None else ""
+        if self.system is ColorSystem.STANDARD and name in self._sixteen:
+            color = Color.from_ansi(self._sixteen[name])
+        elif name:
+            color = Color.parse(self.theme.colour(name))
+        return ";".join(color.downgrade(self.system).get_ansi_codes(foreground))
 
     def _look(self, foreground: str, background: str, attributes: frozenset[str]) -> Pen:
         look = (foreground, background, attributes)
@@ -89,6 +102,7 @@ class Painter:
 
     def __init__(self) -> None:
         """Nothing is known yet: everything will be written."""
+        self.theme = DARK
         self._rows: dict[int, _Row] = {}
         self._pens = Pens(ColorSystem.TRUECOLOR)
 
@@ -105,8 +119,8 @@ class Painter:
     def paint(self, update: CompositorUpdate, console: Console) -> str:
         """The bytes that make the terminal show `update`; from now on they count as written."""
         system = console._color_system or ColorSystem.TRUECOLOR
-        if system is not self._pens.system:
-            self._pens = Pens(system)
+        if system is not self._pens.system or self.theme is not self._pens.theme:
+            self._pens = Pens(system, self.theme)
             self.forget()
         line = _Line()
         for y, x, strips in _pieces(update):

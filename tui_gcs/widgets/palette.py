@@ -20,47 +20,55 @@ DEFEND = "#6ea8ff"
 ATTACK = "#e07078"
 NO_FLY = "#c08040"
 TARGET = "#e080ff"
+PLAN = "#5c6a78"
+TRAIL = "#7d8894"
+GRID = "#2c343c"
+WHITE = "#ffffff"
 
 
 class Ink(IntEnum):
     """What a cell of the map or a word of a line stands for; its colour follows. Higher wins a shared cell."""
 
     BLANK = 0
-    AREA = 1
-    PLAN = 2
-    TRAIL = 3
-    NO_FLY = 4
-    DEFEND = 5
-    ATTACK = 6
-    EDITED = 7
-    PLACE = 8
-    TEXT = 9
-    MUTED = 10
-    NORMAL = 11
-    ADVISORY = 12
-    CAUTION = 13
-    WARNING = 14
-    ALARM = 15
+    GRID = 1
+    AREA = 2
+    OVERLAY = 3
+    PLAN = 4
+    TRAIL = 5
+    NO_FLY = 6
+    DEFEND = 7
+    ATTACK = 8
+    EDITED = 9
+    PLACE = 10
+    TEXT = 11
+    MUTED = 12
+    NORMAL = 13
+    ADVISORY = 14
+    CAUTION = 15
+    WARNING = 16
+    ALARM = 17
     """The alarm line: warning in reverse."""
-    SELECTED = 16
-    SELECTED_CAUTION = 17
-    SELECTED_WARNING = 18
-    BOLD = 19
-    LIVE = 20
-    REPLAY = 21
-    TARGET = 22
+    SELECTED = 18
+    SELECTED_CAUTION = 19
+    SELECTED_WARNING = 20
+    BOLD = 21
+    LIVE = 22
+    REPLAY = 23
+    TARGET = 24
     """What sensors have found."""
 
 
 STYLES: dict[int, Style] = {
     Ink.BLANK: Style(),
+    Ink.GRID: Style(color=GRID),
     Ink.AREA: Style(color=MUTED),
+    Ink.OVERLAY: Style(color=ADVISORY),
     Ink.NO_FLY: Style(color=NO_FLY),
     Ink.DEFEND: Style(color=DEFEND),
     Ink.ATTACK: Style(color=ATTACK),
-    Ink.PLAN: Style(color="#5c6a78"),
-    Ink.TRAIL: Style(color="#7d8894"),
-    Ink.EDITED: Style(color="#ffffff", bold=True),
+    Ink.PLAN: Style(color=PLAN),
+    Ink.TRAIL: Style(color=TRAIL),
+    Ink.EDITED: Style(color=WHITE, bold=True),
     Ink.PLACE: Style(color=MUTED),
     Ink.TEXT: Style(color=TEXT),
     Ink.MUTED: Style(color=MUTED),
@@ -73,7 +81,7 @@ STYLES: dict[int, Style] = {
     Ink.SELECTED_CAUTION: Style(color=CAUTION, bold=True, reverse=True),
     Ink.SELECTED_WARNING: Style(color=WARNING, bold=True, reverse=True),
     Ink.BOLD: Style(color=TEXT, bold=True),
-    Ink.LIVE: Style(color="#ffffff", bold=True, reverse=True),
+    Ink.LIVE: Style(color=WHITE, bold=True, reverse=True),
     Ink.REPLAY: Style(color=ADVISORY, bold=True, reverse=True),
     Ink.TARGET: Style(color=TARGET, bold=True),
 }

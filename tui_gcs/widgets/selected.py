@@ -35,9 +35,7 @@ class SelectedPanel(LinesView):
 
 def row_of(frame: FleetFrame | None, vehicle: int | None) -> VehicleRow | None:
     """The row of a vehicle, if the frame has it."""
-    if frame is None or vehicle is None:
-        return None
-    return next((row for row in frame.rows() if row.id == vehicle), None)
+    return frame.row(vehicle) if frame is not None and vehicle is not None else None
 
 
 def selected_lines(row: VehicleRow, glyphs: GlyphSet) -> list[list[Run]]:

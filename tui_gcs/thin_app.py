@@ -1,0 +1,72 @@
+"""An app that writes little, and never waits for a terminal that does not read.
+
+The painter writes only the cells that changed. A terminal that keeps up with nothing gets no pictures at all, and a
+whole new one as soon as it reads again; the event loop never waits for it (facts/terminal.md B4).
+"""
+
+from typing import Any
+
+from rich.console import RenderableType
+from textual.app import App
+from textual.driver import Driver
+from textual.drivers.linux_driver import LinuxDriver
+from textual.screen import Screen
+
+from tui_gcs.widgets.driver import PatientDriver, lagging
+from tui_gcs.widgets.painter import Painter
+from tui_gcs.widgets.themes import THEMES
+
+LOOK_AGAIN_S = 0.2
+
+
+class ThinApp(App[None]):
+    """Textual's app with the painter and the patient driver."""
+
+    def __init__(self, *, ansi_color: bool | None = None) -> None:
+        """See `App`."""
+        super().__init__(ansi_color=ansi_color)
+        self._painter = Painter()
+        self._behind = False
+
+    def get_driver_class(self) -> type[Driver]:
+        """The Unix driver that knows whether the terminal keeps up."""
+        driver = super().get_driver_class()
+        return PatientDriver if driver is LinuxDriver else driver
+
+    def _display(self, screen: Screen[Any], renderable: RenderableType | None) -> None:
+        """Textual's way to the terminal, by way of the painter."""
+        if self._behind or lagging(self._driver):
+            if not self._behind:
+                self._behind = True
+                self.set_timer(LOOK_AGAIN_S, self._catch_up)
+            return
+        super()._display(screen, self._painter.thin(renderable))
+
+    def _catch_up(self) -> None:
+        """What was not written is on no screen: begin anew once the terminal reads."""
+        if lagging(self._driver):
+            self.set_timer(LOOK_AGAIN_S, self._catch_up)
+            return
+        self._behind = False
+        self.redraw()
+
+    @property
+    def display_theme(self) -> str:
+        """Name of the theme in which everything is drawn; set it to one of `THEMES`."""
+        return self._painter.theme.name
+
+    @display_theme.setter
+    def display_theme(self, name: str) -> None:
+        self._painter.theme = THEMES[name]
+        self.redraw()
+
+    def next_theme(self) -> str:
+        """Change to the next theme; its name."""
+        names = list(THEMES)
+        self.display_theme = names[(names.index(self.display_theme) + 1) % len(names)]
+        return self.display_theme
+
+    def redraw(self) -> None:
+        """Write every cell again: the terminal may show anything (a resize, a message of another program)."""
+        self._painter.forget()
+        self.screen.refresh()
