@@ -190,7 +190,7 @@ class FlyScreen(Screen[None]):
         row = row_of(frame, self.selected)
         self.selected_panel.show(row)
         self.brief_panel.show(self._known_status(self.feed.status), row)
-        self.map_view.set_fleet(self.feed.frame, known=frame is not None)
+        self.map_view.set_fleet(self.feed.frame, known=frame is not None, silent_s=self.feed.silent_s)
 
     def show_events(self) -> None:
         """The event lines."""

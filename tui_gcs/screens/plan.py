@@ -87,7 +87,7 @@ class PlanScreen(Screen[None]):
         self.verdict = VerdictLines(glyphs=glyphs)
         self.save_bar = SaveBar(self.model)
         self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed)
-        self.set_class(not glyphs.braille, "-ascii")
+        self.set_class(not glyphs.unicode, "-ascii")
 
     def compose(self) -> ComposeResult:
         """Status, alarm, state of the copy; map and forms; keys."""

@@ -82,7 +82,7 @@ class AlarmLine(LinesView):
         if self._local.text and (self._local.level is Level.WARNING or not self._alarms):
             return [_local_runs(self._local, self._notice)]
         if self._alarms:
-            arrow = "→" if self.glyphs.braille else "->"
+            arrow = "→" if self.glyphs.unicode else "->"
             return [alarm_runs(self._alarms, self._keys, self._notice, width, self._bright, arrow)]
         inks = {Level.WARNING: Ink.WARNING, Level.CAUTION: Ink.CAUTION}
         return [[(f" {self._notice.text}", inks.get(self._notice.level, Ink.MUTED))]]

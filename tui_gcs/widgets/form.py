@@ -65,7 +65,7 @@ class Form(VerticalScroll, can_focus=False):
         """A form of these rows."""
         super().__init__(*rows, id=id)
         self.glyphs = glyphs
-        self.set_class(not glyphs.braille, "-ascii")
+        self.set_class(not glyphs.unicode, "-ascii")
 
     def focus_first(self) -> None:
         """Put the cursor into the first field that is shown."""

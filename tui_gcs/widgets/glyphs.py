@@ -7,9 +7,14 @@ Only characters that are one cell wide everywhere: no code point that a terminal
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 BRAILLE_BASE = 0x2800
 """First code point of the braille patterns; the low eight bits are the dots."""
+QUADRANTS = " ▘▝▀▖▌▞▛▗▚▐▜▄▙▟█"
+"""Quarters of a cell: bit 0 top left, 1 top right, 2 bottom left, 3 bottom right."""
+Dots = Literal["braille", "blocks", "letters"]
+"""Eight dots to a cell, four, or one letter that says what is drawn there."""
 
 
 @dataclass(frozen=True)
@@ -17,8 +22,10 @@ class GlyphSet:
     """One character for each meaning; meanings are told apart without colour."""
 
     name: str
-    braille: bool
-    """Dots of a cell as one braille pattern; otherwise one letter per cell, by what is drawn there."""
+    unicode: bool
+    """Signs and lines beyond ASCII."""
+    dots: Dots
+    """What the dots of a cell become."""
     headings: str
     """Flying: north, north-east, east … north-west."""
     armed_on_ground: str
@@ -35,11 +42,15 @@ class GlyphSet:
     times: str
     degree: str
     dash: str
+    cursor: str
+    bar: str
+    """Left end, middle and right end of the scale bar."""
 
 
 UNICODE = GlyphSet(
     name="unicode",
-    braille=True,
+    unicode=True,
+    dots="braille",
     headings="▲◥►◢▼◣◄◤",
     armed_on_ground="△",
     disarmed="◇",
@@ -55,11 +66,14 @@ UNICODE = GlyphSet(
     times="×",
     degree="°",
     dash="–",
+    cursor="┼",
+    bar="├─┤",
 )
 
 ASCII = GlyphSet(
     name="ascii",
-    braille=False,
+    unicode=False,
+    dots="letters",
     headings="^/>\\v/<\\",
     armed_on_ground="A",
     disarmed="o",
@@ -75,6 +89,8 @@ ASCII = GlyphSet(
     times="x",
     degree=" ",
     dash="-",
+    cursor="X",
+    bar="|-|",
 )
 
 
@@ -91,6 +107,12 @@ def wants_ascii(environ: Mapping[str, str] | None = None, encoding: str | None =
 def glyph_set(ascii_only: bool) -> GlyphSet:
     """The set to draw with."""
     return ASCII if ascii_only else UNICODE
+
+
+def next_dots(dots: Dots) -> Dots:
+    """The next way to draw dots, for an operator who looks for one that the terminal's font has."""
+    ways: tuple[Dots, ...] = ("braille", "blocks", "letters")
+    return ways[(ways.index(dots) + 1) % len(ways)]
 
 
 def heading_glyph(glyphs: GlyphSet, heading_deg: float) -> str:

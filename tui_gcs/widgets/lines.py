@@ -32,7 +32,7 @@ class LinesView(Widget):
         self._lines: list[list[Run]] = []
         super().__init__(classes=classes)
         self.glyphs = glyphs
-        self.set_class(not glyphs.braille, "-ascii")
+        self.set_class(not glyphs.unicode, "-ascii")
 
     def lines(self, width: int, height: int) -> Sequence[Line]:
         """What stands in the panel, from the top; at most `height` lines are shown."""
@@ -43,7 +43,7 @@ class LinesView(Widget):
         if not self.is_attached or self.size.width == 0:
             return
         new = [list(line) for line in self.lines(self.size.width, self.size.height)]
-        if not self.glyphs.braille:
+        if not self.glyphs.unicode:
             new = [[(text.encode("ascii", "replace").decode(), ink) for text, ink in line] for line in new]
         old, self._lines = self._lines, new
         changed = [y for y in range(max(len(old), len(new))) if _at(old, y) != _at(new, y)]

@@ -1,5 +1,6 @@
 """Putting vehicles and words into the cells of a map without one hiding another."""
 
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,6 +16,8 @@ from tui_gcs.widgets.palette import Ink
 
 MAX_LABELLED = 60
 """Beyond so many vehicles only the selected and the alarmed ones have labels."""
+CROWD_COLUMNS, CROWD_ROWS, CROWD_MIN = 6, 3, 4
+"""Then so many ordinary vehicles in a block of so many cells are one number in brackets."""
 
 
 class Cells:
@@ -67,6 +70,7 @@ class VehicleLabels:
     def __init__(self) -> None:
         """No label has a side yet."""
         self._side: dict[int, int] = {}
+        self._crowded: set[tuple[int, int]] = set()
 
     def draw(
         self, cells: Cells, view: Viewport, vehicles: Sequence[VehicleRow], selected: int | None, glyphs: GlyphSet
@@ -79,12 +83,30 @@ class VehicleLabels:
             cell = view.world_to_cell(row.position_m[0], row.position_m[1])
             if cell is not None and view.contains(cell):
                 seen.append((row, cell))
+        crowds = self._crowds(seen, levels, selected) if len(seen) > MAX_LABELLED else {}
         for row, (x, y) in reversed(seen):
-            cells.write(x, y, vehicle_glyph(glyphs, row), _ink(levels[row.id], row.id == selected))
+            if (x // CROWD_COLUMNS, y // CROWD_ROWS) not in crowds or _stands_out(levels[row.id], row.id == selected):
+                cells.write(x, y, vehicle_glyph(glyphs, row), _ink(levels[row.id], row.id == selected))
         for row, (x, y) in seen:
             level, chosen = levels[row.id], row.id == selected
-            if len(seen) <= MAX_LABELLED or chosen or level > Level.GREY:
+            if len(seen) <= MAX_LABELLED or _stands_out(level, chosen):
                 self._label(cells, row.id, x, y, f"{MARKS[level]}{row.id}", _ink(level, chosen))
+        for (x, y), count in crowds.items():
+            cells.place(Word(x * CROWD_COLUMNS, y * CROWD_ROWS, f"({count})", Ink.TEXT))
+
+    def _crowds(
+        self, seen: Sequence[tuple[VehicleRow, tuple[int, int]]], levels: dict[int, Level], selected: int | None
+    ) -> dict[tuple[int, int], int]:
+        """Blocks of cells with so many ordinary vehicles that a number tells more; one that was stays a while."""
+        counts = Counter(
+            (x // CROWD_COLUMNS, y // CROWD_ROWS)
+            for row, (x, y) in seen
+            if not _stands_out(levels[row.id], row.id == selected)
+        )
+        self._crowded = {
+            block for block, count in counts.items() if count >= CROWD_MIN - (1 if block in self._crowded else 0)
+        }
+        return {block: counts[block] for block in self._crowded}
 
     def _label(self, cells: Cells, vehicle: int, x: int, y: int, text: str, ink: Ink) -> None:
         sides = ((x + 1, y), (x - len(text), y), (x, y - 1), (x, y + 1), (x + 1, y - 1), (x + 1, y + 1))
@@ -95,6 +117,11 @@ class VehicleLabels:
                 self._side[vehicle] = side
                 cells.write(column, row, text, ink)
                 return
+
+
+def _stands_out(level: Level, selected: bool) -> bool:
+    """Whether this vehicle is shown by itself however crowded it is."""
+    return selected or level > Level.GREY
 
 
 def _ink(level: Level, selected: bool) -> Ink:

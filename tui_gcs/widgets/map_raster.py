@@ -8,14 +8,17 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from tui_gcs.widgets.glyphs import BRAILLE_BASE
+from tui_gcs.widgets.glyphs import BRAILLE_BASE, QUADRANTS, Dots
 from tui_gcs.widgets.map_viewport import DOTS_X, DOTS_Y
 
-Dots = NDArray[np.float64]
+Points = NDArray[np.float64]
 SPACE = ord(" ")
 
 _DOT_BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]], dtype=np.uint8)
 """Unicode braille: which bit each of the 4 x 2 dots of a cell sets."""
+
+_QUADRANT_BITS = np.array([[1, 2], [4, 8]], dtype=np.uint8)
+_QUADRANT_CODES = np.array([ord(sign) for sign in QUADRANTS], dtype=np.uint32)
 
 SOLID = (1.0, 0.0)
 
@@ -37,7 +40,7 @@ class DotRaster:
         other.inks[:] = self.inks
         return other
 
-    def plot(self, points: Dots, ink: int) -> None:
+    def plot(self, points: Points, ink: int) -> None:
         """Single dots at (n, 2) dot coordinates; what is outside or not finite is left out."""
         points = points[np.isfinite(points).all(axis=1)]
         inside = (
@@ -52,7 +55,7 @@ class DotRaster:
         cells = (y // DOTS_Y, x // DOTS_X)
         self.inks[cells] = np.maximum(self.inks[cells], ink)
 
-    def polyline(self, points: Dots, ink: int, *, closed: bool = False, dash: tuple[float, float] = SOLID) -> None:
+    def polyline(self, points: Points, ink: int, *, closed: bool = False, dash: tuple[float, float] = SOLID) -> None:
         """A line through (n, 2) dot coordinates; `dash` is dots on, dots off. Clipped before it is sampled."""
         if closed:
             points = np.vstack([points, points[:1]])
@@ -74,7 +77,7 @@ class DotRaster:
             of, along = of[phase < dash[0]], along[phase < dash[0]]
         self.plot(start[of] + step[of] * along[:, None], ink)
 
-    def _clip(self, start: Dots, step: Dots) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _clip(self, start: Points, step: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Liang-Barsky: the part [first, last] of each segment inside the raster; last < first when there is none."""
         first, last = np.zeros(len(start)), np.ones(len(start))
         for axis, limit in ((0, self.columns * DOTS_X), (1, self.rows * DOTS_Y)):
@@ -88,7 +91,7 @@ class DotRaster:
             last = np.where(still, last, np.minimum(last, leave))
         return first, last
 
-    def hatch(self, outline: Dots, ink: int, spacing: int = 6) -> None:
+    def hatch(self, outline: Points, ink: int, spacing: int = 6) -> None:
         """Crossed diagonals inside a polygon given in dot coordinates."""
         low = np.maximum(np.floor(outline.min(axis=0)), 0)
         high = np.minimum(np.ceil(outline.max(axis=0)), (self.columns * DOTS_X - 1, self.rows * DOTS_Y - 1))
@@ -102,11 +105,15 @@ class DotRaster:
             inside = shapely.contains_xy(shape, x, y)
             self.plot(np.column_stack([x[inside], y[inside]]), ink)
 
-    def codes(self, letters: NDArray[np.uint32] | None) -> NDArray[np.uint32]:
-        """(rows, columns) code points: braille, or `letters[ink]` where anything is drawn."""
+    def codes(self, dots: Dots, letters: NDArray[np.uint32]) -> NDArray[np.uint32]:
+        """(rows, columns) code points: braille, quarter blocks, or `letters[ink]` where anything is drawn."""
         cells = self.dots.reshape(self.rows, DOTS_Y, self.columns, DOTS_X)
+        if dots == "blocks":
+            quarters = cells.reshape(self.rows, 2, DOTS_Y // 2, self.columns, DOTS_X).any(axis=2)
+            which = (quarters * _QUADRANT_BITS[None, :, None, :]).sum(axis=(1, 3), dtype=np.intp)
+            return np.asarray(_QUADRANT_CODES[which], dtype=np.uint32)
         bits = (cells * _DOT_BITS[None, :, None, :]).sum(axis=(1, 3), dtype=np.uint32)
         drawn = bits > 0
-        if letters is None:
+        if dots == "braille":
             return np.where(drawn, bits + BRAILLE_BASE, SPACE).astype(np.uint32)
         return np.where(drawn, letters[self.inks], SPACE).astype(np.uint32)

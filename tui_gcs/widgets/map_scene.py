@@ -13,7 +13,7 @@ from tui_gcs.core.messages import Annotation
 from tui_gcs.core.scenario import Round, TakeOffPlace
 from tui_gcs.core.zones import Role, Shape, Zone, bounds, outline_m
 from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.map_raster import DotRaster, Dots
+from tui_gcs.widgets.map_raster import DotRaster, Points
 from tui_gcs.widgets.map_viewport import Viewport
 from tui_gcs.widgets.palette import Ink
 
@@ -112,11 +112,11 @@ def round_bounds(current: Round | None, places: Sequence[TakeOffPlace]) -> Bound
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
-def _dots(view: Viewport, shape: Shape) -> Dots:
+def _dots(view: Viewport, shape: Shape) -> Points:
     return view.to_dots(np.array(outline_m(shape), dtype=np.float64))
 
 
-def _inset(outline: Dots, distance: float) -> list[Dots]:
+def _inset(outline: Points, distance: float) -> list[Points]:
     """The outline moved inwards; empty when nothing is left or the polygon is not simple."""
     if not np.isfinite(outline).all():
         return []

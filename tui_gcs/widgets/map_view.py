@@ -5,6 +5,7 @@ Line API with its own picture of what is on the screen: only rows that changed a
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from rich.style import Style
@@ -13,11 +14,19 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
+from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import Annotation, FleetFrame, Freshness, VehicleRow
+from tui_gcs.core.messages_setup import TrafficRow
+from tui_gcs.core.overlays import Overlay
 from tui_gcs.core.scenario import Origin, Round, TakeOffPlace
 from tui_gcs.widgets import map_scene
-from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.glyphs import UNICODE, GlyphSet, next_dots
+from tui_gcs.widgets.map_doubt import draw_doubt
+from tui_gcs.widgets.map_grid import draw_grid, scale_word
 from tui_gcs.widgets.map_labels import Cells, VehicleLabels
+from tui_gcs.widgets.map_layers import HIDDEN_AT_FIRST, Layer
+from tui_gcs.widgets.map_others import draw_overlays, overlay_words, traffic_words
+from tui_gcs.widgets.map_pointer import Pointer, draw_pointer, pointer_words
 from tui_gcs.widgets.map_raster import DotRaster
 from tui_gcs.widgets.map_tracks import draw_tracks, track_words
 from tui_gcs.widgets.map_trails import Trails
@@ -27,13 +36,16 @@ from tui_gcs.widgets.strips import cells_to_strip
 from tui_gcs.widgets.titles import set_title
 
 ASCII_LETTERS = {
+    Ink.GRID: "'",
     Ink.AREA: ".",
+    Ink.OVERLAY: "~",
     Ink.PLAN: ":",
     Ink.TRAIL: ",",
     Ink.NO_FLY: "x",
     Ink.DEFEND: "#",
     Ink.ATTACK: "=",
     Ink.EDITED: "*",
+    Ink.WARNING: "?",
     Ink.TARGET: "o",
 }
 FOLLOW_MIDDLE = 0.25
@@ -66,6 +78,11 @@ class MapView(Widget):
         self._frame: FleetFrame | None = None
         self._rows: list[VehicleRow] = []
         self._known = True
+        self._silent_s = 0.0
+        self._pointer: Pointer | None = None
+        self._hidden: frozenset[Layer] = HIDDEN_AT_FIRST
+        self._overlays: tuple[Overlay, ...] = ()
+        self._traffic: tuple[TrafficRow, ...] = ()
         self._annotations: dict[str, tuple[Annotation, ...]] = {}
         self._selected: int | None = None
         self._edited_zone: str | None = None
@@ -77,7 +94,7 @@ class MapView(Widget):
         self._still: DotRaster | None = None
         self._cells: Cells | None = None
         self._title = ""
-        self.set_class(not glyphs.braille, "-ascii")
+        self.set_class(not glyphs.unicode, "-ascii")
 
     # ------------------------------------------------------------ what is shown
 
@@ -93,9 +110,12 @@ class MapView(Widget):
             self._fit_view()
         self._redraw(still=True)
 
-    def set_fleet(self, frame: FleetFrame | None, *, known: bool = True) -> None:
-        """Show this fleet frame; `known` false (station silent): every vehicle is drawn as lost."""
-        self._frame, self._rows, self._known = frame, frame.rows() if frame is not None else [], known
+    def set_fleet(self, frame: FleetFrame | None, *, known: bool = True, silent_s: float = 0.0) -> None:
+        """Show this fleet frame; `known` false (station silent for `silent_s`): every vehicle is drawn as lost."""
+        self._frame, self._rows = frame, frame.rows() if frame is not None else []
+        self._known, self._silent_s = known, 0.0 if known else silent_s
+        if not known:
+            self._rows = [row._replace(freshness=Freshness.LOST) for row in self._rows]
         if frame is not None:
             self._trails.update(frame.t_s, self._rows)
             self._keep_in_view()
@@ -140,6 +160,75 @@ class MapView(Widget):
     def heading(self, text: str) -> None:
         self._heading = text
         self._retitle()
+
+    def set_overlays(self, overlays: Sequence[Overlay]) -> None:
+        """Show these drawings from files, drawn once for each view."""
+        self._overlays = tuple(overlays)
+        self._redraw(still=True)
+
+    def set_traffic(self, traffic: Sequence[TrafficRow]) -> None:
+        """Show these aircraft."""
+        if tuple(traffic) != self._traffic:
+            self._traffic = tuple(traffic)
+            self._redraw()
+
+    @property
+    def hidden(self) -> frozenset[Layer]:
+        """The layers that are not shown."""
+        return self._hidden
+
+    def toggle_layer(self, layer: Layer) -> bool:
+        """Show or hide one; whether it is shown now."""
+        self._hidden ^= {layer}
+        self._redraw(still=True)
+        return layer not in self._hidden
+
+    def next_dots(self) -> str:
+        """Draw dots another way, for fonts without braille; the name of the way."""
+        self._glyphs = replace(self._glyphs, dots=next_dots(self._glyphs.dots))
+        self._redraw(still=True)
+        return self._glyphs.dots
+
+    # ------------------------------------------------------------ cursor
+
+    @property
+    def cursor_m(self) -> tuple[float, float] | None:
+        """ENU metres of the cursor; None while it is not shown."""
+        return self._pointer.at_m if self._pointer is not None else None
+
+    def show_cursor(self, on: bool = True) -> None:
+        """Show the cursor: at the selected vehicle if it is in view, else in the middle. Or hide it, with its mark."""
+        self._pointer = None
+        if on:
+            place = next((row.position_m[:2] for row in self._rows if row.id == self._selected), self.view.centre_m)
+            cell = self.view.world_to_cell(*place)
+            self._pointer = Pointer(place if self.view.contains(cell) else self.view.centre_m)
+        self._redraw()
+
+    def move_cursor(self, columns: int, rows: int) -> None:
+        """So many cells right and down; the view goes with it."""
+        if self._pointer is None:
+            return
+        cell = self.view.world_to_cell(*self._pointer.at_m)
+        if cell is None:
+            return
+        column, row = cell[0] + columns, cell[1] + rows
+        self._pointer = replace(self._pointer, at_m=self.view.cell_to_world(column, row))
+        out = (
+            min(column, 0) + max(column - self.view.columns + 1, 0),
+            min(row, 0) + max(row - self.view.rows + 1, 0),
+        )
+        if out != (0, 0):
+            self._follow, self._fitted = False, False
+            self._set_view(self.view.panned(*out))
+        self._redraw()
+
+    def mark(self) -> None:
+        """Measure from where the cursor is; from nowhere if it is on the mark."""
+        if self._pointer is not None:
+            there = self._pointer.mark_m == self._pointer.at_m
+            self._pointer = replace(self._pointer, mark_m=None if there else self._pointer.at_m)
+            self._redraw()
 
     # ------------------------------------------------------------ view
 
@@ -252,27 +341,49 @@ class MapView(Widget):
         view = self.view
         if self._still is None:
             self._still = DotRaster(view.columns, view.rows)
+            if Layer.GRID not in self._hidden:
+                draw_grid(self._still, view)
+            if Layer.OVERLAYS not in self._hidden and self._origin is not None:
+                draw_overlays(self._still, view, self._overlays, LocalFrame(self._origin))
             if self._round is not None:
                 map_scene.draw_round(self._still, view, self._round, self._edited_zone)
-            map_scene.draw_annotations(self._still, view, self._annotations)
+            if Layer.PLANS not in self._hidden:
+                map_scene.draw_annotations(self._still, view, self._annotations)
         raster = self._still.copy()
-        raster.plot(view.to_dots(self._trails.points_m()), Ink.TRAIL)
-        if self._frame is not None:
+        if Layer.TRAILS not in self._hidden:
+            raster.plot(view.to_dots(self._trails.points_m()), Ink.TRAIL)
+        if self._frame is not None and Layer.TRACKS not in self._hidden:
             draw_tracks(raster, view, self._frame.tracks, self._frame.t_s)
-        cells = Cells(raster.codes(None if self._glyphs.braille else _LETTERS), raster.inks)
+        draw_doubt(raster, view, self._rows, self._silent_s)
+        if self._pointer is not None:
+            draw_pointer(raster, view, self._pointer)
+        cells = Cells(raster.codes(self._glyphs.dots, _LETTERS), raster.inks)
+        if self._pointer is not None:
+            for word in pointer_words(view, self._pointer, self._origin, self._glyphs):
+                cells.write(word.column, word.row, word.text, word.ink)
         if self._frame is not None:
-            rows = self._rows
-            if not self._known:
-                rows = [row._replace(freshness=Freshness.LOST) for row in rows]
-            self._labels.draw(cells, view, rows, self._selected, self._glyphs)
-            for word in track_words(view, self._frame.tracks, self._frame.t_s):
-                cells.place(word)
-        words = list(map_scene.annotation_words(view, self._annotations, self._glyphs))
-        if self._round is not None:
-            words = map_scene.zone_words(view, self._round, self._edited_zone) + words
-        for word in (*words, *map_scene.place_words(view, self._places, self._glyphs)):
+            self._labels.draw(cells, view, self._rows, self._selected, self._glyphs)
+            if Layer.TRACKS not in self._hidden:
+                for word in track_words(view, self._frame.tracks, self._frame.t_s):
+                    cells.place(word)
+        for word in self._still_words():
             cells.place(word)
         return cells
+
+    def _still_words(self) -> list[map_scene.Word]:
+        """What is written where there is room, the most important first."""
+        view, hidden, words = self.view, self._hidden, []
+        if self._origin is not None and Layer.TRAFFIC not in hidden:
+            words += traffic_words(view, self._traffic, LocalFrame(self._origin))
+        if self._round is not None:
+            words += map_scene.zone_words(view, self._round, self._edited_zone)
+        if Layer.PLANS not in hidden:
+            words += map_scene.annotation_words(view, self._annotations, self._glyphs)
+        if Layer.PLACES not in hidden:
+            words += map_scene.place_words(view, self._places, self._glyphs)
+        if self._origin is not None and Layer.OVERLAYS not in hidden:
+            words += overlay_words(view, self._overlays, LocalFrame(self._origin))
+        return [*words, scale_word(view, self._glyphs)]
 
     def _retitle(self) -> None:
         scale = f"{self.view.m_per_dot:.3g} m/dot"
