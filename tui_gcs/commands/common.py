@@ -109,14 +109,17 @@ def check_writable(json_file: str | None) -> None:
         raise CommandError(f"{json_file}: cannot be written ({error.strerror})") from None
 
 
-def need_terminal() -> None:
-    """Raise `CommandError` unless a console can be shown here."""
+def need_terminal(*, small: bool = False) -> None:
+    """Raise `CommandError` unless a console can be shown here; with `small` the few lines of a small terminal do."""
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise CommandError("no terminal here: use `tui-gcs run`, `tui-gcs status` or `tui-gcs demo --headless`")
     if os.environ.get("TERM", "") in ("", "dumb", "unknown"):
-        raise CommandError(f"TERM={os.environ.get('TERM', '')!r} cannot show a console: set TERM, e.g. xterm-256color")
+        raise CommandError(
+            f"TERM={os.environ.get('TERM', '')!r} cannot show a console: set TERM, e.g. xterm-256color;"
+            " line by line: `tui-gcs status`, `tui-gcs vehicle list`, `tui-gcs run`"
+        )
     columns, lines = shutil.get_terminal_size()
-    if columns < LEAST_COLUMNS or lines < LEAST_LINES:
+    if not small and (columns < LEAST_COLUMNS or lines < LEAST_LINES):
         raise CommandError(f"the terminal is {columns}x{lines}: at least {LEAST_COLUMNS}x{LEAST_LINES} is needed")
 
 

@@ -21,7 +21,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Find the station meant, and do it."""
     kind = which(arguments.kind)
     if arguments.what == "attach":
-        need_terminal()
+        need_terminal(small=True)
         from tui_gcs.commands.console import attach
 
         return attach(kind)

@@ -64,6 +64,8 @@ def load_overlay(path: Path) -> tuple[Overlay, ...]:
 def _one_line(error: Exception) -> str:
     if isinstance(error, RecursionError):
         return "nested too deeply"
+    if isinstance(error, KeyError):
+        return f"{error} is missing"
     return clean(str(error).splitlines()[0] if str(error) else type(error).__name__)[:120]
 
 

@@ -173,6 +173,11 @@ class MapView(Widget):
             self._redraw()
 
     @property
+    def glyphs(self) -> GlyphSet:
+        """What it draws with."""
+        return self._glyphs
+
+    @property
     def hidden(self) -> frozenset[Layer]:
         """The layers that are not shown."""
         return self._hidden

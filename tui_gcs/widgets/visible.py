@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from tui_gcs.core.messages import FleetFrame, StationStatus
 
 Key = tuple[object, ...]
@@ -19,30 +21,29 @@ def whole_age_s(age_s: float) -> int | None:
     return int(age_s) if age_s >= 1.0 else 0
 
 
+_STEPS = {
+    "position_m": 0.1,
+    "velocity_m_s": 0.1,
+    "heading_deg": 2.0,
+    "battery_pct": 1.0,
+    "battery_v": 0.1,
+    "loss_pct": 0.1,
+    "slot_error_m": 0.1,
+}
+"""The columns with numbers that change all the time, and the least change that can be seen."""
+_AGES = ("age_s", "heard_age_s")
+_WHOLE = (
+    *("ids", "team", "autopilot", "vehicle_type", "mode", "armed", "phase", "freshness"),
+    *("gps_fix", "satellites", "slot", "link", "signing", "problem", "tracks"),
+)
+
+
 def visible_fleet(frame: FleetFrame) -> Key:
-    """All rows, rounded to what a map and a roster can show."""
-    return (
-        frame.kind,
-        int(frame.wall_s),
-        *(
-            (
-                *row[:8],
-                *(steps(value, 0.1) for value in (*row.position_m, *row.velocity_m_s)),
-                steps(row.heading_deg, 2.0),
-                steps(row.battery_pct, 1.0),
-                steps(row.battery_v, 0.1),
-                row.gps_fix,
-                row.satellites,
-                whole_age_s(row.age_s),
-                whole_age_s(row.heard_age_s),
-                steps(row.loss_pct, 0.1),
-                row.slot,
-                steps(row.slot_error_m, 0.1),
-                row.link,
-            )
-            for row in frame.rows()
-        ),
-    )
+    """All columns, rounded to what a map and a roster can show; of 250 vehicles in a millisecond."""
+    rounded = [np.rint(np.array(getattr(frame, name)) / step) for name, step in _STEPS.items()]
+    ages = [np.floor(np.array(getattr(frame, name))) for name in _AGES]
+    numbers = [(np.nan_to_num(column, nan=-1e9) + 0.0).tobytes() for column in (*rounded, *ages)]  # -0.0 is 0.0
+    return (frame.kind, int(frame.wall_s), *(getattr(frame, name) for name in _WHOLE), *numbers)
 
 
 def visible_status(status: StationStatus) -> Key:

@@ -1,0 +1,65 @@
+"""Which layers of a map are drawn: one number each."""
+
+from textual.app import ComposeResult
+from textual.events import Key
+from textual.screen import ModalScreen
+
+from tui_gcs.widgets.lines import Line, LinesView
+from tui_gcs.widgets.map_layers import Layer
+from tui_gcs.widgets.map_view import MapView
+from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.titles import set_title
+
+
+class LayerLines(LinesView):
+    """The layers with their numbers and whether they are shown."""
+
+    DEFAULT_CSS = """
+    LayerLines { width: 34; height: auto; border: solid #4a5560; border-title-color: #d8dee4; background: #101418; }
+    LayerLines.-ascii { border: ascii #4a5560; }
+    """
+
+    def __init__(self, map_view: MapView) -> None:
+        """Of this map."""
+        super().__init__(glyphs=map_view.glyphs)
+        self._map_view = map_view
+        self.styles.height = len(Layer) + 3
+
+    def lines(self, width: int, height: int) -> list[Line]:
+        """See `LinesView.lines`."""
+        shown: list[Line] = []
+        for number, layer in enumerate(Layer, 1):
+            on = layer not in self._map_view.hidden
+            ink = Ink.TEXT if on else Ink.MUTED
+            shown.append([(f" {number} ", Ink.BOLD), (f"[{'x' if on else ' '}] {layer}", ink)])
+        return [*shown, [(" number: on, off   Esc: close", Ink.MUTED)]]
+
+
+class LayersDialog(ModalScreen[None]):
+    """Over the map, which changes at once."""
+
+    DEFAULT_CSS = "LayersDialog { align: center middle; background: #101418 0%; }"
+
+    def __init__(self, map_view: MapView) -> None:
+        """For this map."""
+        super().__init__()
+        self._map_view = map_view
+        self._layer_lines = LayerLines(map_view)
+
+    def compose(self) -> ComposeResult:
+        """The list."""
+        yield self._layer_lines
+
+    def on_mount(self) -> None:
+        """Its name."""
+        set_title(self._layer_lines, "layers of the map")
+
+    def on_key(self, event: Key) -> None:
+        """A number switches a layer; Escape, Enter and q close."""
+        layers = list(Layer)
+        if event.key.isdigit() and 1 <= int(event.key) <= len(layers):
+            self._map_view.toggle_layer(layers[int(event.key) - 1])
+            self._layer_lines.update_lines()
+        elif event.key in ("escape", "enter", "q", "L", "shift+l"):
+            self.dismiss()
+        event.stop()

@@ -1,0 +1,79 @@
+"""The keys of a map: the view, the cursor, measuring, layers. They change what is seen, and nothing else."""
+
+from textual.screen import Screen
+
+from tui_gcs.widgets.map_layers import Layer
+from tui_gcs.widgets.map_view import MapView
+
+PAN = 0.125
+ZOOM = 2.0**0.5
+CURSOR_STEP = 1
+
+
+class MapKeys(Screen[None]):
+    """The actions of a screen with a map."""
+
+    map_view: MapView
+
+    def action_pan_left(self) -> None:
+        """West."""
+        self._arrow(-1, 0)
+
+    def action_pan_right(self) -> None:
+        """East."""
+        self._arrow(1, 0)
+
+    def action_pan_up(self) -> None:
+        """North."""
+        self._arrow(0, -1)
+
+    def action_pan_down(self) -> None:
+        """South."""
+        self._arrow(0, 1)
+
+    def _arrow(self, right: int, down: int) -> None:
+        """The cursor, if it is shown; else the map."""
+        if self.map_view.cursor_m is not None:
+            self.map_view.move_cursor(right * CURSOR_STEP, down * CURSOR_STEP)
+        else:
+            self.map_view.pan(right * PAN, -down * PAN)
+
+    def action_zoom_in(self) -> None:
+        """Closer."""
+        self.map_view.zoom(ZOOM)
+
+    def action_zoom_out(self) -> None:
+        """Farther."""
+        self.map_view.zoom(1.0 / ZOOM)
+
+    def action_fit(self) -> None:
+        """Everything."""
+        self.map_view.fit()
+
+    def action_follow(self) -> None:
+        """Follow the selected vehicle, or stop."""
+        self.map_view.follow(not self.map_view.following)
+
+    def action_cursor(self) -> None:
+        """Show the cursor, or hide it."""
+        self.map_view.show_cursor(self.map_view.cursor_m is None)
+
+    def action_measure(self) -> None:
+        """Measure from the cursor; the first time only show it."""
+        if self.map_view.cursor_m is None:
+            self.map_view.show_cursor()
+        self.map_view.mark()
+
+    def action_dots(self) -> None:
+        """Braille, quarter blocks, letters."""
+        self.map_view.next_dots()
+
+    def action_grid(self) -> None:
+        """The grid, on and off."""
+        self.map_view.toggle_layer(Layer.GRID)
+
+    def action_layers(self) -> None:
+        """Choose what is drawn."""
+        from tui_gcs.screens.layers import LayersDialog  # when first asked for
+
+        self.app.push_screen(LayersDialog(self.map_view))
