@@ -398,6 +398,19 @@ def test_a_new_round_is_a_new_task_and_old_courses_are_flown_until_its_first_pla
     assert flight.phase(1) is Phase.FLYING and flight.station.executive.run is RunPhase.RUNNING
 
 
+def test_slots_of_the_old_task_are_not_slots_of_the_new_one(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    on_slot = Intent(1, "goto", position_m=flight.station.fleet.vehicles[1].position_m, joined=True, slot="1/1")
+    flight.plan(on_slot)
+    assert team(flight).on_slot == 1
+    before = flight.ask(m.GetTask(team="defend")).task
+    assert flight.ask(m.SwitchRound(index=1)).ok and before is not None
+    flight.plan(on_slot, revision=before.revision)
+    assert team(flight).on_slot == 0, "the older planner says so of a slot of its own"
+    flight.plan(on_slot)
+    assert team(flight).on_slot == 1
+
+
 def test_an_old_course_that_leaves_the_new_area_is_not_flown_on(rig: MakeRig) -> None:
     flight = rig(1, planning=False).flying()
     flight.plan(goto(1, 590.0, 300.0, 27.0))

@@ -177,12 +177,20 @@ class TeamDesk:
             self._fault(f"planner {self.team.planner}: {problem}: its plan is not taken")
             return []
         if bridges:
-            going_on = tuple(intent for intent in plan.intents if intent.vehicle not in self._stopped)
-            return self._intents.carry_out(msgspec.structs.replace(plan, intents=going_on), self.task.limits)
+            return self._intents.carry_out(self._bridged(plan), self.task.limits)
         if not self._first_plan:
             self._end_old_courses(plan)
         self._take_numbers(plan, now)
         return self._intents.carry_out(plan, self.task.limits)
+
+    def _bridged(self, plan: Plan) -> Plan:
+        """A plan of the older task: whom the new one stopped is not moved, and its slots are not those of the new one.
+
+        Flown on eight real ArduCopters: a round was said to be all on slot 1 s after it began, 23 s too early.
+        """
+        moved = (intent for intent in plan.intents if intent.vehicle not in self._stopped)
+        going_on = tuple(msgspec.structs.replace(intent, joined=False) for intent in moved)
+        return msgspec.structs.replace(plan, intents=going_on)
 
     def _take_numbers(self, plan: Plan, now: float) -> None:
         self.error, self.quarantined = "", False  # a version of its file that was saved may mend it
