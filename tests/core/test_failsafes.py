@@ -105,7 +105,8 @@ def test_px4_as_it_ships() -> None:
     warnings = {when for when, line in px4().items() if line.warning}
     assert warnings == {"no station is heard", "battery critical", "set-points cease (OFFBOARD)"}
     assert (
-        px4()["set-points cease (OFFBOARD)"].does == "Position mode, without a pilot SINKS after 1 s (COM_OBL_RC_ACT 0)"
+        px4()["set-points cease (OFFBOARD)"].does
+        == "Position mode, without a pilot SINKS through the layers below after 1 s (COM_OBL_RC_ACT 0)"
     )
 
 

@@ -106,10 +106,10 @@ _DLL_ACTIONS = {
     6: "DISARMS in the air",
 }
 _OBL_ACTIONS = {
-    0: "Position mode, without a pilot SINKS",
-    1: "Altitude mode, without a pilot SINKS",
+    0: "Position mode, without a pilot SINKS through the layers below",
+    1: "Altitude mode, without a pilot SINKS through the layers below",
     2: "Stabilized mode, without a pilot FALLS",
-    3: "returns (RTL)",
+    3: "returns (RTL), at a height of its own",
     4: "lands where it is",
     5: "holds",
     6: "TERMINATES the flight",
