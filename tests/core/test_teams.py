@@ -44,7 +44,7 @@ def test_a_dead_planner_costs_its_vehicles_a_hold_within_three_seconds(rig: Make
     flight.run(8.0)
     assert all(flight.speed(v) < 0.3 for v in flight.ids)
     assert station_status(flight.station, 1).faults == {"planner": 1}
-    assert "Enter resume" in station_status(flight.station, 1).alarm
+    assert "its vehicles hold: resume, or return" in station_status(flight.station, 1).alarm
 
 
 def test_one_teams_planner_is_not_the_other_teams_trouble(rig: MakeRig) -> None:
