@@ -47,6 +47,8 @@ APP_ACTIONS = (
     Action("toggle_bell", ("B", "shift+b"), "B", "", "the bell of this console, off and on", ALARMS),
     Action("show_fly", ("f",), "f", "Fly", "map, fleet, events", SCREENS, 4),
     Action("show_plan", ("p",), "p", "Plan", "zones, rounds, teams", SCREENS, 4),
+    Action("next_theme", ("T", "shift+t"), "T", "", "colours: dark, night (red), day, high contrast", SCREENS),
+    Action("redraw", ("ctrl+l",), "^L", "", "write the whole screen again", SCREENS),
     Action("show_help", ("question_mark",), "?", "help", "this page", SCREENS, 8),
     Action("detach", ("q",), "q", "detach", "leave; station and vehicles go on", SCREENS, 8),
 )
@@ -57,7 +59,7 @@ FLY_ACTIONS = (
     Action("select_previous", ("N", "shift+n"), "N", "", "", SELECT),
     Action("digit", tuple("0123456789"), "1..9", "", "number, then Enter: select that vehicle", SELECT),
     Action("cancel", ("escape",), "Esc", "", "forget typed digits, end follow", SELECT),
-    Action("pan_left", ("left", "h"), "arrows", "", "move the map; h j k l too", VIEW),
+    Action("pan_left", ("left", "h"), "arrows", "", "move the map, or its cursor; h j k l too", VIEW),
     Action("pan_down", ("down", "j"), "down", "", "", VIEW),
     Action("pan_up", ("up", "k"), "up", "", "", VIEW),
     Action("pan_right", ("right", "l"), "right", "", "", VIEW),
@@ -65,6 +67,11 @@ FLY_ACTIONS = (
     Action("zoom_out", ("minus",), "-", "", "", VIEW),
     Action("fit", ("z",), "z", "fit", "everything in view", VIEW, 2),
     Action("follow", ("F", "shift+f"), "F", "follow", "keep the selected vehicle in view, or stop it", VIEW, 1),
+    Action("cursor", ("x",), "x", "", "cursor on the map, on and off: degrees, metres, UTM", VIEW),
+    Action("measure", ("X", "shift+x"), "X", "", "measure distance and direction from the cursor", VIEW),
+    Action("grid", ("g",), "g", "", "grid on the map, on and off", VIEW),
+    Action("layers", ("L", "shift+l"), "L", "", "choose what is drawn on the map", VIEW),
+    Action("dots", ("D", "shift+d"), "D", "", "draw the map in braille, blocks or letters", VIEW),
 )
 
 

@@ -8,6 +8,7 @@ import contextlib
 import os
 import signal
 import sys
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import events
@@ -19,6 +20,7 @@ from tui_gcs.actions import APP_ACTIONS, bindings
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.clock import Clock, MonotonicClock
 from tui_gcs.core.messages import Acknowledge, Hold, Kind, Reply, Request, Resume, Return, RunPhase, Start, SwitchRound
+from tui_gcs.core.overlays import Overlay
 from tui_gcs.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
 from tui_gcs.hold_chord import PREFIX_S, HoldChord
 from tui_gcs.screens.alarms import AlarmScreen
@@ -65,8 +67,9 @@ class ConsoleApp(ThinApp):
         replay: bool = False,
         glyphs: GlyphSet | None = None,
         clock: Clock | None = None,
+        overlays: Sequence[Overlay] = (),
     ) -> None:
-        """A console for a station of this kind; in a replay nothing can be commanded."""
+        """A console for a station of this kind; in a replay nothing can be commanded. `overlays` go onto the map."""
         # Without colour only Textual's ANSI mode leaves bold and reverse alone (facts/terminal.md B8).
         super().__init__(ansi_color=True if "NO_COLOR" in os.environ else None)
         self.kind = kind
@@ -82,6 +85,7 @@ class ConsoleApp(ThinApp):
         if replay:
             self.feed.read_only = "replay: nothing is commanded from here"
         self._replay = replay
+        self._overlays = tuple(overlays)
         self._chord = HoldChord()
         self._notices = 0
         self.bell_rings = AlarmBell()
@@ -91,7 +95,9 @@ class ConsoleApp(ThinApp):
         self.add_mode("plan", self._plan_screen)
 
     def _fly_screen(self) -> Screen[None]:
-        return FlyScreen(self.feed, glyphs=self.glyphs)
+        screen = FlyScreen(self.feed, glyphs=self.glyphs)
+        screen.map_view.set_overlays(self._overlays)
+        return screen
 
     def _plan_screen(self) -> Screen[None]:
         from tui_gcs.screens.plan import PlanScreen  # when first shown: the first frame does not wait for it

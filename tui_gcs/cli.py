@@ -107,6 +107,8 @@ def _console(parser: argparse.ArgumentParser) -> None:
     """Options of what shows a console."""
     known = "for thin links: one picture a second, 16 colours, no mouse (also: TUI_GCS_SLOW=1)"
     parser.add_argument("--slow", action="store_true", help=known)
+    known = "draw points, lines and areas of a .geojson or .kml file on the map; may be repeated"
+    parser.add_argument("--overlay", action="append", default=[], metavar="FILE", help=known)
 
 
 def _add_replay(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

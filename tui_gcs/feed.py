@@ -19,6 +19,8 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as wire
 from tui_gcs.core.bus import Bus, BusError, Closable
 from tui_gcs.core.clock import Clock, MonotonicClock
+from tui_gcs.core.messages_services import ServiceReply
+from tui_gcs.core.messages_setup import GetTraffic, TrafficRow
 from tui_gcs.core.plan_limits import shown
 from tui_gcs.widgets.visible import visible_fleet, visible_status
 
@@ -334,6 +336,15 @@ class Feed:
                 break
             self._notes.popleft()
         self._noting = False
+
+    async def traffic(self) -> tuple[TrafficRow, ...]:
+        """The aircraft that vehicles' receivers hear; none when the station does not answer."""
+        key = keys.REQUEST.format(principal=self.principal)
+        try:
+            data = await asyncio.to_thread(self._bus.ask, key, wire.encode(GetTraffic()))
+            return wire.decode(data, ServiceReply).traffic
+        except (BusError, msgspec.MsgspecError):
+            return ()
 
     def _begin_attach(self) -> None:
         """One first exchange at a time."""

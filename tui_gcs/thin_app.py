@@ -60,11 +60,14 @@ class ThinApp(App[None]):
         self._painter.theme = THEMES[name]
         self.redraw()
 
-    def next_theme(self) -> str:
-        """Change to the next theme; its name."""
+    def action_next_theme(self) -> None:
+        """Change to the next theme."""
         names = list(THEMES)
         self.display_theme = names[(names.index(self.display_theme) + 1) % len(names)]
-        return self.display_theme
+
+    def action_redraw(self) -> None:
+        """Write every cell again, for an operator who sees rubbish."""
+        self.redraw()
 
     def redraw(self) -> None:
         """Write every cell again: the terminal may show anything (a resize, a message of another program)."""

@@ -17,6 +17,7 @@ from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.messages_alarms import AlarmLevel
+from tui_gcs.core.messages_setup import GetTraffic
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.scenario_load import load
 from tui_gcs.core.zones import bounds
@@ -281,7 +282,7 @@ class FakeStation:
 
     def commands(self) -> list[m.AnyRequest]:
         """What was asked beyond looking."""
-        looking = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan, m.GetJournal, m.Note)
+        looking = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan, GetTraffic, m.GetJournal, m.Note)
         return [request for request in self.requests if not isinstance(request, looking)]
 
 

@@ -3,10 +3,13 @@
 import os
 import sys
 import threading
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui_gcs.core.config import socket_path
 from tui_gcs.core.kinds import Kind
+from tui_gcs.core.overlays import Overlay, OverlayError, load_overlay
 from tui_gcs.core.zenoh_bus import connect_later
 from tui_gcs.exits import CommandError
 from tui_gcs.launcher import START_LIMIT_S, start_error
@@ -18,7 +21,15 @@ if TYPE_CHECKING:
 POLL_S = 0.2
 
 
-def attach(kind: Kind) -> int:
+def read_overlays(files: Sequence[str]) -> tuple[Overlay, ...]:
+    """What the operator's files draw on the map. Raises `CommandError`."""
+    try:
+        return tuple(overlay for file in files for overlay in load_overlay(Path(file)))
+    except OverlayError as error:
+        raise CommandError(f"--overlay {error}") from None
+
+
+def attach(kind: Kind, overlays: Sequence[Overlay] = ()) -> int:
     """Show the console until the operator detaches; the station goes on. Raises `CommandError`."""
     prepare_textual(os.environ)
     from tui_gcs.app import ConsoleApp
@@ -26,7 +37,7 @@ def attach(kind: Kind) -> int:
     bus = connect_later(socket_path(kind))
     over = threading.Event()
     try:
-        app = ConsoleApp(bus, kind=kind)
+        app = ConsoleApp(bus, kind=kind, overlays=overlays)
         threading.Thread(target=_watch_start, args=(app, kind, over), daemon=True).start()
         app.run(mouse=not wants_slow())  # with a mouse every move of it is sent upstream
         if why := start_error(kind):

@@ -30,15 +30,16 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json or arguments.rounds:
         raise CommandError("--json and --rounds belong to --headless")
     need_terminal()
+    from tui_gcs.commands.console import attach, read_overlays
+
+    overlays = read_overlays(arguments.overlay)
     if not running(Kind.SIM):
         _launch(arguments)
     elif given := [name for name in ("fault", "autopilot", "intruders", "sensor") if getattr(arguments, name)]:
         raise CommandError(
             f"a SIM station runs already: --{given[0]} is for a new one; end it with `tui-gcs stop` first"
         )
-    from tui_gcs.commands.console import attach
-
-    return attach(Kind.SIM)
+    return attach(Kind.SIM, overlays)
 
 
 def _launch(arguments: argparse.Namespace) -> None:

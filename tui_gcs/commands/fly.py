@@ -24,14 +24,15 @@ DEFAULT_LINK = "udpin:127.0.0.1:14550"
 def run(arguments: argparse.Namespace) -> int:
     """Start a station if none of this kind runs, then attach."""
     need_terminal()
+    from tui_gcs.commands.console import attach, read_overlays
+
+    overlays = read_overlays(arguments.overlay)
     kind = Kind(arguments.kind.upper())
     if running(kind):
         _same_scenario(kind, arguments)
     else:
         start(kind, arguments)
-    from tui_gcs.commands.console import attach
-
-    return attach(kind)
+    return attach(kind, overlays)
 
 
 def start(kind: Kind, arguments: argparse.Namespace) -> None:

@@ -10,7 +10,6 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 from textual.message import Message
-from textual.screen import Screen
 
 from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, Action, bindings
 from tui_gcs.core.messages import FleetFrame, StationStatus
@@ -25,6 +24,7 @@ from tui_gcs.feed import (
     StationLost,
     StatusUpdated,
 )
+from tui_gcs.screens.map_keys import MapKeys
 from tui_gcs.widgets.event_lines import EventLines
 from tui_gcs.widgets.footer import FooterLine
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
@@ -34,15 +34,13 @@ from tui_gcs.widgets.roster import Roster
 from tui_gcs.widgets.selected import SelectedPanel, row_of
 from tui_gcs.widgets.top_lines import TopLines
 
-PAN = 0.125
-ZOOM = 2.0**0.5
 MAX_DIGITS = 3
 EMPTY_LINES = 6
 FIGURES_PERIOD_S = 0.45
 """Half a second, less the jitter of frames: what changes more often cannot be read, and costs bytes."""
 
 
-class FlyScreen(Screen[None]):
+class FlyScreen(MapKeys):
     """What an operator looks at while vehicles fly."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = FLY_ACTIONS
@@ -270,40 +268,6 @@ class FlyScreen(Screen[None]):
         if digits != self._digits:
             self._digits = digits
             self.post_message(self.Typing(digits))
-
-    # ------------------------------------------------------------ keys: map
-
-    def action_pan_left(self) -> None:
-        """West."""
-        self.map_view.pan(-PAN, 0.0)
-
-    def action_pan_right(self) -> None:
-        """East."""
-        self.map_view.pan(PAN, 0.0)
-
-    def action_pan_up(self) -> None:
-        """North."""
-        self.map_view.pan(0.0, PAN)
-
-    def action_pan_down(self) -> None:
-        """South."""
-        self.map_view.pan(0.0, -PAN)
-
-    def action_zoom_in(self) -> None:
-        """Closer."""
-        self.map_view.zoom(ZOOM)
-
-    def action_zoom_out(self) -> None:
-        """Farther."""
-        self.map_view.zoom(1.0 / ZOOM)
-
-    def action_fit(self) -> None:
-        """Everything."""
-        self.map_view.fit()
-
-    def action_follow(self) -> None:
-        """Follow the selected vehicle, or stop."""
-        self.map_view.follow(not self.map_view.following)
 
 
 def _states(frame: FleetFrame) -> tuple[object, ...]:

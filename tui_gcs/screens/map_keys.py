@@ -1,19 +1,35 @@
-"""The keys of a map: the view, the cursor, measuring, layers. They change what is seen, and nothing else."""
+"""A screen with a map: the keys of the view, the cursor, measuring, layers; and the traffic about the fleet.
+
+They change what is seen, and nothing else.
+"""
 
 from textual.screen import Screen
 
+from tui_gcs.feed import Feed, StatusUpdated
 from tui_gcs.widgets.map_layers import Layer
 from tui_gcs.widgets.map_view import MapView
 
 PAN = 0.125
 ZOOM = 2.0**0.5
-CURSOR_STEP = 1
+TRAFFIC_PERIOD_S = 2.0
 
 
 class MapKeys(Screen[None]):
     """The actions of a screen with a map."""
 
+    feed: Feed
     map_view: MapView
+    _traffic_s = float("-inf")
+
+    def on_status_updated(self, message: StatusUpdated) -> None:
+        """Ask for traffic now and then; Textual calls this beside the screen's own handler."""
+        t_s = message.status.t_s
+        if self.is_current and not 0.0 <= t_s - self._traffic_s < TRAFFIC_PERIOD_S:
+            self._traffic_s = t_s
+            self.run_worker(self._ask_traffic(), group="traffic", exclusive=True, exit_on_error=False)
+
+    async def _ask_traffic(self) -> None:
+        self.map_view.set_traffic(await self.feed.traffic())
 
     def action_pan_left(self) -> None:
         """West."""
@@ -34,7 +50,7 @@ class MapKeys(Screen[None]):
     def _arrow(self, right: int, down: int) -> None:
         """The cursor, if it is shown; else the map."""
         if self.map_view.cursor_m is not None:
-            self.map_view.move_cursor(right * CURSOR_STEP, down * CURSOR_STEP)
+            self.map_view.move_cursor(right, down)
         else:
             self.map_view.pan(right * PAN, -down * PAN)
 
