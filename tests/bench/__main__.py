@@ -49,7 +49,7 @@ LONG_S = {
     "planning-runs": 600,
     "load": 95,
     "live": 150,
-    "console": 330,
+    "console": 420,
     "commands": 650,
     "guardian": 3000,
     "guard": 1200,

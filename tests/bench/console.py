@@ -1,10 +1,14 @@
-"""What a console costs: bytes to the terminal, CPU, memory, and how soon a key is answered; through a pty.
+"""What a console costs: bytes to the terminal, CPU, memory, and how soon a key is answered.
 
-A paper station in a process of its own publishes over the real bus; the console is the real one. The naive console is
-measured in the same run, beside it: on a busy machine trust the ratio.
+Bytes and CPU of a picture first in lock-step, five pictures a second: the bytes are exact on every machine, also a busy
+one, where a console that does not get its turn paints less. Then through a pty: a paper station in a process of its
+own publishes over the real bus; the console is the real one. The naive console, Textual alone with every panel
+refreshed, is measured in the same run, beside it.
 """
 
+import asyncio
 import contextlib
+import itertools
 import os
 import random
 import signal
@@ -14,10 +18,13 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from rich.color import ColorSystem
+
 from tests.bench.latency import percentile
 from tests.bench.live import FLEET_MARK, cpu_s, painted
 from tests.bench.row import NotMeasured, Row
 from tests.console_pty import PtyConsole
+from tests.screens.meter import metered
 
 CHILD = "tests.bench.console_child"
 COLUMNS, LINES = 120, 40
@@ -36,12 +43,20 @@ LIMITS_KB_S = {
     (50, "256 colours"): 8.0,
     (50, "truecolour"): 14.0,
 }
+SYSTEMS = {
+    "16 colours": ColorSystem.STANDARD,
+    "256 colours": ColorSystem.EIGHT_BIT,
+    "truecolour": ColorSystem.TRUECOLOR,
+}
+FLOWN_S = 10.0
 KEYS = 60
 BLOCKED_S = 10.0
 
 
 def console(folder: Path) -> Iterator[Row]:
     """All of it."""
+    for count, system in itertools.product((8, 50, 250), ("16 colours", "256 colours", "truecolour")):
+        yield from lock_step(count, system)
     for count in (8, 50, 250):
         with paper_station(count):
             naive = rate(count, "truecolour", ["--naive"])
@@ -60,6 +75,25 @@ def console(folder: Path) -> Iterator[Row]:
                 yield from keys()
                 yield from blocked(folder)
                 yield first_frame()
+
+
+def lock_step(count: int, colours: str) -> Iterator[Row]:
+    """Exact: bytes of ten seconds, and the CPU they took."""
+    written, cpu_used_s = asyncio.run(metered_flight(count, SYSTEMS[colours], naive=False))
+    limit = LIMITS_KB_S.get((count, colours))
+    yield Row(f"lock-step, {count} vehicles, {colours}: written", written / FLOWN_S / 1000, "kB/s", limit)
+    if colours == "truecolour":
+        naive, naive_cpu_s = asyncio.run(metered_flight(count, SYSTEMS[colours], naive=True))
+        yield Row(f"lock-step, {count} vehicles, naive: written", naive / FLOWN_S / 1000, "kB/s")
+        yield Row(f"lock-step, {count} vehicles: naive to ours, bytes", naive / written, "x")
+        yield Row(f"lock-step, {count} vehicles: CPU", 100 * cpu_used_s / FLOWN_S, "%", 12 if count == 250 else None)
+        yield Row(f"lock-step, {count} vehicles, naive: CPU", 100 * naive_cpu_s / FLOWN_S, "%")
+
+
+async def metered_flight(count: int, system: ColorSystem, *, naive: bool) -> tuple[int, float]:
+    """(bytes, CPU seconds) of `FLOWN_S` in flight."""
+    async with metered(count, system, naive=naive) as meter:
+        return await meter.fly(FLOWN_S)
 
 
 def rate(count: int, colours: str, options: list[str] | None = None) -> tuple[float, float, float]:
