@@ -35,6 +35,7 @@ class ArduCopter:
     off on average and 0.7 m at most in three rounds; 4 to 5 m in the sharpest corners of tours that it cannot follow.
 
     Its position gain is 1/s, and it takes no acceleration along with a place in frame 6 (tried: no difference).
+    In a wind of 3 m/s tours at 8 m/s take all the 30 degrees it may lean, and it is up to 8 m off; at 6 m/s 0.6 m.
     """
 
     def __init__(self, speech: Speech, commands: CommandService) -> None:
