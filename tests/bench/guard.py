@@ -42,20 +42,18 @@ def _share(n: int) -> float:
     area = OperatingArea(Rectangle(centre_m=(300.0, 200.0), width_m=600.0, height_m=400.0), 20.0, 90.0)
     judge = Guard(Limits(), area, ())
     t = np.arange(0.0, 3.25, 0.25)[:, None]
-    sights = []
+    sights, courses = [], []
     for number in range(n):
         place = rng.uniform((40.0, 40.0, 25.0), (560.0, 360.0, 85.0))
         velocity = np.array([*rng.normal(0.0, 4.0, 2), 0.0])
         course = Trajectory(0.0, 0.25, place + t * velocity, np.repeat(velocity[None], len(t), axis=0))
+        courses.append(course)
         x, y, z = place.tolist()
         sights.append(Sight(number, (x, y, z), tuple(velocity.tolist()), Does.FOLLOWS, course, age_s=0.1))
     began_s, rounds = time.process_time(), 5
     for i in range(rounds):
-        flock, judged = judge.look(sights, 0.2 * i), judge.look(sights, 0.2 * i)
-        for row, sight in enumerate(sights):
-            assert sight.course is not None
-            mover = judged.mover(row)
-            flock.decided(mover, goes=judge.judge(mover, sight.course, flock, 0.2 * i).ok)
+        now = i / JUDGED_HZ
+        judge.judge(judge.look(sights, now), courses, judge.look(sights, now), now)
     return (time.process_time() - began_s) / rounds * JUDGED_HZ
 
 

@@ -87,7 +87,7 @@ def test_a_position_that_may_be_wrong_is_as_far_outside_as_it_may_be() -> None:
 
 
 def clear(w: Walls, *places: tuple[float, float, float]) -> bool:
-    return w.is_clear(np.array(places))
+    return bool(w.are_clear(np.array([places]))[0])
 
 
 def test_the_straight_way() -> None:

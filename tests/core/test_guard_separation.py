@@ -6,7 +6,7 @@ from guard_rig import LIMITS, guard, passing, sight, stand
 
 from tui_gcs.core.course import Trajectory
 from tui_gcs.core.guard_motion import Does, Sight
-from tui_gcs.core.guard_separation import Meeting, meeting
+from tui_gcs.core.guard_separation import Meeting, meetings
 
 HERE = (50.0, 50.0, 40.0)
 STILL = (0.0, 0.0, 0.0)
@@ -14,7 +14,7 @@ STILL = (0.0, 0.0, 0.0)
 
 def met(me: Sight, *others: Sight) -> Meeting | None:
     g = guard()
-    return meeting(g.look([me], 0.0).mover(0), g.look(list(others), 0.0), LIMITS)
+    return meetings(g.look([me], 0.0), g.look(list(others), 0.0), [True], LIMITS).get(0)
 
 
 def holder(x: float, y: float, z: float = 40.0, id_: int = 2, error_m: float = 0.0) -> Sight:
