@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from guard_rig import LIMITS, passing, sight, stand
 
-from tui_gcs.core.course import Stand, Trajectory
-from tui_gcs.core.cruise import Cruise
-from tui_gcs.core.guard_courses import wanted
+from tui_gcs.core.course import Stand
 from tui_gcs.core.guard_motion import Does, Flock, Sight, foresee, times_of
 from tui_gcs.core.scenario import Limits
 
@@ -173,23 +171,6 @@ def test_nobody_is_no_trouble() -> None:
     assert seen().goes_m.shape == (0, 21, 3)
 
 
-# ---------------------------------------------------------------- courses
-
-
-def test_a_trajectory_is_sampled_as_it_is_flown() -> None:
-    places = np.array([[0.0, 0.0, 30.0], [4.0, 1.0, 30.0], [9.0, 1.0, 31.0]])
-    speeds = np.array([[4.0, 1.0, 0.0], [4.5, 0.5, 0.5], [5.0, 0.0, 1.0]])
-    course = Trajectory(10.0, 1.0, places, speeds)
-    for now in (7.0, 9.875, 10.0, 11.3, 12.0, 50.0):
-        sampled = wanted([stand(1.0, 2.0), course], now, TIMES)[1]
-        for i, t in enumerate(TIMES.tolist()):
-            place, velocity = course.at(now + t)
-            assert sampled[i] == pytest.approx((*place, *velocity))
-
-
-def test_other_courses_are_asked_moment_by_moment() -> None:
-    cruise = Cruise(0.0, HERE, (0.0, 0.0, 0.0), EAST, 3.0, 2.0)
-    there, nowhere = wanted([cruise, stand(1.0, 2.0)], 1.0, TIMES)
-    place, velocity = cruise.at(2.0)
-    assert there[4].tolist() == [*place, *velocity]
-    assert nowhere.tolist() == [[1.0, 2.0, 40.0, 0.0, 0.0, 0.0]] * 21
+def test_a_speed_that_is_no_number_is_the_limit() -> None:
+    told = seen(Sight(1, HERE, EAST, Does.FOLLOWS, Stand((250.0, 50.0, 40.0), math.nan)))
+    assert along(told, "goes_m", 5.0)[0] == pytest.approx(40.0)
