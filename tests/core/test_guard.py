@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tui_gcs.core.course import Stand, Trajectory, course_of, stopping_point
+from tui_gcs.core.guard_motion import foresee, times_of
 from tui_gcs.core.messages import Intent, Vec3
 from tui_gcs.core.scenario import OperatingArea
 from tui_gcs.core.zones import Rectangle, Shape
@@ -165,7 +166,8 @@ def test_nobody_is_too_close_to_himself() -> None:
 
 
 def test_an_unknown_velocity_predicts_standing_still() -> None:
-    path = guard().look([sight((1.0, 2.0, 3.0), velocity=(math.nan, math.nan, math.nan))], 0.0).goes_m[0]
+    lost = sight((1.0, 2.0, 3.0), velocity=(math.nan, math.nan, math.nan))
+    path = foresee([lost], LIMITS, times_of(LIMITS), 0.0).goes_m[0]
     assert path.tolist() == [[1.0, 2.0, 3.0]] * 21
 
 

@@ -94,7 +94,7 @@ def test_a_set_point_that_differs_from_its_course_is_judged_itself() -> None:
     g, me = guard(), sight(HERE, passing(50.0, 50.0, vx=4.0))
 
     def told(seen: Sight, sent: Trajectory) -> Verdict:
-        return g.judge(g.look([seen], 0.0), [sent], g.look([], 0.0), 0.0)[0]
+        return g.judge([seen], [sent], [], 0.0)[0]
 
     assert told(me, passing(50.0, 50.0, vx=9.0)).code == "speed"
     assert told(me, passing(50.0, 300.0, vx=4.0)).code in ("jump", "area")

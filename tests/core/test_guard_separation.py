@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from guard_rig import LIMITS, guard, passing, sight, stand
+from guard_rig import LIMITS, passing, sight, stand
 
 from tui_gcs.core.course import Trajectory
-from tui_gcs.core.guard_motion import Does, Sight
+from tui_gcs.core.guard_motion import Does, Sight, foresee, times_of
 from tui_gcs.core.guard_separation import Meeting, meetings
 
 HERE = (50.0, 50.0, 40.0)
@@ -13,8 +13,12 @@ STILL = (0.0, 0.0, 0.0)
 
 
 def met(me: Sight, *others: Sight) -> Meeting | None:
-    g = guard()
-    return meetings(g.look([me], 0.0), g.look(list(others), 0.0), [True], LIMITS).get(0)
+    return judged([me], list(others)).get(0)
+
+
+def judged(sights: list[Sight], known: list[Sight], passed: list[bool] | None = None) -> dict[int, Meeting]:
+    flock = foresee(sights + known, LIMITS, times_of(LIMITS), 0.0)
+    return meetings(*flock.split(len(sights)), passed or [True] * len(sights), LIMITS)
 
 
 def holder(x: float, y: float, z: float = 40.0, id_: int = 2, error_m: float = 0.0) -> Sight:
@@ -133,11 +137,6 @@ def test_into_somebody_who_comes_through_anyway_is_worse_than_waiting() -> None:
 
 
 # ---------------------------------------------------------------- several at once, in their order
-
-
-def judged(sights: list[Sight], known: list[Sight], passed: list[bool] | None = None) -> dict[int, Meeting]:
-    g = guard()
-    return meetings(g.look(sights, 0.0), g.look(known, 0.0), passed or [True] * len(sights), LIMITS)
 
 
 def test_two_to_the_same_place_the_first_may() -> None:

@@ -228,7 +228,7 @@ def require_apart(asked: Asked, goal_m: Vec3) -> None:
         if level < limits.separation_horizontal_m and upright < limits.separation_vertical_m:
             raise Refused(f"vehicle {other.id} is there")
         others.append(Sight(other.id, other.position_m, other.velocity_m_s))
-    verdict = asked.guard.separation(asked.guard.look([goes], asked.now), asked.guard.look(others, asked.now))
+    verdict = asked.guard.separation(goes, others, asked.now)
     if not verdict.ok:
         raise Refused(verdict.text)
 

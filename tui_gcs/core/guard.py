@@ -125,34 +125,37 @@ class Guard:
 
     # ---------------------------------------------------------------- judging
 
-    def look(self, sights: list[Sight], now: float) -> Flock:
-        """Foresee all of them."""
-        return foresee(sights, self.limits, self._times_s, now)
-
-    def judge(self, judged: Flock, sent: Sequence[Reference], others: Flock, now: float) -> list[Verdict]:
+    def judge(self, judged: list[Sight], sent: Sequence[Reference], known: list[Sight], now: float) -> list[Verdict]:
         """Judge set-points that `sent` gives now for `judged`, who follow their courses by them. Vetoes are counted.
 
-        In their order: those who are judged later see who of the earlier goes on, and who brakes.
+        In their order: those who are judged later see who of the earlier goes on, and who brakes. `known`: everybody
+        in the air, `judged` among them, doing what was decided before.
         """
-        docket = _docket(judged, sent, now)
+        flock, others = self._look(judged, known, now)
+        docket = _docket(flock, sent, now)
         for rule in (self._numbers, self._rate, self._motion, self._asked_region, self._braking_region):
             rows = docket.left()
             if len(rows):
                 rule(docket, rows)
         passed = [verdict.ok for verdict in docket.verdicts]
-        for row, found in meetings(judged, others, passed, self.limits).items():
+        for row, found in meetings(flock, others, passed, self.limits).items():
             docket.verdicts[row] = _too_close(found)
-        for sight, verdict in zip(judged.sights, docket.verdicts, strict=True):
+        for sight, verdict in zip(judged, docket.verdicts, strict=True):
             if verdict.ok:
                 self._last_s[sight.id] = now
             else:
                 self.vetoes[verdict.code] += 1
         return docket.verdicts
 
-    def separation(self, judged: Flock, others: Flock) -> Verdict:
-        """Whether the one of `judged` keeps clear of everybody, and can still brake then. Not counted."""
-        found = meetings(judged, others, [True], self.limits).get(0)
+    def separation(self, me: Sight, known: list[Sight], now: float) -> Verdict:
+        """Whether `me`, following its course, keeps clear of everybody, and can still brake then. Not counted."""
+        flock, others = self._look([me], known, now)
+        found = meetings(flock, others, [True], self.limits).get(0)
         return PASS if found is None else _too_close(found)
+
+    def _look(self, judged: list[Sight], known: list[Sight], now: float) -> tuple[Flock, Flock]:
+        """Both foreseen; at once, because most of what it costs does not depend on how many they are."""
+        return foresee(judged + known, self.limits, self._times_s, now).split(len(judged))
 
     def judge_action(self, what: str, *, lost: bool) -> Verdict:
         """Stops may always go out; everything else only to a vehicle that is heard."""

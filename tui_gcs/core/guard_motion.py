@@ -4,7 +4,7 @@ A vehicle is a point that chases its course within its limits of acceleration, o
 futures of each are foreseen: it goes on; it goes on for a moment and then brakes; it brakes now.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import Enum
 
 import numpy as np
@@ -82,6 +82,11 @@ class Flock:
     """(n, 3) the box around all that."""
     high_m: Samples
 
+    def split(self, first: int) -> tuple["Flock", "Flock"]:
+        """The `first` so many of them, and the others."""
+        parts = [getattr(self, name.name) for name in fields(self)]
+        return Flock(*(part[:first] for part in parts)), Flock(*(part[first:] for part in parts))
+
 
 def times_of(limits: Limits) -> Samples:
     """(k,) seconds from now that are looked at: until everybody who brakes stands."""
@@ -136,10 +141,10 @@ def _chase(here: Samples, velocity: Samples, asked: Samples, most: Samples, limi
         gap, feed = asked[:, i - 1, :3] - before, asked[:, i, 3:]
         ask = feed + _pull(gap, accel)
         ask[:, :2] *= _at_most(ask[:, :2], most)
-        ask[:, 2] = np.clip(ask[:, 2], -DESCENT_M_S, CLIMB_M_S)
+        ask[:, 2] = np.minimum(np.maximum(ask[:, 2], -DESCENT_M_S), CLIMB_M_S)
         change = ask - v
         change[:, :2] *= _at_most(change[:, :2], accel * STEP_S)
-        change[:, 2] = np.clip(change[:, 2], -ACCEL_Z_M_S2 * STEP_S, ACCEL_Z_M_S2 * STEP_S)
+        change[:, 2] = np.minimum(np.maximum(change[:, 2], -ACCEL_Z_M_S2 * STEP_S), ACCEL_Z_M_S2 * STEP_S)
         speeds[:, i] = v + change
         places[:, i] = before + (v + speeds[:, i]) * (STEP_S / 2)
     return places, speeds

@@ -14,7 +14,7 @@ from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.guard import Guard, Verdict
-from tui_gcs.core.guard_motion import Does, Flock, Sight
+from tui_gcs.core.guard_motion import Does, Sight
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.monitor import error_m
 from tui_gcs.core.route import route
@@ -95,10 +95,10 @@ class Steering:
             return {}
         sights = [self._sight(vehicle, Does.FOLLOWS, course, now) for _, course, vehicle in due]
         sent = [sent_of(flight, course) for flight, course, _ in due]
-        verdicts = self._guard.judge(self._guard.look(sights, now), sent, self._flock(now), now)
+        verdicts = self._guard.judge(sights, sent, self._known(now), now)
         return {vehicle.id: verdict for (*_, vehicle), verdict in zip(due, verdicts, strict=True)}
 
-    def _flock(self, now: float) -> Flock:
+    def _known(self, now: float) -> list[Sight]:
         """Everybody in the air, in a team or not, as the guard sees them."""
         sights = []
         for vehicle in self._fleet.vehicles.values():
@@ -106,7 +106,7 @@ class Steering:
                 flight = self._book.get(vehicle.id)
                 does, course = flight.does() if flight is not None else (Does.DRIFTS, None)
                 sights.append(self._sight(vehicle, does, course, now))
-        return self._guard.look(sights, now)
+        return sights
 
     def _sight(self, vehicle: Vehicle, does: Does, course: Course | None, now: float) -> Sight:
         flight = self._book.get(vehicle.id)
@@ -131,8 +131,8 @@ class Steering:
     def blocked(self, flight: Flight, vehicle: Vehicle) -> str:
         """Who is in the way of the flight's course, or ""."""
         now = self._clock.now()
-        me = self._guard.look([self._sight(vehicle, Does.FOLLOWS, flight.course, now)], now)
-        return self._guard.separation(me, self._flock(now)).text
+        me = self._sight(vehicle, Does.FOLLOWS, flight.course, now)
+        return self._guard.separation(me, self._known(now), now).text
 
     def way_home(self, vehicle: Vehicle, home_m: Vec3) -> list[tuple[float, float]]:
         """Turning points of the shortest way home inside the operating area and around no-fly zones."""
