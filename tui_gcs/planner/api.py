@@ -34,8 +34,8 @@ without it. The station calls, in this order:
 `step` is a pure function of the planner's state and `ctx`: time, fleet, tracks, wind and random numbers come with it. A
 planner never asks a clock, never draws from an unseeded generator, opens no files and starts no threads: then a flight
 can be replayed bit by bit, and a rehearsal is worth something. The order of `fleet` is by id, but nothing should depend
-on which id a vehicle has. Anybody may be lost, held or join between any two steps: what `fleet` shows counts, events
-only say it sooner. A team may have 0 vehicles.
+on which id a vehicle has (where an operator gives orders by number, declare `ids_matter = True`). Anybody may be lost,
+held or join between any two steps: what `fleet` shows counts, events only say it sooner. A team may have 0 vehicles.
 
 **What is wanted** of a vehicle is an `Intent`; it stays until the next one for this vehicle:
 
@@ -243,6 +243,8 @@ class Planner:
     """Steps a second, 1 to 20. Fleet frames come at 10 Hz, at 20 Hz if a planner wants it."""
     iterations_per_s: ClassVar[float] = 0.0
     """Units of background work granted per second of mission time."""
+    ids_matter: ClassVar[bool] = False
+    """True: what a vehicle flies depends on its number, on purpose, because an operator says so by number."""
 
     def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
         """Take zone, limits and validated parameters, all of them. `rng` is the one that `Context.rng` is, too.
