@@ -35,6 +35,15 @@ def test_the_stopping_point_counts_not_only_the_place() -> None:
     assert verdict(guard(), (175.0, 100.0, 40.0), passing(180.0, 100.0, vx=8.0)) == ""
 
 
+def test_half_a_metre_in_the_margin_is_in_the_margin_and_the_text_says_where() -> None:
+    assert verdict(guard(), (50.0, 50.0, 40.0), stand(195.5, 100.0)) == "area"
+    g = guard()
+    told = judge(g, sight((50.0, 50.0, 40.0), stand(197.0, 101.0))).text
+    assert told == "(197, 101) is outside the operating area less its margin"
+    told = judge(g, sight((185.0, 100.0, 40.0), passing(190.0, 100.0, vx=8.0)), now=1.0).text
+    assert told == "(211, 100) is outside the operating area less its margin", "where it stops is farther out"
+
+
 def test_what_leads_back_inside_passes() -> None:
     outside = (230.0, 100.0, 40.0)
     assert verdict(guard(), outside, stand(150.0, 100.0)) == ""

@@ -54,6 +54,8 @@ def test_a_trajectory_gives_its_own_samples_from_the_one_before_now() -> None:
     assert steps.places_m[:7, 0].tolist() == [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0], "5 s, and a sample on either side"
     assert steps.places_m[7:10].tolist() == PLACES.tolist() and len(steps.places_m) == 31
     assert steps.step_s[[0, 9, 10]].tolist() == [1.0, 1.0, 0.25]
+    fine = Trajectory(0.0, 0.25, np.zeros((99, 3)), np.zeros((99, 3)))
+    assert len(steps_of([fine], 2.0, TIMES).places_m) == 22
 
 
 def test_changes_are_of_one_course_never_from_one_to_the_next() -> None:

@@ -167,6 +167,24 @@ def test_each_is_foreseen_as_if_it_were_alone() -> None:
         assert (alone.low_m[0] <= alone.stops_m[0]).all() and (alone.goes_m[0] <= alone.high_m[0]).all()
 
 
+def test_the_box_is_around_all_futures() -> None:
+    """It flies back; told to go on it is farthest west, late farthest east, and braking in between."""
+    flock = seen(
+        sight(HERE, stand(-100.0, 50.0), velocity=EAST),
+        sight(HERE, stand(150.0, 150.0, 80.0)),
+        Sight(3, HERE, EAST, Does.STOPS),
+    )
+    every = np.concatenate([flock.goes_m, flock.late_m, flock.stops_m], axis=1)
+    assert flock.low_m.tolist() == every.min(axis=1).tolist()
+    assert flock.high_m.tolist() == every.max(axis=1).tolist()
+
+
+def test_two_flocks_of_one() -> None:
+    first, others = seen(Sight(1, HERE, EAST), Sight(2, HERE, EAST), Sight(3, HERE, EAST)).split(1)
+    assert first.ids.tolist() == [1] and [s.id for s in others.sights] == others.ids.tolist() == [2, 3]
+    assert first.goes_m.shape == (1, 21, 3) and others.high_m.shape == (2, 3)
+
+
 def test_nobody_is_no_trouble() -> None:
     assert seen().goes_m.shape == (0, 21, 3)
 

@@ -78,6 +78,7 @@ def test_the_worst_of_several_counts() -> None:
 
 def test_a_position_that_may_be_wrong_is_as_far_outside_as_it_may_be() -> None:
     assert out(walls(), 190.0, 100.0, 40.0, error_m=7.0) == 0.0
+    assert out(walls(), 199.8, 100.0, 40.0, error_m=0.5) == pytest.approx(0.3)
     assert out(walls(), 190.0, 100.0, 40.0, error_m=12.0) == pytest.approx(2.0)
     assert out(walls(), 204.0, 100.0, 40.0, error_m=12.0) == pytest.approx(16.0)
     tower = walls(closed(None, 70.0))

@@ -56,6 +56,13 @@ def test_the_first_to_be_met_is_named() -> None:
     assert found == Meeting(5, 2.0)
 
 
+def test_of_two_that_are_met_at_once_the_first_known_is_named() -> None:
+    goes = sight(HERE, passing(50.0, 50.0, vx=8.0))
+    for first, second in ((7, 5), (5, 7)):
+        found = met(goes, holder(75.0, 53.0, id_=first), holder(75.0, 47.0, id_=second))
+        assert found is not None and found.vehicle == first
+
+
 def test_who_is_on_the_ground_matters_to_nobody_and_minds_nobody() -> None:
     goes = sight((30.0, 50.0, 4.0), stand(50.0, 50.0, 4.0))
     assert met(goes, holder(50.0, 50.0, 1.9)) is None

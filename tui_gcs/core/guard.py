@@ -251,10 +251,9 @@ class Guard:
         places = np.clip(np.stack([here, point, stop], axis=1), -FAR_M, FAR_M)
         out = self._inner.outside_m(places.reshape(-1, 3)).reshape(-1, 3)
         asked = out[:, 1:].max(axis=1)
-        leads_back = (out[:, 0] > 0) & (out[:, 0] > asked)
         docket.refuse(
             rows,
-            (asked > 0) & ~leads_back,
+            (asked > 0) & (asked >= out[:, 0]),
             "area",
             lambda i: "({:.0f}, {:.0f}) is outside the operating area less its margin".format(
                 *places[i, 1 + int(np.argmax(out[i, 1:])), :2]
@@ -265,7 +264,7 @@ class Guard:
         band = f"{self.area.alt_min_m:.0f}-{self.area.alt_max_m:.0f} m"
         docket.refuse(
             rows,
-            (asked > BAND_TOLERANCE_M) & ~(miss[:, 0] > asked),
+            (asked > BAND_TOLERANCE_M) & (asked >= miss[:, 0]),
             "band",
             lambda i: f"{places[i, 1 + int(np.argmax(miss[i, 1:])), 2]:.1f} m is outside the altitude band {band}",
         )
@@ -292,7 +291,7 @@ class Guard:
             far[doubtful] = self._farthest_outside_m(ways[doubtful], error[doubtful])
         docket.refuse(
             rows,
-            (out > 0) & (out > out_now),
+            out > out_now,
             "area",
             lambda i: f"it could not brake in time: {out[i]:.0f} m outside the operating area",
         )

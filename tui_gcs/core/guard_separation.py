@@ -139,9 +139,9 @@ def _apart(mine: Samples, theirs: Samples, wide_m: Samples, high_m: float) -> Sa
 
 
 def _is_no_worse(going: Samples, braking: Samples) -> NDArray[np.bool_]:
-    """(p,) whether going on keeps farther away than braking; where both come about as near, on average up to then."""
+    """(p,) whether going on keeps farther away than braking; where both come about as near, in sum up to then."""
     gained = going.min(axis=1) - braking.min(axis=1)
     nearest = braking.argmin(axis=1)[:, None]
-    more = np.take_along_axis((going - braking).cumsum(axis=1), nearest, axis=1)[:, 0] / (nearest[:, 0] + 1)
+    more = np.take_along_axis((going - braking).cumsum(axis=1), nearest, axis=1)[:, 0]
     better: NDArray[np.bool_] = (gained > BETTER) | ((gained >= -SAME) & (more >= -SAME))
     return better

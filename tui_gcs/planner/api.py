@@ -55,6 +55,10 @@ numbers are as good as tuples.
 their margins, altitude band, speed, and closest approach in the next seconds. A vetoed vehicle brakes and stands until
 an intent passes; the operator sees the reason. It is a wall, not a tool: plan so that it never speaks.
 
+**Keeping apart.** On their layers vehicles may cross each other's ways: a scenario's layers are at least the vertical
+limit apart. Where they share a height, `avoid(position_m, velocity_m_s, wanted_m_s, task.limits)` makes of the
+velocities (n, 3) that are wanted for the next step such as keep everybody apart: for `velocity` intents, in every step.
+
 **Time.** `ctx.deadline_s` is what a step may take. Three steps in a row longer than the period, or 2 s without a plan:
 the vehicles hold, the operator is told, the process is killed and begun anew. So long work is cut into `iterations`:
 declare `iterations_per_s`, do `ctx.iterations` of them in each step (granted by mission time, the same in a rehearsal
@@ -81,6 +85,7 @@ from tui_gcs.core.idleness import cell_centres_m, sweep_bound_s
 from tui_gcs.core.messages import Annotation, Intent, ParamInfo, ParamValue, PlannerTask
 from tui_gcs.core.scenario import Limits, OperatingArea
 from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
+from tui_gcs.planner.avoidance import avoid
 
 __all__ = [
     "API_VERSION",
@@ -105,6 +110,7 @@ __all__ = [
     "Tracks",
     "Zone",
     "area_m2",
+    "avoid",
     "cell_centres_m",
     "polygon_of",
     "sweep_bound_s",
