@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.commands.common import planner_files, read_planners, read_scenario
+from tui_gcs.commands.common import new_folder, planner_files, read_planners, read_scenario, say_planners
 from tui_gcs.core.messages_planning import ParamInfo
 from tui_gcs.exits import CommandError
 from tui_gcs.planner import describe
@@ -183,3 +183,40 @@ def test_status_and_run_file_name_the_file(circle: Path) -> None:
 
     info = read_planners([str(circle)])["circle"]
     assert json.loads(json.dumps(_builtins(info)))["sha256"] == info.sha256
+
+
+def test_a_file_that_flies_nobody_is_told_before_the_start(
+    circle: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    planners = read_planners([str(circle)])
+    for named, warned in (("circle", False), ("waypoints", True)):
+        say_planners(planners, read_scenario(str(flown_by(named, tmp_path)), planners)[0])
+        told = capsys.readouterr().err
+        assert told.startswith(f"planner circle 3: {circle.resolve()}  sha256 ")
+        assert ("WARNING: planner circle flies nobody" in told) is warned
+        assert not warned or "(they say waypoints)" in told
+
+
+def test_the_path_of_a_file_is_one_line_without_control_characters(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "mine\n\x1b[31mred.py"
+    with pytest.raises(CommandError) as missing:
+        read_planners([str(file)])
+    file.write_text(CIRCLE)
+    planners = read_planners([str(file)])
+    say_planners(planners, read_scenario(None)[0])
+    with pytest.raises(CommandError) as twice:
+        read_planners([str(file)] * 2)
+    for told in (str(missing.value), str(twice.value), *capsys.readouterr().err.splitlines()):
+        assert (told.isprintable() and "red.py" in told) or "WARNING" in told
+
+
+def test_two_flights_of_one_second_have_folders_of_their_own(tmp_path: Path) -> None:
+    assert [new_folder(tmp_path, "rehearsal-1").name for _ in range(3)] == [
+        "rehearsal-1",
+        "rehearsal-1-2",
+        "rehearsal-1-3",
+    ]
+    with pytest.raises(FileNotFoundError):
+        new_folder(tmp_path / "none", "rehearsal-1")

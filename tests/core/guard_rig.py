@@ -31,7 +31,7 @@ def sight(
 
 def judge(g: Guard, me: Sight, *others: Sight, now: float = 0.0) -> Verdict:
     assert me.course is not None
-    return g.judge(g.look([me], now).mover(0), me.course, g.look(list(others), now), now)
+    return g.judge([me], [me.course], list(others), now)[0]
 
 
 def stand(x: float, y: float, z: float = 40.0) -> Stand:

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tui_gcs.core.course import Stand, Trajectory, course_of, stopping_point
+from tui_gcs.core.guard_motion import foresee, times_of
 from tui_gcs.core.messages import Intent, Vec3
 from tui_gcs.core.scenario import OperatingArea
 from tui_gcs.core.zones import Rectangle, Shape
@@ -32,6 +33,15 @@ def test_the_stopping_point_counts_not_only_the_place() -> None:
     assert verdict(guard(), (185.0, 100.0, 40.0), passing(190.0, 100.0, vx=8.0)) == "area"
     assert verdict(guard(), (185.0, 100.0, 40.0), passing(190.0, 100.0, vx=-8.0)) == ""
     assert verdict(guard(), (175.0, 100.0, 40.0), passing(180.0, 100.0, vx=8.0)) == ""
+
+
+def test_half_a_metre_in_the_margin_is_in_the_margin_and_the_text_says_where() -> None:
+    assert verdict(guard(), (50.0, 50.0, 40.0), stand(195.5, 100.0)) == "area"
+    g = guard()
+    told = judge(g, sight((50.0, 50.0, 40.0), stand(197.0, 101.0))).text
+    assert told == "(197, 101) is outside the operating area less its margin"
+    told = judge(g, sight((185.0, 100.0, 40.0), passing(190.0, 100.0, vx=8.0)), now=1.0).text
+    assert told == "(211, 100) is outside the operating area less its margin", "where it stops is farther out"
 
 
 def test_what_leads_back_inside_passes() -> None:
@@ -165,7 +175,8 @@ def test_nobody_is_too_close_to_himself() -> None:
 
 
 def test_an_unknown_velocity_predicts_standing_still() -> None:
-    path = guard().look([sight((1.0, 2.0, 3.0), velocity=(math.nan, math.nan, math.nan))], 0.0).goes_m[0]
+    lost = sight((1.0, 2.0, 3.0), velocity=(math.nan, math.nan, math.nan))
+    path = foresee([lost], LIMITS, times_of(LIMITS), 0.0).goes_m[0]
     assert path.tolist() == [[1.0, 2.0, 3.0]] * 21
 
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from guard_rig import LIMITS, passing, sight, stand
 
-from tui_gcs.core.course import Stand, Trajectory
-from tui_gcs.core.cruise import Cruise
-from tui_gcs.core.guard_motion import Does, Flock, Sight, foresee, samples_of, times_of
+from tui_gcs.core.course import Stand
+from tui_gcs.core.guard_motion import Does, Flock, Sight, foresee, times_of
 from tui_gcs.core.scenario import Limits
 
 TIMES = times_of(LIMITS)
@@ -162,48 +161,34 @@ def test_each_is_foreseen_as_if_it_were_alone() -> None:
     ]
     flock = seen(*sights)
     for row, one in enumerate(sights):
-        alone, mover = seen(one).mover(0), flock.mover(row)
-        assert mover.sight is one
-        for name in ("here_m", "goes_m", "late_m", "stops_m", "rests_m", "low_m", "high_m"):
-            assert np.allclose(getattr(mover, name), getattr(alone, name)), (row, name)
-        assert mover.error_m == alone.error_m
-        assert (mover.low_m <= mover.stops_m).all() and (mover.goes_m <= mover.high_m).all()
+        alone = seen(one)
+        for name in ("here_m", "error_m", "goes_m", "late_m", "stops_m", "rests_m", "low_m", "high_m"):
+            assert np.allclose(getattr(flock, name)[row], getattr(alone, name)[0]), (row, name)
+        assert (alone.low_m[0] <= alone.stops_m[0]).all() and (alone.goes_m[0] <= alone.high_m[0]).all()
+
+
+def test_the_box_is_around_all_futures() -> None:
+    """It flies back; told to go on it is farthest west, late farthest east, and braking in between."""
+    flock = seen(
+        sight(HERE, stand(-100.0, 50.0), velocity=EAST),
+        sight(HERE, stand(150.0, 150.0, 80.0)),
+        Sight(3, HERE, EAST, Does.STOPS),
+    )
+    every = np.concatenate([flock.goes_m, flock.late_m, flock.stops_m], axis=1)
+    assert flock.low_m.tolist() == every.min(axis=1).tolist()
+    assert flock.high_m.tolist() == every.max(axis=1).tolist()
+
+
+def test_two_flocks_of_one() -> None:
+    first, others = seen(Sight(1, HERE, EAST), Sight(2, HERE, EAST), Sight(3, HERE, EAST)).split(1)
+    assert first.ids.tolist() == [1] and [s.id for s in others.sights] == others.ids.tolist() == [2, 3]
+    assert first.goes_m.shape == (1, 21, 3) and others.high_m.shape == (2, 3)
 
 
 def test_nobody_is_no_trouble() -> None:
     assert seen().goes_m.shape == (0, 21, 3)
 
 
-def test_what_is_decided_is_what_others_see() -> None:
-    old, new = sight(HERE, passing(50.0, 50.0, vx=8.0)), sight(HERE, stand(50.0, 90.0), velocity=EAST)
-    other = sight((90.0, 90.0, 40.0), stand(10.0, 10.0), id_=2)
-    flock, me = seen(old, other), seen(new).mover(0)
-    before = flock.mover(1).goes_m.tolist()
-    flock.decided(me, goes=True)
-    assert flock.goes_m[0].tolist() == me.goes_m.tolist() and flock.late_m[0].tolist() == me.late_m.tolist()
-    assert flock.high_m[0].tolist() == me.high_m.tolist() and flock.low_m[0].tolist() == me.low_m.tolist()
-    flock.decided(me, goes=False)
-    assert flock.goes_m[0].tolist() == flock.late_m[0].tolist() == me.stops_m.tolist()
-    assert flock.mover(1).goes_m.tolist() == before
-
-
-# ---------------------------------------------------------------- courses
-
-
-def test_a_trajectory_is_sampled_as_it_is_flown() -> None:
-    places = np.array([[0.0, 0.0, 30.0], [4.0, 1.0, 30.0], [9.0, 1.0, 31.0]])
-    speeds = np.array([[4.0, 1.0, 0.0], [4.5, 0.5, 0.5], [5.0, 0.0, 1.0]])
-    course = Trajectory(10.0, 1.0, places, speeds)
-    for now in (7.0, 9.875, 10.0, 11.3, 12.0, 50.0):
-        sampled = samples_of(course, now, TIMES)
-        for i, t in enumerate(TIMES.tolist()):
-            place, velocity = course.at(now + t)
-            assert sampled[0][i] == pytest.approx(place) and sampled[1][i] == pytest.approx(velocity)
-
-
-def test_other_courses_are_asked_moment_by_moment() -> None:
-    cruise = Cruise(0.0, HERE, (0.0, 0.0, 0.0), EAST, 3.0, 2.0)
-    places, speeds = samples_of(cruise, 1.0, TIMES)
-    assert places[4].tolist() == list(cruise.at(2.0)[0]) and speeds[4].tolist() == list(cruise.at(2.0)[1])
-    places, speeds = samples_of(stand(1.0, 2.0), 1.0, TIMES)
-    assert places.tolist() == [[1.0, 2.0, 40.0]] * 21 and not speeds.any()
+def test_a_speed_that_is_no_number_is_the_limit() -> None:
+    told = seen(Sight(1, HERE, EAST, Does.FOLLOWS, Stand((250.0, 50.0, 40.0), math.nan)))
+    assert along(told, "goes_m", 5.0)[0] == pytest.approx(40.0)

@@ -78,6 +78,7 @@ def test_the_worst_of_several_counts() -> None:
 
 def test_a_position_that_may_be_wrong_is_as_far_outside_as_it_may_be() -> None:
     assert out(walls(), 190.0, 100.0, 40.0, error_m=7.0) == 0.0
+    assert out(walls(), 199.8, 100.0, 40.0, error_m=0.5) == pytest.approx(0.3)
     assert out(walls(), 190.0, 100.0, 40.0, error_m=12.0) == pytest.approx(2.0)
     assert out(walls(), 204.0, 100.0, 40.0, error_m=12.0) == pytest.approx(16.0)
     tower = walls(closed(None, 70.0))
@@ -87,7 +88,7 @@ def test_a_position_that_may_be_wrong_is_as_far_outside_as_it_may_be() -> None:
 
 
 def clear(w: Walls, *places: tuple[float, float, float]) -> bool:
-    return w.is_clear(np.array(places))
+    return bool(w.are_clear(np.array([places]))[0])
 
 
 def test_the_straight_way() -> None:
@@ -100,8 +101,15 @@ def test_the_straight_way() -> None:
         "on the way on"
     )
     corner = (60.0, 100.0, 40.0)
-    assert clear(walls(shape=L_SHAPE), corner, (60.005, 100.0, 40.0)), "that is no way"
-    assert not clear(walls(shape=L_SHAPE), corner, (60.5, 100.0, 40.0))
+    assert clear(walls(shape=L_SHAPE), corner, (60.009, 100.0, 40.0)), "that is no way"
+    assert not clear(walls(shape=L_SHAPE), corner, (60.011, 100.0, 40.0))
+
+
+def test_ways_are_judged_each_for_itself() -> None:
+    through, past = [(10.0, 100.0, 45.0), (190.0, 100.0, 45.0)], [(10.0, 10.0, 40.0), (190.0, 10.0, 40.0)]
+    over = [(10.0, 100.0, 60.0), (190.0, 100.0, 60.0)]
+    assert walls(POND).are_clear(np.array([through, past])).tolist() == [False, True]
+    assert walls(closed(40.0, 50.0)).are_clear(np.array([over, through])).tolist() == [True, False]
 
 
 @pytest.mark.parametrize(
@@ -118,6 +126,49 @@ def test_a_way_at_the_very_height_of_a_zones_end_is_clear() -> None:
     tower = walls(closed(40.0, 50.0))
     assert clear(tower, (10.0, 100.0, 50.0), (190.0, 100.0, 50.0))
     assert clear(tower, (10.0, 100.0, 40.0), (190.0, 100.0, 40.0))
+
+
+def test_without_a_word_positions_are_right() -> None:
+    assert walls().outside_m(np.array([[199.9999, 100.0, 40.0]])).tolist() == [0.0]
+
+
+def test_each_place_may_be_wrong_by_its_own_error() -> None:
+    places = np.array([[190.0, 100.0, 40.0], [190.0, 100.0, 40.0], [204.0, 100.0, 40.0], [100.0, 100.0, 40.0]])
+    assert walls().outside_m(places, np.array([7.0, 12.0, 0.0, 99.0])).tolist() == pytest.approx([0.0, 2.0, 4.0, 0.0])
+
+
+# ---------------------------------------------------------------- boxes
+
+
+def holds(w: Walls, low: tuple[float, float, float], high: tuple[float, float, float], error_m: float = 0.0) -> bool:
+    return bool(w.hold(np.array([low]), np.array([high]), np.array([error_m]))[0])
+
+
+def test_a_box_is_inside_only_as_a_whole() -> None:
+    assert holds(walls(), (10.0, 20.0, 40.0), (190.0, 180.0, 50.0))
+    assert not holds(walls(), (10.0, 20.0, 40.0), (190.0, 201.0, 50.0))
+    assert not holds(walls(shape=L_SHAPE), (50.0, 50.0, 40.0), (70.0, 70.0, 40.0)), "its corner is outside"
+    assert holds(walls(shape=L_SHAPE), (40.0, 50.0, 40.0), (59.0, 190.0, 40.0))
+    assert not holds(walls(POND), (50.0, 50.0, 40.0), (150.0, 150.0, 40.0)), "the pond is in its middle"
+
+
+@pytest.mark.parametrize(("low", "high"), [((10.0, 50.0), (50.0, 90.0)), ((50.0, 10.0), (90.0, 50.0))])
+def test_with_its_error_on_all_sides(low: tuple[float, float], high: tuple[float, float]) -> None:
+    for sign in (1.0, -1.0):
+        box = sorted([low[0] if sign > 0 else 200.0 - high[0], high[0] if sign > 0 else 200.0 - low[0]])
+        side = sorted([low[1] if sign > 0 else 200.0 - high[1], high[1] if sign > 0 else 200.0 - low[1]])
+        for error_m, inside in ((9.0, True), (11.0, False)):
+            assert holds(walls(), (box[0], side[0], 40.0), (box[1], side[1], 40.0), error_m) is inside
+
+
+def test_a_box_above_or_below_a_zone_with_heights_is_inside() -> None:
+    tower = walls(closed(40.0, 50.0))
+    for low, high, inside in ((50.0, 60.0, True), (30.0, 40.0, True), (49.0, 60.0, False), (30.0, 41.0, False)):
+        assert holds(tower, (90.0, 90.0, low), (110.0, 110.0, high)) is inside
+    assert holds(tower, (10.0, 10.0, 45.0), (50.0, 50.0, 45.0)), "beside it"
+
+
+# ---------------------------------------------------------------- band
 
 
 def test_how_far_outside_of_the_band() -> None:

@@ -92,13 +92,15 @@ def test_a_place_is_flown_to_no_faster_than_allowed() -> None:
 def test_a_set_point_that_differs_from_its_course_is_judged_itself() -> None:
     """What is sent is ahead of the course by the vehicle's lead."""
     g, me = guard(), sight(HERE, passing(50.0, 50.0, vx=4.0))
-    mover = g.look([me], 0.0).mover(0)
-    assert g.judge(mover, passing(50.0, 50.0, vx=9.0), g.look([], 0.0), 0.0).code == "speed"
-    assert g.judge(mover, passing(50.0, 300.0, vx=4.0), g.look([], 0.0), 0.0).code in ("jump", "area")
+
+    def told(seen: Sight, sent: Trajectory) -> Verdict:
+        return g.judge([seen], [sent], [], 0.0)[0]
+
+    assert told(me, passing(50.0, 50.0, vx=9.0)).code == "speed"
+    assert told(me, passing(50.0, 300.0, vx=4.0)).code in ("jump", "area")
     alone = dataclasses.replace(me, course=None, does=Does.STOPS)
-    stops = g.look([alone], 0.0).mover(0)
-    assert g.judge(stops, passing(50.0, 50.0, vx=9.0), g.look([], 0.0), 0.0).code == "speed"
-    assert g.judge(stops, passing(50.0, 50.0, vx=4.0), g.look([], 0.0), 0.0).ok
+    assert told(alone, passing(50.0, 50.0, vx=9.0)).code == "speed"
+    assert told(alone, passing(50.0, 50.0, vx=4.0)).ok
 
 
 # ---------------------------------------------------------------- acceleration

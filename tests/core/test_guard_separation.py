@@ -2,19 +2,23 @@
 
 import numpy as np
 import pytest
-from guard_rig import LIMITS, guard, passing, sight, stand
+from guard_rig import LIMITS, passing, sight, stand
 
 from tui_gcs.core.course import Trajectory
-from tui_gcs.core.guard_motion import Does, Sight
-from tui_gcs.core.guard_separation import Meeting, meeting
+from tui_gcs.core.guard_motion import Does, Sight, foresee, times_of
+from tui_gcs.core.guard_separation import Meeting, meetings
 
 HERE = (50.0, 50.0, 40.0)
 STILL = (0.0, 0.0, 0.0)
 
 
 def met(me: Sight, *others: Sight) -> Meeting | None:
-    g = guard()
-    return meeting(g.look([me], 0.0).mover(0), g.look(list(others), 0.0), LIMITS)
+    return judged([me], list(others)).get(0)
+
+
+def judged(sights: list[Sight], known: list[Sight], passed: list[bool] | None = None) -> dict[int, Meeting]:
+    flock = foresee(sights + known, LIMITS, times_of(LIMITS), 0.0)
+    return meetings(*flock.split(len(sights)), passed or [True] * len(sights), LIMITS)
 
 
 def holder(x: float, y: float, z: float = 40.0, id_: int = 2, error_m: float = 0.0) -> Sight:
@@ -50,6 +54,13 @@ def test_the_first_to_be_met_is_named() -> None:
     assert found == Meeting(5, 2.0), "14.5 m at 8 m/s"
     found = met(sight(HERE, passing(50.0, 50.0, vx=8.0)), holder(75.0, 50.0, id_=5), holder(90.0, 50.0, id_=7))
     assert found == Meeting(5, 2.0)
+
+
+def test_of_two_that_are_met_at_once_the_first_known_is_named() -> None:
+    goes = sight(HERE, passing(50.0, 50.0, vx=8.0))
+    for first, second in ((7, 5), (5, 7)):
+        found = met(goes, holder(75.0, 53.0, id_=first), holder(75.0, 47.0, id_=second))
+        assert found is not None and found.vehicle == first
 
 
 def test_who_is_on_the_ground_matters_to_nobody_and_minds_nobody() -> None:
@@ -103,6 +114,7 @@ def test_head_on_there_must_be_room_for_both_to_brake_whatever_their_courses_say
 def test_a_course_that_leads_away_in_time_is_no_excuse_for_not_being_able_to_brake() -> None:
     """Braking now ends 18 m ahead, in half a second 22 m ahead: there 10.5 m must be left."""
     assert met(dodging(50.0, 1.0), holder(81.0, 53.0))
+    assert met(dodging(50.0, 1.0), holder(80.0, 56.0)), "though on its course it gets less near than by braking now"
     assert met(dodging(50.0, 1.0), holder(84.0, 53.0)) is None
 
 
@@ -129,3 +141,40 @@ def test_into_somebody_who_comes_through_anyway_is_worse_than_waiting() -> None:
     comes = Sight(2, (80.0, 50.0, 40.0), (-8.0, 0.0, 0.0))
     assert met(sight(HERE, stand(70.0, 50.0)), comes)
     assert met(sight(HERE, stand(50.0, 50.0)), comes) is None
+
+
+# ---------------------------------------------------------------- several at once, in their order
+
+
+def test_two_to_the_same_place_the_first_may() -> None:
+    """Both stand, as the others know; 40 m apart."""
+    first, second = sight(HERE, stand(70.0, 50.0)), sight((90.0, 50.0, 40.0), stand(70.0, 50.0), id_=2)
+    known = [holder(50.0, 50.0, id_=1), holder(90.0, 50.0)]
+    assert judged([first, second], known) == {1: Meeting(1, 3.75)}
+    assert judged([second, first], known) == {1: Meeting(2, 3.75)}
+
+
+def test_who_is_refused_brakes_and_later_ones_see_that() -> None:
+    """The first would make room, but may not."""
+    room = sight((62.0, 50.0, 40.0), stand(120.0, 50.0), id_=2)
+    follows = sight(HERE, stand(57.0, 50.0))
+    known = [holder(50.0, 50.0, id_=1), holder(62.0, 50.0)]
+    assert judged([room, follows], known) == {}, "it goes on"
+    assert judged([room, follows], known, [False, True]).keys() == {1}, "it stays, for another reason"
+    wall = holder(85.0, 50.0, id_=3)
+    assert judged([room, follows], [*known, wall]).keys() == {0, 1}, "it stays, because of a third"
+    assert judged([follows, room], known).keys() == {0}, "who comes later is seen as known"
+
+
+def test_who_was_refused_meets_nobody() -> None:
+    assert judged([sight(HERE, stand(56.0, 50.0))], [holder(60.0, 50.0)], [False]) == {}
+
+
+def test_who_leaves_before_is_out_of_the_way_though_known_to_come() -> None:
+    oncoming = Sight(2, (90.0, 50.0, 40.0), (-4.0, 0.0, 0.0), Does.FOLLOWS, passing(90.0, 50.0, vx=-4.0))
+    turned = Sight(2, (90.0, 50.0, 40.0), (-4.0, 0.0, 0.0), Does.FOLLOWS, stand(90.0, 90.0))
+    goes = sight(HERE, stand(68.0, 50.0))
+    assert judged([goes], [oncoming]).keys() == {0}
+    assert judged([turned, goes], [oncoming]) == {}
+    assert judged([goes, turned], [oncoming]).keys() == {0}
+    assert judged([sight((90.0, 50.0, 40.0), passing(90.0, 50.0, vx=-4.0), id_=2), goes], [turned]).keys() == {1}

@@ -66,6 +66,13 @@ def test_what_is_wrong_is_caught_by_its_check(name: str, source: str, told: tupl
     assert [words for words in told if words not in line] == [], line
 
 
+def test_who_declares_that_numbers_matter_is_not_asked(tmp_path: Path) -> None:
+    declared = bad.BY_ID.replace("version = '1'", "ids_matter = True")
+    (only,) = check("vehicle order", subject(tmp_path, declared))
+    assert (only.verdict, only.value) == ("note", "not looked at: ids_matter is declared")
+    assert "ids_matter = 'yes': must be" in failure("declares", tmp_path, declared.replace("= True", "= 'yes'"))
+
+
 def test_the_order_of_a_set_is_another_in_another_process(tmp_path: Path) -> None:
     """In this process it is always the same."""
     line = failure("same again", tmp_path, bad.BY_SET_ORDER)

@@ -1,5 +1,7 @@
 """Planners that do what no planner should: the host says so in a plan that the station understands, and lives on."""
 
+import signal
+from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
 
@@ -7,9 +9,10 @@ import pytest
 from bad_planners import source
 from flights import SMALL, fleet, task_of, zone_of
 
-from tui_gcs.core.messages import Annotation, Plan, decode
+from tui_gcs.core.bus import PREVIEW, PREVIEW_TASK, MemoryBus
+from tui_gcs.core.messages import Annotation, Plan, PreviewResult, PreviewTask, decode, encode
 from tui_gcs.core.plan_limits import MOST_POINTS, shown
-from tui_gcs.planner.host import PlannerHost
+from tui_gcs.planner.host import PlannerHost, attach
 from tui_gcs.planner.registry import PlannerFile
 
 
@@ -72,3 +75,44 @@ def test_what_is_drawn_is_bounded_and_without_control_characters() -> None:
     drawn = shown([line, text, line, text])
     assert len(drawn) == 2
     assert "\x1b" not in drawn[1].text and len(drawn[1].text) <= 40
+
+
+# ---------------------------------------------------------------- Ctrl-C
+
+
+INTERRUPTS = source(after="raise KeyboardInterrupt")
+
+
+@pytest.fixture
+def worker_signals() -> Iterator[None]:
+    """As in a worker: Ctrl-C is the console's business."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("worker_signals")
+def test_a_planner_that_says_it_was_interrupted_is_told_as_any_other(tmp_path: Path) -> None:
+    last = plans_of(INTERRUPTS, tmp_path)[-1]
+    assert last.fate == "quarantined" and "KeyboardInterrupt" in last.error
+
+
+def test_in_a_lock_step_run_it_is_the_operators(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        plans_of(INTERRUPTS, tmp_path)
+
+
+# ---------------------------------------------------------------- previews
+
+
+def test_a_preview_that_cannot_be_shown_is_told_in_lock_step_runs_too(tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(source(after="out.metrics = {'predicted_s': 1.0}; out.annotations = [object()]"))
+    task = task_of(zone_of(SMALL), (1,), planner="mine")
+    bus, told = MemoryBus(), list[PreviewResult]()
+    bus.subscribe(PREVIEW.format(team=task.team), lambda _, data: told.append(decode(data, PreviewResult)))
+    attach(PlannerHost(task.team, {"mine": PlannerFile("mine", file, "")}), bus)
+    for ask in (PreviewTask(1, task, fleet(1).frame()), PreviewTask(2, task, None)):
+        bus.publish(PREVIEW_TASK.format(team=task.team), encode(ask))
+    assert [(one.number, one.state) for one in told] == [(1, "failed"), (2, "failed")]
+    assert all(one.text.startswith("nothing can be shown: ") for one in told)

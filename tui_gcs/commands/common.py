@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 LEAST_COLUMNS, LEAST_LINES = 80, 24
 OURSELVES = ("127.0.0.1", "localhost", "::1", "0.0.0.0", "::")  # noqa: S104 - compared with, not bound
+MOST_CELLS = 500
+"""Of one line about a planner's file."""
 ONE_NETWORK = 999
 """Numbers above are vehicles of further networks."""
 
@@ -36,6 +38,7 @@ def read_planners(files: list[str]) -> "dict[str, PlannerInfo]":
     """
     if not files:
         return {}
+    from tui_gcs.core.text import clean
     from tui_gcs.planner.describe import DescribeError, describe_file
 
     found: dict[str, PlannerInfo] = {}
@@ -43,11 +46,10 @@ def read_planners(files: list[str]) -> "dict[str, PlannerInfo]":
         try:
             info = describe_file(file)
         except DescribeError as error:
-            raise CommandError(f"--planner {error}") from None
+            raise CommandError(f"--planner {clean(str(error), MOST_CELLS)}") from None
         if info.name in found:
-            raise CommandError(
-                f"--planner {file}: planner {info.name!r} is in {found[info.name].file}, too: leave one out"
-            )
+            other = clean(found[info.name].file)
+            raise CommandError(f"--planner {clean(file)}: planner {info.name!r} is in {other}, too: leave one out")
         found[info.name] = info
     return found
 
@@ -59,10 +61,18 @@ def planner_files(planners: "dict[str, PlannerInfo]") -> "dict[str, PlannerFile]
     return {name: PlannerFile(name, Path(info.file), info.sha256) for name, info in planners.items()}
 
 
-def say_planners(planners: "dict[str, PlannerInfo]") -> None:
-    """Which files will fly the vehicles: shown before they do."""
+def say_planners(planners: "dict[str, PlannerInfo]", scenario: "Scenario") -> None:
+    """Which files will fly the vehicles, and which will not: shown before they do."""
+    from tui_gcs.core.text import clean
+
+    flown = {team.planner for team in scenario.teams}
     for info in planners.values():
-        sys.stderr.write(f"planner {info.name} {info.version}: {info.file}  sha256 {info.sha256}\n")
+        sys.stderr.write(f"planner {info.name} {clean(info.version)}: {clean(info.file)}  sha256 {info.sha256}\n")
+        if info.name not in flown:
+            sys.stderr.write(
+                f"WARNING: planner {info.name} flies nobody: no team of this scenario says planner = "
+                f'"{info.name}" (they say {", ".join(sorted(flown))})\n'
+            )
 
 
 def check_seed(seed: int | None) -> None:
@@ -107,6 +117,23 @@ def check_writable(json_file: str | None) -> None:
             pass
     except OSError as error:
         raise CommandError(f"{json_file}: cannot be written ({error.strerror})") from None
+
+
+def new_folder(parent: Path, name: str) -> Path:
+    """A folder of this name that was not there, with a number where it was: two flights may begin in one second.
+
+    Raises:
+        OSError: it cannot be made.
+    """
+    number = 1
+    while True:
+        folder = parent / (name if number == 1 else f"{name}-{number}")
+        try:
+            folder.mkdir()
+        except FileExistsError:
+            number += 1
+        else:
+            return folder
 
 
 def need_terminal(*, small: bool = False) -> None:

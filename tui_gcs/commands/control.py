@@ -126,13 +126,15 @@ def _alarm_words(alarm: "Alarm") -> str:
 
 
 def _words(status: "StationStatus", frame: "FleetFrame") -> str:
+    from tui_gcs.core.text import clean
+
     minutes, seconds = divmod(int(status.mission_time_s), 60)
     lines = [
         f"{status.kind} {status.scenario}  {status.rounds[status.round_index]}  {status.run}"
         f"  T+{minutes:02}:{seconds:02}  heard {status.heard}/{status.vehicles}  armed {status.armed}"
     ]
     lines += [_alarm_words(alarm) for alarm in status.alarms]
-    lines += [f"planner {name}: {file}" for name, file in status.planner_files.items()]
+    lines += [f"planner {name}: {clean(file)}" for name, file in status.planner_files.items()]
     lines += [line for team in status.teams if team.error for line in _error_lines(team)]
     lines += [f"link {_link_words(link)}" for link in status.links]
     lines += [f"forward {_link_words(link)}" for link in status.forward]

@@ -51,5 +51,5 @@ def _launch(arguments: argparse.Namespace) -> None:
     scenario, toml, path = read_scenario(arguments.scenario, planners)
     vehicles = spec_of(simulable(scenario), arguments.seed, arguments.autopilot or "ardupilot")
     vehicles |= world_of(scenario, arguments.intruders, arguments.sensor, vehicles["seed"])
-    say_planners(planners)
+    say_planners(planners, scenario)
     launch(Kind.SIM, path, toml, [], sim_spec=vehicles, fault=arguments.fault, planners=list(planners.values()))

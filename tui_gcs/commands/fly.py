@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
 def start(kind: Kind, arguments: argparse.Namespace) -> None:
     """Check everything that can be checked here, then launch. Raises `CommandError`."""
     planners = read_planners(arguments.planner)
-    _, toml, path = read_scenario(arguments.scenario, planners)
+    scenario, toml, path = read_scenario(arguments.scenario, planners)
     links = arguments.link or [DEFAULT_LINK]
     if kind is Kind.SIM:
         loopback_only(links)
@@ -49,7 +49,7 @@ def start(kind: Kind, arguments: argparse.Namespace) -> None:
     check_links(links + [link for link, _ in forward])
     check_dialects(arguments.dialect)
     dialects = [str(Path(file).resolve()) for file in arguments.dialect]
-    say_planners(planners)
+    say_planners(planners, scenario)
     launch(
         kind,
         path,

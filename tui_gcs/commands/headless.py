@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.commands.common import (
     check_seed,
     check_writable,
+    new_folder,
     planner_files,
     read_planners,
     read_scenario,
@@ -67,11 +68,10 @@ def fly(arguments: argparse.Namespace) -> int:
     if arguments.rounds is not None and not 1 <= arguments.rounds <= len(scenario.rounds):
         raise CommandError(f"--rounds {arguments.rounds}: the scenario has {len(scenario.rounds)}")
     try:
-        folder = state_dir(Kind.SIM) / time.strftime("headless-%Y%m%d-%H%M%S")
-        folder.mkdir(exist_ok=True)
+        folder = new_folder(state_dir(Kind.SIM), time.strftime("headless-%Y%m%d-%H%M%S"))
     except (ConfigError, OSError) as error:
         raise CommandError(str(error)) from None
-    say_planners(planners)
+    say_planners(planners, scenario)
     bar = ProgressBar()
     bad_links = BadLinks(arguments.fault, scenario.seed) if arguments.fault else None
     result, problem = rehearse(

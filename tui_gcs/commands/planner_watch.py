@@ -46,7 +46,7 @@ def start(arguments: argparse.Namespace) -> None:
     except ScenarioError as error:
         raise CommandError(str(error)) from None
     vehicles = spec_of(simulable(scenario), arguments.seed, "ardupilot")
-    say_planners(planners)
+    say_planners(planners, scenario)
     launch(Kind.SIM, path, toml, [], sim_spec=vehicles, planners=[info], watch=True)
 
 

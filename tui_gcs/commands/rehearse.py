@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.commands.common import (
     check_seed,
     check_writable,
+    new_folder,
     planner_files,
     read_planners,
     read_scenario,
@@ -50,11 +51,10 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         check_fault(arguments.fault)
         planned = _happenings(arguments)
-        folder = state_dir(Kind.SIM) / time.strftime("rehearsal-%Y%m%d-%H%M%S")
-        folder.mkdir(exist_ok=True)
+        folder = new_folder(state_dir(Kind.SIM), time.strftime("rehearsal-%Y%m%d-%H%M%S"))
     except (ConfigError, OSError, LaunchError, HappeningError) as error:
         raise CommandError(str(error)) from None
-    say_planners(planners)
+    say_planners(planners, scenario)
     bar, begin_s = ProgressBar(), time.monotonic()
     records: list[FlightRecord] = []
 

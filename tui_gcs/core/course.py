@@ -35,16 +35,6 @@ class Stand:
         """Position and velocity wanted at `t_s`."""
         return self.point_m, STILL
 
-    def predict(self, now: float, position_m: Vec3, times_s: Samples) -> Samples:
-        """(k, 3) where the vehicle will be `times_s` after `now`: straight to the point."""
-        here, there = np.array(position_m), np.array(self.point_m)
-        distance = float(np.linalg.norm(there - here))
-        if distance < 1e-6:
-            return np.repeat(here[None, :], len(times_s), axis=0)
-        share = np.minimum(times_s * self.speed_m_s / distance, 1.0)
-        path: Samples = here + share[:, None] * (there - here)
-        return path
-
 
 @dataclass(frozen=True)
 class Trajectory:
@@ -71,9 +61,7 @@ class Trajectory:
         place = (t_s - self.t0_s) / self.dt_s
         i = min(int(place), len(self.positions_m) - 2)
         share = place - i
-        p = (1 - share) * self.positions_m[i] + share * self.positions_m[i + 1]
-        v = (1 - share) * self.velocities_m_s[i] + share * self.velocities_m_s[i + 1]
-        return (float(p[0]), float(p[1]), float(p[2])), (float(v[0]), float(v[1]), float(v[2]))
+        return _between(self.positions_m, i, share), _between(self.velocities_m_s, i, share)
 
     def acceleration(self, t_s: float) -> Vec3:
         """How its velocity changes about `t_s`, m/s²; none before it begins and after it ends."""
@@ -85,26 +73,12 @@ class Trajectory:
         x, y, z = (self.velocities_m_s[after] - self.velocities_m_s[before]) / ((after - before) * self.dt_s)
         return (float(x), float(y), float(z))
 
-    def predict(self, now: float, position_m: Vec3, times_s: Samples) -> Samples:
-        """(k, 3) where the vehicle will be `times_s` after `now`; its present error fades within 2 s."""
-        at = (now - self.t0_s + times_s) / self.dt_s
-        index = np.arange(len(self.positions_m))
-        planned = np.stack([np.interp(at, index, self.positions_m[:, axis]) for axis in range(3)], axis=1)
-        error = np.array(position_m) - np.array(self.at(now)[0])
-        fade = np.clip(1.0 - times_s / 2.0, 0.0, 1.0)
-        predicted: Samples = planned + fade[:, None] * error
-        return predicted
-
 
 class Moving(Reference, Protocol):
     """A course that moves: followed by a stream of set-points, led by what its vehicle is late."""
 
     def acceleration(self, t_s: float) -> Vec3:
         """How its velocity changes at `t_s`, m/s²."""
-        ...
-
-    def predict(self, now: float, position_m: Vec3, times_s: Samples) -> Samples:
-        """(k, 3) where the vehicle will be `times_s` after `now`."""
         ...
 
 
@@ -120,6 +94,13 @@ def stopping_point(position_m: Vec3, velocity_m_s: Vec3, accel_m_s2: float) -> V
     share = speed / (2 * accel_m_s2)
     x, y, z = (p + share * v for p, v in zip(position_m, velocity_m_s, strict=True))
     return (x, y, z)
+
+
+def _between(samples: Samples, i: int, share: float) -> Vec3:
+    """Linear between two samples; in plain floats, which for three numbers takes a third of the time."""
+    (x, y, z), (x1, y1, z1) = samples[i].tolist(), samples[i + 1].tolist()
+    rest = 1 - share
+    return rest * x + share * x1, rest * y + share * y1, rest * z + share * z1
 
 
 def course_of(intent: Intent, speed_m_s: float) -> Stand | Trajectory | str:

@@ -6,9 +6,7 @@ It turns from the velocity the vehicle has to the one it is asked for, and brake
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from tui_gcs.core.course import STILL, Samples
+from tui_gcs.core.course import STILL
 from tui_gcs.core.messages import Vec3
 
 ACCEL_SHARE = 0.9
@@ -47,13 +45,6 @@ class Cruise:
         before, after = self.at(t_s - 0.05)[1], self.at(t_s + 0.05)[1]
         x, y, z = ((b - a) / 0.1 for a, b in zip(before, after, strict=True))
         return (x, y, z)
-
-    def predict(self, now: float, position_m: Vec3, times_s: Samples) -> Samples:
-        """(k, 3) where the vehicle will be `times_s` after `now`; its present error fades within 2 s."""
-        planned = np.array([self.at(now + t)[0] for t in times_s.tolist()])
-        error = np.array(position_m) - np.array(self.at(now)[0])
-        predicted: Samples = planned + np.clip(1.0 - times_s / 2.0, 0.0, 1.0)[:, None] * error
-        return predicted
 
     def _turning(self, since_s: float) -> tuple[Vec3, Vec3]:
         """On the way to the velocity asked for, then with it; before the beginning, where it came from."""

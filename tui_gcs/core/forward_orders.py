@@ -219,7 +219,6 @@ def require_apart(asked: Asked, goal_m: Vec3) -> None:
     """Raise `Refused` if another vehicle is at the goal, or comes too close on the way in the next seconds."""
     me, limits = asked.vehicle, asked.guard.limits
     goes = Sight(me.id, me.position_m, me.velocity_m_s, Does.FOLLOWS, Stand(goal_m, limits.speed_m_s))
-    mover = asked.guard.look([goes], asked.now).mover(0)
     others = []
     for other in asked.others:
         if other.id == me.id or not other.airborne or not other.has_position():
@@ -229,7 +228,7 @@ def require_apart(asked: Asked, goal_m: Vec3) -> None:
         if level < limits.separation_horizontal_m and upright < limits.separation_vertical_m:
             raise Refused(f"vehicle {other.id} is there")
         others.append(Sight(other.id, other.position_m, other.velocity_m_s))
-    verdict = asked.guard.separation(mover, asked.guard.look(others, asked.now))
+    verdict = asked.guard.separation(goes, others, asked.now)
     if not verdict.ok:
         raise Refused(verdict.text)
 

@@ -9,26 +9,18 @@ passes only if that is still true after it was flown until it is judged again.
 
 import math
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 from shapely.geometry import Point
 
-from tui_gcs.core.course import Course, Reference, Samples, Stand, Trajectory, stopping_point
-from tui_gcs.core.guard_motion import (
-    CLIMB_M_S,
-    DESCENT_M_S,
-    FAR_M,
-    STEP_S,
-    Flock,
-    Mover,
-    Sight,
-    foresee,
-    samples_of,
-    times_of,
-)
+from tui_gcs.core.course import Reference, Samples, Stand
+from tui_gcs.core.guard_courses import FAR_M, Steps, finite_in, length_of, steps_of
+from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S, Flock, Sight, foresee, times_of
 from tui_gcs.core.guard_region import Walls, band_miss_m
-from tui_gcs.core.guard_separation import meeting
+from tui_gcs.core.guard_separation import Meeting, meetings
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.scenario import Limits, OperatingArea
 from tui_gcs.core.zones import Zone
@@ -68,6 +60,35 @@ class Verdict:
 
 
 PASS = Verdict()
+Rows = NDArray[np.intp]
+
+
+@dataclass
+class Docket:
+    """The set-points of n vehicles that are judged together, and what was found against each."""
+
+    flock: Flock
+    """The n vehicles, each following its course."""
+    points_m: Samples
+    """(n, 3) the set-points."""
+    velocities_m_s: Samples
+    """(n, 3)"""
+    places_m: Samples
+    """(n, 3) where the vehicles were last heard to be."""
+    has_m_s: Samples
+    """(n, 3) what velocities they really have."""
+    now: float
+    verdicts: list[Verdict] = field(default_factory=list)
+
+    def left(self) -> Rows:
+        """Against whom nothing has been found."""
+        return np.array([row for row, verdict in enumerate(self.verdicts) if verdict.ok], dtype=np.intp)
+
+    def refuse(self, rows: Rows, bad: NDArray[np.bool_], code: str, text: Callable[[int], str]) -> None:
+        """Veto those of `rows` that are bad and have not been vetoed; `text` is given a place in `rows`."""
+        for place in np.flatnonzero(bad).tolist():
+            if self.verdicts[rows[place]].ok:
+                self.verdicts[rows[place]] = Verdict(code, text(place))
 
 
 class Guard:
@@ -104,33 +125,37 @@ class Guard:
 
     # ---------------------------------------------------------------- judging
 
-    def look(self, sights: list[Sight], now: float) -> Flock:
-        """Foresee all of them."""
-        return foresee(sights, self.limits, self._times_s, now)
+    def judge(self, judged: list[Sight], sent: Sequence[Reference], known: list[Sight], now: float) -> list[Verdict]:
+        """Judge set-points that `sent` gives now for `judged`, who follow their courses by them. Vetoes are counted.
 
-    def judge(self, me: Mover, sent: Reference, others: Flock, now: float) -> Verdict:
-        """Judge the set-point that `sent` gives now for `me`, who follows its course by it; vetoes are counted."""
-        verdict = (
-            self._numbers(me, sent, now)
-            or self._rate(me, now)
-            or self._motion(me, sent, now)
-            or self._asked_region(me, sent, now)
-            or self._braking_region(me)
-            or self._failed(self.separation(me, others))
-            or PASS
-        )
-        if verdict.ok:
-            self._last_s[me.sight.id] = now
-        else:
-            self.vetoes[verdict.code] += 1
-        return verdict
+        In their order: those who are judged later see who of the earlier goes on, and who brakes. `known`: everybody
+        in the air, `judged` among them, doing what was decided before.
+        """
+        flock, others = self._look(judged, known, now)
+        docket = _docket(flock, sent, now)
+        for rule in (self._numbers, self._rate, self._motion, self._asked_region, self._braking_region):
+            rows = docket.left()
+            if len(rows):
+                rule(docket, rows)
+        passed = [verdict.ok for verdict in docket.verdicts]
+        for row, found in meetings(flock, others, passed, self.limits).items():
+            docket.verdicts[row] = _too_close(found)
+        for sight, verdict in zip(judged, docket.verdicts, strict=True):
+            if verdict.ok:
+                self._last_s[sight.id] = now
+            else:
+                self.vetoes[verdict.code] += 1
+        return docket.verdicts
 
-    def separation(self, me: Mover, others: Flock) -> Verdict:
-        """Whether `me` keeps clear of everybody for the next seconds, and can still brake then. Not counted."""
-        found = meeting(me, others, self.limits)
-        if found is None:
-            return PASS
-        return Verdict("separation", f"too close to vehicle {found.vehicle} in {found.in_s:.1f} s")
+    def separation(self, me: Sight, known: list[Sight], now: float) -> Verdict:
+        """Whether `me`, following its course, keeps clear of everybody, and can still brake then. Not counted."""
+        flock, others = self._look([me], known, now)
+        found = meetings(flock, others, [True], self.limits).get(0)
+        return PASS if found is None else _too_close(found)
+
+    def _look(self, judged: list[Sight], known: list[Sight], now: float) -> tuple[Flock, Flock]:
+        """Both foreseen; at once, because most of what it costs does not depend on how many they are."""
+        return foresee(judged + known, self.limits, self._times_s, now).split(len(judged))
 
     def judge_action(self, what: str, *, lost: bool) -> Verdict:
         """Stops may always go out; everything else only to a vehicle that is heard."""
@@ -143,109 +168,161 @@ class Guard:
         self.vetoes[code] += 1
         return Verdict(code, text)
 
-    @staticmethod
-    def _failed(verdict: Verdict) -> Verdict | None:
-        return None if verdict.ok else verdict
-
-    # ---------------------------------------------------------------- rules; None: nothing against it
+    # ---------------------------------------------------------------- rules
 
     @staticmethod
-    def _numbers(me: Mover, sent: Reference, now: float) -> Verdict | None:
-        numbers = [number for part in sent.at(now) for number in part]
-        if not all(map(math.isfinite, numbers)):
-            return Verdict("number", "the set-point is not finite")
-        if not all(map(math.isfinite, (*me.sight.position_m, *me.sight.velocity_m_s))):
-            return Verdict("number", "its position or velocity is not known")
-        return None
+    def _numbers(docket: Docket, rows: Rows) -> None:
+        asked = finite_in(docket.points_m[rows], docket.velocities_m_s[rows])
+        docket.refuse(rows, ~asked, "number", lambda _: "the set-point is not finite")
+        known = finite_in(docket.places_m[rows], docket.has_m_s[rows])
+        docket.refuse(rows, ~known, "number", lambda _: "its position or velocity is not known")
 
-    def _rate(self, me: Mover, now: float) -> Verdict | None:
-        if now - self._last_s.get(me.sight.id, -math.inf) < MIN_SETPOINT_GAP_S:
-            return Verdict("rate", f"set-points less than {MIN_SETPOINT_GAP_S * 1e3:.0f} ms apart")
-        return None
+    def _rate(self, docket: Docket, rows: Rows) -> None:
+        last_s = np.array([self._last_s.get(docket.flock.sights[row].id, -math.inf) for row in rows])
+        text = f"set-points less than {MIN_SETPOINT_GAP_S * 1e3:.0f} ms apart"
+        docket.refuse(rows, docket.now - last_s < MIN_SETPOINT_GAP_S, "rate", lambda _: text)
 
-    def _motion(self, me: Mover, sent: Reference, now: float) -> Verdict | None:
-        """What the course asks in the next seconds can be flown, and follows from what the vehicle does now."""
-        course = me.sight.course
-        if isinstance(course, Stand):
-            return self._speed(course.speed_m_s, 0.0, 0.0)
-        point, velocity = sent.at(now)
-        too_fast = self._speed(math.hypot(*velocity), velocity[2], velocity[2])
-        if too_fast or course is None:
-            return too_fast
-        step_s, places, speeds = self._samples(course, now)
-        if not (np.isfinite(places).all() and np.isfinite(speeds).all()):
-            return Verdict("number", "its course is not finite")
-        length = np.sqrt((speeds**2).sum(axis=1))
-        too_fast = self._speed(float(length.max()), float(speeds[:, 2].min()), float(speeds[:, 2].max()))
-        return too_fast or self._changes(step_s, places, speeds) or self._jump(me, point, velocity)
+    def _motion(self, docket: Docket, rows: Rows) -> None:
+        """What courses ask in the next seconds can be flown, and follows from what the vehicles do now."""
+        velocity = docket.velocities_m_s[rows]
+        self._speed(docket, rows, length_of(velocity), velocity[:, 2], velocity[:, 2])
+        stands, moving = [], []
+        for row in docket.left().tolist():
+            course = docket.flock.sights[row].course
+            if isinstance(course, Stand):
+                stands.append((row, course.speed_m_s))
+            elif course is not None:
+                moving.append((row, course))
+        if stands:
+            speed = np.array([speed for _, speed in stands])
+            self._speed(docket, _rows(stands), speed, np.zeros_like(speed), np.zeros_like(speed))
+        if moving:
+            self._course(docket, _rows(moving), steps_of([course for _, course in moving], docket.now, self._times_s))
+            self._jump(docket, _rows(moving))
 
-    def _speed(self, speed: float, least_up: float, most_up: float) -> Verdict | None:
-        if not speed <= self.limits.speed_m_s * SPEED_TOLERANCE:
-            return Verdict("speed", f"{speed:.1f} m/s asked, {self.limits.speed_m_s:.1f} allowed")
-        if least_up < -DESCENT_M_S * SPEED_TOLERANCE or most_up > CLIMB_M_S * SPEED_TOLERANCE:
-            worst = most_up if most_up > CLIMB_M_S * SPEED_TOLERANCE else least_up
-            return Verdict("speed", f"{worst:+.1f} m/s up asked, -{DESCENT_M_S:.1f} to {CLIMB_M_S:+.1f} allowed")
-        return None
+    def _speed(self, docket: Docket, rows: Rows, speed: Samples, least_up: Samples, most_up: Samples) -> None:
+        limits = self.limits
+        docket.refuse(
+            rows,
+            ~(speed <= limits.speed_m_s * SPEED_TOLERANCE),
+            "speed",
+            lambda i: f"{min(speed[i], FAR_M):.1f} m/s asked, {limits.speed_m_s:.1f} allowed",
+        )
+        climbs = most_up > CLIMB_M_S * SPEED_TOLERANCE
+        worst = np.clip(np.where(climbs, most_up, least_up), -FAR_M, FAR_M)
+        docket.refuse(
+            rows,
+            climbs | (least_up < -DESCENT_M_S * SPEED_TOLERANCE),
+            "speed",
+            lambda i: f"{worst[i]:+.1f} m/s up asked, -{DESCENT_M_S:.1f} to {CLIMB_M_S:+.1f} allowed",
+        )
 
-    def _samples(self, course: Course, now: float) -> tuple[float, Samples, Samples]:
-        """Step, places (k, 3), velocities (k, 3) of the next seconds: a trajectory's own, so that none is missed."""
-        if not isinstance(course, Trajectory):
-            return STEP_S, *samples_of(course, now, self._times_s)
-        begin = math.floor(min(max((now - course.t0_s) / course.dt_s, 0.0), len(course.positions_m) - 2))
-        end = begin + 2 + math.ceil(min(self._times_s[-1] / course.dt_s, len(course.positions_m)))
-        return course.dt_s, course.positions_m[begin:end], course.velocities_m_s[begin:end]
+    def _course(self, docket: Docket, rows: Rows, steps: Steps) -> None:
+        """Speeds; from sample to sample, no more acceleration than allowed, and places that move as velocities say."""
+        docket.refuse(rows, ~steps.all_finite(), "number", lambda _: "its course is not finite")
+        up = steps.velocities_m_s[:, 2]
+        self._speed(docket, rows, steps.worst(length_of(steps.velocities_m_s)), -steps.worst(-up), steps.worst(up))
+        accel, allowed = steps.worst(steps.accel_m_s2()), self.limits.accel_m_s2
+        docket.refuse(
+            rows,
+            accel > allowed * ACCEL_TOLERANCE,
+            "acceleration",
+            lambda i: f"{min(accel[i], FAR_M):.1f} m/s² asked, {allowed:.1f} allowed",
+        )
+        contradict = steps.worst(steps.mismatch_m_s()) > MATCH_M_S
+        docket.refuse(rows, contradict, "motion", lambda _: "places and velocities of its course contradict each other")
 
-    def _changes(self, step_s: float, places: Samples, speeds: Samples) -> Verdict | None:
-        """From sample to sample: no more acceleration than allowed, and places that move as the velocities say."""
-        accel = float(np.sqrt((np.diff(speeds, axis=0) ** 2).sum(axis=1)).max()) / step_s
-        if accel > self.limits.accel_m_s2 * ACCEL_TOLERANCE:
-            return Verdict("acceleration", f"{accel:.1f} m/s² asked, {self.limits.accel_m_s2:.1f} allowed")
-        moves = np.diff(places, axis=0) / step_s - (speeds[1:] + speeds[:-1]) / 2
-        if float(np.sqrt((moves**2).sum(axis=1)).max()) > MATCH_M_S:
-            return Verdict("motion", "places and velocities of its course contradict each other")
-        return None
+    def _jump(self, docket: Docket, rows: Rows) -> None:
+        velocity = docket.velocities_m_s[rows]
+        away_m = length_of(docket.points_m[rows] - docket.flock.here_m[rows])
+        docket.refuse(rows, away_m > CATCH_UP_M, "jump", lambda i: f"its course is {away_m[i]:.0f} m away from it")
+        change = length_of(velocity - docket.has_m_s[rows])
+        docket.refuse(
+            rows,
+            (change > CATCH_UP_S * self.limits.accel_m_s2) & (length_of(velocity) > BRAKES_BELOW_M_S),
+            "jump",
+            lambda i: f"its course moves {change[i]:.1f} m/s otherwise than it does",
+        )
 
-    def _jump(self, me: Mover, point: Vec3, velocity: Vec3) -> Verdict | None:
-        away_m = math.dist(point, me.here_m.tolist())
-        if away_m > CATCH_UP_M:
-            return Verdict("jump", f"its course is {away_m:.0f} m away from it")
-        change = math.dist(velocity, me.sight.velocity_m_s)
-        if change > CATCH_UP_S * self.limits.accel_m_s2 and math.hypot(*velocity) > BRAKES_BELOW_M_S:
-            return Verdict("jump", f"its course moves {change:.1f} m/s otherwise than it does")
-        return None
+    def _asked_region(self, docket: Docket, rows: Rows) -> None:
+        """Set-points, where they would stop, and the way there: inside less the margin, unless it leads back inside."""
+        here, point, velocity = docket.places_m[rows], docket.points_m[rows], docket.velocities_m_s[rows]
+        stop = point + (length_of(velocity) / (2 * self.limits.accel_m_s2))[:, None] * velocity
+        places = np.clip(np.stack([here, point, stop], axis=1), -FAR_M, FAR_M)
+        out = self._inner.outside_m(places.reshape(-1, 3)).reshape(-1, 3)
+        asked = out[:, 1:].max(axis=1)
+        docket.refuse(
+            rows,
+            (asked > 0) & (asked >= out[:, 0]),
+            "area",
+            lambda i: "({:.0f}, {:.0f}) is outside the operating area less its margin".format(
+                *places[i, 1 + int(np.argmax(out[i, 1:])), :2]
+            ),
+        )
+        miss = band_miss_m(self.area, places[:, :, 2])
+        asked = miss[:, 1:].max(axis=1)
+        band = f"{self.area.alt_min_m:.0f}-{self.area.alt_max_m:.0f} m"
+        docket.refuse(
+            rows,
+            (asked > BAND_TOLERANCE_M) & (asked >= miss[:, 0]),
+            "band",
+            lambda i: f"{places[i, 1 + int(np.argmax(miss[i, 1:])), 2]:.1f} m is outside the altitude band {band}",
+        )
+        self._ways(docket, rows, places, out)
 
-    def _asked_region(self, me: Mover, sent: Reference, now: float) -> Verdict | None:
-        """Set-point, where it would stop, and the way there: inside less the margin, unless it leads back inside."""
-        target, velocity = sent.at(now)
-        stop = stopping_point(target, velocity, self.limits.accel_m_s2)
-        places = np.clip(np.array([me.sight.position_m, target, stop]), -FAR_M, FAR_M)
-        out = self._inner.outside_m(places)
-        leads_back = 0 < out[0] > out[1:].max()
-        if out[1:].max() > 0 and not leads_back:
-            x, y, _ = places[1 + int(np.argmax(out[1:]))]
-            return Verdict("area", f"({x:.0f}, {y:.0f}) is outside the operating area less its margin")
-        miss = band_miss_m(self.area, places[:, 2])
-        if miss[1:].max() > BAND_TOLERANCE_M and not miss[0] > miss[1:].max():
-            band = f"{self.area.alt_min_m:.0f}-{self.area.alt_max_m:.0f} m"
-            z = places[1 + int(np.argmax(miss[1:])), 2]
-            return Verdict("band", f"{z:.1f} m is outside the altitude band {band}")
-        if out.max() == 0:
-            clear, what = self._inner.is_clear(places), " less its margin"
-        else:  # between the two walls the way may not leave the outer one either; outside of both nothing can be asked
-            clear, what = self._outer.outside_m(places).max() > 0 or self._outer.is_clear(places), ""
-        return None if clear else Verdict("area", f"the straight way there leaves the operating area{what}")
+    def _ways(self, docket: Docket, rows: Rows, places: Samples, out: Samples) -> None:
+        """Between the walls the way may not leave the outer one either; outside of both nothing can be asked."""
+        text = "the straight way there leaves the operating area"
+        inside = out.max(axis=1) == 0
+        docket.refuse(rows, inside & ~self._inner.are_clear(places), "area", lambda _: f"{text} less its margin")
+        if not inside.all():
+            free = self._outer.outside_m(places.reshape(-1, 3)).reshape(-1, 3).max(axis=1) == 0
+            docket.refuse(rows, ~inside & free & ~self._outer.are_clear(places), "area", lambda _: text)
 
-    def _braking_region(self, me: Mover) -> Verdict | None:
-        """Where the vehicle gets to if it is told to brake only after the next moment: inside, or no worse than now."""
-        going = np.concatenate([me.late_m, me.rests_m[:1]])
-        braking = np.concatenate([me.stops_m, me.rests_m[1:]])
-        out = self._outer.outside_m(going, me.sight.error_m).max()
-        if out > 0 and out > self._outer.outside_m(braking, me.sight.error_m).max():
-            return Verdict("area", f"it could not brake in time: {out:.0f} m outside the operating area")
-        miss = band_miss_m(self.area, going[:, 2]).max()
-        if miss > BAND_TOLERANCE_M + BAND_OVERSHOOT_M and miss > band_miss_m(self.area, braking[:, 2]).max():
-            return Verdict("band", f"it could not brake in time: {miss:.0f} m outside the altitude band")
-        return None
+    def _braking_region(self, docket: Docket, rows: Rows) -> None:
+        """Where they get to if they are told to brake only after the next moment: inside, or no worse than now."""
+        flock = docket.flock
+        going = np.concatenate([flock.late_m[rows], flock.rests_m[rows, :1]], axis=1)
+        braking = np.concatenate([flock.stops_m[rows], flock.rests_m[rows, 1:]], axis=1)
+        out, out_now = np.zeros(len(rows)), np.zeros(len(rows))
+        error = np.array([flock.sights[row].error_m for row in rows])
+        doubtful = np.flatnonzero(~self._outer.hold(going.min(axis=1), going.max(axis=1), error))  # nearly always none
+        for far, ways in ((out, going), (out_now, braking)):
+            far[doubtful] = self._farthest_outside_m(ways[doubtful], error[doubtful])
+        docket.refuse(
+            rows,
+            out > out_now,
+            "area",
+            lambda i: f"it could not brake in time: {out[i]:.0f} m outside the operating area",
+        )
+        miss, miss_now = (band_miss_m(self.area, way[:, :, 2]).max(axis=1) for way in (going, braking))
+        docket.refuse(
+            rows,
+            (miss > BAND_TOLERANCE_M + BAND_OVERSHOOT_M) & (miss > miss_now),
+            "band",
+            lambda i: f"it could not brake in time: {miss[i]:.0f} m outside the altitude band",
+        )
+
+    def _farthest_outside_m(self, ways_m: Samples, error_m: Samples) -> Samples:
+        """(n,) of ways (n, k, 3)."""
+        each = self._outer.outside_m(ways_m.reshape(-1, 3), np.repeat(error_m, ways_m.shape[1]))
+        farthest: Samples = each.reshape(ways_m.shape[:2]).max(axis=1)
+        return farthest
+
+
+def _docket(judged: Flock, sent: Sequence[Reference], now: float) -> Docket:
+    asked = np.array([reference.at(now) for reference in sent], dtype=float).reshape(-1, 2, 3)
+    places = np.array([sight.position_m for sight in judged.sights], dtype=float).reshape(-1, 3)
+    has = np.array([sight.velocity_m_s for sight in judged.sights], dtype=float).reshape(-1, 3)
+    return Docket(judged, asked[:, 0], asked[:, 1], places, has, now, [PASS] * len(judged.sights))
+
+
+def _rows(numbered: Sequence[tuple[int, object]]) -> Rows:
+    return np.array([row for row, _ in numbered], dtype=np.intp)
+
+
+def _too_close(found: Meeting) -> Verdict:
+    return Verdict("separation", f"too close to vehicle {found.vehicle} in {found.in_s:.1f} s")
 
 
 def _point(place_m: Vec3) -> Point:

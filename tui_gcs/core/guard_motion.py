@@ -4,17 +4,17 @@ A vehicle is a point that chases its course within its limits of acceleration, o
 futures of each are foreseen: it goes on; it goes on for a moment and then brakes; it brakes now.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.course import Course, Reference, Samples, Stand, Trajectory
+from tui_gcs.core.course import Course, Samples, Stand
+from tui_gcs.core.guard_courses import FAR_M, STEP_S, wanted
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.scenario import Limits
 
-STEP_S = 0.25
 HORIZON_S = 5.0
 """How far ahead separation is predicted at least; farther where braking takes longer."""
 GO_ON_STEPS = 2
@@ -29,8 +29,6 @@ ACCEL_Z_M_S2 = 1.0
 """WPNAV_ACCEL_Z; PX4 brakes harder."""
 POSITION_GAIN_HZ = 1.0
 """PSC_POSXY_P; MPC_XY_P is 0.95."""
-FAR_M = 1e6
-"""Farther away nothing is computed."""
 MOST_AGE_S = 5.0
 """A vehicle that hears nothing brakes or turns home by then: it is not looked for ever farther away."""
 
@@ -84,41 +82,10 @@ class Flock:
     """(n, 3) the box around all that."""
     high_m: Samples
 
-    def mover(self, row: int) -> "Mover":
-        """One of them."""
-        return Mover(
-            self.sights[row],
-            self.here_m[row],
-            float(self.error_m[row]),
-            self.goes_m[row],
-            self.late_m[row],
-            self.stops_m[row],
-            self.rests_m[row],
-            self.low_m[row],
-            self.high_m[row],
-        )
-
-    def decided(self, mover: "Mover", *, goes: bool) -> None:
-        """From now on `mover` goes on as foreseen, or brakes: whoever is judged next sees that."""
-        row = self.ids == mover.sight.id
-        self.goes_m[row] = mover.goes_m if goes else mover.stops_m
-        self.late_m[row] = mover.late_m if goes else mover.stops_m
-        self.low_m[row], self.high_m[row] = mover.low_m, mover.high_m
-
-
-@dataclass(frozen=True)
-class Mover:
-    """One vehicle of a `Flock`: its row of everything."""
-
-    sight: Sight
-    here_m: Samples
-    error_m: float
-    goes_m: Samples
-    late_m: Samples
-    stops_m: Samples
-    rests_m: Samples
-    low_m: Samples
-    high_m: Samples
+    def split(self, first: int) -> tuple["Flock", "Flock"]:
+        """The `first` so many of them, and the others."""
+        parts = [getattr(self, name.name) for name in fields(self)]
+        return Flock(*(part[:first] for part in parts)), Flock(*(part[first:] for part in parts))
 
 
 def times_of(limits: Limits) -> Samples:
@@ -130,7 +97,6 @@ def times_of(limits: Limits) -> Samples:
 
 def foresee(sights: list[Sight], limits: Limits, times_s: Samples, now: float) -> Flock:
     """The futures of all of them; `times_s` as `times_of` gives them."""
-    n, k = len(sights), len(times_s)
     place = np.clip(np.nan_to_num(_array([s.position_m for s in sights])), -FAR_M, FAR_M)
     velocity = np.nan_to_num(_array([s.velocity_m_s for s in sights]), posinf=0.0, neginf=0.0)
     age = np.clip(np.array([s.age_s for s in sights], dtype=float), 0.0, MOST_AGE_S)
@@ -144,66 +110,41 @@ def foresee(sights: list[Sight], limits: Limits, times_s: Samples, now: float) -
     )
     follows = [i for i, s in enumerate(sights) if s.does is Does.FOLLOWS and s.course is not None]
     if follows:
-        wanted = np.array([_wanted(s.course, now, times_s) for i in follows if (s := sights[i]).course is not None])
-        most = np.array([_speed_of(sights[i].course, limits) for i in follows])
-        goes[follows], speeds = _chase(here[follows], velocity[follows], wanted, most, limits)
+        courses = [course for i in follows if (course := sights[i].course) is not None]
+        most = np.array([_speed_of(course, limits) for course in courses])
+        asked = wanted(courses, now, times_s)
+        goes[follows], speeds = _chase(here[follows], velocity[follows], asked, most, limits)
         begin = goes[follows, GO_ON_STEPS]
         late[follows] = goes[follows]
         late[follows, GO_ON_STEPS:], late_rest[follows] = _brake(
-            begin, speeds[:, GO_ON_STEPS], limits, times_s[: k - GO_ON_STEPS]
+            begin, speeds[:, GO_ON_STEPS], limits, times_s[:-GO_ON_STEPS]
         )
-    every = np.concatenate([goes, late, stops], axis=1)
-    low, high = (every.min(axis=1), every.max(axis=1)) if n else (here, here)
+    low = np.minimum(np.minimum(goes, late), stops).min(axis=1)
+    high = np.maximum(np.maximum(goes, late), stops).max(axis=1)
     ids = np.array([s.id for s in sights], dtype=np.int64)
     rests = np.stack([late_rest, stop_rest], axis=1)
     return Flock(tuple(sights), ids, here, error, goes, late, stops, rests, low, high)
 
 
-def samples_of(course: Reference, now: float, times_s: Samples) -> tuple[Samples, Samples]:
-    """(k, 3) places and (k, 3) velocities that a course asks for at `now + times_s`."""
-    if isinstance(course, Trajectory):
-        return _along(course, now + times_s)
-    if isinstance(course, Stand):
-        return np.repeat(np.array([course.point_m]), len(times_s), axis=0), np.zeros((len(times_s), 3))
-    asked = np.array([course.at(now + t) for t in times_s.tolist()], dtype=float)
-    return asked[:, 0], asked[:, 1]
+def _speed_of(course: Course, limits: Limits) -> float:
+    """The limit, too, where it asks for a speed that is no number."""
+    return float(np.fmin(course.speed_m_s, limits.speed_m_s)) if isinstance(course, Stand) else limits.speed_m_s
 
 
-def _along(course: Trajectory, at_s: Samples) -> tuple[Samples, Samples]:
-    """As `Trajectory.at`, for many times at once."""
-    last = len(course.positions_m) - 1
-    place = np.clip((at_s - course.t0_s) / course.dt_s, 0.0, last)
-    i = np.minimum(place.astype(np.int64), last - 1)
-    share = (place - i)[:, None]
-    positions = (1 - share) * course.positions_m[i] + share * course.positions_m[i + 1]
-    velocities = (1 - share) * course.velocities_m_s[i] + share * course.velocities_m_s[i + 1]
-    moving = (at_s >= course.t0_s) & (at_s < course.end_s)
-    return positions, velocities * moving[:, None]
-
-
-def _wanted(course: Course, now: float, times_s: Samples) -> Samples:
-    """(2, k, 3) places and velocities; numbers that are none are not judged here, but must do no harm."""
-    return np.clip(np.nan_to_num(np.array(samples_of(course, now, times_s))), -FAR_M, FAR_M)
-
-
-def _speed_of(course: Course | None, limits: Limits) -> float:
-    return min(course.speed_m_s, limits.speed_m_s) if isinstance(course, Stand) else limits.speed_m_s
-
-
-def _chase(here: Samples, velocity: Samples, wanted: Samples, most: Samples, limits: Limits) -> tuple[Samples, Samples]:
-    """(n, k, 3) places and velocities of points that chase what is wanted, (n, 2, k, 3), no faster than `most` (n,)."""
+def _chase(here: Samples, velocity: Samples, asked: Samples, most: Samples, limits: Limits) -> tuple[Samples, Samples]:
+    """(n, k, 3) places and velocities of points that chase what is asked, (n, k, 6), no faster than `most` (n,)."""
     accel = limits.accel_m_s2
-    places, speeds = np.empty_like(wanted[:, 0]), np.empty_like(wanted[:, 0])
+    places, speeds = np.empty_like(asked[:, :, :3]), np.empty_like(asked[:, :, 3:])
     places[:, 0], speeds[:, 0] = here, velocity
     for i in range(1, places.shape[1]):
         before, v = places[:, i - 1], speeds[:, i - 1]
-        gap, feed = wanted[:, 0, i - 1] - before, wanted[:, 1, i]
+        gap, feed = asked[:, i - 1, :3] - before, asked[:, i, 3:]
         ask = feed + _pull(gap, accel)
         ask[:, :2] *= _at_most(ask[:, :2], most)
-        ask[:, 2] = np.clip(ask[:, 2], -DESCENT_M_S, CLIMB_M_S)
+        ask[:, 2] = np.minimum(np.maximum(ask[:, 2], -DESCENT_M_S), CLIMB_M_S)
         change = ask - v
         change[:, :2] *= _at_most(change[:, :2], accel * STEP_S)
-        change[:, 2] = np.clip(change[:, 2], -ACCEL_Z_M_S2 * STEP_S, ACCEL_Z_M_S2 * STEP_S)
+        change[:, 2] = np.minimum(np.maximum(change[:, 2], -ACCEL_Z_M_S2 * STEP_S), ACCEL_Z_M_S2 * STEP_S)
         speeds[:, i] = v + change
         places[:, i] = before + (v + speeds[:, i]) * (STEP_S / 2)
     return places, speeds

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from shapely.geometry import LineString
+from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from tui_gcs.core.course import Samples
@@ -47,15 +47,21 @@ class Walls:
         self._convex = self.free.convex_hull.area - self.free.area < SAME_M**2
         """Then the straight way between two places inside is inside."""
 
-    def outside_m(self, places_m: Samples, error_m: float = 0.0) -> Samples:
-        """(k,) how far outside places (k, 3) are, 0 inside; each may be anywhere within `error_m`."""
+    def outside_m(self, places_m: Samples, error_m: Samples | float = 0.0) -> Samples:
+        """(k,) how far outside places (k, 3) are, 0 inside; each may be anywhere within `error_m`, (k,) or the same."""
+        inside = shapely.intersects_xy(self.free, places_m[:, 0], places_m[:, 1])
+        error = np.broadcast_to(np.asarray(error_m, dtype=float), inside.shape)
+        out = np.zeros(len(places_m))
+        doubtful = np.flatnonzero(~inside | (error > 0) | bool(self.bans))  # nearly always none
+        if len(doubtful):
+            out[doubtful] = self._outside_m(places_m[doubtful], inside[doubtful], error[doubtful])
+        return out
+
+    def _outside_m(self, places_m: Samples, inside: NDArray[np.bool_], error_m: Samples) -> Samples:
         x, y, z = places_m.T
-        inside = shapely.intersects_xy(self.free, x, y)
-        if inside.all() and not self.bans and not error_m:  # nearly always
-            return np.zeros(len(places_m))
         points = shapely.points(x, y)
         out: Samples = np.where(inside, 0.0, shapely.distance(self.free, points) + error_m)
-        if error_m:
+        if error_m.any():
             out = np.maximum(out, np.where(inside, error_m - shapely.distance(self._edge, points), 0.0))
         for ban in self.bans:
             depth = np.where(
@@ -66,15 +72,25 @@ class Walls:
             out = np.maximum(out, np.minimum(depth, np.minimum(z - ban.low_m, ban.high_m - z)))
         return out
 
-    def is_clear(self, places_m: Samples) -> bool:
-        """Whether the straight ways from place (k, 3) to place, all of them inside, stay inside, at whatever height."""
+    def hold(self, low_m: Samples, high_m: Samples, error_m: Samples) -> NDArray[np.bool_]:
+        """(n,) whether boxes between (n, 3) and (n, 3), and `error_m` (n,) about them, are inside altogether."""
+        error = error_m[:, None]
+        boxes = shapely.box(*(low_m[:, :2] - error).T, *(high_m[:, :2] + error).T)
+        inside: NDArray[np.bool_] = shapely.covers(self.free, boxes)
+        for ban in self.bans:
+            inside &= (low_m[:, 2] >= ban.high_m) | (high_m[:, 2] <= ban.low_m) | ~shapely.intersects(ban.shape, boxes)
+        return inside
+
+    def are_clear(self, ways_m: Samples) -> NDArray[np.bool_]:
+        """(n,) whether straight ways (n, k, 3) from place to place, all of them inside, stay inside at all heights."""
         if self._convex and not self.bans:  # nearly always
-            return True
-        way = LineString(places_m[:, :2])
-        if way.length > SAME_M and not self.free.covers(way):
-            return False
-        low, high = places_m[:, 2].min(), places_m[:, 2].max()
-        return not any(low < ban.high_m and high > ban.low_m and ban.shape.intersects(way) for ban in self.bans)
+            return np.ones(len(ways_m), dtype=bool)
+        lines = shapely.linestrings(ways_m[:, :, :2])
+        clear: NDArray[np.bool_] = (shapely.length(lines) <= SAME_M) | shapely.covers(self.free, lines)
+        low, high = ways_m[:, :, 2].min(axis=1), ways_m[:, :, 2].max(axis=1)
+        for ban in self.bans:
+            clear &= (low >= ban.high_m) | (high <= ban.low_m) | ~shapely.intersects(ban.shape, lines)
+        return clear
 
 
 def band_miss_m(area: OperatingArea, heights_m: Samples) -> Samples:

@@ -6,9 +6,7 @@ PX4's own DO_ORBIT reaches 88 % of the asked speed and reads the sticks; ArduCop
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from tui_gcs.core.course import STILL, Samples
+from tui_gcs.core.course import STILL
 from tui_gcs.core.messages import Vec3
 
 ACCEL_SHARE = 0.9
@@ -96,13 +94,6 @@ class Orbit:
         east, north = self._outward(way_m)
         sense, inward = -1.0 if self.clockwise else 1.0, speed * speed / self.radius_m
         return (-inward * east - sense * accel * north, -inward * north + sense * accel * east, 0.0)
-
-    def predict(self, now: float, position_m: Vec3, times_s: Samples) -> Samples:
-        """(k, 3) where the vehicle will be `times_s` after `now`; its present error fades within 2 s."""
-        planned = np.array([self.at(now + t)[0] for t in times_s.tolist()])
-        error = np.array(position_m) - np.array(self.at(now)[0])
-        predicted: Samples = planned + np.clip(1.0 - times_s / 2.0, 0.0, 1.0)[:, None] * error
-        return predicted
 
     def _approach(self, t_s: float) -> tuple[Vec3, Vec3]:
         """Speed up, cruise, brake: on the straight way to the entry."""

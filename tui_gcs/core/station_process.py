@@ -108,7 +108,7 @@ def run(run_file: Path) -> None:
     given = [argument for info in files for argument in ("--file", info.name, info.sha256, info.file)]
     watched = kind is Kind.SIM and setting.get("watch", False)
     given += ["--watch"] if watched else []
-    workers = Workers(socket_path(kind, run_dir), logs / f"{name}.log", given)
+    workers = Workers(socket_path(kind, run_dir), logs / f"{name}-planners.log", given)
     try:
         _loop(station, bus, workers, memory, reader, clock)
     finally:

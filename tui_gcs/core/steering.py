@@ -13,8 +13,8 @@ from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
-from tui_gcs.core.guard import Guard
-from tui_gcs.core.guard_motion import Does, Flock, Mover, Sight
+from tui_gcs.core.guard import Guard, Verdict
+from tui_gcs.core.guard_motion import Does, Sight
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.monitor import error_m
 from tui_gcs.core.route import route
@@ -32,6 +32,8 @@ JUDGE_GAP_S = 0.2
 """The guard looks at every new course, and at the same one again after this time; it looks 5 s ahead."""
 STAND_GAP_S = 0.2
 """How often a place to stand at is said; firmware that needs to say it once does so."""
+
+Steered = tuple[Flight, Course, Vehicle]
 
 
 class Steering:
@@ -66,7 +68,7 @@ class Steering:
         due = [f for f in steered if f.course is not None and now >= f.next_setpoint_s - 1e-9]
         if not due:
             return
-        fresh = []
+        fresh: list[Steered] = []
         for flight in due:
             vehicle = self._fleet.vehicles.get(flight.vehicle)
             if vehicle is None or flight.course is None:
@@ -76,23 +78,27 @@ class Steering:
             else:  # nobody knows where it is; what it does without set-points was shown before the start
                 text = "no position for 3 s: no set-points"
                 self._events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, ALERT, every_s=5)
-        movers, flock = self._foresee(fresh, now)
         for flight, course, vehicle in fresh:
             self._measure(flight, course, vehicle, now)
-            self._steer(flight, course, vehicle, movers.get(vehicle.id), flock)
+        verdicts = self._judge(fresh, now)
+        for flight, course, vehicle in fresh:
+            self._steer(flight, course, vehicle, verdicts.get(vehicle.id))
 
-    def _foresee(self, fresh: list[tuple[Flight, Course, Vehicle]], now: float) -> tuple[dict[int, Mover], Flock]:
-        """Who must be judged now, following its course, by id; and everybody in the air, as decided before."""
-        judged = [
-            self._sight(vehicle, Does.FOLLOWS, course, now)
+    def _judge(self, fresh: list[Steered], now: float) -> dict[int, Verdict]:
+        """The guard's verdicts, by vehicle, on those who must be judged now."""
+        due = [
+            (flight, course, vehicle)
             for flight, course, vehicle in fresh
             if flight.passed is not course or now - flight.passed_s >= JUDGE_GAP_S - 1e-9
         ]
-        flock = self._guard.look(judged, now)
-        movers = {sight.id: flock.mover(row) for row, sight in enumerate(judged)}
-        return movers, self._flock(now) if judged else flock
+        if not due:
+            return {}
+        sights = [self._sight(vehicle, Does.FOLLOWS, course, now) for _, course, vehicle in due]
+        sent = [sent_of(flight, course) for flight, course, _ in due]
+        verdicts = self._guard.judge(sights, sent, self._known(now), now)
+        return {vehicle.id: verdict for (*_, vehicle), verdict in zip(due, verdicts, strict=True)}
 
-    def _flock(self, now: float) -> Flock:
+    def _known(self, now: float) -> list[Sight]:
         """Everybody in the air, in a team or not, as the guard sees them."""
         sights = []
         for vehicle in self._fleet.vehicles.values():
@@ -100,7 +106,7 @@ class Steering:
                 flight = self._book.get(vehicle.id)
                 does, course = flight.does() if flight is not None else (Does.DRIFTS, None)
                 sights.append(self._sight(vehicle, does, course, now))
-        return self._guard.look(sights, now)
+        return sights
 
     def _sight(self, vehicle: Vehicle, does: Does, course: Course | None, now: float) -> Sight:
         flight = self._book.get(vehicle.id)
@@ -125,8 +131,8 @@ class Steering:
     def blocked(self, flight: Flight, vehicle: Vehicle) -> str:
         """Who is in the way of the flight's course, or ""."""
         now = self._clock.now()
-        me = self._guard.look([self._sight(vehicle, Does.FOLLOWS, flight.course, now)], now).mover(0)
-        return self._guard.separation(me, self._flock(now)).text
+        me = self._sight(vehicle, Does.FOLLOWS, flight.course, now)
+        return self._guard.separation(me, self._known(now), now).text
 
     def way_home(self, vehicle: Vehicle, home_m: Vec3) -> list[tuple[float, float]]:
         """Turning points of the shortest way home inside the operating area and around no-fly zones."""
@@ -163,36 +169,26 @@ class Steering:
             text = "stands still although it is asked to move: outside of its own fence, or its mode does not take it?"
             self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
 
-    def _steer(self, flight: Flight, course: Course, vehicle: Vehicle, judged: Mover | None, flock: Flock) -> None:
-        """`judged`: the vehicle as foreseen, None if it was judged just before."""
+    def _steer(self, flight: Flight, course: Course, vehicle: Vehicle, verdict: Verdict | None) -> None:
+        """`verdict`: the guard's, None if the vehicle was judged just before. Who is vetoed brakes and holds."""
         now = self._clock.now()
         firmware = self._firmware.of(vehicle)
-        sent = course if isinstance(course, Stand) or not flight.tracking else Led(course, flight.tracking.lead)
         gap_s = STAND_GAP_S if isinstance(course, Stand) else firmware.setpoint_gap_s
         flight.next_setpoint_s = next_due_s(flight.next_setpoint_s, now, gap_s)
-        if judged is not None and not self._may_pass(flight, course, sent, vehicle, judged, flock):
-            return
+        if verdict is not None:
+            flight.passed, flight.passed_s = (course, now) if verdict.ok else (None, now)
+            if not verdict.ok:
+                self._brake_for_veto(flight, vehicle, verdict.text)
+                return
+            flight.vetoed = ""
         self._commands.cancel(vehicle.id, "hold")  # of a veto or a change of round: it would fight the new course
+        sent = sent_of(flight, course)
         point, velocity = sent.at(now)
         if isinstance(course, Stand):
             firmware.go_to(vehicle, point, course.speed_m_s, anew=flight.limited_m_s != course.speed_m_s)
         else:
             firmware.follow(vehicle, point, velocity, sent.push(now) if isinstance(sent, Led) else STILL)
         flight.limited_m_s = course.speed_m_s if isinstance(course, Stand) else math.nan
-
-    def _may_pass(
-        self, flight: Flight, course: Course, sent: Course | Led, vehicle: Vehicle, me: Mover, flock: Flock
-    ) -> bool:
-        """Whether the guard passes what is sent; a vetoed vehicle brakes and holds."""
-        now = self._clock.now()
-        verdict = self._guard.judge(me, sent, flock, now)
-        flock.decided(me, goes=verdict.ok)
-        flight.passed, flight.passed_s = (course, now) if verdict.ok else (None, now)
-        if verdict.ok:
-            flight.vetoed = ""
-        else:
-            self._brake_for_veto(flight, vehicle, verdict.text)
-        return verdict.ok
 
     def _brake_for_veto(self, flight: Flight, vehicle: Vehicle, why: str) -> None:
         if flight.joined:
@@ -202,6 +198,11 @@ class Steering:
         flight.vetoed = why
         text = f"guard veto, holding: {why}"
         self._events.say(EventClass.PLANNER, f"vehicle {vehicle.id}", text, WARNING, every_s=5)
+
+
+def sent_of(flight: Flight, course: Course) -> Course | Led:
+    """What is sent for a course: one that moves is led by what the vehicle is late."""
+    return course if isinstance(course, Stand) or not flight.tracking else Led(course, flight.tracking.lead)
 
 
 def next_due_s(due_s: float, now: float, gap_s: float) -> float:

@@ -9,7 +9,7 @@ Compared are places of the same moment: the course at the time its newest positi
 import math
 from dataclasses import dataclass, field, replace
 
-from tui_gcs.core.course import STILL, Course, Moving, Samples, Stand, Trajectory
+from tui_gcs.core.course import STILL, Course, Moving, Stand, Trajectory
 from tui_gcs.core.firmware.base import Lead
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.push import ACCEL_GAIN, DragModel
@@ -157,10 +157,6 @@ class Led:
         accel = self.course.acceleration(t_s + self.lead.time_s)
         east, north = (ACCEL_GAIN * accel[axis] + self.lead.drag_hz * velocity[axis] for axis in (0, 1))
         return (east, north, 0.0)
-
-    def predict(self, now: float, position_m: Vec3, times_s: Samples) -> Samples:
-        """Where the vehicle will be: on the course, that is what the lead is for."""
-        return self.course.predict(now, position_m, times_s)
 
 
 def wanted_then(course: Course, at_s: float) -> tuple[Vec3, Vec3]:

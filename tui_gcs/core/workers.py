@@ -2,6 +2,7 @@
 
 import contextlib
 import logging
+import math
 import os
 import subprocess
 import sys
@@ -20,6 +21,8 @@ FIRST_WAIT_S, LONGEST_WAIT_S = 1.0, 30.0
 """Before a dead worker is started again; doubled each time, until one lived for `LIVED_S`."""
 LIVED_S = 60.0
 END_S = 2.0
+MOST_LOG_BYTES, KEPT_LOG_BYTES, LOOK_GAP_S = 10_000_000, 5_000_000, 1.0
+"""Workers share a log; it is looked at so often, and shortened when it is too long. They append to it."""
 
 
 @dataclass
@@ -37,14 +40,18 @@ class Workers:
     """Keeps them. Times are the caller's."""
 
     def __init__(self, bus_socket: Path, log_file: Path, arguments: Sequence[str] = ()) -> None:
-        """Nothing runs yet. `arguments` are for all of them."""
+        """Nothing runs yet. `log_file` is the workers' own; `arguments` are for all of them."""
         self._socket = bus_socket
         self._log_file = log_file
         self._arguments = list(arguments)
         self._workers: dict[str, _Worker] = {}
+        self._looked_s = -math.inf
 
     def keep(self, teams: list[str], now: float) -> None:
         """Start what is missing, end what is not wanted any more."""
+        if now >= self._looked_s + LOOK_GAP_S:
+            self._looked_s = now
+            self._shorten_log()
         for team in [t for t in self._workers if t not in teams]:
             self._workers.pop(team).process.terminate()
         for team in teams:
@@ -80,6 +87,16 @@ class Workers:
                 worker.process.wait(END_S)
                 continue
             worker.process.kill()
+
+    def _shorten_log(self) -> None:
+        """Keep what planners print from filling the disk: its beginning and the newest stay, what is between goes."""
+        try:
+            if self._log_file.stat().st_size > MOST_LOG_BYTES:
+                os.truncate(self._log_file, KEPT_LOG_BYTES)
+                with self._log_file.open("ab") as output:
+                    output.write(b"\n--- planners print too much: what came here is not kept ---\n")
+        except OSError as error:
+            log.warning("%s cannot be shortened: %s", self._log_file, error)
 
     def _start(self, team: str) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "tui_gcs.planner.worker", "--bus", str(self._socket), "--team", team]

@@ -34,8 +34,8 @@ without it. The station calls, in this order:
 `step` is a pure function of the planner's state and `ctx`: time, fleet, tracks, wind and random numbers come with it. A
 planner never asks a clock, never draws from an unseeded generator, opens no files and starts no threads: then a flight
 can be replayed bit by bit, and a rehearsal is worth something. The order of `fleet` is by id, but nothing should depend
-on which id a vehicle has. Anybody may be lost, held or join between any two steps: what `fleet` shows counts, events
-only say it sooner. A team may have 0 vehicles.
+on which id a vehicle has (where an operator gives orders by number, declare `ids_matter = True`). Anybody may be lost,
+held or join between any two steps: what `fleet` shows counts, events only say it sooner. A team may have 0 vehicles.
 
 **What is wanted** of a vehicle is an `Intent`; it stays until the next one for this vehicle:
 
@@ -54,6 +54,10 @@ numbers are as good as tuples.
 **The guard** stands behind every planner and passes or vetoes, nothing else: operating area and no-fly zones with
 their margins, altitude band, speed, and closest approach in the next seconds. A vetoed vehicle brakes and stands until
 an intent passes; the operator sees the reason. It is a wall, not a tool: plan so that it never speaks.
+
+**Keeping apart.** On their layers vehicles may cross each other's ways: a scenario's layers are at least the vertical
+limit apart. Where they share a height, `avoid(position_m, velocity_m_s, wanted_m_s, task.limits)` makes of the
+velocities (n, 3) that are wanted for the next step such as keep everybody apart: for `velocity` intents, in every step.
 
 **Time.** `ctx.deadline_s` is what a step may take. Three steps in a row longer than the period, or 2 s without a plan:
 the vehicles hold, the operator is told, the process is killed and begun anew. So long work is cut into `iterations`:
@@ -81,6 +85,7 @@ from tui_gcs.core.idleness import cell_centres_m, sweep_bound_s
 from tui_gcs.core.messages import Annotation, Intent, ParamInfo, ParamValue, PlannerTask
 from tui_gcs.core.scenario import Limits, OperatingArea
 from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
+from tui_gcs.planner.avoidance import avoid
 
 __all__ = [
     "API_VERSION",
@@ -105,6 +110,7 @@ __all__ = [
     "Tracks",
     "Zone",
     "area_m2",
+    "avoid",
     "cell_centres_m",
     "polygon_of",
     "sweep_bound_s",
@@ -243,6 +249,8 @@ class Planner:
     """Steps a second, 1 to 20. Fleet frames come at 10 Hz, at 20 Hz if a planner wants it."""
     iterations_per_s: ClassVar[float] = 0.0
     """Units of background work granted per second of mission time."""
+    ids_matter: ClassVar[bool] = False
+    """True: what a vehicle flies depends on its number, on purpose, because an operator says so by number."""
 
     def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
         """Take zone, limits and validated parameters, all of them. `rng` is the one that `Context.rng` is, too.

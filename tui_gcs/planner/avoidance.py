@@ -1,5 +1,8 @@
 """Avoidance: wanted velocities altered so that vehicles keep apart, before the guard has to veto them.
 
+For planners whose vehicles share a height (`api.avoid`). Those that come with tui-gcs keep each vehicle on its layer,
+and a scenario's layers are at least the vertical limit apart: they cross each other's ways without minding.
+
 Each vehicle takes half of every encounter: it closes in on a neighbour no faster than it can brake within half of the
 room between them. That is one half-plane of allowed velocities per neighbour (a barrier certificate: Wang, Ames,
 Egerstedt 2017), and standing still lies in all of them, so there always is a solution. Nobody talks to anybody: the
@@ -13,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.planner.api import Limits
+from tui_gcs.core.scenario import Limits
 
 Floats = NDArray[np.floating[Any]]
 Rows = NDArray[np.intp]

@@ -36,13 +36,13 @@ def describe_file(path: str) -> PlannerInfo:
     try:
         file = Path(path).resolve()
     except (OSError, RuntimeError):  # a link to itself
-        raise DescribeError(f"{path}: cannot be read") from None
+        raise DescribeError(f"{clean(path)}: cannot be read") from None
     try:
         infos = _ask([str(file)])
     except subprocess.TimeoutExpired:
-        raise DescribeError(f"{path}: does not finish loading within {LIMIT_S:.0f} s") from None
+        raise DescribeError(f"{clean(path)}: does not finish loading within {LIMIT_S:.0f} s") from None
     if len(infos) != 1:
-        raise DescribeError(f"{path}: cannot be described")
+        raise DescribeError(f"{clean(path)}: cannot be described")
     return infos[0]
 
 

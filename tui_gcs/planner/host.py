@@ -17,13 +17,14 @@ import msgspec
 import numpy as np
 
 from tui_gcs.core.bus import FLEET, PLAN, PREVIEW, PREVIEW_TASK, TASK, Bus, Closable
-from tui_gcs.core.messages import FleetFrame, Plan, PlannerTask, PreviewTask, decode, encode
+from tui_gcs.core.messages import FleetFrame, Plan, PlannerTask, PreviewResult, PreviewTask, decode, encode
 from tui_gcs.core.plan_limits import too_large, too_many
 from tui_gcs.planner import kept as keeping
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Context, Output, Planner
 from tui_gcs.planner.changes import Changes
 from tui_gcs.planner.plain import plain_intent
+from tui_gcs.planner.planner_file import is_operators
 from tui_gcs.planner.registry import PlannerFile
 from tui_gcs.planner.views import team_view, tracks_view
 
@@ -292,9 +293,9 @@ class PlannerHost:
         """The traceback of `call`, "" if it went well. Planners are foreign code: anything may come out of them."""
         try:
             call()
-        except KeyboardInterrupt:
-            raise  # the operator's, in lock-step runs
-        except BaseException:  # noqa: BLE001 - the edge to foreign code
+        except BaseException as error:
+            if is_operators(error):
+                raise
             return _trace()
         return ""
 
@@ -342,7 +343,12 @@ def attach(host: PlannerHost, bus: Bus) -> Closable:
         if ask.task is not None:
             from tui_gcs.planner.preview import preview
 
-            bus.publish(PREVIEW.format(team=host.team), encode(preview(ask, host.files)))
+            try:
+                data = encode(preview(ask, host.files))
+            except Exception as error:  # noqa: BLE001 - the edge to foreign code: what it put in may be anything
+                text = f"nothing can be shown: {_last_line(str(error))}"
+                data = encode(PreviewResult(host.team, ask.number, "failed", text=text))
+            bus.publish(PREVIEW.format(team=host.team), data)
 
     return _Attached(
         bus.subscribe(TASK.format(team=host.team), on_task),

@@ -1,5 +1,6 @@
 """A planner in a file of its own: loads it, and says in one line what is wrong with it and where."""
 
+import signal
 import sys
 import traceback
 from hashlib import sha256
@@ -36,11 +37,16 @@ def load_file(path: Path, wanted_sha256: str = "") -> type[Planner]:
         exec(compile(source, str(path), "exec"), module.__dict__)  # noqa: S102 - that is what a planner file is for
     except SyntaxError as error:
         raise PlannerError(f"{Path(error.filename or path).name}:{error.lineno}: {error.msg}") from None
-    except KeyboardInterrupt:
-        raise
-    except BaseException as error:  # noqa: BLE001 - the edge to foreign code
+    except BaseException as error:
+        if is_operators(error):
+            raise
         raise PlannerError(blame("".join(traceback.format_exception(error)), path)) from None
     return _only_planner(module, path)
+
+
+def is_operators(error: BaseException) -> bool:
+    """Whether what came out of a planner is a Ctrl-C. Where those are ignored, in workers, it is the planner's own."""
+    return isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
 
 
 def read_source(path: Path) -> bytes:

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import msgspec
 import numpy as np
 import shapely
 from numpy.typing import NDArray
@@ -39,6 +40,8 @@ PATIENCE_S = 2.0
 """At least this long between two ways from where a vehicle is to its path."""
 DRAW_AGAIN_S = 5.0
 DRAWN_POINTS = 80
+MOST_KEPT_BYTES = 900_000
+"""Hosts keep no more: very many vehicles on their way are not kept."""
 MOST_POINTS = 500
 """Of one vehicle's path."""
 
@@ -47,6 +50,7 @@ class Waypoints(Planner):
     """Every vehicle flies its own path."""
 
     name = "waypoints"
+    ids_matter = True
     params = (
         Param(
             "paths",
@@ -99,6 +103,18 @@ class Waypoints(Planner):
             "joined": sum(place.joined for place in self._places.values()),
         }
         return out
+
+    def snapshot(self) -> bytes:
+        """Where everybody is on his path, exactly; b"" if that is too long."""
+        places = {vehicle: _KeptPlace.of(place) for vehicle, place in self._places.items()}
+        data = msgspec.msgpack.encode(_Kept(places, self._drawn_s))
+        return data if len(data) <= MOST_KEPT_BYTES else b""
+
+    def restore(self, data: bytes) -> None:
+        """As `snapshot` gave."""
+        kept = msgspec.msgpack.decode(data, type=_Kept)
+        self._places = {vehicle: place.place() for vehicle, place in kept.places.items()}
+        self._drawn_s = kept.drawn_s
 
     def _intent(self, ctx: Context, vehicle: int, i: int) -> Intent:
         tour = self._tours.get(vehicle)
@@ -157,6 +173,37 @@ class _Place:
             under_way = times_s < self.transit.end_s
             xy[under_way], velocity[under_way] = self.transit.at(times_s[under_way])
         return xy, velocity
+
+
+Pairs = list[tuple[float, float]]
+
+
+class _KeptPlace(msgspec.Struct, frozen=True, array_like=True):
+    """A place; the way to its path as (begin, places, velocities), if it is on it."""
+
+    origin_s: float
+    planned_s: float
+    joined: bool
+    stuck: bool
+    transit: tuple[float, Pairs, Pairs] | None
+
+    @staticmethod
+    def of(place: _Place) -> "_KeptPlace":
+        way = place.transit
+        transit = None if way is None else (way.t0_s, way.xy_m.tolist(), way.velocity_m_s.tolist())
+        return _KeptPlace(place.origin_s, place.planned_s, place.joined, place.stuck, transit)
+
+    def place(self) -> _Place:
+        transit = None
+        if self.transit is not None:
+            t0_s, places, velocities = self.transit
+            transit = Transit(t0_s, np.array(places), np.array(velocities))
+        return _Place(self.origin_s, self.planned_s, transit, self.joined, self.stuck)
+
+
+class _Kept(msgspec.Struct, frozen=True, array_like=True):
+    places: dict[int, _KeptPlace]
+    drawn_s: float
 
 
 def parsed(text: str) -> dict[int, Floats]:

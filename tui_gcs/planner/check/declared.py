@@ -44,6 +44,8 @@ def _wrong(planner: type[Planner]) -> Iterator[str]:
         yield f"rate_hz = {planner.rate_hz!r}: must be {LEAST_HZ:g} to {MOST_HZ:g}"
     if not _is_number(planner.iterations_per_s) or not planner.iterations_per_s >= 0:
         yield f"iterations_per_s = {planner.iterations_per_s!r}: must be 0 or more"
+    if not isinstance(planner.ids_matter, bool):
+        yield f"ids_matter = {planner.ids_matter!r}: must be True or False"
     if planner.step is Planner.step:
         yield "step is not written: it is what a planner is"
     if not isinstance(planner.params, tuple) or not all(isinstance(param, Param) for param in planner.params):

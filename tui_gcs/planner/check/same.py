@@ -14,7 +14,7 @@ import numpy as np
 from tui_gcs.core.messages import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.check.declared import suspects
-from tui_gcs.planner.check.finding import Finding, failed, passed
+from tui_gcs.planner.check.finding import Finding, failed, noted, passed
 from tui_gcs.planner.check.form import difference, unlike
 from tui_gcs.planner.check.subject import Broken, Subject, essence
 from tui_gcs.planner.check.world import World, scattered, task_for
@@ -144,6 +144,9 @@ def _stops(steps: int, *, quick: bool) -> list[int]:
 def order(subject: Subject) -> Iterator[Finding]:
     """What a vehicle is sent depends on where it is, not on its number."""
     check, count = "vehicle order", 6
+    if subject.planner.ids_matter:
+        yield noted(check, "not looked at: ids_matter is declared", "what a vehicle flies depends on its number")
+        return
     duration_s = 10.0 if subject.quick else 30.0
     ids = list(range(1, count + 1))
     renamed = [[ids[i] for i in (3, 5, 0, 4, 1, 2)], [40, 3, 1007, 12, 5, 200]]
