@@ -36,6 +36,8 @@ class ArduCopter:
 
     Its position gain is 1/s, and it takes no acceleration along with a place in frame 6 (tried: no difference).
     """
+    off_course_m = 0.8
+    """Measured on four real ones in two flights of three rounds: 95 % of places within 0.5 m, all within 0.8 m."""
 
     def __init__(self, speech: Speech, commands: CommandService) -> None:
         """`commands` runs what comes along with a set-point."""
