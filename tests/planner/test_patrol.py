@@ -120,7 +120,9 @@ def test_after_a_loss_no_place_waits_longer_than_two_new_slot_periods(lost: tupl
     assert all(intent.joined for intent in fly(host, vehicles, 150.0, watch).intents)
     grid.begin_window(vehicles.t_s)
     fly(host, vehicles, 200.0, watch)
-    assert grid.worst_idleness_s == pytest.approx(plan.metrics["predicted_worst_s"], abs=0.8), "the same ratio as before"
+    assert grid.worst_idleness_s == pytest.approx(plan.metrics["predicted_worst_s"], abs=0.8), (
+        "the same ratio as before"
+    )
 
 
 def test_the_last_one_goes_on_where_it_is() -> None:
