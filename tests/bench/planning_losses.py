@@ -72,8 +72,7 @@ class _Flight:
         self._grid.begin_window(self._world.t_s)
         self.fly(HEARD_NO_MORE_S)
         self._world.freshness = dict.fromkeys(lost, Freshness.LOST)
-        self.fly(period_s)
-        yield Row(
-            f"{name}: longest wait meanwhile / (2 T / n)", self._grid.worst_idleness_s * left / period_s / 2, "", 1
-        )
+        self.fly(1.5 * period_s)
+        share = self._grid.worst_idleness_s / (2.0 * period_s / left)
+        yield Row(f"{name}: longest wait meanwhile / (2 T / n)", share, "", 1.0)
         yield Row(f"{name}: later, n x worst idleness / before", left * self.worst_s(period_s) / alone_s, "", 1.05)

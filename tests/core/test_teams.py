@@ -240,7 +240,7 @@ def test_a_worker_that_is_silent_in_flight_is_to_be_killed(rig: MakeRig) -> None
 
 
 def test_a_worker_that_is_silent_on_the_ground_is_to_be_killed_and_nobody_is_alarmed(rig: MakeRig) -> None:
-    flight = rig(1, planning=False)
+    flight = rig(1, planning=False).run(2.0)  # its vehicle is heard, and with it the task it has
     desk = flight.station.desks["defend"]
     flight.bus.alive(ALIVE.format(principal="planner-defend"))
     flight.plan()
