@@ -9,6 +9,7 @@ import numpy as np
 
 import tui_gcs
 from tests.bench.row import Row
+from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.idleness import IdlenessGrid
 from tui_gcs.core.messages import Freshness
 from tui_gcs.core.scenario_load import load
@@ -28,7 +29,7 @@ def planning_losses(_: Path) -> Iterator[Row]:
     for zone in round_.zones[:2]:
         task = task_for(range(1, COUNT + 1), "patrol", shape=zone.shape, area=round_.area, parameters={"search": 0})
         host = PlannerHost(TEAM)
-        host.set_task(msgspec.structs.replace(task, off_course_m=0.8))
+        host.set_task(msgspec.structs.replace(task, off_course_m=ArduCopter.off_course_m))
         flight = _Flight(host, World(task, scattered(COUNT) + np.array([60.0, 150.0])), zone.shape)
         flight.fly(SETTLED_S)
         before_s = flight.worst_s(flight.period_s / 2)
