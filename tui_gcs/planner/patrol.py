@@ -41,8 +41,8 @@ Floats = NDArray[np.floating[Any]]
 HORIZON_S = 3.0
 SAMPLE_S = 0.25
 ACCEL_SHARE = 0.88
-"""Of the allowed acceleration; the rest is the autopilot's for tracking. Simulated ArduCopters were up to 0.9 m beside a
-tour with 0.92, in a wind of 3 m/s, and 0.8 m with 0.88; real ones flew 0.95 and 0.84 equally well."""
+"""Of the allowed acceleration; the rest is the autopilot's for tracking. Simulated ArduCopters were up to 0.9 m beside
+a tour with 0.92, in a wind of 3 m/s, and 0.8 m with 0.88; real ones flew 0.95 and 0.84 equally well."""
 TRANSIT_SPEED_SHARE = 0.995
 """More than any tour's: whoever is behind catches up."""
 DRAWN_POINTS = 120
