@@ -31,9 +31,8 @@ FOLLOW_GAIN_HZ, FOLLOW_S = 0.8, 0.8
 The real one, on patrol tours, is left behind by 1.0 s^2 times its course's acceleration: outside in curves, late where
 it speeds up. It takes no acceleration along, nor guesses one.
 """
-FOLLOW_ACCEL_M_S2 = (
-    3.5  # its lean allows more; with WPNAV_ACCEL it would circle outside of what turns at 2.2 m/s2 for ever
-)
+FOLLOW_ACCEL_M_S2 = 3.5
+"""Its lean allows more; with WPNAV_ACCEL it would circle outside of what turns at 2.2 m/s2 for ever."""
 GENTLE_M_S = 2.0  # a target this fast is approached with half the deceleration
 YAW_RATE_RAD_S = np.deg2rad(60.0)
 YAW_SPEED_M_S = 1.0  # slower than this a vehicle keeps its heading
@@ -163,11 +162,12 @@ class Vehicles:
         error = self.target_m[:, :2] - self.seen_m[:, :2]
         distance = np.maximum(np.hypot(error[:, 0], error[:, 1]), 1e-9)
         carried = self.target_velocity_m_s[:, :2]
-        # A moving target is closed in on gently: what its turns need of the acceleration limit is not ours to use.
+        # A single moving target is closed in on gently.
         decel = BRAKE_M_S2 / (1.0 + np.hypot(carried[:, 0], carried[:, 1]) / GENTLE_M_S)
         follows = self.follows_s > 0.0
         closing = approach_speed(distance, decel)
-        closing = np.where(follows, np.minimum(closing, FOLLOW_GAIN_HZ * distance), closing)
+        pulled = np.minimum(approach_speed(distance, ACCEL_M_S2), FOLLOW_GAIN_HZ * distance)
+        closing = np.where(follows, pulled, closing)
         correction = self.hold_xy * closing / distance
         wanted = carried + error * correction[:, None]
         speed = np.hypot(wanted[:, 0], wanted[:, 1])
