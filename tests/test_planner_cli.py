@@ -80,10 +80,10 @@ def test_known_planners_and_what_can_be_set(tell: Tell) -> None:
     code, out, _ = tell("list")
     assert code == 0
     assert f"patrol {Patrol.version}  5 Hz  (built in)" in out
-    assert "margin_m          1.5 m       0 … 5" in out
+    assert "margin_m          0.0 m       0 … 5" in out
     rows = {row["name"]: row for row in json.loads(tell("list", "--json")[1])}
     margin = next(p for p in rows["patrol"]["parameters"] if p["name"] == "margin_m")
-    assert (margin["default"], margin["unit"], margin["maximum"]) == (1.5, "m", 5.0)
+    assert (margin["default"], margin["unit"], margin["maximum"]) == (0.0, "m", 5.0)
 
 
 def test_a_broken_package_is_shown_with_its_reason(tell: Tell, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,6 +20,7 @@ from tests.bench.headless import help_cpu, lock_step
 from tests.bench.live import live
 from tests.bench.load import latency, load
 from tests.bench.planning import planning
+from tests.bench.planning_losses import planning_losses
 from tests.bench.planning_runs import planning_runs
 from tests.bench.row import NotMeasured, Row
 from tests.bench.sim import sim
@@ -40,13 +41,14 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "live": live,
     "console": console,
     "planning": planning,
+    "planning-losses": planning_losses,
     "planning-runs": planning_runs,
     "guardian": guardian,
     "guard": guard,
 }
 LONG_S = {
     "planning": 150,
-    "planning-runs": 600,
+    "planning-runs": 350,
     "load": 95,
     "live": 150,
     "console": 420,

@@ -10,6 +10,7 @@ import tui_gcs
 from tests.bench.planning_baselines import greedy_worst, loops, strips, worst_of_tours
 from tests.bench.planning_zones import unseen, wide
 from tests.bench.row import Row
+from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.idleness import cell_centres_m, sweep_bound_s
 from tui_gcs.core.scenario import OperatingArea
 from tui_gcs.core.scenario_load import load
@@ -92,11 +93,10 @@ def _unseen() -> Iterator[Row]:
 
 
 def _site(zone: Zone, area: OperatingArea, closed: tuple[Zone, ...]) -> Site:
-    """As the patrol planner does by default."""
-    default = {param.name: param.default for param in Patrol.params}
-    motion = Motion(
-        SPEED_M_S * float(default["speed_fraction"]), ACCEL_M_S2 * ACCEL_SHARE, RADIUS_M - float(default["margin_m"])
-    )
+    """As the patrol planner does by default for ArduCopters."""
+    default = {param.name: float(param.default) for param in Patrol.params if param.type is float}
+    radius_m = RADIUS_M - ArduCopter.off_course_m - default["margin_m"]
+    motion = Motion(SPEED_M_S * default["speed_fraction"], ACCEL_M_S2 * ACCEL_SHARE, radius_m)
     return site_of(zone.shape, Region(area, closed, MARGIN_M, zone), motion, RADIUS_M)
 
 

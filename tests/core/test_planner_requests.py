@@ -25,8 +25,8 @@ def smaller(flight: Rig) -> str:
 def test_a_parameter_changes_in_flight_and_nobody_holds(rig: MakeRig) -> None:
     flight = rig(4, wants=None).flying().run(15.0)
     reply = flight.ask(m.SetParameters(team="defend", parameters={"speed_fraction": 0.6}))
-    assert reply.ok and reply.text == "team defend, planner patrol: speed_fraction 0.97 -> 0.6"
-    assert "team defend, planner patrol: speed_fraction 0.97 -> 0.6" in flight.journal.path.read_text()
+    assert reply.ok and reply.text == "team defend, planner patrol: speed_fraction 0.985 -> 0.6"
+    assert "team defend, planner patrol: speed_fraction 0.985 -> 0.6" in flight.journal.path.read_text()
     assert "speed_fraction = 0.6" in flight.station.toml, "a restarted station knows it, too"
     slowest = []
     for _ in range(40):
@@ -45,7 +45,7 @@ def test_a_parameter_changes_in_flight_and_nobody_holds(rig: MakeRig) -> None:
     ("team", "parameters", "told"),
     [
         ("nobody", {"speed_fraction": 0.6}, "no team nobody"),
-        ("defend", {"speed_fraction": 9.0}, "speed_fraction must be at most 0.97"),
+        ("defend", {"speed_fraction": 9.0}, "speed_fraction must be at most 0.985"),
         ("defend", {"speed_fraction": float("nan")}, "speed_fraction must be a finite number"),
         ("defend", {"speed_fraction": "fast"}, "speed_fraction must be float, not str"),
         ("defend", {"spede": 1.0}, "spede is no parameter of it (it has: speed_fraction,"),

@@ -11,8 +11,12 @@ from tui_gcs.core import messages as m
 from tui_gcs.core.bus import ALIVE, PLAN
 from tui_gcs.core.course import Stand
 from tui_gcs.core.events import ALERT
+from tui_gcs.core.firmware.ardupilot import ArduCopter
+from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M
+from tui_gcs.core.firmware.px4 import Px4Multicopter
 from tui_gcs.core.messages import FleetFrame, Intent, Phase, Plan, PlannerTask, RunPhase
 from tui_gcs.core.status import station_status
+from tui_gcs.core.wire.mavlink import AUTOPILOT_PX4
 
 MakeRig = Callable[..., Rig]
 SPOT = (240.0, 200.0)
@@ -28,6 +32,21 @@ def alerts(flight: Rig, team: str = "defend") -> list[str]:
 
 def team(flight: Rig) -> m.TeamStatus:
     return station_status(flight.station, 1).teams[0]
+
+
+# ---------------------------------------------------------------- what they are told
+
+
+def test_a_planner_is_told_how_far_the_worst_of_its_autopilots_strays(rig: MakeRig) -> None:
+    flight = rig(4).run(2.0)
+    station, desk = flight.station, flight.station.desks["defend"]
+    assert desk.task is not None
+    assert desk.task.members == (1, 2, 3, 4)
+    assert desk.task.off_course_m == ArduCopter.off_course_m, "told anew when they were heard"
+    station.fleet.vehicles[3].autopilot = AUTOPILOT_PX4
+    mixed = desk.task_for(station.scenario, station.round, desk.team, 99)
+    assert mixed.off_course_m == Px4Multicopter.off_course_m > ArduCopter.off_course_m
+    assert station.firmware.off_course_m((1, 77)) == UNKNOWN_OFF_COURSE_M, "77 was never heard"
 
 
 # ---------------------------------------------------------------- late and dead
@@ -221,7 +240,7 @@ def test_a_worker_that_is_silent_in_flight_is_to_be_killed(rig: MakeRig) -> None
 
 
 def test_a_worker_that_is_silent_on_the_ground_is_to_be_killed_and_nobody_is_alarmed(rig: MakeRig) -> None:
-    flight = rig(1, planning=False)
+    flight = rig(1, planning=False).run(2.0)  # its vehicle is heard, and with it the task it has
     desk = flight.station.desks["defend"]
     flight.bus.alive(ALIVE.format(principal="planner-defend"))
     flight.plan()

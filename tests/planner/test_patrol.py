@@ -99,7 +99,30 @@ def test_a_loss_respaces_the_others_in_the_next_step(lost: tuple[int, ...]) -> N
     left = 4 - len(lost)
     assert slots_of(plan) == [f"{k + 1}/{left}" for k in range(left)]
     assert not {intent.vehicle for intent in plan.intents} & set(lost)
-    assert all(intent.joined for intent in fly(host, vehicles, 60.0 + 20.0).intents)
+    assert not any("way" in intent.reason for intent in plan.intents), "nobody leaves the tour"
+
+
+@pytest.mark.parametrize("lost", [(2,), (2, 3)])
+def test_after_a_loss_no_place_waits_longer_than_two_new_slot_periods(lost: tuple[int, ...]) -> None:
+    host, vehicles = small_patrol(), fleet(4)
+    grid = IdlenessGrid(SMALL, 15.0)
+
+    def watch(plan: Plan) -> None:
+        seeing = [i for i, v in enumerate(vehicles.ids) if v not in vehicles.freshness]
+        grid.update(plan.t_s, vehicles.position_m[seeing, :2])
+
+    fly(host, vehicles, 60.0, watch)
+    vehicles.freshness = dict.fromkeys(lost, Freshness.LOST)
+    grid.begin_window(vehicles.t_s)
+    plan = fly(host, vehicles, 90.0, watch)
+    left = 4 - len(lost)
+    assert grid.worst_idleness_s <= 2.0 * plan.metrics["period_s"] / left
+    assert all(intent.joined for intent in fly(host, vehicles, 150.0, watch).intents)
+    grid.begin_window(vehicles.t_s)
+    fly(host, vehicles, 200.0, watch)
+    assert grid.worst_idleness_s == pytest.approx(plan.metrics["predicted_worst_s"], abs=0.8), (
+        "the same ratio as before"
+    )
 
 
 def test_the_last_one_goes_on_where_it_is() -> None:

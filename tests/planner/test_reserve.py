@@ -122,7 +122,7 @@ def test_many_vehicles_fall_back_smoothly_after_losses() -> None:
 
     plan = host.step(vehicles.frame())
     assert slots(plan) == sorted(f"{k + 1}/{count - 2}" for k in range(count - 2))
-    assert all(intent.joined for intent in plan.intents), "nobody leaves the tour"
+    assert not any("on its way" in intent.reason for intent in plan.intents), "nobody leaves the tour"
     fly(host, vehicles, 66.0, watch)
     vehicles.phase = {5: Phase.HOLDING}
     assert len(fly(host, vehicles, 70.0, watch).intents) == count - 3

@@ -7,7 +7,7 @@ import pytest
 
 from tui_gcs.core.idleness import IdlenessGrid, cell_centres_m
 from tui_gcs.core.zones import Circle
-from tui_gcs.planner.tour import Tour, evaluate, resampled, timed
+from tui_gcs.planner.tour import TURN_M_S3, Tour, evaluate, resampled, timed
 
 
 def circle(radius_m: float, points: int = 200) -> np.ndarray:
@@ -26,9 +26,10 @@ def test_a_wide_circle_is_flown_at_full_speed() -> None:
 
 
 def test_a_tight_circle_is_flown_as_fast_as_turning_allows() -> None:
-    tour = timed(circle(10.0), 8.0, 2.5)
-    assert tour.period_s == pytest.approx(2.0 * math.pi * 10.0 / 5.0, rel=0.01)
-    assert np.hypot(*tour.velocity_m_s.T).max() == pytest.approx(5.0, rel=0.02)  # evened, its radius is 0.1 m less
+    tour = timed(circle(14.4), 8.0, 2.0)
+    speed = math.sqrt(2.0 * 14.4)
+    assert tour.period_s == pytest.approx(2.0 * math.pi * 14.4 / speed, rel=0.01)
+    assert np.hypot(*tour.velocity_m_s.T).max() == pytest.approx(speed, rel=0.02)  # evened, its radius is 0.1 m less
 
 
 @pytest.mark.parametrize("width_m", [10.0, 30.0, 200.0])
@@ -55,6 +56,14 @@ def test_acceleration_changes_no_faster_than_a_vehicle_can_lean(turn_deg: float)
     assert acceleration(tour) <= 2.75  # at a sharp corner; where the path bends it is exact
     away = np.hypot(*(tour.xy_m[:, None] - path).transpose(2, 0, 1)).min(axis=1)
     assert away.max() < 0.25  # it is still that path
+
+
+@pytest.mark.parametrize("radius_m", [3.0, 8.0, 30.0])
+def test_tight_bends_are_flown_so_slowly_that_a_vehicle_can_turn_its_lean(radius_m: float) -> None:
+    speed = float(np.hypot(*timed(circle(radius_m), 8.0, 2.5).velocity_m_s.T).max())
+    assert speed**2 / radius_m <= 2.5 + 1e-6
+    assert speed**3 / radius_m**2 <= TURN_M_S3 + 0.01
+    assert speed > 0.97 * min(8.0, math.sqrt(2.5 * radius_m), math.cbrt(TURN_M_S3 * radius_m**2))
 
 
 def test_a_cap_is_kept() -> None:

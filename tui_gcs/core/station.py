@@ -305,10 +305,9 @@ class Station:
         heard = tuple(sorted(v.id for v in self.fleet.vehicles.values() if v.confirmed))
         if heard != self._assigned_for and self.executive.run is RunPhase.IDLE and math.isnan(self.executive.started_s):
             self._assigned_for = heard
-            before = {flight.vehicle: flight.team for flight in self.book}
             self.book.assign(self.scenario, list(heard))
-            if {flight.vehicle: flight.team for flight in self.book} != before:
-                self.new_tasks()
+            if changed := {name for name, desk in self.desks.items() if desk.is_changed(self.scenario, self.round)}:
+                self.new_tasks(changed)
 
     # ---------------------------------------------------------------- rounds and teams
 

@@ -5,7 +5,7 @@ but nobody judges them.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.course import STILL, Course, Stand, stopping_point
@@ -137,6 +137,10 @@ class Steering:
     def way_home(self, vehicle: Vehicle, home_m: Vec3) -> list[tuple[float, float]]:
         """Turning points of the shortest way home inside the operating area and around no-fly zones."""
         return route(self._guard.allowed, vehicle.position_m[:2], home_m[:2])
+
+    def off_course_m(self, vehicles: Iterable[int]) -> float:
+        """How far beside a moving course the worst of these vehicles may be."""
+        return self._firmware.off_course_m(vehicles)
 
     def stop_place(self, vehicle: Vehicle) -> Vec3:
         """Where `vehicle` comes to rest when it brakes now."""

@@ -128,6 +128,7 @@ class TeamDesk:
             members=self._book.members(team.name),
             layers_m={f.vehicle: f.layer_m for f in self._book if f.team == team.name},
             zones=round_.zones,
+            off_course_m=self._steering.off_course_m(self._book.members(team.name)),
         )
 
     def is_changed(self, scenario: Scenario, round_: Round) -> bool:

@@ -1,7 +1,9 @@
 """Who flies which slot of a tour, and each vehicle's reference: its transit, its slot, or the way between two slots.
 
 Slots are re-spaced when their number changes (Elmaliach, Agmon, Kaminka 2009: uniform frequency as long as one vehicle
-works). A vehicle that only takes the place of another goes to that place, and the others stay where they are.
+works). Those on the tour stay on it and fall back by flying slower for a while: nothing on it is left out, so that no
+place waits longer than the gap that the lost one left (short cuts to new slots made places wait for another half of
+it). A vehicle that only takes the place of another goes to that place, and the others stay where they are.
 """
 
 from collections.abc import Iterable, Sequence
@@ -28,12 +30,13 @@ PATIENCE_S, MOST_PATIENCE_S = 2.0, 64.0
 OLD_POSITION_S = 1.0
 """Older positions say nothing about how well a vehicle follows."""
 FEW = 24
-"""More vehicles than this are re-spaced by flying slower for a while, which costs no planning."""
+"""Of more vehicles than this, ways to slots are planned a few in each step."""
 WAYS_PER_STEP = 3
 """Of many vehicles, so many get their transit planned in one step."""
-SLOWER = 0.25
+SLOWER = 0.6
 """A vehicle that falls back flies slower by at most this share."""
-SLOWING_M_S2 = 0.4
+SLOWING_M_S2 = 0.3
+"""Beyond what the tour itself takes."""
 LEAST_FALL_S = 1.0
 """If somebody falls back already, everybody does by this at least: who is slow now cannot be on time."""
 
@@ -160,11 +163,10 @@ class Course:
         if not chosen:
             formation.berths = {}
             return
-        few = len(chosen) <= FEW
         old, formation.berths = formation.berths, {}
         starts = {v: self._start(old.get(v), t_s, fleet, rows[v]) for v in chosen}
-        if few:
-            self._assigned(formation, old, t_s, starts)
+        if len(chosen) <= FEW and not any(v in old and old[v].settled for v in chosen):
+            self._assigned(formation, t_s, starts)
         else:
             self._fallen_back(formation, old, t_s, starts)
 
@@ -174,7 +176,7 @@ class Course:
         owners = formation.owners
         starts = {v: before._start(owners[v], t_s, fleet, rows[v]) for v in sorted(owners)}
         formation.berths, formation.reliefs = {}, {}
-        self._assigned(formation, {}, t_s, starts)
+        self._assigned(formation, t_s, starts)
 
     def replace(self, formation: Formation, t_s: float, fleet: Fleet, vehicles: Sequence[int]) -> None:
         """These take vacant slots; the others stay where they are."""
@@ -198,22 +200,14 @@ class Course:
         formation.berths[relief] = new
         formation.reliefs[relief] = old
 
-    def _assigned(self, formation: Formation, old: dict[int, Berth], t_s: float, starts: "_Starts") -> None:
-        """Whoever is where, with the least waiting; a transit for each that is not on its slot already."""
+    def _assigned(self, formation: Formation, t_s: float, starts: "_Starts") -> None:
+        """Nobody is on this tour yet: whoever takes which slot, with the least waiting, and ways there."""
         vehicles = list(starts)
         xy, velocity = np.array([starts[v][0] for v in vehicles]), np.array([starts[v][1] for v in vehicles])
-        settled = [v in old and old[v].settled for v in vehicles]
-        settled = [s and not old[v].falls_back(t_s) for v, s in zip(vehicles, settled, strict=True)]
-        phase = np.array([t_s - old[v].origin_s if is_ else np.nan for v, is_ in zip(vehicles, settled, strict=True)])
-        found = assign(xy, velocity, self.tour, self.mobility.speed_m_s, phase)
-        half = self.tour.period_s / 2
+        found = assign(xy, velocity, self.tour, self.mobility.speed_m_s)
         for row, vehicle in enumerate(vehicles):
             berth = Berth(t_s - float(found.phase_s[row]), int(found.slot[row]))
-            apart = (phase[row] - found.phase_s[row] + half) % self.tour.period_s - half
-            if settled[row] and abs(apart) < 1e-3:
-                berth.joined = True
-            else:
-                self._send(berth, t_s, *starts[vehicle])
+            self._send(berth, t_s, *starts[vehicle])
             formation.berths[vehicle] = berth
 
     def _fallen_back(self, formation: Formation, old: dict[int, Berth], t_s: float, starts: "_Starts") -> None:

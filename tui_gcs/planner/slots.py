@@ -28,20 +28,17 @@ class Assignment:
     slot: NDArray[np.int64]
 
 
-def assign(xy_m: Floats, velocity_m_s: Floats, tour: Tour, speed_m_s: float, now_phase_s: Floats) -> Assignment:
+def assign(xy_m: Floats, velocity_m_s: Floats, tour: Tour, speed_m_s: float) -> Assignment:
     """Slots for n vehicles: the shift of all slots and the pairing with the least sum of cubed rendezvous times.
 
-    The cube makes the slowest vehicle count most (planning.md C2). `now_phase_s` (n,) is where on the tour a vehicle is
-    if it is on it, NaN if not: shifts that leave one of those in place are tried too, so that a loss that needs no
-    move causes none. The order of the vehicles does not matter.
+    The cube makes the slowest vehicle count most (planning.md C2). The order of the vehicles does not matter.
     """
     n = len(xy_m)
     spacing_s = tour.period_s / n
     steps = max(8, round(tour.period_s / LAP_STEP_S))
     step_s = tour.period_s / steps
     meet_s = rendezvous_s(xy_m, tour.at(step_s * np.arange(steps))[0], step_s, speed_m_s)
-    stay = now_phase_s[np.isfinite(now_phase_s)] % spacing_s
-    shifts = np.concatenate([np.sort(stay), spacing_s * np.arange(SHIFTS) / SHIFTS])
+    shifts = spacing_s * np.arange(SHIFTS) / SHIFTS
     # Ties are broken by place, not by the order in which vehicles come.
     order = np.lexsort((xy_m[:, 1], xy_m[:, 0]))
     best: tuple[float, Floats, NDArray[np.int64]] | None = None
@@ -72,8 +69,7 @@ def _waiting(meet_s: Floats, phases: Floats, step_s: float, xy: Floats, velocity
 def delayed(phase_s: Floats, n: int, period_s: float, least_s: float) -> tuple[Floats, NDArray[np.int64]]:
     """New phases and slot numbers for 1 <= k <= n vehicles that keep their order on the tour and only ever fall back.
 
-    Slots are `period_s / n` apart. Who falls back least does so by `least_s`. O(k log k), for fleets that are too large
-    to be assigned.
+    Slots are `period_s / n` apart. Who falls back least does so by `least_s`. O(k log k).
     """
     order = np.argsort(-(phase_s % period_s), kind="stable")
     behind = np.arange(len(phase_s)) * n // len(phase_s)

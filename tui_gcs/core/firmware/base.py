@@ -34,6 +34,10 @@ class Lead:
     None: its autopilot is told places and velocities only."""
 
 
+UNKNOWN_OFF_COURSE_M = 1.5
+"""`Firmware.off_course_m` of a vehicle that was never heard."""
+
+
 class Firmware(Protocol):
     """One kind of autopilot. Heights are above each vehicle's own home, places ENU metres."""
 
@@ -43,6 +47,8 @@ class Firmware(Protocol):
     """A moving reference is sent this often."""
     lead: Lead
     """What a vehicle's lead is before its own was measured."""
+    off_course_m: float
+    """On a moving course it is hardly ever farther beside it than this: planners leave so much of the footprint."""
 
     def why_not(self, vehicle: Vehicle) -> str:
         """Why this vehicle cannot be commanded at all, or ""."""

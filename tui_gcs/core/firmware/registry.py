@@ -1,9 +1,11 @@
 """Which `Firmware` speaks to which vehicle."""
 
+from collections.abc import Iterable
+
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.firmware.ardupilot import COPTER_TYPES, ArduCopter
-from tui_gcs.core.firmware.base import Firmware
+from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M, Firmware
 from tui_gcs.core.firmware.px4 import Px4Multicopter
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.firmware.unsupported import Unsupported
@@ -35,6 +37,12 @@ class Firmwares:
     def of(self, vehicle: Vehicle) -> Firmware:
         """Who speaks to `vehicle`."""
         return self._kinds.get((vehicle.autopilot, vehicle.type), self._unsupported)
+
+    def off_course_m(self, vehicles: Iterable[int]) -> float:
+        """How far beside a moving course the worst of these vehicles may be; the worst kind's for one never heard."""
+        heard = self._fleet.vehicles
+        strays = [self.of(heard[v]).off_course_m if v in heard else UNKNOWN_OFF_COURSE_M for v in vehicles]
+        return max(strays, default=UNKNOWN_OFF_COURSE_M)
 
     def home(self, vehicle: Vehicle) -> HomeHeight:
         """How high the home of `vehicle` is, or why that is not known."""

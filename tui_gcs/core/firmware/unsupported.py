@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from tui_gcs.core.course import STILL
-from tui_gcs.core.firmware.base import Lead
+from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M, Lead
 from tui_gcs.core.firmware.speech import Done
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.services.order import Action, Retry, refused
@@ -18,6 +18,7 @@ class Unsupported:
     name = ""
     setpoint_gap_s = 0.2
     lead = Lead()
+    off_course_m = UNKNOWN_OFF_COURSE_M
 
     def why_not(self, vehicle: Vehicle) -> str:
         """The reason."""
