@@ -1,9 +1,11 @@
 """PX4's calibration dialogues: everything is told in texts that begin with [cal]; the acknowledgement comes first.
 
-Gyroscope, compass, airspeed and cancelling are as measured on PX4 1.17 SITL, where a compass calibration cannot end:
-nobody rotates the vehicle. Accelerometer and level, which were not measured, go on as if somebody turned it.
+Gyroscope, airspeed, cancelling and the beginning of a compass calibration are as measured on PX4 1.17 SITL. There it
+cannot end, for nobody rotates the vehicle (`pose_stuck`); here it goes on as if somebody did, as accelerometer and
+level do, which were not measured either.
 """
 
+import math
 from typing import TYPE_CHECKING
 
 from sitl.autopilot import Command
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
 
 PREFLIGHT_CALIBRATION, MOTOR_TEST, ACTUATOR_TEST = 241, 209, 310
 COMMANDER_US = 4_000
+MAX_ACTUATOR_TEST_S = 3.0
 STEP_US = 101_000
 FIRST_US = 53_000
 CANCEL_US = 300_000
@@ -33,10 +36,21 @@ def execute(ap: "Px4", command: Command, system: int, component: int) -> bool:
     if command.number == PREFLIGHT_CALIBRATION:
         _calibrate(ap, command, system, component)
     elif command.number in (MOTOR_TEST, ACTUATOR_TEST):
+        if not ap.armed and command.number == ACTUATOR_TEST:
+            _test_actuator(ap, command)
         _answer(ap, command, Result.DENIED if ap.armed else Result.ACCEPTED, system, component)
     else:
         return False
     return True
+
+
+def _test_actuator(ap: "Px4", command: Command) -> None:
+    """One motor for so long; NaN ends it."""
+    throttle, seconds, motor = command.p[0], command.p[1], command.p[4]
+    output = int(motor) if motor in range(1, 5) and 0.0 <= throttle <= 1.0 else 0
+    seconds = min(max(seconds, 0.0), MAX_ACTUATOR_TEST_S) if math.isfinite(seconds) else 0.0
+    level = throttle if output else 0.0
+    ap.stores.calibration.test_motor(output, level, ap.now_us + round(seconds * 1e6))
 
 
 def _answer(
@@ -123,18 +137,27 @@ def _mag(ap: "Px4") -> Task:
     yield FIRST_US
     _say(ap, f"pending: {' '.join(SIDES)}")
     yield FIRST_US
-    yield from _hold_still(ap)
-    _say(ap, "down orientation detected")
-    yield FIRST_US
-    _say(ap, "Rotate vehicle")
-    while True:  # nobody does
-        yield 1 << 40
+    if ap.stores.calibration.pose_stuck:
+        yield from _hold_still(ap)
+        _say(ap, "down orientation detected")
+        yield FIRST_US
+        _say(ap, "Rotate vehicle")
+        while True:
+            yield 1 << 40
+    yield from _sides(ap, rotated=True)
+    _done(ap, "mag")
 
 
 def _accel(ap: "Px4") -> Task:
     yield COMMANDER_US
     _begin(ap, "accel")
     yield FIRST_US
+    yield from _sides(ap, rotated=False)
+    _done(ap, "accel")
+
+
+def _sides(ap: "Px4", *, rotated: bool) -> Task:
+    """One side after the other, as if somebody turned it; `rotated`: about each of them, too."""
     pending = list(SIDES)
     while pending:
         side = pending.pop()
@@ -146,10 +169,12 @@ def _accel(ap: "Px4") -> Task:
         yield 513_000
         _say(ap, f"{side} orientation detected")
         yield FIRST_US
+        if rotated:
+            _say(ap, "Rotate vehicle")
+            yield TURN_US
         _say(ap, f"progress <{17 * (len(SIDES) - len(pending)) if pending else 100}>")
         _say(ap, f"{side} side done, rotate to a different side")
         yield FIRST_US
-    _done(ap, "accel")
 
 
 def _airspeed(ap: "Px4") -> Task:
