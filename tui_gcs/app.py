@@ -8,53 +8,59 @@ import contextlib
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import events
 from textual.binding import BindingType
-from textual.screen import Screen
+from textual.screen import ModalScreen, Screen
+from textual.widgets import Input
 
 from tui_gcs import slow
-from tui_gcs.actions import APP_ACTIONS, bindings
+from tui_gcs.actions import APP, APP_ACTIONS, Action, bindings, situation_of
+from tui_gcs.actions.entries import Entry, entries_of, order_entries
+from tui_gcs.actions.keymap import with_keys
+from tui_gcs.chord import PREFIX_S, Chord
+from tui_gcs.commanding import FOLLOW_S, CommandingApp, action_named
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.clock import Clock, MonotonicClock
-from tui_gcs.core.messages import Acknowledge, Hold, Kind, Reply, Request, Resume, Return, RunPhase, Start, SwitchRound
+from tui_gcs.core.messages import Acknowledge, Kind, Request
 from tui_gcs.core.overlays import Overlay
+from tui_gcs.dispatch import Dispatcher
 from tui_gcs.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
-from tui_gcs.hold_chord import PREFIX_S, HoldChord
+from tui_gcs.line_entry import LineEntry
 from tui_gcs.screens.alarms import AlarmScreen
-from tui_gcs.screens.dialogs import HelpDialog, ResultDialog, RoundDialog, StartDialog
 from tui_gcs.screens.fly import FlyScreen
-from tui_gcs.screens.start_plan import start_plan
+from tui_gcs.screens.help import HelpDialog, PaletteDialog
 from tui_gcs.screens.tiny import MIN_COLUMNS, MIN_ROWS, TinyScreen
-from tui_gcs.thin_app import ThinApp
+from tui_gcs.selection import SelectionError
 from tui_gcs.widgets.alarm_bell import AlarmBell
 from tui_gcs.widgets.alarm_line import Notice
 from tui_gcs.widgets.driver import lagging
 from tui_gcs.widgets.glyphs import GlyphSet, glyph_set, wants_ascii
 from tui_gcs.widgets.levels import Level
-from tui_gcs.widgets.top_lines import TopLines
+from tui_gcs.widgets.top_lines import TopLines, use_keys
 from tui_gcs.widgets.words import ids
 
 if TYPE_CHECKING:
     from tui_gcs.screens.plan import PlanScreen
 
 NOTICE_S = 8.0
-HOLD_TRIES = 3
+SELECT_HELP = "3-7,9  t1  all  none  +5 -5   Enter, Esc"
+STOP_TRIES = 3
 NOTE_SEVERITIES = {Level.NORMAL: 6, Level.GREY: 6, Level.CAUTION: 4, Level.WARNING: 4}
 """MAV_SEVERITY of what is told, in the journal."""
 
 
-class ConsoleApp(ThinApp):
+class ConsoleApp(CommandingApp):
     """Attach to the station on `bus` and show it."""
 
     TITLE = "tui-gcs"
     ENABLE_COMMAND_PALETTE = False
     ALLOW_SELECT = False
-    BINDINGS: ClassVar[list[BindingType]] = bindings(APP_ACTIONS)
+    BINDINGS: ClassVar[list[BindingType]] = bindings(APP_ACTIONS, APP)
     CSS = """
-    Screen { background: #101418; color: #d8dee4; }
+    Screen { background: #101418; color: #d8dee4; layers: default results; }
     ModalScreen { background: #101418 40%; }
     """
 
@@ -65,28 +71,39 @@ class ConsoleApp(ThinApp):
         kind: Kind = Kind.SIM,
         *,
         replay: bool = False,
+        read_only: bool = False,
+        keymap: Mapping[str, str] | None = None,
         glyphs: GlyphSet | None = None,
         clock: Clock | None = None,
         overlays: Sequence[Overlay] = (),
     ) -> None:
-        """A console for a station of this kind; in a replay nothing can be commanded. `overlays` go onto the map."""
+        """A console for a station of this kind; in a replay, and with `read_only`, nothing can be commanded.
+
+        `keymap` is as `read_keymap` gives it: checked. `overlays` go onto the map.
+        """
         # Without colour only Textual's ANSI mode leaves bold and reverse alone (facts/terminal.md B8).
         super().__init__(ansi_color=True if "NO_COLOR" in os.environ else None)
         self.kind = kind
         self.glyphs = glyphs or glyph_set(wants_ascii(os.environ, getattr(sys.__stdout__, "encoding", None)))
-        self._clock = clock or MonotonicClock()
+        self.clock = clock or MonotonicClock()
         self.feed = Feed(
             bus,
             principal or f"console-{os.getpid()}",
-            clock=self._clock,
+            clock=self.clock,
             period_s=slow.PERIOD_S if slow.wants_slow() else PERIOD_S,
             may_paint=lambda: not lagging(self._driver),
         )
+        self.orders = Dispatcher(self.feed, self.clock, self.show_order)
         if replay:
             self.feed.read_only = "replay: nothing is commanded from here"
+        elif read_only:
+            self.feed.read_only = "read-only: started with --read-only"
+        self.keymap = keymap or {}
+        use_keys(self.keymap)
         self._replay = replay
         self._overlays = tuple(overlays)
-        self._chord = HoldChord()
+        self._chord = Chord()
+        self._entry: LineEntry | None = None
         self._notices = 0
         self.bell_rings = AlarmBell()
         self._leaving = False
@@ -113,8 +130,10 @@ class ConsoleApp(ThinApp):
         for number in (signal.SIGTERM, signal.SIGHUP):
             with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):  # not in the main thread
                 loop.add_signal_handler(number, self.exit)
+        self.set_keymap(self.keymap)
         self.feed.listen(self)
         self.feed.open()
+        self.set_interval(FOLLOW_S, self.follow_orders)
         self.switch_mode("fly")
 
     def on_unmount(self) -> None:
@@ -123,7 +142,7 @@ class ConsoleApp(ThinApp):
 
     def on_status_updated(self, message: StatusUpdated) -> None:
         """Ring for alarms; never command a station of another kind than the one this console was opened for."""
-        if self.bell_rings.rings(message.status.alarms, self._clock.now()):
+        if self.bell_rings.rings(message.status.alarms, self.clock.now()):
             self.bell()
         kind = message.status.kind
         if kind is not self.kind and not self.feed.read_only:
@@ -144,18 +163,65 @@ class ConsoleApp(ThinApp):
             self.pop_screen()
 
     async def on_event(self, event: events.Event) -> None:
-        """Keys pass the HOLD ALL chord first: dialogs, forms and small terminals cannot swallow it."""
+        """Keys pass the chord of last resort first: dialogs, forms and small terminals cannot swallow it."""
         if not isinstance(event, events.Key) or event.is_forwarded:
             await super().on_event(event)
             return
         was_waiting = self._chord.waiting
-        hold, keys = self._chord.press(event, self._clock.now())
+        action, keys = self._chord.press(event, self.clock.now())
         if was_waiting or self._chord.waiting:
             self._prompt()
-        if hold:
-            self.action_hold_all()
+        if action:
+            await self.run_action(f"app.{action}")
         for key in keys:
-            await super().on_event(key)
+            if not self._typed(key):
+                await super().on_event(key)
+
+    # ------------------------------------------------------------ selection
+
+    def action_select(self) -> None:
+        """Begin to type which vehicles."""
+        self._enter(LineEntry(names=True))
+
+    def _enter(self, entry: LineEntry | None) -> None:
+        self._entry = entry
+        self._prompt()
+
+    def _typed(self, key: events.Key) -> bool:
+        """Whether the key went into the line that is being typed. One that cannot is a key as ever, and ends it."""
+        entry = self._entry
+        if isinstance(self.screen, ModalScreen) or isinstance(self.focused, Input):
+            return False
+        if entry is None and key.key == "escape" and self.close_result():
+            return True
+        if entry is None:
+            return self._begins(key)
+        if entry.press(key):
+            self._enter(entry if entry.text or key.key != "backspace" else None)
+            return True
+        self._enter(None)
+        if key.key == "enter" and entry.text:
+            self._choose(entry.text)
+        return key.key in ("enter", "escape")
+
+    def _begins(self, key: events.Key) -> bool:
+        """Whether the key begins such a line. Here and not by a binding: the next key may come before that is run."""
+        if key.key in self.keymap.get("app.select", ",".join(action_named("select").keys)).split(","):
+            self.action_select()
+        elif getattr(self.screen, "DIGITS_SELECT", False) and (key.character or "").isdecimal():
+            self._enter(LineEntry(str(key.character)))
+        else:
+            return False
+        return True
+
+    def _choose(self, text: str) -> None:
+        try:
+            choice = self.feed.selection.choose(text, self.feed.known())
+        except SelectionError as error:
+            self.notice(f"not selected: {error}", Level.CAUTION)
+            return
+        saved = f"saved as {choice.save_as}: " if choice.save_as else ""
+        self.notice(f"{saved}selected {ids(choice.ids) or 'nobody'}")
 
     # ------------------------------------------------------------ screens
 
@@ -171,9 +237,29 @@ class ConsoleApp(ThinApp):
         self.switch_mode("plan")
 
     def action_show_help(self) -> None:
-        """All keys of this screen."""
-        own = getattr(self.screen, "ACTIONS", ())
-        self.push_screen(HelpDialog((*APP_ACTIONS, *own), self.glyphs))
+        """All keys of this screen, and what works now."""
+        everywhere = with_keys(APP_ACTIONS, APP, self.keymap)
+        self.push_screen(HelpDialog((*self._own_actions(), *everywhere), situation_of(self.feed), self.glyphs))
+
+    def action_palette(self) -> None:
+        """Find an action by name, and do it."""
+        self.push_screen(PaletteDialog(self._entries(), self.glyphs), self._run_chosen)
+
+    def _own_actions(self) -> tuple[Action, ...]:
+        actions: tuple[Action, ...] = getattr(self.screen, "ACTIONS", ())
+        return with_keys(actions, self.current_mode, self.keymap)
+
+    def _entries(self) -> list[Entry]:
+        situation = situation_of(self.feed)
+        return [
+            *order_entries(situation),
+            *entries_of(with_keys(APP_ACTIONS, APP, self.keymap), APP, situation),
+            *entries_of(self._own_actions(), self.current_mode, situation),
+        ]
+
+    async def _run_chosen(self, run: str | None) -> None:
+        if run is not None:
+            await self.run_action(run, self.screen if run.startswith("screen.") else self)
 
     def action_detach(self) -> None:
         """Leave; everything else goes on. Edits on the plan screen that nobody else has are asked about first."""
@@ -188,98 +274,6 @@ class ConsoleApp(ThinApp):
 
     def _stay(self) -> None:
         self._leaving = False
-
-    # ------------------------------------------------------------ commands
-
-    def action_start_stop(self) -> None:
-        """Start on the ground (asks), HOLD in flight (does not ask)."""
-        status = self.feed.status
-        if status is None or self.feed.station_lost:
-            self.notice("the station is not heard: nothing sent.  !h tries HOLD ALL", Level.CAUTION)
-        elif status.run is RunPhase.HOLD:
-            self.notice("holding.  Enter: resume   r: return and land")
-        elif status.run is not RunPhase.IDLE:
-            self._send(Hold(), "HOLD", tries=HOLD_TRIES)
-        else:
-            self._ask_start()
-
-    def action_hold_all(self) -> None:
-        """HOLD everything now, whatever is on the screen."""
-        self._send(Hold(), "HOLD ALL", tries=HOLD_TRIES)
-
-    def action_return_and_land(self) -> None:
-        """Return and land, from flight or hold."""
-        status = self.feed.status
-        if status is not None and status.run is RunPhase.IDLE and not status.armed:
-            self.notice("nothing is armed: nothing to return")
-            return
-        self._send(Return(), "return and land", tries=HOLD_TRIES)
-
-    def on_fly_screen_resumed(self) -> None:
-        """Enter in hold: the planner goes on."""
-        status = self.feed.status
-        if status is not None and status.run is RunPhase.HOLD and not self.feed.station_lost:
-            self._send(Resume(), "resume")
-
-    def on_fly_screen_typing(self, message: FlyScreen.Typing) -> None:
-        """Show the digits of a vehicle number."""
-        self._prompt(f"vehicle {message.digits}_   Enter selects, Esc forgets" if message.digits else "")
-
-    def action_choose_round(self) -> None:
-        """Ask which round."""
-        status = self.feed.status
-        if status is None or not status.rounds:
-            self.notice("no rounds: the station is not heard", Level.CAUTION)
-            return
-        flying = status.run is not RunPhase.IDLE
-        dialog = RoundDialog(status.rounds, status.round_index, flying, self.glyphs)
-        self.push_screen(dialog, self._switch_round)
-
-    def _switch_round(self, index: int | None) -> None:
-        if index is not None:
-            self._send(SwitchRound(index=index), f"round {index + 1}")
-
-    def _ask_start(self) -> None:
-        feed = self.feed
-        if feed.read_only:
-            self.notice(feed.read_only, Level.CAUTION)
-            return
-        if feed.scenario is None or feed.status is None or feed.frame is None:
-            self.notice("no scenario or no fleet yet: nothing to start", Level.CAUTION)
-            return
-        scenario = feed.scenario.scenario
-        plan = start_plan(scenario, feed.status, feed.frame)
-
-        def answered(yes: bool | None) -> None:
-            if yes:
-                self._send(Start(vehicles=plan.vehicles), f"start {ids(plan.vehicles)}")
-            else:
-                self.notice("start cancelled: nothing sent")
-
-        self.push_screen(
-            StartDialog(plan, feed.status.kind, scenario.link_loss, feed, self.glyphs, self._clock), answered
-        )
-
-    def _send(self, request: Request, title: str, *, tries: int = 1) -> None:
-        self.run_worker(self._ask(request, title, tries), group="requests", exit_on_error=False)
-
-    async def _ask(self, request: Request, title: str, tries: int) -> None:
-        self.notice(f"{title}: sent")
-        self._report(title, await self.feed.request(request, tries=tries))
-
-    def _report(self, title: str, reply: Reply) -> None:
-        """Partial success is never shown as success: a refusal opens the list of vehicles."""
-        refused = [result.vehicle for result in reply.results if not result.ok]
-        if refused:
-            self.push_screen(
-                ResultDialog(f"{title}: refused for {ids(refused)}", reply.text, reply.results, self.glyphs)
-            )
-            self.notice(f"{title}: refused for {ids(refused)}", Level.CAUTION)
-        elif reply.ok:
-            count = f" for {len(reply.results)} vehicles" if reply.results else ""
-            self.notice(f"{title}: accepted{count}" + (f"  {reply.text}" if reply.text else ""))
-        else:
-            self.notice(f"{title} NOT DONE: {reply.text}", Level.WARNING)
 
     # ------------------------------------------------------------ alarms
 
@@ -328,16 +322,13 @@ class ConsoleApp(ThinApp):
 
         self.set_timer(NOTICE_S, forget)
 
-    def _prompt(self, text: str = "") -> None:
+    def _prompt(self) -> None:
+        text = f"select {self._entry.text}_    {SELECT_HELP}" if self._entry is not None else ""
         if self._chord.waiting:
-            text = "! HOLD ALL: press h    (Esc: no)"
-            self.set_timer(PREFIX_S, self._prompt_over)
+            text = "! ALL vehicles:  h HOLD   r return   l land here    (Esc: no)"
+            self.set_timer(PREFIX_S, self._prompt)
         for lines in self._top_lines():
             lines.alarm_line.set_prompt(text)
-
-    def _prompt_over(self) -> None:
-        for lines in self._top_lines():
-            lines.alarm_line.set_prompt("")
 
     def _top_lines(self) -> list[TopLines]:
         return [lines for screen in self.screen_stack for lines in screen.query(TopLines)]

@@ -16,6 +16,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = _parser().parse_args(argv)
     if getattr(arguments, "slow", False):
         os.environ["TUI_GCS_SLOW"] = "1"
+    if getattr(arguments, "read_only", False):
+        os.environ["TUI_GCS_READ_ONLY"] = "1"
+    if getattr(arguments, "keymap", None):
+        os.environ["TUI_GCS_KEYMAP"] = arguments.keymap
     try:
         module = importlib.import_module(f"tui_gcs.commands.{arguments.module}")
         code: int = module.run(arguments)
@@ -113,6 +117,10 @@ def _console(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--slow", action="store_true", help=known)
     known = "draw points, lines and areas of a .geojson or .kml file on the map; may be repeated"
     parser.add_argument("--overlay", action="append", default=[], metavar="FILE", help=known)
+    known = "look only: this console commands nothing (also: TUI_GCS_READ_ONLY=1)"
+    parser.add_argument("--read-only", action="store_true", help=known)
+    known = "your own keys, TOML (default: tui-gcs/keymap.toml where configurations are; also: TUI_GCS_KEYMAP)"
+    parser.add_argument("--keymap", metavar="FILE", help=known)
 
 
 def _add_replay(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

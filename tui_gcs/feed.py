@@ -22,6 +22,7 @@ from tui_gcs.core.clock import Clock, MonotonicClock
 from tui_gcs.core.messages_services import ServiceReply
 from tui_gcs.core.messages_setup import GetTraffic, TrafficRow
 from tui_gcs.core.plan_limits import shown
+from tui_gcs.selection import Known, Selection
 from tui_gcs.widgets.visible import visible_fleet, visible_status
 
 PERIOD_S = 0.2
@@ -82,6 +83,14 @@ class PlannerUpdated(Message, bubble=False):
         self.annotations = annotations
 
 
+class SelectionChanged(Message, bubble=False):
+    """Other vehicles are selected, or another one of them is looked at: see `Feed.selection`."""
+
+    def can_replace(self, message: Message) -> bool:
+        """Only the newest selection matters."""
+        return isinstance(message, SelectionChanged)
+
+
 class StationLost(Message, bubble=False):
     """No status for three seconds; posted again each second while `Feed.silent_s` grows."""
 
@@ -114,6 +123,8 @@ class Feed:
         self.annotations: dict[str, tuple[wire.Annotation, ...]] = {}
         self.events: deque[wire.Event] = deque(maxlen=EVENTS_KEPT)
         self.station_lost = False
+        self.selection = Selection(lambda: self._post(SelectionChanged()))
+        """The vehicles that this console's commands are for."""
         self.read_only = ""
         """Why nothing may be commanded from here; empty if it may."""
         self.unreadable = 0
@@ -314,7 +325,7 @@ class Feed:
         for _ in range(tries):
             try:
                 data = await asyncio.to_thread(self._bus.ask, key, wire.encode(request), timeout_s)
-                return wire.decode(data, wire.Reply)
+                return wire.decode(data, ServiceReply)
             except BusError as error:
                 problem = f"{NO_ANSWER} ({error})"
             except msgspec.MsgspecError:
@@ -345,6 +356,13 @@ class Feed:
             return wire.decode(data, ServiceReply).traffic
         except (BusError, msgspec.MsgspecError):
             return ()
+
+    def known(self) -> Known:
+        """What names of vehicles can mean now."""
+        ids = self.frame.ids if self.frame is not None else ()
+        members = {team.name: team.members for team in self.status.teams} if self.status is not None else {}
+        here = {name: tuple(v for v in vehicles if v in ids) for name, vehicles in members.items()}
+        return Known(ids, here, self.selection.groups, self.selection.ids)
 
     def _begin_attach(self) -> None:
         """One first exchange at a time."""

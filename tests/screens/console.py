@@ -11,9 +11,10 @@ from textual.pilot import Pilot
 from tui_gcs.app import ConsoleApp
 from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.clock import VirtualClock
-from tui_gcs.core.messages import Kind
+from tui_gcs.core.messages import Kind, Note
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.result_panel import ResultPanel
 
 WIDE, NARROW = (120, 40), (80, 24)
 
@@ -31,6 +32,15 @@ class Console:
     def fly(self) -> FlyScreen:
         """The fly screen, wherever it lies in the stack."""
         return next(screen for screen in self.app.screen_stack if isinstance(screen, FlyScreen))
+
+    def told(self) -> str:
+        """Everything the operator was told, as the journal has it: the line itself is there for seconds only."""
+        return "\n".join(request.text for request in self.station.requests if isinstance(request, Note))
+
+    def result(self) -> str:
+        """The table of the newest order; "" when it is closed."""
+        panels = [panel for panel in self.app.screen_stack[0].query(ResultPanel) if panel.display]
+        return panels[0].text() if panels else ""
 
     async def settle(self) -> None:
         """Everything asked is answered and shown."""
@@ -70,13 +80,14 @@ async def console(
     kind: Kind = Kind.SIM,
     glyphs: GlyphSet = UNICODE,
     replay: bool = False,
+    read_only: bool = False,
 ) -> AsyncIterator[Console]:
     """A running console on a station that `prepare` has set up."""
     bus = MemoryBus()
     station = FakeStation(bus, kind=kind)
     prepare(station)
     clock = VirtualClock()
-    app = ConsoleApp(bus, "console-test", kind, glyphs=glyphs, clock=clock, replay=replay)
+    app = ConsoleApp(bus, "console-test", kind, glyphs=glyphs, clock=clock, replay=replay, read_only=read_only)
     async with app.run_test(size=size) as pilot:
         attached = Console(app, pilot, station, clock)
         await attached.settle()

@@ -9,9 +9,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import msgspec
+
 import tui_gcs
 from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as m
+from tui_gcs.core import messages_flight as f
+from tui_gcs.core import messages_services as s
 from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.clock import VirtualClock
@@ -26,6 +30,13 @@ SCENARIO_FILE = Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.t
 WALL_START_S = 1_790_000_000.0
 SPEED_M_S = 8.0
 NAN = float("nan")
+PHASES = {
+    m.RunPhase.IDLE: m.Phase.GROUND,
+    m.RunPhase.STARTING: m.Phase.TAKEOFF,
+    m.RunPhase.RUNNING: m.Phase.FLYING,
+    m.RunPhase.HOLD: m.Phase.HOLDING,
+    m.RunPhase.RETURNING: m.Phase.RETURNING,
+}
 
 
 @dataclass
@@ -47,6 +58,7 @@ class FakeStation:
     """Why Hello is refused; empty: it is not."""
     changes: dict[int, dict[str, object]] = field(default_factory=dict)
     """Values of single vehicles that differ from the usual."""
+    tasks: dict[int, s.TaskInfo] = field(default_factory=dict)
     requests: list[m.AnyRequest] = field(default_factory=list)
     events: list[m.Event] = field(default_factory=list)
     seq: int = 0
@@ -181,7 +193,7 @@ class FakeStation:
             vehicle_type="quadrotor",
             mode="GUIDED" if self.flying else "STABILIZE",
             armed=self.flying,
-            phase=m.Phase.FLYING if self.flying else m.Phase.GROUND,
+            phase=PHASES[self.run],
             freshness=m.Freshness.OK,
             position_m=position,
             velocity_m_s=velocity,
@@ -232,7 +244,7 @@ class FakeStation:
     def _answer(self, _key: str, payload: bytes, reply: Callable[[bytes], None]) -> None:
         if self.silent:
             return
-        request = m.decode_request(payload)
+        request = s.decode_request(payload)
         self.requests.append(request)
         reply(m.encode(self._reply(request)))
 
@@ -252,13 +264,17 @@ class FakeStation:
                 return self._results(request.vehicles)
             case m.Hold():
                 self.run = m.RunPhase.HOLD if self.flying else self.run
-                return self._results(tuple(range(1, self.count + 1)))
+                return self._results(request.vehicles or tuple(range(1, self.count + 1)))
             case m.Resume():
                 self.run = m.RunPhase.RUNNING
                 return m.Reply(ok=True)
-            case m.Return():
+            case m.Return() | f.Land():
                 self.run = m.RunPhase.RETURNING
-                return self._results(tuple(range(1, self.count + 1)))
+                return self._results(request.vehicles or tuple(range(1, self.count + 1)))
+            case s.GetTasks():
+                return s.ServiceReply(ok=True, tasks=tuple(self.tasks[n] for n in request.numbers))
+            case _ if isinstance(request, s.Change):
+                return self._begin(request)
             case m.Acknowledge():
                 return self.desk.acknowledge("console-test", request)
             case m.Shelve():
@@ -273,6 +289,20 @@ class FakeStation:
                 return m.Reply(ok=True)
         return m.Reply(ok=False, text="not on paper")
 
+    def _begin(self, request: s.Change) -> s.ServiceReply:
+        """A task for each vehicle; a test ends them by `end_task`."""
+        good = [v for v in request.vehicles if v not in self.refuse]
+        for vehicle in good:
+            number = len(self.tasks) + 1
+            self.tasks[number] = s.TaskInfo(number, vehicle, "it", "console-test", "running", 0, 0, "", 0.0)
+        results = tuple(m.VehicleResult(v, v in good, "" if v in good else "prearm: compass") for v in request.vehicles)
+        tasks = tuple(self.tasks.values())[len(self.tasks) - len(good) :]
+        return s.ServiceReply(ok=len(good) == len(results), results=results, tasks=tasks)
+
+    def end_task(self, number: int, state: str, text: str) -> None:
+        """What comes of a task."""
+        self.tasks[number] = msgspec.structs.replace(self.tasks[number], state=state, text=text)
+
     def _results(self, vehicles: tuple[int, ...]) -> m.Reply:
         results = tuple(
             m.VehicleResult(vehicle=v, ok=v not in self.refuse, text="prearm: compass" if v in self.refuse else "")
@@ -282,7 +312,17 @@ class FakeStation:
 
     def commands(self) -> list[m.AnyRequest]:
         """What was asked beyond looking."""
-        looking = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan, GetTraffic, m.GetJournal, m.Note)
+        looking = (
+            m.Hello,
+            m.GetScenario,
+            m.GetEvents,
+            m.GetTask,
+            m.GetPlan,
+            GetTraffic,
+            m.GetJournal,
+            m.Note,
+            s.GetTasks,
+        )
         return [request for request in self.requests if not isinstance(request, looking)]
 
 

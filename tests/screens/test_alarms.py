@@ -62,7 +62,7 @@ async def test_the_answer_to_a_key_is_not_hidden_by_an_alarm() -> None:
     async with console(NARROW, trouble) as c:
         await c.press("exclamation_mark", "h")
         assert "LOST in the air: vehicle 5" in c.line(1)
-        assert "| HOLD ALL: accepted for 8 vehicles" in c.line(1)
+        assert "| HOLD ALL: waiting for 1-8" in c.line(1)
 
 
 async def test_the_list_tells_what_to_do_and_shelves() -> None:

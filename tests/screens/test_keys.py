@@ -5,8 +5,9 @@ from console import NARROW, WIDE, Console, console
 from fake_station import FakeStation
 
 from tui_gcs.core import messages as m
-from tui_gcs.screens.dialogs import HelpDialog, ResultDialog, RoundDialog, StartDialog
+from tui_gcs.screens.dialogs import RoundDialog, StartDialog
 from tui_gcs.screens.fly import FlyScreen
+from tui_gcs.screens.help import HelpDialog, PaletteDialog
 from tui_gcs.screens.tiny import TinyScreen
 
 
@@ -82,8 +83,10 @@ async def test_refused_vehicle_is_listed() -> None:
     async with console() as c:
         c.station.refuse = (4,)
         await c.press("space", "enter")
-        assert isinstance(c.app.screen, ResultDialog)
-        assert "vehicle 4    refused  prearm: compass" in c.app.screen.text()
+        assert "7 of 8 good, REFUSED 4" in c.told()
+        assert "4   REFUSED   prearm: compass" in c.result()
+        await c.press("escape")
+        assert c.result() == "", "Esc closes the table, and nothing else"
 
 
 async def test_space_in_flight_holds_without_asking() -> None:
@@ -105,18 +108,12 @@ async def test_enter_resumes_only_in_hold() -> None:
         assert c.station.commands() == [m.Hold(), m.Resume()]
 
 
-async def test_r_returns_from_hold() -> None:
+async def test_two_keys_return_all_from_a_hold() -> None:
     async with console(prepare=flight) as c:
         await c.press("space")
         await c.tick()
-        await c.press("r")
-        assert c.station.commands()[-1] == m.Return()
-
-
-async def test_r_on_the_ground_sends_nothing() -> None:
-    async with console() as c:
-        await c.press("r")
-        assert c.station.commands() == []
+        await c.press("!", "r")
+        assert c.station.commands() == [m.Hold(), m.Return()]
 
 
 async def hold_all(c: Console) -> list[m.AnyRequest]:
@@ -124,7 +121,7 @@ async def hold_all(c: Console) -> list[m.AnyRequest]:
     return c.station.commands()
 
 
-@pytest.mark.parametrize("before", [(), ("question_mark",), ("o",), ("p",), ("p", "tab"), ("1", "2")])
+@pytest.mark.parametrize("before", [(), ("question_mark",), ("o",), ("p",), ("p", "tab"), ("1", "2"), ("s", "a")])
 async def test_hold_all_works_from_everywhere(before: tuple[str, ...]) -> None:
     async with console(prepare=flight) as c:
         await c.press(*before)
@@ -146,9 +143,9 @@ async def test_hold_all_works_in_a_tiny_terminal() -> None:
 async def test_prefix_alone_does_nothing_and_is_shown() -> None:
     async with console(prepare=flight) as c:
         await c.press("!")
-        assert "press h" in c.line(1)
+        assert "h HOLD" in c.line(1)
         await c.press("escape")
-        assert "press h" not in c.line(1)
+        assert "h HOLD" not in c.line(1)
         await c.press("h")
         assert c.station.commands() == []
 
@@ -176,19 +173,46 @@ async def test_round_dialog_offers_the_next_one() -> None:
         assert len(c.station.commands()) == 1
 
 
-async def test_selection_by_steps_and_by_number() -> None:
+async def test_selection_by_steps_by_number_and_by_name() -> None:
+    """It is in the footer of every screen; choosing and switching screens sends nothing."""
     async with console() as c:
+        assert "none selected" in c.line(-1)
         await c.press("n")
         assert c.fly.selected == 1
         await c.press("N")
         assert c.fly.selected == 8
         await c.press("3")
-        assert "vehicle 3_" in c.line(1)
+        assert "select 3_" in c.line(1)
         await c.press("enter")
         assert c.fly.selected == 3
-        assert c.station.commands() == []
+        await c.press(*"3-5,8", "enter")
+        assert c.app.feed.selection.ids == (3, 4, 5, 8)
+        assert "3-5,8" in c.line(-1)
+        await c.press("n")
+        assert c.fly.selected == 4, "of several the next is looked at, and all stay selected"
+        assert c.app.feed.selection.ids == (3, 4, 5, 8)
         await c.press("9", "enter")
-        assert c.fly.selected == 3
+        assert "not selected: no vehicle 9" in c.line(1)
+        await c.press("p", "s", *"t2", "enter")
+        assert c.app.feed.selection.ids == (5, 6, 7, 8)
+        assert "5-8" in c.line(-1), "on the plan screen, too"
+        await c.press("s", *"lo=-8", "enter", "s", *"none", "enter", "s", *"lo", "enter")
+        assert c.app.feed.selection.ids == (5, 6, 7)
+        await c.press("s", "a", "escape")
+        assert c.app.feed.selection.ids == (5, 6, 7)
+        assert c.station.commands() == []
+
+
+async def test_palette_finds_runs_and_says_why_not() -> None:
+    async with console(NARROW) as c:
+        await c.press("colon", *"resume", "enter")
+        assert isinstance(c.app.screen, PaletteDialog)
+        assert "not now: nothing holds" in c.app.screen.text()
+        await c.press("escape", "ctrl+p", *"closer", "enter")
+        assert isinstance(c.app.screen, FlyScreen)
+        assert c.station.commands() == []
+        await c.press("colon", *"choose round", "enter")
+        assert isinstance(c.app.screen, RoundDialog)
 
 
 async def test_map_keys_move_the_view() -> None:
@@ -210,7 +234,7 @@ async def test_help_lists_every_action() -> None:
     async with console(NARROW) as c:
         await c.press("question_mark")
         assert isinstance(c.app.screen, HelpDialog)
-        for word in ("HOLD", "start (asks)", "planner goes on", "farther", "leave; station"):
+        for word in ("HOLD", "start (asks)", "planners go on", "farther", "leave; station", "not now: nothing holds"):
             assert any(word in "".join(t for t, _ in line) for line in c.app.screen.all_lines())
         await c.press("escape")
         assert isinstance(c.app.screen, FlyScreen)
@@ -249,8 +273,8 @@ async def test_the_footer_offers_commands_where_there_are_any(kind: m.Kind, repl
     """Not in a replay: what it shows can be looked at, and left."""
     async with console(kind=kind, prepare=flight, replay=replay) as c:
         keys = c.line(-1)
-        assert all(word in keys for word in ("n/N", "help", "detach"))
-        for command in ("HOLD", "return", "round"):
+        assert all(word in keys for word in ("select", "help", "detach"))
+        for command in ("HOLD", "round"):
             assert (command in keys) is not replay, keys
 
 

@@ -31,13 +31,14 @@ def read_overlays(files: Sequence[str]) -> tuple[Overlay, ...]:
 
 def attach(kind: Kind, overlays: Sequence[Overlay] = ()) -> int:
     """Show the console until the operator detaches; the station goes on. Raises `CommandError`."""
-    prepare_textual(os.environ)
+    keymap = operators_keymap()
+    read_only = os.environ.get("TUI_GCS_READ_ONLY", "") not in ("", "0")
     from tui_gcs.app import ConsoleApp
 
     bus = connect_later(socket_path(kind))
     over = threading.Event()
     try:
-        app = ConsoleApp(bus, kind=kind, overlays=overlays)
+        app = ConsoleApp(bus, kind=kind, overlays=overlays, read_only=read_only, keymap=keymap)
         threading.Thread(target=_watch_start, args=(app, kind, over), daemon=True).start()
         app.run(mouse=not wants_slow())  # with a mouse every move of it is sent upstream
         if why := start_error(kind):
@@ -47,6 +48,23 @@ def attach(kind: Kind, overlays: Sequence[Overlay] = ()) -> int:
     finally:
         over.set()
         bus.close()
+
+
+def operators_keymap() -> dict[str, str]:
+    """The operator's own keys; none where there is no such file. Raises `CommandError`."""
+    prepare_textual(os.environ)  # before anything imports Textual
+    from tui_gcs.actions.keymap import KeymapError, default_path, read_keymap
+
+    named = os.environ.get("TUI_GCS_KEYMAP", "")
+    path = Path(named) if named else default_path()
+    if not named and not path.exists():
+        return {}
+    from tui_gcs.actions.scopes import SCOPES
+
+    try:
+        return read_keymap(path, SCOPES)
+    except KeymapError as error:
+        raise CommandError(str(error)) from None
 
 
 def _watch_start(app: "ConsoleApp", kind: Kind, over: threading.Event) -> None:

@@ -30,8 +30,9 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json or arguments.rounds:
         raise CommandError("--json and --rounds belong to --headless")
     need_terminal()
-    from tui_gcs.commands.console import attach, read_overlays
+    from tui_gcs.commands.console import attach, operators_keymap, read_overlays
 
+    operators_keymap()  # what is wrong with it is told before anything starts
     overlays = read_overlays(arguments.overlay)
     if not running(Kind.SIM):
         _launch(arguments)

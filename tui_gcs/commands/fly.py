@@ -24,8 +24,9 @@ DEFAULT_LINK = "udpin:127.0.0.1:14550"
 def run(arguments: argparse.Namespace) -> int:
     """Start a station if none of this kind runs, then attach."""
     need_terminal()
-    from tui_gcs.commands.console import attach, read_overlays
+    from tui_gcs.commands.console import attach, operators_keymap, read_overlays
 
+    operators_keymap()  # what is wrong with it is told before anything starts
     overlays = read_overlays(arguments.overlay)
     kind = Kind(arguments.kind.upper())
     if running(kind):

@@ -11,7 +11,7 @@ import numpy as np
 
 from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.firmware.health import Concern, Problem
-from tui_gcs.core.flights import Flight
+from tui_gcs.core.flights import ON_BOARD_STEP, Flight
 from tui_gcs.core.messages import Freshness, Phase, RunPhase
 from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.snapshot import problem_of
@@ -89,7 +89,7 @@ class AlarmFinder:
             yield Finding("stale", vehicle.id)
         if vehicle.system_status in FAILSAFE_STATES:
             yield Finding("failsafe", vehicle.id, FAILSAFE_STATES[vehicle.system_status])
-        if flight is not None and flight.phase is Phase.TAKEN_OUT:
+        if flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step != ON_BOARD_STEP:
             yield Finding("left", vehicle.id)
         if vehicle.airborne:
             yield from self._battery(vehicle)

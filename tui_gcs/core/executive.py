@@ -10,10 +10,11 @@ import math
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.course import Stand
 from tui_gcs.core.events import ALERT, INFO, NOTICE, WARNING, EventLog
+from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
-from tui_gcs.core.flights import IN_THE_AIR, Flight, FlightBook
+from tui_gcs.core.flights import BY_HAND_STEP, IN_THE_AIR, Flight, FlightBook
 from tui_gcs.core.homing import LAYER_TOLERANCE_M, Homing
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.services.command import Action, CommandService, Outcome
@@ -113,13 +114,18 @@ class Executive:
             self.run = RunPhase.HOLD
         return tuple(results)
 
-    def resume(self) -> Reply:
-        """Give holding vehicles back to their planners."""
+    def resume(self, vehicles: tuple[int, ...] = ()) -> Reply:
+        """Give all holding vehicles back to their planners, or these: also from being flown by hand."""
         now = self._clock.now()
+        phases = (Phase.HOLDING, Phase.BY_HAND) if vehicles else (Phase.HOLDING,)
+        held = [f for f in self._book.in_phase(*phases) if f.step != CANCELLED]
+        holding = [f for f in held if not vehicles or f.vehicle in vehicles]
+        missing = [v for v in vehicles if v not in {f.vehicle for f in holding}]
+        if missing or not holding:
+            text = "neither holds nor is flown by hand"
+            refused = tuple(VehicleResult(vehicle=v, ok=False, text=text) for v in missing)
+            return Reply(ok=False, text="no vehicle is holding" if not refused else "not resumed", results=refused)
         self.resume_found = False
-        holding = [flight for flight in self._book.in_phase(Phase.HOLDING) if flight.step != CANCELLED]
-        if not holding:
-            return Reply(ok=False, text="no vehicle is holding")
         for flight in holding:
             self._commands.cancel(flight.vehicle, "hold")
             self._take_over(flight, now)
@@ -148,6 +154,46 @@ class Executive:
         if results and not vehicles:
             self.run = RunPhase.RETURNING
         return tuple(results)
+
+    def land(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
+        """Land where they are: these, or every vehicle of a team in the air. A start under way is cancelled."""
+        now = self._clock.now()
+        self.resume_found = False
+        results = []
+        for flight in self._book:
+            vehicle = self._fleet.vehicles.get(flight.vehicle)
+            wanted = flight.vehicle in vehicles if vehicles else flight.phase is not Phase.GROUND
+            if not wanted or vehicle is None:
+                continue
+            if why := self._firmware.of(vehicle).why_not(vehicle):
+                results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
+            elif vehicle.airborne and (why := vehicle.no_commands):  # it would be told to who knows whom
+                results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{why}: only hold is sent"))
+            elif not may_be_flying(vehicle):
+                cancels = flight.phase is Phase.ARMING
+                results.append(
+                    self._hold_one(vehicle, flight, now)
+                    if cancels
+                    else VehicleResult(vehicle=vehicle.id, ok=False, text="is not in the air")
+                )
+            else:
+                self._commands.cancel(vehicle.id)
+                flight.enter(Phase.LANDING, now, "in place")
+                self._commands.submit(self._firmware.of(vehicle).land(vehicle))
+                results.append(VehicleResult(vehicle=vehicle.id, ok=True, text="lands where it is"))
+        if results and not vehicles and self.run is not RunPhase.IDLE:
+            self.run = RunPhase.RETURNING
+        return tuple(results)
+
+    def give_up_by_hand(self, vehicle: Vehicle) -> None:
+        """A take-off by hand did not come about: what is armed is disarmed."""
+        flight = self._book.get(vehicle.id)
+        if flight is None or flight.phase is not Phase.ARMING or flight.step != BY_HAND_STEP:
+            return
+        if vehicle.armed:
+            self._hold_one(vehicle, flight, self._clock.now())
+        else:
+            flight.enter(Phase.GROUND, self._clock.now())
 
     def send_home(self, vehicle_id: int) -> str:
         """A planner sends home what flies for it; why it cannot, or ""."""
@@ -278,8 +324,11 @@ class Executive:
 
     def _follow_climb(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         """Up its column (or, after a hold, to its layer again, steered and judged); there it waits for the others."""
-        if flight.step == "climb" and abs(vehicle.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M:
-            flight.enter(Phase.HOLDING, now, "ready")
+        by_hand = math.isfinite(flight.by_hand_m)
+        wanted_m = flight.by_hand_m if by_hand else flight.layer_m
+        if flight.step == "climb" and abs(vehicle.alt_rel_m - wanted_m) <= LAYER_TOLERANCE_M:
+            flight.enter(Phase.BY_HAND if by_hand else Phase.HOLDING, now, "ready")
+            self._flies_without_run(now)
         elif flight.step == "climb" and now - flight.since_s > CLIMB_LIMIT_S:
             self._events.say(EventClass.MISSION, f"vehicle {flight.vehicle}", "does not reach its layer: holds", ALERT)
             self._hold_one(vehicle, flight, now)
@@ -379,6 +428,10 @@ class Executive:
         """This vehicle is in the air, but not by this station's doing (it was restarted): nothing is sent to it."""
         now = self._clock.now()
         flight.enter(Phase.TAKEN_OUT, now, f"{LOST} {FOUND}")
+        self._flies_without_run(now)
+
+    def _flies_without_run(self, now: float) -> None:
+        """Something is in the air that no start brought there: to be resumed or returned."""
         if self.run is RunPhase.IDLE:
             self.run = RunPhase.HOLD
             if math.isnan(self.started_s):

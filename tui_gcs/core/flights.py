@@ -11,7 +11,13 @@ from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.tracking import Tracking
 from tui_gcs.core.vehicle import Vehicle
 
-IN_THE_AIR = frozenset({Phase.TAKEOFF, Phase.FLYING, Phase.HOLDING, Phase.RETURNING, Phase.LANDING, Phase.TAKEN_OUT})
+IN_THE_AIR = frozenset(
+    {Phase.TAKEOFF, Phase.FLYING, Phase.HOLDING, Phase.BY_HAND, Phase.RETURNING, Phase.LANDING, Phase.TAKEN_OUT}
+)
+BY_HAND_STEP = "by hand"
+"""Step of a flight that is armed to be flown by hand."""
+ON_BOARD_STEP = "on board"
+"""Step of a vehicle that flies the mission it holds, because the operator said so."""
 
 
 COLUMN_M = 6.0
@@ -33,6 +39,8 @@ class Flight:
     home_m: Vec3 | None = None
     """Where it took off: there it lands."""
     course: Course | None = None
+    by_hand_m: float = math.nan
+    """Height of a take-off by hand; NaN: it takes off to its layer, for its planner."""
     way_m: list[tuple[float, float]] = field(default_factory=list)
     """Of a return: turning points still ahead, the last one above home."""
     next_setpoint_s: float = 0.0
@@ -56,6 +64,8 @@ class Flight:
         self.course, self.passed, self.limited_m_s = None, None, math.nan
         if self.tracking is not None:
             self.tracking.pause()
+        if phase not in (Phase.ARMING, Phase.TAKEOFF):
+            self.by_hand_m = math.nan
         if phase is not Phase.FLYING:
             self.slot, self.joined, self.vetoed = "", False, ""
 
@@ -76,7 +86,7 @@ class Flight:
             return Does.FOLLOWS, self.course  # never judged
         if self.phase is Phase.HOLDING:
             return Does.STOPS, None
-        if self.phase is Phase.FLYING or (self.phase is Phase.TAKEOFF and self.course is not None):
+        if self.phase in (Phase.FLYING, Phase.BY_HAND) or (self.phase is Phase.TAKEOFF and self.course is not None):
             passed = self.passed if self.course is not None else None
             return (Does.STOPS, None) if passed is None else (Does.FOLLOWS, passed)
         return Does.DRIFTS, None

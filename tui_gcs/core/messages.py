@@ -48,6 +48,8 @@ class Phase(StrEnum):
     FLYING = "flying"
     """Airborne and following its team's planner."""
     HOLDING = "holding"
+    BY_HAND = "by hand"
+    """Airborne, on courses of an operator, judged by the guard; `Resume` gives it back to its planner."""
     RETURNING = "returning"
     LANDING = "landing"
     TAKEN_OUT = "taken out"
@@ -337,7 +339,9 @@ class Hold(Request, frozen=True, tag="hold"):
 
 
 class Resume(Request, frozen=True, tag="resume"):
-    """Go on with the planner after a hold."""
+    """Go on with the planner after a hold or by hand: all that hold, or only these."""
+
+    vehicles: tuple[int, ...] = ()
 
 
 class Return(Request, frozen=True, tag="return"):

@@ -8,6 +8,7 @@ changes nothing: the task goes on.
 
 from typing import Literal
 
+from tui_gcs.core import messages_flight as flight
 from tui_gcs.core import messages_setup as setup
 from tui_gcs.core.messages import AnyRequest as StationRequest
 from tui_gcs.core.messages import Message, Reply, Request, decode
@@ -392,8 +393,9 @@ Change = (
     | TypeShell
     | Reboot
     | setup.Change
+    | flight.Flight
 )
-ServiceRequest = Look | Fetch | Change | CancelTask | setup.ConfirmStep
+ServiceRequest = Look | Fetch | Change | flight.Land | CancelTask | setup.ConfirmStep
 
 
 def decode_request(data: bytes) -> StationRequest | ServiceRequest:

@@ -15,6 +15,7 @@ from tui_gcs.core.flights import Flight
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.journal_reader import events_before
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
+from tui_gcs.core.messages_flight import Land, Nudge
 from tui_gcs.core.messages_setup import ConfirmStep
 from tui_gcs.core.planner_requests import PlannerRequests
 from tui_gcs.core.provision import ProvisionDesk
@@ -22,6 +23,7 @@ from tui_gcs.core.scenario import Round, Scenario, band_m
 from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.service_requests import ServiceDesk
 from tui_gcs.core.text import clean
+from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station
@@ -33,6 +35,7 @@ LEAST_BATTERY_PCT = 20.0
 NOTING = (m.Acknowledge, m.Shelve, m.Unshelve, m.Note)
 """Done for every console: nothing is commanded."""
 MOST_NOTE_CHARS = 300
+NUDGES_TOLD_S = 5.0
 OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan, m.GetPlanners, m.GetPreviews, m.GetJournal)
 
 
@@ -84,11 +87,14 @@ class RequestDesk:
         return reply
 
     def _tell(self, principal: str, request: m.Request, reply: Reply) -> None:
+        """Journal what was asked; keys held down are told once in a while."""
+        every_s = NUDGES_TOLD_S if isinstance(request, Nudge) else 0.0
         refused = "; ".join(f"vehicle {r.vehicle}: {r.text}" for r in reply.results if not r.ok)
         text = (reply.text or "done") + (f" ({refused})" if refused else "")
         if not reply.ok:
             text = f"{type(request).__name__} refused: {text}"
-        self._station.events.say(EventClass.OPERATOR, principal, text, NOTICE if reply.ok else WARNING)
+        severity = NOTICE if reply.ok else WARNING
+        self._station.events.say(EventClass.OPERATOR, principal, text, severity, every_s=every_s)
 
     def _observe(self, request: m.AnyRequest) -> Reply:
         station = self._station
@@ -130,7 +136,7 @@ class RequestDesk:
             self._station.events.say(EventClass.CONSOLE, principal, text, severity)
         return Reply(ok=True)
 
-    def _command(self, request: m.AnyRequest) -> Reply:
+    def _command(self, request: m.AnyRequest | Land) -> Reply:
         executive = self._station.executive
         if isinstance(request, m.Start):
             return self._start(request)
@@ -138,9 +144,11 @@ class RequestDesk:
             return _done("hold", request.vehicles, executive.hold(request.vehicles))
         if isinstance(request, m.Resume):
             self._station.renew_quarantined()
-            return executive.resume()
+            return executive.resume(request.vehicles)
         if isinstance(request, m.Return):
             return _done("return", request.vehicles, executive.go_home(request.vehicles))
+        if isinstance(request, Land):
+            return _done("land", request.vehicles, executive.land(request.vehicles))
         if isinstance(request, m.SwitchRound):
             return self._switch_round(request.index)
         if isinstance(request, m.ApplyScenario):
@@ -176,15 +184,37 @@ class RequestDesk:
         station = self._station
         vehicle = station.fleet.vehicles.get(vehicle_id)
         flight = station.book.get(vehicle_id)
-        now = station.clock.now()
         if vehicle is None:
             return "never heard"
         if flight is None:
             return "in no team, or without a take-off place"
+        if why := self._why_not_led(vehicle):
+            return why
+        if vehicle.armed or flight.phase is not Phase.GROUND:
+            return "already armed" if vehicle.armed else f"busy: {flight.phase}"
+        if problem := _layer_problem(station.scenario, station.round, flight):
+            return problem
+        desk = station.desks.get(flight.team)
+        if desk is None or desk.error:
+            return f"its planner cannot plan: {desk.error if desk else 'none'}"
+        return self._why_not_ready(vehicle)
+
+    def why_not_lift(self, vehicle: Vehicle) -> str:
+        """Why this vehicle cannot leave the ground now to be flown by hand, or ""."""
+        flight = self._station.book.get(vehicle.id)
+        if flight is None:
+            return "in no team, or without a take-off place"
+        if why := self._why_not_led(vehicle):
+            return why
+        return f"busy: {flight.phase}" if flight.phase is not Phase.GROUND else self._why_not_ready(vehicle)
+
+    def _why_not_led(self, vehicle: Vehicle) -> str:
+        """Why nothing can be led by this station on it."""
+        station = self._station
+        now = station.clock.now()
         if vehicle.freshness(now) is not Freshness.OK:
             return f"{vehicle.freshness(now)}: last heard {now - vehicle.heard_s:.0f} s ago"
-        firmware = station.firmware.of(vehicle)
-        if unsupported := firmware.why_not(vehicle):
+        if unsupported := station.firmware.of(vehicle).why_not(vehicle):
             return unsupported
         if not station.door.is_ours(vehicle):
             return "not one of our simulated vehicles: this station is SIM"
@@ -192,15 +222,13 @@ class RequestDesk:
             return vehicle.no_commands
         if station.links[vehicle.link].spec.high_latency:
             return "heard over a high-latency link: commands only, no planner can steer it"
-        if vehicle.armed or flight.phase is not Phase.GROUND:
-            return "already armed" if vehicle.armed else f"busy: {flight.phase}"
-        if problem := firmware.start_problem(vehicle):
+        return ""
+
+    def _why_not_ready(self, vehicle: Vehicle) -> str:
+        """What is wrong with it, or with where it stands."""
+        station = self._station
+        if problem := station.firmware.of(vehicle).start_problem(vehicle):
             return problem
-        if problem := _layer_problem(station.scenario, station.round, flight):
-            return problem
-        desk = station.desks.get(flight.team)
-        if desk is None or desk.error:
-            return f"its planner cannot plan: {desk.error if desk else 'none'}"
         if vehicle.battery_pct < LEAST_BATTERY_PCT:
             return f"battery {vehicle.battery_pct:.0f} %, at least {LEAST_BATTERY_PCT:.0f} % to start"
         if vehicle.gps_fix < GPS_3D:
@@ -209,6 +237,12 @@ class RequestDesk:
             away_m = station.guard.outside_m(vehicle.position_m)
             return f"{away_m:.0f} m outside the operating area of {station.round.name}"
         return "; ".join(problem.text for problem in station.services.health.of(vehicle).problems if problem.blocks)
+
+    def too_close(self, vehicles: tuple[int, ...]) -> dict[int, str]:
+        """Of vehicles that shall leave the ground: who stands too near to another one, or to somebody's home."""
+        known = [v for v in vehicles if v in self._station.fleet.vehicles]
+        results = _too_close(self._station, [VehicleResult(vehicle=v, ok=True, text="") for v in known])
+        return {result.vehicle: result.text for result in results if not result.ok}
 
     # ---------------------------------------------------------------- rounds and scenario
 

@@ -71,6 +71,10 @@ class ServiceActs:
         self.setup = SetupActs(services)
         self._begin |= self.setup.begin | CarryActs(services, firmware).begin
 
+    def add(self, begin: dict[type, Begin]) -> None:
+        """Further requests, and who begins them."""
+        self._begin |= begin
+
     def begin(self, vehicle: Vehicle, request: s.Fetch | s.Change, task: Task) -> str:
         """Begin it; "" or why not."""
         return self._begin[type(request)](vehicle, request, task)

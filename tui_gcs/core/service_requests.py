@@ -10,7 +10,10 @@ import msgspec
 
 from tui_gcs.core import messages_services as s
 from tui_gcs.core import messages_setup as setup
+from tui_gcs.core import service_flight as flight
 from tui_gcs.core.messages import Freshness, VehicleResult
+from tui_gcs.core.messages_flight import Flight as FlightRequest
+from tui_gcs.core.messages_flight import Nudge
 from tui_gcs.core.service_acts import ServiceActs, param_rows
 from tui_gcs.core.service_carry import payload_rows, remote_id_rows, traffic_rows
 from tui_gcs.core.service_tasks import TaskBook
@@ -33,6 +36,7 @@ class ServiceDesk:
         self._station = station
         self.tasks = TaskBook(station.clock)
         self._acts = ServiceActs(station.services, station.firmware, station.speech)
+        self._acts.add(flight.FlightActs(station).begin)
 
     # ---------------------------------------------------------------- looking
 
@@ -142,6 +146,9 @@ class ServiceDesk:
         if why:
             self.tasks.forget(task)
             return VehicleResult(vehicle=number, ok=False, text=why), 0
+        if isinstance(request, Nudge):  # key after key: nothing to remember
+            self.tasks.forget(task)
+            return VehicleResult(vehicle=number, ok=True, text=task.text), 0
         return VehicleResult(vehicle=number, ok=True, text=f"task {task.number}"), task.number
 
     def _why_not(self, vehicle: Vehicle, request: s.Fetch | s.Change) -> str:
@@ -173,6 +180,8 @@ def words(request: s.Fetch | s.Change) -> str:
         return f"download log {request.log}"
     if isinstance(request, s.ListFiles | s.DownloadFile | s.WriteFile | s.RemoveFile):
         return f"{_FILE_WORDS[type(request)]} {clean(request.path, 60)}"
+    if isinstance(request, FlightRequest):
+        return flight.words(request)
     return _setup_words(request) or _WORDS[type(request)]
 
 

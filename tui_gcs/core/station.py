@@ -16,6 +16,7 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core.alarm_finders import AlarmFinder
 from tui_gcs.core.alarms import AlarmDesk
 from tui_gcs.core.bus import Bus
+from tui_gcs.core.by_hand import ByHand
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.detections import Detections
 from tui_gcs.core.door import Door
@@ -171,6 +172,7 @@ class Station:
         self.executive = Executive(
             self.fleet, self.book, self.firmware, self.commands, self.steering, self.events, clock, speed
         )
+        self.by_hand = ByHand(self.book, self.guard, self.firmware, self.commands, self.steering, clock)
         specs = {link.name: link.spec for link in links}
         self.rates = RateDesk(self.fleet, self.commands, self.speech, specs, clock, self.events)
         self.answers = TimeAnswers(self.fleet, self.door, clock, own)

@@ -64,7 +64,7 @@ class Steering:
         """Send every set-point that is due."""
         now = self._clock.now()
         # A take-off that has a course regains its layer in the air.
-        steered = self._book.in_phase(Phase.FLYING, Phase.TAKEOFF)
+        steered = self._book.in_phase(Phase.FLYING, Phase.BY_HAND, Phase.TAKEOFF)
         due = [f for f in steered if f.course is not None and now >= f.next_setpoint_s - 1e-9]
         if not due:
             return

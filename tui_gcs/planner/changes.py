@@ -57,7 +57,7 @@ def _state(frame: FleetFrame, i: int, before: State) -> State:
     phase = frame.phase[i]
     if phase == Phase.FLYING:
         return "active" if all(map(math.isfinite, frame.position_m[i])) else "lost"
-    if phase == Phase.HOLDING:
+    if phase in (Phase.HOLDING, Phase.BY_HAND):
         return "held"
     if phase in (Phase.ARMING, Phase.TAKEOFF):  # on its way up, or back to its layer after a hold
         return before

@@ -22,7 +22,7 @@ def team_view(frame: FleetFrame, task: PlannerTask) -> Fleet:
         age_s=np.array([frame.age_s[i] for i in rows], dtype=float),
         layer_m=np.array([task.layers_m.get(vehicle, np.nan) for vehicle in ids], dtype=float),
         battery_pct=np.array([frame.battery_pct[i] for i in rows], dtype=float),
-        held=np.array([frame.phase[i] == Phase.HOLDING for i in rows], dtype=bool),
+        held=np.array([frame.phase[i] in (Phase.HOLDING, Phase.BY_HAND) for i in rows], dtype=bool),
     )
 
 

@@ -136,7 +136,7 @@ class FlightRecord:
             and row.armed
             and row.freshness is not Freshness.LOST
             and row.position_m[2] > GROUND_M
-            and row.phase in (Phase.FLYING, Phase.HOLDING, Phase.RETURNING)
+            and row.phase in (Phase.FLYING, Phase.HOLDING, Phase.BY_HAND, Phase.RETURNING)
         ]
         least = math.inf
         for a, b in combinations(free, 2):

@@ -7,7 +7,7 @@ from textual import events
 from tui_gcs.core.messages import Acknowledge, Alarm, EventClass, Request, Shelve, Unshelve
 from tui_gcs.core.messages_alarms import action_words
 from tui_gcs.feed import EventRaised, Feed, StatusUpdated
-from tui_gcs.screens.dialogs import TextDialog
+from tui_gcs.screens.text_dialog import TextDialog
 from tui_gcs.widgets.alarm_line import LEVEL_INKS, LEVEL_TAGS
 from tui_gcs.widgets.event_lines import event_line
 from tui_gcs.widgets.glyphs import GlyphSet

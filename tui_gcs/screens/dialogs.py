@@ -1,94 +1,24 @@
-"""Dialogs: start, choose a round, results, help. Plain text lines in a box; Esc always leaves."""
+"""Dialogs: start, choose a round."""
 
 from collections.abc import Sequence
 from textwrap import wrap
-from typing import TypeVar
 
 from textual import events
-from textual.app import ComposeResult
-from textual.screen import ModalScreen
 
-from tui_gcs.actions import Action
 from tui_gcs.core.clock import Clock, MonotonicClock
-from tui_gcs.core.messages import Kind, VehicleResult
+from tui_gcs.core.messages import Kind
 from tui_gcs.core.scenario import LinkLoss
 from tui_gcs.feed import Feed
 from tui_gcs.screens.start_plan import StartPlan, fingerprint
+from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
 from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.lines import Line, LinesView
+from tui_gcs.widgets.lines import Line
 from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.words import ids
 
-T = TypeVar("T")
-DIALOG_WIDTH = 76
-MOST_CELLS = 72
-"""What a line may be long at 80 columns."""
 MOST_REASONS = 5
 CANCEL_AFTER_S = 10.0
 CHECK_S = 0.5
-
-
-class DialogBox(LinesView):
-    """The box with the text."""
-
-    DEFAULT_CSS = """
-    DialogBox { border: heavy #d8dee4; border-title-color: #d8dee4; border-title-style: bold; padding: 0 1; }
-    DialogBox.-ascii { border: ascii #d8dee4; }
-    """
-
-    _text: Sequence[Line] = ()
-
-    def show(self, title: str, text: Sequence[Line]) -> None:
-        """Show these lines, in a box as high as they need."""
-        self._text = text
-        set_title(self, title)
-        screen = self.screen.size
-        self.styles.width = min(DIALOG_WIDTH, screen.width - 2)
-        self.styles.height = min(len(text) + 2, screen.height - 2)
-        self.update_lines()
-
-    def lines(self, width: int, height: int) -> Sequence[Line]:
-        """See `LinesView.lines`."""
-        return self._text
-
-
-class TextDialog(ModalScreen[T]):
-    """Base of the dialogs: lines in a box, keys handled by the subclass."""
-
-    DEFAULT_CSS = "TextDialog { align: center middle; }"
-
-    title_text = ""
-
-    def __init__(self, glyphs: GlyphSet) -> None:
-        """With these characters."""
-        super().__init__()
-        self.glyphs = glyphs
-        self.box = DialogBox(glyphs=glyphs)
-
-    def compose(self) -> ComposeResult:
-        """One box."""
-        yield self.box
-
-    def on_mount(self) -> None:
-        """First text."""
-        self.redraw()
-
-    def on_resize(self) -> None:
-        """The box follows the terminal."""
-        self.redraw()
-
-    def body(self) -> list[Line]:
-        """The text now."""
-        raise NotImplementedError
-
-    def redraw(self) -> None:
-        """Show `body` again."""
-        self.box.show(self.title_text, self.body())
-
-    def text(self) -> str:
-        """The text without colours."""
-        return "\n".join("".join(text for text, _ in line) for line in self.body())
 
 
 class StartDialog(TextDialog[bool]):
@@ -277,75 +207,3 @@ class RoundDialog(TextDialog[int | None]):
             lines.append([(f"{mark} {index + 1}  {name}{now}", ink)])
         where = "vehicles fly there at once" if self._flying else "nothing flies"
         return [*lines, [], [(" Esc = cancel ", Ink.SELECTED), (f"   Enter = switch ({where})", Ink.BOLD)]]
-
-
-class ResultDialog(TextDialog[None]):
-    """What became of a request, vehicle by vehicle; refused ones first."""
-
-    def __init__(self, title: str, text: str, results: Sequence[VehicleResult], glyphs: GlyphSet) -> None:
-        """Show `results`."""
-        super().__init__(glyphs)
-        self.title_text = title
-        self._text = text
-        self._results = results
-
-    def on_key(self, event: events.Key) -> None:
-        """Esc, Enter or Space leaves."""
-        event.stop()
-        if event.key in ("escape", "enter", "space"):
-            self.dismiss(None)
-
-    def body(self) -> list[Line]:
-        """One line each."""
-        lines: list[Line] = [[(self._text, Ink.BOLD)], []] if self._text else []
-        for result in sorted(self._results, key=lambda result: (result.ok, result.vehicle)):
-            mark, ink = ("ok", Ink.TEXT) if result.ok else ("refused", Ink.CAUTION)
-            lines.append([(f"vehicle {result.vehicle:<4} {mark:<8} ", ink), (result.text, Ink.TEXT)])
-        return [*lines, [], [(" Esc or Enter = close ", Ink.SELECTED)]]
-
-
-class HelpDialog(TextDialog[None]):
-    """All keys, from the action tables."""
-
-    title_text = "keys"
-
-    def __init__(self, actions: Sequence[Action], glyphs: GlyphSet) -> None:
-        """List `actions` by group."""
-        super().__init__(glyphs)
-        self._actions = actions
-        self._first = 0
-
-    def on_key(self, event: events.Key) -> None:
-        """Arrows scroll; Esc, q or ? leaves."""
-        event.stop()
-        if event.key in ("escape", "q", "question_mark", "enter"):
-            self.dismiss(None)
-        elif event.key in ("down", "j", "pagedown", "space"):
-            self._scroll(+1 if event.key in ("down", "j") else +10)
-        elif event.key in ("up", "k", "pageup"):
-            self._scroll(-1 if event.key in ("up", "k") else -10)
-
-    def _scroll(self, by: int) -> None:
-        self._first = max(0, min(self._first + by, len(self.all_lines()) - self._room()))
-        self.redraw()
-
-    def _room(self) -> int:
-        """Lines for keys: the box less its border and the last line."""
-        return max(1, self.size.height - 2 - 3)
-
-    def body(self) -> list[Line]:
-        """The keys that fit, and how to leave."""
-        room, lines = self._room(), self.all_lines()
-        more = "   arrows: more" if len(lines) > room else ""
-        return [*lines[self._first : self._first + room], [(" Esc = close ", Ink.SELECTED), (more, Ink.MUTED)]]
-
-    def all_lines(self) -> list[Line]:
-        """All keys, by group."""
-        lines: list[Line] = []
-        for group in dict.fromkeys(action.group for action in self._actions):
-            told = [action for action in self._actions if action.group == group and action.help]
-            for index, action in enumerate(told):
-                name = group if index == 0 else ""
-                keys = (f"{action.shown:<8} ", Ink.BOLD)
-                lines.append([(f"{name:<9}", Ink.ADVISORY), keys, (action.help, Ink.TEXT)])
-        return lines

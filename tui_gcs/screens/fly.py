@@ -20,6 +20,7 @@ from tui_gcs.feed import (
     FleetUpdated,
     PlannerUpdated,
     ScenarioChanged,
+    SelectionChanged,
     StationBack,
     StationLost,
     StatusUpdated,
@@ -34,7 +35,6 @@ from tui_gcs.widgets.roster import Roster
 from tui_gcs.widgets.selected import SelectedPanel, row_of
 from tui_gcs.widgets.top_lines import TopLines
 
-MAX_DIGITS = 3
 EMPTY_LINES = 6
 FIGURES_PERIOD_S = 0.45
 """Half a second, less the jitter of frames: what changes more often cannot be read, and costs bytes."""
@@ -44,7 +44,9 @@ class FlyScreen(MapKeys):
     """What an operator looks at while vehicles fly."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = FLY_ACTIONS
-    BINDINGS: ClassVar[list[BindingType]] = bindings(FLY_ACTIONS)
+    BINDINGS: ClassVar[list[BindingType]] = bindings(FLY_ACTIONS, "fly")
+    DIGITS_SELECT = True
+    """A digit begins the number of a vehicle, see `ConsoleApp`."""
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]
     AUTO_FOCUS = None
@@ -63,21 +65,12 @@ class FlyScreen(MapKeys):
     """
 
     class Resumed(Message):
-        """Enter without digits: the operator wants the planner to go on."""
-
-    class Typing(Message):
-        """Digits typed so far towards a vehicle's number."""
-
-        def __init__(self, digits: str) -> None:
-            super().__init__()
-            self.digits = digits
+        """Enter: the operator wants the planner to go on."""
 
     def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
         """For this feed."""
         super().__init__()
         self.feed = feed
-        self.selected: int | None = None
-        self._digits = ""
         self._figures_s = float("-inf")
         self._states: tuple[object, ...] = ()
         self._glyphs = glyphs
@@ -111,6 +104,16 @@ class FlyScreen(MapKeys):
         """What changed while another screen was shown."""
         self.show_all()
 
+    @property
+    def cursor_m(self) -> tuple[float, float] | None:
+        """Where the map's cursor is, ENU metres; None without one."""
+        return self.map_view.cursor_m
+
+    @property
+    def selected(self) -> int | None:
+        """The vehicle that is looked at."""
+        return self.feed.selection.lead
+
     # ------------------------------------------------------------ messages of the feed
 
     def on_fleet_updated(self, _message: FleetUpdated) -> None:
@@ -134,6 +137,12 @@ class FlyScreen(MapKeys):
         """Something happened."""
         if self.is_current:
             self.show_events()
+
+    def on_selection_changed(self, _message: SelectionChanged) -> None:
+        """Other vehicles are selected."""
+        self.map_view.selected = self.selected
+        if self.is_current:
+            self.show_fleet()
 
     def on_scenario_changed(self, _message: ScenarioChanged) -> None:
         """Zones, rounds, teams."""
@@ -184,7 +193,7 @@ class FlyScreen(MapKeys):
             self._states = _states(frame)
         count = len(frame.ids) if frame is not None else 0
         self.roster.styles.height = max(4, min(count + 3 if count else EMPTY_LINES, self._roster_room()))
-        self.roster.show(frame, self.selected, waiting=self._waiting())
+        self.roster.show(frame, self.feed.selection.ids, self.selected, waiting=self._waiting())
         row = row_of(frame, self.selected)
         self.selected_panel.show(row)
         self.brief_panel.show(self._known_status(self.feed.status), row)
@@ -217,57 +226,31 @@ class FlyScreen(MapKeys):
 
     # ------------------------------------------------------------ keys: selection
 
-    def select(self, vehicle: int | None) -> None:
-        """Make this the selected vehicle."""
-        self.selected = vehicle
-        self.map_view.selected = vehicle
-        self.show_fleet()
-
     def on_roster_picked(self, message: Roster.Picked) -> None:
         """Clicked."""
-        self.select(message.vehicle)
+        self.feed.selection.set((message.vehicle,))
 
     def action_select_next(self) -> None:
-        """Next vehicle in the roster."""
+        """Next vehicle in the roster, or of the selected ones."""
         self._step(1)
 
     def action_select_previous(self) -> None:
-        """Previous vehicle in the roster."""
+        """The one before."""
         self._step(-1)
 
     def _step(self, by: int) -> None:
-        ids = self.feed.frame.ids if self.feed.frame is not None else ()
-        if not ids:
-            return
-        if self.selected in ids:
-            self.select(ids[(ids.index(self.selected) + by) % len(ids)])
-        else:
-            self.select(ids[0] if by > 0 else ids[-1])
-
-    def action_digit(self, digit: str) -> None:
-        """One more digit of a vehicle's number."""
-        self._set_digits((self._digits + digit).lstrip("0")[-MAX_DIGITS:])
+        self.feed.selection.step(by, self.feed.frame.ids if self.feed.frame is not None else ())
 
     def action_enter(self) -> None:
-        """Select the typed number; without one: resume."""
-        digits = self._digits
-        if not digits:
-            self.post_message(self.Resumed())
-            return
-        self._set_digits("")
-        frame = self.feed.frame
-        if frame is not None and int(digits) in frame.ids:
-            self.select(int(digits))
+        """In hold: go on."""
+        self.post_message(self.Resumed())
 
     def action_cancel(self) -> None:
-        """Forget digits, end follow."""
-        self._set_digits("")
-        self.map_view.follow(False)
-
-    def _set_digits(self, digits: str) -> None:
-        if digits != self._digits:
-            self._digits = digits
-            self.post_message(self.Typing(digits))
+        """Hide the cursor; then end follow."""
+        if self.map_view.cursor_m is not None:
+            self.map_view.show_cursor(False)
+        else:
+            self.map_view.follow(False)
 
 
 def _states(frame: FleetFrame) -> tuple[object, ...]:

@@ -47,7 +47,7 @@ class PlanScreen(Screen[None]):
     """Edits a scenario; knows widgets and the working copy, nothing of protocols."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = PLAN_ACTIONS
-    BINDINGS: ClassVar[list[BindingType]] = bindings(PLAN_ACTIONS)
+    BINDINGS: ClassVar[list[BindingType]] = bindings(PLAN_ACTIONS, "plan")
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]
     AUTO_FOCUS = "ZoneList"

@@ -1,19 +1,22 @@
-"""The keys that are valid now, from the action tables."""
+"""The last line: which vehicles commands are for, and the keys that do something now, from the action tables."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
-from tui_gcs.actions import COMMAND, Action, footer_actions
-from tui_gcs.core.messages import RunPhase, StationStatus
-from tui_gcs.feed import Feed, StatusUpdated
+from tui_gcs.actions import APP, APP_ACTIONS, Action, footer_actions, situation_of
+from tui_gcs.actions.keymap import with_keys
+from tui_gcs.feed import Feed, SelectionChanged, StatusUpdated
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run
+from tui_gcs.widgets.words import ids
+
+MOST_IDS_CELLS = 14
 
 
 class FooterLine(LinesView):
-    """One line of keys."""
+    """One line of keys; with a feed it begins with the selection."""
 
     DEFAULT_CSS = "FooterLine { height: 1; dock: bottom; }"
 
@@ -29,8 +32,17 @@ class FooterLine(LinesView):
         if self._feed is not None:
             self._feed.listen(self)
 
+    def on_unmount(self) -> None:
+        """No more messages."""
+        if self._feed is not None:
+            self._feed.leave(self)
+
     def on_status_updated(self, _message: StatusUpdated) -> None:
         """Other keys may be valid now."""
+        self.update_lines()
+
+    def on_selection_changed(self, _message: SelectionChanged) -> None:
+        """Other vehicles."""
         self.update_lines()
 
     def show_typing(self, typing: bool) -> None:
@@ -38,14 +50,43 @@ class FooterLine(LinesView):
         self._typing = typing
         self.update_lines()
 
+    def _with_keys(self) -> list[Action]:
+        """With the keys of the operator's own keymap."""
+        keymap = getattr(self.app, "keymap", {})
+        if not keymap:
+            return list(self._actions)
+        everywhere = [action for action in self._actions if action in APP_ACTIONS]
+        own = [action for action in self._actions if action not in APP_ACTIONS]
+        return [*with_keys(everywhere, APP, keymap), *with_keys(own, self.app.current_mode, keymap)]
+
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
-        actions, status = self._actions, None
+        actions = self._with_keys()
+        runs: list[Run] = []
         if self._feed is not None:
-            status = self._feed.status
-            if self._feed.read_only:  # a replay, or a station that is not ours to command
-                actions = [action for action in actions if action.group != COMMAND]
-        return [_keys(while_typing(actions) if self._typing else valid_now(actions, status), width)]
+            runs = selection_runs(self._feed, self.glyphs)
+            situation = situation_of(self._feed)
+            actions = [
+                replace(action, label=action.label_now(situation)) if action.label_now is not None else action
+                for action in actions
+                if not action.is_hidden(situation)
+            ]
+        if self._typing:
+            actions = while_typing(actions)
+        return [runs + _keys(actions, width - sum(len(text) for text, _ in runs))]
+
+
+def selection_runs(feed: Feed, glyphs: GlyphSet) -> list[Run]:
+    """Who is selected, in few cells; a console that commands nothing says so instead."""
+    if feed.read_only:
+        return [(" read-only ", Ink.MUTED)]
+    selected = feed.selection.ids
+    if not selected:
+        return [(" none selected ", Ink.MUTED)]
+    text = ids(selected).replace(" ", ",")
+    if len(text) > MOST_IDS_CELLS:
+        text = f"{len(selected)} vehicles"
+    return [(f" {glyphs.selected}{text} ", Ink.SELECTED)]
 
 
 def _keys(actions: Sequence[Action], width: int) -> list[Run]:
@@ -67,19 +108,3 @@ def while_typing(actions: Sequence[Action]) -> list[Action]:
         elif action.shown == "Esc":
             works.append(replace(action, label="leave field", weight=9))
     return works
-
-
-def valid_now(actions: Sequence[Action], status: StationStatus | None) -> list[Action]:
-    """Without the actions that do nothing in this phase, and with the label that says what will happen."""
-    if status is None:
-        return list(actions)
-    hidden = set()
-    if status.run is RunPhase.IDLE:
-        hidden.add("return_and_land")
-    if status.run is not RunPhase.HOLD:
-        hidden.add("enter")
-    else:
-        hidden.add("start_stop")
-    label = "start" if status.run is RunPhase.IDLE else "HOLD"
-    shown = (replace(action, label=label) if action.id == "start_stop" else action for action in actions)
-    return [action for action in shown if action.id not in hidden]

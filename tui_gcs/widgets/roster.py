@@ -75,7 +75,8 @@ class Roster(LinesView):
     """
 
     _frame: FleetFrame | None = None
-    _selected: int | None = None
+    _selected: tuple[int, ...] = ()
+    _lead: int | None = None
     _first = 0
     _waiting = ""
 
@@ -86,11 +87,14 @@ class Roster(LinesView):
             super().__init__()
             self.vehicle = vehicle
 
-    def show(self, frame: FleetFrame | None, selected: int | None, *, waiting: str = "") -> None:
-        """Show these vehicles; `None` when nothing is known; `waiting` says what an empty fleet waits for."""
-        self._frame, self._selected, self._waiting = frame, selected, waiting
+    def show(self, frame: FleetFrame | None, selected: tuple[int, ...], lead: int | None, *, waiting: str = "") -> None:
+        """Show these vehicles, `lead` in view; `None` when nothing is known.
+
+        `waiting` says what an empty fleet waits for.
+        """
+        self._frame, self._selected, self._lead, self._waiting = frame, selected, lead, waiting
         count = len(frame.ids) if frame is not None else 0
-        set_title(self, f"fleet  {count}")
+        set_title(self, f"fleet  {count}" + (f"   {len(selected)} selected" if len(selected) > 1 else ""))
         self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:
@@ -100,9 +104,9 @@ class Roster(LinesView):
         rows = self._frame.rows()
         columns = fitting_columns(width, max(row.id for row in rows))
         room = max(1, height - 1)
-        self._first = _first_shown(self._first, room, rows, self._selected)
+        self._first = _first_shown(self._first, room, rows, self._lead)
         shown = rows[self._first : self._first + room]
-        return [header(columns), *(roster_line(row, columns, row.id == self._selected, self.glyphs) for row in shown)]
+        return [header(columns), *(roster_line(row, columns, row.id in self._selected, self.glyphs) for row in shown)]
 
     def on_click(self, event: events.Click) -> None:
         """Pick the clicked vehicle."""

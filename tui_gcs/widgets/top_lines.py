@@ -1,11 +1,13 @@
 """The two lines every screen begins with: status, and the worst alarm with the key that answers it."""
 
 import math
+from collections.abc import Mapping
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
 
-from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS
+from tui_gcs.actions import APP, APP_ACTIONS, FLY_ACTIONS
+from tui_gcs.actions.keymap import with_keys
 from tui_gcs.core.messages import StationStatus
 from tui_gcs.core.messages_alarms import AlarmLevel, action_words
 from tui_gcs.feed import Feed, FleetUpdated, StationBack, StationLost, StatusUpdated
@@ -15,6 +17,15 @@ from tui_gcs.widgets.levels import Level
 from tui_gcs.widgets.status_line import StatusLine
 
 KEYS = {action.id: action.shown for action in (*APP_ACTIONS, *FLY_ACTIONS) if action.shown}
+"""Key by action, as people read it; `use_keys` once, before anything is shown."""
+
+
+def use_keys(keymap: Mapping[str, str]) -> None:
+    """The keys of the operator's own keymap."""
+    for scope, actions in ((APP, APP_ACTIONS), ("fly", FLY_ACTIONS)):
+        KEYS.update({action.id: action.shown for action in with_keys(actions, scope, keymap) if action.shown})
+
+
 """Keys by action, for the words of alarms."""
 NOTICE_LEVELS = {
     AlarmLevel.WARNING: Level.WARNING,

@@ -1,4 +1,4 @@
-"""`!` then `h`: HOLD ALL from anywhere, before any widget sees the keys.
+"""`!` then `h`, `r` or `l`: all hold, return or land. Works from anywhere, before any widget sees the keys.
 
 Any other key after `!` is not lost: both go where they would have gone.
 """
@@ -6,9 +6,11 @@ Any other key after `!` is not lost: both go where they would have gone.
 from textual.events import Key
 
 PREFIX_S = 2.0
+CHORDS = {"h": "hold_all", "r": "return_all", "l": "land_all"}
+"""Second key: the app's action."""
 
 
-class HoldChord:
+class Chord:
     """Two keys; knows nothing of screens."""
 
     def __init__(self) -> None:
@@ -21,15 +23,15 @@ class HoldChord:
         """Whether `!` was pressed and its second key is awaited."""
         return self._prefix is not None
 
-    def press(self, key: Key, now_s: float) -> tuple[bool, list[Key]]:
-        """(hold all now, keys to handle as usual) for one key at a time in seconds."""
+    def press(self, key: Key, now_s: float) -> tuple[str, list[Key]]:
+        """(action to do now or "", keys to handle as usual) for one key at a time in seconds."""
         held, self._prefix = self._prefix, None
         if held is not None and now_s <= self._until_s:
-            if key.character in ("h", "H"):
-                return True, []
+            if key.character is not None and key.character.lower() in CHORDS:
+                return CHORDS[key.character.lower()], []
             if key.key == "escape":
-                return False, []
+                return "", []
         if key.character == "!":
             self._prefix, self._until_s = key, now_s + PREFIX_S
-            return False, [held] if held is not None else []
-        return False, [held, key] if held is not None else [key]
+            return "", [held] if held is not None else []
+        return "", [held, key] if held is not None else [key]

@@ -1,0 +1,127 @@
+"""Vehicles that an operator flies by hand, beside their planner."""
+
+import math
+from collections.abc import Callable
+
+import pytest
+from rig import Rig
+from service_asking import ended
+
+from tui_gcs.core import messages as m
+from tui_gcs.core import messages_flight as f
+from tui_gcs.core import messages_services as s
+from tui_gcs.core.bus import REQUEST
+from tui_gcs.core.messages import Phase, RunPhase
+
+MakeRig = Callable[..., Rig]
+NAN = math.nan
+
+
+def ask(rig: Rig, request: m.Request) -> s.ServiceReply:
+    return m.decode(rig.bus.ask(REQUEST.format(principal="console-1"), m.encode(request)), s.ServiceReply)
+
+
+def why_not(rig: Rig, request: m.Request) -> str:
+    """Why nothing is done for the one vehicle that is named."""
+    reply = ask(rig, request)
+    assert not reply.ok and not reply.tasks
+    return reply.results[0].text if reply.results else reply.text
+
+
+def near(rig: Rig, vehicle: int, place: tuple[float, float, float]) -> bool:
+    return math.dist(rig.place(vehicle), place) < 1.5 and rig.speed(vehicle) < 0.5
+
+
+def done(rig: Rig, request: m.Request) -> str:
+    """What is said of the success of a request for one vehicle."""
+    task, _ = ended(rig, request)  # type: ignore[arg-type]
+    assert task.state == "done", task.text
+    return task.text
+
+
+def test_take_off_go_to_a_place_circle_land(rig: MakeRig) -> None:
+    """From the ground and back, without any planner; a hold is a hold, and resume is offered."""
+    flight = rig(2).ready()
+    flight.until(lambda: not flight.station.requests.why_not_start(1), 60.0)
+    x, y, _ = flight.place(1)
+    assert why_not(flight, f.GoTo((1,), ((x, y, 20.0),))) == "is not in the air: take off first"
+    assert "are allowed" in why_not(flight, f.TakeOff((1,), 500.0))
+    assert done(flight, f.TakeOff((1,), 28.0)) == "climbs to 28 m"
+    flight.until(lambda: flight.phase(1) is Phase.BY_HAND, 40.0)
+    flight.until(lambda: near(flight, 1, (x, y, 28.0)), 10.0)
+    assert flight.station.executive.run is RunPhase.HOLD, "no start brought it there: resume or return"
+    assert flight.phase(2) is Phase.GROUND
+
+    assert done(flight, f.GoTo((1,), ((x + 60.0, y + 20.0, NAN),), speed_m_s=4.0)) == "on its way"
+    flight.run(8.0)
+    assert flight.speed(1) == pytest.approx(4.0, abs=0.6)
+    flight.until(lambda: near(flight, 1, (x + 60.0, y + 20.0, 28.0)), 40.0)
+
+    done(flight, f.Circle((1,), (x + 60.0, y + 20.0, NAN), radius_m=15.0, speed_m_s=5.0))
+    flight.run(20.0)
+    away_m = math.dist(flight.place(1)[:2], (x + 60.0, y + 20.0))
+    assert away_m == pytest.approx(15.0, abs=1.5) and flight.speed(1) > 4.0
+
+    assert ask(flight, m.Hold(vehicles=(1,))).ok
+    flight.until(lambda: flight.speed(1) < 0.3, 10.0)
+    assert flight.phase(1) is Phase.HOLDING
+    assert ask(flight, f.Land(vehicles=(1,))).ok
+    flight.until(lambda: flight.phase(1) is Phase.GROUND, 60.0)
+    assert "landed and disarmed" in flight.texts("vehicle 1")
+
+
+def test_one_is_taken_out_of_the_planners_hands_and_given_back(rig: MakeRig) -> None:
+    flight = rig(3).flying()
+    x, y, z = 240.0, 200.0, flight.station.book.flights[2].layer_m  # where `stay` wants it
+    flight.until(lambda: near(flight, 2, (x, y, z)), 60.0)
+    done(flight, f.GoTo((2,), ((x, y + 40.0, NAN),)))
+    flight.until(lambda: near(flight, 2, (x, y + 40.0, z)), 30.0)
+    assert [flight.phase(v) for v in flight.ids] == [Phase.FLYING, Phase.BY_HAND, Phase.FLYING]
+    assert why_not(flight, m.Resume(vehicles=(1,))) == "neither holds nor is flown by hand"
+    assert ask(flight, m.Resume(vehicles=(2,))).ok
+    flight.until(lambda: flight.phase(2) is Phase.FLYING, 20.0)
+    flight.until(lambda: near(flight, 2, (x, y, z)), 30.0)
+
+
+def test_who_is_nudged_stands_a_second_after_the_last_key(rig: MakeRig) -> None:
+    flight = rig(2).flying().run(15.0)
+    before = flight.place(1)
+    for _ in range(10):
+        assert ask(flight, f.Nudge((1,), (0.0, 100.0, 0.0))).ok
+        flight.run(0.2)
+    limit = flight.station.scenario.limits.speed_m_s
+    assert 2.0 < flight.speed(1) < limit + 0.5, "faster than the limit is cut to it"
+    flight.run(1.0 + limit / flight.station.scenario.limits.accel_m_s2 + 2.0)
+    assert flight.speed(1) < 0.5
+    assert flight.place(1)[1] > before[1] + 5.0
+    assert flight.phase(1) is Phase.BY_HAND
+
+
+def test_the_guard_judges_what_is_asked_by_hand(rig: MakeRig) -> None:
+    """Out of the area it brakes and holds; the reason is told. Into another vehicle, too."""
+    flight = rig(2).flying().run(15.0)
+    done(flight, f.GoTo((1,), ((-500.0, 200.0, 30.0),)))
+    flight.run(5.0)
+    assert flight.speed(1) < 0.5
+    assert any("guard veto, holding" in text and "outside the operating area" in text for text in flight.texts())
+    x, y, z = flight.place(2)
+    done(flight, f.GoTo((1,), ((x, y, z),)))
+    flight.run(25.0)
+    assert math.dist(flight.place(1)[:2], flight.place(2)[:2]) > 5.0
+
+
+def test_motors_are_stopped_one_at_a_time_and_with_a_reason(rig: MakeRig) -> None:
+    flight = rig(2).flying().run(5.0)
+    assert "in the air" in why_not(flight, f.Disarm((1,)))
+    assert why_not(flight, f.KillMotors((1, 2), "fire")) == "the motors of one vehicle at a time"
+    assert why_not(flight, f.KillMotors((1,), "  ")) == "say why"
+    assert done(flight, f.KillMotors((1,), "burns")) == "motors stopped"
+    assert flight.phase(2) is Phase.FLYING
+
+
+def test_arming_alone_and_disarming(rig: MakeRig) -> None:
+    flight = rig(2).ready()
+    flight.until(lambda: not flight.station.requests.why_not_start(1), 60.0)
+    assert done(flight, f.Arm((1,))) == "armed"
+    assert done(flight, f.Disarm((1,))) == "disarmed"
+    assert why_not(flight, f.Disarm((1,))) == "it is not armed"

@@ -1,0 +1,200 @@
+"""Orders to selected vehicles: asked as gravely as they may harm, sent once, followed to each vehicle's result."""
+
+import math
+
+from console import NARROW, Console, console
+from fake_station import FakeStation
+
+from tui_gcs.core import messages as m
+from tui_gcs.core import messages_flight as f
+from tui_gcs.core import messages_services as s
+from tui_gcs.core.messages import Freshness
+from tui_gcs.screens.fly import FlyScreen
+from tui_gcs.screens.nudge import NudgeScreen
+from tui_gcs.screens.orders import OrderDialog, OrderMenu
+
+
+def flight(station: FakeStation) -> None:
+    station.fly()
+
+
+async def select(c: Console, text: str) -> None:
+    await c.press("s", *text, "enter")
+
+
+async def order(c: Console, letter: str, *more: str) -> None:
+    """From the menu."""
+    await c.press("c")
+    assert isinstance(c.app.screen, OrderMenu)
+    await c.press(letter, *more)
+
+
+async def test_nothing_selected_nothing_is_commanded() -> None:
+    async with console(prepare=flight) as c:
+        await c.press("c")
+        assert isinstance(c.app.screen, FlyScreen)
+        assert "no vehicle is selected" in c.told()
+        await c.press("r")
+        assert "no vehicle is selected" in c.told()
+        assert c.station.commands() == []
+
+
+async def test_a_hold_takes_enter_names_its_target_and_is_followed_until_it_shows() -> None:
+    async with console(NARROW, flight) as c:
+        await select(c, "3-4")
+        await order(c, "h")
+        assert "hold: 2 vehicles: 3-4" in c.text()
+        assert c.station.commands() == []
+        await c.press("enter")
+        assert c.station.commands() == [m.Hold(vehicles=(3, 4))]
+        assert "waiting for 3-4" in c.result()
+        await c.tick()
+        assert "hold 3-4: done for all 2" in c.result()
+        assert "now: holding" in c.result()
+
+
+async def test_what_telemetry_does_not_show_is_never_shown_as_success() -> None:
+    async with console(prepare=flight) as c:
+        await select(c, "3-4")
+        c.station.changes[4] = {"phase": m.Phase.FLYING}
+        c.station.changes[3] = {"freshness": Freshness.LOST, "heard_age_s": 9.0}
+        await order(c, "h", "enter")
+        await c.tick()
+        assert "waiting for 3-4" in c.result()
+        c.clock.advance(16.0)
+        c.app.follow_orders()
+        await c.settle()
+        assert "0 of 2 good, NOT SEEN 3-4" in c.result()
+
+
+async def test_arming_several_takes_their_number_and_three_seconds() -> None:
+    async with console() as c:
+        c.station.changes[3] = {"armed": True}
+        await c.tick()
+        await select(c, "1-3")
+        await order(c, "a")
+        dialog = c.app.screen
+        assert isinstance(dialog, OrderDialog)
+        assert "left out: 3  already armed" in dialog.text()
+        await c.press("y", "enter")
+        assert "type 2, then Enter" in dialog.text()
+        await c.press("backspace", "2", "enter")
+        assert "Esc = STOP THIS" in dialog.text()
+        assert c.station.commands() == []
+        c.clock.advance(3.1)
+        dialog.tick()
+        await c.settle()
+        assert c.station.commands() == [f.Arm((1, 2))]
+        assert "left out 3" in c.result()
+        c.station.end_task(1, "done", "armed")
+        c.station.end_task(2, "failed", "refused: compass not calibrated")
+        c.app.follow_orders()
+        await c.settle()
+        assert "1 of 3 good, FAILED 2; left out 3" in c.told()
+        assert "compass not calibrated" in c.result().splitlines()[1], "bad news first"
+
+
+async def test_escape_in_the_last_seconds_sends_nothing() -> None:
+    async with console() as c:
+        await select(c, "1-2")
+        await order(c, "a", "2", "enter", "escape")
+        assert isinstance(c.app.screen, FlyScreen)
+        assert c.station.commands() == []
+        assert "nothing sent: cancelled" in c.told()
+
+
+async def test_a_question_expires_and_is_void_when_a_vehicle_changed() -> None:
+    async with console() as c:
+        await select(c, "2")
+        await order(c, "a")
+        c.clock.advance(10.1)
+        c.app.screen.tick()
+        await c.settle()
+        assert "arm: nothing sent: no key was pressed" in c.told()
+        await order(c, "a")
+        dialog = c.app.screen
+        c.station.changes[2] = {"freshness": Freshness.STALE}
+        await c.tick()
+        if c.app.screen is dialog:  # its own timer may have been faster
+            await c.press("y")
+        assert "vehicle 2 changed meanwhile" in c.told()
+        assert c.station.commands() == []
+
+
+async def test_values_are_typed_judged_and_sent_as_they_were_shown() -> None:
+    async with console(NARROW, flight) as c:
+        await select(c, "2")
+        await order(c, "g", *"nowhere", "enter", "enter")
+        assert "no such place" in c.app.screen.text()
+        await c.press("tab", *["backspace"] * 7, *"450 200 35", "enter", *"4", "enter")
+        assert "y = do it" in c.app.screen.text()
+        await c.press("y")
+        assert c.station.commands() == [f.GoTo((2,), ((450.0, 200.0, 35.0),), 4.0)]
+        await order(c, "u", *"30", "enter", "y")
+        climb = c.station.commands()[-1]
+        assert isinstance(climb, f.GoTo) and climb.points_m[0][2] == 30.0 and math.isnan(climb.points_m[0][0])
+        await order(c, "m", *"RTL", "enter", "y")
+        assert c.station.commands()[-1] == s.SetMode((2,), "RTL", sure=True)
+
+
+async def test_motors_take_a_reason_and_the_words_typed() -> None:
+    async with console(prepare=flight) as c:
+        await select(c, "2-3")
+        await order(c, "K")
+        assert "one vehicle at a time" in c.app.screen.text()
+        await c.press("escape")
+        await select(c, "2")
+        await order(c, "K", "enter")
+        assert "say why" in c.app.screen.text()
+        await c.press(*"burns", "enter", *"KILL 3", "enter")
+        assert "type KILL 2" in c.app.screen.text()
+        await c.press("backspace", "2", "enter")
+        assert c.station.commands() == []
+        c.clock.advance(3.1)
+        c.app.screen.tick()
+        await c.settle()
+        assert c.station.commands() == [f.KillMotors((2,), "burns")]
+
+
+async def test_orders_that_make_no_sense_now_are_grey_and_say_why() -> None:
+    async with console() as c:
+        await select(c, "2")
+        await c.press("c", "g")
+        assert "go to: is on the ground: take off first" in c.app.screen.text()
+        await c.press("5")
+        assert "no order has that letter" in c.app.screen.text()
+        await c.press("escape", "colon", *"orbit", "enter")
+        assert "not now: is on the ground" in c.app.screen.text()
+
+
+async def test_nudging_moves_while_keys_are_pressed_and_space_holds() -> None:
+    async with console(prepare=flight) as c:
+        await select(c, "2")
+        await order(c, "n", "y")
+        assert isinstance(c.app.screen, NudgeScreen)
+        c.clock.advance(1.0)
+        await c.press("up", "up")
+        c.clock.advance(1.0)
+        await c.press("right_square_bracket", "minus")
+        moves = [r.velocity_m_s for r in c.station.commands() if isinstance(r, f.Nudge)]
+        assert moves == [(0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0)], "no faster than a link should carry"
+        await c.press("space")
+        assert c.station.commands()[-1] == m.Hold(vehicles=(2,))
+        assert isinstance(c.app.screen, FlyScreen)
+
+
+async def test_land_all_takes_two_keys_from_anywhere() -> None:
+    async with console(prepare=flight) as c:
+        await select(c, "2")
+        await c.press("c", "!", "l")
+        assert c.station.commands() == [f.Land()]
+
+
+async def test_read_only_looks_and_commands_nothing() -> None:
+    async with console(prepare=flight, read_only=True) as c:
+        await select(c, "2")
+        await c.press("c", "r", "space", "!", "h")
+        assert c.station.commands() == []
+        assert "read-only" in c.line(-1)
+        await c.press("question_mark")
+        assert "not now: read-only" in "".join(text for line in c.app.screen.all_lines() for text, _ in line)

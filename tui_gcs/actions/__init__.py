@@ -1,0 +1,19 @@
+"""What an operator can do, declared once: bindings, footer, palette, help and keymap are made from these tables.
+
+A screen lists its own actions in `ACTIONS`; `APP_ACTIONS` work everywhere but in dialogs.
+"""
+
+from tui_gcs.actions.action import ALARMS as ALARMS
+from tui_gcs.actions.action import APP as APP
+from tui_gcs.actions.action import COMMAND as COMMAND
+from tui_gcs.actions.action import SCREENS as SCREENS
+from tui_gcs.actions.action import SELECT as SELECT
+from tui_gcs.actions.action import VIEW as VIEW
+from tui_gcs.actions.action import Action as Action
+from tui_gcs.actions.action import bindings as bindings
+from tui_gcs.actions.action import footer_actions as footer_actions
+from tui_gcs.actions.action import refusal as refusal
+from tui_gcs.actions.situation import Situation as Situation
+from tui_gcs.actions.situation import situation_of as situation_of
+from tui_gcs.actions.table import APP_ACTIONS as APP_ACTIONS
+from tui_gcs.actions.table import FLY_ACTIONS as FLY_ACTIONS

@@ -1,0 +1,77 @@
+"""What an action is, and its bindings. Tables of them feed bindings, footer, palette, help and the keymap file."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from textual.binding import Binding, BindingType
+
+from tui_gcs.actions.situation import Situation
+
+COMMAND, VIEW, SCREENS, SELECT, ALARMS = "Fly", "Map", "Screens", "Select", "Alarms"
+"""Groups of the help. What is in COMMAND is asked of the station; a console that may not, does not offer it."""
+APP = "app"
+"""Scope of what works on every screen; the others are the modes of the app: fly, plan, …"""
+
+
+def always(_situation: Situation) -> str:
+    """Nothing speaks against it."""
+    return ""
+
+
+@dataclass(frozen=True)
+class Action:
+    """One thing to do.
+
+    `id` names the method (`action_<id>`) of the app or screen. `keys` are Textual key names, none if the key is handled
+    elsewhere; `shown` is the key as a human reads it. `label` stands in the footer (empty: only in the help), and a
+    higher `weight` stays longest in a narrow one. An empty `help` is told by the action before it.
+    """
+
+    id: str
+    keys: tuple[str, ...]
+    shown: str
+    label: str
+    help: str
+    group: str
+    weight: int = 0
+    why_not: Callable[[Situation], str] = always
+    """Why it can do nothing now, for the operator; "" if it can."""
+    label_now: Callable[[Situation], str] | None = None
+    """The label, where it says what will happen now."""
+
+    def is_hidden(self, situation: Situation) -> bool:
+        """Whether the footer leaves it out now."""
+        return bool(refusal(self, situation))
+
+
+def refusal(action: Action, situation: Situation) -> str:
+    """Why `action` can do nothing now: what it says itself, and that this console may not command."""
+    if action.group == COMMAND and situation.read_only:
+        return situation.read_only
+    return action.why_not(situation)
+
+
+def bindings(actions: Iterable[Action], scope: str = "") -> list[BindingType]:
+    """Textual bindings of the actions that have keys; with a `scope` a keymap can change them."""
+    made: list[BindingType] = []
+    for action in actions:
+        if action.id == "digit":
+            made += [Binding(key, f"digit('{key}')", "digit", show=False) for key in action.keys]
+        elif action.keys:
+            keys = ",".join(action.keys)
+            name = action.label or action.help or action.id
+            made.append(Binding(keys, action.id, name, show=False, id=f"{scope}.{action.id}" if scope else None))
+    return made
+
+
+def footer_actions(actions: Iterable[Action], width: int) -> list[Action]:
+    """The actions with a label that fit into `width` cells, by weight, in the order they were declared."""
+    labelled = [action for action in actions if action.label]
+    kept: set[str] = set()
+    used = 1
+    for action in sorted(labelled, key=lambda action: -action.weight):
+        cells = len(action.shown) + 1 + len(action.label) + 2
+        if used + cells <= width + 1:
+            kept.add(action.id)
+            used += cells
+    return [action for action in labelled if action.id in kept]

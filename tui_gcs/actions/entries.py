@@ -1,0 +1,67 @@
+"""Actions as the palette and the help list them: a name, the key, what it does, and why it can do nothing now."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from tui_gcs.actions.action import APP, Action, refusal
+from tui_gcs.actions.orders import ORDERS, why_not_order
+from tui_gcs.actions.situation import Situation
+
+_NO_ENTRY = frozenset({"digit", "enter", "cancel", "palette", "leave", "form"})
+"""Keys that only mean something as keys."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One line to choose."""
+
+    name: str
+    key: str
+    help: str
+    run: str
+    """Textual's action string."""
+    why_not: str = ""
+
+    def matches(self, words: Iterable[str]) -> bool:
+        """Whether every word is part of it."""
+        text = f"{self.name} {self.help}".casefold()
+        return all(word in text for word in words)
+
+
+def entries_of(actions: Iterable[Action], scope: str, situation: Situation) -> list[Entry]:
+    """The actions of the app or of the screen that can be chosen by name; those without a help are told by others."""
+    where = APP if scope == APP else "screen"
+    return [
+        Entry(
+            action.id.replace("_", " "),
+            action.shown,
+            action.help,
+            f"{where}.{action.id}",
+            refusal(action, situation),
+        )
+        for action in actions
+        if action.help and action.id not in _NO_ENTRY
+    ]
+
+
+def order_entries(situation: Situation) -> list[Entry]:
+    """What the selected vehicles can be told."""
+    rows = situation.rows()
+    return [
+        Entry(
+            order.name,
+            f"c {order.key}",
+            f"{order.does} (selected vehicles)",
+            f"app.order('{order.id}')",
+            situation.read_only or situation.silent or why_not_order(order, situation.selected, rows),
+        )
+        for order in ORDERS
+    ]
+
+
+def found(entries: Iterable[Entry], text: str) -> list[Entry]:
+    """Those that match what was typed; names that begin with it first, what can do nothing now last."""
+    words = text.casefold().split()
+    matching = [entry for entry in entries if entry.matches(words)]
+    first = text.casefold().strip()
+    return sorted(matching, key=lambda entry: (bool(entry.why_not), not entry.name.casefold().startswith(first)))

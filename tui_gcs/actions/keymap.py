@@ -1,0 +1,147 @@
+"""The keymap file: other keys for actions, checked whole before the console is shown.
+
+    [app]
+    show_help = ["f1", "question_mark"]
+    [fly]
+    zoom_in = ["i"]
+
+Textual takes unknown ids without a word, and a key that belongs to another action silently leaves that without one
+(facts/terminal.md B6): so both are refused here, with the line's name and what to do.
+"""
+
+import os
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from tui_gcs.actions.action import APP, Action
+
+RESERVED = {
+    "exclamation_mark": "begins HOLD ALL (!h)",
+    "escape": "leaves everywhere",
+    "enter": "confirms",
+    "ctrl+c": "belongs to the terminal",
+    "ctrl+q": "leaves the console",
+    "ctrl+z": "belongs to the terminal",
+}
+"""Keys that no action may have, and why."""
+_KEY = re.compile(r"(?:(?:ctrl|shift|alt)\+)*[a-zA-Z0-9_]+")
+MOST_BYTES = 64_000
+Tables = Mapping[str, tuple[Action, ...]]
+"""Actions by scope."""
+
+
+class KeymapError(ValueError):
+    """Why a keymap is not used: one line with place, reason and what to do."""
+
+
+def default_path() -> Path:
+    """Where the operator's keymap is, if there is one: `$XDG_CONFIG_HOME/tui-gcs/keymap.toml`."""
+    return Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / "tui-gcs" / "keymap.toml"
+
+
+def read_keymap(path: Path, tables: Tables) -> dict[str, str]:
+    """The keymap in `path` as Textual takes it: keys, with commas between, by `scope.id`.
+
+    Raises:
+        KeymapError: it cannot be read, or is not sound.
+    """
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise KeymapError(f"{path}: longer than {MOST_BYTES} bytes: that is no keymap")
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise KeymapError(f"{path}: cannot be read ({error.strerror})") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise KeymapError(f"{path}: no TOML: {error}") from None
+    try:
+        return checked(content, tables)
+    except KeymapError as error:
+        raise KeymapError(f"{path}: {error}") from None
+
+
+def checked(content: Mapping[str, Any], tables: Tables) -> dict[str, str]:
+    """The keymap in a parsed file. Raises `KeymapError`."""
+    found: dict[str, tuple[str, ...]] = {}
+    for scope, entries in content.items():
+        if scope not in tables or not isinstance(entries, dict):
+            raise KeymapError(f"[{scope[:30]}]: no such part; there are: {', '.join(tables)}")
+        changeable = {action.id: action for action in tables[scope] if action.keys and not _is_reserved(action)}
+        for name, keys in entries.items():
+            where = f"[{scope}] {name[:30]}"
+            if name not in changeable:
+                raise KeymapError(f"{where}: no such action; there are: {', '.join(changeable)}")
+            found[f"{scope}.{name}"] = tuple(_key(key, where) for key in _list(keys, where))
+    _no_clash(found, tables)
+    return {name: ",".join(keys) for name, keys in found.items()}
+
+
+def _list(keys: object, where: str) -> list[Any]:
+    listed = [keys] if isinstance(keys, str) else keys
+    if not isinstance(listed, list) or not listed:
+        raise KeymapError(f'{where}: name keys as ["f1", "ctrl+h"]')
+    return listed
+
+
+def _key(key: object, where: str) -> str:
+    if not isinstance(key, str) or not _KEY.fullmatch(key):
+        raise KeymapError(f"{where}: {str(key)[:20]!r} is no key; keys are named as a, A, f1, ctrl+a, plus, minus")
+    if key in RESERVED or key.isdigit():
+        raise KeymapError(f"{where}: {key} is taken: it {RESERVED.get(key, 'numbers vehicles')}")
+    return key
+
+
+def _no_clash(changed: Mapping[str, tuple[str, ...]], tables: Tables) -> None:
+    """Within a scope, and between it and the app, every key belongs to one action."""
+    for scope in tables:
+        if scope == APP and len(tables) > 1:
+            continue  # with every other scope, below
+        owner: dict[str, str] = {}
+        for part in dict.fromkeys((APP, scope)):
+            for action in tables.get(part, ()):
+                name = f"{part}.{action.id}"
+                for key in changed.get(name, action.keys):
+                    other = owner.setdefault(key, name)
+                    if other != name and (name in changed or other in changed):
+                        raise KeymapError(f"{key} is for {other} and for {name}: give one of them another key")
+
+
+def _is_reserved(action: Action) -> bool:
+    return any(key in RESERVED for key in action.keys)
+
+
+def with_keys(actions: Iterable[Action], scope: str, keymap: Mapping[str, str]) -> tuple[Action, ...]:
+    """The actions as footer and help show them: with the keys of the keymap."""
+    from dataclasses import replace
+
+    shown = []
+    for action in actions:
+        keys = keymap.get(f"{scope}.{action.id}")
+        if keys is None:
+            shown.append(action)
+        else:
+            names = tuple(keys.split(","))
+            shown.append(replace(action, keys=names, shown="/".join(map(human, names))))
+    return tuple(shown)
+
+
+_HUMAN = {
+    "plus": "+",
+    "minus": "-",
+    "question_mark": "?",
+    "colon": ":",
+    "space": "Space",
+    "equals_sign": "=",
+    "slash": "/",
+    "full_stop": ".",
+    "comma": ",",
+}
+
+
+def human(key: str) -> str:
+    """A key as people write it."""
+    if key.startswith("ctrl+") and len(key) == 6:
+        return f"^{key[5:].upper()}"
+    return _HUMAN.get(key, key.upper() if re.fullmatch(r"f[0-9]+", key) else key)

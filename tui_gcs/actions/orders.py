@@ -1,0 +1,381 @@
+"""Orders: what the selected vehicles can be told. Each says to whom it makes sense, and how it is confirmed.
+
+Confirmation is graded by harm (security.md D.1): what stops takes Enter; what changes a flight takes `y`; what starts
+several takes their number typed, and three seconds in which Esc still helps; stopping motors takes a reason as well.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+from tui_gcs.actions.places import HELP as PLACE_HELP
+from tui_gcs.actions.places import PlaceTextError, Surroundings, target
+from tui_gcs.core import messages as m
+from tui_gcs.core import messages_flight as f
+from tui_gcs.core import messages_services as s
+from tui_gcs.core import messages_setup as setup
+from tui_gcs.core.messages import Freshness, Phase, Request, VehicleRow
+
+
+class Grade(IntEnum):
+    """How much it takes to say yes."""
+
+    ENTER = 1
+    YES = 2
+    COUNT = 3
+    KILL = 4
+
+
+class OrderError(ValueError):
+    """Why what was typed cannot be asked: one line for the operator."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """Something to type."""
+
+    name: str
+    label: str
+    unit: str = ""
+    initial: str = ""
+    help: str = ""
+
+
+@dataclass(frozen=True)
+class Aim:
+    """For whom, with what."""
+
+    vehicles: tuple[int, ...]
+    values: dict[str, str] = field(default_factory=dict)
+    around: Surroundings = field(default_factory=lambda: Surroundings({}))
+
+    def number(self, name: str, *, least: float = -math.inf, most: float = math.inf) -> float:
+        """A typed number; NaN where nothing was typed. Raises `OrderError`."""
+        text = self.values.get(name, "").strip()
+        if not text:
+            return math.nan
+        try:
+            value = float(text)
+        except ValueError:
+            raise OrderError(f"{name}: {text[:20]!r} is no number") from None
+        if not (math.isfinite(value) and least <= value <= most):
+            raise OrderError(f"{name}: {value:g} is not from {least:g} to {most:g}")
+        return value
+
+    def needed(self, name: str, *, least: float = -math.inf, most: float = math.inf) -> float:
+        """A number that must be typed. Raises `OrderError`."""
+        value = self.number(name, least=least, most=most)
+        if math.isnan(value):
+            raise OrderError(f"{name}: type a number")
+        return value
+
+
+@dataclass(frozen=True)
+class Order:
+    """One thing that vehicles can be told."""
+
+    id: str
+    key: str
+    """In the menu of orders."""
+    name: str
+    does: str
+    """What happens, for who is about to say yes."""
+    why_not: Callable[[VehicleRow], str]
+    """Why it makes no sense for a vehicle now, or ""."""
+    request: Callable[[Aim], Request]
+    """Raises `OrderError`."""
+    grades: tuple[Grade, Grade] = (Grade.YES, Grade.YES)
+    """For one vehicle, for several."""
+    fields: tuple[Field, ...] = ()
+    seen: Callable[[VehicleRow], bool] | None = None
+    """What telemetry shows when it came about; None: the station's answer says it."""
+    is_stop: bool = False
+    """Sent whatever changed meanwhile: a stop is never too late."""
+
+    def grade(self, count: int) -> Grade:
+        """What it takes for so many vehicles."""
+        return self.grades[count > 1]
+
+
+# ---------------------------------------------------------------- to whom it makes sense
+
+
+def in_the_air(row: VehicleRow) -> bool:
+    """For all the station knows."""
+    return row.armed and row.phase not in (Phase.GROUND, Phase.ARMING)
+
+
+def _flies(row: VehicleRow) -> str:
+    return "" if in_the_air(row) or row.armed else "is on the ground"
+
+
+def _heard(row: VehicleRow) -> str:
+    if row.freshness is Freshness.LOST:
+        return "LOST"
+    return row.problem
+
+
+def _steered(row: VehicleRow) -> str:
+    if why := _heard(row):
+        return why
+    if not row.team:
+        return "is in no team: no course is flown with it"
+    return "" if in_the_air(row) else "is on the ground: take off first"
+
+
+def _on_the_ground(row: VehicleRow) -> str:
+    return _heard(row) or ("is in the air" if in_the_air(row) else "already armed" if row.armed else "")
+
+
+def _armed_on_the_ground(row: VehicleRow) -> str:
+    return _heard(row) or ("is not armed" if not row.armed else "is in the air: land it" if in_the_air(row) else "")
+
+
+def _held(row: VehicleRow) -> str:
+    return _heard(row) or ("" if row.phase in (Phase.HOLDING, Phase.BY_HAND) else "neither holds nor is flown by hand")
+
+
+def _is_armed(row: VehicleRow) -> str:
+    return "" if row.armed else "is not armed"
+
+
+def _in_flight(row: VehicleRow) -> str:
+    return _heard(row) or ("" if in_the_air(row) else "is on the ground")
+
+
+# ---------------------------------------------------------------- what is sent
+
+
+def _go_to(aim: Aim) -> Request:
+    try:
+        found = target(aim.values.get("place", ""), aim.vehicles, aim.around)
+    except PlaceTextError as error:
+        raise OrderError(str(error)) from None
+    points = tuple(found.points_m[v] for v in aim.vehicles)
+    return f.GoTo(aim.vehicles, points, aim.number("speed", least=0.1), from_home=found.from_home)
+
+
+def _climb(aim: Aim) -> Request:
+    height = aim.needed("height", least=0.0, most=1000.0)
+    return f.GoTo(aim.vehicles, ((math.nan, math.nan, height),) * len(aim.vehicles))
+
+
+def _circle(aim: Aim) -> Request:
+    try:
+        found = target(aim.values.get("place", ""), aim.vehicles[:1], aim.around)
+    except PlaceTextError as error:
+        raise OrderError(str(error)) from None
+    if found.from_home:
+        raise OrderError("name the middle by metres, degrees, a zone, a vehicle or the cursor")
+    centre = found.points_m[aim.vehicles[0]]
+    return f.Circle(aim.vehicles, centre, aim.needed("radius", least=1.0), aim.number("speed", least=0.1))
+
+
+def _mode(aim: Aim) -> Request:
+    if not aim.values.get("mode", "").strip():
+        raise OrderError("mode: type its name")
+    return s.SetMode(aim.vehicles, aim.values["mode"].strip(), sure=True)
+
+
+def _kill(aim: Aim) -> Request:
+    if not aim.values.get("reason", "").strip():
+        raise OrderError("reason: say why, for the journal")
+    return f.KillMotors(aim.vehicles, aim.values["reason"].strip())
+
+
+STARTS = (Grade.YES, Grade.COUNT)
+_SPEED = Field("speed", "speed", "m/s", help="empty: the scenario's limit")
+_PLACE = Field("place", "place", help=PLACE_HELP)
+
+ORDERS = (
+    Order(
+        "hold",
+        "h",
+        "hold",
+        "stop at once and stay",
+        _flies,
+        lambda aim: m.Hold(vehicles=aim.vehicles),
+        (Grade.ENTER, Grade.ENTER),
+        seen=lambda row: row.phase is Phase.HOLDING and math.hypot(*row.velocity_m_s) < 0.5,
+        is_stop=True,
+    ),
+    Order(
+        "return",
+        "r",
+        "return",
+        "return on their layers and land in turn",
+        _flies,
+        lambda aim: m.Return(vehicles=aim.vehicles),
+        (Grade.ENTER, Grade.ENTER),
+        seen=lambda row: row.phase in (Phase.RETURNING, Phase.LANDING) or not row.armed,
+        is_stop=True,
+    ),
+    Order(
+        "land",
+        "l",
+        "land here",
+        "land where they are",
+        _flies,
+        lambda aim: f.Land(vehicles=aim.vehicles),
+        (Grade.ENTER, Grade.ENTER),
+        seen=lambda row: row.phase is Phase.LANDING or not row.armed,
+        is_stop=True,
+    ),
+    Order("resume", "p", "to planner", "fly on for their planner", _held, lambda aim: m.Resume(vehicles=aim.vehicles)),
+    Order("go_to", "g", "go to", "fly there and stay", _steered, _go_to, fields=(_PLACE, _SPEED)),
+    Order(
+        "climb",
+        "u",
+        "altitude",
+        "fly straight up or down to that height",
+        _steered,
+        _climb,
+        fields=(Field("height", "height", "m", help="above home"),),
+    ),
+    Order(
+        "circle",
+        "o",
+        "orbit",
+        "fly round and round",
+        _steered,
+        _circle,
+        fields=(_PLACE, Field("radius", "radius", "m", "20"), _SPEED),
+    ),
+    Order(
+        "nudge",
+        "n",
+        "nudge by keys",
+        "stop, then move as long as arrows are pressed",
+        _steered,
+        lambda aim: f.Nudge(aim.vehicles, (0.0, 0.0, 0.0)),
+    ),
+    Order(
+        "speed",
+        "v",
+        "speed",
+        "fly on no faster than this",
+        _in_flight,
+        lambda aim: f.LimitSpeed(aim.vehicles, aim.needed("speed", least=0.1)),
+        fields=(Field("speed", "speed", "m/s"),),
+    ),
+    Order(
+        "take_off",
+        "t",
+        "take off",
+        "arm, motors start, climb, stay there by hand",
+        _on_the_ground,
+        lambda aim: f.TakeOff(aim.vehicles, aim.needed("height", least=2.5)),
+        STARTS,
+        fields=(Field("height", "height", "m", help="above home"),),
+    ),
+    Order("arm", "a", "arm", "motors start", _on_the_ground, lambda aim: f.Arm(aim.vehicles), STARTS),
+    Order("disarm", "d", "disarm", "motors stop", _armed_on_the_ground, lambda aim: f.Disarm(aim.vehicles)),
+    Order(
+        "mode",
+        "m",
+        "mode",
+        "change to a mode of their own",
+        _heard,
+        _mode,
+        STARTS,
+        fields=(Field("mode", "mode", help="e.g. RTL LAND GUIDED AUTO, as `tui-gcs vehicle mode` lists them"),),
+    ),
+    Order(
+        "mission",
+        "i",
+        "mission",
+        "fly the mission on board from its present item",
+        _in_flight,
+        lambda aim: f.OnBoardMission(aim.vehicles, "start"),
+        STARTS,
+    ),
+    Order(
+        "continue",
+        "c",
+        "continue",
+        "go on with the mission on board after a hold",
+        _in_flight,
+        lambda aim: f.OnBoardMission(aim.vehicles, "continue"),
+        STARTS,
+    ),
+    Order(
+        "gimbal",
+        "x",
+        "gimbal",
+        "point it",
+        _heard,
+        lambda aim: setup.PointGimbal(
+            aim.vehicles, aim.needed("pitch", least=-180, most=180), aim.needed("yaw", least=-180, most=180)
+        ),
+        (Grade.ENTER, Grade.YES),
+        fields=(
+            Field("pitch", "pitch", "°", "-45", "up is positive"),
+            Field("yaw", "yaw", "°", "0", "right of the nose"),
+        ),
+    ),
+    Order(
+        "photo",
+        "f",
+        "photo",
+        "take one picture",
+        _heard,
+        lambda aim: setup.UseCamera(aim.vehicles, "photo"),
+        (Grade.ENTER, Grade.YES),
+    ),
+    Order(
+        "video",
+        "y",
+        "video",
+        "start recording",
+        _heard,
+        lambda aim: setup.UseCamera(aim.vehicles, "start"),
+        (Grade.ENTER, Grade.YES),
+    ),
+    Order(
+        "video_stop",
+        "z",
+        "video off",
+        "stop recording",
+        _heard,
+        lambda aim: setup.UseCamera(aim.vehicles, "stop"),
+        (Grade.ENTER, Grade.YES),
+    ),
+    Order(
+        "reboot",
+        "b",
+        "reboot",
+        "its autopilot starts anew",
+        _on_the_ground,
+        lambda aim: s.Reboot(aim.vehicles),
+        (Grade.COUNT, Grade.COUNT),
+    ),
+    Order(
+        "kill",
+        "K",
+        "KILL MOTORS",
+        "the motors stop, also in the air: IT FALLS",
+        _is_armed,
+        _kill,
+        (Grade.KILL, Grade.KILL),
+        fields=(Field("reason", "reason", help="for the journal"),),
+    ),
+)
+BY_ID = {order.id: order for order in ORDERS}
+
+
+def split(
+    order: Order, vehicles: tuple[int, ...], rows: dict[int, VehicleRow]
+) -> tuple[tuple[int, ...], dict[int, str]]:
+    """(those it makes sense for now, the others and why not)."""
+    left_out = {v: why for v in vehicles if (why := order.why_not(rows[v]) if v in rows else "never heard")}
+    return tuple(v for v in vehicles if v not in left_out), left_out
+
+
+def why_not_order(order: Order, vehicles: tuple[int, ...], rows: dict[int, VehicleRow]) -> str:
+    """Why an order makes no sense for any of them, or ""."""
+    concerned, left_out = split(order, vehicles, rows)
+    if concerned:
+        return "one vehicle at a time" if order.grade(1) is Grade.KILL and len(vehicles) > 1 else ""
+    reasons = set(left_out.values())
+    return next(iter(reasons)) if len(reasons) == 1 else "for none of them" if reasons else "no vehicle is selected"

@@ -1,0 +1,41 @@
+"""What an action may look at to say whether it can do anything now."""
+
+from dataclasses import dataclass
+
+from tui_gcs.core.messages import FleetFrame, RunPhase, StationStatus, VehicleRow
+from tui_gcs.feed import Feed
+
+
+@dataclass(frozen=True)
+class Situation:
+    """Fleet, station and this console's selection, at one moment."""
+
+    status: StationStatus | None = None
+    frame: FleetFrame | None = None
+    selected: tuple[int, ...] = ()
+    read_only: str = ""
+    """Why this console commands nothing; "" if it may."""
+    station_lost: bool = False
+
+    @property
+    def run(self) -> RunPhase | None:
+        """What the station does with the fleet; None while that is not known."""
+        return self.status.run if self.status is not None else None
+
+    @property
+    def silent(self) -> str:
+        """Why nobody can be asked, or ""."""
+        if self.status is None:
+            return "no station is heard yet"
+        return "the station is silent" if self.station_lost else ""
+
+    def rows(self) -> dict[int, VehicleRow]:
+        """The selected vehicles that the fleet frame has, by id."""
+        if self.frame is None:
+            return {}
+        return {row.id: row for row in self.frame.rows() if row.id in self.selected}
+
+
+def situation_of(feed: Feed) -> Situation:
+    """Now, as the feed knows it."""
+    return Situation(feed.status, feed.frame, feed.selection.ids, feed.read_only, feed.station_lost)

@@ -1,0 +1,115 @@
+"""The actions of the app and of the fly screen. Those of other screens stand beside them."""
+
+from tui_gcs.actions.action import ALARMS, COMMAND, SCREENS, SELECT, VIEW, Action
+from tui_gcs.actions.situation import Situation
+from tui_gcs.core.messages import RunPhase
+
+LAST_RESORT = "!"
+"""The key before `h`, `r` and `l`: all vehicles, from anywhere, see `chord`."""
+
+
+def _heard(situation: Situation) -> str:
+    return situation.silent
+
+
+def _start_or_hold(situation: Situation) -> str:
+    if situation.run is RunPhase.HOLD:
+        return "all hold already: Enter goes on, !r brings them home"
+    return situation.silent
+
+
+def _start_or_hold_label(situation: Situation) -> str:
+    return "HOLD" if situation.run not in (None, RunPhase.IDLE) else "start"
+
+
+def _resumes(situation: Situation) -> str:
+    return situation.silent or ("" if situation.run is RunPhase.HOLD else "nothing holds")
+
+
+def _needs_selection(situation: Situation) -> str:
+    return situation.silent or ("" if situation.selected else "no vehicle is selected: a number or s selects")
+
+
+def _has_rounds(situation: Situation) -> str:
+    rounds = situation.status.rounds if situation.status is not None else ()
+    return situation.silent or ("" if rounds else "the scenario has no rounds")
+
+
+APP_ACTIONS = (
+    Action(
+        "start_stop",
+        ("space",),
+        "Space",
+        "start/stop",
+        "on the ground: start (asks). In flight: HOLD ALL at once",
+        COMMAND,
+        9,
+        why_not=_start_or_hold,
+        label_now=_start_or_hold_label,
+    ),
+    Action(
+        "orders", ("c",), "c", "command", "what the selected vehicles can be told; asks", COMMAND, 8, _needs_selection
+    ),
+    Action(
+        "return_selected",
+        ("r",),
+        "r",
+        "return",
+        "the selected vehicles return and land; asks",
+        COMMAND,
+        4,
+        why_not=_needs_selection,
+    ),
+    Action("hold_all", (), "!h", "HOLD ALL", "hold all vehicles, also from dialogs and forms", COMMAND, 10),
+    Action("land_all", (), "!l", "", "all land where they are, from anywhere", COMMAND),
+    Action("return_all", (), "!r", "", "all return by layers and land in turn, from anywhere", COMMAND),
+    Action(
+        "resume", (), "Enter", "resume", "in hold: the planners go on with all that hold", COMMAND, 6, why_not=_resumes
+    ),
+    Action(
+        "choose_round",
+        ("o",),
+        "o",
+        "round",
+        "make another round the present one, in flight too",
+        COMMAND,
+        5,
+        why_not=_has_rounds,
+    ),
+    Action(
+        "select", ("s",), "s", "select", "by name: 3-7,9  t1  a team  all  none  invert; +5 -5; name=3-7", SELECT, 7
+    ),
+    Action("acknowledge", ("a",), "a", "", "the alarm of the second line was seen; it stays until it is over", ALARMS),
+    Action("show_alarms", ("A", "shift+a"), "A", "", "all alarms: acknowledge, put aside, what was before", ALARMS),
+    Action("toggle_bell", ("B", "shift+b"), "B", "", "the bell of this console, off and on", ALARMS),
+    Action("show_fly", ("f",), "f", "Fly", "map, fleet, events", SCREENS, 4),
+    Action("show_plan", ("p",), "p", "Plan", "zones, rounds, teams", SCREENS, 4),
+    Action("next_theme", ("T", "shift+t"), "T", "", "colours: dark, night (red), day, high contrast", SCREENS),
+    Action("redraw", ("ctrl+l",), "^L", "", "write the whole screen again", SCREENS),
+    Action("palette", ("colon", "ctrl+p"), ":", "all", "find any action by name; ^P too", SCREENS, 7),
+    Action("show_help", ("question_mark",), "?", "help", "all keys, and what works now", SCREENS, 8),
+    Action("detach", ("q",), "q", "detach", "leave; station and vehicles go on", SCREENS, 8),
+)
+
+FLY_ACTIONS = (
+    Action(
+        "select_next", ("n",), "n/N", "", "next and previous vehicle; of several selected: look at the next", SELECT, 3
+    ),
+    Action("select_previous", ("N", "shift+n"), "N", "", "", SELECT),
+    Action("digit", (), "1..9", "", "3-7,9 and Enter: select those", SELECT),
+    Action("enter", ("enter",), "Enter", "", "", SELECT),
+    Action("cancel", ("escape",), "Esc", "", "close the result, hide the cursor, end follow", SELECT),
+    Action("pan_left", ("left", "h"), "arrows", "", "move the map, or its cursor; h j k l too", VIEW),
+    Action("pan_down", ("down", "j"), "down", "", "", VIEW),
+    Action("pan_up", ("up", "k"), "up", "", "", VIEW),
+    Action("pan_right", ("right", "l"), "right", "", "", VIEW),
+    Action("zoom_in", ("plus", "equals_sign"), "+ -", "zoom", "closer, farther", VIEW, 2),
+    Action("zoom_out", ("minus",), "-", "", "", VIEW),
+    Action("fit", ("z",), "z", "fit", "everything in view", VIEW, 2),
+    Action("follow", ("F", "shift+f"), "F", "follow", "keep the selected vehicle in view, or stop it", VIEW, 1),
+    Action("cursor", ("x",), "x", "", "cursor on the map, on and off: degrees, metres, UTM; go to: `cursor`", VIEW),
+    Action("measure", ("X", "shift+x"), "X", "", "measure distance and direction from the cursor", VIEW),
+    Action("grid", ("g",), "g", "", "grid on the map, on and off", VIEW),
+    Action("layers", ("L", "shift+l"), "L", "", "choose what is drawn on the map", VIEW),
+    Action("dots", ("D", "shift+d"), "D", "", "draw the map in braille, blocks or letters", VIEW),
+)

@@ -1,0 +1,256 @@
+"""What the console's operator commands: each asked as gravely as it may harm, sent once, followed to its result."""
+
+from typing import Any
+
+from tui_gcs.actions import APP_ACTIONS, Action, refusal, situation_of
+from tui_gcs.actions.orders import BY_ID, split
+from tui_gcs.actions.places import Surroundings
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.messages import Hold, Request, Resume, Return, RunPhase, Start, SwitchRound
+from tui_gcs.core.messages_flight import Land
+from tui_gcs.core.zones import bounds
+from tui_gcs.dispatch import Dispatch, Dispatcher, Seen
+from tui_gcs.feed import Feed, FleetUpdated
+from tui_gcs.screens.dialogs import RoundDialog, StartDialog
+from tui_gcs.screens.fly import FlyScreen, present_round
+from tui_gcs.screens.nudge import NudgeScreen
+from tui_gcs.screens.orders import Confirmed, OrderDialog, OrderMenu, now_words, rows_of
+from tui_gcs.screens.start_plan import start_plan
+from tui_gcs.thin_app import ThinApp
+from tui_gcs.widgets.glyphs import GlyphSet
+from tui_gcs.widgets.levels import Level
+from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.result_panel import ResultPanel, summary
+from tui_gcs.widgets.words import ids
+
+STOP_TRIES = 3
+GONE_S = 6.0
+"""So long a table stays in which all succeeded."""
+FOLLOW_S = 0.5
+_LEVELS = {Ink.WARNING: Level.WARNING, Ink.CAUTION: Level.CAUTION}
+
+
+class CommandingApp(ThinApp):
+    """The part of the console that asks something of the station. `ConsoleApp` sets `feed`, `glyphs`, `clock`."""
+
+    feed: Feed
+    glyphs: GlyphSet
+    clock: Clock
+    orders: Dispatcher
+    _told = ""
+    _news_s = 0.0
+
+    def notice(self, text: str, level: Level = Level.NORMAL) -> None:
+        """Say something for a while."""
+        raise NotImplementedError
+
+    def refused(self, action_id: str) -> bool:
+        """Whether an action of the app can do nothing now; the reason is told."""
+        why = refusal(action_named(action_id), situation_of(self.feed))
+        if why:
+            self.notice(f"{action_id.replace('_', ' ')}: nothing sent: {why}", Level.CAUTION)
+        return bool(why)
+
+    # ------------------------------------------------------------ everybody
+
+    def action_start_stop(self) -> None:
+        """Start on the ground (asks), HOLD in flight (does not ask)."""
+        if self.refused("start_stop"):
+            return
+        if situation_of(self.feed).run is RunPhase.IDLE:
+            self._ask_start()
+        else:
+            self.action_hold_all()
+
+    def action_hold_all(self) -> None:
+        """HOLD everything now, whatever is on the screen."""
+        self.send(Hold(), "HOLD ALL", seen=BY_ID["hold"].seen, tries=STOP_TRIES)
+
+    def action_return_all(self) -> None:
+        """All return by layers and land in turn, whatever is on the screen."""
+        self.send(Return(), "RETURN ALL", seen=BY_ID["return"].seen, tries=STOP_TRIES)
+
+    def action_land_all(self) -> None:
+        """All land where they are, whatever is on the screen."""
+        self.send(Land(), "LAND ALL", seen=BY_ID["land"].seen, tries=STOP_TRIES)
+
+    def action_resume(self) -> None:
+        """In hold: the planners go on."""
+        if not self.refused("resume"):
+            self.send(Resume(), "resume")
+
+    def on_fly_screen_resumed(self) -> None:
+        """Enter: means resume in hold, else nothing."""
+        if not refusal(action_named("resume"), situation_of(self.feed)):
+            self.action_resume()
+
+    def action_choose_round(self) -> None:
+        """Ask which round."""
+        status = self.feed.status
+        if self.refused("choose_round") or status is None:
+            return
+        flying = status.run is not RunPhase.IDLE
+        dialog = RoundDialog(status.rounds, status.round_index, flying, self.glyphs)
+        self.push_screen(dialog, self._switch_round)
+
+    def _switch_round(self, index: int | None) -> None:
+        if index is not None:
+            self.send(SwitchRound(index=index), f"round {index + 1}")
+
+    def _ask_start(self) -> None:
+        feed = self.feed
+        if feed.scenario is None or feed.status is None or feed.frame is None:
+            self.notice("no scenario or no fleet yet: nothing to start", Level.CAUTION)
+            return
+        scenario = feed.scenario.scenario
+        plan = start_plan(scenario, feed.status, feed.frame)
+
+        def answered(yes: bool | None) -> None:
+            if yes:
+                self.send(Start(vehicles=plan.vehicles), f"start {ids(plan.vehicles)}")
+            else:
+                self.notice("start cancelled: nothing sent")
+
+        self.push_screen(
+            StartDialog(plan, feed.status.kind, scenario.link_loss, feed, self.glyphs, self.clock), answered
+        )
+
+    # ------------------------------------------------------------ those who are selected
+
+    def action_orders(self) -> None:
+        """What can the selected vehicles be told?"""
+        if not self.refused("orders"):
+            self.push_screen(OrderMenu(self.feed, self.glyphs), self._ordered)
+
+    def action_return_selected(self) -> None:
+        """Ask whether the selected vehicles shall return."""
+        if not self.refused("return_selected"):
+            self._ordered("return")
+
+    def action_order(self, order_id: str) -> None:
+        """Ask about one order."""
+        if not self.refused("orders"):
+            self._ordered(order_id)
+
+    def _ordered(self, order_id: str | None) -> None:
+        if order_id is None:
+            return
+        order = BY_ID[order_id]
+        concerned, left_out = split(order, self.feed.selection.ids, rows_of(self.feed))
+        if not concerned:
+            why = "; ".join(dict.fromkeys(left_out.values())) or "no vehicle is selected"
+            self.notice(f"{order.name}: nothing sent: {why}", Level.CAUTION)
+            return
+        self.push_screen(
+            OrderDialog(order, self.feed, self.surroundings, self.glyphs, self.clock),
+            lambda answer: self._answered(order.name, answer),
+        )
+
+    def _answered(self, name: str, answer: Confirmed | str | None) -> None:
+        if isinstance(answer, Confirmed):
+            title = f"{answer.order.name} {ids(answer.vehicles)}"
+            tries = STOP_TRIES if answer.order.is_stop else 1
+            self.send(answer.request, title, answer.vehicles, answer.left_out, seen=answer.order.seen, tries=tries)
+            if answer.order.id == "nudge":
+                self.push_screen(
+                    NudgeScreen(answer.vehicles, self.feed, self._nudge, self.send, self.clock, self.glyphs)
+                )
+        else:
+            self.notice(f"{name}: nothing sent: {answer or 'cancelled'}")
+
+    def _nudge(self, request: Request) -> None:
+        """Without a table: what is refused is told at once."""
+
+        async def ask() -> None:
+            reply = await self.feed.request(request)
+            refused = [f"{result.vehicle}: {result.text}" for result in reply.results if not result.ok]
+            if not reply.ok and isinstance(self.screen, NudgeScreen):
+                self.screen.refuse("; ".join(refused) or reply.text)
+
+        self.run_worker(ask(), group="nudge", exit_on_error=False)
+
+    def surroundings(self) -> Surroundings:
+        """What places can be relative to, now."""
+        feed = self.feed
+        current = present_round(feed)
+        middles = {}
+        for zone in current.zones if current is not None else ():
+            x0, y0, x1, y1 = bounds(zone.shape)
+            middles[zone.name] = ((x0 + x1) / 2, (y0 + y1) / 2)
+        frame = LocalFrame(feed.scenario.scenario.origin) if feed.scenario is not None else None
+        fly = next((screen for screen in self.screen_stack if isinstance(screen, FlyScreen)), None)
+        return Surroundings(rows_of(feed), middles, frame, fly.cursor_m if fly is not None else None)
+
+    # ------------------------------------------------------------ sending, following
+
+    def send(
+        self,
+        request: Request,
+        title: str,
+        vehicles: tuple[int, ...] = (),
+        left_out: dict[int, str] | None = None,
+        *,
+        seen: Seen | None = None,
+        tries: int = 1,
+    ) -> None:
+        """Ask the station; what comes of it is shown."""
+        self.run_worker(
+            self.orders.send(request, title, vehicles, left_out, seen=seen, tries=tries),
+            group="requests",
+            exit_on_error=False,
+        )
+
+    def on_fleet_updated(self, _message: FleetUpdated) -> None:
+        """Telemetry may show what was ordered; the table says how vehicles are now."""
+        self.orders.look()
+        order = self.orders.newest
+        if order is not None and any(panel.display for panel in self.screen_stack[0].query(ResultPanel)):
+            self._show_table(order)
+
+    def follow_orders(self) -> None:
+        """See how tasks stand, and whose time is up."""
+        self.orders.look()
+        order = self.orders.newest
+        if order is not None and order.good and not order.waiting and self.clock.now() - self._news_s > GONE_S:
+            self.close_result()
+        if order is not None and order.tasks:
+            self.run_worker(self.orders.ask_tasks(), group="follow", exclusive=True, exit_on_error=False)
+
+    def show_order(self, order: Dispatch) -> None:
+        """The table, and one line for the journal when there is news."""
+        if order.results:
+            text, ink = summary(order.title, order.results)
+            if text != self._told:  # closed by the operator it comes back with news only
+                self._show_table(order)
+        elif order.refused:
+            text, ink = f"{order.title} NOT DONE: {order.text}", Ink.WARNING
+        else:
+            text, ink = f"{order.title}: {order.text or 'sent'}", Ink.NORMAL
+        if text != self._told:
+            self._told = text
+            self.notice(text, _LEVELS.get(ink, Level.NORMAL))
+            self._news_s = self.clock.now()
+
+    def _show_table(self, order: Dispatch) -> None:
+        self._panel().show(order.title, order.results, rows_of(self.feed).get, now_words)
+
+    def close_result(self) -> bool:
+        """Close the table; whether there was one."""
+        closed = [panel.close() for panel in self.screen_stack[0].query(ResultPanel)]
+        return any(closed)
+
+    def _panel(self) -> ResultPanel:
+        base: Any = self.screen_stack[0]
+        found = base.query(ResultPanel)
+        if found:
+            panel: ResultPanel = found.first()
+            return panel
+        panel = ResultPanel(glyphs=self.glyphs)
+        base.mount(panel)
+        return panel
+
+
+def action_named(action_id: str) -> Action:
+    """One of the app's actions."""
+    return next(action for action in APP_ACTIONS if action.id == action_id)

@@ -1,0 +1,94 @@
+"""What an operator may ask of single vehicles in flight: flown by hand, beside or instead of their planner.
+
+Part of `core/messages_services.py`, which says how requests, tasks and results go together. Courses asked for here are
+judged by the guard like any planner's.
+"""
+
+from typing import Literal
+
+from tui_gcs.core.message import Vec3
+from tui_gcs.core.messages import Request
+
+Vehicles = tuple[int, ...]
+NAN = float("nan")
+
+
+class Arm(Request, frozen=True, tag="arm"):
+    """Arm vehicles on the ground; they disarm themselves where no take-off follows."""
+
+    vehicles: Vehicles
+
+
+class Disarm(Request, frozen=True, tag="disarm"):
+    """Disarm vehicles on the ground."""
+
+    vehicles: Vehicles
+
+
+class Land(Request, frozen=True, tag="land"):
+    """Land where they are: these, or all vehicles of teams in the air. Answered at once, repeated until it shows."""
+
+    vehicles: Vehicles = ()
+
+
+class KillMotors(Request, frozen=True, tag="kill-motors"):
+    """Stop the motors of one vehicle, also in the air: it falls."""
+
+    vehicles: Vehicles
+    reason: str
+    """For the journal."""
+
+
+class TakeOff(Request, frozen=True, tag="take-off"):
+    """Arm (where it is not), climb straight up, and stay there, flown by hand."""
+
+    vehicles: Vehicles
+    alt_m: float
+    """Above each vehicle's own home."""
+
+
+class GoTo(Request, frozen=True, tag="go-to"):
+    """Fly to a place each, and stay there."""
+
+    vehicles: Vehicles
+    points_m: tuple[Vec3, ...]
+    """One for each vehicle, ENU, z above its home; NaN: as it is (x and y: where it comes to rest)."""
+    speed_m_s: float = NAN
+    """NaN: the scenario's limit."""
+    from_home: bool = False
+    """East and north are counted from each vehicle's own home instead of the scenario's origin."""
+
+
+class Circle(Request, frozen=True, tag="circle"):
+    """Fly round a place, at the height of it."""
+
+    vehicles: Vehicles
+    centre_m: Vec3
+    """ENU; z NaN: at its own height."""
+    radius_m: float
+    speed_m_s: float = NAN
+    clockwise: bool = True
+
+
+class LimitSpeed(Request, frozen=True, tag="limit-speed"):
+    """Fly on to its place, or its mission, no faster than this."""
+
+    vehicles: Vehicles
+    speed_m_s: float
+
+
+class Nudge(Request, frozen=True, tag="nudge"):
+    """Move with this velocity for a second at most: to be said again and again, a stand follows by itself."""
+
+    vehicles: Vehicles
+    velocity_m_s: Vec3
+
+
+class OnBoardMission(Request, frozen=True, tag="on-board-mission"):
+    """Fly the mission that is on the vehicle, from its present item; a hold pauses it."""
+
+    vehicles: Vehicles
+    act: Literal["start", "continue"]
+
+
+Flight = Arm | Disarm | KillMotors | TakeOff | GoTo | Circle | LimitSpeed | OnBoardMission | Nudge

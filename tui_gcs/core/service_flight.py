@@ -1,0 +1,209 @@
+"""How what an operator asks of vehicles in flight is begun: as `service_acts`, one function for each request."""
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from tui_gcs.core import messages_flight as f
+from tui_gcs.core.firmware.base import may_be_flying
+from tui_gcs.core.firmware.commands import CMD_ARM_DISARM
+from tui_gcs.core.firmware.speech import Done
+from tui_gcs.core.service_acts import ARMED
+from tui_gcs.core.service_tasks import Task
+from tui_gcs.core.services.order import Action, Order, Outcome, Retry
+from tui_gcs.core.steering import LEAST_HOVER_M
+from tui_gcs.core.text import clean
+from tui_gcs.core.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from tui_gcs.core.station import Station
+
+FORCE = 21196
+"""param2 of COMPONENT_ARM_DISARM: also in the air."""
+MOST_REASON_CELLS = 80
+
+
+class FlightActs:
+    """Begins what was asked. Places are flown to as begun: how that goes on is in the fleet's frame and the events."""
+
+    def __init__(self, station: "Station") -> None:
+        """The parts of `station` that do it."""
+        self._station = station
+        self.begin: dict[type, Callable[[Vehicle, Any, Task], str]] = {
+            f.Arm: self._arm,
+            f.Disarm: self._disarm,
+            f.KillMotors: self._kill,
+            f.TakeOff: self._take_off,
+            f.GoTo: self._go_to,
+            f.Circle: self._circle,
+            f.LimitSpeed: self._limit_speed,
+            f.Nudge: self._nudge,
+            f.OnBoardMission: self._on_board,
+        }
+
+    # ---------------------------------------------------------------- on the ground
+
+    def _arm(self, vehicle: Vehicle, request: f.Arm, task: Task) -> str:
+        """In the mode it is flown in: it is set first."""
+        if vehicle.armed:
+            return ARMED
+        if why := self._station.requests.why_not_lift(vehicle):
+            return why
+        self._prepared(vehicle, task, lambda: self._submit_arm(vehicle, task, lambda: task.end(text="armed")))
+        return ""
+
+    def _disarm(self, vehicle: Vehicle, request: f.Disarm, task: Task) -> str:
+        if not vehicle.armed:
+            return "it is not armed"
+        if may_be_flying(vehicle):
+            return "it is in the air: land it first"
+        action = self._station.firmware.of(vehicle).disarm(vehicle)
+        action.on_done = self._ends(task, "disarmed")
+        self._submit(action, task)
+        return ""
+
+    def _kill(self, vehicle: Vehicle, request: f.KillMotors, task: Task) -> str:
+        """As a start, which is never said again later; it is not armed any more when that shows."""
+        if len(request.vehicles) != 1:
+            return "the motors of one vehicle at a time"
+        if not request.reason.strip():
+            return "say why"
+        if not vehicle.armed:
+            return "it is not armed"
+        task.what = f"{task.what}: {clean(request.reason, MOST_REASON_CELLS)}"
+        self._station.commands.cancel(vehicle.id)
+        order = Order(CMD_ARM_DISARM, (0, FORCE))
+        done = self._ends(task, "motors stopped")
+        self._submit(
+            self._station.speech.action(vehicle.id, "disarm", Retry.START, order, lambda v: not v.armed, done), task
+        )
+        return ""
+
+    def _take_off(self, vehicle: Vehicle, request: f.TakeOff, task: Task) -> str:
+        station = self._station
+        if not LEAST_HOVER_M <= request.alt_m <= station.guard.area.alt_max_m:
+            return f"{request.alt_m:g} m: {LEAST_HOVER_M:g} to {station.guard.area.alt_max_m:g} m are allowed"
+        if why := station.requests.why_not_lift(vehicle) or station.requests.too_close(request.vehicles).get(
+            vehicle.id
+        ):
+            return why
+        if why := station.by_hand.lifting(vehicle, request.alt_m):
+            return why
+
+        def lift() -> None:
+            done = self._ends(task, f"climbs to {request.alt_m:g} m", lambda: station.by_hand.lifted(vehicle))
+            self._submit(station.firmware.of(vehicle).take_off(vehicle, request.alt_m, done), task)
+
+        self._prepared(vehicle, task, lambda: lift() if vehicle.armed else self._submit_arm(vehicle, task, lift))
+        return ""
+
+    # ---------------------------------------------------------------- in the air
+
+    def _go_to(self, vehicle: Vehicle, request: f.GoTo, task: Task) -> str:
+        if len(request.points_m) != len(request.vehicles):
+            return "name a place for each vehicle"
+        point = request.points_m[request.vehicles.index(vehicle.id)]
+        return self._began(task, self._station.by_hand.go_to(vehicle, point, request), "on its way")
+
+    def _circle(self, vehicle: Vehicle, request: f.Circle, task: Task) -> str:
+        return self._began(task, self._station.by_hand.circle(vehicle, request), "on its way to the circle")
+
+    def _nudge(self, vehicle: Vehicle, request: f.Nudge, task: Task) -> str:
+        return self._began(task, self._station.by_hand.nudge(vehicle, request), "moves")
+
+    def _began(self, task: Task, why: str, text: str) -> str:
+        """A course is judged at the next tick: the guard's veto is an event and the vehicle's alarm."""
+        if not why:
+            task.end(text=text)
+        return why
+
+    def _limit_speed(self, vehicle: Vehicle, request: f.LimitSpeed, task: Task) -> str:
+        """On its way to a place: ours. Flying its mission: its own. A planner's vehicle flies as that says."""
+        station = self._station
+        if station.by_hand.steers(vehicle):
+            why = station.by_hand.limit_speed(vehicle, request.speed_m_s)
+            return self._began(task, why, f"at most {request.speed_m_s:g} m/s")
+        limit = station.guard.limits.speed_m_s
+        if not (math.isfinite(request.speed_m_s) and 0.1 <= request.speed_m_s <= limit):
+            return f"{request.speed_m_s:g} m/s: 0.1 to {limit:g} are allowed"
+        done = self._ends(task, f"at most {request.speed_m_s:g} m/s")
+        action = station.firmware.of(vehicle).change_speed(vehicle, request.speed_m_s)
+        action.on_done = done
+        self._submit(action, task)
+        return ""
+
+    def _on_board(self, vehicle: Vehicle, request: f.OnBoardMission, task: Task) -> str:
+        station = self._station
+        firmware = station.firmware.of(vehicle)
+        if why := firmware.why_not(vehicle):
+            return why
+        if not vehicle.airborne:
+            return "is not in the air: take off first"
+        action = firmware.mission_start(vehicle) if request.act == "start" else firmware.mission_continue(vehicle)
+        action.on_done = self._ends(task, "flies its mission")
+        station.commands.cancel(vehicle.id)
+        station.by_hand.on_board(vehicle)
+        self._submit(action, task)
+        return ""
+
+    # ---------------------------------------------------------------- steps
+
+    def _prepared(self, vehicle: Vehicle, task: Task, then: Callable[[], None]) -> None:
+        """In the mode it is flown in, then what comes next."""
+        firmware = self._station.firmware.of(vehicle)
+        if firmware.is_prepared(vehicle):
+            then()
+        else:
+            self._submit(firmware.prepare(vehicle, self._goes_on(vehicle, task, then)), task)
+
+    def _submit_arm(self, vehicle: Vehicle, task: Task, then: Callable[[], None]) -> None:
+        firmware = self._station.firmware.of(vehicle)
+        self._submit(firmware.arm(vehicle, self._goes_on(vehicle, task, then)), task)
+
+    def _goes_on(self, vehicle: Vehicle, task: Task, then: Callable[[], None]) -> Done:
+        def done(action: Action, outcome: Outcome, why: str) -> None:
+            if outcome is Outcome.CONFIRMED:
+                then()
+            else:
+                self._failed(vehicle, task, outcome, why)
+
+        return done
+
+    def _failed(self, vehicle: Vehicle, task: Task, outcome: Outcome, why: str) -> None:
+        task.end(": ".join(part for part in (outcome.value, why) if part))
+        self._station.executive.give_up_by_hand(vehicle)
+
+    def _ends(self, task: Task, text: str, then: Callable[[], None] = lambda: None) -> Done:
+        def done(action: Action, outcome: Outcome, why: str) -> None:
+            if outcome is Outcome.CONFIRMED:
+                then()
+                task.end(text=text)
+            else:
+                vehicle = self._station.fleet.vehicles.get(action.vehicle)
+                if vehicle is not None:
+                    self._failed(vehicle, task, outcome, why)
+
+        return done
+
+    def _submit(self, action: Action, task: Task) -> None:
+        task.stop = lambda: self._station.commands.cancel(action.vehicle, action.name)
+        self._station.commands.submit(action)
+
+
+def words(request: f.Flight) -> str:
+    """What is asked, for people; places are told by metres of the scenario."""
+    if isinstance(request, f.TakeOff):
+        return f"take off to {request.alt_m:g} m"
+    if isinstance(request, f.GoTo):
+        places = ", ".join(f"({x:.0f}, {y:.0f}, {z:.0f})" for x, y, z in request.points_m[:8])
+        return f"go to {places}"
+    if isinstance(request, f.Circle):
+        x, y, _ = request.centre_m
+        return f"circle ({x:.0f}, {y:.0f}), radius {request.radius_m:g} m"
+    if isinstance(request, f.LimitSpeed):
+        return f"speed {request.speed_m_s:g} m/s"
+    if isinstance(request, f.Nudge):
+        return "nudge"
+    if isinstance(request, f.OnBoardMission):
+        return f"mission {request.act}"
+    return {f.Arm: "arm", f.Disarm: "disarm", f.KillMotors: "KILL MOTORS"}[type(request)]

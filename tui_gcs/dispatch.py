@@ -1,0 +1,143 @@
+"""An order on its way: asked of the station, followed until every vehicle has its result, and told as it is."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.messages import Freshness, Reply, Request, VehicleRow
+from tui_gcs.core.messages_services import GetTasks, ServiceReply, TaskInfo
+from tui_gcs.feed import NO_ANSWER, Feed
+from tui_gcs.widgets.result_panel import GOOD, Came, Result
+
+SEEN_S = 15.0
+"""So long telemetry may take to show what was begun; then that is told."""
+TASK_S = 90.0
+"""So long a task may take before its silence is told."""
+Seen = Callable[[VehicleRow], bool]
+
+
+@dataclass
+class Dispatch:
+    """One order, and what came of it so far."""
+
+    title: str
+    results: list[Result] = field(default_factory=list)
+    tasks: dict[int, Result] = field(default_factory=dict)
+    """Of tasks that run, by number."""
+    seen: Seen | None = None
+    asked_s: float = math.inf
+    text: str = ""
+    """What the station said of all of them."""
+    answered: bool = False
+    refused: bool = False
+    """Of nobody in particular."""
+
+    @property
+    def waiting(self) -> bool:
+        """Whether something is still to come."""
+        return any(result.came is Came.WAITING for result in self.results)
+
+    @property
+    def good(self) -> bool:
+        """Whether all is well for everybody."""
+        return not self.refused and all(result.came in GOOD for result in self.results)
+
+
+class Dispatcher:
+    """Sends orders and follows the newest one."""
+
+    def __init__(self, feed: Feed, clock: Clock, told: Callable[[Dispatch], None]) -> None:
+        """`told` is called whenever something is new of the newest order."""
+        self._feed = feed
+        self._clock = clock
+        self._told = told
+        self.newest: Dispatch | None = None
+
+    async def send(
+        self,
+        request: Request,
+        title: str,
+        vehicles: Sequence[int] = (),
+        left_out: Mapping[int, str] | None = None,
+        *,
+        seen: Seen | None = None,
+        tries: int = 1,
+    ) -> None:
+        """Ask; `vehicles` are those it is for, none: whomever the station says."""
+        order = Dispatch(title, [Result(v, Came.WAITING, "sent") for v in vehicles], seen=seen)
+        order.asked_s = self._clock.now()
+        self.newest = order
+        self._told(order)
+        self._take(order, await self._feed.request(request, tries=tries))
+        order.results += [Result(v, Came.LEFT_OUT, why) for v, why in (left_out or {}).items()]
+        self._told(order)
+
+    def look(self) -> None:
+        """See what telemetry shows, and whose time is up."""
+        order = self.newest
+        if order is None or not order.answered or not order.waiting:
+            return
+        rows = {row.id: row for row in self._feed.frame.rows()} if self._feed.frame is not None else {}
+        by_task = {id(result) for result in order.tasks.values()}
+        for result in order.results:
+            if result.came is not Came.WAITING or id(result) in by_task:
+                continue
+            row = rows.get(result.vehicle)
+            heard = row is not None and row.freshness is not Freshness.LOST
+            if row is not None and heard and order.seen is not None and order.seen(row):
+                result.came = Came.DONE
+            elif self._clock.now() - order.asked_s > SEEN_S:
+                result.came, result.text = Came.NOT_SEEN, "begun, but telemetry does not show it"
+        self._told(order)
+
+    async def ask_tasks(self) -> None:
+        """Ask the station how the tasks stand."""
+        order = self.newest
+        if order is None or not order.tasks:
+            return
+        reply = await self._feed.request(GetTasks(tuple(order.tasks)))
+        infos = reply.tasks if isinstance(reply, ServiceReply) and reply.ok else ()
+        for info in infos:
+            _follow(order, info)
+        if self._clock.now() - order.asked_s > TASK_S:
+            for result in order.tasks.values():
+                result.came, result.text = Came.NO_ANSWER, "nobody knows what became of it"
+            order.tasks.clear()
+        if order is self.newest:
+            self._told(order)
+
+    def _take(self, order: Dispatch, reply: Reply) -> None:
+        order.text, order.answered = reply.text, True
+        unnamed = {result.vehicle for result in order.results} - {answer.vehicle for answer in reply.results}
+        known = {result.vehicle: result for result in order.results}
+        for answer in reply.results:
+            result = known.setdefault(answer.vehicle, Result(answer.vehicle))
+            if not answer.ok:
+                result.came, result.text = Came.REFUSED, answer.text or "no reason given"
+            else:
+                result.came = Came.WAITING if order.seen is not None else Came.BEGUN
+                result.text = answer.text
+        order.results = [known[v] for v in sorted(known)]
+        silent = reply.text.startswith(NO_ANSWER)
+        for result in order.results:
+            if result.vehicle in unnamed:
+                result.came = Came.NO_ANSWER if silent else Came.DONE if reply.ok else Came.REFUSED
+                result.text = reply.text
+        order.refused = not reply.ok and not order.results
+        tasks = reply.tasks if isinstance(reply, ServiceReply) else ()
+        for info in tasks:
+            if info.vehicle in known:
+                known[info.vehicle].came = Came.WAITING
+                order.tasks[info.number] = known[info.vehicle]
+                _follow(order, info)
+
+
+def _follow(order: Dispatch, info: TaskInfo) -> None:
+    result = order.tasks.get(info.number)
+    if result is None:
+        return
+    result.text = info.text or info.state
+    if info.over:
+        del order.tasks[info.number]
+        result.came = Came.DONE if info.state == "done" else Came.FAILED

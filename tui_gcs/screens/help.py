@@ -1,0 +1,131 @@
+"""Help and palette: every action, what it does, and why a greyed one can do nothing now."""
+
+from collections.abc import Sequence
+
+from textual import events
+
+from tui_gcs.actions import Action, Situation, refusal
+from tui_gcs.actions.entries import Entry, found
+from tui_gcs.screens.text_dialog import TextDialog
+from tui_gcs.widgets.glyphs import GlyphSet
+from tui_gcs.widgets.lines import Line
+from tui_gcs.widgets.palette import Ink
+
+MOST_TYPED = 40
+LINES_BESIDE = 5
+"""Of the palette's box: border, line to type in, reason, keys."""
+
+
+class HelpDialog(TextDialog[None]):
+    """All keys, from the action tables."""
+
+    title_text = "keys"
+
+    def __init__(self, actions: Sequence[Action], situation: Situation, glyphs: GlyphSet) -> None:
+        """List `actions` by group, as they are in `situation`."""
+        super().__init__(glyphs)
+        self._actions = actions
+        self._situation = situation
+        self._first = 0
+
+    def on_key(self, event: events.Key) -> None:
+        """Arrows scroll; Esc, q or ? leaves."""
+        event.stop()
+        if event.key in ("escape", "q", "question_mark", "enter"):
+            self.dismiss(None)
+        elif event.key in ("down", "j", "pagedown", "space"):
+            self._scroll(+1 if event.key in ("down", "j") else +10)
+        elif event.key in ("up", "k", "pageup"):
+            self._scroll(-1 if event.key in ("up", "k") else -10)
+
+    def _scroll(self, by: int) -> None:
+        self._first = max(0, min(self._first + by, len(self.all_lines()) - self._room()))
+        self.redraw()
+
+    def _room(self) -> int:
+        """Lines for keys: the box less its border and the last line."""
+        return max(1, self.size.height - 2 - 3)
+
+    def body(self) -> list[Line]:
+        """The keys that fit, and how to leave."""
+        room, lines = self._room(), self.all_lines()
+        more = "   arrows: more" if len(lines) > room else ""
+        return [*lines[self._first : self._first + room], [(" Esc = close ", Ink.SELECTED), (more, Ink.MUTED)]]
+
+    def all_lines(self) -> list[Line]:
+        """All keys, by group: this screen's first. What can do nothing now is grey, with the reason below it."""
+        lines: list[Line] = []
+        for group in dict.fromkeys(action.group for action in self._actions):
+            told = [action for action in self._actions if action.group == group and action.help]
+            for index, action in enumerate(told):
+                name = (f"{group if index == 0 else '':<9}", Ink.ADVISORY)
+                why = refusal(action, self._situation)
+                inks = (Ink.MUTED, Ink.MUTED) if why else (Ink.BOLD, Ink.TEXT)
+                lines.append([name, (f"{action.shown:<8} ", inks[0]), (action.help, inks[1])])
+                if why:
+                    lines.append([(" " * 18 + f"not now: {why}", Ink.CAUTION)])
+        return lines
+
+
+class PaletteDialog(TextDialog[str | None]):
+    """Type a part of a name; Enter does it. Gives Textual's action string, None if nothing was chosen."""
+
+    title_text = "what to do"
+
+    def __init__(self, entries: Sequence[Entry], glyphs: GlyphSet) -> None:
+        """Offer `entries`."""
+        super().__init__(glyphs)
+        self._entries = entries
+        self._typed = ""
+        self._at = 0
+        self._problem = ""
+
+    @property
+    def matching(self) -> list[Entry]:
+        """What matches now."""
+        return found(self._entries, self._typed)
+
+    def on_key(self, event: events.Key) -> None:
+        """Letters filter, arrows move, Enter chooses, Esc leaves."""
+        event.stop()
+        self._problem = ""
+        if event.key == "escape":
+            self.dismiss(None)
+            return
+        if event.key == "enter":
+            self._choose()
+            return
+        if event.key in ("down", "up", "tab", "shift+tab"):
+            self._at = max(0, min(self._at + (1 if event.key in ("down", "tab") else -1), len(self.matching) - 1))
+        elif event.key == "backspace":
+            self._typed, self._at = self._typed[:-1], 0
+        elif event.character is not None and event.character.isprintable():
+            self._typed, self._at = (self._typed + event.character)[:MOST_TYPED], 0
+        self.redraw()
+
+    def _choose(self) -> None:
+        matching = self.matching
+        if not matching:
+            self._problem = "nothing has such a name"
+        elif why := matching[self._at].why_not:
+            self._problem = f"not now: {why}"
+        else:
+            self.dismiss(matching[self._at].run)
+            return
+        self.redraw()
+
+    def body(self) -> list[Line]:
+        """What was typed, what matches, why the marked one cannot be done."""
+        matching = self.matching
+        room = max(1, min(len(self._entries), self.app.size.height - 2 - LINES_BESIDE))
+        first = max(0, self._at - room + 1)
+        lines: list[Line] = [[(": ", Ink.BOLD), (f"{self._typed}_", Ink.BOLD)]]
+        for index, entry in enumerate(matching[first : first + room], start=first):
+            marked = index == self._at
+            ink = Ink.MUTED if entry.why_not else Ink.BOLD if marked else Ink.TEXT
+            mark = self.glyphs.selected if marked else " "
+            lines.append([(f"{mark} {entry.name:<16} {entry.key:<7} ", ink), (entry.help, ink)])
+        lines += [[] for _ in range(room - len(matching))]
+        why = matching[self._at].why_not if matching else "nothing has such a name"
+        lines.append([(self._problem or (f"not now: {why}" if why else ""), Ink.CAUTION)])
+        return [*lines, [(" Esc = close ", Ink.SELECTED), ("   Enter = do it   arrows: choose", Ink.MUTED)]]

@@ -1,0 +1,134 @@
+"""Flying by keys. Terminals tell of no key that is let go: who is not told again within a second stands.
+
+The station gives every press one second; the guard judges the course as any other.
+"""
+
+from collections.abc import Callable
+
+from textual import events
+from textual.app import ComposeResult
+from textual.screen import ModalScreen
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.messages import Hold, Request, Vec3
+from tui_gcs.core.messages_flight import Nudge
+from tui_gcs.feed import Feed, FleetUpdated
+from tui_gcs.screens.orders import now_words, rows_of
+from tui_gcs.screens.text_dialog import DialogBox
+from tui_gcs.widgets.glyphs import GlyphSet
+from tui_gcs.widgets.lines import Line
+from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.words import ids
+
+WAYS: dict[str, Vec3] = {
+    "up": (0.0, 1.0, 0.0),
+    "k": (0.0, 1.0, 0.0),
+    "down": (0.0, -1.0, 0.0),
+    "j": (0.0, -1.0, 0.0),
+    "left": (-1.0, 0.0, 0.0),
+    "h": (-1.0, 0.0, 0.0),
+    "right": (1.0, 0.0, 0.0),
+    "l": (1.0, 0.0, 0.0),
+    "plus": (0.0, 0.0, 0.5),
+    "equals_sign": (0.0, 0.0, 0.5),
+    "pageup": (0.0, 0.0, 0.5),
+    "minus": (0.0, 0.0, -0.5),
+    "pagedown": (0.0, 0.0, -0.5),
+}
+"""Direction (east, north, up) by key; heights change at half the speed."""
+GAP_S = 0.2
+"""A key that is held down repeats faster than a link should carry."""
+SPEEDS_M_S = (0.5, 1.0, 2.0, 4.0)
+ENDS_S = 10.0
+"""So long without a key, and the screen closes: it shall not be found open by somebody else."""
+
+
+class NudgeScreen(ModalScreen[None]):
+    """A box over the map's lower edge; arrows move the vehicles."""
+
+    DEFAULT_CSS = "NudgeScreen { align: center bottom; background: #101418 0%; }"
+
+    def __init__(
+        self,
+        vehicles: tuple[int, ...],
+        feed: Feed,
+        ask: Callable[[Request], None],
+        hold: Callable[[Request, str], None],
+        clock: Clock,
+        glyphs: GlyphSet,
+    ) -> None:
+        """Fly `vehicles`; `ask` sends without ceremony, `hold` as an order that is followed."""
+        super().__init__()
+        self._vehicles = vehicles
+        self._feed = feed
+        self._ask = ask
+        self._hold = hold
+        self._clock = clock
+        self._glyphs = glyphs
+        self._speed = 1
+        self._sent_s = self._key_s = clock.now()
+        self._problem = ""
+        self.box = DialogBox(glyphs=glyphs)
+
+    def compose(self) -> ComposeResult:
+        """One box."""
+        yield self.box
+
+    def on_mount(self) -> None:
+        """Follow the vehicles."""
+        self._feed.listen(self)
+        self.set_interval(0.5, self.tick)
+        self.redraw()
+
+    def on_unmount(self) -> None:
+        """No more messages."""
+        self._feed.leave(self)
+
+    def on_fleet_updated(self, _message: FleetUpdated) -> None:
+        """They moved."""
+        self.redraw()
+
+    def tick(self) -> None:
+        """Close when nobody is there."""
+        if self._clock.now() - self._key_s > ENDS_S:
+            self.dismiss(None)
+
+    def refuse(self, why: str) -> None:
+        """The station did not take the newest one."""
+        self._problem = why
+        self.redraw()
+
+    def on_key(self, event: events.Key) -> None:
+        """Arrows and + - move, brackets change the speed, Space holds, Esc leaves."""
+        event.stop()
+        self._key_s = now = self._clock.now()
+        if event.key in ("escape", "enter", "q"):
+            self.dismiss(None)
+        elif event.key == "space":
+            self._hold(Hold(vehicles=self._vehicles), f"hold {ids(self._vehicles)}")
+            self.dismiss(None)
+        elif event.character in ("[", "]"):
+            step = 1 if event.character == "]" else -1
+            self._speed = max(0, min(self._speed + step, len(SPEEDS_M_S) - 1))
+            self.redraw()
+        elif event.key in WAYS and now - self._sent_s >= GAP_S:
+            self._sent_s = now
+            self._problem = ""
+            speed = SPEEDS_M_S[self._speed]
+            east, north, up = (part * speed for part in WAYS[event.key])
+            self._ask(Nudge(self._vehicles, (east, north, up)))
+
+    def redraw(self) -> None:
+        """Where they are, and the keys."""
+        rows = rows_of(self._feed)
+        lines: list[Line] = [[(f"{v:<4} ", Ink.BOLD), (now_words(rows.get(v)), Ink.TEXT)] for v in self._vehicles[:4]]
+        keys = f"arrows: north south west east   + -: up down   [ ]: {SPEEDS_M_S[self._speed]:g} m/s"
+        lines += [
+            [(self._problem, Ink.CAUTION)] if self._problem else [(keys, Ink.BOLD)],
+            [(" Space = HOLD ", Ink.SELECTED), ("  Esc = done   they stand 1 s after the last key", Ink.MUTED)],
+        ]
+        self.box.show(f"by hand: {ids(self._vehicles)}", lines)
+
+    def text(self) -> str:
+        """The box as plain text."""
+        return self.box.text()

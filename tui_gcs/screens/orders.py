@@ -1,0 +1,338 @@
+"""Orders for the selected vehicles: the menu of what they can be told, and the dialog that asks before it is sent."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from textwrap import wrap
+
+from textual import events
+
+from tui_gcs.actions.orders import ORDERS, Aim, Grade, Order, OrderError, split, why_not_order
+from tui_gcs.actions.places import Surroundings
+from tui_gcs.core.clock import Clock, MonotonicClock
+from tui_gcs.core.messages import Freshness, Kind, Request, VehicleRow
+from tui_gcs.feed import Feed
+from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.widgets.glyphs import GlyphSet
+from tui_gcs.widgets.lines import Line
+from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.words import ids, number, speed_m_s
+
+EXPIRES_S = 10.0
+TYPING_EXPIRES_S = 60.0
+"""While values are typed; the question itself expires sooner."""
+ARMING_S = 3.0
+"""Between the last yes to what starts several, and sending it: Esc still helps."""
+CHECK_S = 0.25
+MOST_ROWS = 8
+MOST_TYPED = 60
+
+
+class OrderMenu(TextDialog[str | None]):
+    """One letter chooses an order; those that make no sense now are grey, and say why. Gives the order's id."""
+
+    def __init__(self, feed: Feed, glyphs: GlyphSet) -> None:
+        """For the vehicles that are selected."""
+        super().__init__(glyphs)
+        self._feed = feed
+        self._problem = ""
+        self.title_text = f"vehicle{'s' * (len(feed.selection.ids) > 1)} {ids(feed.selection.ids)}: what to do?"
+
+    def on_key(self, event: events.Key) -> None:
+        """A letter chooses."""
+        event.stop()
+        if event.key == "escape":
+            self.dismiss(None)
+            return
+        order = next((order for order in ORDERS if order.key == event.character), None)
+        if order is None:
+            self._problem = "no order has that letter"
+        elif why := self._why_not(order):
+            self._problem = f"{order.name}: {why}"
+        else:
+            self.dismiss(order.id)
+            return
+        self.redraw()
+
+    def _why_not(self, order: Order) -> str:
+        return why_not_order(order, self._feed.selection.ids, rows_of(self._feed))
+
+    def body(self) -> list[Line]:
+        """Two columns of orders, and why the last letter was not taken."""
+        half = (len(ORDERS) + 1) // 2
+        lines: list[Line] = [
+            [(self._cell(*pair[0]), pair[0][1]), (self._cell(*pair[1]), pair[1][1])] for pair in self._pairs(half)
+        ]
+        return [
+            *lines,
+            [],
+            [(self._problem, Ink.CAUTION)],
+            [(" Esc = nothing ", Ink.SELECTED), ("   a letter chooses; grey: not now", Ink.MUTED)],
+        ]
+
+    def _pairs(self, half: int) -> list[tuple[tuple[str, Ink], tuple[str, Ink]]]:
+        shown = [self._shown(order) for order in ORDERS] + [("", Ink.MUTED)]
+        return [(shown[i], shown[i + half] if i + half < len(shown) else ("", Ink.MUTED)) for i in range(half)]
+
+    def _shown(self, order: Order) -> tuple[str, Ink]:
+        why = self._why_not(order)
+        text = f"{order.key}  {order.name:<12}" + (f"({why})" if why else order.does)
+        return text[:35], Ink.MUTED if why else Ink.BOLD
+
+    @staticmethod
+    def _cell(text: str, _ink: Ink) -> str:
+        return f"{text:<37}"
+
+
+@dataclass(frozen=True)
+class Confirmed:
+    """What the operator said yes to."""
+
+    order: Order
+    request: Request
+    vehicles: tuple[int, ...]
+    left_out: dict[int, str]
+
+
+class OrderDialog(TextDialog["Confirmed | str"]):
+    """Values, then the question. Gives what was confirmed, or why nothing is sent.
+
+    Nothing happens by itself but cancelling: on Esc, ten seconds without a key, and when a vehicle that is concerned is
+    not what it was when the question was asked.
+    """
+
+    def __init__(
+        self,
+        order: Order,
+        feed: Feed,
+        around: Callable[[], Surroundings],
+        glyphs: GlyphSet,
+        clock: Clock | None = None,
+    ) -> None:
+        """Ask about `order` for the vehicles that are selected."""
+        super().__init__(glyphs)
+        self.order = order
+        self._feed = feed
+        self._around = around
+        self._clock = clock or MonotonicClock()
+        self.vehicles, self._left_out = split(order, feed.selection.ids, rows_of(feed))
+        self._values = {field.name: field.initial for field in order.fields}
+        self._field = 0
+        self._request: Request | None = None
+        self._seen: object = None
+        self._typed = ""
+        self._problem = ""
+        self._sends_s: float | None = None
+        self._deadline_s = 0.0
+        self._wake()
+        if not order.fields:
+            self._ask()
+        count = len(self.vehicles)
+        who = f"vehicle {ids(self.vehicles)}" if count == 1 else f"{count} vehicles: {ids(self.vehicles)}"
+        self.title_text = f"{order.name}: {who}"
+
+    @property
+    def grade(self) -> Grade:
+        """What it takes."""
+        return self.order.grade(len(self.vehicles))
+
+    def on_mount(self) -> None:
+        """Watch time and vehicles while open."""
+        super().on_mount()
+        self.set_interval(CHECK_S, self.tick)
+
+    def tick(self) -> None:
+        """Cancel when time is up or a vehicle changed; send when the last seconds are over."""
+        now = self._clock.now()
+        if why := self._changed():
+            self.dismiss(why)
+        elif self._sends_s is not None and now >= self._sends_s:
+            self._send()
+        elif now >= self._deadline_s:
+            self.dismiss("no key was pressed")
+        else:
+            self.redraw()
+
+    # ------------------------------------------------------------ keys
+
+    def on_key(self, event: events.Key) -> None:
+        """Typing, Enter, Esc."""
+        event.stop()
+        self._wake()
+        self._problem = ""
+        if event.key == "escape":
+            self.dismiss("cancelled")
+            return
+        if self._sends_s is not None:
+            return
+        if self._request is None:
+            self._type_value(event)
+        else:
+            self._type_answer(event)
+        if self.is_attached and self.is_current:
+            self.redraw()
+
+    def _type_value(self, event: events.Key) -> None:
+        name = self.order.fields[self._field].name
+        if event.key == "enter":
+            if self._field + 1 < len(self.order.fields):
+                self._field += 1
+            else:
+                self._ask()
+        elif event.key in ("tab", "down"):
+            self._field = (self._field + 1) % len(self.order.fields)
+        elif event.key in ("shift+tab", "up"):
+            self._field = (self._field - 1) % len(self.order.fields)
+        else:
+            self._values[name] = _typed(self._values[name], event)
+
+    def _ask(self) -> None:
+        """The values are whole: ask whether it is meant."""
+        try:
+            self._request = self.order.request(Aim(self.vehicles, dict(self._values), self._around()))
+        except OrderError as error:
+            self._problem = str(error)
+            return
+        self._seen = self._state()
+        self._wake()
+
+    def _type_answer(self, event: events.Key) -> None:
+        if self.grade is Grade.YES:
+            if event.character in ("y", "Y"):
+                self._send()
+            elif event.key == "enter":
+                self._problem = "press y to do it"
+            return
+        if event.key != "enter":
+            self._typed = _typed(self._typed, event)
+        elif self.grade is Grade.ENTER:
+            self._send()
+        elif self._typed.strip() == self._expected():
+            self._sends_s = self._clock.now() + ARMING_S
+        else:
+            self._problem = f"type {self._expected()}, then Enter"
+
+    def _expected(self) -> str:
+        return f"KILL {self.vehicles[0]}" if self.grade is Grade.KILL else str(len(self.vehicles))
+
+    def _send(self) -> None:
+        """State is looked at once more at the moment of sending."""
+        if (why := self._changed()) or self._request is None:
+            self.dismiss(why or "nothing was asked")
+        else:
+            self.dismiss(Confirmed(self.order, self._request, self.vehicles, self._left_out))
+
+    def _wake(self) -> None:
+        typing = self._request is None and bool(self.order.fields)
+        self._deadline_s = self._clock.now() + (TYPING_EXPIRES_S if typing else EXPIRES_S)
+
+    # ------------------------------------------------------------ what it was asked for
+
+    def _state(self) -> object:
+        rows = rows_of(self._feed)
+        return tuple(
+            (v, r.armed, r.phase, r.freshness, r.mode, r.problem) if (r := rows.get(v)) is not None else v
+            for v in self.vehicles
+        )
+
+    def _changed(self) -> str:
+        """Which vehicle is not what it was when the question was asked; a stop is sent all the same."""
+        if self._feed.read_only:
+            return self._feed.read_only
+        if not self.vehicles:
+            return "no vehicle is concerned any more"
+        if self._request is None or self.order.is_stop:
+            return ""
+        if self._feed.station_lost:
+            return "the station is silent"
+        before, now = self._seen, self._state()
+        if before == now or not isinstance(before, tuple) or not isinstance(now, tuple):
+            return ""
+        changed = [v for v, was, is_ in zip(self.vehicles, before, now, strict=True) if was != is_]
+        return f"vehicle {ids(changed)} changed meanwhile: look, and ask again"
+
+    # ------------------------------------------------------------ text
+
+    def body(self) -> list[Line]:
+        """Who, as they are now; what will happen; what to type."""
+        status = self._feed.status
+        kind = status.kind if status is not None else Kind.SIM
+        what = {Kind.SIM: "SIMULATED", Kind.LIVE: "REAL"}.get(kind, str(kind))
+        count = len(self.vehicles)
+        ink = Ink.WARNING if self.grade is Grade.KILL else Ink.TEXT
+        lines: list[Line] = [[(f"{count} {what} vehicle{'s' * (count != 1)}: {self.order.does}", ink)], []]
+        rows = rows_of(self._feed)
+        lines += [_row_line(v, rows.get(v)) for v in self.vehicles[:MOST_ROWS]]
+        if count > MOST_ROWS:
+            lines.append([(f"  and {count - MOST_ROWS} more: {ids(self.vehicles[MOST_ROWS:])}", Ink.TEXT)])
+        for why in dict.fromkeys(self._left_out.values()):
+            out = [v for v, reason in self._left_out.items() if reason == why]
+            lines.append([(f"  left out: {ids(out)}  {why}"[:MOST_CELLS], Ink.CAUTION)])
+        if status is not None and status.in_control not in ("", self._feed.principal):
+            lines.append([(f"  {status.in_control} has control: this takes it", Ink.CAUTION)])
+        if self.order.fields:
+            lines += [[], *self._field_lines()]
+        return [*lines, [], *([[(self._problem[:MOST_CELLS], Ink.CAUTION)]] if self._problem else []), self._key_line()]
+
+    def _field_lines(self) -> list[Line]:
+        lines: list[Line] = []
+        typing = self._request is None
+        for index, one in enumerate(self.order.fields):
+            here = typing and index == self._field
+            text = f"{self._values[one.name]}{'_' if here else ''}"
+            lines.append(
+                [(f"  {one.label:<8}", Ink.MUTED), (f"[{text:<12}] {one.unit} ", Ink.BOLD if here else Ink.TEXT)]
+            )
+            if here and one.help:
+                lines += [
+                    [(line, Ink.MUTED)]
+                    for line in wrap(one.help, MOST_CELLS - 10, initial_indent=" " * 10, subsequent_indent=" " * 10)
+                ]
+        return lines
+
+    def _key_line(self) -> Line:
+        now = self._clock.now()
+        left_s = max(0, round(self._deadline_s - now))
+        cancel = (f" Esc = cancel ({left_s} s) ", Ink.SELECTED)
+        if self._sends_s is not None:
+            return [
+                (" Esc = STOP THIS ", Ink.SELECTED_WARNING),
+                (f"   sent in {max(0.0, self._sends_s - now):.0f} s", Ink.BOLD),
+            ]
+        if self._request is None:
+            last = self._field + 1 == len(self.order.fields)
+            return [cancel, ("   Enter = " + ("go on" if last else "next"), Ink.BOLD)]
+        ask = {
+            Grade.ENTER: "Enter = do it",
+            Grade.YES: "y = do it",
+        }.get(self.grade, f"type {self._expected()} and Enter: [{self._typed}_]")
+        return [cancel, (f"   {ask}", Ink.BOLD)]
+
+
+def rows_of(feed: Feed) -> dict[int, VehicleRow]:
+    """Every vehicle by id."""
+    return {row.id: row for row in feed.frame.rows()} if feed.frame is not None else {}
+
+
+def now_words(row: VehicleRow | None) -> str:
+    """A vehicle as it is now, in few words."""
+    if row is None:
+        return "never heard"
+    if row.freshness is Freshness.LOST:
+        return f"LOST {number(row.heard_age_s, 0)} s"
+    state = "ARMED" if row.armed else "disarmed"
+    motion = f"{number(row.position_m[2], 0)} m {number(speed_m_s(row.velocity_m_s), 1)} m/s"
+    return f"{row.phase} {row.mode} {state} {motion} {number(row.battery_pct, 0)} %"
+
+
+def _row_line(vehicle: int, row: VehicleRow | None) -> Line:
+    ink = Ink.CAUTION if row is None or row.freshness is not Freshness.OK else Ink.TEXT
+    team = f"{row.team[:8]} " if row is not None else ""
+    return [(f"  {vehicle:<4}", Ink.BOLD), (f"{team:<9}", Ink.MUTED), (now_words(row), ink)]
+
+
+def _typed(text: str, event: events.Key) -> str:
+    if event.key == "backspace":
+        return text[:-1]
+    if event.character is not None and event.character.isprintable():
+        return (text + event.character)[:MOST_TYPED]
+    return text

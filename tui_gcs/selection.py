@@ -1,0 +1,139 @@
+"""Which vehicles this console's commands are for: chosen by name, always shown, never implied by a view.
+
+`Selection` is the state; `chosen` reads what an operator types: `3-7,9`, `t1`, a team's or a saved group's name, `all`,
+`none`, `invert`; `+5` adds, `-5` takes away, `name=3-7` saves a group.
+"""
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+MOST_NAME = 16
+MOST_IDS = 1000
+"""Of one range: more is a slip of the finger."""
+_NAME = re.compile(r"[a-z_][a-z0-9_]*")
+_TEAM = re.compile(r"t([1-9][0-9]?)")
+_RANGE = re.compile(r"([0-9]{1,6})(?:-([0-9]{1,6}))?")
+WORDS = frozenset({"all", "none", "invert"})
+
+
+class SelectionError(ValueError):
+    """Why what was typed names no vehicles: one line for the operator."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """What names can mean now."""
+
+    ids: tuple[int, ...]
+    """Every vehicle of the fleet."""
+    teams: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    """Members by team, in the order of the scenario: `t1` is the first."""
+    groups: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    """Saved by the operator."""
+    selected: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What was typed means these vehicles; `save_as` names a group that shall be kept."""
+
+    ids: tuple[int, ...]
+    save_as: str = ""
+
+
+def chosen(text: str, known: Known) -> Choice:
+    """The vehicles that `text` names.
+
+    Raises:
+        SelectionError: no such vehicle, team or group, or a name that cannot be one.
+    """
+    text = text.strip().casefold()
+    save_as = ""
+    if "=" in text:
+        save_as, text = (part.strip() for part in text.split("=", 1))
+        if not _NAME.fullmatch(save_as) or save_as in WORDS or _TEAM.fullmatch(save_as) or save_as in known.teams:
+            raise SelectionError(
+                f"a group cannot be called {save_as[:MOST_NAME]!r}: letters and digits, no team's name"
+            )
+        save_as = save_as[:MOST_NAME]
+    sign = text[:1] if text[:1] in ("+", "-") else ""
+    terms = [term for term in re.split(r"[,\s]+", text[len(sign) :]) if term]
+    if not terms and not (save_as and not text):
+        raise SelectionError("name vehicles: 3-7,9  t1  a team  all  none  invert")
+    named: dict[int, None] = dict.fromkeys(known.selected if save_as and not terms else ())
+    for term in terms:
+        named.update(dict.fromkeys(_term(term, known)))
+    selected = set(known.selected)
+    result = selected | set(named) if sign == "+" else selected - set(named) if sign == "-" else set(named)
+    return Choice(tuple(sorted(result)), save_as)
+
+
+def _term(term: str, known: Known) -> Iterable[int]:
+    if term == "all":
+        return known.ids
+    if term == "none":
+        return ()
+    if term == "invert":
+        return [v for v in known.ids if v not in known.selected]
+    if (match := _RANGE.fullmatch(term)) is not None:
+        return _range(int(match[1]), int(match[2] or match[1]), known)
+    by_name = {name.casefold(): ids for name, ids in (*known.groups.items(), *known.teams.items())}
+    if term in by_name:
+        return by_name[term]
+    if (match := _TEAM.fullmatch(term)) is not None and int(match[1]) <= len(known.teams):
+        return list(known.teams.values())[int(match[1]) - 1]
+    names = ", ".join((*known.teams, *known.groups)) or "none"
+    raise SelectionError(f"no team or group {term[:MOST_NAME]!r}; there are: {names}")
+
+
+def _range(low: int, high: int, known: Known) -> list[int]:
+    """Of a range those that there are; an id by itself must be there."""
+    if low > high or high - low > MOST_IDS:
+        raise SelectionError(f"{low}-{high} is no range of vehicles")
+    found = [v for v in known.ids if low <= v <= high]
+    if not found:
+        raise SelectionError(f"no vehicle {low}" if low == high else f"no vehicle from {low} to {high}")
+    return found
+
+
+class Selection:
+    """The vehicles that are selected, and the one of them that is looked at (its values, the map's follow)."""
+
+    def __init__(self, on_change: Callable[[], None] = lambda: None) -> None:
+        """Nobody is selected; `on_change` is called after every change."""
+        self.ids: tuple[int, ...] = ()
+        self.lead: int | None = None
+        """The one that is looked at: one of `ids`, None if there are none."""
+        self.groups: dict[str, tuple[int, ...]] = {}
+        self._on_change = on_change
+
+    def __contains__(self, vehicle: int) -> bool:
+        """Whether this vehicle is selected."""
+        return vehicle in self.ids
+
+    def set(self, ids: Iterable[int], lead: int | None = None) -> None:
+        """Select exactly these; `lead` is looked at, else whoever was, else the first."""
+        new = tuple(sorted(set(ids)))
+        first = new[0] if new else None
+        looked_at = next((v for v in (lead, self.lead) if v in new), first)
+        if (new, looked_at) != (self.ids, self.lead):
+            self.ids, self.lead = new, looked_at
+            self._on_change()
+
+    def choose(self, text: str, known: Known) -> Choice:
+        """Select what was typed, or save it as a group. Raises `SelectionError`, and then nothing changes."""
+        choice = chosen(text, known)
+        if choice.save_as:
+            self.groups[choice.save_as] = choice.ids
+        self.set(choice.ids)
+        return choice
+
+    def step(self, by: int, fleet: Sequence[int]) -> None:
+        """The next (or the one before): of several selected ones it is looked at, else it becomes the selected one."""
+        among = self.ids if len(self.ids) > 1 else tuple(fleet)
+        if not among:
+            return
+        at = among.index(self.lead) + by if self.lead in among else (0 if by > 0 else -1)
+        vehicle = among[at % len(among)]
+        self.set(self.ids if len(self.ids) > 1 else (vehicle,), vehicle)
