@@ -110,11 +110,23 @@ class ConsoleApp(CommandingApp):
         self._plan: PlanScreen | None = None
         self.add_mode("fly", self._fly_screen)
         self.add_mode("plan", self._plan_screen)
+        self.add_mode("vehicles", self._vehicles_screen)
+        self.add_mode("journal", self._journal_screen)
 
     def _fly_screen(self) -> Screen[None]:
         screen = FlyScreen(self.feed, glyphs=self.glyphs)
         screen.map_view.set_overlays(self._overlays)
         return screen
+
+    def _vehicles_screen(self) -> Screen[None]:
+        from tui_gcs.screens.vehicles import VehiclesScreen
+
+        return VehiclesScreen(self.feed, glyphs=self.glyphs)
+
+    def _journal_screen(self) -> Screen[None]:
+        from tui_gcs.screens.journal import JournalScreen
+
+        return JournalScreen(self.feed, glyphs=self.glyphs)
 
     def _plan_screen(self) -> Screen[None]:
         from tui_gcs.screens.plan import PlanScreen  # when first shown: the first frame does not wait for it
@@ -190,7 +202,7 @@ class ConsoleApp(CommandingApp):
     def _typed(self, key: events.Key) -> bool:
         """Whether the key went into the line that is being typed. One that cannot is a key as ever, and ends it."""
         entry = self._entry
-        if isinstance(self.screen, ModalScreen) or isinstance(self.focused, Input):
+        if isinstance(self.screen, ModalScreen) or isinstance(self.focused, Input) or _is_typing(self.screen):
             return False
         if entry is None and key.key == "escape" and self.close_result():
             return True
@@ -235,6 +247,14 @@ class ConsoleApp(CommandingApp):
             self.notice("a replay has no plan: this is a recording", Level.CAUTION)
             return
         self.switch_mode("plan")
+
+    def action_show_vehicles(self) -> None:
+        """The whole fleet as a grid or a table."""
+        self.switch_mode("vehicles")
+
+    def action_show_journal(self) -> None:
+        """What happened."""
+        self.switch_mode("journal")
 
     def action_show_help(self) -> None:
         """All keys of this screen, and what works now."""
@@ -312,13 +332,11 @@ class ConsoleApp(CommandingApp):
         self.feed.note(text, NOTE_SEVERITIES[level])
         self._notices += 1
         number = self._notices
-        for lines in self._top_lines():
-            lines.alarm_line.set_notice(Notice(text, level))
+        self.feed.show_notice(Notice(text, level))
 
         def forget() -> None:
             if number == self._notices:
-                for lines in self._top_lines():
-                    lines.alarm_line.set_notice(Notice(""))
+                self.feed.show_notice(Notice(""))
 
         self.set_timer(NOTICE_S, forget)
 
@@ -332,3 +350,8 @@ class ConsoleApp(CommandingApp):
 
     def _top_lines(self) -> list[TopLines]:
         return [lines for screen in self.screen_stack for lines in screen.query(TopLines)]
+
+
+def _is_typing(screen: Screen[object]) -> bool:
+    """Whether keys are letters of something that a screen reads itself."""
+    return bool(getattr(screen, "is_typing", False))

@@ -19,11 +19,12 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as wire
 from tui_gcs.core.bus import Bus, BusError, Closable
 from tui_gcs.core.clock import Clock, MonotonicClock
-from tui_gcs.core.messages_services import ServiceReply
+from tui_gcs.core.messages_services import GetVehicles, ServiceReply, VehicleInfo
 from tui_gcs.core.messages_setup import GetTraffic, TrafficRow
 from tui_gcs.core.plan_limits import shown
 from tui_gcs.selection import Known, Selection
-from tui_gcs.widgets.visible import visible_fleet, visible_status
+from tui_gcs.widgets.alarm_line import Notice
+from tui_gcs.widgets.visible import visible_fleet, visible_info, visible_status
 
 PERIOD_S = 0.2
 STATION_LOST_S = 3.0
@@ -91,6 +92,22 @@ class SelectionChanged(Message, bubble=False):
         return isinstance(message, SelectionChanged)
 
 
+class VehicleTold(Message, bubble=False):
+    """More is known of the vehicle looked at: see `Feed.info`."""
+
+    def can_replace(self, message: Message) -> bool:
+        """Only the newest matters."""
+        return isinstance(message, VehicleTold)
+
+
+class NoticeChanged(Message, bubble=False):
+    """The operator is told something, or not any more: see `Feed.notice`."""
+
+    def can_replace(self, message: Message) -> bool:
+        """Only the newest matters."""
+        return isinstance(message, NoticeChanged)
+
+
 class StationLost(Message, bubble=False):
     """No status for three seconds; posted again each second while `Feed.silent_s` grows."""
 
@@ -150,6 +167,11 @@ class Feed:
         self._last_event = NO_EVENT
         self._filling = True
         self._attaching = False
+        self.notice = Notice("")
+        """What this console tells its operator now, on every screen."""
+        self.info: VehicleInfo | None = None
+        """What `look_at` brought last."""
+        self._looking = False
         self._notes: deque[wire.Note] = deque(maxlen=NOTES_KEPT)
         self._noting = False
 
@@ -316,10 +338,10 @@ class Feed:
 
     # ------------------------------------------------------------ requests
 
-    async def request(self, request: wire.Request, *, tries: int = 1, timeout_s: float = 2.0) -> wire.Reply:
+    async def request(self, request: wire.Request, *, tries: int = 1, timeout_s: float = 2.0) -> ServiceReply:
         """Ask the station; a reply always comes back, and says in words when nobody answered."""
         if self.read_only and not isinstance(request, _READING):
-            return wire.Reply(ok=False, text=self.read_only)
+            return ServiceReply(ok=False, text=self.read_only)
         key = keys.REQUEST.format(principal=self.principal)
         problem = ""
         for _ in range(tries):
@@ -329,8 +351,31 @@ class Feed:
             except BusError as error:
                 problem = f"{NO_ANSWER} ({error})"
             except msgspec.MsgspecError:
-                return wire.Reply(ok=False, text="the station's answer cannot be read: another version of tui-gcs?")
-        return wire.Reply(ok=False, text=problem)
+                return ServiceReply(ok=False, text="the station's answer cannot be read: another version of tui-gcs?")
+        return ServiceReply(ok=False, text=problem)
+
+    @property
+    def alarms(self) -> tuple[wire.Alarm, ...]:
+        """The station's, worst first; none while it is silent: then nothing is known."""
+        return self.status.alarms if self.status is not None and not self.station_lost else ()
+
+    def look_at(self, vehicle: int | None) -> None:
+        """Ask the station for all it knows of one vehicle; `VehicleTold` follows when there is news."""
+        if vehicle is not None and self._loop is not None and not self._looking and not self.station_lost:
+            self._looking = True
+            self._spawn(self._look(vehicle))
+
+    async def _look(self, vehicle: int) -> None:
+        reply = await self.request(GetVehicles(vehicles=(vehicle,)))
+        self._looking = False
+        if reply.vehicles:
+            self.info = reply.vehicles[0]
+            self._post_if_new("info", visible_info(self.info), VehicleTold())
+
+    def show_notice(self, notice: Notice) -> None:
+        """Tell the operator, on whatever screen he looks at; an empty text ends it."""
+        self.notice = notice
+        self._post(NoticeChanged())
 
     def note(self, text: str, severity: int) -> None:
         """Have the station's journal know what the operator was told; kept while the station is not heard."""
@@ -424,7 +469,16 @@ class Feed:
         task.add_done_callback(self._tasks.discard)
 
 
-_READING = (wire.Hello, wire.GetScenario, wire.GetEvents, wire.GetTask, wire.GetPlan, wire.GetJournal, wire.Note)
+_READING = (
+    wire.Hello,
+    wire.GetScenario,
+    wire.GetEvents,
+    wire.GetTask,
+    wire.GetPlan,
+    wire.GetJournal,
+    wire.Note,
+    GetVehicles,
+)
 
 
 def _drain(box: deque[bytes]) -> list[bytes]:

@@ -61,6 +61,8 @@ class FakeStation:
     tasks: dict[int, s.TaskInfo] = field(default_factory=dict)
     requests: list[m.AnyRequest] = field(default_factory=list)
     events: list[m.Event] = field(default_factory=list)
+    old_events: list[m.Event] = field(default_factory=list)
+    """Of earlier starts: in the journal only."""
     seq: int = 0
     started_s: float = NAN
 
@@ -257,6 +259,14 @@ class FakeStation:
                 return m.Reply(ok=True, scenario=change)
             case m.GetEvents():
                 return m.Reply(ok=True, events=tuple(e for e in self.events if e.seq > request.after))
+            case m.GetJournal():
+                at = len(self.old_events) if request.before == -1 else request.before
+                begin = max(0, at - 100)
+                return m.Reply(ok=True, events=tuple(self.old_events[begin:at]), journal_at=begin)
+            case s.GetVehicles():
+                rows = {row.id: row for row in map(self._row, range(self.count))}
+                infos = tuple(info_of(rows[v]) for v in request.vehicles if v in rows)
+                return s.ServiceReply(ok=True, vehicles=infos)
             case m.GetPlan():
                 return m.Reply(ok=True)
             case m.Start():
@@ -322,8 +332,54 @@ class FakeStation:
             m.GetJournal,
             m.Note,
             s.GetTasks,
+            s.GetVehicles,
         )
         return [request for request in self.requests if not isinstance(request, looking)]
+
+
+def info_of(row: m.VehicleRow) -> s.VehicleInfo:
+    """What a station would tell of a vehicle when asked."""
+    return s.VehicleInfo(
+        id=row.id,
+        network="",
+        system=row.id,
+        autopilot=row.autopilot,
+        type=row.vehicle_type,
+        firmware="4.7.0-dev",
+        uid="0123456789abcdef01234567",
+        team=row.team,
+        mode=row.mode,
+        armed=row.armed,
+        in_flight=row.armed,
+        freshness=row.freshness.value,
+        heard_age_s=row.heard_age_s,
+        signing=row.signing,
+        ready=row.id != 3,
+        problems=(s.ProblemRow(text="PreArm: Compass not healthy", blocks=True),) if row.id == 3 else (),
+        failsafes=(),
+        links=(row.link,),
+        loss_pct=row.loss_pct,
+        rtt_s=0.012,
+        best_rtt_s=0.01,
+        home=(52.072, -0.628, 110.0),
+        mission_items=12,
+        mission_current=2,
+        params_known=0,
+        params_complete=False,
+        busy="",
+        details=s.Details(
+            roll_deg=-2.0,
+            pitch_deg=5.0,
+            yaw_deg=184.0,
+            airspeed_m_s=8.1,
+            battery_a=22.1,
+            battery_left_s=660.0,
+            hdop=0.7,
+            position_error_m=0.8,
+            estimator="0.21 compass",
+            home_m=(-20.0, 5.0, 0.0),
+        ),
+    )
 
 
 def findings_of(row: m.VehicleRow) -> list[Finding]:

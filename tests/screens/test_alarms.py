@@ -7,6 +7,7 @@ from tui_gcs.core.messages import Acknowledge, Alarm, Note, Shelve
 from tui_gcs.core.messages_alarms import AlarmLevel
 from tui_gcs.screens.alarms import AlarmScreen
 from tui_gcs.widgets.alarm_bell import AlarmBell
+from tui_gcs.widgets.alarm_line import Notice
 from tui_gcs.widgets.palette import Ink
 
 
@@ -51,11 +52,18 @@ async def test_only_what_nobody_has_seen_flashes_and_a_answers_it() -> None:
         assert "nothing to acknowledge" in c.line(1)
 
 
+async def test_a_key_that_means_something_else_on_a_screen_is_not_offered_there() -> None:
+    async with console(NARROW, trouble) as c:
+        await c.press("p")  # where a applies the plan
+        assert "LOST in the air: vehicle 5" in c.line(1)
+        assert c.line(1).endswith("2 al  A list")
+
+
 async def test_what_is_over_before_anybody_saw_it_says_so() -> None:
     async with console(WIDE, trouble) as c:
         c.station.changes.clear()
         await c.tick()
-        assert "o OVER  LOST in the air: vehicle 5  (over)" in c.line(1)
+        assert "o OVER  LOST in the air: vehicle 5 " in c.line(1)
 
 
 async def test_the_answer_to_a_key_is_not_hidden_by_an_alarm() -> None:
@@ -83,6 +91,18 @@ async def test_the_list_tells_what_to_do_and_shelves() -> None:
         await c.press("x", "escape")
         await c.tick()
         assert "battery low" in c.line(1) and "A list" in c.line(1)
+
+
+async def test_a_notice_follows_the_operator_to_other_screens_and_ends_on_all() -> None:
+    async with console(NARROW) as c:
+        c.app.notice("told once")
+        await c.settle()
+        for key in "vJf":
+            assert "told once" in c.line(1)
+            await c.press(key)
+        c.app.feed.show_notice(Notice(""))
+        await c.press("v")
+        assert "told once" not in c.line(1)
 
 
 async def test_every_notice_is_in_the_journal_also_after_silence() -> None:

@@ -1,7 +1,14 @@
 """Every table of actions, by the scope that a keymap file calls it."""
 
 from tui_gcs.actions.action import APP
+from tui_gcs.actions.looking import JOURNAL_ACTIONS, VEHICLES_ACTIONS
 from tui_gcs.actions.table import APP_ACTIONS, FLY_ACTIONS
 from tui_gcs.screens.plan_actions import PLAN_ACTIONS
 
-SCOPES = {APP: APP_ACTIONS, "fly": FLY_ACTIONS, "plan": PLAN_ACTIONS}
+SCOPES = {
+    APP: APP_ACTIONS,
+    "fly": FLY_ACTIONS,
+    "plan": PLAN_ACTIONS,
+    "vehicles": VEHICLES_ACTIONS,
+    "journal": JOURNAL_ACTIONS,
+}

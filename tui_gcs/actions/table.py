@@ -84,6 +84,8 @@ APP_ACTIONS = (
     Action("toggle_bell", ("B", "shift+b"), "B", "", "the bell of this console, off and on", ALARMS),
     Action("show_fly", ("f",), "f", "Fly", "map, fleet, events", SCREENS, 4),
     Action("show_plan", ("p",), "p", "Plan", "zones, rounds, teams", SCREENS, 4),
+    Action("show_vehicles", ("v",), "v", "Vehicles", "the whole fleet as cells or as a table", SCREENS, 4),
+    Action("show_journal", ("J", "shift+j"), "J", "Journal", "what happened: filter, follow, older lines", SCREENS, 3),
     Action("next_theme", ("T", "shift+t"), "T", "", "colours: dark, night (red), day, high contrast", SCREENS),
     Action("redraw", ("ctrl+l",), "^L", "", "write the whole screen again", SCREENS),
     Action("palette", ("colon", "ctrl+p"), ":", "all", "find any action by name; ^P too", SCREENS, 7),

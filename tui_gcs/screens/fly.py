@@ -24,6 +24,7 @@ from tui_gcs.feed import (
     StationBack,
     StationLost,
     StatusUpdated,
+    VehicleTold,
 )
 from tui_gcs.screens.map_keys import MapKeys
 from tui_gcs.widgets.event_lines import EventLines
@@ -32,9 +33,12 @@ from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.map_view import MapView
 from tui_gcs.widgets.planner_panel import BriefPanel, PlannerPanel
 from tui_gcs.widgets.roster import Roster
-from tui_gcs.widgets.selected import SelectedPanel, row_of
+from tui_gcs.widgets.selected import row_of
 from tui_gcs.widgets.top_lines import TopLines
+from tui_gcs.widgets.vehicle_alarms import by_vehicle
+from tui_gcs.widgets.vehicle_detail import VehicleDetail
 
+LOOK_S = 1.0
 EMPTY_LINES = 6
 FIGURES_PERIOD_S = 0.45
 """Half a second, less the jitter of frames: what changes more often cannot be read, and costs bytes."""
@@ -59,7 +63,8 @@ class FlyScreen(MapKeys):
     FlyScreen BriefPanel { display: none; }
     FlyScreen.-narrow #side { width: 30; }
     FlyScreen.-narrow BriefPanel, FlyScreen.-short BriefPanel { display: block; }
-    FlyScreen.-narrow SelectedPanel, FlyScreen.-short SelectedPanel { display: none; }
+    FlyScreen VehicleDetail { height: 10; }
+    FlyScreen.-narrow VehicleDetail, FlyScreen.-short VehicleDetail { display: none; }
     FlyScreen.-narrow PlannerPanel, FlyScreen.-short PlannerPanel { display: none; }
     FlyScreen.-short EventLines { height: 2; border: none; }
     """
@@ -77,7 +82,7 @@ class FlyScreen(MapKeys):
         self.top_lines = TopLines(feed, glyphs=glyphs)
         self.map_view = MapView(glyphs=glyphs)
         self.roster = Roster(glyphs=glyphs)
-        self.selected_panel = SelectedPanel(glyphs=glyphs)
+        self.selected_panel = VehicleDetail(glyphs=glyphs)
         self.planner_panel = PlannerPanel(glyphs=glyphs)
         self.brief_panel = BriefPanel(glyphs=glyphs)
         self.event_lines = EventLines(glyphs=glyphs)
@@ -98,6 +103,7 @@ class FlyScreen(MapKeys):
     def on_mount(self) -> None:
         """Listen to the feed."""
         self.feed.listen(self)
+        self.set_interval(LOOK_S, self.look)
         self.show_all()
 
     def on_screen_resume(self) -> None:
@@ -133,6 +139,11 @@ class FlyScreen(MapKeys):
             self.show_status()
             self.show_events()
 
+    def on_vehicle_told(self, _message: VehicleTold) -> None:
+        """More of who is looked at."""
+        if self.is_current:
+            self.show_detail()
+
     def on_event_raised(self, _message: EventRaised) -> None:
         """Something happened."""
         if self.is_current:
@@ -143,6 +154,7 @@ class FlyScreen(MapKeys):
         self.map_view.selected = self.selected
         if self.is_current:
             self.show_fleet()
+        self.look()
 
     def on_scenario_changed(self, _message: ScenarioChanged) -> None:
         """Zones, rounds, teams."""
@@ -195,9 +207,21 @@ class FlyScreen(MapKeys):
         self.roster.styles.height = max(4, min(count + 3 if count else EMPTY_LINES, self._roster_room()))
         self.roster.show(frame, self.feed.selection.ids, self.selected, waiting=self._waiting())
         row = row_of(frame, self.selected)
-        self.selected_panel.show(row)
+        self.show_detail()
         self.brief_panel.show(self._known_status(self.feed.status), row)
         self.map_view.set_fleet(self.feed.frame, known=frame is not None, silent_s=self.feed.silent_s)
+
+    def show_detail(self) -> None:
+        """The vehicle looked at."""
+        row = row_of(self._known_frame(), self.selected)
+        alarms = by_vehicle(self.feed.alarms).get(row.id, []) if row is not None else []
+        wind_m_s = self.feed.frame.wind_m_s if self.feed.frame is not None else None
+        self.selected_panel.show(row, self.feed.info, alarms, wind_m_s)
+
+    def look(self) -> None:
+        """Ask for the details of who is looked at."""
+        if self.is_current and self.selected_panel.display:
+            self.feed.look_at(self.selected)
 
     def show_events(self) -> None:
         """The event lines."""

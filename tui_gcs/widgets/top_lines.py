@@ -10,7 +10,7 @@ from tui_gcs.actions import APP, APP_ACTIONS, FLY_ACTIONS
 from tui_gcs.actions.keymap import with_keys
 from tui_gcs.core.messages import StationStatus
 from tui_gcs.core.messages_alarms import AlarmLevel, action_words
-from tui_gcs.feed import Feed, FleetUpdated, StationBack, StationLost, StatusUpdated
+from tui_gcs.feed import Feed, FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
 from tui_gcs.widgets.alarm_line import AlarmLine, Notice
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.levels import Level
@@ -54,6 +54,7 @@ class TopLines(Vertical):
     def on_mount(self) -> None:
         """Listen, and show what is known already."""
         self._feed.listen(self)
+        self.alarm_line.set_notice(self._feed.notice)
         self.show()
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
@@ -72,13 +73,23 @@ class TopLines(Vertical):
         """Heard again."""
         self.show()
 
+    def on_notice_changed(self, _message: NoticeChanged) -> None:
+        """Told something."""
+        self.alarm_line.set_notice(self._feed.notice)
+
     def show(self) -> None:
         """Everything anew; only what changed is written."""
         feed = self._feed
         wall_s = feed.frame.wall_s if feed.frame is not None else math.nan
         self.status_line.show(feed.status, wall_s=wall_s, principal=feed.principal, lost=feed.station_lost)
         alarms = feed.status.alarms if feed.status is not None else ()
-        self.alarm_line.set_alarms(alarms, KEYS, local_notice(feed))
+        self.alarm_line.set_alarms(alarms, self._keys(), local_notice(feed))
+
+    def _keys(self) -> dict[str, str]:
+        """Without those that mean something else on this screen."""
+        taken = {key for action in getattr(self.screen, "ACTIONS", ()) for key in action.keys}
+        other = {action.id for action in APP_ACTIONS if taken.intersection(action.keys)}
+        return {action: key for action, key in KEYS.items() if action not in other}
 
 
 def local_notice(feed: Feed) -> Notice:

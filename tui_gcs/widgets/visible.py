@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from tui_gcs.core.messages import FleetFrame, StationStatus
+from tui_gcs.core.messages_services import VehicleInfo
 
 Key = tuple[object, ...]
 
@@ -44,6 +45,17 @@ def visible_fleet(frame: FleetFrame) -> Key:
     ages = [np.floor(np.array(getattr(frame, name))) for name in _AGES]
     numbers = [(np.nan_to_num(column, nan=-1e9) + 0.0).tobytes() for column in (*rounded, *ages)]  # -0.0 is 0.0
     return (frame.kind, int(frame.wall_s), *(getattr(frame, name) for name in _WHOLE), *numbers)
+
+
+def visible_info(info: VehicleInfo) -> Key:
+    """All that a panel shows of it, rounded."""
+    d = info.details
+    return (
+        *(info.id, info.firmware, info.uid, info.problems, info.mission_items, info.mission_current, info.home),
+        *(steps(value, 1.0) for value in (d.roll_deg, d.pitch_deg, d.throttle_pct)),
+        *(steps(value, 0.1) for value in (d.airspeed_m_s, d.battery_a, d.hdop, d.position_error_m)),
+        *(steps(d.battery_left_s, 60.0), d.estimator, steps(info.rtt_s, 0.001), d.home_m),
+    )
 
 
 def visible_status(status: StationStatus) -> Key:

@@ -1,0 +1,75 @@
+"""The journal screen: follow, filters, older lines from the station's journal."""
+
+from console import NARROW, WIDE, Console, console
+from fake_station import WALL_START_S, FakeStation
+
+from tui_gcs.core.messages import Event, EventClass
+
+
+def told(station: FakeStation) -> None:
+    """Three hundred lines of an earlier start, and a few of this one."""
+    station.fly()
+    station.old_events = [
+        Event(
+            seq=seq,
+            t_s=1.0 * seq,
+            wall_s=WALL_START_S - 1000.0 + seq,
+            cls=EventClass.VEHICLE,
+            severity=4 if seq % 100 == 7 else 6,
+            source=f"vehicle {seq % 8 + 1}",
+            text=f"old line {seq}",
+        )
+        for seq in range(300)
+    ]
+    station.event("GPS glitch", source="vehicle 3", severity=4, cls="sensor")
+    station.event("Round 1 started", source="console-test", cls="operator")
+    station.event("a longer story of [b]markup[/b] \u241b", source="vehicle 2", severity=2, cls="vehicle")
+
+
+def shown(c: Console) -> list[str]:
+    """The lines, without frame and time."""
+    return [
+        line.split(maxsplit=1)[1].strip() for line in c.app.screen.journal_lines.text().splitlines() if line.strip()
+    ]
+
+
+async def test_newest_at_the_end_and_followed_and_you_are_you() -> None:
+    async with console(WIDE, told) as c:
+        await c.press("J")
+        assert "vehicle    vehicle 2    a longer story of [b]markup[/b] ␛" in c.text()
+        assert "operator   you          Round 1 started" in c.text()
+        c.station.event("landed", source="vehicle 1", cls="vehicle")
+        await c.settle()
+        assert shown(c)[-1].endswith("landed")
+
+
+async def test_going_up_pages_older_lines_in_and_new_ones_do_not_move_them() -> None:
+    async with console(NARROW, told) as c:
+        await c.press("J")
+        for _ in range(20):
+            await c.press("pageup")
+        assert shown(c)[0].endswith("old line 0")
+        assert "from its beginning" in c.text()
+        before = shown(c)
+        c.station.event("landed", source="vehicle 1", cls="vehicle")
+        await c.settle()
+        assert shown(c) == before
+        await c.press("end")
+        assert shown(c)[-1].endswith("landed")
+
+
+async def test_filters_by_severity_class_vehicle_and_words() -> None:
+    async with console(WIDE, told) as c:
+        await c.press("J", "w", "w")
+        assert [line.split()[-1] for line in shown(c)] == ["7", "107", "207", "glitch", "␛"]
+        await c.press("escape", *"tt")
+        assert [line.split()[-1] for line in shown(c)] == ["glitch"]
+        assert "class sensor" in c.text()
+        await c.press("escape", "/", *"round START", "enter")
+        assert len(shown(c)) == 1 and "Round 1 started" in shown(c)[0]
+        await c.press("escape")
+        c.app.feed.selection.set((3,))
+        await c.press("e")
+        assert {line.split("vehicle")[-1].split()[0] for line in shown(c) if "old" in line} == {"3"}
+        assert "vehicles 3" in c.text()
+        assert c.station.commands() == []
