@@ -42,7 +42,7 @@ STREAM_GROUPS: dict[int, tuple[str, ...]] = {
         "FENCE_STATUS",
         "POSITION_TARGET_GLOBAL_INT",
     ),
-    3: ("RC_CHANNELS",),
+    3: ("RC_CHANNELS", "SERVO_OUTPUT_RAW"),
     6: ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"),
     10: ("ATTITUDE",),
     11: ("VFR_HUD",),

@@ -158,6 +158,13 @@ def _rc_channels(ap: "ArduCopter") -> Fields:
     return fields | {"time_boot_ms": ap.boot_ms, "chancount": 16, "rssi": 255}
 
 
+def _servo_output_raw(ap: "ArduCopter") -> Fields:
+    """Four motors; in the air somewhere above idling."""
+    level = 1500 if not ap.landed else 1000
+    outputs = dict.fromkeys(range(1, 5), level) | ap.stores.calibration.outputs_us(ap.now_us)
+    return {"time_usec": ap.boot_ms * 1000, **{f"servo{n}_raw": value for n, value in outputs.items()}}
+
+
 def _fence_status(ap: "ArduCopter") -> Fields | None:
     if not ap.fence_on:
         return None
@@ -196,6 +203,7 @@ BUILDERS: "dict[str, Callable[[ArduCopter], Fields | None]]" = {
     "POSITION_TARGET_GLOBAL_INT": _position_target,
     "MISSION_CURRENT": _mission_current,
     "RC_CHANNELS": _rc_channels,
+    "SERVO_OUTPUT_RAW": _servo_output_raw,
     "FENCE_STATUS": _fence_status,
     "POWER_STATUS": lambda _: {"Vcc": 5000},
     "MEMINFO": lambda _: {"freemem": MISSING, "freemem32": 131072},

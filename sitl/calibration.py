@@ -40,6 +40,10 @@ class Calibration:
     compasses: list[Compass] = field(default_factory=list)
     motors_until_us: int = 0
     """Motors turn for a test: heartbeats say armed."""
+    driven: int = 0
+    """Which output a motor test drives, from 1; 0 for a motor that is not there: nothing turns, as measured."""
+    driven_us: int = 0
+    """And how."""
     problems: set[str] = field(default_factory=set)
     """What refuses arming until a reboot."""
     compassmot: bool = False
@@ -58,6 +62,14 @@ class Calibration:
         if now_us < self.unhealthy_until_us:
             found.append(GPS_UNHEALTHY)
         return found
+
+    def test_motor(self, output: int, throttle: float, until_us: int) -> None:
+        """A motor test begins: this output is driven with 0…1 of the throttle."""
+        self.driven, self.driven_us, self.motors_until_us = output, round(1000 + 1000 * throttle), until_us
+
+    def outputs_us(self, now_us: int) -> dict[int, int]:
+        """What a test drives now, in µs by output; empty outside of one."""
+        return {self.driven: self.driven_us} if self.driven and now_us < self.motors_until_us else {}
 
     def motors_turn(self, now_us: int) -> bool:
         """Whether heartbeats say armed although it is not."""

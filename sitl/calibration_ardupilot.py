@@ -34,6 +34,8 @@ THREE_COMPASSES_US, ONE_COMPASS_US = 48_900_000, 39_000_000
 COMPASSES = 3
 ACCEPT_STORED = 76
 MAX_MOTOR_TEST_S = 600.0
+MOTOR_OUTPUTS: dict[float, int] = {1: 3, 2: 1, 3: 4, 4: 2}
+"""Motors of a test are counted clockwise from the front; 1 and 4 measured on a quadrotor "+", 5 and 9 drive nothing."""
 
 _ACCEL = "accelerometer calibration"
 
@@ -279,7 +281,9 @@ def _motor_test(asked: Asked) -> None:
     if ap.armed or not math.isfinite(seconds) or not 0.0 <= seconds <= MAX_MOTOR_TEST_S:
         asked.answer(FAILED)
         return
-    ap.stores.calibration.motors_until_us = ap.now_us + round(seconds * 1e6)
+    motor, throttle = asked.command.p[0], asked.command.p[2] / 100.0
+    output = MOTOR_OUTPUTS.get(motor, 0)
+    ap.stores.calibration.test_motor(output, min(max(throttle, 0.0), 1.0), ap.now_us + round(seconds * 1e6))
     asked.answer(ACCEPTED)
 
 

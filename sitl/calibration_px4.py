@@ -4,6 +4,7 @@ Gyroscope, compass, airspeed and cancelling are as measured on PX4 1.17 SITL, wh
 nobody rotates the vehicle. Accelerometer and level, which were not measured, go on as if somebody turned it.
 """
 
+import math
 from typing import TYPE_CHECKING
 
 from sitl.autopilot import Command
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
 PREFLIGHT_CALIBRATION, MOTOR_TEST, ACTUATOR_TEST = 241, 209, 310
 COMMANDER_US = 4_000
+MAX_ACTUATOR_TEST_S = 3.0
 STEP_US = 101_000
 FIRST_US = 53_000
 CANCEL_US = 300_000
@@ -33,10 +35,21 @@ def execute(ap: "Px4", command: Command, system: int, component: int) -> bool:
     if command.number == PREFLIGHT_CALIBRATION:
         _calibrate(ap, command, system, component)
     elif command.number in (MOTOR_TEST, ACTUATOR_TEST):
+        if not ap.armed and command.number == ACTUATOR_TEST:
+            _test_actuator(ap, command)
         _answer(ap, command, Result.DENIED if ap.armed else Result.ACCEPTED, system, component)
     else:
         return False
     return True
+
+
+def _test_actuator(ap: "Px4", command: Command) -> None:
+    """One motor for so long; NaN ends it."""
+    throttle, seconds, motor = command.p[0], command.p[1], command.p[4]
+    output = int(motor) if motor in range(1, 5) and 0.0 <= throttle <= 1.0 else 0
+    seconds = min(max(seconds, 0.0), MAX_ACTUATOR_TEST_S) if math.isfinite(seconds) else 0.0
+    level = throttle if output else 0.0
+    ap.stores.calibration.test_motor(output, level, ap.now_us + round(seconds * 1e6))
 
 
 def _answer(

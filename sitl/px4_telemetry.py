@@ -123,7 +123,8 @@ def _attitude_target(ap: "Px4") -> Fields:
 
 def _servo_output_raw(ap: "Px4") -> Fields:
     level = 1500 if not ap.landed else 1000 if ap.armed else 900
-    return {"time_usec": ap.boot_ms * 1000, **{f"servo{n}_raw": level if n <= 4 else 900 for n in range(1, 17)}}
+    outputs = {n: level if n <= 4 else 900 for n in range(1, 17)} | ap.stores.calibration.outputs_us(ap.now_us)
+    return {"time_usec": ap.boot_ms * 1000, **{f"servo{n}_raw": value for n, value in outputs.items()}}
 
 
 def _altitude(ap: "Px4") -> Fields:

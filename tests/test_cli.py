@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.console_pty import PtyConsole
+from tui_gcs.cli import main
 
 DATA = Path(__file__).parent / "data"
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
@@ -79,6 +80,18 @@ def test_no_terminal_or_no_station(command: tuple[str, ...]):
 @pytest.mark.parametrize("command", ["status", "stop"])
 def test_no_station(command: str):
     assert "no station runs" in refused(command)
+
+
+@pytest.mark.parametrize("lacks", ["tui_gcs.commands.replay", "tui_gcs.core.tlog"])
+def test_a_part_that_cannot_be_imported_is_one_line(
+    lacks: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    for name in (lacks, "tui_gcs.commands.replay"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.setitem(sys.modules, lacks, None)
+    assert main(["replay", str(DATA / "px4-8.tlog"), "--summary"]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert "installation is not whole" in line and lacks in line
 
 
 def test_not_a_tlog():

@@ -70,7 +70,7 @@ def test_options_may_stand_anywhere(words: tuple[str, ...], capsys: pytest.Captu
     arguments = _parser().parse_args(["vehicle", "files", "3", *words])
     assert (arguments.path, arguments.file, arguments.yes) == ("/a", "b", "--yes" in words)
     assert _parser().parse_args(["vehicle", "params", "set", "3", "A", "-5"]).value == "-5"
-    assert _parser().parse_args(["vehicle", "shell", "3", "--", "--help"]).line == "--help"
+    assert _parser().parse_args(["vehicle", "shell", "3", "--", "--help"]).line == ["--help"]
     with pytest.raises(SystemExit):
         _parser().parse_args(["vehicle", "plan", "upload", "--help"])
     assert "--home-line" in capsys.readouterr().out
@@ -238,11 +238,32 @@ def test_modes(tmp_path: Path, tell: Tell) -> None:
     assert code == 2 and "AUTO takes off or flies by itself" in err and peer.custom_mode == 17
     assert tell(rig, "mode", "1", "AUTO", "--yes")[0] == 0 and peer.custom_mode == 3
     assert tell(rig, "mode", "1", "WARP", "--yes")[:2] == (1, "vehicle 1: FAILED: it has no mode WARP\n")
+    code, _, err = tell(rig, "mode", "1", "GUIDED")
+    assert code == 2 and "it is armed, and leaves AUTO" in err and peer.custom_mode == 3
+
+
+@pytest.mark.parametrize("stop", ["RTL", "LAND", "BRAKE"])
+def test_return_landing_and_hold_never_wait_for_a_question(stop: str, tmp_path: Path, tell: Tell) -> None:
+    peer = Peer(1, armed=True, alt_rel_mm=20_000, custom_mode=3, answers={"COMMAND_LONG": obeys})
+    assert tell(ServiceRig(tmp_path, peer).heard(), "mode", "1", stop)[:2] == (0, f"vehicle 1: in {stop}\n")
+
+
+def test_for_several_vehicles_their_number_is_typed(tmp_path: Path, tell: Tell) -> None:
+    peers = [Peer(i, armed=True, alt_rel_mm=20_000, custom_mode=4, answers={"COMMAND_LONG": obeys}) for i in (1, 2)]
+    rig = ServiceRig(tmp_path, *peers).heard()
+    code, out, _ = tell(rig, "mode", "1-2", "AUTO", answer="y\n")
+    assert code == 1 and "type their number, 2:" in out and [peer.custom_mode for peer in peers] == [4, 4]
+    assert tell(rig, "mode", "1-2", "AUTO", answer="2\n")[0] == 0 and [peer.custom_mode for peer in peers] == [3, 3]
 
 
 def test_a_shell_line(tmp_path: Path, tell: Tell) -> None:
-    rig = ServiceRig(tmp_path, Nsh()).heard()
-    assert tell(rig, "shell", "1", "ver all")[:2] == (0, "PX4 version: 1.17.0\n")
+    peer = Nsh()
+    rig = ServiceRig(tmp_path, peer).heard()
+    for words in (("ver all",), ("ver", "all")):
+        assert tell(rig, "shell", "1", *words)[:2] == (0, "PX4 version: 1.17.0\n")
+    assert tell(rig, "shell", "1", "top", "-n", "1")[0] == 0, "its own options are no business of ours"
+    assert tell(rig, "shell", "1")[0] == 2
+    assert [line for line in peer.typed.split(b"\n") if line] == [b"ver all", b"ver all", b"top -n 1"]
     rig = ServiceRig(tmp_path, Peer(1)).heard()
     assert tell(rig, "shell", "1", "ver all")[:2] == (1, "vehicle 1: FAILED: this autopilot has no shell\n")
 

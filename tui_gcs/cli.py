@@ -16,11 +16,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = _parser().parse_args(argv)
     if getattr(arguments, "slow", False):
         os.environ["TUI_GCS_SLOW"] = "1"
-    module = importlib.import_module(f"tui_gcs.commands.{arguments.module}")
     try:
+        module = importlib.import_module(f"tui_gcs.commands.{arguments.module}")
         code: int = module.run(arguments)
     except CommandError as error:
         print(f"tui-gcs: {error}", file=sys.stderr)  # noqa: T201
+        return CANNOT
+    except ImportError as error:
+        text = f"this installation is not whole: {error}; install it again (pip install .)"
+        print(f"tui-gcs: {text}", file=sys.stderr)  # noqa: T201
         return CANNOT
     except KeyboardInterrupt:
         print("tui-gcs: interrupted", file=sys.stderr)  # noqa: T201

@@ -437,3 +437,37 @@ def test_a_stop_asks_for_the_telemetry_that_would_confirm_it(bench: Bench) -> No
     assert 7 <= len(looks) <= 9 and looks[0] == pytest.approx(0.8, abs=0.06)
     bench.service.on_ack(bench.vehicle, 512, ACCEPTED)
     assert bench.service.ignored == {}, "the answer to that question is nobody's"
+
+
+# ---------------------------------------------------------------- telemetry that is asked for
+
+
+@pytest.mark.parametrize("retry", Retry)
+def test_what_is_accepted_is_looked_at_at_once_and_not_at_the_next_heartbeat(bench: Bench, retry: Retry) -> None:
+    looks: list[float] = []
+    action = bench.ask("mode", retry, MODE)
+    action.look = lambda: looks.append(bench.clock.now())
+    bench.run(0.2)
+    bench.service.on_ack(bench.vehicle, MODE, ACCEPTED)
+    bench.run(1.3)
+    assert looks[:2] == pytest.approx([0.25, 0.75], abs=0.06)
+    bench.vehicle.armed = True
+    bench.run(2.0)
+    assert len(looks) <= 5 and [outcome for _, outcome, _ in bench.ended] == [Outcome.CONFIRMED]
+
+
+def test_a_flood_of_acks_is_no_flood_of_questions(bench: Bench) -> None:
+    looks: list[float] = []
+    bench.ask("arm", Retry.START, ARM).look = lambda: looks.append(bench.clock.now())
+    for _ in range(50):
+        bench.service.on_ack(bench.vehicle, ARM, ACCEPTED)
+        bench.run(0.05)
+    assert len(looks) <= 7
+
+
+def test_what_was_never_answered_is_counted_and_only_the_newest_is_kept(bench: Bench) -> None:
+    for number in range(150):
+        bench.ask(f"speed {number}", Retry.SET, SPEED)
+        bench.run(4.0)
+    assert bench.service.unanswered_count == 150
+    assert len(bench.service.unanswered) == 100 and bench.service.unanswered[-1] == "vehicle 1: speed 149"

@@ -50,6 +50,7 @@ def test_the_flag_is_demanded(tmp_path: Path) -> None:
     "how",
     [
         {"motor": 0},
+        {"motor": 5},
         {"motor": 13},
         {"motor": 1, "throttle": 0.31},
         {"motor": 1, "throttle": 0.0},
@@ -77,7 +78,50 @@ def test_ardupilots_motor_by_number_and_percent(tmp_path: Path) -> None:
     (order,) = peer.orders()
     assert [order[f"param{i}"] for i in range(1, 6)] == [2, 0, 15, 2, 1] and ended == []
     rig.run(2.0)
+    assert ended == [], "its outputs are looked at for a moment longer"
+    rig.run(1.0)
     assert ended == [Outcome.CONFIRMED], "when it does not turn any more"
+
+
+class Outputs(Motors):
+    """Tells its outputs when asked; the motor that `drives` names is on output 3."""
+
+    def __init__(self, drives: int, autopilot: int = ARDUPILOT) -> None:
+        super().__init__(autopilot)
+        self.drives, self.level_us = drives, 1000
+        self.answers["COMMAND_LONG"] = Outputs.order
+
+    def order(self, fields: Fields) -> None:
+        super().order(fields)
+        if fields["command"] == MOTOR_TEST and fields["param1"] == self.drives:
+            self.level_us = 1150
+            self.after(fields["param4"], lambda: setattr(self, "level_us", 1000))
+        elif fields["command"] == 512 and fields["param1"] == 36:
+            levels = {f"servo{n}_raw": self.level_us if n == 3 else 1000 for n in range(1, 9)}
+            self.say("SERVO_OUTPUT_RAW", time_usec=0, port=0, **levels)
+
+
+@pytest.mark.parametrize(
+    ("drives", "outcome", "words"),
+    [
+        (1, Outcome.CONFIRMED, "it drove output 3 (1000 to 1150 µs)"),
+        (4, Outcome.NOT_CONFIRMED, "accepted, but no output of it was seen to move"),
+    ],
+)
+def test_what_is_told_is_what_its_outputs_showed(tmp_path: Path, drives: int, outcome: Outcome, words: str) -> None:
+    rig, motors = make(tmp_path, Outputs(drives))
+    ended: list[tuple[Outcome, str]] = []
+    assert motors.start(1, 1, props_removed=True, on_done=lambda *end: ended.append(end)) == ""
+    rig.run(3.0)
+    assert ended == [(outcome, words)]
+
+
+def test_of_one_that_does_not_tell_its_outputs_nothing_is_claimed(tmp_path: Path) -> None:
+    rig, motors = make(tmp_path, Motors())
+    ended: list[str] = []
+    motors.start(1, 1, props_removed=True, on_done=lambda outcome, why: ended.append(why))
+    rig.run(3.0)
+    assert ended == ["accepted; its outputs are not told: look whether it turned"]
 
 
 def test_armed_by_a_motor_test_is_no_arming(tmp_path: Path) -> None:

@@ -120,7 +120,7 @@ def test_a_write_that_waited_is_not_begun_on_a_vehicle_that_was_armed_meanwhile(
 
 @pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
 def test_each_mode_has_its_manner(autopilot: int) -> None:
-    """On the ground nothing is a stop; in the air few modes that are none need no second thought."""
+    """On the ground nothing is a stop; in the air only stops, and going home or down, need no second thought."""
     modes = known_modes(autopilot, 2)
     ground, air = a_vehicle(autopilot=autopilot), a_vehicle(autopilot=autopilot, armed=True)
     assert not [name for number, name in modes.items() if manner_of(ground, number).retry is Retry.STOP]
@@ -128,7 +128,7 @@ def test_each_mode_has_its_manner(autopilot: int) -> None:
     stops = {name for number, name in modes.items() if manner_of(air, number).retry is Retry.STOP}
     assert stops == ({"RTL", "LAND", "HOLD"} if autopilot == PX4 else {"RTL", "LAND", "BRAKE"})
     calm = {name for number, name in modes.items() if not manner_of(air, number).danger} - stops
-    assert calm == ({"PRECLAND"} if autopilot == PX4 else {"GUIDED", "SMART_RTL"})
+    assert calm == ({"PRECLAND"} if autopilot == PX4 else {"SMART_RTL"})
 
 
 def test_a_reboot_is_done_when_its_clock_begins_anew(tmp_path: Path) -> None:

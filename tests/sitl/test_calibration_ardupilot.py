@@ -168,6 +168,16 @@ class TestMotors:
         assert not ground.of("HEARTBEAT")[-1]["base_mode"] & 0x80
         assert not ground.fleet.armed[0]
 
+    @pytest.mark.parametrize(("motor", "driven"), [(1, 3), (4, 2), (5, 0), (9, 0)])
+    def test_a_motor_that_is_not_there_is_accepted_and_drives_nothing(self, ground, motor, driven):
+        assert ground.command(209, motor, 0, 15, 2.0, 1) == 0
+        ground.command(512, 36)
+        outputs = ground.of("SERVO_OUTPUT_RAW")[-1]
+        assert [n for n in range(1, 9) if outputs[f"servo{n}_raw"] == 1150] == ([driven] if driven else [])
+        ground.run(2.5)
+        ground.command(512, 36)
+        assert 1150 not in ground.of("SERVO_OUTPUT_RAW")[-1].values()
+
     def test_compassmot_looks_armed_until_a_station_sends_an_acknowledgement(self, ground):
         assert ground.command(241, *COMPASSMOT) == 0
         assert ground.of("COMMAND_ACK")[-1]["target_system"] == 0

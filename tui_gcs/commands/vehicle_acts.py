@@ -62,7 +62,7 @@ def carry_out_sure(station: StationClient, request: Meant, act: str) -> list[End
     if not unsure:
         return ended
     why = next(iter(unsure.values())).text.removesuffix(f": {MEANT}")
-    if not confirmed(f"{listed(tuple(unsure))}: {act} ({why})", yes=False):
+    if not confirmed(f"{listed(tuple(unsure))}: {act} ({why})", yes=False, vehicles=len(unsure)):
         return ended
     sure = {"in_flight": True} if isinstance(request, SetParams) else {"sure": True}
     again = station.carry_out(msgspec.structs.replace(request, vehicles=tuple(unsure), **sure))
@@ -72,7 +72,9 @@ def carry_out_sure(station: StationClient, request: Meant, act: str) -> list[End
 
 def run_shell(station: StationClient, arguments: argparse.Namespace) -> int:
     """Type a line, show what comes."""
-    ended = station.carry_out(TypeShell(vehicle_ids(arguments.ids), arguments.line))
+    if not arguments.line:
+        raise CommandError("nothing to type, e.g.: tui-gcs vehicle shell 2 ver all")
+    ended = station.carry_out(TypeShell(vehicle_ids(arguments.ids), " ".join(arguments.line)))
     if arguments.json:
         return tell(ended, as_json=True)
     for one in ended:
@@ -86,6 +88,6 @@ def run_shell(station: StationClient, arguments: argparse.Namespace) -> int:
 def run_reboot(station: StationClient, arguments: argparse.Namespace) -> int:
     """Reboot; done when its clock has begun anew."""
     ids = vehicle_ids(arguments.ids)
-    if not confirmed(f"reboot {listed(ids)}", yes=arguments.yes):
+    if not confirmed(f"reboot {listed(ids)}", yes=arguments.yes, vehicles=len(ids)):
         return FAILED
     return tell(station.carry_out(Reboot(ids)), as_json=arguments.json)

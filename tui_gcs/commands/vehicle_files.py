@@ -105,7 +105,7 @@ def _get_log(station: StationClient, arguments: argparse.Namespace) -> int:
 
 def _erase(station: StationClient, arguments: argparse.Namespace) -> int:
     ids = vehicle_ids(arguments.ids)
-    if not confirmed(f"erase ALL logs on {listed(ids)}", yes=arguments.yes):
+    if not confirmed(f"erase ALL logs on {listed(ids)}", yes=arguments.yes, vehicles=len(ids)):
         return FAILED
     return tell(station.carry_out(EraseLogs(ids)), as_json=arguments.json)
 

@@ -163,7 +163,8 @@ def _add_acts(actions: Actions) -> None:
     mode = _leaf(actions, "mode", "the modes it has, or change to one", ids=True, destructive=True)
     mode.add_argument("name", nargs="?", metavar="NAME")
     shell = _leaf(actions, "shell", "type one line into its shell (PX4); not while armed", ids=True)
-    shell.add_argument("line", metavar="LINE")
+    known = "what is typed; after `--` also what looks like an option of this command"
+    shell.add_argument("line", nargs=argparse.REMAINDER, metavar="WORD …", help=known)
     _leaf(actions, "reboot", "reboot its autopilot; not while armed", ids=True, destructive=True)
 
 

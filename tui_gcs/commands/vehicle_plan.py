@@ -59,7 +59,7 @@ def _line(index: int, item: PlanItem) -> str:
 
 def _clear(station: StationClient, arguments: argparse.Namespace) -> int:
     ids = vehicle_ids(arguments.ids)
-    if not confirmed(f"clear the {arguments.kind} of {listed(ids)}", yes=arguments.yes):
+    if not confirmed(f"clear the {arguments.kind} of {listed(ids)}", yes=arguments.yes, vehicles=len(ids)):
         return FAILED
     return tell(station.carry_out(ClearPlan(ids, arguments.kind)), as_json=arguments.json)
 

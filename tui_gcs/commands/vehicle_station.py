@@ -217,15 +217,20 @@ def listed(ids: Sequence[int]) -> str:
 # ---------------------------------------------------------------- asking and telling
 
 
-def confirmed(act: str, *, yes: bool) -> bool:
-    """Whether the user means it. Raises `CommandError` where nobody can be asked."""
+def confirmed(act: str, *, yes: bool, vehicles: int = 1) -> bool:
+    """Whether the user means it: `y`; for several vehicles at once their number is typed (security.md D.1).
+
+    Raises `CommandError` where nobody can be asked.
+    """
     if yes:
         return True
     if not sys.stdin.isatty():
         raise CommandError(f"{act}: say --yes, or answer on a terminal")
-    sys.stdout.write(f"{clean(act, LINE_CELLS)}? [y/N] ")
+    wanted = ("y", "yes") if vehicles == 1 else (str(vehicles),)
+    how = "[y/N]" if vehicles == 1 else f"type their number, {vehicles}:"
+    sys.stdout.write(f"{clean(act, LINE_CELLS)}? {how} ")
     sys.stdout.flush()
-    if sys.stdin.readline().strip().lower() in ("y", "yes"):
+    if sys.stdin.readline().strip().lower() in wanted:
         return True
     say("nothing was sent")
     return False

@@ -10,7 +10,7 @@ from typing import Any
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import ALERT, EventLog
 from tui_gcs.core.fleet import Fleet
-from tui_gcs.core.guard import STOPS, Guard
+from tui_gcs.core.guard import STARTS, STOPS, Guard
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.links import Address, Link
 from tui_gcs.core.messages import EventClass, Freshness, Kind
@@ -219,7 +219,9 @@ class Door:
         verdict = self._guard.judge_action(what, lost=lost)
         if not verdict.ok:
             return verdict.text
-        return "" if what in STOPS else vehicle.no_commands
+        if what in STOPS:
+            return ""
+        return vehicle.no_commands or (vehicle.no_start if what in STARTS and not vehicle.airborne else "")
 
     def _send(self, vehicle_id: int, name: str, fields: dict[str, Any], *, every_way: bool = False) -> str:
         """Put it on the wire; "" or why not."""

@@ -52,6 +52,8 @@ BAND_OVERSHOOT_M = 1.0
 
 STOPS = frozenset({"hold", "land", "disarm", "return"})
 """Actions that are never vetoed."""
+STARTS = frozenset({"arm", "take-off", "mission start"})
+"""Actions by which something on the ground begins to fly."""
 
 
 @dataclass(frozen=True)

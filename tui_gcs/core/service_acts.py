@@ -265,7 +265,14 @@ class ServiceActs:
 
         order = Order(CMD_REBOOT, (1.0,))
         action = self._speech.action(
-            vehicle.id, "reboot", Retry.START, order, lambda v: v.reboots > before, done, confirm_s=REBOOT_S
+            vehicle.id,
+            "reboot",
+            Retry.START,
+            order,
+            lambda v: v.reboots > before,
+            done,
+            confirm_s=REBOOT_S,
+            shown_by=None,
         )
         self._context.commands.submit(action)
         return ""

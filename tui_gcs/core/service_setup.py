@@ -225,7 +225,7 @@ class SetupActs:
     def _test_motor(self, vehicle: Vehicle, request: s.TestMotor, task: Task) -> str:
         def done(outcome: Outcome, why: str) -> None:
             ok = outcome is Outcome.CONFIRMED
-            task.end("" if ok else why or outcome.value, text=f"motor {request.motor} turned")
+            task.end("" if ok else why or outcome.value, text=f"motor {request.motor}: {why}")
 
         why = self._services.motor_tests.start(
             vehicle.id,

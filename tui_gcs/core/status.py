@@ -97,7 +97,7 @@ def _endpoint(endpoint: Endpoint) -> LinkStatus:
 def _faults(station: "Station") -> dict[str, int]:
     counts = {
         "planner": sum(desk.fault_count for desk in station.desks.values()),
-        "unanswered commands": len(station.commands.unanswered),
+        "unanswered commands": station.commands.unanswered_count,
         "refused on slot": station.steering.vetoed_on_slot,
         "link": station.reception.faults,
     }

@@ -204,6 +204,10 @@ class Vehicle:
     flickers_s: list[float] = field(default_factory=list)
     """When the armed bit changed lately."""
     reboots: int = 0
+    set_up: set[str] = field(default_factory=set)
+    """What is being set up on it now, e.g. "compass calibration"."""
+    reboot_first: str = ""
+    """What was set up since it booted and holds only from the next boot on; "" if nothing was."""
     lent: set[int] = field(default_factory=set)
     """Messages whose rate is somebody else's for now, and not telemetry's."""
     home_m: Vec3 | None = None
@@ -307,6 +311,13 @@ class Vehicle:
             return self.blocked
         return self.untrusted or self.moved
 
+    @property
+    def no_start(self) -> str:
+        """Why it must not be started now, whatever it says itself: it is being set up, or has to be rebooted."""
+        if self.set_up:
+            return f"{', '.join(sorted(self.set_up))} is under way"
+        return f"{self.reboot_first}: reboot it before it flies" if self.reboot_first else ""
+
     def used_paths(self) -> list[Path]:
         """The ways on which it is this vehicle."""
         return [path for path in self.paths if path.state is PathState.USED]
@@ -344,6 +355,7 @@ class Vehicle:
         self.has_battery_status, self.battery_pct, self.battery_v = False, NAN, NAN
         self.gps_fix, self.satellites, self.position_error_m = 0, -1, NAN
         self.recent_reasons, self.flickers_s, self.suspect_jumps = [], [], 0
+        self.set_up, self.reboot_first = set(), ""
 
     def silent_s(self, message: int, now: float) -> float:
         """Time since message id `message` last came from its autopilot, over the path in use."""

@@ -8,7 +8,7 @@ CMD_ARM_DISARM, CMD_RUN_PREARM_CHECKS = 400, 401
 CMD_SET_MESSAGE_INTERVAL, CMD_REQUEST_MESSAGE = 511, 512
 CUSTOM_MODE_ENABLED = 1
 """MAV_MODE_FLAG: the first parameter of DO_SET_MODE; without it ArduPilot denies."""
-HEARTBEAT, AUTOPILOT_VERSION, HOME_POSITION = 0, 148, 242
+HEARTBEAT, AUTOPILOT_VERSION, HOME_POSITION, EXTENDED_SYS_STATE = 0, 148, 242, 245
 """Message ids that are asked for once."""
 FRAME_GLOBAL_INT, FRAME_RELATIVE_ALT_INT = 5, 6
 """MAV_FRAME: above mean sea level, and above home. Terrain frames (10, 11) are never sent: without terrain data

@@ -1,5 +1,7 @@
 """How a change of mode is asked for by name: which modes stop a vehicle, which ones need a second thought.
 
+Hold, return and landing never wait for a question; while armed every other change of mode does (security.md D.1).
+
 A stop is repeated until it shows; what takes off or flies by itself is never said again later than 2 s (security.md
 C.4); what reads sticks lets a vehicle without a pilot fall or sink (measured: ArduCopter's LOITER sinks at 2.5 m/s).
 """
@@ -17,6 +19,8 @@ _PX4_STOPS = _STOPS | {"HOLD": "hold"}
 """By mode: the word by which the guard knows that it is never vetoed."""
 _STICKS = STICK_MODES | {"STABILIZE", "ACRO", "RATE_ACRO", "ZIGZAG"}
 _PX4_STICKS = frozenset({"MANUAL", "ALTCTL", "POSCTL", "SLOW", "ORBIT", "ACRO", "STABILIZED", "ALTITUDE_CRUISE"})
+_RETURNS = frozenset({"SMART_RTL", "PRECLAND"})
+"""As calm as a stop, and not one of the guard's words: nobody has to be asked about going home or down."""
 _FLIES = frozenset(
     {"AUTO", "MISSION", "TAKEOFF", "VTOL_TAKEOFF", "OFFBOARD", "FOLLOW", "GUIDED_NOGPS", "THROW", "FLIP", "TURTLE"}
     | {"SYSTEMID", "AUTOROTATE", "AUTO_RTL", "AVOID_ADSB"}
@@ -47,4 +51,7 @@ def manner_of(vehicle: Vehicle, custom_mode: int) -> Manner:
         return Manner(Retry.START, name, danger)
     if word in _FLIES or word.startswith("EXTERNAL"):
         return Manner(Retry.START, name, f"{word} takes off or flies by itself" if vehicle.armed else "")
-    return Manner(Retry.SET, name)
+    if word in _RETURNS or not vehicle.armed or custom_mode == vehicle.custom_mode:
+        return Manner(Retry.SET, name)
+    present = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+    return Manner(Retry.SET, name, f"it is armed, and leaves {present}")

@@ -123,7 +123,14 @@ class Px4Multicopter:
         order = Order(c.CMD_TAKEOFF, (NAN, 0, 0, NAN, NAN, NAN, home_m + alt_rel_m))
         states = (c.LANDED_IN_AIR, c.LANDED_TAKEOFF)
         return self._speech.action(
-            vehicle.id, "take-off", Retry.START, order, lambda v: has_left_ground(v, states), on_done, confirm_s=8.0
+            vehicle.id,
+            "take-off",
+            Retry.START,
+            order,
+            lambda v: has_left_ground(v, states),
+            on_done,
+            confirm_s=8.0,
+            shown_by=c.EXTENDED_SYS_STATE,
         )
 
     def land(self, vehicle: Vehicle) -> Action:

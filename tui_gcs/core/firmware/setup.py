@@ -21,6 +21,10 @@ MAG_CAL_PROGRESS, MAG_CAL_REPORT = 191, 192
 STATUS_CALIBRATING = 2
 """MAV_STATE."""
 MOST_MOTORS = 12
+MOTORS = {2: 4, 13: 6, 14: 8, 29: 12, 35: 10}
+"""By MAV_TYPE, where it tells: quad-, hexa-, octo-, dodeca-, decarotor. Both autopilots say it by their frame.
+
+Numbers beyond it both accept, and nothing turns (measured: 5 and 9 on quadrotors)."""
 ALL_COMPASSES, NO_RETRY, AUTOSAVE = 0, 0, 1
 THROTTLE_PERCENT = 0
 """MOTOR_TEST_THROTTLE_TYPE."""
@@ -181,6 +185,11 @@ def motor_test(vehicle: Vehicle, motor: int, throttle: float, seconds: float) ->
     if vehicle.autopilot == AUTOPILOT_PX4:
         return Order(ACTUATOR_TEST, (throttle, seconds, 0, 0, motor))  # ACTUATOR_OUTPUT_FUNCTION_MOTOR1 is 1
     return None
+
+
+def motors(vehicle: Vehicle) -> int:
+    """So many motors it has at most."""
+    return MOTORS.get(vehicle.type, MOST_MOTORS)
 
 
 def motor_test_end(vehicle: Vehicle, motor: int) -> Order:

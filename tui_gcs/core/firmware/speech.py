@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 from tui_gcs.core.course import STILL
 from tui_gcs.core.door import Door
@@ -36,20 +37,33 @@ class Speech:
         *,
         confirm_s: float = 5.0,
         double_ack: bool = False,
+        shown_by: int | None = c.HEARTBEAT,
     ) -> Action:
-        """An order that is done when `shown` (None: when it is acknowledged, for there is no telemetry of it)."""
+        """An order that is done when `shown` (None: when it is acknowledged, for there is no telemetry of it).
+
+        `shown_by` is the message that shows it, asked for instead of waited for; None: not worth asking for.
+        """
+        look = (
+            None if shown is None or shown_by is None else partial(self.ask, vehicle, c.CMD_REQUEST_MESSAGE, shown_by)
+        )
+
+        def send(copy: int) -> None:
+            why = self.say(vehicle, name, action.order or order, copy)
+            if retry is Retry.START:  # of others the next copy may pass
+                action.refusal = why
+
         action = Action(
             vehicle,
             name,
             retry,
-            send=lambda copy: self.say(vehicle, name, action.order or order, copy),
+            send=send,
             confirmed=shown or (lambda v: action.acked_s is not None and not action.in_progress),
             command=order.command,
             confirm_s=confirm_s,
             on_done=on_done,
             double_ack=double_ack,
             order=order,
-            look=(lambda: self.ask(vehicle, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)) if retry is Retry.STOP else None,
+            look=look,
         )
         return action
 
@@ -63,9 +77,9 @@ class Speech:
         order = Order(c.CMD_ARM_DISARM, (0,))
         return self.action(vehicle, "disarm", Retry.STOP, order, lambda v: not v.armed)
 
-    def say(self, vehicle: int, what: str, order: Order, copy: int) -> None:
-        """Send one copy of an order; `what` is the operator's word for it."""
-        self._door.action(vehicle, what, order.message, **order.fields(copy))
+    def say(self, vehicle: int, what: str, order: Order, copy: int) -> str:
+        """Send one copy of an order, or say why it does not leave; `what` is the operator's word for it."""
+        return self._door.action(vehicle, what, order.message, **order.fields(copy))
 
     def ask(self, vehicle: int, command: int, *params: float, copy: int = 0) -> None:
         """Send a command that only asks for something."""

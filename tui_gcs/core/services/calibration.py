@@ -79,6 +79,7 @@ class CalibrationService:
         job = KINDS[words.dialogue](wanted)
         job.on_end = self._over
         self._jobs[vehicle_id] = job
+        vehicle.set_up.add(job.name)
         self.context.jobs.submit(job)
         return job
 
@@ -111,6 +112,10 @@ class CalibrationService:
 
     def _over(self, job: CalibrationJob) -> None:
         self._ended[job.vehicle] = self.context.clock.now(), job.sensor
+        vehicle = self.context.fleet.vehicles.get(job.vehicle)
+        if vehicle is not None:
+            vehicle.set_up.discard(job.name)
+            vehicle.reboot_first = f"{job.name} done" if job.needs_reboot else vehicle.reboot_first
         if job.needs_reboot:
             text = f"{job.name}: {job.result or 'done'}; reboot the vehicle before it flies"
             self.context.events.say(EventClass.SENSOR, f"vehicle {job.vehicle}", text, NOTICE)

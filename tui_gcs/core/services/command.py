@@ -52,8 +52,13 @@ LATE_S = 60.0
 DOUBT_S = 15.0
 """So long after giving up without an answer an ACK may belong to either of two equal commands (B.6-45)."""
 MOST_REMEMBERED = 1000
+MOST_UNANSWERED = 100
 LOOK_FROM = 2
-"""From this copy of a stop on, the telemetry that confirms it is asked for: a heartbeat a second may be lost, too."""
+"""From this copy on, the telemetry that confirms it is asked for: a heartbeat a second may be lost, too."""
+MOST_ACKS = 2
+"""Of one order, by an honest vehicle (PX4's double one): it is looked at once after each."""
+LOOK_GAP_S = 0.5
+"""Once it is accepted, that telemetry is asked for at once, then this often: the next heartbeat is up to 1 s away."""
 REQUEST_MESSAGE = 512
 """MAV_CMD_REQUEST_MESSAGE."""
 QUESTION_S = 5.0
@@ -81,8 +86,10 @@ class CommandService:
         self._past: OrderedDict[tuple[int, int], _Past] = OrderedDict()
         """By vehicle and command: what came last and is over."""
         self._questions_s: dict[tuple[int, int], float] = {}
+        self.unanswered_count = 0
+        """Actions that expired without any answer, since start."""
         self.unanswered: list[str] = []
-        """Actions that expired without any answer."""
+        """The newest of them, in words."""
         self.ignored: Counter[str] = Counter()
         """ACKs that belonged to nothing, by reason."""
 
@@ -153,6 +160,8 @@ class CommandService:
         elif result in (ACCEPTED, IN_PROGRESS):
             if not (action.double_ack and action.refused_s is not None):
                 action.acked_s, action.result, action.refused_s = now, result, None
+                if action.acks <= MOST_ACKS:
+                    action.look_s = now
                 action.in_progress = result == IN_PROGRESS
         elif action.refused_s is None and (action.acked_s is None or action.double_ack or action.in_progress):
             action.refused_s, action.result, action.in_progress = now, result, False
@@ -194,7 +203,18 @@ class CommandService:
             self._end(action, Outcome.REFUSED, action.refusal)
         elif vehicle is not None and self._is_shown(action, vehicle):
             self._end(action, Outcome.CONFIRMED, "")
-        elif action.retry is Retry.STOP or action.doubtful:
+        else:
+            self._look_if_accepted(action, now)
+            self._go_on(action, vehicle, now)
+
+    def _look_if_accepted(self, action: Action, now: float) -> None:
+        if action.acked_s is not None and now >= action.look_s and action.look is not None:
+            action.look_s = now + LOOK_GAP_S
+            self._look(action)
+
+    def _go_on(self, action: Action, vehicle: Vehicle | None, now: float) -> None:
+        """Neither refused by us nor shown: say it again, wait, or give it up."""
+        if action.retry is Retry.STOP or action.doubtful:
             self._tell_refused_stop(action, vehicle, now)
             self._send_if_due(action, vehicle, now)
         elif action.refused_s is not None:
@@ -257,7 +277,9 @@ class CommandService:
             self._end(action, Outcome.NOT_CONFIRMED, "")
         else:
             if not action.housekeeping:  # those are asked again for as long as it takes
+                self.unanswered_count += 1
                 self.unanswered.append(f"vehicle {action.vehicle}: {action.name}")
+                del self.unanswered[:-MOST_UNANSWERED]
             self._end(action, Outcome.EXPIRED, "" if action.sent else "not sent in time")
 
     def _keep_stopping(self, action: Action, now: float) -> None:

@@ -72,6 +72,8 @@ class HealthService:
             found.append(Problem("no position is heard", blocks=True))
         if vehicle.no_commands:
             found.append(Problem(vehicle.no_commands, blocks=True))
+        if vehicle.no_start and not vehicle.armed:
+            found.append(Problem(vehicle.no_start, blocks=True))
         transmitter = self._remote_id.why_not_arm(vehicle)
         if transmitter:
             found.append(Problem(transmitter, blocks=True))

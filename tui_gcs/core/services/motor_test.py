@@ -1,18 +1,21 @@
 """One motor turned for a moment, on the ground, by who says that the propellers are off.
 
 The order leaves once: a copy would turn the motor again. ArduPilot's heartbeat shows armed meanwhile: `is_testing`
-tells others that this is no arming.
+tells others that this is no arming. Both accept a test of a motor that they do not have (measured): what is told is
+what SERVO_OUTPUT_RAW showed, asked for meanwhile.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 
 from tui_gcs.core.events import NOTICE
+from tui_gcs.core.firmware.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.firmware.setup import (
-    MOST_MOTORS,
     motor_test,
     motor_test_end,
     motor_test_hint,
+    motors,
     shows_armed_in_motor_test,
 )
 from tui_gcs.core.messages import EventClass
@@ -20,19 +23,51 @@ from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.order import Order
 from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.mavlink import type_name
 
 USUAL_THROTTLE, MOST_THROTTLE = 0.15, 0.30
 USUAL_S, MOST_S = 1.0, 3.0
 AFTERGLOW_S = 2.5
 """The heartbeat that says it is over comes this much later at most."""
 
+SERVO_OUTPUT_RAW = 36
+OUTPUTS = tuple(f"servo{number}_raw" for number in range(1, 17))
+DRIVEN_US = 20
+"""An output that moves by so much is driven: the least throttle that turns a motor is some 50 µs."""
+LOOK_ON_S = 0.7
+"""Outputs are looked at for so long after the end: a test that began before the first look shows then."""
+
+UNSEEN = "accepted; its outputs are not told: look whether it turned"
+
 Done = Callable[[Outcome, str], None]
+"""How it ended; of one that was carried out what was seen of it, else why not."""
 
 
 @dataclass(frozen=True)
 class _Test:
     motor: int
     until_s: float
+
+
+@dataclass
+class _Outputs:
+    """What one vehicle's outputs did during a test."""
+
+    since_s: float
+    least: dict[str, int] = field(default_factory=dict)
+    most: dict[str, int] = field(default_factory=dict)
+
+    def see(self, values: dict[str, int]) -> None:
+        """They are so now; µs, 0 for an output that is not used."""
+        for name in OUTPUTS:
+            value = values.get(name, 0)
+            self.least[name] = min(value, self.least.get(name, value))
+            self.most[name] = max(value, self.most.get(name, value))
+
+    def driven(self) -> str:
+        """Which ones moved, in words; "" if none did."""
+        moved = [name for name in self.least if self.most[name] - self.least[name] >= DRIVEN_US]
+        return ", ".join(f"{OUTPUTS.index(n) + 1} ({self.least[n]} to {self.most[n]} µs)" for n in moved)
 
 
 class MotorTestService:
@@ -73,17 +108,19 @@ class MotorTestService:
         order = motor_test(vehicle, motor, throttle, seconds)
         if why or order is None:
             return why or "this autopilot has no motor test"
+        now = self._context.clock.now()
+        outputs = _Outputs(now)
         action = Action(
             vehicle_id,
             f"test of motor {motor}",
             Retry.START,
             send=lambda copy: self._send(action, order, seconds, copy),
-            confirmed=lambda _: action.acked_s is not None and self._context.clock.now() >= action.acked_s + seconds,
+            confirmed=lambda v: self._is_over(v, action, seconds, outputs),
             command=order.command,
             confirm_s=seconds + 2.0,
-            on_done=lambda _, outcome, reason: self._answered(vehicle, outcome, reason, on_done),
+            on_done=lambda _, outcome, reason: self._answered(vehicle, outcome, reason, outputs, on_done),
+            look=partial(self._ask_outputs, vehicle_id),
         )
-        now = self._context.clock.now()
         self._tests[vehicle_id] = _Test(motor, now + seconds + AFTERGLOW_S)
         text = f"motor {motor} turns with {100 * throttle:.0f} % for {seconds:g} s"
         self._context.events.say(EventClass.SENSOR, f"vehicle {vehicle_id}", text, NOTICE)
@@ -123,8 +160,8 @@ class MotorTestService:
             return "a motor of it is being tested"
         if vehicle.armed:
             return "it is armed"
-        if not 1 <= motor <= MOST_MOTORS:
-            return f"motors are 1 to {MOST_MOTORS}"
+        if not 1 <= motor <= motors(vehicle):
+            return f"motors of a {type_name(vehicle.type)} are 1 to {motors(vehicle)}"
         if not 0 < throttle <= MOST_THROTTLE:
             return f"throttle is more than 0 and at most {MOST_THROTTLE:.0%}"
         if not 0 < seconds <= MOST_S:
@@ -135,10 +172,28 @@ class MotorTestService:
         if copy == 0:
             action.refusal = self._context.door.action(action.vehicle, action.name, order.message, **order.fields(copy))
 
-    def _answered(self, vehicle: Vehicle, outcome: Outcome, why: str, on_done: Done | None) -> None:
+    def _ask_outputs(self, vehicle_id: int) -> None:
+        fields = Order(CMD_REQUEST_MESSAGE, (SERVO_OUTPUT_RAW,)).fields(0)
+        self._context.door.ask(vehicle_id, "COMMAND_LONG", **fields)
+
+    def _is_over(self, vehicle: Vehicle, action: Action, seconds: float, outputs: _Outputs) -> bool:
+        """Whether its time has passed; until then its outputs are watched."""
+        now = self._context.clock.now()
+        if now - vehicle.silent_s(SERVO_OUTPUT_RAW, now) > outputs.since_s:
+            shown = self._context.fleet.newest(vehicle, SERVO_OUTPUT_RAW)
+            if shown is not None:
+                outputs.see(shown.fields)
+        return action.acked_s is not None and now >= action.acked_s + seconds + LOOK_ON_S
+
+    def _answered(self, vehicle: Vehicle, outcome: Outcome, why: str, outputs: _Outputs, on_done: Done | None) -> None:
         if outcome is Outcome.REFUSED:
             self._tests.pop(vehicle.id, None)
             hint = motor_test_hint(vehicle) if ":" not in why else ""
             why = f"{why}: {hint}" if hint else why
+        elif outcome is Outcome.CONFIRMED:
+            driven = outputs.driven()
+            why = f"it drove output {driven}" if driven else UNSEEN
+            if outputs.least and not driven:
+                outcome, why = Outcome.NOT_CONFIRMED, "accepted, but no output of it was seen to move"
         if on_done is not None:
             on_done(outcome, why)

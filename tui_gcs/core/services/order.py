@@ -122,7 +122,7 @@ class Action:
     order: Order | None = None
     """What `send` says, where it is a command: the service may turn it into the other message."""
     look: Callable[[], None] | None = None
-    """Asks for the telemetry that confirms it; used while a stop is not confirmed."""
+    """Asks for the telemetry that confirms it, instead of waiting for it to come by itself."""
     refusal: str = ""
     """Why it cannot even be sent: it ends as refused."""
 
@@ -132,6 +132,8 @@ class Action:
     first_s: float = 0.0
     """When the first copy was sent."""
     next_s: float = 0.0
+    look_s: float = 0.0
+    """Before this its telemetry is not asked for again."""
     acked_s: float | None = None
     refused_s: float | None = None
     in_progress: bool = False

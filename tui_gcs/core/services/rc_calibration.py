@@ -23,6 +23,7 @@ from tui_gcs.core.vehicle import Vehicle
 
 RC_CHANNELS, SET_MESSAGE_INTERVAL = 65, 511
 EVERY_US, AS_BEFORE_US = 100_000, 0
+NAME = "radio calibration"
 MOST_CHANNELS = 18
 LEAST_US, MOST_US = 800, 2200
 """Pulses of a receiver; others are noise, or a channel that is not there (0, 65535)."""
@@ -268,6 +269,7 @@ class RcCalibrationService:
         session = self._sessions[vehicle_id] = RcCalibration(vehicle_id, words, on_done)
         session.confirmed_s = self._context.clock.now()
         vehicle.lent.add(RC_CHANNELS)
+        vehicle.set_up.add(NAME)
         self._interval(vehicle_id, EVERY_US)
         return session
 
@@ -332,8 +334,10 @@ class RcCalibrationService:
         vehicle = self._context.fleet.vehicles.get(session.vehicle)
         if vehicle is not None:
             vehicle.lent.discard(RC_CHANNELS)
+            vehicle.set_up.discard(NAME)
+            vehicle.reboot_first = "channels mapped" if session.needs_reboot else vehicle.reboot_first
         self._interval(session.vehicle, AS_BEFORE_US)
-        text = f"radio calibration: {error or 'done'}"
+        text = f"{NAME}: {error or 'done'}"
         if session.needs_reboot:
             text += "; reboot the vehicle before it flies"
         severity = WARNING if error else NOTICE
