@@ -86,6 +86,8 @@ class ArduCopter(Autopilot):
         self.mode = STABILIZE
         self.takeoff_m = 0.0
         self.target_expires_us: int | None = None
+        self.asked_m_s: guided.Point | None = None
+        """The velocity of the newest target; None where it named a place."""
         self.shown_target_m: tuple[float, float, float] | None = None
         """What POSITION_TARGET_GLOBAL_INT shows: the last position target, even when velocities came later."""
         self.position_lost = self.aiding_stopped = False
@@ -263,7 +265,7 @@ class ArduCopter(Autopilot):
             self.mission.leave()
         self.mode = mode
         self._load_speeds()
-        self.target_expires_us = None
+        self.target_expires_us = self.asked_m_s = None
         self.shown_target_m = None
         self.vehicles.yaw_target_rad[self.index] = math.nan
         if self.armed:
@@ -353,7 +355,7 @@ class ArduCopter(Autopilot):
 
     def hold(self) -> None:
         """Stop and stay, in GUIDED."""
-        self.target_expires_us = None
+        self.target_expires_us = self.asked_m_s = None
         self.vehicles.hold_here(self.index)
 
     def fly_target(self) -> None:
@@ -389,6 +391,8 @@ class ArduCopter(Autopilot):
             vehicles.sink(i, STICK_DOWN_SINK_M_S)
         if self.target_expires_us is not None and self.now_us >= self.target_expires_us:
             self.hold()
+        elif self.fence_on and self.asked_m_s is not None and self.mode == GUIDED:
+            guided.heed_fence(self, self.asked_m_s)
         self.detect_ground()
 
     def _fly_home(self, since_us: int) -> None:

@@ -141,6 +141,25 @@ def _condition_yaw(ap: "ArduCopter", command: Command) -> Result:
     return Result.ACCEPTED
 
 
+def _roi(ap: "ArduCopter", command: Command) -> Result:
+    """Measured: without a gimbal the nose turns there. The next place to fly to ends it."""
+    x, y = command.p[4:6]
+    if command.frame is not None:
+        x, y = x / 1e7, y / 1e7
+    if not (abs(x) <= 90.0 and abs(y) <= 180.0):
+        return Result.DENIED
+    if guided.flies_guided(ap):
+        east, north = ap.vehicles.to_local(ap.index, x, y)
+        here = ap.vehicles.seen(ap.index)
+        ap.vehicles.yaw_target_rad[ap.index] = math.atan2(east - here[0], north - here[1]) % (2.0 * math.pi)
+    return Result.ACCEPTED
+
+
+def _no_roi(ap: "ArduCopter", _: Command) -> Result:
+    """The nose stays where it points (measured)."""
+    return Result.ACCEPTED
+
+
 def _mission_start(ap: "ArduCopter", command: Command) -> Result:
     first = int(_number(command.p[0]))
     if first and not ap.mission.jump(first, restart=False):
@@ -271,6 +290,9 @@ HANDLERS: "dict[int, Callable[[ArduCopter, Command], Result]]" = {
     192: _reposition,
     189: _land_start,
     193: _pause,
+    195: _roi,
+    197: _no_roi,
+    201: _roi,
     207: _fence_enable,
     224: _set_mission_current,
     _REBOOT: _reboot,

@@ -1,7 +1,8 @@
 """PX4's calibration dialogues: everything is told in texts that begin with [cal]; the acknowledgement comes first.
 
-Gyroscope, compass, airspeed and cancelling are as measured on PX4 1.17 SITL, where a compass calibration cannot end:
-nobody rotates the vehicle. Accelerometer and level, which were not measured, go on as if somebody turned it.
+Gyroscope, airspeed, cancelling and the beginning of a compass calibration are as measured on PX4 1.17 SITL. There it
+cannot end, for nobody rotates the vehicle (`pose_stuck`); here it goes on as if somebody did, as accelerometer and
+level do, which were not measured either.
 """
 
 import math
@@ -136,18 +137,27 @@ def _mag(ap: "Px4") -> Task:
     yield FIRST_US
     _say(ap, f"pending: {' '.join(SIDES)}")
     yield FIRST_US
-    yield from _hold_still(ap)
-    _say(ap, "down orientation detected")
-    yield FIRST_US
-    _say(ap, "Rotate vehicle")
-    while True:  # nobody does
-        yield 1 << 40
+    if ap.stores.calibration.pose_stuck:
+        yield from _hold_still(ap)
+        _say(ap, "down orientation detected")
+        yield FIRST_US
+        _say(ap, "Rotate vehicle")
+        while True:
+            yield 1 << 40
+    yield from _sides(ap, rotated=True)
+    _done(ap, "mag")
 
 
 def _accel(ap: "Px4") -> Task:
     yield COMMANDER_US
     _begin(ap, "accel")
     yield FIRST_US
+    yield from _sides(ap, rotated=False)
+    _done(ap, "accel")
+
+
+def _sides(ap: "Px4", *, rotated: bool) -> Task:
+    """One side after the other, as if somebody turned it; `rotated`: about each of them, too."""
     pending = list(SIDES)
     while pending:
         side = pending.pop()
@@ -159,10 +169,12 @@ def _accel(ap: "Px4") -> Task:
         yield 513_000
         _say(ap, f"{side} orientation detected")
         yield FIRST_US
+        if rotated:
+            _say(ap, "Rotate vehicle")
+            yield TURN_US
         _say(ap, f"progress <{17 * (len(SIDES) - len(pending)) if pending else 100}>")
         _say(ap, f"{side} side done, rotate to a different side")
         yield FIRST_US
-    _done(ap, "accel")
 
 
 def _airspeed(ap: "Px4") -> Task:

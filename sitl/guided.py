@@ -6,9 +6,12 @@ As measured: nothing is ever acknowledged, and what cannot be flown is dropped w
 import math
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sitl import ardupilot_failsafes
 from sitl.autopilot import Autopilot
 from sitl.modes import GUIDED, Phase
+from sitl.vehicle import BRAKE_M_S2, approach_speed
 
 if TYPE_CHECKING:
     from sitl.ardupilot import ArduCopter
@@ -23,6 +26,9 @@ LOCAL_NED, LOCAL_OFFSET_NED, BODY_NED, BODY_OFFSET_NED = 1, 7, 8, 9
 FARTHEST_M = 3e7
 """Numbers beyond the size of the Earth (and NaN) are not targets."""
 
+AVOID_FENCE = 1
+"""AVOID_ENABLE, bit 0."""
+CREEP_M_S, AT_MARGIN_M, CLOSE_M, LEAST_M_S = 2.0, 0.2, 0.05, 0.05
 _IGNORE_POSITION, _IGNORE_VELOCITY, _IGNORE_ACCEL, _IGNORE_YAW = 0x007, 0x038, 0x1C0, 0x400
 
 
@@ -108,10 +114,47 @@ def fly(ap: "ArduCopter", position: Point | None, velocity: Point | None) -> Non
     """Hand a target to the position controller. Only velocities expire (GUID_TIMEOUT)."""
     ap.fly_target()
     ap.target_expires_us = None
+    ap.asked_m_s = None if position is not None else velocity
     if velocity is not None:
         ap.target_expires_us = ap.now_us + round(ap.params["GUID_TIMEOUT"] * 1e6)
     if position is None:
         ap.vehicles.set_velocity(ap.index, velocity or (0.0, 0.0, 0.0))
+        if ap.fence_on and velocity is not None:
+            heed_fence(ap, velocity)
         return
     ap.vehicles.set_target(ap.index, position, velocity or (0.0, 0.0, 0.0))
     ap.shown_target_m = position
+
+
+def heed_fence(ap: "ArduCopter", asked_m_s: Point) -> None:
+    """A velocity towards the fence: it brakes to stand `AVOID_MARGIN` before it, then creeps out all the same.
+
+    Measured at a circle of 40 m, asked for 5 and 6 m/s: slower from 8 m before it on, 0.3 m/s at 38.2 m, then out with
+    up to 2 m/s, breached at 40.0 m, 41.1 m at most. Places beyond a fence are dropped before this.
+    """
+    speed = math.hypot(*asked_m_s[:2])
+    if not int(ap.params["AVOID_ENABLE"]) & AVOID_FENCE or speed < LEAST_M_S:
+        return
+    margin_m = ap.params["AVOID_MARGIN"]
+    clear_m = _clear_m(ap, (asked_m_s[0] / speed, asked_m_s[1] / speed), speed * speed / BRAKE_M_S2 + speed + margin_m)
+    gap_m = clear_m - margin_m
+    limit = float(approach_speed(np.array(gap_m), BRAKE_M_S2)) if gap_m > AT_MARGIN_M else CREEP_M_S
+    share = min(1.0, limit / speed)
+    east, north, up = asked_m_s
+    ap.vehicles.target_velocity_m_s[ap.index] = (east * share, north * share, up)
+
+
+def _clear_m(ap: "ArduCopter", direction: tuple[float, float], farthest_m: float) -> float:
+    """How far it may go that way; infinite if `farthest_m` is still inside."""
+    x, y, z = ap.vehicles.seen(ap.index)
+
+    def broken(way_m: float) -> bool:
+        return bool(ardupilot_failsafes.fence_broken(ap, x + direction[0] * way_m, y + direction[1] * way_m, z))
+
+    if not broken(farthest_m):
+        return math.inf
+    inside_m, outside_m = 0.0, farthest_m
+    while outside_m - inside_m > CLOSE_M:
+        middle_m = (inside_m + outside_m) / 2.0
+        inside_m, outside_m = (inside_m, middle_m) if broken(middle_m) else (middle_m, outside_m)
+    return inside_m

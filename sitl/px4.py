@@ -4,6 +4,7 @@ Behaviour, texts and numbers are those measured on PX4 1.17 SITL; `px4_flight` m
 """
 
 from collections import deque
+from datetime import UTC, datetime
 
 from sitl import px4_checks, px4_commands, px4_failsafes, px4_flight
 from sitl.autopilot import Autopilot, Command, Fields
@@ -17,11 +18,14 @@ from sitl.px4_modes import HOLD, MISSION, MODES, OFFBOARD, PASSING, TAKEOFF, bas
 from sitl.px4_streams import NORMAL_HZ, SITL_HZ
 from sitl.px4_telemetry import BUILDERS
 from sitl.streams import Streams
+from sitl.telemetry import UNIX_EPOCH_US
 
 GCS_TYPE = 6
 HEARTBEAT_TIMEOUT_US = 2_500_000
 """A link is alive this long after a ground station's heartbeat."""
 TEXT_KEPT_US = 5_000_000
+LOG_CLOSES_US = 4_000_000
+"""After a disarming (measured 4.0 and 4.3 s)."""
 STICKS_SEEN_US = 500_000
 ARMED_BY_COMMAND, BY_LANDING, BY_INACTION, BY_MISSION = 4, 6, 7, 5
 """arm_disarm_reason."""
@@ -67,6 +71,13 @@ class Px4(Autopilot):
         self._acks = 0
         self._report: px4_checks.Report | None = None
         self._report_due_us = 0
+        self._log_closes_us: int | None = None
+        """SDLOG_MODE 1: a log is open from the boot on; after a disarming it is closed, and opened by arming again."""
+
+    @property
+    def log_open(self) -> bool:
+        """Whether it writes a log."""
+        return self._log_closes_us is None or self.now_us < self._log_closes_us
 
     def reached(self, stage: Stage, at_us: int) -> None:
         """A stage of the boot was reached."""
@@ -287,6 +298,9 @@ class Px4(Autopilot):
         self.enter(Phase.GROUND)
         self.set_home()
         self.tell("Armed by external command", "commander_armed_by", reason)
+        if not self.log_open:
+            self._tell_log()
+        self._log_closes_us = None
         self.flight.begin(self.mode)
         return Result.ACCEPTED
 
@@ -297,10 +311,18 @@ class Px4(Autopilot):
         self.vehicles.rest(self.index)
         self.control.rest(self.k)
         self.tell(f"Disarmed by {text}", "commander_disarmed_by", reason)
+        self._log_closes_us = self.now_us + LOG_CLOSES_US
         self.failsafe = None
         self.armed_us = 0
         self.intended = self.normal_mode
         self.apply_mode()
+
+    def _tell_log(self) -> None:
+        """The name of a log is the time at which it was opened."""
+        when = datetime.fromtimestamp((UNIX_EPOCH_US + self.now_us) / 1e6, tz=UTC)
+        date, clock = (when.year, when.month, when.day), (when.hour, when.minute, when.second)
+        name = "{}-{:02}-{:02}/{:02}_{:02}_{:02}.ulg".format(*date, *clock)
+        self.tell(f"[logger] ./log/{name}", "logger_open_file_time", *date, *clock)
 
     # Time
 

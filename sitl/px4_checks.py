@@ -26,7 +26,8 @@ _SYSTEM, _LOCAL_POSITION, _BATTERY, _REMOTE_CONTROL, _MISSION_BIT, _OFFBOARD_BIT
     0x4000,
 )
 _GPS, _COMMUNICATION = 0x8, 0x1000
-_PRESENT = 0x3802180A
+_PRESENT, _LOGGING = 0x3802180A, 0x400
+"""Of health components; the logger only while a log is open."""
 # health_component_index of an arming_check event.
 _AT_GPS, _AT_REMOTE, _AT_BATTERY, _AT_LINKS, _AT_LOCAL, _AT_SYSTEM, _AT_GLOBAL = 3, 7, 11, 12, 17, 20, 24
 _AT_ODID = 30
@@ -52,6 +53,7 @@ class Report(NamedTuple):
     can_arm: int
     can_run: int
     problems: tuple[Problem, ...]
+    present: int = _PRESENT
 
 
 def check(ap: "Px4") -> Report:
@@ -98,7 +100,8 @@ def check(ap: "Px4") -> Report:
         problems.append(Problem(f"check_battery_{battery}", _ALL, _AT_BATTERY, LEVEL_CRITICAL))
         if battery != "low":
             can_arm = 0
-    return Report(errors, warnings, can_arm, can_run, tuple(problems))
+    present = _PRESENT | (_LOGGING if ap.log_open else 0)
+    return Report(errors, warnings, can_arm, can_run, tuple(problems), present)
 
 
 def bit(mode: int) -> int:
@@ -115,4 +118,4 @@ def tell(ap: "Px4", report: Report) -> None:
     ap.event("commander_arming_check_summary", 0, *report[:4], levels=LEVEL_PROTOCOL)
     for problem in report.problems:
         ap.event(problem.event, problem.modes, problem.component, levels=problem.levels)
-    ap.event("commander_health_summary", 0, _PRESENT, 0, 0, levels=LEVEL_PROTOCOL)
+    ap.event("commander_health_summary", 0, report.present, 0, 0, levels=LEVEL_PROTOCOL)

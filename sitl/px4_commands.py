@@ -244,6 +244,11 @@ def _reboot(_: "Px4", command: Command) -> Result:
     return Result.ACCEPTED if command.p[0] == 0 else Result.DENIED
 
 
+def _roi(_: "Px4", __: Command) -> Result:
+    """Accepted, on the ground, too; without a gimbal nothing moves (measured: its nose stayed where it was)."""
+    return Result.ACCEPTED
+
+
 def _legacy_request(name: str) -> "Callable[[Px4, Command], Result]":
     """Commands from before REQUEST_MESSAGE."""
     return lambda ap, _: Result.ACCEPTED if ap.report(name) else Result.DENIED
@@ -258,6 +263,10 @@ HANDLERS: "dict[int, Callable[[Px4, Command], Result]]" = {
     179: _set_home,
     186: _change_altitude,
     192: _reposition,
+    195: _roi,
+    196: _roi,
+    197: _roi,
+    201: _roi,
     246: _reboot,
     300: _mission_start,
     400: _arm_disarm,

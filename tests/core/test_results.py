@@ -6,6 +6,7 @@ import msgspec
 import pytest
 from rig import scenario, toml
 
+from tui_gcs.commands.headless import table
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.messages import FleetFrame, Freshness, Phase, RunPhase, StationStatus, TeamStatus, Vec3
 from tui_gcs.core.results import Check, Referee
@@ -229,3 +230,32 @@ def test_how_well_slots_are_kept_is_the_scenarios_to_say() -> None:
     sweep(judge, 1, (0.3, 3.4), (0.0, 0.3))
     off, lag = check(judge, "home: off slot, m"), check(judge, "home: early or late, s")
     assert (off.ok, off.limit, lag.ok, lag.limit) == (True, 3.5, False, 0.25)
+
+
+# ---------------------------------------------------------------- what it did not see
+
+
+def judged(*seqs: int, armed: bool = True, gap_s: float = 0.1) -> Referee:
+    referee = Referee(scenario(2))
+    for number, seq in enumerate(seqs):
+        shot = frame(10.0 + gap_s * number, [(0.0, 0.0, 10.0), (50.0, 0.0, 13.0)], armed=armed)
+        referee.on_frame(msgspec.structs.replace(shot, seq=seq))
+    return referee
+
+
+def test_pictures_that_the_bus_lost_are_counted_and_told() -> None:
+    result = judged(7, 8, 9, 13, 14).result()
+    assert (result.frames, result.frames_lost) == (5, 3)
+    assert result.incomplete == "figures are INCOMPLETE: 3 of 8 pictures of the fleet lost, none for up to 0.1 s"
+    assert result.incomplete in table(result)
+
+
+def test_a_flight_that_was_seen_whole_says_nothing_of_it() -> None:
+    result = judged(7, 8, 9).result()
+    assert result.incomplete == "" and "INCOMPLETE" not in table(result)
+
+
+def test_a_restarted_station_counts_anew_and_its_silence_is_told_while_vehicles_fly() -> None:
+    assert judged(200, 1, 2, gap_s=3.0).result().frames_lost == 0
+    assert "none for up to 3.0 s" in judged(200, 1, 2, gap_s=3.0).result().incomplete
+    assert judged(200, 1, 2, gap_s=3.0, armed=False).result().incomplete == ""

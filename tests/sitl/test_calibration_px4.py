@@ -50,7 +50,15 @@ def test_right_after_one_the_next_is_refused_without_a_reason(ground):
     assert calibrate(ground, LEVEL) == [0]
 
 
-def test_a_compass_calibration_does_not_end_in_a_simulation(ground):
+def test_a_compass_calibration_ends_when_somebody_turns_it_to_all_sides(ground):
+    calibrate(ground, MAG)
+    wait(ground, 60.0)
+    assert said(ground).count("Rotate vehicle") == 6
+    assert said(ground)[-1] == "calibration done: mag"
+
+
+def test_a_compass_calibration_does_not_end_where_nobody_turns_it(ground):
+    ground.fleet._pilots[0].stores.calibration.pose_stuck = True
     assert calibrate(ground, MAG) == [0]
     wait(ground, 10.0)
     assert said(ground)[:3] == [

@@ -37,6 +37,20 @@ def test_acknowledgement_and_text(booted, prepare, command, said):
     assert ground.answers(*command) == said
 
 
+def test_a_region_of_interest_turns_the_nose_until_the_next_place(booted):
+    """Measured: 195 and 201 as both messages, on the ground, too; 197 leaves the nose where it points."""
+    ground = booted()
+    west = (195, 0, 0, 0, 0, 52.0720, -0.6380, 100.0)
+    assert ground.command(*west) == 0 and ground.command(196) == 3
+    ground.take_off()
+    assert ground.command(195, 0, 0, 0, 0, 520_720_000, -6_380_000, 100.0, form="INT", frame=0) == 0
+    ground.run(5.0)
+    assert math.degrees(ground.fleet._vehicles.yaw_rad[0]) == pytest.approx(270.0, abs=1.0)
+    assert ground.command(197) == 0 and ground.command(195, 0, 0, 0, 0, 95.0, 0, 0) == 2
+    ground.run(2.0)
+    assert math.degrees(ground.fleet._vehicles.yaw_rad[0]) == pytest.approx(270.0, abs=1.0)
+
+
 def test_refusals_in_flight(booted):
     ground = booted()
     ground.take_off()

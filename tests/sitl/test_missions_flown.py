@@ -253,6 +253,26 @@ def test_copter_outside_its_fence_returns(booted):
     assert "Fence breach cleared" in ground.texts()
 
 
+def test_copter_brakes_before_its_fence_creeps_out_and_returns(booted):
+    """As the real one against a circle of 40 m: 0.3 m/s at 38.2 m, then up to 2 m/s, at most 41.1 m."""
+    ground = booted()
+    for name, value in (("FENCE_RADIUS", 40.0), ("FENCE_TYPE", 2), ("FENCE_ENABLE", 1)):
+        ground.param(name, value)
+    ground.take_off(10.0)
+    seen = []
+    for _ in range(100):
+        ground.target(0.0, 0.0, 10.0, (5.0, 0.0, 0.0), 0xDC7)
+        ground.run(0.2)
+        seen.append((float(ground.fleet.position_m[0, 0]), float(ground.fleet._vehicles.velocity_m_s[0, 0])))
+        if ground.fleet.mode[0] == 6:
+            break
+    assert max(v for x, v in seen if x < 30.0) == pytest.approx(5.0, abs=0.1), "far from it nothing is slower"
+    assert min(v for x, v in seen if 37.0 < x < 38.5) < 0.6
+    assert 1.5 < max(v for x, v in seen if x > 39.0) <= 2.1
+    ground.run(10.0)
+    assert ground.fleet.mode[0] == 6 and max(x for x, _ in seen) < 41.0 and ground.fleet.position_m[0, 0] < 38.0
+
+
 def test_px4_accepts_a_reposition_outside_its_fence_and_stays(px4):
     ground = px4()
     assert ground.upload(FENCE, square(ground, 40.0)) == 0

@@ -244,6 +244,34 @@ def test_what_it_does_not_know(px4, command, result):
     assert ground.command(command, 1.0) == result
 
 
+@pytest.mark.parametrize("command", [195, 196, 197, 201])
+def test_a_region_of_interest_is_accepted_everywhere_and_turns_nothing(px4, command):
+    ground = px4()
+    assert ground.command(command, 0, 0, 0, 0, 52.08, -0.628, 100.0) == 0
+    px4_take_off(ground, 5.0)
+    yaw = float(ground.fleet._vehicles.yaw_rad[0])
+    assert ground.command(command, 0, 0, 0, 0, 520_800_000, -6_280_000, 100.0, form="INT", frame=0) == 0
+    ground.beat(5.0)
+    assert float(ground.fleet._vehicles.yaw_rad[0]) == pytest.approx(yaw)
+
+
+def test_arming_and_disarming_are_told_with_the_log_and_the_checks_that_change(px4):
+    """As on the real 1.16.1; the first arming after a boot finds a log open (recorded: one EVENT)."""
+    checks = ["commander_arming_check_summary", "check_modes_mission", "check_modes_offboard_signal"]
+    checks += ["check_modes_manual_control", "commander_health_summary"]
+    ground = px4()
+    ground.beat(3.0)
+    said = []
+    for arm, wait_s in ((1, 3.0), (0, 6.0), (1, 3.0), (0, 6.0)):
+        since_s = ground.fleet.now_s
+        assert ground.acks(400, arm) == [0]
+        ground.beat(wait_s)
+        said.append(ground.events(since_s=since_s))
+    assert said[0] == ["commander_armed_by"]
+    assert said[1] == said[3] == ["commander_disarmed_by", *checks]
+    assert said[2] == ["commander_armed_by", "logger_open_file_time", *checks]
+
+
 def test_mission_start_without_a_mission_is_denied(px4):
     ground = px4()
     assert ground.command(300) == 2

@@ -131,7 +131,7 @@ def table(result: "Result") -> str:
         mark = "ok  " if check.ok else "FAIL"
         lines.append(f"{mark} {check.name:<52.52}{_number(check.value):>10}{_number(check.limit):>10}")
     good = sum(check.ok for check in result.checks)
-    lines += ["", f"{good} of {len(result.checks)} checks hold", ""]
+    lines += ["", f"{good} of {len(result.checks)} checks hold", *filter(None, [result.incomplete]), ""]
     return "\n".join(lines)
 
 

@@ -23,6 +23,8 @@ WARM_UP_LIMIT_S = 600.0
 """A zone that is not seen whole in this time will not be."""
 GROUND_M = 2.0
 """Band and separation count from this height on."""
+GAP_S = 0.5
+"""Pictures come every 0.1 s; so long without one, and a vehicle passes another or a cell unseen."""
 
 
 class Check(msgspec.Struct):
@@ -66,6 +68,20 @@ class Result(msgspec.Struct):
     seed: int
     checks: list[Check]
     rounds: list[RoundResult]
+    frames: int = 0
+    """Pictures of the fleet that were judged."""
+    frames_lost: int = 0
+    """Pictures that the station published and the bus dropped on the way to the referee."""
+    longest_gap_s: float = 0.0
+    """The longest time without one, while vehicles flew."""
+
+    @property
+    def incomplete(self) -> str:
+        """What the figures do not cover, in words; "" if nothing was missed."""
+        if not self.frames_lost and self.longest_gap_s <= GAP_S:
+            return ""
+        lost = f"{self.frames_lost} of {self.frames + self.frames_lost} pictures of the fleet lost"
+        return f"figures are INCOMPLETE: {lost}, none for up to {self.longest_gap_s:.1f} s"
 
     @property
     def ok(self) -> bool:
@@ -182,6 +198,9 @@ class Referee:
         """Vehicles whose loss is part of the flight: nothing is expected of them."""
         self._present: dict[str, ZoneMeasure] = {}
         self._members: dict[str, tuple[int, ...]] = {}
+        self._last: FleetFrame | None = None
+        self._frames = self._frames_lost = 0
+        self._longest_gap_s = 0.0
 
     def begin_round(self, round_: Round, t_s: float) -> None:
         """A round begins."""
@@ -237,6 +256,7 @@ class Referee:
 
     def on_frame(self, frame: FleetFrame) -> None:
         """A fleet frame arrived."""
+        self._count(frame)
         rows = [row for row in frame.rows() if row.team]
         for measure in self.present():
             measure.on_frame(frame, rows)
@@ -248,6 +268,16 @@ class Referee:
             elif not row.armed:
                 self._places[row.id] = row.position_m
         self._judge_region([r for r in rows if r.armed and r.position_m[2] > GROUND_M])
+
+    def _count(self, frame: FleetFrame) -> None:
+        """Frames are numbered; a station that was restarted counts from 1 again."""
+        last, self._last = self._last, frame
+        self._frames += 1
+        if last is None:
+            return
+        self._frames_lost += max(0, frame.seq - last.seq - 1)
+        if any(last.armed):
+            self._longest_gap_s = max(self._longest_gap_s, frame.t_s - last.t_s)
 
     def _judge_region(self, flying: list[VehicleRow]) -> None:
         if self._area is not None:
@@ -273,7 +303,15 @@ class Referee:
     def result(self) -> Result:
         """The judgement."""
         rounds = [measure.result() for measure in self.measures]
-        return Result(self._scenario.name, self._scenario.seed, self._checks(rounds), rounds)
+        return Result(
+            self._scenario.name,
+            self._scenario.seed,
+            self._checks(rounds),
+            rounds,
+            self._frames,
+            self._frames_lost,
+            round(self._longest_gap_s, 2),
+        )
 
     def _checks(self, rounds: list[RoundResult]) -> list[Check]:
         limits = self._scenario.results
