@@ -70,7 +70,7 @@ def test_acknowledged_is_not_over_and_over_is_not_acknowledged(desk: Desk) -> No
     assert desk.shown() == []
     desk.look(*lost(6))
     desk.look(seconds=5.0)
-    assert desk.shown() == ["over LOST in the air: vehicle 6  (over)"]
+    assert desk.shown() == ["over LOST in the air: vehicle 6"]
     assert desk.acknowledge("lost")
     assert desk.shown() == []
     assert desk.history()[-2:] == [
@@ -130,12 +130,12 @@ def test_the_worst_new_one_comes_first_then_what_is_over_then_what_was_seen(desk
     desk.look(*found, *lost(9), seconds=2.0)
     desk.look(*found, seconds=3.0)
     desk.acknowledge("outside")
-    assert [alarm.cause for alarm in desk.desk.alarms()] == ["recording", "hold", "lost", "outside"]
+    assert [alarm.cause for alarm in desk.desk.alarms()] == ["recording", "lost", "outside", "hold"]
 
 
 def test_an_advisory_goes_by_itself(desk: Desk) -> None:
     desk.look(Finding("hold", 1), Finding("hold", 2))
-    assert desk.shown() == ["new HOLD: vehicles 1-2"]
+    assert desk.shown() == ["acknowledged HOLD: vehicles 1-2"]
     desk.look(seconds=1.0)
     assert desk.shown() == []
 
@@ -162,7 +162,7 @@ def test_shelving_has_a_limit_and_hides_only_who_was_there(desk: Desk) -> None:
 def test_what_is_told_once_stays_until_it_was_seen(desk: Desk) -> None:
     desk.events.say(EventClass.MISSION, "vehicle 4", "DISARMED outside a landing of ours", ALERT)
     desk.look(seconds=60.0)
-    assert desk.shown() == ["over ALERT: vehicle 4  DISARMED outside a landing of ours  (over)"]
+    assert desk.shown() == ["over ALERT: vehicle 4  DISARMED outside a landing of ours"]
     assert desk.only().level is AlarmLevel.WARNING
 
 

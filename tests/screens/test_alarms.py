@@ -55,7 +55,7 @@ async def test_what_is_over_before_anybody_saw_it_says_so() -> None:
     async with console(WIDE, trouble) as c:
         c.station.changes.clear()
         await c.tick()
-        assert "o OVER  LOST in the air: vehicle 5  (over)" in c.line(1)
+        assert "o OVER  LOST in the air: vehicle 5 " in c.line(1)
 
 
 async def test_the_answer_to_a_key_is_not_hidden_by_an_alarm() -> None:

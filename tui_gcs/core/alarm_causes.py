@@ -108,6 +108,7 @@ CAUSES = (
         "OLD",
         "position not updated",
         "[hold_all] hold all",
+        on_s=1.0,  # it is LOST by then, if nothing at all comes
         off_s=2.0,
         hides=("position", *_TOLD),
     ),

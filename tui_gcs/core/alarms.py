@@ -151,7 +151,7 @@ class AlarmDesk:
     def _renew(self, member: _Member, now: float) -> None:
         self._raised += 1
         member.raised, member.since_s = self._raised, now
-        member.acknowledged = False
+        member.acknowledged = member.cause.level is AlarmLevel.ADVISORY
         self.changes += 1
 
     def _is_over(self, member: _Member, hidden: bool, now: float) -> bool:
@@ -164,8 +164,6 @@ class AlarmDesk:
         if not member.holds or now - member.seen_s < off_s - 1e-9:
             return False
         member.over_s = now
-        if member.cause.level is AlarmLevel.ADVISORY:
-            member.acknowledged = True
         self.changes += 1
         return True
 
@@ -216,7 +214,7 @@ class AlarmDesk:
     def _end_shelving(self, member: _Member) -> None:
         member.shelved_until_s = 0.0
         if member.holds:
-            member.acknowledged = False
+            member.acknowledged = member.cause.level is AlarmLevel.ADVISORY
         self.changes += 1
 
     def _named(self, raised: dict[str, int]) -> list[_Member]:

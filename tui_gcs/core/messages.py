@@ -264,7 +264,7 @@ class StationStatus(Message, frozen=True):
         first = self.alarms[0] if self.alarms else None
         if first is None or first.state == "shelved":
             return ""
-        return f"{first.words()}   → {action_words(first.action, {})}"
+        return f"{first.words()}   ({first.state}) → {action_words(first.action, {})}"
 
 
 class ScenarioChanged(Message, frozen=True):

@@ -16,7 +16,7 @@ class AlarmLevel(IntEnum):
     """facts/terminal.md D7."""
 
     ADVISORY = 1
-    """To be known; nobody is rung for it, and it goes by itself."""
+    """To be known; nobody is rung for it, nobody acknowledges it, and it goes by itself."""
     CAUTION = 2
     """To be known now, to be answered soon."""
     WARNING = 3
@@ -60,7 +60,7 @@ class Alarm(Message, frozen=True):
         """What is wrong, and with whom; without what to do."""
         who = ", ".join([*([vehicles_words(self.vehicles)] if self.vehicles else []), *self.names])
         what = f"{self.title}: {who}" if who else self.title
-        return (f"{what}  {self.text}" if self.text else what) + ("  (over)" if self.state == "over" else "")
+        return f"{what}  {self.text}" if self.text else what
 
 
 class Acknowledge(Request, frozen=True, tag="acknowledge"):

@@ -6,11 +6,12 @@ vehicle: the reply has its number, `GetTasks` its progress, `GetTaskResult` what
 changes nothing: the task goes on.
 """
 
+import math
 from typing import Literal
 
 from tui_gcs.core import messages_setup as setup
 from tui_gcs.core.messages import AnyRequest as StationRequest
-from tui_gcs.core.messages import Message, Reply, Request, decode
+from tui_gcs.core.messages import Message, Reply, Request, Vec3, decode
 from tui_gcs.core.messages_setup import Number, Vehicles
 
 MOST_VEHICLES = 255
@@ -42,6 +43,26 @@ class ProblemRow(Message, frozen=True):
     text: str
     blocks: bool
     """It cannot arm."""
+
+
+class Details(Message, frozen=True):
+    """The newest telemetry of a vehicle beyond the fleet frame; NaN or empty: not told lately."""
+
+    roll_deg: float = math.nan
+    pitch_deg: float = math.nan
+    yaw_deg: float = math.nan
+    """From north, 0…360."""
+    airspeed_m_s: float = math.nan
+    throttle_pct: float = math.nan
+    battery_a: float = math.nan
+    battery_left_s: float = math.nan
+    """Flying time by its battery's own word."""
+    hdop: float = math.nan
+    position_error_m: float = math.nan
+    estimator: str = ""
+    """The worst of its innovations in parts of what it accepts, and of what: `0.21 compass`."""
+    home_m: Vec3 | None = None
+    """In the scenario's frame."""
 
 
 class VehicleInfo(Message, frozen=True):
@@ -82,6 +103,7 @@ class VehicleInfo(Message, frozen=True):
     params_complete: bool
     busy: str
     """The transfer that runs."""
+    details: Details
 
 
 class ParamRow(Message, frozen=True):

@@ -10,6 +10,7 @@ from tui_gcs.core.firmware.registry import name_of
 from tui_gcs.core.plan import PlanKind
 from tui_gcs.core.service_acts import failsafe_rows
 from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.vehicle_details import details
 from tui_gcs.core.wire.mavlink import type_name
 
 if TYPE_CHECKING:
@@ -56,6 +57,7 @@ def vehicle_info(station: "Station", vehicle: Vehicle) -> s.VehicleInfo:
         params_known=len(table.params),
         params_complete=table.complete,
         busy=job.name if job is not None else "",
+        details=details(station, vehicle),
     )
 
 

@@ -102,7 +102,8 @@ def alarm_runs(
     first = alarms[0]
     tag, ink, tag_ink = alarm_tag(first, bright)
     right = _count(alarms, keys, width)
-    text = f" {first.words()}   {arrow} {action_words(first.action, keys)}"
+    action = action_words(first.action, keys)
+    text = f" {first.words()}" + (f"   {arrow} {action}" if first.state != "over" else "")
     if notice.text:  # the answer to a key is not to be missed, either
         text = f" {_short(first)}  | {notice.text}"
         right = right if cell_len(tag + text + right) <= width else ""
@@ -125,6 +126,7 @@ def _count(alarms: Sequence[Alarm], keys: Mapping[str, str], width: int) -> str:
     wide = width >= WIDE
     count = f"  {len(alarms)} alarm{'s' if len(alarms) > 1 else ''}" if wide else f"  {len(alarms)} al"
     answers = [("acknowledge", "ack")] if any(alarm.state in ("new", "over") for alarm in alarms) else []
+    answers = [answer for answer in answers if answer[0] in keys]
     answers += [("show_alarms", "list")] if wide or not answers else []
     return count + "".join(f"  {keys[action]} {word}" for action, word in answers if action in keys) + " "
 

@@ -92,6 +92,19 @@ EKF_PARTS = {
 """ESTIMATOR_STATUS_FLAGS' and EKF_STATUS_FLAGS' common part."""
 PX4_PARTS = {0x1: "attitude", 0x2: "horizontal velocity", 0x4: "vertical velocity", 0x10: "absolute position"}
 PX4_GLITCH, PX4_ACCEL_ERROR = 0x400, 0x800
+EKF_VARIANCES = {
+    "velocity": "velocity_variance",
+    "position": "pos_horiz_variance",
+    "height": "pos_vert_variance",
+    "compass": "compass_variance",
+}
+"""Of EKF_STATUS_REPORT, in parts of what it accepts; so PX4's of ESTIMATOR_STATUS."""
+PX4_RATIOS = {
+    "velocity": "vel_ratio",
+    "position": "pos_horiz_ratio",
+    "height": "pos_vert_ratio",
+    "compass": "mag_ratio",
+}
 STICK_MODES = frozenset({"ALT_HOLD", "LOITER", "POSHOLD", "CIRCLE", "SPORT", "DRIFT", "FLOWHOLD", "AUTOTUNE"})
 """ArduCopter modes in which the throttle stick is the climb rate, an absent pilot's stick included."""
 STICK_LOW_US = 1400
@@ -306,13 +319,7 @@ def _ardupilot_ekf(vehicle: Vehicle, newest: Newest) -> Iterator[Problem]:
         yield Problem(f"EKF without {', '.join(missing)}", blocks=True)
     if flags & EKF_GLITCH:
         yield Problem("GPS glitch: its position may jump to a wrong place within seconds", blocks=True)
-    names = {
-        "velocity": "velocity_variance",
-        "position": "pos_horiz_variance",
-        "height": "pos_vert_variance",
-        "compass": "compass_variance",
-    }
-    yield from _estimates([(word, report[name]) for word, name in names.items()], "EKF")
+    yield from _estimates([(word, report[name]) for word, name in EKF_VARIANCES.items()], "EKF")
 
 
 # ---------------------------------------------------------------- PX4
@@ -351,10 +358,4 @@ def _px4_estimator(estimator: Fields) -> Iterator[Problem]:
         yield Problem("GPS glitch: its position may be wrong", blocks=True)
     if flags & PX4_ACCEL_ERROR:
         yield Problem("accelerometer is not believed", blocks=True)
-    names = {
-        "velocity": "vel_ratio",
-        "position": "pos_horiz_ratio",
-        "height": "pos_vert_ratio",
-        "compass": "mag_ratio",
-    }
-    yield from _estimates([(word, estimator[name]) for word, name in names.items()], "estimator")
+    yield from _estimates([(word, estimator[name]) for word, name in PX4_RATIOS.items()], "estimator")

@@ -1,0 +1,128 @@
+"""What a flying fleet is in trouble for: found from telemetry and from the station's own state."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from unittest.mock import patch
+
+import pytest
+
+from tests.core.rig import Rig, scenario, toml
+from tui_gcs.core import messages as m
+from tui_gcs.core.messages import Phase
+from tui_gcs.core.services.traffic import Track
+from tui_gcs.core.vehicle import Vehicle
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rig]:
+    """Three vehicles in the air that nobody may move on: tests change what was heard, and put it back."""
+    made = Rig(scenario(3), toml(), Path(tmp_path_factory.mktemp("alarms")))
+    made.flying().run(3.0)
+    yield made
+    made.close()
+
+
+def found(flight: Rig) -> dict[str, list[tuple[object, str]]]:
+    """What is wrong now: (with whom, details) by cause."""
+    wrong: dict[str, list[tuple[object, str]]] = {}
+    for finding in flight.station._alarm_finder.findings(2.0):
+        wrong.setdefault(finding.cause, []).append((finding.subject, finding.text))
+    return wrong
+
+
+def vehicle(flight: Rig, number: int = 2) -> Vehicle:
+    """One of them."""
+    return flight.station.fleet.vehicles[number]
+
+
+def test_a_fleet_that_is_well_has_no_alarm(flight: Rig) -> None:
+    assert found(flight) == {}
+    assert flight.station.alarms.alarms() == ()
+
+
+def test_batteries_low_critical_and_unknown_with_a_dead_band(flight: Rig) -> None:
+    for charge, cause in ((24.4, "battery-low"), (14.9, "battery-critical"), (float("nan"), "battery-unknown")):
+        with patch.object(vehicle(flight), "battery_pct", charge):
+            assert list(found(flight)) == [cause]
+    with patch.object(vehicle(flight), "battery_pct", 26.0):
+        assert found(flight) == {}
+        with patch.object(flight.station.alarms, "is_up", lambda cause, _: cause == "battery-low"):
+            assert found(flight) == {"battery-low": [(2, "26 %")]}
+
+
+def test_a_low_battery_on_the_ground_is_no_alarm(flight: Rig) -> None:
+    with (
+        patch.object(vehicle(flight), "battery_pct", 5.0),
+        patch.object(vehicle(flight), "armed", False),
+        patch.object(flight.station.book.flights[2], "phase", Phase.GROUND),
+    ):
+        assert found(flight) == {}
+
+
+def test_gps_lost_and_poor(flight: Rig) -> None:
+    with patch.object(vehicle(flight), "gps_fix", 1):
+        assert found(flight)["position"] == [(2, "no GPS fix")]
+    with patch.object(vehicle(flight), "position_error_m", 24.0):
+        assert found(flight) == {"poor-position": [(2, "±25 m")]}
+
+
+def test_failsafe_on_board(flight: Rig) -> None:
+    with patch.object(vehicle(flight), "system_status", 5):
+        assert found(flight) == {"failsafe": [(2, "CRITICAL: a failsafe is active")]}
+
+
+def test_outside_the_area(flight: Rig) -> None:
+    with patch.object(vehicle(flight), "position_m", (-30.0, 100.0, 30.0)):
+        assert found(flight)["outside"] == [(2, "by 30 m")]
+
+
+def test_two_that_are_too_close_are_both_named(flight: Rig) -> None:
+    one = vehicle(flight, 1).position_m
+    with patch.object(vehicle(flight, 3), "position_m", (one[0] + 1.5, one[1], one[2])):
+        flight.station.monitor.watch(flight.station.fleet.vehicles.values())
+    wrong = found(flight)
+    assert wrong == {"separation": [(1, "2 m from vehicle 3"), (3, "2 m from vehicle 1")]}
+    assert found(flight) == {}
+
+
+def test_an_aircraft_that_comes_near(flight: Rig) -> None:
+    x, y, _ = vehicle(flight).position_m
+    now, high_m = flight.clock.now(), vehicle(flight).alt_amsl_m
+
+    def track(far_m: float, up_m: float) -> Track:
+        place = (x + far_m, y, high_m + up_m)
+        return Track(7, "GABCD", place, 0.0, 0.0, place[2], True, 0.0, 0.0, 0.0, 0, 0, False, 1, now)
+
+    traffic = flight.station.services.traffic
+    with patch.object(traffic, "tracks", lambda: (track(900.0, 100.0), track(100.0, 900.0))):
+        assert (2, "GABCD at 0.9 km") in found(flight)["traffic"]
+    with patch.object(traffic, "tracks", lambda: (track(5000.0, 0.0), track(100.0, 900.0))):
+        assert found(flight) == {}
+
+
+def test_a_failed_link_is_the_cause_of_the_silence(flight: Rig) -> None:
+    link = next(iter(flight.station.links.values()))
+    with (
+        patch.object(link, "error", "no such device", create=True),
+        patch.object(Vehicle, "freshness", lambda self, now: m.Freshness.LOST),
+    ):
+        wrong = found(flight)
+    assert [subject for subject, _ in wrong["link-lost"]] == [1, 2, 3]
+    assert wrong["link"] == [(link.name, "no such device")]
+    assert "lost" not in wrong
+
+
+def test_nothing_is_recorded(flight: Rig) -> None:
+    with patch.object(flight.station.recorder._file, "error", "run.tlog: No space left on device"):
+        assert found(flight)["recording"] == [("station", "run.tlog: No space left on device")]
+
+
+def test_a_dead_planner_counts_while_its_vehicles_fly(flight: Rig) -> None:
+    with patch.object(flight.station.desks["defend"], "worker_state", lambda: "dead"):
+        assert found(flight)["planner"] == [("defend", "patrol is dead")]
+        for one in flight.station.book:
+            one.phase = Phase.GROUND
+        grounded = found(flight)
+        for one in flight.station.book:
+            one.phase = Phase.FLYING
+        assert "planner" not in grounded
