@@ -172,6 +172,7 @@ class Feed:
         self.info: VehicleInfo | None = None
         """What `look_at` brought last."""
         self._looking = False
+        self._looked_at: int | None = None
         self._notes: deque[wire.Note] = deque(maxlen=NOTES_KEPT)
         self._noting = False
 
@@ -361,16 +362,20 @@ class Feed:
 
     def look_at(self, vehicle: int | None) -> None:
         """Ask the station for all it knows of one vehicle; `VehicleTold` follows when there is news."""
+        self._looked_at = vehicle
         if vehicle is not None and self._loop is not None and not self._looking and not self.station_lost:
             self._looking = True
             self._spawn(self._look(vehicle))
 
     async def _look(self, vehicle: int) -> None:
+        """One question at a time; if meanwhile another vehicle is looked at, that one next."""
         reply = await self.request(GetVehicles(vehicles=(vehicle,)))
         self._looking = False
         if reply.vehicles:
             self.info = reply.vehicles[0]
             self._post_if_new("info", visible_info(self.info), VehicleTold())
+        if self._looked_at != vehicle:
+            self.look_at(self._looked_at)
 
     def show_notice(self, notice: Notice) -> None:
         """Tell the operator, on whatever screen he looks at; an empty text ends it."""

@@ -1,5 +1,6 @@
 """The vehicles screen: the whole fleet as a grid of cells or as a table, and the one vehicle that is looked at."""
 
+import math
 from typing import ClassVar
 
 from textual import events
@@ -21,6 +22,7 @@ from tui_gcs.widgets.vehicle_alarms import by_vehicle
 from tui_gcs.widgets.vehicle_detail import VehicleDetail
 
 LOOK_S = 1.0
+FIGURES_PERIOD_S = 0.45
 MOST_FILTER = 40
 CHROME_LINES = 9
 """All but the fleet, at 80x24; a fleet that fits below as a table begins as one."""
@@ -53,6 +55,7 @@ class VehiclesScreen(Screen[None]):
         self.feed = feed
         self._glyphs = glyphs
         self._filter = ""
+        self._figures_s = -math.inf
         self.is_typing = False
         """Keys are letters of the filter."""
         self._sorted_by = "ID"
@@ -102,8 +105,10 @@ class VehiclesScreen(Screen[None]):
     # ------------------------------------------------------------ messages of the feed
 
     def on_fleet_updated(self, _message: FleetUpdated) -> None:
-        """Vehicles moved."""
-        self.show_all()
+        """Vehicles moved: figures that flicker are written twice a second at most."""
+        frame = self.feed.frame
+        if frame is None or not 0.0 <= frame.t_s - self._figures_s < FIGURES_PERIOD_S:
+            self.show_all()
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
         """Alarms."""
@@ -138,6 +143,7 @@ class VehiclesScreen(Screen[None]):
             return
         alarms = self.feed.alarms
         rows, selection = self._rows(), self.feed.selection
+        self._figures_s = self.feed.frame.t_s if self.feed.frame is not None else -math.inf
         if not self._has_chosen:
             self.set_class(len(rows) <= self.size.height - CHROME_LINES, "-table")
         shown = matching(rows, alarms, self._filter)
