@@ -4,10 +4,11 @@ The painter writes only the cells that changed. A terminal that keeps up with no
 whole new one as soon as it reads again; the event loop never waits for it (facts/terminal.md B4).
 """
 
+import contextlib
 from typing import Any
 
 from rich.console import RenderableType
-from textual.app import App
+from textual.app import App, ScreenStackError
 from textual.driver import Driver
 from textual.drivers.linux_driver import LinuxDriver
 from textual.screen import Screen
@@ -72,4 +73,5 @@ class ThinApp(App[None]):
     def redraw(self) -> None:
         """Write every cell again: the terminal may show anything (a resize, a message of another program)."""
         self._painter.forget()
-        self.screen.refresh()
+        with contextlib.suppress(ScreenStackError):  # the app is closing, or has not begun
+            self.screen.refresh()

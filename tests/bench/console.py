@@ -127,12 +127,12 @@ def keys() -> Iterator[Row]:
 def blocked(folder: Path) -> Iterator[Row]:
     """Nobody reads the terminal for a while: does the loop go on, and is it said afterwards?"""
     gaps = folder / "gaps"
-    with attached("truecolour", ["--gaps", str(gaps)]) as terminal:
+    with attached("truecolour", ["--storm", "--gaps", str(gaps)]) as terminal:
         terminal.read(SETTLED_S)
         gaps.write_text("0")
         time.sleep(BLOCKED_S)
         gap_s = float(gaps.read_text())
-        terminal.read(2.0)
+        terminal.read(3.0)
         said = b"LAGGED" in terminal.output
     yield Row(f"terminal not read for {BLOCKED_S:.0f} s: longest gap of the loop", gap_s, "s", 0.25)
     yield Row("terminal not read: said afterwards", float(said), "", 1, at_least=True)

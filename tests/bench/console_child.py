@@ -1,7 +1,8 @@
-"""The console that is measured: python -m tests.bench.console_child [--naive] [--gaps FILE]
+"""The console that is measured: python -m tests.bench.console_child [--naive] [--storm] [--gaps FILE]
 
 The same as `tui-gcs attach`; `--naive` writes as Textual does it when a program only calls `update` and `refresh`:
-every panel whole. `--gaps` notes in FILE the longest time that the event loop stood still.
+every panel whole. `--storm` writes the whole screen ten times a second: what fits into the system's buffers
+would hide that nobody reads. `--gaps` notes in FILE the longest time that the event loop stood still.
 """
 
 import argparse
@@ -51,11 +52,14 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--naive", action="store_true")
     parser.add_argument("--gaps", type=Path)
+    parser.add_argument("--storm", action="store_true")
     arguments = parser.parse_args()
     bus = connect_later(socket_path(Kind.SIM))
     app = (NaiveConsole if arguments.naive else ConsoleApp)(bus, kind=Kind.SIM)
     if arguments.gaps:
         app.call_later(lambda: app.run_worker(note_gaps(arguments.gaps)))
+    if arguments.storm:
+        app.call_later(lambda: app.set_interval(0.1, app.redraw))
     app.run(mouse=False)
     bus.close()
 

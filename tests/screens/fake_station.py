@@ -21,7 +21,7 @@ from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.messages_alarms import AlarmLevel
-from tui_gcs.core.messages_setup import GetTraffic
+from tui_gcs.core.messages_setup import GetTraffic, TrafficRow
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.scenario_load import load
 from tui_gcs.core.zones import bounds
@@ -63,6 +63,7 @@ class FakeStation:
     events: list[m.Event] = field(default_factory=list)
     old_events: list[m.Event] = field(default_factory=list)
     """Of earlier starts: in the journal only."""
+    traffic: tuple[TrafficRow, ...] = ()
     seq: int = 0
     started_s: float = NAN
 
@@ -267,6 +268,8 @@ class FakeStation:
                 rows = {row.id: row for row in map(self._row, range(self.count))}
                 infos = tuple(info_of(rows[v]) for v in request.vehicles if v in rows)
                 return s.ServiceReply(ok=True, vehicles=infos)
+            case GetTraffic():
+                return s.ServiceReply(ok=True, traffic=self.traffic)
             case m.GetPlan():
                 return m.Reply(ok=True)
             case m.Start():

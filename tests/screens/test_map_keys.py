@@ -1,14 +1,18 @@
 """The keys of the map and of the display, and a terminal that stops reading."""
 
+import msgspec
 import pytest
 from console import NARROW, console
 from fake_station import FakeStation
 from rich.color import ColorSystem
+from test_map_more import PLANE as ANYWHERE
 
 import tui_gcs.thin_app
 from tests.screens.meter import metered
 from tui_gcs.screens.layers import LayersDialog
 from tui_gcs.widgets.map_layers import Layer
+
+PLANE = msgspec.structs.replace(ANYWHERE, lat_deg=52.0735, lon_deg=-0.6235)
 
 
 def flight(station: FakeStation) -> None:
@@ -34,6 +38,15 @@ async def test_keys_of_the_map_change_the_view_and_command_nothing() -> None:
         assert Layer.TRAILS in view.hidden
         await c.press("escape")
         assert c.app.screen is c.fly
+        assert c.station.commands() == []
+
+
+async def test_traffic_that_the_station_hears_of_comes_onto_the_map() -> None:
+    async with console(NARROW, flight) as c:
+        c.station.traffic = (PLANE,)
+        await c.tick(2.5)
+        await c.settle()
+        assert "*KLM123 +120m" in c.text()
         assert c.station.commands() == []
 
 

@@ -46,6 +46,14 @@ class Cells:
                 self.inks[row, column + offset] = ink
                 self.taken[row, column + offset] = True
 
+    def must(self, word: Word) -> None:
+        """Write what may not be missing: its first sign in any case, the whole word where it fits, or a row beside."""
+        for row in (word.row, word.row - 1, word.row + 1):
+            if self.fits(word.column, row, len(word.text)):
+                self.place(word._replace(row=row))
+                break
+        self.write(word.column, word.row, word.text[:1], word.ink)
+
     def place(self, word: Word) -> None:
         """Write a word if nothing is in its way; pushed into the view sideways, not hidden."""
         text = word.text if cell_len(word.text) == len(word.text) else word.text.encode("ascii", "replace").decode()

@@ -370,16 +370,18 @@ class MapView(Widget):
             self._labels.draw(cells, view, self._rows, self._selected, self._glyphs)
             if Layer.TRACKS not in self._hidden:
                 for word in track_words(view, self._frame.tracks, self._frame.t_s):
-                    cells.place(word)
+                    cells.must(word)
+        if self._origin is not None and Layer.TRAFFIC not in self._hidden:
+            for word in traffic_words(view, self._traffic, LocalFrame(self._origin)):
+                cells.must(word)
         for word in self._still_words():
             cells.place(word)
         return cells
 
     def _still_words(self) -> list[map_scene.Word]:
         """What is written where there is room, the most important first."""
-        view, hidden, words = self.view, self._hidden, []
-        if self._origin is not None and Layer.TRAFFIC not in hidden:
-            words += traffic_words(view, self._traffic, LocalFrame(self._origin))
+        view, hidden = self.view, self._hidden
+        words: list[map_scene.Word] = []
         if self._round is not None:
             words += map_scene.zone_words(view, self._round, self._edited_zone)
         if Layer.PLANS not in hidden:
