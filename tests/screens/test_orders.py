@@ -111,6 +111,7 @@ async def test_a_question_expires_and_is_void_when_a_vehicle_changed() -> None:
         c.app.screen.tick()
         await c.settle()
         assert "arm: nothing sent: no key was pressed" in c.told()
+        await c.tick()
         await order(c, "a")
         dialog = c.app.screen
         c.station.changes[2] = {"freshness": Freshness.STALE}

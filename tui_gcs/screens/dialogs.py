@@ -51,7 +51,7 @@ class StartDialog(TextDialog[bool]):
     def tick(self) -> None:
         """Cancel when time is up or what was shown is no longer so."""
         if self._clock.now() >= self._deadline_s or fingerprint(self._feed) != self._seen:
-            self.dismiss(False)
+            self.finish(False)
         else:
             self.redraw()
 
@@ -60,7 +60,7 @@ class StartDialog(TextDialog[bool]):
         event.stop()
         self._deadline_s = self._clock.now() + CANCEL_AFTER_S
         if event.key == "escape":
-            self.dismiss(False)
+            self.finish(False)
             return
         if event.key == "enter":
             self._confirm()
@@ -79,7 +79,7 @@ class StartDialog(TextDialog[bool]):
         elif self._kind is Kind.LIVE and self._typed != str(count):
             self._problem = f"type {count}, the number of vehicles, then Enter"
         else:
-            self.dismiss(fingerprint(self._feed) == self._seen)
+            self.finish(fingerprint(self._feed) == self._seen)
             return
         self.redraw()
 
@@ -181,9 +181,9 @@ class RoundDialog(TextDialog[int | None]):
         """Digits, arrows, Enter, Esc."""
         event.stop()
         if event.key == "escape":
-            self.dismiss(None)
+            self.finish(None)
         elif event.key == "enter":
-            self.dismiss(self._marked)
+            self.finish(self._marked)
         elif event.key in ("down", "j", "o"):
             self._mark(self._marked + 1)
         elif event.key in ("up", "k"):

@@ -32,7 +32,7 @@ class HelpDialog(TextDialog[None]):
         """Arrows scroll; Esc, q or ? leaves."""
         event.stop()
         if event.key in ("escape", "q", "question_mark", "enter"):
-            self.dismiss(None)
+            self.finish(None)
         elif event.key in ("down", "j", "pagedown", "space"):
             self._scroll(+1 if event.key in ("down", "j") else +10)
         elif event.key in ("up", "k", "pageup"):
@@ -90,7 +90,7 @@ class PaletteDialog(TextDialog[str | None]):
         event.stop()
         self._problem = ""
         if event.key == "escape":
-            self.dismiss(None)
+            self.finish(None)
             return
         if event.key == "enter":
             self._choose()
@@ -110,7 +110,7 @@ class PaletteDialog(TextDialog[str | None]):
         elif why := matching[self._at].why_not:
             self._problem = f"not now: {why}"
         else:
-            self.dismiss(matching[self._at].run)
+            self.finish(matching[self._at].run)
             return
         self.redraw()
 

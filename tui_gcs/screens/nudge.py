@@ -90,7 +90,7 @@ class NudgeScreen(ModalScreen[None]):
 
     def tick(self) -> None:
         """Close when nobody is there."""
-        if self._clock.now() - self._key_s > ENDS_S:
+        if self._clock.now() - self._key_s > ENDS_S and self.is_current:
             self.dismiss(None)
 
     def refuse(self, why: str) -> None:
@@ -101,6 +101,8 @@ class NudgeScreen(ModalScreen[None]):
     def on_key(self, event: events.Key) -> None:
         """Arrows and + - move, brackets change the speed, Space holds, Esc leaves."""
         event.stop()
+        if not self.is_current:
+            return
         self._key_s = now = self._clock.now()
         if event.key in ("escape", "enter", "q"):
             self.dismiss(None)

@@ -41,7 +41,7 @@ class OrderMenu(TextDialog[str | None]):
         """A letter chooses."""
         event.stop()
         if event.key == "escape":
-            self.dismiss(None)
+            self.finish(None)
             return
         order = next((order for order in ORDERS if order.key == event.character), None)
         if order is None:
@@ -49,7 +49,7 @@ class OrderMenu(TextDialog[str | None]):
         elif why := self._why_not(order):
             self._problem = f"{order.name}: {why}"
         else:
-            self.dismiss(order.id)
+            self.finish(order.id)
             return
         self.redraw()
 
@@ -144,11 +144,11 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         """Cancel when time is up or a vehicle changed; send when the last seconds are over."""
         now = self._clock.now()
         if why := self._changed():
-            self.dismiss(why)
+            self.finish(why)
         elif self._sends_s is not None and now >= self._sends_s:
             self._send()
         elif now >= self._deadline_s:
-            self.dismiss("no key was pressed")
+            self.finish("no key was pressed")
         else:
             self.redraw()
 
@@ -160,7 +160,7 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         self._wake()
         self._problem = ""
         if event.key == "escape":
-            self.dismiss("cancelled")
+            self.finish("cancelled")
             return
         if self._sends_s is not None:
             return
@@ -217,9 +217,9 @@ class OrderDialog(TextDialog["Confirmed | str"]):
     def _send(self) -> None:
         """State is looked at once more at the moment of sending."""
         if (why := self._changed()) or self._request is None:
-            self.dismiss(why or "nothing was asked")
+            self.finish(why or "nothing was asked")
         else:
-            self.dismiss(Confirmed(self.order, self._request, self.vehicles, self._left_out))
+            self.finish(Confirmed(self.order, self._request, self.vehicles, self._left_out))
 
     def _wake(self) -> None:
         typing = self._request is None and bool(self.order.fields)

@@ -52,6 +52,13 @@ class TextDialog(ModalScreen[T]):
         super().__init__()
         self.glyphs = glyphs
         self.box = DialogBox(glyphs=glyphs)
+        self._finished = False
+
+    def finish(self, result: T) -> None:
+        """Leave with this, once: a timer may come as late as a key."""
+        if not self._finished:
+            self._finished = True
+            self.dismiss(result)
 
     def compose(self) -> ComposeResult:
         """One box."""
