@@ -102,6 +102,16 @@ class World:
         """When a vehicle came close to each; NaN: not yet."""
         self._gone = np.zeros(len(spec.intruders), dtype=bool)
 
+    @property
+    def met(self) -> list[bool]:
+        """Whom a vehicle came close to."""
+        return [not math.isnan(met_s) for met_s in self.met_s.tolist()]
+
+    def places_deg(self) -> list[tuple[float, float]]:
+        """Latitude and longitude of every intruder."""
+        found = self._zero_deg + self.position_m[:, ::-1] / self._m_per_deg
+        return [(lat_deg, lon_deg) for lat_deg, lon_deg in found.tolist()]
+
     def step(self, now_s: float, dt_s: float) -> None:
         """Move on to `now_s`."""
         places = self._vehicle_places()

@@ -14,12 +14,15 @@ import msgspec
 from sitl.faults import FaultyLink, Lane, Tally, parse
 from sitl.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
 from sitl.vehicle import AutopilotName
-from tui_gcs.core.bus import Bus, BusSession, MemoryBus
+from tui_gcs.core.bus import STATUS, Bus, BusSession, MemoryBus
 from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.incursions import Incursions
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.memory import StationMemory
+from tui_gcs.core.messages import StationStatus, decode
 from tui_gcs.core.places import simulated_places
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.results import Referee, Result
@@ -33,6 +36,8 @@ from tui_gcs.planner.registry import PlannerFile, infos
 TICK_S = 0.05
 TOKEN = "5eed5eed5eed5eed"  # noqa: S105 - tells our simulator from others in one process; not a secret
 LINK = "memory"
+LOOK_S = 0.5
+"""So often it is looked where the intruders really are."""
 
 
 AUTOPILOTS: dict[str, tuple[AutopilotName, ...]] = {
@@ -195,6 +200,26 @@ class LockStep:
         self.journal.close()
 
 
+class IntruderWatch:
+    """Tells the truth about the simulator's intruders to who counts them."""
+
+    def __init__(self, flight: LockStep) -> None:
+        """Before the start."""
+        self.incursions = Incursions(flight.scenario)
+        self._world, self._clock = flight.sim.world, flight.clock
+        self._frame = LocalFrame(flight.scenario.origin)
+        self._next_s = 0.0
+        flight.bus.subscribe(STATUS, lambda _, data: self.incursions.on_status(decode(data, StationStatus)))
+
+    def tick(self) -> None:
+        """Look if it is time."""
+        if self._world is None or self._clock.now() < self._next_s:
+            return
+        self._next_s = self._clock.now() + LOOK_S
+        places = [self._frame.to_enu(lat_deg, lon_deg) for lat_deg, lon_deg in self._world.places_deg()]
+        self.incursions.see(places, self._world.present.tolist(), self._world.met)
+
+
 def _nobody(_bus: Bus, _referee: Referee) -> None:
     """Watches nothing."""
 
@@ -234,15 +259,17 @@ def rehearse(
     )
     script = Script(scenario, flight.bus, principal="rehearsal", whole_duration=False)
     watch(flight.bus, script.referee)
+    intruders = IntruderWatch(flight)
     planned = Happenings(happenings or [], flight, script)
     while not script.done:
         flight.step()
         if flight.station_runs:
             script.tick()
         planned.tick()
+        intruders.tick()
         on_progress(script.progress, script.headline)
     flight.close()
-    return script.referee.result(), script.problem
+    return msgspec.structs.replace(script.referee.result(), intruders=intruders.incursions.results()), script.problem
 
 
 def _first_rounds(scenario: Scenario, rounds: int) -> Scenario:

@@ -126,6 +126,7 @@ def table(result: "Result") -> str:
             lines.append(r.round[:80])
         name = r.round if len(r.round) <= NAME_WIDTH else ""
         lines.append(_row((name, r.zone, r.role, str(r.n)), idle, off))
+    lines += _intruders(result)
     lines += ["", f"{'check':<57}{'value':>10}{'limit':>10}"]
     for check in result.checks:
         mark = "ok  " if check.ok else "FAIL"
@@ -133,6 +134,17 @@ def table(result: "Result") -> str:
     good = sum(check.ok for check in result.checks)
     lines += ["", f"{good} of {len(result.checks)} checks hold", *filter(None, [result.incomplete]), ""]
     return "\n".join(lines)
+
+
+def _intruders(result: "Result") -> list[str]:
+    """Who was met, who came in; nothing for a flight that nobody disturbed."""
+    lines = [""] if result.intruders else []
+    for r in result.intruders:
+        left = f", {r.under_way} still on their way" if r.under_way else ""
+        lines.append(f"intruders, {r.round} {r.zone}: {r.met} of {r.came} countered before the zone{left};"[:80])
+        near = "none came near" if r.nearest_m is None else f"the nearest came to {r.nearest_m:.1f} m of the zone"
+        lines.append(f"  {'at least one was in the zone' if r.nearest_m == 0.0 else near}")
+    return lines
 
 
 def _row(who: tuple[str, str, str, str], idle: tuple[str, ...], off: tuple[str, str, str]) -> str:

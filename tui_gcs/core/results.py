@@ -15,6 +15,7 @@ import shapely
 
 from tui_gcs.core.flights import COLUMN_M
 from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
+from tui_gcs.core.incursions import IntruderResult
 from tui_gcs.core.messages import FleetFrame, Phase, StationStatus, TeamStatus, Vec3, VehicleRow
 from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.zones import Zone, area_m2, polygon_of
@@ -74,6 +75,8 @@ class Result(msgspec.Struct):
     """Pictures that the station published and the bus dropped on the way to the referee."""
     longest_gap_s: float = 0.0
     """The longest time without one, while vehicles flew."""
+    intruders: list[IntruderResult] = []
+    """Of a rehearsal with intruders."""
 
     @property
     def incomplete(self) -> str:

@@ -61,6 +61,7 @@ def page(
         "<h2>Gates</h2>",
         _checks(sorted(result.checks, key=lambda check: check.ok)),
         *(_round(record, one, result, happened) for one in record.rounds),
+        _intruders(result),
         "<h2>Separation</h2>",
         _separation(record, happened),
         "<h2>Events</h2>",
@@ -140,6 +141,17 @@ def _measured(rounds: Sequence[RoundResult]) -> str:
     ]
     head = ("", "n", "on slot s", "covered %", "worst s", "average s", "bound s", "worst / bound", "off slot m")
     return _table(head, rows, numbers=1)
+
+
+def _intruders(result: Result) -> str:
+    if not result.intruders:
+        return ""
+    rows = [
+        (escape(f"{r.round} {r.zone}"), str(r.came), str(r.met), str(r.under_way), _number(r.nearest_m))
+        for r in result.intruders
+    ]
+    head = ("", "came", "countered before the zone", "still on their way", "nearest to the zone m")
+    return "<h2>Intruders</h2>" + _table(head, rows, numbers=1)
 
 
 def _heat(zone: ZoneRecord) -> str:
