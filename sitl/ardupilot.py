@@ -87,6 +87,8 @@ class ArduCopter(Autopilot):
         self.takeoff_m = 0.0
         self.target_expires_us: int | None = None
         self.asked_m_s: guided.Point | None = None
+        self.guided_kind = (False, False)
+        """Whether places, and whether velocities, are flown to."""
         """The velocity of the newest target; None where it named a place."""
         self.shown_target_m: tuple[float, float, float] | None = None
         """What POSITION_TARGET_GLOBAL_INT shows: the last position target, even when velocities came later."""
@@ -264,7 +266,8 @@ class ArduCopter(Autopilot):
         if self.mode == AUTO:
             self.mission.leave()
         self.mode = mode
-        self._load_speeds()
+        self.load_speeds()
+        self.guided_kind = (False, False)
         self.target_expires_us = self.asked_m_s = None
         self.shown_target_m = None
         self.vehicles.yaw_target_rad[self.index] = math.nan
@@ -274,8 +277,8 @@ class ArduCopter(Autopilot):
             self.once.append("HEARTBEAT")  # a change of mode is told at once (seen on 4.7)
         return True
 
-    def _load_speeds(self) -> None:
-        """Speeds by parameter count from the next change of mode; DO_CHANGE_SPEED until then."""
+    def load_speeds(self) -> None:
+        """Speeds by parameter count from the next change of mode, or kind of target; DO_CHANGE_SPEED until then."""
         i, vehicles, params = self.index, self.vehicles, self.params
         vehicles.speed_m_s[i] = _between(params["WPNAV_SPEED"] / 100.0)
         vehicles.climb_m_s[i] = _between(params["WPNAV_SPEED_UP"] / 100.0)

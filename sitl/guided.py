@@ -113,6 +113,11 @@ def flies_guided(ap: "ArduCopter") -> bool:
 def fly(ap: "ArduCopter", position: Point | None, velocity: Point | None) -> None:
     """Hand a target to the position controller. Only velocities expire (GUID_TIMEOUT)."""
     ap.fly_target()
+    kind = (position is not None, velocity is not None)
+    if kind != ap.guided_kind:
+        ap.guided_kind = kind
+        if velocity is not None:  # the controller for velocities begins with WPNAV_SPEED
+            ap.load_speeds()
     ap.target_expires_us = None
     ap.asked_m_s = None if position is not None else velocity
     if velocity is not None:

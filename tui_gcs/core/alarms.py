@@ -252,9 +252,10 @@ class AlarmDesk:
         texts = []
         for group in groups.values():
             text = what + _words(group)
-            severity = SEVERITY[group[0].cause.level] if not what else INFO
-            self._events.say(EventClass.ALARM, who, text, severity)
             texts.append(text)
+            if what or group[0].cause.id not in TOLD:  # those are events already
+                severity = SEVERITY[group[0].cause.level] if not what else INFO
+                self._events.say(EventClass.ALARM, who, text, severity)
         return texts
 
 
