@@ -85,6 +85,7 @@ async def test_arming_several_takes_their_number_and_three_seconds() -> None:
         dialog.tick()
         await c.settle()
         assert c.station.commands() == [f.Arm((1, 2))]
+        await c.tick()  # the station is heard: what is told reaches its journal
         assert "left out 3" in c.result()
         c.station.end_task(1, "done", "armed")
         c.station.end_task(2, "failed", "refused: compass not calibrated")

@@ -173,5 +173,9 @@ class ByHand:
             if (order := self._firmware.of(vehicle).engage(vehicle)) is not None:
                 self._commands.submit(order)
             flight.enter(Phase.BY_HAND, self._clock.now())
+        limit = self._guard.limits.speed_m_s
+        slow = isinstance(flight.course, Stand) and flight.course.speed_m_s < limit
+        if slow and not isinstance(course, Stand):  # it was told to keep below a speed that this course does not
+            self._commands.submit(self._firmware.of(vehicle).change_speed(vehicle, limit))
         flight.course, flight.passed, flight.vetoed = course, None, ""
         return ""
