@@ -55,7 +55,7 @@ class Puppet(Planner):
         return Output(intents, metrics={"steps": self.steps, "offset_m": self.offset_m})
 """
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.long]
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +90,6 @@ def worker_of(team: str) -> int:
     return next(iter(processes(f"--team {team}")), 0)
 
 
-@pytest.mark.long
 def test_a_planner_in_a_file_flies_and_its_hash_is_in_the_status(fleet: Watcher, folder: Path):
     until(lambda: fleet.status is not None and fleet.status.heard == 8, 20, "8 vehicles heard")
     until(lambda: {t.worker for t in fleet.status.teams} == {"running"}, 30, "planners plan")

@@ -26,7 +26,7 @@ from tui_gcs.launcher import launch
 
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.long]
 
 
 class Watcher:
@@ -104,7 +104,6 @@ def test_vehicles_are_heard_and_planners_ready(fleet: Watcher):
     until(lambda: {t.worker for t in fleet.status.teams} == {"running"}, 20, "planners plan")
 
 
-@pytest.mark.long
 def test_sixty_seconds_of_flight(fleet: Watcher):
     until(lambda: fleet.ask(m.Start(vehicles=tuple(range(1, 9)))).ok, 20, "vehicles ready")
     until(lambda: fleet.phases() == {m.Phase.FLYING}, 50, "all at their layers, then the planners")
@@ -159,7 +158,6 @@ def test_a_killed_station_comes_back_with_the_whole_picture_and_sends_nothing(fl
     assert fleet.status.run is m.RunPhase.HOLD
 
 
-@pytest.mark.long
 def test_return_brings_everybody_home_and_a_flying_fleet_keeps_its_station(fleet: Watcher):
     assert not fleet.ask(m.Shutdown()).ok, "not while armed"
     assert fleet.ask(m.Return()).ok

@@ -3,6 +3,7 @@
 They change what is seen, and nothing else.
 """
 
+from textual import work
 from textual.screen import Screen
 
 from tui_gcs.feed import Feed, StatusUpdated
@@ -26,8 +27,9 @@ class MapKeys(Screen[None]):
         t_s = message.status.t_s
         if self.is_current and not 0.0 <= t_s - self._traffic_s < TRAFFIC_PERIOD_S:
             self._traffic_s = t_s
-            self.run_worker(self._ask_traffic(), group="traffic", exclusive=True, exit_on_error=False)
+            self._ask_traffic()
 
+    @work(group="traffic", exclusive=True, exit_on_error=False)
     async def _ask_traffic(self) -> None:
         self.map_view.set_traffic(await self.feed.traffic())
 
