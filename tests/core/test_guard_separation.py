@@ -6,7 +6,7 @@ from guard_rig import LIMITS, passing, sight, stand
 
 from tui_gcs.core.course import Trajectory
 from tui_gcs.core.guard_motion import Does, Sight, foresee, times_of
-from tui_gcs.core.guard_separation import Meeting, meetings
+from tui_gcs.core.guard_separation import Meeting, _is_no_worse, meetings
 
 HERE = (50.0, 50.0, 40.0)
 STILL = (0.0, 0.0, 0.0)
@@ -141,6 +141,14 @@ def test_into_somebody_who_comes_through_anyway_is_worse_than_waiting() -> None:
     comes = Sight(2, (80.0, 50.0, 40.0), (-8.0, 0.0, 0.0))
     assert met(sight(HERE, stand(70.0, 50.0)), comes)
     assert met(sight(HERE, stand(50.0, 50.0)), comes) is None
+
+
+def test_farther_away_at_the_nearest_is_no_worse_only_if_it_is_much_farther() -> None:
+    """On its way there it is nearer for a while: by a third of the limits and less that does not count as better."""
+    braking = np.array([[0.9, 0.9, 0.2, 0.2]])
+    for gained, better in ((0.25, False), (0.35, True), (0.44, True)):
+        going = np.array([[0.2 + gained, 0.2 + gained, 0.2 + gained, 3.0]])
+        assert _is_no_worse(going, braking).tolist() == [better]
 
 
 # ---------------------------------------------------------------- several at once, in their order

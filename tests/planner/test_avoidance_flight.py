@@ -37,7 +37,7 @@ class Swarm:
             told = avoid(places, velocity, wanted, limits) if avoiding else wanted
             flight.plan(
                 *(
-                    Intent(v, "velocity", velocity_m_s=(x, y, z), valid_s=1.0)
+                    Intent(v, "velocity", velocity_m_s=(x, y, z), valid_s=2 * STEP_S)
                     for v, (x, y, z) in zip(flight.ids, told.tolist(), strict=True)
                 )
             )
