@@ -10,6 +10,8 @@ import pytest
 from rig import Rig, scenario
 
 from tui_gcs.core import messages as m
+from tui_gcs.core.firmware.ardupilot import ArduCopter
+from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Phase, RunPhase
 from tui_gcs.core.status import station_status
@@ -67,6 +69,22 @@ def test_resume_goes_on_with_the_planner(rig: MakeRig, tmp_path: Path) -> None:
     flight.run(40.0)
     assert flight.phases() == {Phase.FLYING}
     assert flight.place(2)[:2] == pytest.approx((240.0, 200.0), abs=1.0)
+
+
+def test_planners_are_told_what_flies_before_the_operator_resumes(rig: MakeRig, tmp_path: Path) -> None:
+    flight = killed_in_flight(rig, tmp_path / "memory.json")
+    task = flight.station.desks["defend"].task
+    assert task is not None
+    assert task.off_course_m == UNKNOWN_OFF_COURSE_M, "nobody was heard yet"
+    task = flight.run(5.0).station.desks["defend"].task
+    assert task is not None
+    assert task.off_course_m == ArduCopter.off_course_m
+    revision = task.revision
+    assert flight.ask(m.Resume()).ok
+    flight.run(30.0)
+    task = flight.station.desks["defend"].task
+    assert task is not None
+    assert task.revision == revision, "who flies is not disturbed"
 
 
 def test_return_lands_at_the_original_places(rig: MakeRig, tmp_path: Path) -> None:

@@ -303,13 +303,20 @@ class Station:
     # ---------------------------------------------------------------- vehicles
 
     def _assign_when_idle(self) -> None:
-        """Teams with a count take the lowest ids heard, until the first start; then everybody keeps his place."""
+        """Teams with a count take the lowest ids heard, until the first start; then everybody keeps his place.
+
+        Planners are told anew what is known only of vehicles that were heard, also after a restart: before it resumes.
+        """
         heard = tuple(sorted(v.id for v in self.fleet.vehicles.values() if v.confirmed))
-        if heard != self._assigned_for and self.executive.run is RunPhase.IDLE and math.isnan(self.executive.started_s):
-            self._assigned_for = heard
+        run = self.executive.run
+        if heard == self._assigned_for or run not in (RunPhase.IDLE, RunPhase.HOLD):
+            return
+        self._assigned_for = heard
+        if run is RunPhase.IDLE and math.isnan(self.executive.started_s):
             self.book.assign(self.scenario, list(heard))
-            if changed := {name for name, desk in self.desks.items() if desk.is_changed(self.scenario, self.round)}:
-                self.new_tasks(changed)
+        asked = {name: desk for name, desk in self.desks.items() if run is RunPhase.IDLE or not desk.quarantined}
+        if changed := {name for name, desk in asked.items() if desk.is_changed(self.scenario, self.round)}:
+            self.new_tasks(changed)
 
     # ---------------------------------------------------------------- rounds and teams
 
