@@ -112,7 +112,8 @@ class FlightRecord:
             self._sample(frame.t_s, rows, flying, record)
 
     def _sample(self, now: float, rows: list[VehicleRow], flying: list[VehicleRow], record: RoundRecord) -> None:
-        record.flying = frozenset(row.id for row in flying)
+        if flying:  # all hold for a moment before they return
+            record.flying = frozenset(row.id for row in flying)
         for row in flying:
             record.paths_m.setdefault(row.id, []).append(row.position_m[:2])
         for zone, grid in zip(record.zones, self._grids, strict=True):
