@@ -57,7 +57,28 @@ NAMES = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum",
 
 FILTER = "whom the boxes let through is judged exactly"
 EDGE = "no distance is exactly that"
+AT_LIMIT = "exactly at the limit and its tolerance either will do"
 EQUIVALENT: dict[str, str] = {
+    "guard.judge: True -> False": "both are as long",
+    "guard._rate: docket.now - last_s < MIN_SETPOINT_GAP_S -> docket.now - last_s <= MIN_SETPOINT_GAP_S": AT_LIMIT,
+    "guard._speed: most_up > CLIMB_M_S * SPEED_TOLERANCE -> most_up >= CLIMB_M_S * SPEED_TOLERANCE": AT_LIMIT,
+    "guard._speed: least_up < -DESCENT_M_S * SPEED_TOLERANCE -> least_up <= -DESCENT_M_S * SPEED_TOLERANCE": AT_LIMIT,
+    "guard._course: accel > allowed * ACCEL_TOLERANCE -> accel >= allowed * ACCEL_TOLERANCE": AT_LIMIT,
+    "guard._course: steps.worst(steps.mismatch_m_s()) > MATCH_M_S"
+    " -> steps.worst(steps.mismatch_m_s()) >= MATCH_M_S": AT_LIMIT,
+    "guard._asked_region: asked > BAND_TOLERANCE_M -> asked >= BAND_TOLERANCE_M": AT_LIMIT,
+    "guard._jump: away_m > CATCH_UP_M -> away_m >= CATCH_UP_M": AT_LIMIT,
+    "guard._jump: change > CATCH_UP_S * self.limits.accel_m_s2"
+    " -> change >= CATCH_UP_S * self.limits.accel_m_s2": AT_LIMIT,
+    "guard._jump: length_of(velocity) > BRAKES_BELOW_M_S -> length_of(velocity) >= BRAKES_BELOW_M_S": AT_LIMIT,
+    "guard_region.__init__: self.free.convex_hull.area - self.free.area < SAME_M ** 2"
+    " -> self.free.convex_hull.area - self.free.area <= SAME_M ** 2": EDGE,
+    "guard_region.__init__: self.free.convex_hull.area - self.free.area"
+    " -> self.free.convex_hull.area + self.free.area": "without the short cut the same is found, slower",
+    "guard_region.__init__: SAME_M ** 2 -> SAME_M * 2": "for rounding: either is nothing",
+    "guard_region.__init__: 2 -> 3": "for rounding: either is nothing",
+    "guard_region.outside_m: error > 0 -> error >= 0": "without the short cut the same is found, slower",
+    "guard_region._outside_m: 0.0 -> 0.001": "who is outside is farther outside",
     "guard_courses.FAR_M: 1000000.0 -> 1500000.001": "anything is far",
     "guard_courses._steps: 0.0 -> 0.001": "rounded down to the same sample",
     "guard_separation.SAME: 1e-06 -> 0.0010015": "for rounding; a thousandth of a limit is nothing",

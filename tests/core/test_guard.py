@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tui_gcs.core.course import Stand, Trajectory, course_of, stopping_point
+from tui_gcs.core.guard import Verdict
 from tui_gcs.core.guard_motion import foresee, times_of
 from tui_gcs.core.messages import Intent, Vec3
 from tui_gcs.core.scenario import OperatingArea
@@ -33,6 +34,14 @@ def test_the_stopping_point_counts_not_only_the_place() -> None:
     assert verdict(guard(), (185.0, 100.0, 40.0), passing(190.0, 100.0, vx=8.0)) == "area"
     assert verdict(guard(), (185.0, 100.0, 40.0), passing(190.0, 100.0, vx=-8.0)) == ""
     assert verdict(guard(), (175.0, 100.0, 40.0), passing(180.0, 100.0, vx=8.0)) == ""
+    told = judge(guard(), sight((177.5, 100.0, 40.0), passing(182.5, 100.0, vx=8.0))).text
+    assert told == "(195, 100) is outside the operating area less its margin", "it ends at 195.3"
+
+
+def test_nor_the_stopping_point_alone() -> None:
+    """Back inwards at 8 m/s it would end at 184 m; but first it is told to be at 197 m."""
+    told = judge(guard(), sight((190.0, 100.0, 40.0), passing(197.0, 100.0, vx=-8.0))).text
+    assert told == "(197, 100) is outside the operating area less its margin"
 
 
 def test_half_a_metre_in_the_margin_is_in_the_margin_and_the_text_says_where() -> None:
@@ -49,6 +58,7 @@ def test_what_leads_back_inside_passes() -> None:
     assert verdict(guard(), outside, stand(150.0, 100.0)) == ""
     assert verdict(guard(), outside, stand(210.0, 100.0)) == "", "still outside, but nearer"
     assert verdict(guard(), outside, stand(240.0, 100.0)) == "area", "farther away"
+    assert verdict(guard(), outside, stand(230.0, 120.0)) == "area", "as far"
 
 
 def test_the_straight_way_must_stay_inside_a_concave_area() -> None:
@@ -63,13 +73,20 @@ def test_from_inside_the_margin_the_way_may_not_leave_the_area_either() -> None:
     assert verdict(guard(L_SHAPE), (58.0, 180.0, 40.0), stand(30.0, 180.0)) == "", "straight back inside"
 
 
+def test_a_way_from_inside_to_inside_keeps_the_margin_too() -> None:
+    """Past the inner corner at (60, 60), 3 m from it."""
+    told = judge(guard(L_SHAPE), sight((54.9, 62.0, 40.0), stand(60.0, 54.9))).text
+    assert told == "the straight way there leaves the operating area less its margin"
+
+
 def test_no_fly_zones_are_not_area() -> None:
     g = guard(SQUARE, POND)
     assert verdict(g, (50.0, 50.0, 40.0), stand(100.0, 100.0)) == "area"
     assert verdict(g, (50.0, 50.0, 40.0), stand(100.0, 122.0)) == "area", "the margin belongs to it"
     assert verdict(g, (50.0, 100.0, 40.0), stand(150.0, 100.0)) == "area", "the way leads across"
     assert verdict(g, (50.0, 50.0, 40.0), stand(150.0, 50.0)) == ""
-    assert not g.inside((100.0, 100.0, 40.0))
+    assert not g.inside((100.0, 100.0, 40.0)) and not g.inside((100.0, 119.9, 40.0))
+    assert g.inside((50.0, 50.0, 40.0)) is True
     assert g.outside_m((100.0, 115.0, 40.0)) == pytest.approx(5.0, abs=0.1)
 
 
@@ -94,12 +111,14 @@ def test_outside_the_altitude_band_is_vetoed(z: float) -> None:
 
 def test_half_a_metre_of_tolerance_in_height() -> None:
     assert verdict(guard(), (50.0, 50.0, 21.0), stand(60.0, 50.0, 19.6)) == ""
+    assert verdict(guard(), (50.0, 50.0, 21.0), stand(60.0, 50.0, 19.4)) == "band"
 
 
 def test_back_towards_the_band_passes() -> None:
     assert verdict(guard(), (50.0, 50.0, 120.0), stand(60.0, 50.0, 100.0)) == ""
     assert verdict(guard(), (50.0, 50.0, 5.0), stand(60.0, 50.0, 10.0)) == ""
     assert verdict(guard(), (50.0, 50.0, 100.0), stand(60.0, 50.0, 120.0)) == "band"
+    assert verdict(guard(), (50.0, 50.0, 100.0), stand(60.0, 50.0, 100.0)) == "band", "as far"
 
 
 def test_faster_than_the_limit_is_vetoed() -> None:
@@ -140,6 +159,14 @@ def test_a_predicted_meeting_is_vetoed() -> None:
     assert (judged.code, judged.text) == ("separation", "too close to vehicle 2 in 3.2 s")
 
 
+def test_who_is_in_the_way_may_be_asked_without_being_counted() -> None:
+    g, oncoming = guard(), sight((110.0, 50.0, 40.0), velocity=(-8.0, 0.0, 0.0), id_=2)
+    me = sight((50.0, 50.0, 40.0), passing(50.0, 50.0, vx=8.0))
+    assert g.separation(me, [me, oncoming], 0.0) == Verdict("separation", "too close to vehicle 2 in 3.2 s")
+    assert g.separation(me, [me], 0.0) == Verdict()
+    assert not g.vetoes
+
+
 def test_height_separates() -> None:
     oncoming = sight((110.0, 50.0, 47.0), velocity=(-8.0, 0.0, 0.0), id_=2)
     assert verdict(guard(), (50.0, 50.0, 40.0), passing(50.0, 50.0, vx=8.0), oncoming) == ""
@@ -167,6 +194,24 @@ def test_who_is_in_its_own_column_and_the_ground_are_exempt_but_others_keep_clea
     assert judge(guard(), climbing, sight((60.0, 50.0, 40.0), id_=2)).ok
     low = sight((50.0, 50.0, 1.0), stand(50.0, 50.0, 20.0))
     assert judge(guard(), low, sight((50.0, 52.0, 20.0), id_=2)).ok
+
+
+def test_several_are_judged_as_each_alone() -> None:
+    """One of each kind of verdict, in one go; they are far apart."""
+    asked = [
+        ((20.0, 20.0, 40.0), stand(30.0, 20.0)),
+        ((100.0, 20.0, 40.0), stand(100.0, -1.0)),
+        ((180.0, 20.0, 40.0), stand(170.0, 20.0, 95.0)),
+        ((20.0, 100.0, 40.0), passing(20.0, 100.0, vx=9.0)),
+        ((150.0, 100.0, 40.0), passing(150.0, 120.0, vx=1.0)),
+        ((178.0, 150.0, 60.0), passing(182.5, 150.0, vx=8.0, z=60.0)),
+        ((20.0, 180.0, 40.0), passing(20.0, 180.0, vx=5.0)),
+        ((100.0, 180.0, 89.9), stand(100.0, 170.0, 60.0)),
+    ]
+    sights = [sight(place, course, id_=i) for i, (place, course) in enumerate(asked)]
+    together = guard(SQUARE).judge(sights, [course for _, course in asked], sights, 0.0)
+    assert together == [judge(guard(SQUARE), one, *sights) for one in sights]
+    assert [verdict.code for verdict in together] == ["", "area", "band", "speed", "jump", "area", "", ""]
 
 
 def test_nobody_is_too_close_to_himself() -> None:

@@ -237,6 +237,12 @@ def test_up_and_down_too(z: float, up: float, code: str) -> None:
     assert not code or told.text == "it could not brake in time: 2 m outside the altitude band"
 
 
+def test_below_the_band_and_up_again_is_below_the_band() -> None:
+    """Told to be at 19.2 m and to climb with 2 m/s: it would end at 20 m."""
+    climbs = shifted(samples([(0.0, 0.0, 2.0)] * 9), 0.0, 0.0, 19.2 - 40.0)
+    assert said(climbs, position=(50.0, 50.0, 20.5)).text == "19.2 m is outside the altitude band 20-90 m"
+
+
 def test_with_a_bad_position_the_edge_is_nearer() -> None:
     me = sight((170.0, 50.0, 40.0), stand(180.0, 50.0))
     assert judge(guard(), me).ok
