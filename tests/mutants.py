@@ -67,6 +67,11 @@ EQUIVALENT: dict[str, str] = {
     "guard._course: steps.worst(steps.mismatch_m_s()) > MATCH_M_S"
     " -> steps.worst(steps.mismatch_m_s()) >= MATCH_M_S": AT_LIMIT,
     "guard._asked_region: asked > BAND_TOLERANCE_M -> asked >= BAND_TOLERANCE_M": AT_LIMIT,
+    "guard._asked_region: 1 -> 2": "to reshape any negative number is the rest",
+    "guard._ways: 1 -> 2": "to reshape any negative number is the rest",
+    "guard._braking_region: 1 -> 2": "where braking now ends changes nothing of what is worse",
+    "guard._braking_region: miss > BAND_TOLERANCE_M + BAND_OVERSHOOT_M"
+    " -> miss >= BAND_TOLERANCE_M + BAND_OVERSHOOT_M": AT_LIMIT,
     "guard._jump: away_m > CATCH_UP_M -> away_m >= CATCH_UP_M": AT_LIMIT,
     "guard._jump: change > CATCH_UP_S * self.limits.accel_m_s2"
     " -> change >= CATCH_UP_S * self.limits.accel_m_s2": AT_LIMIT,

@@ -79,6 +79,16 @@ def test_a_way_from_inside_to_inside_keeps_the_margin_too() -> None:
     assert told == "the straight way there leaves the operating area less its margin"
 
 
+def test_from_outside_a_concave_area_straight_back_inside() -> None:
+    assert verdict(guard(L_SHAPE), (62.0, 150.0, 40.0), stand(30.0, 150.0)) == ""
+
+
+def test_beside_one_who_is_inside_the_way_of_one_in_the_margin_is_judged() -> None:
+    inside, margin = sight((30.0, 30.0, 40.0), stand(40.0, 30.0)), sight((58.0, 180.0, 40.0), stand(180.0, 30.0), id_=2)
+    verdicts = guard(L_SHAPE).judge([inside, margin], [stand(40.0, 30.0), stand(180.0, 30.0)], [inside, margin], 0.0)
+    assert [one.code for one in verdicts] == ["", "area"]
+
+
 def test_no_fly_zones_are_not_area() -> None:
     g = guard(SQUARE, POND)
     assert verdict(g, (50.0, 50.0, 40.0), stand(100.0, 100.0)) == "area"

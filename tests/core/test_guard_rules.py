@@ -221,6 +221,11 @@ def test_its_real_velocity_counts() -> None:
     assert at_the_edge(187.0, 6.0, asked=6.0).code == "area"
 
 
+def test_much_too_fast_it_stops_later_than_is_looked_at() -> None:
+    """From 16 m/s: after 5 s of braking it is 7 m outside, in the end 18 m; by turning at once 16 m."""
+    assert said(stand(50.0, 50.0), position=(150.0, 50.0, 40.0), velocity=(16.0, 0.0, 0.0)).code == ""
+
+
 def test_what_turns_away_better_than_braking_passes() -> None:
     """10 m from the edge at 8 m/s it will be outside anyway; back at once is better than a stop."""
     assert said(stand(50.0, 50.0), position=(189.0, 50.0, 40.0), velocity=(8.0, 0.0, 0.0)).code == ""
