@@ -185,7 +185,7 @@ def test_in_flight_zones_may_change(rig: MakeRig) -> None:
     [
         ("lat_deg = 52.0720", "lat_deg = 52.0730", "the origin cannot change in flight"),
         ("layer_m = 27.0", "layer_m = 28.0", "layers cannot change in flight"),
-        ('name = "attack"\nzone', 'name = "attackers"\nzone', "who is in which team"),
+        ('name = "attack"\nzone', 'name = "attackers"\nzone', "teams cannot be added, removed or renamed"),
     ],
 )
 def test_in_flight_places_layers_and_teams_may_not(rig: MakeRig, old: str, new: str, says: str) -> None:

@@ -118,6 +118,40 @@ class FlightBook:
         """Vehicle ids of a team."""
         return tuple(flight.vehicle for flight in self if flight.team == team)
 
+    def why_not_reassigned(self, now: Scenario, new: Scenario) -> str:
+        """Why teams cannot become those of `new` while somebody is in the air, or ""."""
+        if [team.name for team in new.teams] != [team.name for team in now.teams]:
+            return "teams cannot be added, removed or renamed in flight"
+        if [team.count for team in new.teams] != [team.count for team in now.teams]:
+            return "how many vehicles a team has cannot change in flight: name them"
+        teams = self.teams_in_flight(new)
+        for flight in self:
+            if flight.vehicle not in teams and flight.phase is not Phase.GROUND:
+                return f"vehicle {flight.vehicle} would be in no team, and is not on the ground"
+        own = {place.vehicle for place in new.places}
+        if strange := sorted(set(teams) - set(self.flights) - own):
+            return f"vehicle {strange[0]} has no take-off place of its own"
+        return ""
+
+    def reassign(self, scenario: Scenario) -> None:
+        """Other teams in flight (see `why_not_reassigned`): everybody keeps his layer, state and course."""
+        own = {place.vehicle: place.layer_m for place in scenario.places}
+        flights = {}
+        for vehicle, team in self.teams_in_flight(scenario).items():
+            flight = self.flights.get(vehicle)
+            if flight is None and vehicle in own:
+                flight = Flight(vehicle, team, own[vehicle])
+            if flight is not None:
+                flight.team = team
+                flights[vehicle] = flight
+        self.flights = flights
+
+    def teams_in_flight(self, scenario: Scenario) -> dict[int, str]:
+        """Named vehicles are where they are named; those of a team by count stay in it."""
+        counted = {team.name for team in scenario.teams if team.count}
+        stay = {flight.vehicle: flight.team for flight in self if flight.team in counted}
+        return stay | {vehicle: team.name for team in scenario.teams for vehicle in team.vehicles}
+
     def assign(self, scenario: Scenario, heard: list[int]) -> None:
         """Give every vehicle its team and layer; flights already known keep their state.
 

@@ -192,7 +192,7 @@ class RequestDesk:
             return why
         if vehicle.armed or flight.phase is not Phase.GROUND:
             return "already armed" if vehicle.armed else f"busy: {flight.phase}"
-        if problem := _layer_problem(station.scenario, station.round, flight):
+        if problem := _layer_problem(station.scenario, station.round, flight, flight.team):
             return problem
         desk = station.desks.get(flight.team)
         if desk is None or desk.error:
@@ -264,6 +264,7 @@ class RequestDesk:
         """Vehicles of teams that are outside the round's area, or in the air outside its band."""
         station = self._station
         guard = Guard(scenario.limits, round_.area, round_.no_fly)
+        teams = {flight.vehicle: flight.team for flight in station.book} | station.book.teams_in_flight(scenario)
         results = []
         for flight in station.book:
             vehicle = station.fleet.vehicles.get(flight.vehicle)
@@ -276,7 +277,9 @@ class RequestDesk:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=text))
             elif away > 0:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{away:.0f} m outside"))
-            elif flight.phase is not Phase.GROUND and (problem := _layer_problem(scenario, round_, flight)):
+            elif flight.phase is not Phase.GROUND and (
+                problem := _layer_problem(scenario, round_, flight, teams[flight.vehicle])
+            ):
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=problem))
         return tuple(results)
 
@@ -296,11 +299,15 @@ class RequestDesk:
         outside = self._outside(scenario, scenario.rounds[index])
         if outside:
             return Reply(ok=False, text="not applied: vehicles outside the new operating area", results=outside)
+        before = {flight.vehicle: flight.team for flight in station.book}
         station.set_scenario(scenario, request.toml)
-        return Reply(ok=True, text="scenario applied", scenario=station.scenario_changed())
+        moved = [
+            f"vehicle {f.vehicle} to {f.team}" for f in station.book if before.get(f.vehicle) not in (None, f.team)
+        ]
+        return Reply(ok=True, text="; ".join(["scenario applied", *moved]), scenario=station.scenario_changed())
 
     def _why_not_in_flight(self, scenario: Scenario) -> str:
-        """In flight, zones and parameters may change; who flies where at what height may not."""
+        """In flight, zones, parameters and teams may change; where who takes off and how high he flies may not."""
         now = self._station.scenario
         if scenario.origin != now.origin:
             return "not applied: the origin cannot change in flight"
@@ -308,11 +315,8 @@ class RequestDesk:
             return "not applied: limits cannot change in flight"
         if scenario.places != now.places:
             return "not applied: take-off places and layers cannot change in flight"
-        if [(t.name, t.vehicles, t.count) for t in scenario.teams] != [
-            (t.name, t.vehicles, t.count) for t in now.teams
-        ]:
-            return "not applied: who is in which team cannot change in flight"
-        return ""
+        why = self._station.book.why_not_reassigned(now, scenario)
+        return f"not applied: {why}" if why else ""
 
     def _shutdown(self, request: m.Shutdown) -> Reply:
         now = self._station.clock.now()
@@ -329,9 +333,9 @@ class RequestDesk:
         return Reply(ok=True, text="station ends")
 
 
-def _layer_problem(scenario: Scenario, round_: Round, flight: Flight) -> str:
-    """Why a vehicle's layer does not serve its team's zone in this round, or ""."""
-    team = next((t for t in scenario.teams if t.name == flight.team), None)
+def _layer_problem(scenario: Scenario, round_: Round, flight: Flight, team_name: str) -> str:
+    """Why a vehicle's layer does not serve that team's zone in this round, or ""."""
+    team = next((t for t in scenario.teams if t.name == team_name), None)
     zone = next((z for z in round_.zones if team is not None and z.name == team.zone), None)
     if zone is None:
         return ""

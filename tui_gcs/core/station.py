@@ -337,7 +337,9 @@ class Station:
         self.fleet.reframe(frame)
         self.speech.frame = frame
         self.executive.homing.speed_m_s = scenario.limits.speed_m_s
-        if not self.book.any_in_the_air():  # in flight everybody keeps team and layer
+        if self.book.any_in_the_air():
+            self.book.reassign(scenario)
+        else:
             self.book.assign(scenario, sorted(self.fleet.vehicles))
         self.guard.set_round(scenario.limits, self.round.area, self.round.no_fly)
         self._make_desks()

@@ -189,7 +189,8 @@ class TeamDesk:
 
         Flown on eight real ArduCopters: a round was said to be all on slot 1 s after it began, 23 s too early.
         """
-        moved = (intent for intent in plan.intents if intent.vehicle not in self._stopped)
+        ours = set(self._book.members(self.team.name)) - self._stopped  # some may be in another team by now
+        moved = (intent for intent in plan.intents if intent.vehicle in ours)
         going_on = tuple(msgspec.structs.replace(intent, joined=False) for intent in moved)
         return msgspec.structs.replace(plan, intents=going_on)
 
