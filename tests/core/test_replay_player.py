@@ -49,12 +49,12 @@ class Console:
         return self.frames[-1]
 
 
-def heartbeats(path: Path, times_s: list[float]) -> Path:
+def heartbeats(path: Path, times_s: list[float], base_mode: int = 81) -> Path:
     """A log of one vehicle that says nothing but heartbeats, at these seconds."""
     log, encoder = TlogWriter(path), Encoder(7, 1)
     for at_s in times_s:
         beat = encoder.encode(
-            "HEARTBEAT", type=2, autopilot=3, base_mode=81, custom_mode=4, system_status=3, mavlink_version=3
+            "HEARTBEAT", type=2, autopilot=3, base_mode=base_mode, custom_mode=4, system_status=3, mavlink_version=3
         )
         log.write(START_S + at_s, beat)
     log.close()
@@ -167,3 +167,16 @@ def test_what_cannot_be_played_says_so(tmp_path: Path) -> None:
     for speed in (0.0, -1.0, float("nan"), float("inf")):
         with pytest.raises(ValueError, match="replay speed"):
             Player(DATA / "px4-8.tlog", speed, MemoryBus(), VirtualClock())
+
+
+def test_a_recorded_loss_is_an_alarm_that_neither_flashes_nor_rings(tmp_path: Path) -> None:
+    armed = 81 | 128
+    console = Console(heartbeats(tmp_path / "a.tlog", [0.0, 1.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0], armed))
+    console.run(6.0)
+    (alarm,) = console.statuses[-1].alarms
+    assert (alarm.cause, alarm.vehicles, alarm.state, alarm.action) == ("lost", (7,), "acknowledged", "")
+    console.run(7.0)
+    assert "lost" not in [alarm.cause for alarm in console.statuses[-1].alarms]
+    told = [event.text for event in console.events if event.cls is m.EventClass.ALARM]
+    assert "LOST in the air: vehicle 7" in told
+    assert "over: LOST in the air: vehicle 7" in told

@@ -150,3 +150,15 @@ def test_a_caution_rings_once_and_a_bell_that_is_off_never() -> None:
     assert not bell.rings([alarm(1, AlarmLevel.CAUTION)], 60.0)
     bell.is_on = False
     assert not bell.rings([alarm(2)], 70.0)
+
+
+async def test_marks_and_colours_are_the_stations_alarms_and_nothing_else() -> None:
+    async with console(WIDE, trouble) as c:
+        assert "×!5" in c.text()
+        c.station.alarms = lambda: ()  # type: ignore[method-assign]  # put aside, say
+        await c.tick()
+        assert "×x5" in c.text(), "not heard is grey"
+        assert {line[0] for line in c.fly.roster.text().splitlines()[1:]} == {" ", "x"}
+        await c.press("v")
+        assert "!" not in c.app.screen.table.text()
+        assert "^" not in c.app.screen.table.text()

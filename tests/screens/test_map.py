@@ -142,10 +142,10 @@ async def test_only_rows_that_changed_are_drawn_again() -> None:
         view.refresh = lambda *args, **kw: regions.extend(args) or refresh(*args, **kw)
         c.station.changes[1] = {"position_m": (500.0, 390.0, 27.0)}
         frame = c.station.frame()
-        view.set_fleet(frame)
+        view.set_fleet(frame, {})
         assert 0 < len(regions) <= 10
         regions.clear()
-        view.set_fleet(frame)
+        view.set_fleet(frame, {})
         assert regions == []
 
 
@@ -183,11 +183,11 @@ async def test_trail_fades_after_a_minute() -> None:
         station = FakeStation(MemoryBus(), run=RunPhase.RUNNING)
         for _ in range(30):
             station.t_s += 1.0
-            app.map_view.set_fleet(station.frame())
+            app.map_view.set_fleet(station.frame(), {})
         assert len(app.map_view._trails.points_m()) == 8 * 30
         station.run = RunPhase.IDLE
         station.t_s += 61.0
-        app.map_view.set_fleet(station.frame())
+        app.map_view.set_fleet(station.frame(), {})
         await pilot.pause()
         assert len(app.map_view._trails.points_m()) == 0
 

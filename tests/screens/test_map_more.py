@@ -113,7 +113,7 @@ async def test_a_crowd_is_a_number_and_alarms_stand_out() -> None:
         fleet.fly()
         fleet.changes[7] = {"battery_pct": 5.0}
         view.selected = 100
-        view.set_fleet(fleet.frame())
+        view.set_fleet(fleet.frame(), {})
         await pilot.pause()
         shown = picture(app)
         assert "(4)" in shown or "(5)" in shown

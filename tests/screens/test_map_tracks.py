@@ -25,7 +25,7 @@ async def shown(frames: list[FleetFrame], *, ascii_only: bool = False) -> list[s
     async with app.run_test(size=(80, 24)) as pilot:
         app.map_view.set_scenario(Round(name="r", duration_s=60.0, area=AREA, zones=()))
         for one in frames:
-            app.map_view.set_fleet(one)
+            app.map_view.set_fleet(one, {})
             await pilot.pause()
             pictures.append(picture(app))
     return pictures

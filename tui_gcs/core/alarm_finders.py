@@ -9,26 +9,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tui_gcs.core.alarm_signs import VehicleSigns
 from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.firmware.health import Concern, Problem
 from tui_gcs.core.flights import ON_BOARD_STEP, Flight
-from tui_gcs.core.messages import Freshness, Phase, RunPhase
+from tui_gcs.core.messages import Phase, RunPhase
 from tui_gcs.core.messages_alarms import vehicles_words
-from tui_gcs.core.snapshot import problem_of
 from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station
 
-BATTERY_LOW_PCT, BATTERY_CRITICAL_PCT, BATTERY_BAND_PCT = 25.0, 15.0, 3.0
-POOR_POSITION_M, POOR_POSITION_BAND_M = 10.0, 3.0
 OUTSIDE_M, OUTSIDE_BAND_M = 2.0, 1.5
 """What a loop around a corner may overshoot is no breach: `limits.geofence_margin_m` is kept inside already."""
-LOSS_PCT, LOSS_BAND_PCT = 25.0, 10.0
-LEAST_FIX = 3
-"""GPS_FIX_TYPE_3D_FIX."""
-FAILSAFE_STATES = {5: "CRITICAL: a failsafe is active", 6: "EMERGENCY: out of control", 8: "flight was TERMINATED"}
-"""MAV_STATE."""
 TRAFFIC_M, TRAFFIC_UP_M, TRAFFIC_AGE_S = 1500.0, 300.0, 15.0
 """An aircraft nearer than that, both ways, heard no longer ago."""
 HEALTH_ROUND_S = 2.0
@@ -42,7 +35,7 @@ class AlarmFinder:
     def __init__(self, station: "Station", desk: AlarmDesk) -> None:
         """`desk` knows what is up already."""
         self._station = station
-        self._desk = desk
+        self._signs = VehicleSigns(desk)
         self._health: dict[int, tuple[tuple[Concern, Problem], ...]] = {}
         self._next_health = 0
 
@@ -75,55 +68,23 @@ class AlarmFinder:
 
     def _vehicle(self, vehicle: Vehicle, now: float) -> Iterator[Finding]:
         flight = self._station.book.get(vehicle.id)
-        if problem := problem_of(vehicle):
-            yield Finding("identity", vehicle.id, problem)
         in_flight = vehicle.armed or (flight is not None and flight.phase is not Phase.GROUND)
-        freshness = vehicle.freshness(now)
+        link = self._station.links.get(vehicle.link)
+        failed = vehicle.link if link is not None and link.error and len(vehicle.used_paths()) <= 1 else ""
+        yield from self._signs.findings(vehicle, now, in_flight=in_flight, failed_link=failed)
         if not in_flight:
             return
-        if freshness is Freshness.LOST:
-            link = self._station.links.get(vehicle.link)
-            failed = link is not None and link.error and len(vehicle.used_paths()) <= 1
-            yield Finding("link-lost" if failed else "lost", vehicle.id, vehicle.link if failed else "")
-        elif freshness is Freshness.STALE:
-            yield Finding("stale", vehicle.id)
-        if vehicle.system_status in FAILSAFE_STATES:
-            yield Finding("failsafe", vehicle.id, FAILSAFE_STATES[vehicle.system_status])
         if flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step != ON_BOARD_STEP:
             yield Finding("left", vehicle.id)
         if vehicle.airborne:
-            yield from self._battery(vehicle)
-            yield from self._position(vehicle)
             yield from self._own_checks(vehicle)
-            if self._beyond("poor-link", vehicle, vehicle.loss_pct, LOSS_PCT, LOSS_BAND_PCT):
-                yield Finding("poor-link", vehicle.id, f"{10 * round(vehicle.loss_pct / 10)} % of its frames are lost")
         if flight is not None and flight.vetoed:
             yield Finding("vetoed", vehicle.id, flight.vetoed)
-
-    def _battery(self, vehicle: Vehicle) -> Iterator[Finding]:
-        charge_pct = vehicle.battery_pct
-        if charge_pct != charge_pct:
-            yield Finding("battery-unknown", vehicle.id)
-        elif self._beyond("battery-critical", vehicle, -charge_pct, -BATTERY_CRITICAL_PCT, BATTERY_BAND_PCT):
-            yield Finding("battery-critical", vehicle.id, f"{charge_pct:.0f} %")
-        elif self._beyond("battery-low", vehicle, -charge_pct, -BATTERY_LOW_PCT, BATTERY_BAND_PCT):
-            yield Finding("battery-low", vehicle.id, f"{charge_pct:.0f} %")
-
-    def _position(self, vehicle: Vehicle) -> Iterator[Finding]:
-        if 0 < vehicle.gps_fix < LEAST_FIX:
-            yield Finding("position", vehicle.id, "no GPS fix")
-        elif self._beyond("poor-position", vehicle, vehicle.position_error_m, POOR_POSITION_M, POOR_POSITION_BAND_M):
-            error_m = min(vehicle.position_error_m, 999.0)
-            yield Finding("poor-position", vehicle.id, f"±{5 * max(1, round(error_m / 5))} m")
 
     def _own_checks(self, vehicle: Vehicle) -> Iterator[Finding]:
         """What an autopilot says of itself that would keep it on the ground."""
         for concern, problem in self._health.get(vehicle.id, ()):
             yield Finding(_CAUSES[concern], vehicle.id, problem.text)
-
-    def _beyond(self, cause: str, vehicle: Vehicle, value: float, limit: float, band: float) -> bool:
-        """Whether `value` is above its limit; once it is, above a lower one."""
-        return value > (limit - band if self._desk.is_up(cause, vehicle.id) else limit)
 
     def _look_at_health(self, flying: list[Vehicle], gap_s: float) -> None:
         ids = [vehicle.id for vehicle in flying]
@@ -141,7 +102,7 @@ class AlarmFinder:
             return
         outside_m = self._station.guard.outside_walls_m(np.array([vehicle.position_m for vehicle in placed]))
         for vehicle, far_m in zip(placed, outside_m.tolist(), strict=True):
-            if self._beyond("outside", vehicle, far_m, OUTSIDE_M, OUTSIDE_BAND_M):
+            if self._signs.beyond("outside", vehicle, far_m, OUTSIDE_M, OUTSIDE_BAND_M):
                 yield Finding("outside", vehicle.id, f"by {max(1.0, far_m):.0f} m")
 
     def _close(self) -> Iterator[Finding]:

@@ -14,6 +14,8 @@ import msgspec
 
 from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as m
+from tui_gcs.core.alarm_signs import VehicleSigns
+from tui_gcs.core.alarms import AlarmDesk
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import NOTICE, WARNING, EventLog
@@ -30,6 +32,7 @@ from tui_gcs.core.wire.frames import Frame
 
 FRAME_GAP_S = 0.1
 STATUS_GAP_S = 0.5
+ALARM_GAP_S = 0.2
 LONGEST_GAP_S = 10.0
 """Longer silence (logs joined together, a clock that was set) is played as this: long enough to show LOST."""
 MOST_RECORDS_PER_TICK = 20_000
@@ -91,6 +94,9 @@ class Player:
         self._scenario = _bare_scenario(self.name, _first_place(path))
         self._fleet = Fleet(self._played, self._events, LocalFrame(self._scenario.origin), _NOBODY)
         self._book = FlightBook()
+        self._desk = AlarmDesk(self._played, self._events)
+        self._signs = VehicleSigns(self._desk)
+        self._next_look_s = 0.0
         wall_s, frame = next(self._reader)
         self._due: _Due | None = _Due(0.0, wall_s, frame)
         self._last_wall_s = self._played.ahead_s = wall_s
@@ -109,6 +115,7 @@ class Player:
             self._play_until(self._played.now_s + (now - self._last_tick_s) * self._speed)
             self._last_tick_s = now
             self._fleet.tick()
+            self._look_for_alarms()
             self._publish_due(now)
 
     def close(self) -> None:
@@ -152,6 +159,14 @@ class Player:
             text = f"{self._reader.skipped_bytes} byte(s) of the recording were damaged and skipped"
             self._events.say(EventClass.PROCESSING, "replay", text, WARNING)
 
+    def _look_for_alarms(self) -> None:
+        """What the station said of the vehicles, as far as their own telemetry tells."""
+        played_s = self._played.now()
+        if played_s >= self._next_look_s:
+            self._next_look_s = played_s + ALARM_GAP_S
+            vehicles = self._fleet.in_order()
+            self._desk.look(f for v in vehicles for f in self._signs.findings(v, played_s, in_flight=v.armed))
+
     # ---------------------------------------------------------------- bus
 
     def _publish_due(self, now: float) -> None:
@@ -185,6 +200,7 @@ class Player:
             in_control="",
             dropped=dict(self._fleet.dropped),
             recording=self.name,
+            alarms=tuple(_seen(alarm) for alarm in self._desk.alarms() if alarm.state != "over"),
         )
 
     def _scenario_changed(self) -> ScenarioChanged:
@@ -209,6 +225,11 @@ class Player:
         if isinstance(request, m.GetTask):
             return Reply(ok=False, text="a recording has no teams")
         return Reply(ok=True)
+
+
+def _seen(alarm: m.Alarm) -> m.Alarm:
+    """It was in flight that somebody had to act: now it is shown, and neither flashes nor rings nor asks for an act."""
+    return msgspec.structs.replace(alarm, state="acknowledged", fresh=(), action="")
 
 
 def _first_place(path: Path | str) -> Origin:

@@ -127,10 +127,10 @@ class FlyScreen(MapKeys):
         frame = self._known_frame()
         if not self.is_current or frame is None:
             return
-        if _states(frame) != self._states or not 0.0 <= frame.t_s - self._figures_s < FIGURES_PERIOD_S:
+        if self._at_once(frame) != self._states or not 0.0 <= frame.t_s - self._figures_s < FIGURES_PERIOD_S:
             self.show_fleet()
         else:
-            self.map_view.set_fleet(frame)
+            self.map_view.set_fleet(frame, by_vehicle(self.feed.alarms))
 
     def on_status_updated(self, message: StatusUpdated) -> None:
         """Station, teams, links."""
@@ -195,21 +195,23 @@ class FlyScreen(MapKeys):
         """Teams and planners."""
         status = self._known_status(self.feed.status)
         self.planner_panel.show(status)
-        self.brief_panel.show(status, row_of(self._known_frame(), self.selected))
+        row = row_of(self._known_frame(), self.selected)
+        self.brief_panel.show(status, row, by_vehicle(self.feed.alarms))
 
     def show_fleet(self) -> None:
         """Roster, selected vehicle and map."""
         frame = self._known_frame()
         if frame is not None:
             self._figures_s = frame.t_s
-            self._states = _states(frame)
+            self._states = self._at_once(frame)
         count = len(frame.ids) if frame is not None else 0
         self.roster.styles.height = max(4, min(count + 3 if count else EMPTY_LINES, self._roster_room()))
-        self.roster.show(frame, self.feed.selection.ids, self.selected, waiting=self._waiting())
+        alarms = by_vehicle(self.feed.alarms)
+        self.roster.show(frame, self.feed.selection.ids, self.selected, alarms, waiting=self._waiting())
         row = row_of(frame, self.selected)
         self.show_detail()
-        self.brief_panel.show(self._known_status(self.feed.status), row)
-        self.map_view.set_fleet(self.feed.frame, known=frame is not None, silent_s=self.feed.silent_s)
+        self.brief_panel.show(self._known_status(self.feed.status), row, alarms)
+        self.map_view.set_fleet(self.feed.frame, alarms, known=frame is not None, silent_s=self.feed.silent_s)
 
     def show_detail(self) -> None:
         """The vehicle looked at."""
@@ -229,6 +231,11 @@ class FlyScreen(MapKeys):
         started = status is not None and status.mission_time_s > 0.0
         offset_s = round(status.mission_time_s - status.t_s) if status is not None and started else float("nan")
         self.event_lines.show(self.feed.events, offset_s, self.feed.principal)
+
+    def _at_once(self, frame: FleetFrame) -> tuple[object, ...]:
+        """What is shown at once when it changes."""
+        alarms = tuple((alarm.cause, alarm.state, alarm.vehicles) for alarm in self.feed.alarms)
+        return (frame.ids, frame.mode, frame.armed, frame.phase, frame.freshness, frame.problem, alarms)
 
     def _roster_room(self) -> int:
         """Lines the roster may take and still leave the panels below room."""
@@ -275,11 +282,6 @@ class FlyScreen(MapKeys):
             self.map_view.show_cursor(False)
         else:
             self.map_view.follow(False)
-
-
-def _states(frame: FleetFrame) -> tuple[object, ...]:
-    """What is shown at once when it changes."""
-    return (frame.ids, frame.mode, frame.armed, frame.phase, frame.freshness, frame.problem)
 
 
 def present_round(feed: Feed) -> Round | None:

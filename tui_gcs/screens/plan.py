@@ -35,6 +35,7 @@ from tui_gcs.widgets.team_form import TeamForm
 from tui_gcs.widgets.team_text import TeamText, team_text
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.top_lines import TopLines
+from tui_gcs.widgets.vehicle_alarms import by_vehicle
 from tui_gcs.widgets.verdict import EditLine, Remark, VerdictLines
 from tui_gcs.widgets.zone_form import ZoneForm
 from tui_gcs.widgets.zone_list import AREA_ROW, ZoneList
@@ -167,7 +168,8 @@ class PlanScreen(Screen[None]):
 
     def show_fleet(self) -> None:
         """Vehicles on the map."""
-        self.map_view.set_fleet(self.feed.frame, known=not self.feed.station_lost)
+        alarms = by_vehicle(self.feed.alarms)
+        self.map_view.set_fleet(self.feed.frame, alarms, known=not self.feed.station_lost)
 
     def show_plan(self) -> None:
         """Everything but the forms, from the working copy."""

@@ -103,7 +103,7 @@ def alarm_runs(
     tag, ink, tag_ink = alarm_tag(first, bright)
     right = _count(alarms, keys, width)
     action = action_words(first.action, keys)
-    text = f" {first.words()}" + (f"   {arrow} {action}" if first.state != "over" else "")
+    text = f" {first.words()}" + (f"   {arrow} {action}" if action and first.state != "over" else "")
     if notice.text:  # the answer to a key is not to be missed, either
         text = f" {_short(first)}  | {notice.text}"
         right = right if cell_len(tag + text + right) <= width else ""

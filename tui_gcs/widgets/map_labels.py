@@ -9,10 +9,11 @@ from rich.cells import cell_len
 
 from tui_gcs.core.messages import Freshness, VehicleRow
 from tui_gcs.widgets.glyphs import GlyphSet, heading_glyph
-from tui_gcs.widgets.levels import INKS, MARKS, SELECTED_INKS, Level, level_of, on_ground
+from tui_gcs.widgets.levels import INKS, MARKS, SELECTED_INKS, Level, on_ground
 from tui_gcs.widgets.map_scene import Word
 from tui_gcs.widgets.map_viewport import Viewport
 from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.vehicle_alarms import AlarmsOf, level_now
 
 MAX_LABELLED = 60
 """Beyond so many vehicles only the selected and the alarmed ones have labels."""
@@ -81,10 +82,16 @@ class VehicleLabels:
         self._crowded: set[tuple[int, int]] = set()
 
     def draw(
-        self, cells: Cells, view: Viewport, vehicles: Sequence[VehicleRow], selected: int | None, glyphs: GlyphSet
+        self,
+        cells: Cells,
+        view: Viewport,
+        vehicles: Sequence[VehicleRow],
+        selected: int | None,
+        alarms: AlarmsOf,
+        glyphs: GlyphSet,
     ) -> None:
         """All vehicles in view, the selected (reversed) and the alarmed (marked) first."""
-        levels = {row.id: level_of(row) for row in vehicles}
+        levels = {row.id: level_now(row, alarms.get(row.id, ())) for row in vehicles}
         order = sorted(vehicles, key=lambda row: (row.id != selected, -levels[row.id], row.id))
         seen: list[tuple[VehicleRow, tuple[int, int]]] = []
         for row in order:

@@ -34,6 +34,7 @@ from tui_gcs.widgets.map_viewport import Viewport
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import cells_to_strip
 from tui_gcs.widgets.titles import set_title
+from tui_gcs.widgets.vehicle_alarms import AlarmsOf
 
 ASCII_LETTERS = {
     Ink.GRID: "'",
@@ -77,6 +78,7 @@ class MapView(Widget):
         self._origin: Origin | None = None
         self._frame: FleetFrame | None = None
         self._rows: list[VehicleRow] = []
+        self._alarms: AlarmsOf = {}
         self._known = True
         self._silent_s = 0.0
         self._pointer: Pointer | None = None
@@ -110,9 +112,11 @@ class MapView(Widget):
             self._fit_view()
         self._redraw(still=True)
 
-    def set_fleet(self, frame: FleetFrame | None, *, known: bool = True, silent_s: float = 0.0) -> None:
+    def set_fleet(
+        self, frame: FleetFrame | None, alarms: AlarmsOf, *, known: bool = True, silent_s: float = 0.0
+    ) -> None:
         """Show this fleet frame; `known` false (station silent for `silent_s`): every vehicle is drawn as lost."""
-        self._frame, self._rows = frame, frame.rows() if frame is not None else []
+        self._frame, self._rows, self._alarms = frame, frame.rows() if frame is not None else [], alarms
         self._known, self._silent_s = known, 0.0 if known else silent_s
         if not known:
             self._rows = [row._replace(freshness=Freshness.LOST) for row in self._rows]
@@ -367,7 +371,7 @@ class MapView(Widget):
             for word in pointer_words(view, self._pointer, self._origin, self._glyphs):
                 cells.write(word.column, word.row, word.text, word.ink)
         if self._frame is not None:
-            self._labels.draw(cells, view, self._rows, self._selected, self._glyphs)
+            self._labels.draw(cells, view, self._rows, self._selected, self._alarms, self._glyphs)
             if Layer.TRACKS not in self._hidden:
                 for word in track_words(view, self._frame.tracks, self._frame.t_s):
                     cells.must(word)

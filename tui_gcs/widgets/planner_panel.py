@@ -7,6 +7,7 @@ from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.selected import brief_lines
 from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.titles import set_title
+from tui_gcs.widgets.vehicle_alarms import AlarmsOf
 from tui_gcs.widgets.visible import whole_age_s
 from tui_gcs.widgets.words import number
 
@@ -50,16 +51,18 @@ class BriefPanel(LinesView):
 
     _status: StationStatus | None = None
     _row: VehicleRow | None = None
+    _alarms: AlarmsOf = {}
 
-    def show(self, status: StationStatus | None, row: VehicleRow | None) -> None:
+    def show(self, status: StationStatus | None, row: VehicleRow | None, alarms: AlarmsOf) -> None:
         """Show this vehicle and this status."""
-        self._status, self._row = status, row
+        self._status, self._row, self._alarms = status, row, alarms
         set_title(self, f"{row.id}, planner" if row is not None else "planner")
         self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
-        lines: list[Line] = list(brief_lines(self._row, self.glyphs))
+        own = self._alarms.get(self._row.id, ()) if self._row is not None else ()
+        lines: list[Line] = list(brief_lines(self._row, own, self.glyphs))
         if self._status is not None:
             lines += [team_brief(team, self.glyphs) for team in self._status.teams]
             lines.append(fleet_brief(self._status))

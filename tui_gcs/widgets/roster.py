@@ -9,11 +9,12 @@ from textual.message import Message
 
 from tui_gcs.core.messages import FleetFrame, Freshness, VehicleRow
 from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.levels import INKS, MARKS, Level, level_of
+from tui_gcs.widgets.levels import INKS, MARKS, Level
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.titles import set_title
+from tui_gcs.widgets.vehicle_alarms import AlarmsOf, level_now
 from tui_gcs.widgets.visible import whole_age_s
 from tui_gcs.widgets.words import UNKNOWN, autopilot_short, fitted, gps, number, speed_m_s
 
@@ -77,6 +78,7 @@ class Roster(LinesView):
     _frame: FleetFrame | None = None
     _selected: tuple[int, ...] = ()
     _lead: int | None = None
+    _alarms: AlarmsOf = {}
     _first = 0
     _waiting = ""
 
@@ -87,12 +89,21 @@ class Roster(LinesView):
             super().__init__()
             self.vehicle = vehicle
 
-    def show(self, frame: FleetFrame | None, selected: tuple[int, ...], lead: int | None, *, waiting: str = "") -> None:
+    def show(
+        self,
+        frame: FleetFrame | None,
+        selected: tuple[int, ...],
+        lead: int | None,
+        alarms: AlarmsOf,
+        *,
+        waiting: str = "",
+    ) -> None:
         """Show these vehicles, `lead` in view; `None` when nothing is known.
 
         `waiting` says what an empty fleet waits for.
         """
-        self._frame, self._selected, self._lead, self._waiting = frame, selected, lead, waiting
+        self._frame, self._selected, self._lead = frame, selected, lead
+        self._alarms, self._waiting = alarms, waiting
         count = len(frame.ids) if frame is not None else 0
         set_title(self, f"fleet  {count}" + (f"   {len(selected)} selected" if len(selected) > 1 else ""))
         self.update_lines()
@@ -106,7 +117,11 @@ class Roster(LinesView):
         room = max(1, height - 1)
         self._first = _first_shown(self._first, room, rows, self._lead)
         shown = rows[self._first : self._first + room]
-        return [header(columns), *(roster_line(row, columns, row.id in self._selected, self.glyphs) for row in shown)]
+        return [header(columns), *(self._line(row, columns) for row in shown)]
+
+    def _line(self, row: VehicleRow, columns: list[Column]) -> list[Run]:
+        level = level_now(row, self._alarms.get(row.id, ()))
+        return roster_line(row, columns, row.id in self._selected, level, self.glyphs)
 
     def on_click(self, event: events.Click) -> None:
         """Pick the clicked vehicle."""
@@ -132,9 +147,8 @@ def header(columns: list[Column]) -> list[Run]:
     return [(" " * MARK_CELLS + " ".join(_cell(column, column.title) for column in columns), Ink.MUTED)]
 
 
-def roster_line(row: VehicleRow, columns: list[Column], selected: bool, glyphs: GlyphSet) -> list[Run]:
+def roster_line(row: VehicleRow, columns: list[Column], selected: bool, level: Level, glyphs: GlyphSet) -> list[Run]:
     """One vehicle: alarm mark, selection mark, values."""
-    level = level_of(row)
     ink = INKS[level]
     if selected and level is Level.NORMAL:
         ink = Ink.BOLD

@@ -1,10 +1,13 @@
 """Everything about the selected vehicle."""
 
-from tui_gcs.core.messages import FleetFrame, Freshness, VehicleRow
+from collections.abc import Sequence
+
+from tui_gcs.core.messages import Alarm, FleetFrame, Freshness, VehicleRow
 from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.levels import INKS, level_of
+from tui_gcs.widgets.levels import INKS
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run
+from tui_gcs.widgets.vehicle_alarms import level_now
 from tui_gcs.widgets.words import UNKNOWN, gps, heading, number, speed_m_s
 
 
@@ -13,8 +16,8 @@ def row_of(frame: FleetFrame | None, vehicle: int | None) -> VehicleRow | None:
     return frame.row(vehicle) if frame is not None and vehicle is not None else None
 
 
-def brief_lines(row: VehicleRow | None, glyphs: GlyphSet) -> list[list[Run]]:
-    """Three lines for small terminals."""
+def brief_lines(row: VehicleRow | None, alarms: Sequence[Alarm], glyphs: GlyphSet) -> list[list[Run]]:
+    """Three lines for small terminals; `alarms` are its own."""
     if row is None:
         return [[("n or number+Enter selects", Ink.MUTED)], [], []]
     known = row.freshness is not Freshness.LOST
@@ -22,7 +25,7 @@ def brief_lines(row: VehicleRow | None, glyphs: GlyphSet) -> list[list[Run]]:
     power = f"bat {number(row.battery_pct)}% {number(row.battery_v, 1)}V gps {gps(row.gps_fix, row.satellites)}"
     return [
         [(f"{row.id} {row.team[:8]} ", Ink.BOLD), (_if(known, motion), Ink.TEXT)],
-        [(_if(known, power), INKS[level_of(row)])],
+        [(_if(known, power), INKS[level_now(row, alarms)])],
         [(row.problem, Ink.WARNING)]
         if row.problem
         else [(f"{row.phase} slot {row.slot or UNKNOWN} off {number(row.slot_error_m, 0)}m", Ink.TEXT)],

@@ -1,13 +1,15 @@
-"""Which alarm each vehicle has: the level of its cell, and three letters why."""
+"""Which alarms each vehicle has: its level on every screen, and three letters why. The station judges, nobody else."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from tui_gcs.core.messages import Alarm, VehicleRow
+from tui_gcs.core.messages import Alarm, Freshness, VehicleRow
 from tui_gcs.core.messages_alarms import AlarmLevel
-from tui_gcs.widgets.levels import Level, level_of
+from tui_gcs.widgets.levels import Level
 
 LEVELS = {AlarmLevel.WARNING: Level.WARNING, AlarmLevel.CAUTION: Level.CAUTION, AlarmLevel.ADVISORY: Level.NORMAL}
 ACTIVE = ("new", "acknowledged")
+AlarmsOf = Mapping[int, Sequence[Alarm]]
+"""The alarms of each vehicle that has any, the gravest first."""
 
 
 def by_vehicle(alarms: Sequence[Alarm]) -> dict[int, list[Alarm]]:
@@ -21,8 +23,9 @@ def by_vehicle(alarms: Sequence[Alarm]) -> dict[int, list[Alarm]]:
 
 
 def level_now(row: VehicleRow, alarms: Sequence[Alarm]) -> Level:
-    """By its alarms, and by what can be seen of it."""
-    return max([level_of(row), *(LEVELS[alarm.level] for alarm in alarms)])
+    """By the gravest of its own alarms; grey is a vehicle that is not heard and has none."""
+    level = LEVELS[alarms[0].level] if alarms else Level.NORMAL
+    return Level.GREY if level is Level.NORMAL and row.freshness is Freshness.LOST else level
 
 
 def tag_of(alarms: Sequence[Alarm]) -> str:

@@ -1,0 +1,66 @@
+"""What is wrong with one vehicle by its own telemetry alone: in flight, and in a recording of it.
+
+Limits have a dead-band: what is up goes only when it is clearly better.
+"""
+
+from collections.abc import Iterator
+
+from tui_gcs.core.alarms import AlarmDesk, Finding
+from tui_gcs.core.messages import Freshness
+from tui_gcs.core.snapshot import problem_of
+from tui_gcs.core.vehicle import Vehicle
+
+BATTERY_LOW_PCT, BATTERY_CRITICAL_PCT, BATTERY_BAND_PCT = 25.0, 15.0, 3.0
+POOR_POSITION_M, POOR_POSITION_BAND_M = 10.0, 3.0
+LOSS_PCT, LOSS_BAND_PCT = 25.0, 10.0
+LEAST_FIX = 3
+"""GPS_FIX_TYPE_3D_FIX."""
+FAILSAFE_STATES = {5: "CRITICAL: a failsafe is active", 6: "EMERGENCY: out of control", 8: "flight was TERMINATED"}
+"""MAV_STATE."""
+
+
+class VehicleSigns:
+    """Judges vehicle by vehicle; keeps nothing but what the desk knows to be up."""
+
+    def __init__(self, desk: AlarmDesk) -> None:
+        """`desk` knows what is up already."""
+        self._desk = desk
+
+    def findings(self, vehicle: Vehicle, now: float, *, in_flight: bool, failed_link: str = "") -> Iterator[Finding]:
+        """All that is wrong with it; `failed_link` names the one link it was heard on, if that has failed."""
+        if problem := problem_of(vehicle):
+            yield Finding("identity", vehicle.id, problem)
+        if not in_flight:
+            return
+        freshness = vehicle.freshness(now)
+        if freshness is Freshness.LOST:
+            yield Finding("link-lost" if failed_link else "lost", vehicle.id, failed_link)
+        elif freshness is Freshness.STALE:
+            yield Finding("stale", vehicle.id)
+        if vehicle.system_status in FAILSAFE_STATES:
+            yield Finding("failsafe", vehicle.id, FAILSAFE_STATES[vehicle.system_status])
+        if vehicle.airborne:
+            yield from self._battery(vehicle)
+            yield from self._position(vehicle)
+            if self.beyond("poor-link", vehicle, vehicle.loss_pct, LOSS_PCT, LOSS_BAND_PCT):
+                yield Finding("poor-link", vehicle.id, f"{10 * round(vehicle.loss_pct / 10)} % of its frames are lost")
+
+    def beyond(self, cause: str, vehicle: Vehicle, value: float, limit: float, band: float) -> bool:
+        """Whether `value` is above its limit; once it is, above a lower one."""
+        return value > (limit - band if self._desk.is_up(cause, vehicle.id) else limit)
+
+    def _battery(self, vehicle: Vehicle) -> Iterator[Finding]:
+        charge_pct = vehicle.battery_pct
+        if charge_pct != charge_pct:
+            yield Finding("battery-unknown", vehicle.id)
+        elif self.beyond("battery-critical", vehicle, -charge_pct, -BATTERY_CRITICAL_PCT, BATTERY_BAND_PCT):
+            yield Finding("battery-critical", vehicle.id, f"{charge_pct:.0f} %")
+        elif self.beyond("battery-low", vehicle, -charge_pct, -BATTERY_LOW_PCT, BATTERY_BAND_PCT):
+            yield Finding("battery-low", vehicle.id, f"{charge_pct:.0f} %")
+
+    def _position(self, vehicle: Vehicle) -> Iterator[Finding]:
+        if 0 < vehicle.gps_fix < LEAST_FIX:
+            yield Finding("position", vehicle.id, "no GPS fix")
+        elif self.beyond("poor-position", vehicle, vehicle.position_error_m, POOR_POSITION_M, POOR_POSITION_BAND_M):
+            error_m = min(vehicle.position_error_m, 999.0)
+            yield Finding("poor-position", vehicle.id, f"±{5 * max(1, round(error_m / 5))} m")
