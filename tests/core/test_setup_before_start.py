@@ -79,6 +79,18 @@ def test_after_a_change_of_airframe_only_a_reboot_lets_it_start(tmp_path: Path) 
     assert outcome(rig, ARM) == (Outcome.REFUSED, "airframe changed: reboot it before it flies")
 
 
+def test_an_airframe_that_is_set_as_a_plain_parameter_is_one_too(tmp_path: Path) -> None:
+    peer = Calibrated()
+    ParamServer(peer, COPTER)
+    rig = make(tmp_path, peer)
+    same = rig.station.services.params.set(1, "FRAME_CLASS", 1)
+    rig.until(lambda: same.over, 10.0)
+    assert (same.error, rig.vehicle().no_start) == ("", "")
+    other = rig.station.services.params.set(1, "FRAME_CLASS", 2)
+    rig.until(lambda: other.over, 10.0)
+    assert outcome(rig, ARM) == (Outcome.REFUSED, "airframe changed: reboot it before it flies")
+
+
 def test_a_transmitter_that_is_calibrated_is_set_up(tmp_path: Path) -> None:
     rig = make(tmp_path, Calibrated())
     rig.station.services.radios.start(1)

@@ -55,6 +55,7 @@ def page(
         f"<h1>{escape(result.scenario)}</h1>",
         f'<p class="sub">Rehearsal on simulated vehicles, seed {result.seed}. tui-gcs {escape(_version())}.</p>',
         f'<p class="verdict {"ok" if good else "bad"}">{escape(verdict)}</p>',
+        f'<p class="verdict bad">{escape(result.incomplete)}</p>' if result.incomplete else "",
         _conditions(conditions, happened),
         "<h2>The mission</h2>",
         mission_figure(record),

@@ -123,3 +123,9 @@ _WORDS = {
 def airframe(vehicle: Vehicle) -> AirframeWords | None:
     """How this vehicle's airframe is chosen; None if that is not known."""
     return _WORDS.get(vehicle.autopilot)
+
+
+def changes_airframe(vehicle: Vehicle, param: str) -> bool:
+    """Whether a parameter says what this vehicle flies as, so that a new value holds from the next boot only."""
+    words = airframe(vehicle)
+    return words is not None and any(field.param == param for field in words.fields)

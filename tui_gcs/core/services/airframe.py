@@ -53,8 +53,6 @@ class AirframeService:
         def done(change: ParamChange) -> None:
             text = f"airframe NOT changed: {change.error}" if change.error else f"airframe changed: {words.warning}"
             severity = WARNING if change.error else NOTICE
-            if change.changed:
-                vehicle.reboot_first = "airframe changed"
             self._context.events.say(EventClass.SENSOR, f"vehicle {vehicle_id}", text, severity)
             if on_done is not None:
                 on_done(change)

@@ -155,6 +155,13 @@ class ParamSetting:
                 self._checking, self._tries, self._due_s = True, 0, now
         self.tick(wire, now, slow=slow)
 
+    @property
+    def changed(self) -> bool:
+        """Whether the vehicle holds another value now than before."""
+        if not self.over or self.error or self.known is None:
+            return False
+        return not same(self.known.value, self.value, self.known.type)
+
     def end(self, error: str) -> None:
         """It is over."""
         self.over, self.error = True, error

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable
 
 from tui_gcs.core.events import INFO, WARNING
 from tui_gcs.core.firmware import parameters as firmware
+from tui_gcs.core.firmware.airframes import changes_airframe
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.param_cache import CacheKey, ParamCache
@@ -275,6 +276,9 @@ class ParamService:
     def _tell(self, setting: ParamSetting) -> None:
         name = clean(setting.name, 40)
         text = f"parameter {name} NOT SET: {setting.error}" if setting.error else f"{name} = {shown(setting.value)}"
+        vehicle = self.context.fleet.vehicles.get(setting.vehicle)
+        if vehicle is not None and setting.changed and changes_airframe(vehicle, setting.name):
+            vehicle.reboot_first = "airframe changed"
         severity = WARNING if setting.error else INFO
         self.context.events.say(EventClass.MISSION, f"vehicle {setting.vehicle}", text, severity)
         if setting.on_done is not None:
