@@ -8,6 +8,7 @@ import contextlib
 import os
 import signal
 import sys
+import time
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
@@ -47,7 +48,10 @@ if TYPE_CHECKING:
 
 NOTICE_S = 8.0
 SELECT_HELP = "3-7,9  t1  all  none  +5 -5   Enter, Esc"
-STOP_TRIES = 3
+MODIFIERS = frozenset(
+    f"{side}_{name}" for side in ("left", "right") for name in ("shift", "control", "alt", "super", "hyper", "meta")
+) | {"caps_lock", "num_lock", "scroll_lock", "iso_level3_shift", "iso_level5_shift"}
+"""Keys that terminals with the kitty protocol report by themselves."""
 NOTE_SEVERITIES = {Level.NORMAL: 6, Level.GREY: 6, Level.CAUTION: 4, Level.WARNING: 4}
 """MAV_SEVERITY of what is told, in the journal."""
 
@@ -179,9 +183,15 @@ class ConsoleApp(CommandingApp):
         if not isinstance(event, events.Key) or event.is_forwarded:
             await super().on_event(event)
             return
-        was_waiting = self._chord.waiting
-        action, keys = self._chord.press(event, self.clock.now())
-        if was_waiting or self._chord.waiting:
+        if event.key in MODIFIERS:  # some terminals tell of Shift itself: it is part of the key that comes with it
+            return
+        now_s = self.clock.now()
+        pressed_s = now_s - max(
+            0.0, time.monotonic() - event.time
+        )  # a console that was busy still knows what was meant
+        was_waiting = self._chord.is_waiting(pressed_s)
+        action, keys = self._chord.press(event, pressed_s)
+        if was_waiting or self._chord.is_waiting(now_s):
             self._prompt()
         if action:
             await self.run_action(f"app.{action}")
@@ -342,11 +352,13 @@ class ConsoleApp(CommandingApp):
 
     def _prompt(self) -> None:
         text = f"select {self._entry.text}_    {SELECT_HELP}" if self._entry is not None else ""
-        if self._chord.waiting:
+        if self._chord.is_waiting(self.clock.now()):
             text = "! ALL vehicles:  h HOLD   r return   l land here    (Esc: no)"
-            self.set_timer(PREFIX_S, self._prompt)
+            self.set_timer(PREFIX_S + 0.1, self._prompt)
         for lines in self._top_lines():
             lines.alarm_line.set_prompt(text)
+        if isinstance(self.screen, TinyScreen):
+            self.screen.tiny_lines.set_prompt(text)
 
     def _top_lines(self) -> list[TopLines]:
         return [lines for screen in self.screen_stack for lines in screen.query(TopLines)]

@@ -5,7 +5,7 @@ Any other key after `!` is not lost: both go where they would have gone.
 
 from textual.events import Key
 
-PREFIX_S = 2.0
+PREFIX_S = 3.0
 CHORDS = {"h": "hold_all", "r": "return_all", "l": "land_all"}
 """Second key: the app's action."""
 
@@ -18,13 +18,12 @@ class Chord:
         self._prefix: Key | None = None
         self._until_s = 0.0
 
-    @property
-    def waiting(self) -> bool:
-        """Whether `!` was pressed and its second key is awaited."""
-        return self._prefix is not None
+    def is_waiting(self, now_s: float) -> bool:
+        """Whether `!` was pressed and its second key is awaited; not any longer than it would be taken."""
+        return self._prefix is not None and now_s <= self._until_s
 
     def press(self, key: Key, now_s: float) -> tuple[str, list[Key]]:
-        """(action to do now or "", keys to handle as usual) for one key at a time in seconds."""
+        """(action to do now or "", keys to handle as usual) for one key, pressed at a time in seconds."""
         held, self._prefix = self._prefix, None
         if held is not None and now_s <= self._until_s:
             if key.character is not None and key.character.lower() in CHORDS:

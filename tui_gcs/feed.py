@@ -8,6 +8,7 @@ handle messages; nobody polls, and nothing is posted when nothing visible change
 import asyncio
 from collections import deque
 from collections.abc import Callable, Coroutine
+from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from typing import Any, TypeVar
 
@@ -19,9 +20,20 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as wire
 from tui_gcs.core.bus import Bus, BusError, Closable
 from tui_gcs.core.clock import Clock, MonotonicClock
-from tui_gcs.core.messages_services import GetVehicles, ServiceReply, VehicleInfo
+from tui_gcs.core.messages_services import GetTasks, GetVehicles, ServiceReply, VehicleInfo
 from tui_gcs.core.messages_setup import GetTraffic, TrafficRow
 from tui_gcs.core.plan_limits import shown
+from tui_gcs.feed_messages import DisplayLagged as DisplayLagged
+from tui_gcs.feed_messages import EventRaised as EventRaised
+from tui_gcs.feed_messages import FleetUpdated as FleetUpdated
+from tui_gcs.feed_messages import NoticeChanged as NoticeChanged
+from tui_gcs.feed_messages import PlannerUpdated as PlannerUpdated
+from tui_gcs.feed_messages import ScenarioChanged as ScenarioChanged
+from tui_gcs.feed_messages import SelectionChanged as SelectionChanged
+from tui_gcs.feed_messages import StationBack as StationBack
+from tui_gcs.feed_messages import StationLost as StationLost
+from tui_gcs.feed_messages import StatusUpdated as StatusUpdated
+from tui_gcs.feed_messages import VehicleTold as VehicleTold
 from tui_gcs.selection import Known, Selection
 from tui_gcs.widgets.alarm_line import Notice
 from tui_gcs.widgets.visible import visible_fleet, visible_info, visible_status
@@ -31,93 +43,11 @@ STATION_LOST_S = 3.0
 CHECK_S = 1.0
 EVENTS_KEPT = 500
 NOTES_KEPT = 200
+MOST_LOOKERS, MOST_COMMANDERS = 4, 16
+"""Threads that wait for an answer."""
 NO_EVENT = -1
 NO_ANSWER = "the station does not answer"
 T = TypeVar("T")
-
-
-class FleetUpdated(Message, bubble=False):
-    """A fleet frame in which something visible changed."""
-
-    def __init__(self, frame: wire.FleetFrame) -> None:
-        super().__init__()
-        self.frame = frame
-
-    def can_replace(self, message: Message) -> bool:
-        """Only the newest frame matters."""
-        return isinstance(message, FleetUpdated)
-
-
-class StatusUpdated(Message, bubble=False):
-    """A station status in which something visible changed."""
-
-    def __init__(self, status: wire.StationStatus) -> None:
-        super().__init__()
-        self.status = status
-
-    def can_replace(self, message: Message) -> bool:
-        """Only the newest status matters."""
-        return isinstance(message, StatusUpdated)
-
-
-class EventRaised(Message, bubble=False):
-    """Events, oldest first, none missing."""
-
-    def __init__(self, events: tuple[wire.Event, ...]) -> None:
-        super().__init__()
-        self.events = events
-
-
-class ScenarioChanged(Message, bubble=False):
-    """The station flies another scenario, or another version of it."""
-
-    def __init__(self, change: wire.ScenarioChanged) -> None:
-        super().__init__()
-        self.change = change
-
-
-class PlannerUpdated(Message, bubble=False):
-    """What the planners draw, by team."""
-
-    def __init__(self, annotations: dict[str, tuple[wire.Annotation, ...]]) -> None:
-        super().__init__()
-        self.annotations = annotations
-
-
-class SelectionChanged(Message, bubble=False):
-    """Other vehicles are selected, or another one of them is looked at: see `Feed.selection`."""
-
-    def can_replace(self, message: Message) -> bool:
-        """Only the newest selection matters."""
-        return isinstance(message, SelectionChanged)
-
-
-class VehicleTold(Message, bubble=False):
-    """More is known of the vehicle looked at: see `Feed.info`."""
-
-    def can_replace(self, message: Message) -> bool:
-        """Only the newest matters."""
-        return isinstance(message, VehicleTold)
-
-
-class NoticeChanged(Message, bubble=False):
-    """The operator is told something, or not any more: see `Feed.notice`."""
-
-    def can_replace(self, message: Message) -> bool:
-        """Only the newest matters."""
-        return isinstance(message, NoticeChanged)
-
-
-class StationLost(Message, bubble=False):
-    """No status for three seconds; posted again each second while `Feed.silent_s` grows."""
-
-
-class StationBack(Message, bubble=False):
-    """The station is heard (again)."""
-
-
-class DisplayLagged(Message, bubble=False):
-    """The terminal had stopped reading; what is shown now is fresh again."""
 
 
 class Feed:
@@ -175,6 +105,9 @@ class Feed:
         self._looked_at: int | None = None
         self._notes: deque[wire.Note] = deque(maxlen=NOTES_KEPT)
         self._noting = False
+        self._lookers = ThreadPoolExecutor(MOST_LOOKERS, "look")
+        self._commanders = ThreadPoolExecutor(MOST_COMMANDERS, "command")
+        """Their own threads: a HOLD never waits for one in which a question to a silent station runs out its time."""
 
     # ------------------------------------------------------------ life
 
@@ -215,6 +148,8 @@ class Feed:
             timer.cancel()
         for task in self._tasks:
             task.cancel()
+        for threads in (self._lookers, self._commanders):
+            threads.shutdown(wait=False, cancel_futures=True)
         self._loop = None
 
     # ------------------------------------------------------------ from any thread
@@ -345,9 +280,11 @@ class Feed:
             return ServiceReply(ok=False, text=self.read_only)
         key = keys.REQUEST.format(principal=self.principal)
         problem = ""
+        threads = self._lookers if isinstance(request, _READING) else self._commanders
+        loop = asyncio.get_running_loop()
         for _ in range(tries):
             try:
-                data = await asyncio.to_thread(self._bus.ask, key, wire.encode(request), timeout_s)
+                data = await loop.run_in_executor(threads, self._bus.ask, key, wire.encode(request), timeout_s)
                 return wire.decode(data, ServiceReply)
             except BusError as error:
                 problem = f"{NO_ANSWER} ({error})"
@@ -400,12 +337,7 @@ class Feed:
 
     async def traffic(self) -> tuple[TrafficRow, ...]:
         """The aircraft that vehicles' receivers hear; none when the station does not answer."""
-        key = keys.REQUEST.format(principal=self.principal)
-        try:
-            data = await asyncio.to_thread(self._bus.ask, key, wire.encode(GetTraffic()))
-            return wire.decode(data, ServiceReply).traffic
-        except (BusError, msgspec.MsgspecError):
-            return ()
+        return (await self.request(GetTraffic())).traffic
 
     def known(self) -> Known:
         """What names of vehicles can mean now."""
@@ -482,6 +414,8 @@ _READING = (
     wire.GetPlan,
     wire.GetJournal,
     wire.Note,
+    GetTasks,
+    GetTraffic,
     GetVehicles,
 )
 

@@ -1,10 +1,15 @@
 """Keys and dialogs: what is asked of the station, and what is not."""
 
+import asyncio
+import threading
+
 import pytest
 from console import NARROW, WIDE, Console, console
 from fake_station import FakeStation
+from textual.events import Key
 
 from tui_gcs.core import messages as m
+from tui_gcs.core.messages_services import GetVehicles, decode_request
 from tui_gcs.screens.dialogs import RoundDialog, StartDialog
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.help import HelpDialog, PaletteDialog
@@ -121,11 +126,84 @@ async def hold_all(c: Console) -> list[m.AnyRequest]:
     return c.station.commands()
 
 
-@pytest.mark.parametrize("before", [(), ("question_mark",), ("o",), ("p",), ("p", "tab"), ("1", "2"), ("s", "a")])
-async def test_hold_all_works_from_everywhere(before: tuple[str, ...]) -> None:
+EVERYWHERE = {
+    "fly": "",
+    "help": "question_mark",
+    "rounds": "o",
+    "a number": "1 2",
+    "a selection": "s a",
+    "the menu": "1 enter c",
+    "a question": "1 enter c h",
+    "a value": "1 enter c g 4",
+    "the palette": "colon h",
+    "alarms": "A",
+    "layers": "L",
+    "cursor": "x",
+    "plan": "p",
+    "a form": "p tab",
+    "vehicles": "v",
+    "a filter": "v slash a",
+    "journal": "J",
+    "words": "J slash a",
+}
+
+
+@pytest.mark.parametrize("before", EVERYWHERE.values(), ids=EVERYWHERE)
+async def test_hold_all_works_from_everywhere(before: str) -> None:
+    """And says so at once, on whatever screen."""
     async with console(prepare=flight) as c:
-        await c.press(*before)
-        assert await hold_all(c) == [m.Hold()]
+        await c.press(*before.split())
+        assert c.station.commands() == []
+        await c.press("!")
+        assert "! ALL vehicles:  h HOLD" in c.text()
+        await c.press("h")
+        assert c.station.commands() == [m.Hold()]
+        assert "HOLD ALL" in c.text()
+
+
+async def test_hold_all_works_while_flying_by_hand() -> None:
+    async with console(prepare=flight) as c:
+        await c.press("1", "enter", "c", "n", "y", "!", "h")
+        assert c.station.commands()[-1] == m.Hold()
+
+
+async def test_a_terminal_that_tells_of_shift_does_not_break_the_two_keys() -> None:
+    async with console(prepare=flight) as c:
+        await c.press("left_shift", "!", "left_shift", "H")
+        assert c.station.commands() == [m.Hold()]
+        await c.press("1", "enter", "s", "left_shift", "plus", "3", "enter")
+        assert c.app.feed.selection.ids == (1, 3)
+
+
+async def test_two_keys_count_as_they_were_pressed_by_a_console_that_was_busy() -> None:
+    async with console(prepare=flight) as c:
+        bang, h = Key("exclamation_mark", "!"), Key("h", "h")
+        await c.app.on_event(bang)
+        c.clock.advance(60.0)
+        h.time -= 59.0  # pressed a second after the other, handled a minute later
+        await c.app.on_event(h)
+        await c.settle()
+        assert c.station.commands() == [m.Hold()]
+
+
+async def test_a_hold_does_not_wait_for_questions_that_nobody_answers() -> None:
+    async with console(prepare=flight) as c:
+        gate = threading.Event()
+        ask = c.app.feed._bus.ask
+
+        def slow(key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
+            if isinstance(decode_request(payload), GetVehicles):
+                gate.wait(10.0)
+            return ask(key, payload, timeout_s)
+
+        c.app.feed._bus.ask = slow  # type: ignore[method-assign]
+        questions = [asyncio.create_task(c.app.feed.request(GetVehicles((1,)))) for _ in range(40)]
+        await asyncio.sleep(0)
+        await c.pilot.press("!", "h")
+        await c.app.workers.wait_for_complete()
+        assert c.station.commands() == [m.Hold()]
+        gate.set()
+        await asyncio.gather(*questions)
 
 
 async def test_hold_all_works_in_the_start_dialog() -> None:
@@ -137,7 +215,11 @@ async def test_hold_all_works_in_the_start_dialog() -> None:
 async def test_hold_all_works_in_a_tiny_terminal() -> None:
     async with console((40, 10), flight) as c:
         assert isinstance(c.app.screen, TinyScreen)
-        assert await hold_all(c) == [m.Hold()]
+        await c.press("!")
+        assert "h HOLD" in c.text()
+        await c.press("h")
+        assert c.station.commands() == [m.Hold()]
+        assert "HOLD ALL" in c.text()
 
 
 async def test_prefix_alone_does_nothing_and_is_shown() -> None:

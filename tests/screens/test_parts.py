@@ -5,6 +5,7 @@ import math
 import msgspec
 import pytest
 from fake_station import FakeStation
+from textual.drivers import linux_driver
 from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
 from textual.events import Key
 
@@ -15,7 +16,7 @@ from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.messages import RunPhase
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.start_plan import start_plan
-from tui_gcs.widgets.driver import QUEUED_WRITES_MAX, PatientDriver, lagging
+from tui_gcs.widgets.driver import QUEUED_WRITES_MAX, EscapeParser, PatientDriver, lagging
 from tui_gcs.widgets.words import clock, fitted, gps, ids, number
 
 
@@ -57,7 +58,22 @@ def test_text_with_a_bang_is_not_lost() -> None:
     assert chord.press(a, 0.1) == ("", [bang, a])
     chord.press(bang, 1.0)
     assert chord.press(bang, 1.1) == ("", [bang])
-    assert chord.waiting
+    assert chord.is_waiting(1.2)
+    assert not chord.is_waiting(9.0), "no longer than it would be taken"
+
+
+@pytest.mark.parametrize("behind", ["!", ":", "h", "f", "?", "\r"])
+def test_a_key_right_behind_escape_is_a_key(behind: str) -> None:
+    """As tmux sends them, which holds Esc back to see whether a sequence follows."""
+    assert linux_driver.XTermParser is EscapeParser
+    parser = EscapeParser()
+    read = [*parser.feed(f"\x1b{behind}"), *parser.feed("\x1b[A")]
+    assert [key.character for key in read if isinstance(key, Key)] == ["\x1b", behind, None]
+
+
+@pytest.mark.parametrize(("sent", "name"), [("\x1b[A", "up"), ("\x1b[1;5C", "ctrl+right"), ("\x1b[Z", "shift+tab")])
+def test_sequences_are_read_as_ever(sent: str, name: str) -> None:
+    assert [key.key for key in EscapeParser().feed(sent) if isinstance(key, Key)] == [name]
 
 
 def test_every_action_has_its_method() -> None:

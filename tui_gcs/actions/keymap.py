@@ -88,6 +88,8 @@ def _list(keys: object, where: str) -> list[Any]:
 def _key(key: object, where: str) -> str:
     if not isinstance(key, str) or not _KEY.fullmatch(key):
         raise KeymapError(f"{where}: {str(key)[:20]!r} is no key; keys are named as a, A, f1, ctrl+a, plus, minus")
+    if key.startswith("alt+"):
+        raise KeymapError(f"{where}: {key}: Alt cannot be told from Esc and the key; take ctrl+ or a function key")
     if key in RESERVED or key.isdigit():
         raise KeymapError(f"{where}: {key} is taken: it {RESERVED.get(key, 'numbers vehicles')}")
     return key

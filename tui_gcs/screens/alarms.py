@@ -97,7 +97,7 @@ class AlarmScreen(TextDialog[None]):
     def body(self) -> list[Line]:
         """Alarms, what was before, keys."""
         alarms = self.alarms()
-        room = max(4, self.size.height - 5)
+        room = self.room - 2
         lines: list[Line] = []
         for alarm in alarms:
             if len(lines) + 2 > room - 1:

@@ -12,8 +12,8 @@ from tui_gcs.widgets.lines import Line
 from tui_gcs.widgets.palette import Ink
 
 MOST_TYPED = 40
-LINES_BESIDE = 5
-"""Of the palette's box: border, line to type in, reason, keys."""
+LINES_BESIDE = 3
+"""Of the palette's box: line to type in, reason, keys."""
 
 
 class HelpDialog(TextDialog[None]):
@@ -43,8 +43,8 @@ class HelpDialog(TextDialog[None]):
         self.redraw()
 
     def _room(self) -> int:
-        """Lines for keys: the box less its border and the last line."""
-        return max(1, self.size.height - 2 - 3)
+        """Lines for keys: all but the last one."""
+        return self.room - 1
 
     def body(self) -> list[Line]:
         """The keys that fit, and how to leave."""
@@ -117,7 +117,7 @@ class PaletteDialog(TextDialog[str | None]):
     def body(self) -> list[Line]:
         """What was typed, what matches, why the marked one cannot be done."""
         matching = self.matching
-        room = max(1, min(len(self._entries), self.app.size.height - 2 - LINES_BESIDE))
+        room = max(1, min(len(self._entries), self.room - LINES_BESIDE))
         first = max(0, self._at - room + 1)
         lines: list[Line] = [[(": ", Ink.BOLD), (f"{self._typed}_", Ink.BOLD)]]
         for index, entry in enumerate(matching[first : first + room], start=first):

@@ -1,4 +1,7 @@
-"""Base of the dialogs: plain text lines in a box; keys are handled by the subclass, and Esc always leaves."""
+"""Base of the dialogs: plain text lines in a box; keys are handled by the subclass, and Esc always leaves.
+
+A box never covers the first two lines and the last one: alarms, what waits for a key, and who is selected stay in view.
+"""
 
 from collections.abc import Sequence
 from typing import TypeVar
@@ -8,12 +11,16 @@ from textual.screen import ModalScreen
 
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
+from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.titles import set_title
 
 T = TypeVar("T")
 DIALOG_WIDTH = 76
 MOST_CELLS = 72
 """What a line may be long at 80 columns."""
+TOP_LINES, BOTTOM_LINES, BORDER_LINES = 2, 1, 2
+KEPT_LINES = 3
+"""At the end of a text: its keys."""
 
 
 class DialogBox(LinesView):
@@ -32,7 +39,7 @@ class DialogBox(LinesView):
         set_title(self, title)
         screen = self.screen.size
         self.styles.width = min(DIALOG_WIDTH, screen.width - 2)
-        self.styles.height = min(len(text) + 2, screen.height - 2)
+        self.styles.height = min(len(text) + BORDER_LINES, screen.height - TOP_LINES - BOTTOM_LINES)
         self.update_lines()
 
     def lines(self, width: int, height: int) -> Sequence[Line]:
@@ -40,10 +47,26 @@ class DialogBox(LinesView):
         return self._text
 
 
+def fitted(text: list[Line], room: int) -> list[Line]:
+    """The first lines and the last ones, and how many are missing between."""
+    if len(text) <= room:
+        return text
+    missing = len(text) - room + 1
+    first = room - KEPT_LINES - 1
+    return [
+        *text[:first],
+        [(f"  {missing} more lines: a taller terminal shows them", Ink.CAUTION)],
+        *text[-KEPT_LINES:],
+    ]
+
+
 class TextDialog(ModalScreen[T]):
     """Lines in a box, keys handled by the subclass."""
 
-    DEFAULT_CSS = "TextDialog { align: center middle; }"
+    DEFAULT_CSS = f"""
+    TextDialog {{ align: center middle; }}
+    TextDialog DialogBox {{ margin: {TOP_LINES} 0 {BOTTOM_LINES} 0; }}
+    """
 
     title_text = ""
 
@@ -76,9 +99,14 @@ class TextDialog(ModalScreen[T]):
         """The text now."""
         raise NotImplementedError
 
+    @property
+    def room(self) -> int:
+        """Lines that the box has for text."""
+        return max(KEPT_LINES + 1, self.size.height - TOP_LINES - BOTTOM_LINES - BORDER_LINES)
+
     def redraw(self) -> None:
-        """Show `body` again."""
-        self.box.show(self.title_text, self.body())
+        """Show `body` again; what is too long for the terminal loses lines before the keys, never the keys."""
+        self.box.show(self.title_text, fitted(self.body(), self.room))
 
     def text(self) -> str:
         """The text without colours."""

@@ -3,7 +3,7 @@
 from textual.app import ComposeResult
 from textual.screen import ModalScreen
 
-from tui_gcs.feed import Feed, FleetUpdated, StationBack, StationLost, StatusUpdated
+from tui_gcs.feed import Feed, FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
@@ -21,12 +21,22 @@ class TinyLines(LinesView):
         """For this feed."""
         super().__init__(glyphs=glyphs)
         self._feed = feed
+        self._prompt = ""
+
+    def set_prompt(self, text: str) -> None:
+        """Something that waits for the next key; empty when nothing does."""
+        self._prompt = text
+        self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:
         """The worst news first: they may be all that fits."""
         status = self._feed.status
         alarm = worst(self._feed)
         lines: list[Line] = []
+        if self._prompt:
+            lines += [[(piece, Ink.SELECTED)] for piece in _wrapped(self._prompt, width)]
+        elif self._feed.notice.text:  # what became of the last command
+            lines += [[(piece, Ink.BOLD)] for piece in _wrapped(self._feed.notice.text, width)]
         if alarm.text:
             lines += [[("!", Ink.ALARM), (" " + piece, Ink.WARNING)] for piece in _wrapped(alarm.text, width - 2)]
         if status is not None and not self._feed.station_lost:
@@ -63,6 +73,10 @@ class TinyScreen(ModalScreen[None]):
         self._feed.leave(self)
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
+        """Again."""
+        self.tiny_lines.update_lines()
+
+    def on_notice_changed(self, _message: NoticeChanged) -> None:
         """Again."""
         self.tiny_lines.update_lines()
 

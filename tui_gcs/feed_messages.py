@@ -1,0 +1,89 @@
+"""What the feed tells screens and widgets: Textual messages, posted at most five times a second, see `feed.Feed`."""
+
+from textual.message import Message
+
+from tui_gcs.core import messages as wire
+
+
+class FleetUpdated(Message, bubble=False):
+    """A fleet frame in which something visible changed."""
+
+    def __init__(self, frame: wire.FleetFrame) -> None:
+        super().__init__()
+        self.frame = frame
+
+    def can_replace(self, message: Message) -> bool:
+        """Only the newest frame matters."""
+        return isinstance(message, FleetUpdated)
+
+
+class StatusUpdated(Message, bubble=False):
+    """A station status in which something visible changed."""
+
+    def __init__(self, status: wire.StationStatus) -> None:
+        super().__init__()
+        self.status = status
+
+    def can_replace(self, message: Message) -> bool:
+        """Only the newest status matters."""
+        return isinstance(message, StatusUpdated)
+
+
+class EventRaised(Message, bubble=False):
+    """Events, oldest first, none missing."""
+
+    def __init__(self, events: tuple[wire.Event, ...]) -> None:
+        super().__init__()
+        self.events = events
+
+
+class ScenarioChanged(Message, bubble=False):
+    """The station flies another scenario, or another version of it."""
+
+    def __init__(self, change: wire.ScenarioChanged) -> None:
+        super().__init__()
+        self.change = change
+
+
+class PlannerUpdated(Message, bubble=False):
+    """What the planners draw, by team."""
+
+    def __init__(self, annotations: dict[str, tuple[wire.Annotation, ...]]) -> None:
+        super().__init__()
+        self.annotations = annotations
+
+
+class SelectionChanged(Message, bubble=False):
+    """Other vehicles are selected, or another one of them is looked at: see `Feed.selection`."""
+
+    def can_replace(self, message: Message) -> bool:
+        """Only the newest selection matters."""
+        return isinstance(message, SelectionChanged)
+
+
+class VehicleTold(Message, bubble=False):
+    """More is known of the vehicle looked at: see `Feed.info`."""
+
+    def can_replace(self, message: Message) -> bool:
+        """Only the newest matters."""
+        return isinstance(message, VehicleTold)
+
+
+class NoticeChanged(Message, bubble=False):
+    """The operator is told something, or not any more: see `Feed.notice`."""
+
+    def can_replace(self, message: Message) -> bool:
+        """Only the newest matters."""
+        return isinstance(message, NoticeChanged)
+
+
+class StationLost(Message, bubble=False):
+    """No status for three seconds; posted again each second while `Feed.silent_s` grows."""
+
+
+class StationBack(Message, bubble=False):
+    """The station is heard (again)."""
+
+
+class DisplayLagged(Message, bubble=False):
+    """The terminal had stopped reading; what is shown now is fresh again."""
