@@ -5,16 +5,17 @@ whole new one as soon as it reads again; the event loop never waits for it (fact
 """
 
 import contextlib
+import io
 from typing import Any
 
-from rich.console import RenderableType
+from rich.console import Console, RenderableType
 from textual.app import App, ScreenStackError
 from textual.driver import Driver
 from textual.drivers.linux_driver import LinuxDriver
 from textual.screen import Screen
 
 from tui_gcs.widgets.driver import PatientDriver, lagging
-from tui_gcs.widgets.painter import Painter
+from tui_gcs.widgets.painter import Painter, themed
 from tui_gcs.widgets.themes import THEMES
 
 LOOK_AGAIN_S = 0.2
@@ -60,6 +61,17 @@ class ThinApp(App[None]):
     def display_theme(self, name: str) -> None:
         self._painter.theme = THEMES[name]
         self.redraw()
+
+    def export_screenshot(self, *, title: str | None = None, simplify: bool = False) -> str:
+        """The screen as SVG in the theme that is on; Textual's own would always be dark."""
+        console = Console(
+            width=self.size.width, file=io.StringIO(), force_terminal=True, color_system="truecolor", record=True
+        )
+        update = self.screen._compositor.render_update(
+            full=True, screen_stack=self._background_screens, simplify=simplify
+        )
+        console.print(themed(update, self._painter.theme))
+        return console.export_svg(title=title or self.title)
 
     def action_next_theme(self) -> None:
         """Change to the next theme."""

@@ -1,29 +1,16 @@
 """The fly screen shows what the station says, at both sizes."""
 
-import os
-from pathlib import Path
-
 import pytest
 from console import NARROW, WIDE, console
 from fake_station import FakeStation, trouble
+from pictures import same_as_snapshot
 
 from tui_gcs.core.messages import Freshness
 from tui_gcs.widgets.glyphs import ASCII
 
-SNAPSHOTS = Path(__file__).parent / "snapshots"
-
 
 def flight(station: FakeStation) -> None:
     station.fly()
-
-
-def same_as_snapshot(name: str, text: str) -> bool:
-    """Compare with the committed picture; `UPDATE_SNAPSHOTS=1` takes the present one instead."""
-    path = SNAPSHOTS / f"{name}.txt"
-    if os.environ.get("UPDATE_SNAPSHOTS"):
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    return path.read_text(encoding="utf-8") == text
 
 
 @pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])

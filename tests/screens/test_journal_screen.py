@@ -1,7 +1,9 @@
 """The journal screen: follow, filters, older lines from the station's journal."""
 
+import pytest
 from console import NARROW, WIDE, Console, console
 from fake_station import WALL_START_S, FakeStation
+from pictures import same_as_snapshot
 
 from tui_gcs.core.messages import Event, EventClass
 
@@ -31,6 +33,13 @@ def shown(c: Console) -> list[str]:
     return [
         line.split(maxsplit=1)[1].strip() for line in c.app.screen.journal_lines.text().splitlines() if line.strip()
     ]
+
+
+@pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
+async def test_picture(size: tuple[int, int]) -> None:
+    async with console(size, told) as c:
+        await c.press("J", "/", *"vehicle 3", "enter")
+        assert same_as_snapshot(f"journal-{size[0]}x{size[1]}", c.text())
 
 
 async def test_newest_at_the_end_and_followed_and_you_are_you() -> None:

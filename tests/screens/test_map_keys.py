@@ -62,3 +62,11 @@ async def test_a_terminal_that_does_not_read_gets_a_whole_picture_afterwards(mon
         whole = "".join(meter.written[-2:])
         assert "swarm-challenge" in whole
         assert "GUIDED" in whole
+
+
+async def test_a_picture_of_the_screen_has_the_colours_of_its_theme() -> None:
+    async with console(NARROW) as c:
+        assert "#101418" in c.app.export_screenshot()
+        await c.press("T")
+        picture = c.app.export_screenshot()
+        assert "#101418" not in picture and "#d70000" in picture

@@ -1,10 +1,10 @@
 """The plan screen: what is typed shows on the map, and reaches the station only by an explicit apply."""
 
-import os
 from pathlib import Path
 
 import pytest
 from console import NARROW, WIDE
+from pictures import same_as_snapshot
 from plan_station import PlanConsole, PlanStation, plan_console
 
 from tui_gcs.core.messages import Hold, Resume, RunPhase
@@ -14,7 +14,6 @@ from tui_gcs.planner import registry
 from tui_gcs.planner.api import Param
 from tui_gcs.widgets.glyphs import ASCII
 
-SNAPSHOTS = Path(__file__).parent / "snapshots"
 SIZES = pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
 
 
@@ -30,15 +29,6 @@ def _planner(monkeypatch: pytest.MonkeyPatch) -> None:
     """One planner with these parameters, whatever the real ones are."""
     monkeypatch.setattr(registry, "names", lambda: ("patrol",))
     monkeypatch.setattr(registry, "declared", lambda _name: PARAMS)
-
-
-def same_as_snapshot(name: str, text: str) -> bool:
-    """Compare with the committed picture; `UPDATE_SNAPSHOTS=1` takes the present one instead."""
-    path = SNAPSHOTS / f"{name}.txt"
-    if os.environ.get("UPDATE_SNAPSHOTS"):
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    return path.read_text(encoding="utf-8") == text
 
 
 # ---------------------------------------------------------------- what it looks like

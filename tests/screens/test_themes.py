@@ -46,6 +46,30 @@ def test_in_sixteen_colours_alarms_and_zones_stay_apart(sixteen: dict[str, int])
     assert sixteen[palette.BACKGROUND] not in {sixteen[name] for name in (*kinds, palette.TEXT, palette.MUTED)}
 
 
+XTERM = (
+    *("#000000", "#cd0000", "#00cd00", "#cdcd00", "#0000ee", "#cd00cd", "#00cdcd", "#e5e5e5"),
+    *("#7f7f7f", "#ff0000", "#00ff00", "#ffff00", "#5c5cff", "#ff00ff", "#00ffff", "#ffffff"),
+)
+LINUX = (
+    *("#000000", "#aa0000", "#00aa00", "#aa5500", "#0000aa", "#aa00aa", "#00aaaa", "#aaaaaa"),
+    *("#555555", "#ff5555", "#55ff55", "#ffff55", "#5555ff", "#ff55ff", "#55ffff", "#ffffff"),
+)
+
+
+@pytest.mark.parametrize("shown", [XTERM, LINUX], ids=["xterm", "linux"])
+@pytest.mark.parametrize("theme", THEMES.values(), ids=lambda theme: theme.name)
+def test_in_sixteen_colours_what_must_be_read_can_be_read(theme: Theme, shown: tuple[str, ...]) -> None:
+    sixteen = SIXTEEN_OF.get(theme.name, SIXTEEN)
+    least = 2.5 if theme.name == "night" else 4.0
+    for name in (*ALARMS, palette.DEFEND, palette.ATTACK):
+        assert contrast(shown[sixteen[name]], shown[sixteen[palette.BACKGROUND]]) > least, name
+
+
+def test_warning_and_caution_stay_apart_in_256_colours() -> None:
+    red, yellow = (Color.parse(name).downgrade(ColorSystem.EIGHT_BIT).number for name in ALARMS[:2])
+    assert (red, yellow) == (203, 221), "ff5f5f and ffd75f"
+
+
 def test_pens_follow_the_theme() -> None:
     style = Style(color=palette.WARNING, bgcolor=palette.BACKGROUND, bold=True)
     assert Pens(ColorSystem.STANDARD).of(style).foreground == "91"

@@ -3,6 +3,7 @@
 import pytest
 from console import NARROW, WIDE, Console, console
 from fake_station import FakeStation, trouble
+from pictures import same_as_snapshot
 
 from tui_gcs.core.messages import Freshness
 from tui_gcs.widgets.glyphs import ASCII
@@ -40,6 +41,14 @@ async def test_250_vehicles_are_in_view_at_80x24_each_with_shape_and_level() -> 
         assert lines[18].startswith(" !LST 5  !BAT 250")
         inks = {text.strip(): ink for line in c.app.screen.grid._lines for text, ink in line}
         assert (inks["▲  6"], inks["!▲250"]) == (Ink.TEXT, Ink.WARNING)
+
+
+@pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
+@pytest.mark.parametrize(("name", "count"), [("table", 8), ("grid", 120)])
+async def test_picture(size: tuple[int, int], name: str, count: int) -> None:
+    async with console(size, fleet_of(count)) as c:  # type: ignore[arg-type]
+        await opened(c, "n", "n", "n", "n", "n")
+        assert same_as_snapshot(f"vehicles-{name}-{size[0]}x{size[1]}", c.text())
 
 
 async def test_table_sorts_by_any_column_and_unknown_comes_last() -> None:

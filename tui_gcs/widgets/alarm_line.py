@@ -11,7 +11,7 @@ from tui_gcs.core.messages_alarms import AlarmLevel, AlarmState, action_words
 from tui_gcs.widgets.levels import Level
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.strips import Run
+from tui_gcs.widgets.strips import Run, cut
 
 FLASH_S = 0.5
 """Half a period: 1 Hz is what a slow link carries."""
@@ -108,7 +108,9 @@ def alarm_runs(
         text = f" {_short(first)}  | {notice.text}"
         right = right if cell_len(tag + text + right) <= width else ""
     room = width - len(tag) - len(right)
-    return [(tag, tag_ink), (_cut(text, room).ljust(room), ink), (right, Ink.TEXT)]
+    if cell_len(text) > room:  # the first thing to do, rather than a part of the second
+        text = text.partition(", or ")[0]
+    return [(tag, tag_ink), (cut(text, room), ink), (right, Ink.TEXT)]
 
 
 def alarm_tag(alarm: Alarm, bright: bool = True) -> tuple[str, Ink, Ink]:
@@ -135,7 +137,3 @@ def _short(alarm: Alarm) -> str:
     """Without the details."""
     whole = alarm.words()
     return whole.replace(f"  {alarm.text}", "", 1) if alarm.text else whole
-
-
-def _cut(text: str, room: int) -> str:
-    return text if cell_len(text) <= room else text[: max(0, room - 2)] + ".."

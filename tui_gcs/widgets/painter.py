@@ -17,6 +17,7 @@ from typing import cast
 from rich.cells import get_character_cell_size
 from rich.color import Color, ColorSystem
 from rich.console import Console, RenderableType
+from rich.segment import Segment, Segments
 from rich.style import Style
 from textual._compositor import ChopsUpdate, CompositorUpdate, LayoutUpdate
 from textual.strip import Strip
@@ -257,6 +258,23 @@ def _pieces(update: CompositorUpdate) -> Iterator[tuple[int, int, Iterable[Strip
             for end, (x, strip) in zip(update.chop_ends[y], update.chops[y].items(), strict=False):
                 if strip is not None and x <= last and end > first:
                     yield y, x, [strip if end <= last else strip.crop(0, min(end, last) - x)]
+
+
+def themed(update: CompositorUpdate, theme: Theme) -> Segments:
+    """All that an update shows, line by line in the colours of a theme, for pictures of the screen."""
+
+    def colour(color: Color | None) -> Color | None:
+        return color if color is None or color.triplet is None else Color.parse(theme.colour(color.triplet.hex))
+
+    segments = []
+    for _, _, strips in _pieces(update):
+        for strip in strips:
+            for text, style, _ in strip:
+                if style is not None:
+                    style += Style.from_color(colour(style.color), colour(style.bgcolor))
+                segments.append(Segment(text, style))
+        segments.append(Segment.line())
+    return Segments(segments)
 
 
 def _cells(text: str) -> list[str]:

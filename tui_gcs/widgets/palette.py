@@ -9,7 +9,7 @@ from enum import IntEnum
 from rich.style import Style
 
 WARNING = "#ff5050"
-CAUTION = "#f0c040"
+CAUTION = "#f0c840"
 ADVISORY = "#56b4e9"
 NORMAL = "#4ebf71"
 MUTED = "#909090"

@@ -11,10 +11,13 @@ from tui_gcs.core.messages import VehicleRow
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.strips import cut
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.words import ids
 
 MOST_ROWS = 10
+BESIDE_REASON = 38
+"""Cells for id, word and the first words of how the vehicle is now; the reason gets what it needs of the others."""
 
 
 class Came(Enum):
@@ -105,6 +108,7 @@ class ResultPanel(LinesView):
         lines: list[Line] = [[(text, ink)]]
         ordered = sorted(self._results, key=lambda r: (r.came in GOOD, r.came is Came.WAITING, r.vehicle))
         room = max(1, height - 2)
+        reason = min(max(len(result.text) for result in ordered), max(0, width - BESIDE_REASON)) if ordered else 0
         for result in ordered[:room]:
             color = _INKS.get(result.came, Ink.CAUTION)
             now = self._words(self._now(result.vehicle))
@@ -112,7 +116,7 @@ class ResultPanel(LinesView):
                 [
                     (f"{result.vehicle:<4}", Ink.BOLD),
                     (f"{result.came.value:<10}", color),
-                    (f"{result.text[:38]:<38}  ", Ink.TEXT),
+                    (cut(result.text, reason) + "  ", Ink.TEXT),
                     (f"now: {now}", Ink.MUTED),
                 ]
             )

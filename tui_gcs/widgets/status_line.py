@@ -2,14 +2,17 @@
 
 import time
 
+from rich.cells import cell_len
+
 from tui_gcs.core.messages import Kind, RunPhase, StationStatus
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.strips import Run
+from tui_gcs.widgets.strips import Run, cut
 from tui_gcs.widgets.words import clock
 
 WIDE = 100
+LEAST_NAME_CELLS = 7
 KIND_INKS = {Kind.SIM: Ink.SELECTED, Kind.LIVE: Ink.LIVE, Kind.REPLAY: Ink.REPLAY}
 RUN_WORDS = {
     RunPhase.IDLE: "not started",
@@ -56,8 +59,7 @@ def status_runs(status: StationStatus, width: int, wall_s: float, principal: str
     gap = ("   " if width >= WIDE + 15 else "  ", Ink.TEXT)
     runs: list[Run] = [(f" {status.kind} ", KIND_INKS[status.kind])]
     if status.scenario:
-        limit = 20 if wide else 15
-        runs.append((f" {status.scenario[:limit]}", Ink.BOLD))
+        runs.append((f" {status.scenario[: 20 if wide else 15]}", Ink.BOLD))
         number = f"{status.round_index + 1}/{len(status.rounds)}"
         runs += [gap, (f"Round {number}" if wide else f"R{number}", Ink.TEXT)]
         running = status.run is RunPhase.RUNNING
@@ -70,6 +72,9 @@ def status_runs(status: StationStatus, width: int, wall_s: float, principal: str
         runs += [gap, *planner]
     control = "you" if status.in_control == principal else status.in_control or "nobody"
     runs += [gap, (f"control: {control}" if wide else f"ctl {control}", Ink.TEXT)]
+    if status.scenario:  # its name gives way to facts
+        over = max(0, sum(cell_len(text) for text, _ in runs) - width)
+        runs[1] = (cut(runs[1][0], max(LEAST_NAME_CELLS, cell_len(runs[1][0]) - over)), Ink.BOLD)
     utc = _utc(wall_s)
     used = sum(len(text) for text, _ in runs) + len(gap[0]) + len(utc)
     if wide and used <= width:  # half a time is worse than none

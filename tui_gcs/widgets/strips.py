@@ -15,6 +15,9 @@ from tui_gcs.widgets.palette import STYLES, Ink
 Run = tuple[str, Ink]
 """A piece of a line and its ink."""
 
+CUT = ".."
+LEAST_CUT_CELLS = 5
+"""With fewer, the sign would hide more than it tells."""
 _REVERSED = {ink for ink, style in STYLES.items() if style.reverse}
 
 
@@ -33,8 +36,16 @@ def cells_to_strip(codes: NDArray[np.uint32], inks: NDArray[np.uint8], base: Sty
     return Strip(segments, len(text))
 
 
+def cut(text: str, width: int) -> str:
+    """`text` in exactly so many cells; if a word is lost, it says so."""
+    kept = set_cell_size(text, width)
+    if len(kept) >= len(text.rstrip()) or width < LEAST_CUT_CELLS:
+        return kept
+    return set_cell_size(text, width - len(CUT)) + CUT
+
+
 def runs_to_strip(runs: Iterable[Run], width: int, base: Style) -> Strip:
-    """A line of text cut or filled to `width` cells. The text is never markup."""
+    """A line of text cut or filled to `width` cells; what is cut ends with `..`. The text is never markup."""
     segments: list[Segment] = []
     used = 0
     for text, ink in runs:
@@ -42,7 +53,7 @@ def runs_to_strip(runs: Iterable[Run], width: int, base: Style) -> Strip:
             break
         wide = cell_len(text)
         if used + wide > width:
-            text, wide = set_cell_size(text, width - used), width - used
+            text, wide = cut(text, width - used), width - used
         segments.append(Segment(text, base + STYLES[ink]))
         used += wide
     if used < width:
