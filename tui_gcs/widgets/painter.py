@@ -248,7 +248,7 @@ def _change(old: Pen, new: Pen) -> str:
     return f"\x1b[{';'.join(codes)}m"
 
 
-def _pieces(update: CompositorUpdate) -> Iterator[tuple[int, int, Iterable[Strip]]]:
+def _pieces(update: object) -> Iterator[tuple[int, int, Iterable[Strip]]]:
     """(y, x, strips side by side from x on) of all that an update holds."""
     if isinstance(update, LayoutUpdate):
         for y, strips in enumerate(update.strips, update.region.y):
@@ -260,7 +260,7 @@ def _pieces(update: CompositorUpdate) -> Iterator[tuple[int, int, Iterable[Strip
                     yield y, x, [strip if end <= last else strip.crop(0, min(end, last) - x)]
 
 
-def themed(update: CompositorUpdate, theme: Theme) -> Segments:
+def themed(update: object, theme: Theme) -> Segments:
     """All that an update shows, line by line in the colours of a theme, for pictures of the screen."""
 
     def colour(color: Color | None) -> Color | None:
