@@ -348,6 +348,7 @@ def test_a_landing_whose_command_is_lost_for_a_while_still_lands(rig: MakeRig) -
 # ---------------------------------------------------------------- lost, found, taken over
 
 
+@pytest.mark.long
 def test_a_lost_vehicle_is_taken_out_and_its_team_respaces_within_five_seconds(rig: MakeRig) -> None:
     """With the real patrol planner: three vehicles have slots n/4, then the fourth is heard no more: n/3."""
     flight = rig(4, wants=None).flying()
@@ -367,6 +368,7 @@ def test_a_lost_vehicle_is_taken_out_and_its_team_respaces_within_five_seconds(r
     assert flight.station.guard.vetoes == {}
 
 
+@pytest.mark.long
 def test_a_vehicle_that_goes_home_and_one_that_lands_by_itself_are_replaced_within_five_seconds(rig: MakeRig) -> None:
     flight = rig(4, wants=None).flying()
     flight.until(lambda: slots(flight) == {"1/4", "2/4", "3/4", "4/4"}, 10.0)

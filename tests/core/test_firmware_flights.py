@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 from rig import Rig
 
 from tui_gcs.core import messages as m
@@ -13,6 +14,7 @@ MakeRig = Callable[..., Rig]
 HOLD, OFFBOARD, GUIDED = 0x03040000, 0x060000, 4
 
 
+@pytest.mark.long
 def test_a_mixed_fleet_keeps_its_slots_holds_goes_on_and_comes_home(rig: MakeRig) -> None:
     flight = rig(2, wants=None, autopilots="mixed").flying()
     assert flight.frame is not None and flight.frame.autopilot == ("ArduCopter", "PX4")

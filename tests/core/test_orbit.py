@@ -64,6 +64,7 @@ def silent(frame: FleetFrame, task: PlannerTask) -> list[Intent]:
     return []
 
 
+@pytest.mark.long
 def test_both_autopilots_fly_it_and_learn_to_keep_to_it(rig: Callable[..., Rig]) -> None:
     flight = rig(2, wants=silent, autopilots="mixed").flying()
     limits = flight.station.guard.limits
