@@ -172,3 +172,52 @@ def test_a_link_that_fails_and_works_again_is_told_and_counted(rig: MakeRig) -> 
     flight.run(1.0)
     assert flight.texts("link memory") == ["cable pulled", "works again"]
     assert station_status(flight.station, 1).faults == {"link": 1}
+
+
+def test_what_was_answered_stays_answered_and_nothing_is_new(rig: MakeRig, tmp_path: Path) -> None:
+    flight = rig(3).flying()
+    silent = {1, 2}
+    flight.loses = lambda way, index: way == "up" and index in silent
+    flight.run(6.0)
+    raised = {alarm.cause: alarm.raised for alarm in flight.station.alarms.alarms()}
+    assert flight.ask(m.Acknowledge(raised=raised)).ok
+    StationMemory(tmp_path / "memory.json").remember(flight.station)
+    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    flight.run(20.0)
+    lost = next(alarm for alarm in flight.station.alarms.alarms() if alarm.cause == "lost")
+    assert (lost.state, lost.vehicles, lost.raised) == ("acknowledged", (2, 3), raised["lost"])
+    told = [text for text in flight.texts("alarm") if "HOLD" not in text]
+    assert told == [], "nor is vehicle 1 lost, or has left, because it was not heard in the first moment"
+    silent.add(0)
+    flight.run(6.0)
+    lost = next(alarm for alarm in flight.station.alarms.alarms() if alarm.cause == "lost")
+    assert (lost.state, lost.fresh) == ("new", (1,))
+    assert lost.raised > raised["lost"], "numbers go on: a console that had the old ones knows that it is new"
+
+
+def test_what_was_over_and_nobody_saw_is_still_told(rig: MakeRig, tmp_path: Path) -> None:
+    flight = rig(2).flying()
+    silent = {1}
+    flight.loses = lambda way, index: way == "up" and index in silent
+    flight.run(6.0)
+    silent.clear()
+    flight.run(6.0)
+    StationMemory(tmp_path / "memory.json").remember(flight.station)
+    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    flight.run(5.0)
+    assert ["over"] == [alarm.state for alarm in flight.station.alarms.alarms() if alarm.cause == "lost"]
+
+
+def test_who_must_be_rebooted_is_remembered_until_it_has_been(rig: MakeRig, tmp_path: Path) -> None:
+    flight = rig(2).ready()
+    flight.station.fleet.vehicles[1].reboot_first = "airframe changed"
+    flight.run(1.0)
+    StationMemory(tmp_path / "memory.json").remember(flight.station)
+    for rebooted in (False, True):
+        if rebooted:
+            flight.sim._pilots[0].restart(flight.sim._now_us)
+        flight.restart_station(StationMemory(tmp_path / "memory.json"))
+        flight.run(20.0)
+        why = "" if rebooted else "airframe changed: reboot it before it flies"
+        assert flight.station.fleet.vehicles[1].no_start == why
+        assert flight.station.fleet.vehicles[2].no_start == ""

@@ -26,6 +26,8 @@ TRAFFIC_M, TRAFFIC_UP_M, TRAFFIC_AGE_S = 1500.0, 300.0, 15.0
 """An aircraft nearer than that, both ways, heard no longer ago."""
 HEALTH_ROUND_S = 2.0
 """Each flying vehicle's own checks are looked at once in this time: they are many."""
+SETTLES_S = 5.0
+"""A station that begins has not heard everybody yet, nor seen what they do."""
 FAILED = ("dead", "quarantined", "late")
 
 
@@ -36,6 +38,7 @@ class AlarmFinder:
         """`desk` knows what is up already."""
         self._station = station
         self._signs = VehicleSigns(desk)
+        self._settled_s = station.clock.now() + SETTLES_S
         self._health: dict[int, tuple[tuple[Concern, Problem], ...]] = {}
         self._next_health = 0
 
@@ -62,6 +65,8 @@ class AlarmFinder:
 
     def _absent(self) -> Iterator[Finding]:
         """In the air when an earlier start of this station last heard them, and never heard since."""
+        if self._station.clock.now() < self._settled_s:
+            return
         for flight in self._station.book:
             if flight.phase is not Phase.GROUND and flight.vehicle not in self._station.fleet.vehicles:
                 yield Finding("lost", flight.vehicle)
@@ -74,7 +79,8 @@ class AlarmFinder:
         yield from self._signs.findings(vehicle, now, in_flight=in_flight, failed_link=failed)
         if not in_flight:
             return
-        if flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step != ON_BOARD_STEP:
+        has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step != ON_BOARD_STEP
+        if has_left and now >= self._settled_s:
             yield Finding("left", vehicle.id)
         if vehicle.airborne:
             yield from self._own_checks(vehicle)

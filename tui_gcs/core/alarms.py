@@ -7,6 +7,7 @@ from another member of the same vehicle is frozen and not shown. A member that c
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from tui_gcs.core.alarm_causes import BY_ID, MOST_SHELVED_MIN, RANK, Cause
 from tui_gcs.core.clock import Clock
@@ -25,6 +26,8 @@ TOLD = ("alert", "report")
 """Causes that are told once, in an event."""
 TOLD_S = 30.0
 """For so long that counts as true."""
+RECALLED_S = 15.0
+"""After a restart what was wrong counts as wrong for so long, until the vehicles are heard or LOST."""
 _STATES: tuple[AlarmState, ...] = ("new", "over", "acknowledged", "shelved")
 
 
@@ -84,6 +87,7 @@ class AlarmDesk:
         self._members: dict[tuple[str, Subject], _Member] = {}
         self._raised = 0
         self._told: dict[tuple[str, Subject], tuple[float, str]] = {}
+        self._memory: dict[str, Any] | None = None
 
     # ---------------------------------------------------------------- what is wrong
 
@@ -172,6 +176,51 @@ class AlarmDesk:
         if not member.raised:
             return now - member.seen_s > member.cause.off_s
         return member.over_s is not None and member.acknowledged and now - member.over_s > CHATTER_S
+
+    # ---------------------------------------------------------------- over a restart of the station
+
+    def memory(self) -> dict[str, Any]:
+        """What the next start must know: what was raised, who has answered it. New with every change worth telling."""
+        if self._memory is None or self._memory["changes"] != self.changes:
+            members = [
+                {
+                    "cause": member.cause.id,
+                    "subject": member.subject,
+                    "text": member.text,
+                    "raised": member.raised,
+                    "since_s": member.since_s,
+                    "acknowledged": member.acknowledged,
+                    "by": member.by,
+                    "is_over": member.over_s is not None,
+                    "shelved_until_s": member.shelved_until_s,
+                }
+                for member in self._members.values()
+                if member.raised
+            ]
+            self._memory = {"changes": self.changes, "raised": self._raised, "members": members}
+        return self._memory
+
+    def recall(self, held: Mapping[str, Any]) -> None:
+        """Go on from what `memory` gave: nothing is new because the station is."""
+        now = self._clock.now()
+        self._raised = held.get("raised", 0)
+        for item in held.get("members", ()):
+            cause = BY_ID.get(item["cause"])
+            if cause is None:
+                continue
+            longest_s = now + 60.0 * MOST_SHELVED_MIN[cause.level]  # the machine may have begun to count anew
+            self._members[item["cause"], item["subject"]] = _Member(
+                cause,
+                item["subject"],
+                text=item["text"],
+                seen_s=now + RECALLED_S,
+                raised=item["raised"],
+                since_s=min(item["since_s"], now),
+                acknowledged=item["acknowledged"],
+                over_s=now if item["is_over"] else None,
+                by=item["by"],
+                shelved_until_s=min(item["shelved_until_s"], longest_s),
+            )
 
     # ---------------------------------------------------------------- what operators answer
 

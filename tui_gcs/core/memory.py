@@ -1,4 +1,4 @@
-"""What a station must know again after `kill -9`: scenario, round, who is in which team, where home is.
+"""What a station must know again after `kill -9`: scenario, round, teams, homes, answered alarms, who must be rebooted.
 
 A restarted station shows the whole picture and sends no set-point: vehicles found in the air are shown as holding.
 """
@@ -61,6 +61,8 @@ class StationMemory:
         station.revision = self._held["revision"]
         station.task_revision = self._held["task_revision"]
         station.set_round(min(self._held["round_index"], len(station.scenario.rounds) - 1))
+        station.alarms.recall(self._held.get("alarms", {}))
+        station.reboots.recall(self._held.get("reboots", {}))
 
     def remember(self, station: "Station") -> None:
         """Write down what changed."""
@@ -82,6 +84,8 @@ class StationMemory:
                 }
                 for f in station.book
             ],
+            "alarms": station.alarms.memory(),
+            "reboots": station.reboots.memory(),
         }
         text = json.dumps(held)
         if text == self._written:

@@ -20,12 +20,11 @@ from tui_gcs.core.by_hand import ByHand
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.detections import Detections
 from tui_gcs.core.door import Door
-from tui_gcs.core.events import NOTICE, WARNING, EventLog
+from tui_gcs.core.events import EventLog
 from tui_gcs.core.executive import Executive
-from tui_gcs.core.firmware.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.speech import Speech
-from tui_gcs.core.fleet import Fields, Fleet
+from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import FlightBook
 from tui_gcs.core.forward import Endpoint, Forwarder
 from tui_gcs.core.geo import LocalFrame
@@ -34,22 +33,19 @@ from tui_gcs.core.journal import Journal
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Link
+from tui_gcs.core.listeners import Listeners
 from tui_gcs.core.messages import (
     Event,
-    EventClass,
     FleetFrame,
     Kind,
-    Plan,
     PlannerInfo,
-    PreviewResult,
     RunPhase,
     ScenarioChanged,
-    decode,
     encode,
 )
 from tui_gcs.core.monitor import FleetMonitor
-from tui_gcs.core.plan_limits import too_large
 from tui_gcs.core.rates import RateDesk
+from tui_gcs.core.reboots import RebootBook
 from tui_gcs.core.reception import Reception
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.requests import RequestDesk
@@ -65,7 +61,6 @@ from tui_gcs.core.steering import Steering
 from tui_gcs.core.teams import TeamDesk
 from tui_gcs.core.tracks import TrackBook
 from tui_gcs.core.trust import TrustBook
-from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wind import WindBook
 from tui_gcs.core.wire.encode import Encoder
 
@@ -77,8 +72,6 @@ SYSTEM_ID = {Kind.SIM: 254, Kind.LIVE: 255}
 """SIM and LIVE stations never speak with the same id (architecture.md)."""
 WHO_ARE_YOU = (148, 33)
 """AUTOPILOT_VERSION and GLOBAL_POSITION_INT: hardware id and boot clock tell whether it is the vehicle we know."""
-ASKED_S = 5.0
-"""So long the answer to that may take."""
 COMPONENT_ID = 190
 """MAV_COMP_ID_MISSIONPLANNER, by convention any ground station."""
 
@@ -186,6 +179,7 @@ class Station:
         self.wind = WindBook(self.fleet, clock)
         self.desks: dict[str, TeamDesk] = {}
         self.requests = RequestDesk(self)
+        self.reboots = RebootBook(self.fleet)
         self._alarm_finder = AlarmFinder(self, self.alarms)
         self._next_alarms_s = -math.inf
         self.dropped: Counter[str] = Counter()
@@ -193,7 +187,7 @@ class Station:
         self._frame_seq = self._status_seq = 0
         self._next_frame_s = self._next_status_s = self._next_heartbeat_s = -math.inf
         self._last_state: object = None
-        self._listen()
+        Listeners(self, own).listen()
         self._make_desks()
         self.new_tasks()
 
@@ -241,6 +235,7 @@ class Station:
         self.commands.tick(self.fleet.vehicles)
         self.jobs.tick()
         self.services.tick()
+        self.reboots.tick()
         self.executive.tick()
         self.firmware.tick()
         for desk in self.desks.values():
@@ -391,100 +386,6 @@ class Station:
         }
         for team in self.scenario.teams:
             self.desks[team.name].team = team
-
-    # ---------------------------------------------------------------- bus
-
-    def _listen(self) -> None:
-        self.fleet.on_message("COMMAND_ACK", self._on_ack)
-        self.fleet.on_gone(self._on_gone)
-        self.fleet.on_radio(lambda source, fields: self.rates.radio_status(source.link, fields))
-        self.fleet.on_component(self.rates.forget)
-        self.fleet.on_component(self.firmware.forget)
-        self.fleet.paths.on_reboot.append(self._on_reboot)
-        self.fleet.paths.on_replace.append(self._on_replace)
-        self.fleet.paths.on_move.append(self._on_move)
-        self.trust.on_change.append(self._on_keys)
-        self.bus.subscribe(keys.PLAN.format(team="*"), self._on_plan)
-        self.bus.subscribe(keys.PREVIEW.format(team="*"), self._on_preview)
-        self.bus.answer(keys.REQUEST.format(principal="*"), self._on_question)
-        self.bus.watch(keys.ALIVE.format(principal="*"), self._on_alive)
-
-    def _on_ack(self, vehicle: Vehicle, fields: Fields) -> None:
-        asked = fields["command"] == CMD_REQUEST_MESSAGE and self.clock.now() - vehicle.asked_s < ASKED_S
-        if asked and not self.commands.pending(vehicle.id, "identify"):
-            return
-        if fields.get("target_system", 0) in (0, SYSTEM_ID[self.config.kind]):
-            self.commands.on_ack(vehicle, fields["command"], fields["result"])
-        else:
-            self.commands.ignored["ack for another station"] += 1
-
-    def _on_move(self, vehicle: Vehicle) -> None:
-        self.rates.forget(vehicle)
-        self.executive.moved(vehicle)
-
-    def _on_reboot(self, vehicle: Vehicle) -> None:
-        self.rates.forget(vehicle)
-        self.firmware.forget(vehicle)
-        self.commands.cancel(vehicle.id, keep_stops=True, housekeeping=True)
-        self.executive.rebooted(vehicle)
-
-    def _on_replace(self, vehicle: Vehicle) -> None:
-        self.rates.forget(vehicle)
-        self.firmware.forget(vehicle)
-        self.executive.replaced(vehicle)
-
-    def _on_gone(self, vehicle: Vehicle) -> None:
-        self.firmware.forget(vehicle)
-        self.rates.forget(vehicle)
-        self.commands.cancel(vehicle.id, housekeeping=True)
-
-    def _on_keys(self) -> None:
-        """Keys changed: what is done with whose frames is looked up anew."""
-        for intake in self.fleet.intakes.values():
-            for source in intake.sources.values():
-                source.forget()
-
-    def _on_plan(self, key: str, payload: bytes) -> None:
-        team = key.split("/")[2]
-        desk = self.desks.get(team)
-        if desk is None:
-            self.dropped["plan of an unknown team"] += 1
-            return
-        if problem := too_large(len(payload), len(desk.task.members) if desk.task else 0):
-            self.dropped["plan too large"] += 1
-            self.events.say(EventClass.PLANNER, f"planner {team}", f"{problem}: not taken", WARNING, every_s=10)
-            return
-        try:
-            plan = decode(payload, Plan)
-        except msgspec.MsgspecError as error:
-            self.dropped["plan not understood"] += 1
-            text = f"plan not understood: {error}"
-            self.events.say(EventClass.PLANNER, f"planner {team}", text, WARNING, every_s=10)
-            return
-        for vehicle, reason in desk.take(plan):
-            self._send_home(desk, vehicle, reason)
-
-    def _send_home(self, desk: TeamDesk, vehicle: int, reason: str) -> None:
-        """As its planner asks; told and journalled as its wish."""
-        why_not = self.executive.send_home(vehicle)
-        text = f"vehicle {vehicle} is not sent home: {why_not}" if why_not else f"sends vehicle {vehicle} home"
-        text += f" ({reason})" if reason else ""
-        severity = WARNING if why_not else NOTICE
-        self.events.say(EventClass.PLANNER, f"planner {desk.team.name}", text, severity, every_s=5)
-
-    def _on_preview(self, key: str, payload: bytes) -> None:
-        try:
-            self.requests.planners.take(key.split("/")[2], decode(payload, PreviewResult))
-        except msgspec.MsgspecError:
-            self.dropped["preview not understood"] += 1
-
-    def _on_question(self, key: str, payload: bytes, reply: Callable[[bytes], None]) -> None:
-        reply(encode(self.requests.answer(key.rsplit("/", 1)[1], payload)))
-
-    def _on_alive(self, key: str, present: bool) -> None:
-        principal = key.rsplit("/", 1)[1]
-        if principal.startswith("planner-") and principal[8:] in self.desks:
-            self.desks[principal[8:]].on_alive(present)
 
     def _publish_event(self, event: Event) -> None:
         self.bus.publish(keys.EVENT, encode(event))
