@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import pytest
 from rig import Rig
+from test_safety_start import standing_on
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.messages import Phase, RunPhase
@@ -41,12 +42,24 @@ def test_a_vehicle_that_is_never_heard_is_named_and_nobody_starts(rig: MakeRig) 
     assert not script.referee.result().ok
 
 
+def test_who_waits_sees_why_the_start_is_refused(rig: MakeRig, monkeypatch: pytest.MonkeyPatch) -> None:
+    standing_on(monkeypatch, 117.0, 110.0)
+    flight = rig(2)
+    script = script_for(flight)
+    with pytest.raises(AssertionError, match=r"waiting for vehicles: .*\b7(\.0)? m\b"):
+        fly(flight, script, 20.0, Step.TAKE_OFF)
+    assert script.progress == 0.0
+
+
 @pytest.mark.long
 def test_each_round_lasts_its_duration_then_hold_return_and_land(rig: MakeRig) -> None:
     flight = rig(1)
     script = script_for(flight, whole_duration=True)
     fly(flight, script, 100.0, Step.ROUND)
-    begun = flight.clock.now()
+    begun, at_first = flight.clock.now(), script.progress
+    flight.run(150.0)
+    script.tick()
+    assert 0.0 < script.progress - at_first < 0.5 / 3, "it goes on within a round"
     fly(flight, script, 1000.0, Step.HOLD)
     assert flight.clock.now() - begun == pytest.approx(3 * 300.0, abs=1.0)
     assert flight.station.round_index == 2

@@ -41,13 +41,17 @@ class ProgressBar:
         self._next_s = now + (0.2 if sys.stderr.isatty() else 5.0)
         full = int(share * BAR_CELLS)
         line = f"[{'#' * full}{'.' * (BAR_CELLS - full)}] {share:4.0%} {text}"
-        sys.stderr.write(f"\r{line:<78}" if sys.stderr.isatty() else line + "\n")
+        sys.stderr.write(f"\r{_fitted(line, 78):<78}" if sys.stderr.isatty() else line + "\n")
         sys.stderr.flush()
 
     def end(self) -> None:
         """Clear the line."""
         if sys.stderr.isatty():
             sys.stderr.write("\r" + " " * 78 + "\r")
+
+
+def _fitted(line: str, cells: int) -> str:
+    return line if len(line) <= cells else line[: cells - 1] + "…"
 
 
 def fly(arguments: argparse.Namespace) -> int:

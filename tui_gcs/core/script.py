@@ -11,7 +11,7 @@ from tui_gcs.core import messages as m
 from tui_gcs.core.bus import Bus, BusError
 from tui_gcs.core.messages import FleetFrame, Freshness, Phase, Reply, RunPhase, StationStatus, decode, encode
 from tui_gcs.core.results import Referee
-from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario import Round, Scenario
 
 READY_LIMIT_S = 90.0
 """Vehicles that are not heard, ready and started after this long end the flight before it begins."""
@@ -76,17 +76,26 @@ class Script:
 
     @property
     def progress(self) -> float:
-        """0…1, roughly."""
+        """0…1, roughly: each round is a step, so are the way up and the way home."""
         steps = len(self._scenario.rounds) + 2
-        done = {Step.WAIT: 0, Step.TAKE_OFF: 0, Step.ROUND: 1 + self.round_index, Step.DONE: steps}
+        done: dict[Step, float] = {Step.WAIT: 0, Step.TAKE_OFF: 0, Step.DONE: steps}
+        if self.step is Step.ROUND:
+            flown_s = 0.0 if self._frame is None else self._frame.t_s - self._since_s
+            done[Step.ROUND] = 1 + self.round_index + min(0.99, flown_s / self._round.duration_s)
         return min(1.0, done.get(self.step, steps - 1) / steps)
+
+    @property
+    def _round(self) -> Round:
+        return self._scenario.rounds[self.round_index]
 
     @property
     def headline(self) -> str:
         """Where the flight is, for a progress bar."""
         if self._status is None:
             return "waiting for the station"
-        what = self._scenario.rounds[self.round_index].name if self.step is Step.ROUND else str(self.step)
+        what = self._round.name if self.step is Step.ROUND else str(self.step)
+        if self.step is Step.WAIT and self._refusal:
+            return f"{what}: {self._refusal}"
         if self.held_by:
             what = f"HELD by {self.held_by}"
         return f"{what}  T+{self._status.mission_time_s:.0f} s  armed {self._status.armed}"
@@ -171,7 +180,7 @@ class Script:
     def _begin_round(self, now: float) -> None:
         self._enter(Step.ROUND)
         self._since_s = self._flown_s = now
-        self.referee.begin_round(self._scenario.rounds[self.round_index], now)
+        self.referee.begin_round(self._round, now)
 
     def _fly_round(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
         if any(row.phase in (Phase.FLYING, Phase.HOLDING) for row in frame.rows()):
@@ -182,7 +191,7 @@ class Script:
         self._resume_held(now, frame, status)
         flown = now - self._since_s
         measured = all(measure.done for measure in self.referee.present())
-        over = flown >= self._scenario.rounds[self.round_index].duration_s if self._whole_duration else measured
+        over = flown >= self._round.duration_s if self._whole_duration else measured
         if not over:
             return
         if self.round_index + 1 == len(self._scenario.rounds):
