@@ -205,7 +205,7 @@ def test_what_was_over_and_nobody_saw_is_still_told(rig: MakeRig, tmp_path: Path
     StationMemory(tmp_path / "memory.json").remember(flight.station)
     flight.restart_station(StationMemory(tmp_path / "memory.json"))
     flight.run(5.0)
-    assert ["over"] == [alarm.state for alarm in flight.station.alarms.alarms() if alarm.cause == "lost"]
+    assert [alarm.state for alarm in flight.station.alarms.alarms() if alarm.cause == "lost"] == ["over"]
 
 
 def test_who_must_be_rebooted_is_remembered_until_it_has_been(rig: MakeRig, tmp_path: Path) -> None:

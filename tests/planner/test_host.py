@@ -14,6 +14,7 @@ from tui_gcs.core.messages import Freshness, Intent, Phase, Plan, PlannerTask, d
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Context, Event, Fleet, Output, Param, ParamValue, Planner
 from tui_gcs.planner.host import PlannerHost, attach
+from tui_gcs.planner.pace import Pace
 from tui_gcs.planner.registry import PlannerError
 from tui_gcs.planner.views import team_view
 
@@ -314,6 +315,38 @@ def test_iterations_are_granted_by_mission_time_however_frames_come() -> None:
     vehicles.t_s += 60.0
     host.step(vehicles.frame())
     assert Probe.granted[-1] == 12, "of a long gap one second is made up for"
+
+
+def test_in_the_air_a_busy_computer_gives_up_background_work_before_steps_come_late(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """12 a second, 0.5 s a step: 6 each, until steps take longer than half of their period."""
+    monkeypatch.setattr(Probe, "rate_hz", 2.0)
+    stopwatch_s, step_s = 0.0, 0.1
+
+    def perf_counter() -> float:
+        nonlocal stopwatch_s
+        stopwatch_s += step_s
+        return stopwatch_s
+
+    monkeypatch.setattr("tui_gcs.planner.host.time", SimpleNamespace(perf_counter=perf_counter))
+    host, vehicles = probing(), fleet(1)
+    host.pace = Pace()
+    notes: list[str] = []
+
+    def steps(number: int) -> list[int]:
+        for _ in range(number):
+            vehicles.t_s += 0.5
+            notes.extend(host.step(vehicles.frame()).notes)
+        return Probe.granted[-number:]
+
+    assert steps(3) == [6, 6, 6]
+    step_s = 0.4
+    assert steps(5) == [6, 3, 1, 0, 0]
+    assert len(notes) == 1 and "too busy" in notes[0]
+    step_s = 0.1
+    assert steps(30)[-1] == 6, "little by little all of it again"
+    assert len(notes) == 1
 
 
 @pytest.mark.parametrize(

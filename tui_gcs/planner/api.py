@@ -63,7 +63,8 @@ each for two steps (`valid_s`): the guard looks at where it leads as long as it 
 **Time.** `ctx.deadline_s` is what a step may take. Three steps in a row longer than the period, or 2 s without a plan:
 the vehicles hold, the operator is told, the process is killed and begun anew. So long work is cut into `iterations`:
 declare `iterations_per_s`, do `ctx.iterations` of them in each step (granted by mission time, the same in a rehearsal
-as in the air), and take over what they found at the beginning of a step.
+as in the air; fewer there while the computer is so busy that steps come late), and take over what they found at the
+beginning of a step.
 
 **Failure.** An exception in a step: its traceback is shown, and the planner begun anew from its last snapshot, once.
 The second time it is left alone until the operator changes something, and its vehicles hold. `snapshot` is asked for

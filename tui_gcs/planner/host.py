@@ -23,6 +23,7 @@ from tui_gcs.planner import kept as keeping
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Context, Output, Planner
 from tui_gcs.planner.changes import Changes
+from tui_gcs.planner.pace import Pace
 from tui_gcs.planner.plain import plain_intent
 from tui_gcs.planner.planner_file import is_operators
 from tui_gcs.planner.registry import PlannerFile
@@ -68,6 +69,8 @@ class PlannerHost:
         """A host without a task does nothing. `files`: planners in files of their own, by name."""
         self.team = team
         self.files = files or {}
+        self.pace: Pace | None = None
+        """Of a worker in the air; without one all work is done, however long it takes."""
         self._job: Job | None = None
         self._next_s = -np.inf
         self._seq = 0
@@ -225,7 +228,10 @@ class PlannerHost:
         self._next_s = frame.t_s + period_s if late else self._next_s + period_s
         begin_s = time.perf_counter()
         plan = self._plan(job, frame, period_s)
-        return msgspec.structs.replace(plan, step_ms=(time.perf_counter() - begin_s) * 1e3)
+        took_s = time.perf_counter() - begin_s
+        if self.pace is not None and self.pace.took(took_s, period_s):
+            job.notes.append("this computer is too busy for its steps: they come first, work in the background is cut")
+        return msgspec.structs.replace(plan, step_ms=took_s * 1e3)
 
     def _blank(self, job: Job, frame: FleetFrame) -> Plan:
         self._seq += 1
@@ -255,15 +261,14 @@ class PlannerHost:
             return self._failed(job, blank, error)
         return self._with_snapshot(job, planner, plans[0])
 
-    @staticmethod
-    def _granted(job: Job, planner: Planner, t_s: float, period_s: float) -> int:
+    def _granted(self, job: Job, planner: Planner, t_s: float, period_s: float) -> int:
         """Iterations for the mission time since the last step: as many in the end, however it was cut into steps."""
         since_s = period_s if math.isnan(job.stepped_s) else min(max(t_s - job.stepped_s, 0.0), MOST_GRANTED_S)
         job.stepped_s = t_s
         job.credit += _within(planner.iterations_per_s, 0.0, registry.MOST_ITERATIONS_PER_S, 0.0) * since_s
         whole = math.floor(job.credit + 1e-9)
         job.credit = max(job.credit - whole, 0.0)
-        return whole
+        return whole if self.pace is None else math.floor(whole * self.pace.share)
 
     def _failed(self, job: Job, blank: Plan, error: str) -> Plan:
         """The first time it is begun anew before the next step, the second time it is left alone."""

@@ -29,6 +29,7 @@ from tui_gcs.core.messages import (
     encode,
 )
 from tui_gcs.planner.host import Job, PlannerHost
+from tui_gcs.planner.pace import Pace
 from tui_gcs.planner.preview import SidePreview
 from tui_gcs.planner.registry import PlannerFile
 from tui_gcs.planner.watching import WatchingHost
@@ -47,6 +48,7 @@ class Worker:
     ) -> None:
         """Join as `planner-<team>`. `files`: planners in files of their own, by name; `watches` them being saved."""
         self.host = WatchingHost(team, files or {}) if watches else PlannerHost(team, files)
+        self.host.pace = Pace()
         self.stopped = False
         self._bus = bus
         self._team = team
