@@ -80,17 +80,25 @@ def _uncrossed(order: Order, away: Floats) -> Order | None:
 
 def _moved(order: Order, away: Floats) -> Order | None:
     """The best move of up to three neighbours to elsewhere, either way round (or-opt), None if none is shorter."""
-    best_gain, best = GAIN_M, None
-    for length in range(1, min(MOST_SEGMENT, len(order) - 3) + 1):
-        for first in range(len(order)):
-            turned = np.roll(order, -first)
-            piece, rest = turned[:length], turned[length:]
-            saved = away[rest[-1], piece[0]] + away[piece[-1], rest[0]] - away[rest[-1], rest[0]]
-            for way in (piece, piece[::-1]):
-                added = away[rest[:-1], way[0]] + away[way[-1], rest[1:]] - away[rest[:-1], rest[1:]]
-                k = int(np.argmin(added))
-                if saved - added[k] > best_gain:
-                    best_gain, best = float(saved - added[k]), np.concatenate([rest[: k + 1], way, rest[k + 1 :]])
+    count, best_gain, best = len(order), GAIN_M, None
+    place, after = np.arange(count), np.roll(order, -1)
+    leg = away[order, after]
+    for length in range(1, min(MOST_SEGMENT, count - 3) + 1):
+        head, tail = order, np.roll(order, 1 - length)
+        before, then = np.roll(order, 1), np.roll(order, -length)
+        saved = away[before, head] + away[tail, then] - away[before, then]
+        # Row: the piece that begins there. Column: the leg that it is put into, which must not touch it.
+        inside = (place[None] - place[:, None] + 1) % count <= length
+        for turned in (False, True):
+            first, last = (tail, head) if turned else (head, tail)
+            added = away[first[:, None], order] + away[last[:, None], after] - leg
+            gain = np.where(inside, -np.inf, saved[:, None] - added)
+            i, j = divmod(int(np.argmax(gain)), count)
+            if gain[i, j] > best_gain:
+                piece, rest = np.roll(order, -i)[:length], np.roll(order, -i)[length:]
+                k = (j - i - length) % count + 1
+                best_gain = float(gain[i, j])
+                best = np.concatenate([rest[:k], piece[::-1] if turned else piece, rest[k:]])
     return best
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tui_gcs.planner.round_trip import round_trip
 from tui_gcs.planner.seeds import seeds
 from tui_gcs.planner.site import Design, Site
-from tui_gcs.planner.smoothing import LEAST_KNOTS, MOST_KNOTS, Draft, Effort
+from tui_gcs.planner.smoothing import Draft, Effort
 
 Floats = NDArray[np.floating[Any]]
 
@@ -45,6 +45,8 @@ NEIGHBOUR_M = 45.0
 """Lanes so close may be joined the other way round."""
 PROMISING = 1.02
 """A try that costs up to so much more than the last one that was bent at first is bent, too."""
+WORTH_JUDGING = 1.04
+"""A bent draft that costs at most so much more than the best one is finished."""
 WORTH_S = 0.05
 """A change must gain so much (of the tour's duration) to count."""
 
@@ -63,18 +65,18 @@ class Search:
     """… and then to the end."""
     units: int = 0
     """Done so far."""
-    judged_cost: float = math.inf
-    """Of the draft that was finished and judged last."""
+    waiting: list[Draft] = field(default_factory=list)
+    """Good enough to be finished and judged: what looks a little longer may be shorter once it misses no cell."""
     best: Design | None = None
 
     def work(self, site: Site) -> None:
-        """One unit: a new guess, or a change of a draft of the pool; if that made the best one better, it is judged."""
+        """One unit: a new guess, or a change of a draft of the pool, or one of those that wait is judged."""
         self.units += 1
         if not self.pool:
             return
         rng = np.random.default_rng([self.seed, self.units])
-        if self.pool[0].cost < self.judged_cost - WORTH_S:
-            self._judge(site)
+        if self.waiting:
+            self._judge(site, self.waiting.pop(0))
         elif rng.random() < NEW_SHARE:
             for tried in self.new(site, self.units, rng):
                 if tried.cost > self.bar:
@@ -87,8 +89,9 @@ class Search:
             before = self.pool[place]
             changed = site.bent(_changed(before, rng), *CHANGE)
             if changed.cost < before.cost - WORTH_S:
-                self.pool[place] = changed
-                self.pool.sort(key=_cost)
+                del self.pool[place]
+                self.waiting = [draft for draft in self.waiting if draft.cost != before.cost]
+                self._admit(changed)
 
     def new(self, site: Site, number: int, rng: np.random.Generator) -> list[Draft]:
         """A new guess, tried; none if chance gives nothing of use."""
@@ -96,12 +99,14 @@ class Search:
         return [] if path is None else [site.bent(site.draft(f"round trip {number}", path), *TRY)]
 
     def _admit(self, draft: Draft) -> None:
-        if all(abs(draft.cost - other.cost) > WORTH_S for other in self.pool):
-            self.pool = sorted([*self.pool, draft], key=_cost)[:POOL]
+        if any(abs(draft.cost - other.cost) <= WORTH_S for other in self.pool):
+            return
+        self.pool = sorted([*self.pool, draft], key=_cost)[:POOL]
+        if draft.cost <= WORTH_JUDGING * self.pool[0].cost:
+            self.waiting = sorted([*self.waiting, draft], key=_cost)[:POOL]
 
-    def _judge(self, site: Site) -> None:
-        self.judged_cost = self.pool[0].cost
-        design = site.judged(site.finished(self.pool[0]), self.n)
+    def _judge(self, site: Site, draft: Draft) -> None:
+        design = site.judged(site.finished(draft), self.n)
         if self.best is None or design.rank < self.best.rank:
             self.best = design
 
@@ -124,8 +129,9 @@ def begun(site: Site, seed: int, n: int) -> Search:
     search.half_bar = bent[-1].cost * PROMISING
     search.pool = sorted((site.bent(draft, *BEND) for draft in bent), key=_cost)[:POOL]
     winners = max(1, round(WINNERS * share))
-    search.best = min((site.judged(site.finished(d), n) for d in search.pool[:winners]), key=lambda d: d.rank)
-    search.judged_cost = search.pool[0].cost
+    for draft in search.pool[:winners]:
+        search._judge(site, draft)
+    search.waiting = search.pool[winners:]
     return search
 
 
@@ -137,7 +143,7 @@ def _changed(draft: Draft, rng: np.random.Generator) -> Draft:
     kind = rng.random()
     if kind < SHOVE_SHARE:
         return _shoved(draft, rng)
-    return _turned(draft, rng) if kind < SHOVE_SHARE + TURN_SHARE else _respaced(draft, rng)
+    return _turned(draft, rng) if kind < SHOVE_SHARE + TURN_SHARE else draft.respaced(rng.uniform(0.85, 1.15))
 
 
 def _shoved(draft: Draft, rng: np.random.Generator) -> Draft:
@@ -161,15 +167,6 @@ def _turned(draft: Draft, rng: np.random.Generator) -> Draft:
     turned = controls.copy()
     turned[first + 1 : last + 1] = controls[first + 1 : last + 1][::-1]
     return replace(draft, controls=turned)
-
-
-def _respaced(draft: Draft, rng: np.random.Generator) -> Draft:
-    """The same way with more or fewer control points."""
-    before = len(draft.controls)
-    count = int(np.clip(round(before * rng.uniform(0.85, 1.15)), LEAST_KNOTS, MOST_KNOTS))
-    path = draft.path_m()
-    controls = path[np.arange(count) * len(path) // count]
-    return replace(draft, controls=controls, interval_s=draft.interval_s * before / count)
 
 
 def _loop(centre: Floats) -> Floats:

@@ -20,8 +20,10 @@ CELL_M = 2.5
 COARSE_M = 5.0
 MOST_CELLS = 6000
 """Larger zones are judged on larger cells."""
-FINISH = (Effort(100.0, 20.0, 24), Effort(500.0, 50.0, 24), Effort(2000.0, 50.0, 24))
-"""On all cells, harder as long as one is missed."""
+FINISH, FINISH_ROUNDS = Effort(10.0, 5.0, 60), 12
+"""On all cells, as long as one is missed."""
+FINISH_KNOTS = 2.0
+"""Times the control points a draft was found with: corners get tighter, lanes straighter."""
 MISS_M = 0.1
 """A cell missed by less than this is not: the planning footprint is smaller than the real one by more."""
 EVENED_M = 0.1
@@ -31,8 +33,8 @@ EVENED_M = 0.1
 class Design:
     """A tour and what it promises for `n` vehicles. Its draft is all that must be kept to make it again."""
 
-    def __init__(self, draft: Draft, tour: Tour, margin: Evaluation, real: Evaluation, n: int) -> None:
-        """`margin`: with the planning footprint; what that covers stays covered while vehicles are that much off.
+    def __init__(self, draft: Draft, tour: Tour, margin: float, real: Evaluation, n: int) -> None:
+        """`margin`: the share of cells that stay covered while vehicles are off by what the planning footprint is less.
 
         `real`: with the real footprint.
         """
@@ -46,7 +48,7 @@ class Design:
     @property
     def rank(self) -> tuple[float, float, float, float]:
         """Least is best: full cover with the real footprint, and with margin, then worst idleness."""
-        return -self.real.coverage, -self.margin.coverage, self.real.worst_s, self.tour.period_s
+        return -self.real.coverage, -self.margin, self.real.worst_s, self.tour.period_s
 
 
 @dataclass(frozen=True)
@@ -72,11 +74,18 @@ class Site:
         return draft
 
     def finished(self, draft: Draft) -> Draft:
-        """The draft after descent on all cells, until none is missed."""
-        for effort in FINISH:
-            draft = smooth(draft, self.cells, self.motion, self.region, effort)
-            if nearest(draft.path_m(), self.cells)[0].max() <= self.motion.radius_m + MISS_M:
+        """The draft with more control points after descent on all cells, until none is missed.
+
+        What a cell is still missed by is added to what its footprint is taken less by (an augmented Lagrangian), which
+        finds shorter tours than ever harder penalties do.
+        """
+        draft, less_m = draft.respaced(FINISH_KNOTS), np.zeros(len(self.cells))
+        for _ in range(FINISH_ROUNDS):
+            draft = smooth(draft, self.cells, self.motion, self.region, FINISH, less_m)
+            over_m = nearest(draft.path_m(), self.cells)[0] - self.motion.radius_m
+            if over_m.max() <= MISS_M:
                 break
+            less_m = np.maximum(less_m + over_m, 0.0)
         return draft
 
     def judged(self, draft: Draft, n: int) -> Design:
@@ -84,8 +93,8 @@ class Site:
         motion = self.motion
         path = self.region.closed_inside(draft.path_m(), PATH_STEP_M / 4.0)
         tour = timed(path, motion.speed_m_s, motion.accel_m_s2, _stopping_cap(path, motion, self.region))
-        margin = evaluate(tour, self.cells, motion.radius_m + MISS_M + EVENED_M, n)
-        return Design(draft, tour, margin, evaluate(tour, self.cells, self.footprint_m, n), n)
+        margin = nearest(tour.xy_m, self.cells)[0] <= motion.radius_m + MISS_M + EVENED_M
+        return Design(draft, tour, float(margin.mean()), evaluate(tour, self.cells, self.footprint_m, n), n)
 
 
 def site_of(shape: Shape, region: Region, motion: Motion, footprint_m: float) -> Site:

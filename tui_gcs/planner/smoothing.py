@@ -30,8 +30,8 @@ LEAST_KNOTS = 10
 MOST_KNOTS = 600
 ROUGH_STEP_M = 14.0
 """Spacing of the control points that round the corners of a first guess."""
-PATH_STEPS = 36
-"""Points per control point of a path that is to be timed: one every 0.05 s or so."""
+PATH_STEPS = 18
+"""Points per control point of a path that is to be timed: one every 0.05 s or so of a finished draft."""
 ROUGH_STEPS = 14
 TIME_SCALE = 100.0
 """Metres of moving a control point that count like the time interval growing e-fold."""
@@ -79,6 +79,13 @@ class Draft:
         """The closed path as points well under 1 m apart."""
         return _blend(_weights(PATH_STEPS), self.controls).reshape(-1, 2)
 
+    def respaced(self, times: float) -> "Draft":
+        """The same way with so many times the control points."""
+        before, path = len(self.controls), self.path_m()
+        count = int(np.clip(round(before * times), LEAST_KNOTS, MOST_KNOTS))
+        controls = path[np.arange(count) * len(path) // count]
+        return replace(self, controls=controls, interval_s=self.interval_s * before / count)
+
 
 def draft_of(name: str, path_m: Floats, motion: Motion) -> Draft:
     """A first guess: the closed polyline with its corners rounded, flown as fast as it can be."""
@@ -89,10 +96,12 @@ def draft_of(name: str, path_m: Floats, motion: Motion) -> Draft:
     return Draft(name, tour.at(interval_s * np.arange(knots))[0], interval_s)
 
 
-def smooth(draft: Draft, cells_m: Floats, motion: Motion, region: Region, effort: Effort) -> Draft:
-    """`draft` after descent, its control points inside `region`."""
+def smooth(
+    draft: Draft, cells_m: Floats, motion: Motion, region: Region, effort: Effort, less_m: Floats | float = 0.0
+) -> Draft:
+    """`draft` after descent, its control points inside `region`. `less_m`: so much less is each cell's footprint."""
     before_s, spline = draft.interval_s, _spline(len(draft.controls))
-    descent, watched = Descent(np.append(draft.controls.ravel(), 0.0)), _Watched(cells_m, motion.radius_m)
+    descent, watched = Descent(np.append(draft.controls.ravel(), 0.0)), _Watched(cells_m, motion.radius_m - less_m)
 
     def cost(x: Floats) -> tuple[float, Floats]:
         interval_s = before_s * math.exp(_stretch(x))
@@ -144,14 +153,15 @@ class _Watched:
     and only by the points around that one. This makes descent five times faster.
     """
 
-    def __init__(self, cells_m: Floats, radius_m: float) -> None:
-        self._cells, self._radius_m = cells_m, radius_m
+    def __init__(self, cells_m: Floats, radius_m: Floats | float) -> None:
+        """`radius_m`: how near a point of the tour must come to each cell."""
+        self._cells, self._radius_m = cells_m, np.broadcast_to(radius_m, len(cells_m))
 
     def look(self, points: Floats) -> None:
         """Which cells to judge by which points."""
         away, nearest = nearest_of(points, self._cells)
         edge = np.flatnonzero(away > self._radius_m - WATCH_M)
-        self._near = self._cells[edge]
+        self._near, self._reach_m = self._cells[edge], self._radius_m[edge]
         self._around = (nearest[edge][:, None] + NEIGHBOURS) % len(points)
         self._rows = np.arange(len(edge))
 
@@ -161,9 +171,9 @@ class _Watched:
         square = x * x + y * y
         which = square.argmin(axis=1)
         away = np.sqrt(square[self._rows, which])
-        out = np.flatnonzero(away > self._radius_m)
+        out = np.flatnonzero(away > self._reach_m)
         which, away = which[out], away[out]
-        over, at = away - self._radius_m, self._around[out, which]
+        over, at = away - self._reach_m[out], self._around[out, which]
         pull = 2.0 * over / away
         slope = np.empty_like(points)
         slope[:, 0] = np.bincount(at, pull * x[out, which], len(points))
