@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from sitl.px4_control import Px4Control
+from sitl.px4_control import DRAG_HZ, WINDY_DRAG_HZ, Px4Control
 from sitl.quantities import GRAVITY_M_S2, Array, Flags
 from sitl.signing import SigningSpec
 from sitl.weather import Weather, WeatherSpec
@@ -84,7 +84,8 @@ class Vehicles:
     def __init__(self, specs: Sequence[VehicleSpec], weather: WeatherSpec | None = None, seed: int = 0) -> None:
         n = len(specs)
         self.weather = Weather(weather or WeatherSpec(), n, seed)
-        self.px4 = Px4Control(np.flatnonzero([s.autopilot == "px4" for s in specs]))
+        px4 = np.flatnonzero([s.autopilot == "px4" for s in specs])
+        self.px4 = Px4Control(px4, WINDY_DRAG_HZ if self.weather.windy else DRAG_HZ)
         lat_rad = np.deg2rad([s.lat_deg for s in specs])
         bend = 1.0 - WGS84_E2 * np.sin(lat_rad) ** 2
         self.origin_lat_deg: Array = np.array([s.lat_deg for s in specs], dtype=np.float64)
