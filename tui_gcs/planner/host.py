@@ -230,7 +230,7 @@ class PlannerHost:
         plan = self._plan(job, frame, period_s)
         took_s = time.perf_counter() - begin_s
         if self.pace is not None and self.pace.took(took_s, period_s):
-            job.notes.append("this computer is too busy for its steps: they come first, work in the background is cut")
+            job.notes.append("computer too busy: steps come first, background work is cut")
         return msgspec.structs.replace(plan, step_ms=took_s * 1e3)
 
     def _blank(self, job: Job, frame: FleetFrame) -> Plan:
