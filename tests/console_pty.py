@@ -29,6 +29,9 @@ class PtyConsole:
             os.environ |= environment or {}
             os.execv(sys.executable, [sys.executable, "-m", module, *arguments])
         fcntl.ioctl(self._fd, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))
+        self.modes = termios.tcgetattr(self._fd)
+        """Of the terminal, when last looked at: `look_at_modes`."""
+        self.modes_before = self.modes
 
     def read(self, seconds: float) -> bytes:
         """What it writes within `seconds`."""
@@ -60,6 +63,30 @@ class PtyConsole:
             self.read(0.2)
         return text in self.output
 
+    def look_at_modes(self) -> list[object]:
+        """Of the terminal now; those at its end when it is closed."""
+        if self._fd >= 0:
+            self.modes = termios.tcgetattr(self._fd)
+        return self.modes
+
+    def unread(self) -> int:
+        """Bytes that it has written and nobody has read."""
+        return int(struct.unpack("i", fcntl.ioctl(self._fd, termios.FIONREAD, b"    "))[0])
+
+    def is_ended(self) -> bool:
+        """Whether the process has ended, read or not."""
+        return os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
+
+    def wait_stopped(self, seconds: float) -> bool:
+        """Whether the process is stopped within `seconds`."""
+        end = time.monotonic() + seconds
+        while os.waitid(os.P_PID, self.pid, os.WSTOPPED | os.WNOHANG) is None:
+            self.read(0.1)
+            if time.monotonic() > end:
+                return False
+        self.read(0.2)
+        return True
+
     def press(self, keys: bytes) -> None:
         """Type."""
         os.write(self._fd, keys)
@@ -68,7 +95,7 @@ class PtyConsole:
         """kill -9."""
         os.kill(self.pid, signal.SIGKILL)
         os.waitpid(self.pid, 0)
-        os.close(self._fd)
+        self._close()
 
     def wait_exit(self, seconds: float) -> int | None:
         """Exit code, or None if it still runs after `seconds`."""
@@ -76,7 +103,18 @@ class PtyConsole:
         while time.monotonic() < end:
             done, status = os.waitpid(self.pid, os.WNOHANG)
             if done:
-                os.close(self._fd)
+                self.read(0.1)
+                self._close()
                 return os.waitstatus_to_exitcode(status)
             self.read(0.1)
         return None
+
+    def end(self) -> None:
+        """kill -9, unless it is over."""
+        if self._fd >= 0:
+            self.kill()
+
+    def _close(self) -> None:
+        self.look_at_modes()
+        os.close(self._fd)
+        self._fd = -1

@@ -44,6 +44,9 @@ class ThinApp(App[None]):
             return
         super()._display(screen, self._painter.thin(renderable))
 
+    def _set_pointer_shape(self, shape: str) -> None:
+        """No shapes of a mouse pointer: an OSC sequence at every change of screens, and not every terminal eats it."""
+
     def _catch_up(self) -> None:
         """What was not written is on no screen: begin anew once the terminal reads."""
         if lagging(self._driver):

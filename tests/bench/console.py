@@ -143,7 +143,7 @@ def first_frame() -> Row:
     taken_s = []
     for _ in range(3):
         began_s = time.monotonic()
-        terminal = PtyConsole(["attach"], COLUMNS, LINES)
+        terminal = PtyConsole([], COLUMNS, LINES, module=CHILD)
         taken_s.append(painted(terminal, began_s, FLEET_MARK))
         terminal.kill()
     return Row("first frame with the fleet, best of 3", min(taken_s), "s", 0.8)

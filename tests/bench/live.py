@@ -16,7 +16,7 @@ from tui_gcs.core.kinds import Kind
 from tui_gcs.core.zenoh_bus import ZenohBus, connect
 
 MEASURED_S = 20.0
-EMPTY_MARK, FLEET_MARK = b"map", b"swarm-c"
+EMPTY_MARK, FLEET_MARK = b"map", b"swarm"
 """What a first frame shows: the map's title at once, the scenario's name when the station was heard."""
 
 

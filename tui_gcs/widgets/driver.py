@@ -1,12 +1,21 @@
-"""A driver that can tell whether the terminal keeps up.
+"""A driver that can tell whether the terminal keeps up, waits for none, and loses no Esc.
 
 Textual writes through a queue of 30 whose `put` blocks the event loop; a terminal that stops reading would freeze the
-console for seconds (facts/terminal.md B4). The feed posts nothing while this driver lags. And one that loses no Esc: a
-key that comes right behind it (tmux holds Esc back for half a second) is for Textual that key with Alt, or without.
+console for seconds (facts/terminal.md B4). The feed posts nothing while this driver lags, what finds the queue full is
+lost, and a console that ends behind such a terminal takes back what was not read.
+
+A key that comes right behind Esc (tmux holds Esc back for half a second) is for Textual that key with Alt, or without.
+
 Uses private parts of Textual 8.2.8, here and nowhere else; a test fails when they are gone.
 """
 
+import contextlib
+import signal
+import termios
+import time
 from collections.abc import Iterable
+from queue import Empty, Full
+from threading import Thread
 
 from textual._xterm_parser import XTermParser
 from textual.driver import Driver
@@ -15,7 +24,8 @@ from textual.drivers.linux_driver import LinuxDriver
 from textual.events import Key
 
 QUEUED_WRITES_MAX = 3
-
+READS_WITHIN_S, CLOSE_S = 0.5, 3.0
+"""A terminal that reads has read the last words by then; and for so long one that does not is asked to forget."""
 
 _BEGIN_SEQUENCES = frozenset("[OP]_^X\x1b")
 """What may stand second in something that a terminal sends for one key, or as an answer."""
@@ -35,13 +45,48 @@ linux_driver.XTermParser = EscapeParser  # type: ignore[attr-defined]  # the dri
 
 
 class PatientDriver(LinuxDriver):
-    """The Unix driver, with a look at its queue of writes."""
+    """The Unix driver, with a look at its queue of writes, that waits for no terminal."""
+
+    def write(self, data: str) -> None:
+        """Queue `data`; where the queue is full it is lost, and all is painted anew when the terminal reads again."""
+        if self._writer_thread is not None:
+            with contextlib.suppress(Full):
+                self._writer_thread._queue.put_nowait(data)
+
+    def stop_application_mode(self) -> None:
+        """As ever; pictures that nobody has read are not in the way of the last words."""
+        if self._writer_thread is not None and self.lagging:
+            with contextlib.suppress(Empty):
+                while True:
+                    self._writer_thread._queue.get_nowait()
+        super().stop_application_mode()
+
+    def close(self) -> None:
+        """Write what waits, then end; what a terminal does not read is taken back from it."""
+        writer, end_s = self._writer_thread, time.monotonic() + CLOSE_S
+        if writer is None:
+            return
+        self._writer_thread = None
+        writer._queue.put_nowait(None)
+        writer.join(READS_WITHIN_S)
+        while writer.is_alive() and time.monotonic() < end_s:
+            with contextlib.suppress(termios.error, ProcessLookupError):  # terminal or writer are gone
+                termios.tcflush(writer.fileno(), termios.TCOFLUSH)
+                _wake(writer)
+            writer.join(0.02)
 
     @property
     def lagging(self) -> bool:
         """Whether more writes wait than a terminal that reads would leave waiting."""
         writer = self._writer_thread
         return writer is not None and writer._queue.qsize() > QUEUED_WRITES_MAX
+
+
+def _wake(thread: Thread) -> None:
+    """Have it look again whether the terminal takes its bytes: a flush alone wakes nobody who waits to write."""
+    if thread.ident is not None:
+        signal.signal(signal.SIGURG, lambda *_: None)
+        signal.pthread_kill(thread.ident, signal.SIGURG)
 
 
 def lagging(driver: Driver | None) -> bool:

@@ -11,8 +11,8 @@ from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run, cut
 from tui_gcs.widgets.words import clock
 
-WIDE = 100
-LEAST_NAME_CELLS = 7
+WIDE = 115
+LEAST_NAME_CELLS = 8
 KIND_INKS = {Kind.SIM: Ink.SELECTED, Kind.LIVE: Ink.LIVE, Kind.REPLAY: Ink.REPLAY}
 RUN_WORDS = {
     RunPhase.IDLE: "not started",
@@ -56,7 +56,7 @@ def lost_runs(status: StationStatus, width: int) -> list[Run]:
 def status_runs(status: StationStatus, width: int, wall_s: float, principal: str, glyphs: GlyphSet) -> list[Run]:
     """The line in normal times; narrow terminals get shorter words, not fewer facts."""
     wide = width >= WIDE
-    gap = ("   " if width >= WIDE + 15 else "  ", Ink.TEXT)
+    gap = ("   " if wide else "  ", Ink.TEXT)
     runs: list[Run] = [(f" {status.kind} ", KIND_INKS[status.kind])]
     if status.scenario:
         runs.append((f" {status.scenario[: 20 if wide else 15]}", Ink.BOLD))
