@@ -126,3 +126,19 @@ def test_a_dead_planner_counts_while_its_vehicles_fly(flight: Rig) -> None:
         for one in flight.station.book:
             one.phase = Phase.FLYING
         assert "planner" not in grounded
+
+
+def test_who_flies_at_another_is_told_of_with_both_named(flight: Rig) -> None:
+    """A pilot has taken vehicle 2, and flies it at vehicle 1, which is on its way to meet it."""
+    x, y, z = vehicle(flight, 1).position_m
+    with (
+        patch.object(vehicle(flight), "position_m", (x + 60.0, y, z)),
+        patch.object(Vehicle, "velocity_m_s", property(lambda v: (-8.0, 0.0, 0.0) if v.id == 2 else (0.0, 0.0, 0.0))),
+        patch.object(flight.station.book.flights[2], "phase", Phase.TAKEN_OUT),
+        patch.object(flight.station._alarm_finder, "_next_closing_s", 0.0),
+    ):
+        wrong = found(flight)
+    assert [subject for subject, _ in wrong["closing"]] == [1, 2]
+    assert wrong["closing"][0][1] == "4 m from vehicle 2 in 4 s"
+    with patch.object(flight.station._alarm_finder, "_next_closing_s", 0.0):
+        assert found(flight) == {}

@@ -93,6 +93,13 @@ async def test_the_list_tells_what_to_do_and_shelves() -> None:
         assert "battery low" in c.line(1) and "A list" in c.line(1)
 
 
+async def test_the_vehicles_of_an_alarm_are_selected_by_one_key() -> None:
+    async with console(NARROW, trouble) as c:
+        await c.press("A", "down", "v")
+        assert c.app.feed.selection.ids == (7,)
+        assert c.station.commands() == []
+
+
 async def test_a_notice_follows_the_operator_to_other_screens_and_ends_on_all() -> None:
     async with console(NARROW) as c:
         c.app.notice("told once")

@@ -54,7 +54,10 @@ CAUSES = (
         off_s=2.0,
         hides=_OF_LOST,
     ),
-    Cause("separation", WARNING, "SEP", "TOO CLOSE", "[hold_all] hold all", hides=("vetoed",)),
+    Cause("separation", WARNING, "SEP", "TOO CLOSE", "[hold_all] hold all", hides=("vetoed", "closing")),
+    Cause(
+        "closing", WARNING, "CPA", "COURSES MEET", "hold one: its number, [orders] h; or [hold_all] hold all", on_s=0.5
+    ),
     Cause(
         "traffic",
         WARNING,

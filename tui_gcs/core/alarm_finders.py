@@ -4,6 +4,7 @@ Limits have a dead-band: what is up goes only when it is clearly better. Only wh
 trouble; what keeps vehicles on the ground is told before a start (`StationStatus.not_ready`).
 """
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from tui_gcs.core.alarm_signs import VehicleSigns
 from tui_gcs.core.alarms import AlarmDesk, Finding
+from tui_gcs.core.closing import Closing, closings
 from tui_gcs.core.firmware.health import Concern, Problem
 from tui_gcs.core.flights import ON_BOARD_STEP, Flight
 from tui_gcs.core.messages import Phase, RunPhase
@@ -26,6 +28,7 @@ TRAFFIC_M, TRAFFIC_UP_M, TRAFFIC_AGE_S = 1500.0, 300.0, 15.0
 """An aircraft nearer than that, both ways, heard no longer ago."""
 HEALTH_ROUND_S = 2.0
 """Each flying vehicle's own checks are looked at once in this time: they are many."""
+CLOSING_GAP_S = 0.5
 SETTLES_S = 5.0
 """A station that begins has not heard everybody yet, nor seen what they do."""
 FAILED = ("dead", "quarantined", "late")
@@ -38,6 +41,8 @@ class AlarmFinder:
         """`desk` knows what is up already."""
         self._station = station
         self._signs = VehicleSigns(desk)
+        self._next_closing_s = -math.inf
+        self._meetings: list[Finding] = []
         self._settled_s = station.clock.now() + SETTLES_S
         self._health: dict[int, tuple[tuple[Concern, Problem], ...]] = {}
         self._next_health = 0
@@ -54,6 +59,7 @@ class AlarmFinder:
             *(finding for vehicle in vehicles for finding in self._vehicle(vehicle, now)),
             *self._outside(flying),
             *self._close(),
+            *self._closing(now),
             *self._traffic(flying, now),
             *self._stops(),
             *self._teams(),
@@ -119,6 +125,19 @@ class AlarmFinder:
         for vehicle, (level_m, partner) in nearest.items():
             yield Finding("separation", vehicle, f"{level_m:.0f} m from {vehicles_words([partner])}")
 
+    def _closing(self, now: float) -> Iterator[Finding]:
+        """Foreseen for the whole fleet now and then, and told of until that is done again."""
+        if now >= self._next_closing_s:
+            self._next_closing_s = now + CLOSING_GAP_S
+            found = sorted(closings(self._station.steering.known(now), self._station.guard.limits, now), key=_soonest)
+            pairs = [(pair, a, b) for pair in found for a, b in ((pair.one, pair.other), (pair.other, pair.one))]
+            first = {vehicle: (pair, other) for pair, vehicle, other in reversed(pairs)}
+            self._meetings = [
+                Finding("closing", vehicle, f"{pair.level_m:.0f} m from {vehicles_words([other])} in {pair.in_s:.0f} s")
+                for vehicle, (pair, other) in sorted(first.items())
+            ]
+        yield from self._meetings
+
     def _traffic(self, flying: list[Vehicle], now: float) -> Iterator[Finding]:
         """Heights above mean sea level; where the aircraft's is not known it counts as ours."""
         tracks = [t for t in self._station.services.traffic.tracks() if now - t.seen_s < TRAFFIC_AGE_S]
@@ -166,6 +185,10 @@ class AlarmFinder:
         for endpoint in station.config.forward:
             if endpoint.link.error:
                 yield Finding("forward", endpoint.link.name, endpoint.link.error)
+
+
+def _soonest(closing: Closing) -> float:
+    return closing.in_s
 
 
 _CAUSES: dict[Concern, str] = {"position": "position", "battery": "battery-critical", "health": "health"}

@@ -95,10 +95,10 @@ class Steering:
             return {}
         sights = [self._sight(vehicle, Does.FOLLOWS, course, now) for _, course, vehicle in due]
         sent = [sent_of(flight, course) for flight, course, _ in due]
-        verdicts = self._guard.judge(sights, sent, self._known(now), now)
+        verdicts = self._guard.judge(sights, sent, self.known(now), now)
         return {vehicle.id: verdict for (*_, vehicle), verdict in zip(due, verdicts, strict=True)}
 
-    def _known(self, now: float) -> list[Sight]:
+    def known(self, now: float) -> list[Sight]:
         """Everybody in the air, in a team or not, as the guard sees them."""
         sights = []
         for vehicle in self._fleet.vehicles.values():
@@ -132,7 +132,7 @@ class Steering:
         """Who is in the way of the flight's course, or ""."""
         now = self._clock.now()
         me = self._sight(vehicle, Does.FOLLOWS, flight.course, now)
-        return self._guard.separation(me, self._known(now), now).text
+        return self._guard.separation(me, self.known(now), now).text
 
     def way_home(self, vehicle: Vehicle, home_m: Vec3) -> list[tuple[float, float]]:
         """Turning points of the shortest way home inside the operating area and around no-fly zones."""

@@ -67,6 +67,9 @@ class AlarmScreen(TextDialog[None]):
             return
         elif event.key == "a":
             self._acknowledge([marked])
+        elif event.key == "v" and marked.vehicles:
+            self._feed.selection.set(marked.vehicles)
+            self.dismiss(None)
         elif event.key == "s" and marked.state != "shelved":
             self._ask(Shelve(raised={marked.cause: marked.raised}, minutes=SHELVE_MIN), "shelve")
         elif event.key == "s":
@@ -138,7 +141,8 @@ class AlarmScreen(TextDialog[None]):
         if marked is None:
             return [(" Esc = close ", Ink.SELECTED)]
         shelve = "s unshelve" if marked.state == "shelved" else f"s shelve {SHELVE_MIN:.0f} min"
-        return [(" a = acknowledge ", Ink.SELECTED), (f"  x all   {shelve}   arrows   Esc close", Ink.BOLD)]
+        select = "   v select its vehicles" if marked.vehicles else ""
+        return [(" a = acknowledge ", Ink.SELECTED), (f"  x all   {shelve}{select}   Esc close", Ink.BOLD)]
 
 
 def _key(alarm: Alarm) -> str:

@@ -1,0 +1,50 @@
+"""Who will come too close to whom: what all vehicles do in the next seconds, as the guard foresees it.
+
+The guard keeps what it steers apart; this looks at everybody, also at who is flown by a pilot, drifts or was vetoed,
+and farther ahead, so that the operator hears of it while there is time to hold one of them.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from tui_gcs.core.guard_courses import STEP_S
+from tui_gcs.core.guard_motion import Sight, foresee
+from tui_gcs.core.guard_separation import GROUND_M
+from tui_gcs.core.scenario import Limits
+
+AHEAD_S = 10.0
+TIMES_S = np.arange(0.0, AHEAD_S + STEP_S / 2, STEP_S)
+
+
+@dataclass(frozen=True)
+class Closing:
+    """Two vehicles that will be closer than both limits."""
+
+    one: int
+    other: int
+    in_s: float
+    """Until that begins."""
+    level_m: float
+    """How far apart on the map they will then be at the least, within `AHEAD_S`."""
+
+
+def closings(sights: list[Sight], limits: Limits, now: float) -> Iterator[Closing]:
+    """Pairs that will be too close and are not yet: that is another alarm."""
+    sights = [s for s in sights if not s.in_column and s.position_m[2] >= GROUND_M]
+    if len(sights) < 2:
+        return
+    flock = foresee(sights, limits, TIMES_S, now)
+    wide_m, high_m = limits.separation_horizontal_m, limits.separation_vertical_m
+    low, high = flock.goes_m.min(axis=1), flock.goes_m.max(axis=1)
+    reach = np.array([wide_m, wide_m, high_m])
+    near = ((low[:, None] < high[None] + reach) & (high[:, None] > low[None] - reach)).all(axis=2)
+    ones, others = np.nonzero(np.triu(near, 1))
+    gap = flock.goes_m[ones] - flock.goes_m[others]
+    level_m = np.hypot(gap[..., 0], gap[..., 1])
+    close = (level_m < wide_m) & (np.abs(gap[..., 2]) < high_m)
+    for pair in np.flatnonzero(close.any(axis=1) & ~close[:, 0]).tolist():
+        least_m = float(level_m[pair][close[pair]].min())
+        in_s = float(TIMES_S[np.argmax(close[pair])])
+        yield Closing(int(flock.ids[ones[pair]]), int(flock.ids[others[pair]]), in_s, least_m)
