@@ -80,13 +80,17 @@ class ConsoleApp(CommandingApp):
         glyphs: GlyphSet | None = None,
         clock: Clock | None = None,
         overlays: Sequence[Overlay] = (),
+        theme: str = "",
     ) -> None:
         """A console for a station of this kind; in a replay, and with `read_only`, nothing can be commanded.
 
-        `keymap` is as `read_keymap` gives it: checked. `overlays` go onto the map.
+        `keymap` is as `read_keymap` gives it: checked. `overlays` go onto the map. `theme` is the one to
+        begin with, of `THEMES`.
         """
         # Without colour only Textual's ANSI mode leaves bold and reverse alone (facts/terminal.md B8).
         super().__init__(ansi_color=True if "NO_COLOR" in os.environ else None)
+        if theme:
+            self.display_theme = theme
         self.kind = kind
         self.glyphs = glyphs or glyph_set(wants_ascii(os.environ, getattr(sys.__stdout__, "encoding", None)))
         self.clock = clock or MonotonicClock()

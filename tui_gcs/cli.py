@@ -7,19 +7,14 @@ import sys
 from collections.abc import Sequence
 
 from tui_gcs import __version__
-from tui_gcs.commands import planner_parser, vehicle_parser
+from tui_gcs.commands import console_options, planner_parser, vehicle_parser
 from tui_gcs.exits import CANNOT, CommandError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one subcommand; every error the user can cause is one line on stderr and exit code 2."""
     arguments = _parser().parse_args(argv)
-    if getattr(arguments, "slow", False):
-        os.environ["TUI_GCS_SLOW"] = "1"
-    if getattr(arguments, "read_only", False):
-        os.environ["TUI_GCS_READ_ONLY"] = "1"
-    if getattr(arguments, "keymap", None):
-        os.environ["TUI_GCS_KEYMAP"] = arguments.keymap
+    console_options.apply(arguments, os.environ)
     try:
         module = importlib.import_module(f"tui_gcs.commands.{arguments.module}")
         code: int = module.run(arguments)
@@ -71,7 +66,7 @@ def _add_demo(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
     parser.add_argument("--json", metavar="FILE", help="headless: write the result there too")
     parser.add_argument("--seed", type=int, help="another seed than the scenario's")
     parser.add_argument("--rounds", type=int, metavar="N", help="headless: only the first N rounds")
-    _console(parser)
+    console_options.add(parser)
     parser.add_argument("--scenario", metavar="FILE", help="another scenario than the shipped swarm-challenge")
     _planner(parser)
     _autopilot(parser)
@@ -81,7 +76,7 @@ def _add_demo(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
 
 def _add_fly(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = _add(commands, "fly", "fly", "start a station if none runs, and attach a console to it")
-    _console(parser)
+    console_options.add(parser)
     _scenario_and_links(parser)
 
 
@@ -111,18 +106,6 @@ def _add_rehearse(commands: "argparse._SubParsersAction[argparse.ArgumentParser]
     _fault(parser)
 
 
-def _console(parser: argparse.ArgumentParser) -> None:
-    """Options of what shows a console."""
-    known = "for thin links: one picture a second, 16 colours, no mouse (also: TUI_GCS_SLOW=1)"
-    parser.add_argument("--slow", action="store_true", help=known)
-    known = "draw points, lines and areas of a .geojson or .kml file on the map; may be repeated"
-    parser.add_argument("--overlay", action="append", default=[], metavar="FILE", help=known)
-    known = "look only: this console commands nothing (also: TUI_GCS_READ_ONLY=1)"
-    parser.add_argument("--read-only", action="store_true", help=known)
-    known = "your own keys, TOML (default: tui-gcs/keymap.toml where configurations are; also: TUI_GCS_KEYMAP)"
-    parser.add_argument("--keymap", metavar="FILE", help=known)
-
-
 def _add_replay(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = _add(
         commands,
@@ -130,7 +113,7 @@ def _add_replay(commands: "argparse._SubParsersAction[argparse.ArgumentParser]")
         "replay",
         "show a recorded flight on the fly screen, or a summary where there is no terminal",
     )
-    _console(parser)
+    console_options.add(parser)
     parser.add_argument("file", metavar="FILE.tlog")
     parser.add_argument("--speed", type=float, default=1.0, help="times real time (default 1)")
     parser.add_argument("--summary", action="store_true", help="the summary, also on a terminal")
@@ -147,7 +130,7 @@ def _add_control(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
         parser.set_defaults(what=name)
         parser.add_argument("--kind", choices=("sim", "live"), help="which station, where both run")
         if name == "attach":
-            _console(parser)
+            console_options.add(parser)
         if name == "status":
             parser.add_argument("--json", action="store_true")
         if name == "stop":

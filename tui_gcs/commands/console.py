@@ -3,10 +3,12 @@
 import os
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tui_gcs.commands import console_options
 from tui_gcs.core.config import socket_path
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.overlays import Overlay, OverlayError, load_overlay
@@ -29,16 +31,38 @@ def read_overlays(files: Sequence[str]) -> tuple[Overlay, ...]:
         raise CommandError(f"--overlay {error}") from None
 
 
-def attach(kind: Kind, overlays: Sequence[Overlay] = ()) -> int:
-    """Show the console until the operator detaches; the station goes on. Raises `CommandError`."""
-    keymap = operators_keymap()
+@dataclass(frozen=True)
+class Preferences:
+    """How the operator wants the console."""
+
+    keymap: Mapping[str, str]
+    theme: str
+    overlays: tuple[Overlay, ...]
+    read_only: bool
+
+
+def preferences(overlays: Sequence[str]) -> Preferences:
+    """What was said on the command line and in files, all of it checked. Raises `CommandError`."""
+    prepare_textual(os.environ)  # before anything imports Textual
     read_only = os.environ.get("TUI_GCS_READ_ONLY", "") not in ("", "0")
+    return Preferences(operators_keymap(), operators_theme(), read_overlays(overlays), read_only)
+
+
+def attach(kind: Kind, wanted: Preferences) -> int:
+    """Show the console until the operator detaches; the station goes on. Raises `CommandError`."""
     from tui_gcs.app import ConsoleApp
 
     bus = connect_later(socket_path(kind))
     over = threading.Event()
     try:
-        app = ConsoleApp(bus, kind=kind, overlays=overlays, read_only=read_only, keymap=keymap)
+        app = ConsoleApp(
+            bus,
+            kind=kind,
+            overlays=wanted.overlays,
+            read_only=wanted.read_only,
+            keymap=wanted.keymap,
+            theme=wanted.theme,
+        )
         threading.Thread(target=_watch_start, args=(app, kind, over), daemon=True).start()
         app.run(mouse=not wants_slow())  # with a mouse every move of it is sent upstream
         if why := start_error(kind):
@@ -52,7 +76,6 @@ def attach(kind: Kind, overlays: Sequence[Overlay] = ()) -> int:
 
 def operators_keymap() -> dict[str, str]:
     """The operator's own keys; none where there is no such file. Raises `CommandError`."""
-    prepare_textual(os.environ)  # before anything imports Textual
     from tui_gcs.actions.keymap import KeymapError, default_path, read_keymap
 
     named = os.environ.get("TUI_GCS_KEYMAP", "")
@@ -65,6 +88,16 @@ def operators_keymap() -> dict[str, str]:
         return read_keymap(path, SCOPES)
     except KeymapError as error:
         raise CommandError(str(error)) from None
+
+
+def operators_theme() -> str:
+    """Name of the theme to begin with. Raises `CommandError`."""
+    named = os.environ.get("TUI_GCS_THEME", "") or console_options.THEMES[0]
+    if named not in console_options.THEMES:
+        raise CommandError(f"TUI_GCS_THEME: no theme {named[:20]!r}; there are: {', '.join(console_options.THEMES)}")
+    from tui_gcs.widgets.themes import THEMES
+
+    return list(THEMES)[console_options.THEMES.index(named)]
 
 
 def _watch_start(app: "ConsoleApp", kind: Kind, over: threading.Event) -> None:

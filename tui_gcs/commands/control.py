@@ -22,9 +22,9 @@ def run(arguments: argparse.Namespace) -> int:
     kind = which(arguments.kind)
     if arguments.what == "attach":
         need_terminal(small=True)
-        from tui_gcs.commands.console import attach, read_overlays
+        from tui_gcs.commands.console import attach, preferences
 
-        return attach(kind, read_overlays(arguments.overlay))
+        return attach(kind, preferences(arguments.overlay))
     return _stop(kind, tuple(arguments.lost)) if arguments.what == "stop" else _status(kind, as_json=arguments.json)
 
 

@@ -30,17 +30,16 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json or arguments.rounds:
         raise CommandError("--json and --rounds belong to --headless")
     need_terminal()
-    from tui_gcs.commands.console import attach, operators_keymap, read_overlays
+    from tui_gcs.commands.console import attach, preferences
 
-    operators_keymap()  # what is wrong with it is told before anything starts
-    overlays = read_overlays(arguments.overlay)
+    wanted = preferences(arguments.overlay)  # what is wrong with it is told before anything starts
     if not running(Kind.SIM):
         _launch(arguments)
     elif given := [name for name in ("fault", "autopilot", "intruders", "sensor") if getattr(arguments, name)]:
         raise CommandError(
             f"a SIM station runs already: --{given[0]} is for a new one; end it with `tui-gcs stop` first"
         )
-    return attach(Kind.SIM, overlays)
+    return attach(Kind.SIM, wanted)
 
 
 def _launch(arguments: argparse.Namespace) -> None:

@@ -24,16 +24,15 @@ DEFAULT_LINK = "udpin:127.0.0.1:14550"
 def run(arguments: argparse.Namespace) -> int:
     """Start a station if none of this kind runs, then attach."""
     need_terminal()
-    from tui_gcs.commands.console import attach, operators_keymap, read_overlays
+    from tui_gcs.commands.console import attach, preferences
 
-    operators_keymap()  # what is wrong with it is told before anything starts
-    overlays = read_overlays(arguments.overlay)
+    wanted = preferences(arguments.overlay)  # what is wrong with it is told before anything starts
     kind = Kind(arguments.kind.upper())
     if running(kind):
         _same_scenario(kind, arguments)
     else:
         start(kind, arguments)
-    return attach(kind, overlays)
+    return attach(kind, wanted)
 
 
 def start(kind: Kind, arguments: argparse.Namespace) -> None:

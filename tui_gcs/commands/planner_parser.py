@@ -3,6 +3,8 @@
 import argparse
 from typing import Any
 
+from tui_gcs.commands import console_options
+
 EXAMPLES = """a planner of your own, from nothing:
   tui-gcs planner new mine               writes mine.py, which flies; change it
   tui-gcs planner check mine.py          everything that must hold before it flies, and what to do where it does not
@@ -38,6 +40,7 @@ def add(commands: Any) -> None:
     watch.add_argument("file", metavar="FILE.py")
     watch.add_argument("scenario", metavar="SCENARIO.toml", nargs="?", help="another than the shipped one")
     watch.add_argument("--seed", type=int, metavar="N", help="another seed than the scenario's")
+    console_options.add(watch)
 
 
 def _action(actions: Any, name: str, text: str) -> argparse.ArgumentParser:

@@ -22,10 +22,11 @@ if TYPE_CHECKING:
 def run(arguments: argparse.Namespace) -> int:
     """Start, and attach a console."""
     need_terminal()
-    start(arguments)
-    from tui_gcs.commands.console import attach
+    from tui_gcs.commands.console import attach, preferences
 
-    return attach(Kind.SIM)
+    wanted = preferences(arguments.overlay)
+    start(arguments)
+    return attach(Kind.SIM, wanted)
 
 
 def start(arguments: argparse.Namespace) -> None:

@@ -2,18 +2,15 @@
 
 import argparse
 import math
-import os
 import shutil
 import sys
 import threading
-from collections.abc import Sequence
 
 from tui_gcs.commands.common import need_terminal
-from tui_gcs.commands.console import read_overlays
+from tui_gcs.commands.console import Preferences, preferences
 from tui_gcs.core.kinds import Kind
-from tui_gcs.core.overlays import Overlay
 from tui_gcs.exits import FAILED, OK, CommandError
-from tui_gcs.slow import prepare_textual, wants_slow
+from tui_gcs.slow import wants_slow
 
 TICK_S = 0.05
 
@@ -25,7 +22,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not (math.isfinite(arguments.speed) and 0 < arguments.speed <= 1000):
         raise CommandError(f"--speed {arguments.speed:g}: more than 0 and at most 1000")
     need_terminal()
-    return _show(arguments.file, arguments.speed, read_overlays(arguments.overlay))
+    return _show(arguments.file, arguments.speed, preferences(arguments.overlay))
 
 
 def _summary(file: str, *, as_json: bool) -> int:
@@ -44,8 +41,7 @@ def _summary(file: str, *, as_json: bool) -> int:
     return FAILED if summary.truncated else OK
 
 
-def _show(file: str, speed: float, overlays: Sequence[Overlay]) -> int:
-    prepare_textual(os.environ)
+def _show(file: str, speed: float, wanted: Preferences) -> int:
     from tui_gcs.app import ConsoleApp
     from tui_gcs.core.bus import MemoryBus
     from tui_gcs.core.clock import MonotonicClock
@@ -57,7 +53,9 @@ def _show(file: str, speed: float, overlays: Sequence[Overlay]) -> int:
         player = Player(file, speed, bus, clock)
     except TlogError as error:
         raise CommandError(str(error)) from None
-    app = ConsoleApp(bus, kind=Kind.REPLAY, replay=True, overlays=overlays)
+    app = ConsoleApp(
+        bus, kind=Kind.REPLAY, replay=True, overlays=wanted.overlays, keymap=wanted.keymap, theme=wanted.theme
+    )
     over = threading.Event()
 
     def play() -> None:

@@ -1,0 +1,48 @@
+"""What an operator says about the console: on the command line or in the environment, the same."""
+
+import argparse
+
+import pytest
+
+from tui_gcs.cli import main
+from tui_gcs.commands import console_options
+from tui_gcs.commands.console import operators_theme
+from tui_gcs.exits import CommandError
+from tui_gcs.widgets.themes import THEMES
+
+
+def parsed(*said: str) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    console_options.add(parser)
+    return parser.parse_args(said)
+
+
+def test_options_are_handed_on_in_the_environment() -> None:
+    environ: dict[str, str] = {}
+    console_options.apply(parsed("--slow", "--theme", "night", "--read-only", "--keymap", "k.toml"), environ)
+    assert environ == {
+        "TUI_GCS_SLOW": "1",
+        "TUI_GCS_READ_ONLY": "1",
+        "TUI_GCS_THEME": "night",
+        "TUI_GCS_KEYMAP": "k.toml",
+    }
+    console_options.apply(argparse.Namespace(), environ := {})
+    assert environ == {}
+
+
+def test_every_theme_has_its_name_on_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert len(console_options.THEMES) == len(THEMES)
+    for name, theme in zip(console_options.THEMES, THEMES, strict=True):
+        monkeypatch.setenv("TUI_GCS_THEME", name)
+        assert operators_theme() == theme and name in theme
+    monkeypatch.setenv("TUI_GCS_THEME", "pink")
+    with pytest.raises(CommandError, match="no theme 'pink'; there are: dark, night"):
+        operators_theme()
+
+
+@pytest.mark.parametrize("command", ["demo", "fly", "replay", "attach", "planner watch"])
+def test_every_command_with_a_console_has_them(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main([*command.split(), "--help"])
+    told = capsys.readouterr().out
+    assert all(option in told for option in ("--slow", "--theme", "--overlay", "--read-only", "--keymap"))

@@ -1,0 +1,34 @@
+"""Options of every command that shows a console. Imports nothing heavy.
+
+They are handed on in the environment: that is where they may also be set for good.
+"""
+
+import argparse
+from collections.abc import MutableMapping
+
+THEMES = ("dark", "night", "day", "contrast")
+"""Names on the command line, in the order of `widgets.themes.THEMES`, which is not imported: it takes long."""
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add them to a command."""
+    known = "for thin links: one picture a second, 16 colours, no mouse (also: TUI_GCS_SLOW=1)"
+    parser.add_argument("--slow", action="store_true", help=known)
+    known = "colours to begin with; T changes them (also: TUI_GCS_THEME)"
+    parser.add_argument("--theme", choices=THEMES, help=known)
+    known = "draw points, lines and areas of a .geojson or .kml file on the map; may be repeated"
+    parser.add_argument("--overlay", action="append", default=[], metavar="FILE", help=known)
+    known = "look only: this console commands nothing (also: TUI_GCS_READ_ONLY=1)"
+    parser.add_argument("--read-only", action="store_true", help=known)
+    known = "your own keys, TOML (default: tui-gcs/keymap.toml where configurations are; also: TUI_GCS_KEYMAP)"
+    parser.add_argument("--keymap", metavar="FILE", help=known)
+
+
+def apply(arguments: argparse.Namespace, environ: MutableMapping[str, str]) -> None:
+    """Put what was said into the environment; a command without these options says nothing."""
+    for name, variable in (("slow", "TUI_GCS_SLOW"), ("read_only", "TUI_GCS_READ_ONLY")):
+        if getattr(arguments, name, False):
+            environ[variable] = "1"
+    for name, variable in (("keymap", "TUI_GCS_KEYMAP"), ("theme", "TUI_GCS_THEME")):
+        if value := getattr(arguments, name, None):
+            environ[variable] = value
