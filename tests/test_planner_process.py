@@ -19,6 +19,7 @@ from tui_gcs.launcher import launch
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
 ORDERS = "orders.txt"
 FILE = """
+import os
 import time
 from pathlib import Path
 from tui_gcs.planner.api import Intent, Output, Param, Planner
@@ -47,6 +48,10 @@ class Puppet(Planner):
         if order == "hang":
             while True:
                 time.sleep(1)
+        if order == "fork" and self.steps % 5 == 0 and os.fork() == 0:
+            time.sleep(1000)
+        if order == "close":
+            os.closerange(0, 4096)
         if order == "raise":
             raise ValueError("as ordered")
         fleet, (x, y) = ctx.fleet, self.task.zone.shape.centre_m
@@ -110,6 +115,19 @@ def test_a_planner_that_hangs_is_killed_and_goes_on_from_its_snapshot(fleet: Wat
     kept = steps - 15  # a snapshot is up to 2 s old, a status half a second: at 5 Hz
     assert fleet.team("attack").metrics["steps"] > kept > 1, "not from 1"
     assert fleet.told("silent for")
+    assert fleet.ask(m.Resume()).ok
+    until(lambda: fleet.phases() == {m.Phase.FLYING}, 15, "all fly again")
+
+
+def test_a_planner_that_forks_and_one_that_closes_its_files_cost_a_hold_and_leave_nothing(fleet: Watcher, folder: Path):
+    first = set(processes("--team "))
+    (folder / ORDERS).write_text("fork")
+    until(lambda: len(processes("--team ")) > 2 * len(first), 10, "there are many")
+    (folder / ORDERS).write_text("close")
+    until(lambda: fleet.phases() == {m.Phase.HOLDING}, 10, "nothing comes from them any more: hold")
+    (folder / ORDERS).write_text("fly")
+    until(lambda: {t.worker for t in fleet.status.teams} == {"running"}, 40, "they plan again")
+    until(lambda: len(processes("--team ")) == len(first) and not first & set(processes("--team ")), 5, "and are alone")
     assert fleet.ask(m.Resume()).ok
     until(lambda: fleet.phases() == {m.Phase.FLYING}, 15, "all fly again")
 

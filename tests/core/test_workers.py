@@ -1,8 +1,14 @@
 """What planner workers leave behind."""
 
+import os
+import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
-from tui_gcs.core.workers import KEPT_LOG_BYTES, LOOK_GAP_S, MOST_LOG_BYTES, Workers
+import pytest
+
+from tui_gcs.core.workers import END_S, KEPT_LOG_BYTES, LOOK_GAP_S, MOST_LOG_BYTES, Workers
 
 
 def test_a_planner_that_prints_without_end_does_not_fill_the_disk(tmp_path: Path) -> None:
@@ -22,3 +28,70 @@ def test_a_planner_that_prints_without_end_does_not_fill_the_disk(tmp_path: Path
     assert text.startswith(b"first words\n") and text.endswith(
         b"--- planners print too much: what came here is not kept ---\nlast words\n"
     )
+
+
+FORKS = """
+import os, signal, sys, time
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+if os.fork() == 0:
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    time.sleep(100)
+print(os.getpgrp(), flush=True)
+{then}
+"""
+
+
+def group_of(then: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Workers, int]:
+    """Keeps one worker, a program that starts another one, and the group both are in."""
+    module = folder / "forks.py"
+    module.write_text(FORKS.format(then=then))
+    monkeypatch.setattr("tui_gcs.core.workers.command_of", lambda *_: [sys.executable, str(module)])
+    workers = Workers(folder / "bus", folder / "log")
+    workers.keep(["red"], 0.0)
+    wait_for(lambda: (folder / "log").read_text().endswith("\n"))
+    return workers, int((folder / "log").read_text())
+
+
+def wait_for(done: Callable[[], bool]) -> None:
+    end_s = time.monotonic() + 10.0
+    while not done():
+        assert time.monotonic() < end_s
+        time.sleep(0.02)
+
+
+def is_empty(group: int) -> bool:
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return True
+    return False
+
+
+def test_what_a_planner_started_is_killed_with_it_when_it_hangs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    workers, group = group_of("time.sleep(100)", tmp_path, monkeypatch)
+    workers.end_stuck(["red"])
+    wait_for(lambda: workers.pid("red") is None and is_empty(group))
+
+
+def test_what_a_planner_started_is_killed_when_it_died(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    workers, group = group_of("os._exit(3)", tmp_path, monkeypatch)
+    wait_for(lambda: workers.pid("red") is None)
+    workers.keep(["red"], 1.0)
+    wait_for(lambda: is_empty(group))
+
+
+def test_a_worker_of_a_team_that_is_no_more_is_killed_if_it_does_not_go(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    workers, group = group_of("time.sleep(100)", tmp_path, monkeypatch)
+    workers.keep([], 1.0)
+    workers.keep([], 1.0 + END_S / 2)
+    assert not is_empty(group)
+
+    def is_gone() -> bool:
+        workers.keep([], 1.0 + END_S)
+        return is_empty(group)
+
+    wait_for(is_gone)

@@ -40,6 +40,7 @@ ENDS = {
         after="from tui_gcs.core.messages import Annotation\n"
         "        out.annotations = [Annotation('polyline', ((1.0, 2.0),) * 300_000)]"
     ),
+    "writes into what it is given": source(after="fleet.position_m[:] = 0.0"),
     "an exception of no kind": source(after="raise GeneratorExit"),
     "an exit in the constructor": source(extra="def __init__(self): raise SystemExit(2)"),
     "no exception at import": "raise BaseException('import')\n",

@@ -1,9 +1,13 @@
-"""Planner workers as processes: one per team, started again when it dies, killed when it does not answer."""
+"""Planner workers as processes: one per team, started again when it dies, killed when it does not answer.
+
+Each leads a process group: what its planner forked or started is killed with it.
+"""
 
 import contextlib
 import logging
 import math
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -45,6 +49,8 @@ class Workers:
         self._log_file = log_file
         self._arguments = list(arguments)
         self._workers: dict[str, _Worker] = {}
+        self._leaving: list[tuple[subprocess.Popen[bytes], float]] = []
+        """Of teams that are no more; killed when they are still there after that time."""
         self._looked_s = -math.inf
 
     def keep(self, teams: list[str], now: float) -> None:
@@ -53,13 +59,19 @@ class Workers:
             self._looked_s = now
             self._shorten_log()
         for team in [t for t in self._workers if t not in teams]:
-            self._workers.pop(team).process.terminate()
+            leaving = self._workers.pop(team).process
+            leaving.terminate()
+            self._leaving.append((leaving, now + END_S))
+        for process, _ in [one for one in self._leaving if now >= one[1] or one[0].poll() is not None]:
+            _kill(process)
+        self._leaving = [one for one in self._leaving if one[0].poll() is None]
         for team in teams:
             worker = self._workers.get(team)
             if worker is None:
                 self._workers[team] = _Worker(self._start(team), now)
             elif worker.again_s < 0.0:
                 if worker.process.poll() is not None:
+                    _kill(worker.process)  # what it has started may still be there
                     lived = now - worker.since_s >= LIVED_S
                     worker.wait_s = FIRST_WAIT_S if lived else worker.wait_s
                     worker.again_s = now + worker.wait_s
@@ -71,7 +83,7 @@ class Workers:
         """Kill these: they hang, and may not even hear a polite signal."""
         for team in teams:
             if team in self._workers and self._workers[team].process.poll() is None:
-                self._workers[team].process.kill()
+                _kill(self._workers[team].process)
 
     def pid(self, team: str) -> int | None:
         """The process id of a team's worker; None while there is none."""
@@ -80,13 +92,14 @@ class Workers:
 
     def end(self) -> None:
         """Stop all; who does not end is killed."""
-        for worker in self._workers.values():
-            worker.process.terminate()
-        for worker in self._workers.values():
+        processes = [worker.process for worker in self._workers.values() if worker.again_s < 0.0]
+        processes += [process for process, _ in self._leaving]
+        for process in processes:
+            process.terminate()
+        for process in processes:
             with contextlib.suppress(subprocess.TimeoutExpired):
-                worker.process.wait(END_S)
-                continue
-            worker.process.kill()
+                process.wait(END_S)
+            _kill(process)
 
     def _shorten_log(self) -> None:
         """Keep what planners print from filling the disk: its beginning and the newest stay, what is between goes."""
@@ -99,10 +112,23 @@ class Workers:
             log.warning("%s cannot be shortened: %s", self._log_file, error)
 
     def _start(self, team: str) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", "tui_gcs.planner.worker", "--bus", str(self._socket), "--team", team]
-        command += ["--parent", str(os.getpid()), *self._arguments]
+        command = [*command_of(self._socket, team), *self._arguments]
         with self._log_file.open("ab") as output:
-            return subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=output)
+            return subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=output, stderr=output, start_new_session=True
+            )
+
+
+def command_of(bus_socket: Path, team: str) -> list[str]:
+    """Starts a worker of this process."""
+    command = [sys.executable, "-m", "tui_gcs.planner.worker", "--bus", str(bus_socket), "--team", team]
+    return [*command, "--parent", str(os.getpid())]
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """The whole group that it leads. To be called at once when it was found dead: its number may be given again."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, signal.SIGKILL)
 
 
 MOST_DECLARED_BYTES = 4_000_000

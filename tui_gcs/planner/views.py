@@ -1,6 +1,10 @@
 """Fleet frames as a planner sees them: struct of arrays, ordered by id, read only."""
 
+from collections.abc import Iterable
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from tui_gcs.core.messages import FleetFrame, Freshness, Phase, PlannerTask
 from tui_gcs.planner.api import Fleet, Tracks
@@ -13,7 +17,7 @@ def team_view(frame: FleetFrame, task: PlannerTask) -> Fleet:
     rows = [place[vehicle] for vehicle in ids]
     position = np.array([frame.position_m[i] for i in rows], dtype=float).reshape(-1, 3)
     flying = [frame.phase[i] == Phase.FLYING and frame.freshness[i] != Freshness.LOST for i in rows]
-    return Fleet(
+    fleet = Fleet(
         id=np.array(ids, dtype=np.int64),
         active=np.array(flying, dtype=bool) & np.isfinite(position).all(axis=1),
         position_m=position,
@@ -24,6 +28,8 @@ def team_view(frame: FleetFrame, task: PlannerTask) -> Fleet:
         battery_pct=np.array([frame.battery_pct[i] for i in rows], dtype=float),
         held=np.array([frame.phase[i] in (Phase.HOLDING, Phase.BY_HAND) for i in rows], dtype=bool),
     )
+    _close(vars(fleet).values())
+    return fleet
 
 
 def tracks_view(frame: FleetFrame) -> Tracks:
@@ -34,7 +40,7 @@ def tracks_view(frame: FleetFrame) -> Tracks:
     position = np.array([track.position_m for track in tracks], dtype=float).reshape(-1, 3)
     cov = np.array([track.covariance_m2 for track in tracks], dtype=float).reshape(-1, 3)
     mean, half = (cov[:, 0] + cov[:, 2]) / 2, (cov[:, 0] - cov[:, 2]) / 2
-    return Tracks(
+    view = Tracks(
         id=np.array([track.id for track in tracks], dtype=np.int64),
         position_m=position + velocity * age_s[:, None],
         velocity_m_s=velocity,
@@ -43,3 +49,12 @@ def tracks_view(frame: FleetFrame) -> Tracks:
         confirmed=np.array([track.confirmed for track in tracks], dtype=bool),
         seen_by=tuple(track.seen_by for track in tracks),
     )
+    _close(vars(view).values())
+    return view
+
+
+def _close(columns: Iterable[NDArray[Any] | tuple[Any, ...]]) -> None:
+    """A planner that writes into them hears so, and at the line where it does."""
+    for column in columns:
+        if isinstance(column, np.ndarray):
+            column.flags.writeable = False

@@ -5,6 +5,7 @@ A new task is configured on a thread beside the present planner, which plans on 
 """
 
 import argparse
+import contextlib
 import logging
 import os
 import signal
@@ -36,6 +37,8 @@ from tui_gcs.planner.watching import WatchingHost
 
 ASK_AGAIN_S = 0.5
 PARENT_CHECK_S = 1.0
+LEAVING_S = 2.0
+"""Without a parent a worker that does not hang has ended by itself by then."""
 
 log = logging.getLogger("tui_gcs.planner")
 
@@ -167,6 +170,27 @@ class Worker:
             return None
 
 
+def _goes_first() -> None:
+    """When memory runs out, a planner that takes it all is what the system ends, and not the station."""
+    with contextlib.suppress(OSError):  # another system than Linux
+        Path("/proc/self/oom_score_adj").write_text("1000")
+
+
+def _ends_with(parent: int) -> None:
+    """On a thread: a worker whose planner hangs does not see that the station is gone. What it started goes with it."""
+    while os.getppid() == parent:
+        time.sleep(PARENT_CHECK_S)
+    time.sleep(LEAVING_S)
+    _end_group()
+    os._exit(1)
+
+
+def _end_group() -> None:
+    """Kill everybody in the group that this process leads, itself included; nobody if it leads none."""
+    if os.getpgrp() == os.getpid():
+        os.killpg(0, signal.SIGKILL)
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """`python -m tui_gcs.planner.worker --bus SOCKET --team NAME [--file NAME SHA256 PATH]… [--watch]`."""
     from tui_gcs.core.zenoh_bus import connect
@@ -185,6 +209,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         log.error("%s", error)
         return 2
     files = {name: PlannerFile(name, Path(path), sha256) for name, sha256, path in arguments.file}
+    _goes_first()
+    threading.Thread(target=_ends_with, args=(arguments.parent,), daemon=True).start()
     worker = Worker(bus, arguments.team, files, watches=arguments.watch)
     signal.signal(signal.SIGTERM, lambda *_: worker.stop())
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -192,6 +218,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         worker.run(arguments.parent)
     finally:
         bus.close()
+    if os.getppid() != arguments.parent:
+        _end_group()  # else the station does
     return 0
 
 
