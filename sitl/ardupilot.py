@@ -178,6 +178,10 @@ class ArduCopter(Autopilot):
             return full_v
         return full_v * (1.0 - PACK_SAG * min(self.consumed_mah / capacity_mah, 1.0))
 
+    def discharge(self, left: float) -> None:
+        """Of its capacity; what was used before counts too."""
+        self.consumed_mah = max(self.consumed_mah, self.params["BATT_CAPACITY"] * (1.0 - left))
+
     def event(self, name: str, *arguments: float, levels: int = 0x66) -> None:
         """ArduPilot has no EVENTs."""
 

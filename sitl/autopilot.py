@@ -180,6 +180,10 @@ class Autopilot(ABC):
     def set_point(self, name: str, fields: Fields) -> None:
         """SET_POSITION_TARGET_GLOBAL_INT or …_LOCAL_NED."""
 
+    @abstractmethod
+    def discharge(self, left: float) -> None:
+        """From now on no more than this share (0 to 1) is in the battery."""
+
     def lose_gps(self) -> None:
         """No satellites."""
         self.gps_lost_us = self.now_us if self.gps_lost_us is None else self.gps_lost_us

@@ -111,6 +111,10 @@ class SimFleet:
         """The link is back."""
         self._pilots[index].silent = False
 
+    def discharge(self, index: int, left: float) -> None:
+        """Its battery holds only this share (0 to 1) from now on."""
+        self._pilots[index].discharge(left)
+
     def kill(self, index: int) -> None:
         """The autopilot dies: silent for ever; in the air it falls."""
         pilot = self._pilots[index]

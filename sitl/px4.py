@@ -58,6 +58,7 @@ class Px4(Autopilot):
         self.fence_due_us = self.now_us
         self.armed_us = 0
         """Time with the motors on: what the battery is drained by."""
+        self.most_charge = 1.0
         self.stream_us: int | None = None
         self.stream_since_us = 0
         self.sticks_us: int | None = None
@@ -339,11 +340,15 @@ class Px4(Autopilot):
                 self._report_due_us = self.now_us + px4_checks.REPORT_US
                 px4_checks.tell(self, report)
 
+    def discharge(self, left: float) -> None:
+        """Whatever SIM_BAT_MIN_PCT says."""
+        self.most_charge = min(self.most_charge, left)
+
     @property
     def charge(self) -> float:
         """0 to 1: falls by half in SIM_BAT_DRAIN seconds with the motors on, down to SIM_BAT_MIN_PCT."""
         drained = 0.5 * self.armed_us / 1e6 / max(self.params["SIM_BAT_DRAIN"], 1.0)
-        return max(1.0 - drained, min(self.params["SIM_BAT_MIN_PCT"] / 100.0, 1.0))
+        return min(max(1.0 - drained, min(self.params["SIM_BAT_MIN_PCT"] / 100.0, 1.0)), self.most_charge)
 
     def fly(self) -> None:
         """One tick of an armed vehicle."""

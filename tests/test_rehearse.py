@@ -10,7 +10,7 @@ import pytest
 
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.scenario_load import load
-from tui_gcs.happenings import Happening, HappeningError, losses, restart
+from tui_gcs.happenings import Happening, HappeningError, drains, losses, restart
 from tui_gcs.rehearsal import rehearse
 from tui_gcs.report.page import page
 from tui_gcs.report.recording import FlightRecord
@@ -47,6 +47,12 @@ def test_a_loss_is_a_vehicle_a_time_and_perhaps_an_end() -> None:
 def test_anything_else_is_refused_in_one_line(wrong: str) -> None:
     with pytest.raises(HappeningError, match=re.escape(repr(wrong))):
         losses([wrong])
+
+
+def test_a_battery_that_is_low_stays_so() -> None:
+    assert drains(["3@120"]) == [Happening(120.0, "drain", 3)]
+    with pytest.raises(HappeningError, match="does not fill again"):
+        drains(["3@120/30"])
 
 
 def test_a_restart_is_death_a_new_station_and_an_operator_who_resumes() -> None:
@@ -124,6 +130,16 @@ def test_a_fleet_loses_one_and_its_station_and_the_report_shows_it(tmp_path: Pat
     assert min(zone.flying) < 3 == max(zone.flying)
     assert zone.tour_m, "the tour is drawn"
     assert set(records[0].rounds[0].paths_m) == {1, 2, 3}
+
+
+@pytest.mark.long
+def test_a_tired_vehicle_is_relieved_before_it_leaves_and_every_gate_holds(tmp_path: Path) -> None:
+    whole = one_team()
+    team = msgspec.structs.replace(whole.teams[0], parameters={"reserve": 1, "search": 0})
+    scenario = msgspec.structs.replace(whole, teams=(team,))
+    result, problem = rehearse(scenario, "", tmp_path, lambda share, text: None, happenings=drains(["2@80"]))
+    assert problem == "" and [check.name for check in result.checks if not check.ok] == []
+    assert "sends vehicle 2 home (relieved: its battery is low)" in (tmp_path / "run.jsonl").read_text()
 
 
 def test_who_is_not_there_cannot_be_lost(tmp_path: Path) -> None:

@@ -98,6 +98,8 @@ def _add_rehearse(commands: "argparse._SubParsersAction[argparse.ArgumentParser]
     parser.add_argument("--rounds", type=int, metavar="N", help="only the first N rounds")
     known = "vehicle ID falls silent T seconds after the start, for S seconds or for good; may be repeated"
     parser.add_argument("--lose", action="append", default=[], metavar="ID@T[/S]", help=known)
+    known = "the battery of vehicle ID is low from T seconds after the start; may be repeated"
+    parser.add_argument("--drain", action="append", default=[], metavar="ID@T", help=known)
     known = "the station dies T seconds after the start, comes back, and is told to resume; may be repeated"
     parser.add_argument("--restart", action="append", default=[], type=float, metavar="T", help=known)
     _autopilot(parser)

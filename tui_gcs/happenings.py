@@ -1,4 +1,4 @@
-"""What goes wrong on purpose in a rehearsal, and when: vehicles that fall silent, a station that dies."""
+"""What goes wrong on purpose in a rehearsal, and when: vehicles fall silent or grow tired, a station dies."""
 
 import math
 import re
@@ -18,6 +18,8 @@ DOWN_S = 3.0
 RESUME_S = 5.0
 """So long after that the operator resumes."""
 MOST_S = 86_400.0
+DRAINED = 0.2
+"""Share that is left in a drained battery: low, and enough to land."""
 _LOSE = re.compile(r"(\d{1,6})@(\d+(?:\.\d+)?)(?:/(\d+(?:\.\d+)?))?")
 
 
@@ -31,7 +33,7 @@ class Happening:
 
     t_s: float
     what: str
-    """lose, find: the vehicle's link. kill, start, resume: the station."""
+    """lose, find: the vehicle's link. drain: its battery. kill, start, resume: the station."""
     vehicle: int = 0
 
     def __str__(self) -> str:
@@ -39,6 +41,7 @@ class Happening:
         words = {
             "lose": f"vehicle {self.vehicle} falls silent",
             "find": f"vehicle {self.vehicle} is heard again",
+            "drain": f"the battery of vehicle {self.vehicle} is low",
             "kill": "the station is killed",
             "start": "the station is started again",
             "resume": "the operator resumes",
@@ -62,6 +65,14 @@ def losses(texts: list[str]) -> list[Happening]:
         if match[3] is not None:
             found.append(Happening(begin_s + float(match[3]), "find", vehicle))
     return found
+
+
+def drains(texts: list[str]) -> list[Happening]:
+    """`3@120`: the battery of vehicle 3 is low 120 s after the start. Raises HappeningError."""
+    found = losses(texts)
+    if any(happening.what == "find" for happening in found):
+        raise HappeningError(f"{' '.join(texts)!r}: a battery does not fill again: must be ID@SECONDS")
+    return [Happening(happening.t_s, "drain", happening.vehicle) for happening in found]
 
 
 def restart(t_s: float) -> list[Happening]:
@@ -109,6 +120,8 @@ class Happenings:
         elif happening.what == "find":
             self._flight.sim.unsilence(self._flight.systems.index(happening.vehicle))
             referee.find(happening.vehicle, now)
+        elif happening.what == "drain":
+            self._flight.sim.discharge(self._flight.systems.index(happening.vehicle), DRAINED)
         elif happening.what == "kill":
             self._flight.kill_station()
         elif happening.what == "start":

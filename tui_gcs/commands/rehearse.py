@@ -99,9 +99,9 @@ def _tell_pace(record: "FlightRecord", took_s: float) -> None:
 
 
 def _happenings(arguments: argparse.Namespace) -> "list[Happening]":
-    from tui_gcs.happenings import losses, restart
+    from tui_gcs.happenings import drains, losses, restart
 
-    planned = losses(arguments.lose)
+    planned = losses(arguments.lose) + drains(arguments.drain)
     for t_s in arguments.restart:
         planned += restart(t_s)
     return planned

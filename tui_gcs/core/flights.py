@@ -53,6 +53,8 @@ class Flight:
     """The speed it was told to keep to on the way to a place, since it last did something else."""
     slot: str = ""
     joined: bool = False
+    waits: bool = False
+    """Its planner has it wait in the air where it is: that is its place."""
     vetoed: str = ""
     """Why the guard vetoed its newest set-point; empty if it passed."""
     touchdown_m: Vec3 | None = None
@@ -67,7 +69,7 @@ class Flight:
         if phase not in (Phase.ARMING, Phase.TAKEOFF):
             self.by_hand_m = math.nan
         if phase is not Phase.FLYING:
-            self.slot, self.joined, self.vetoed = "", False, ""
+            self.slot, self.joined, self.waits, self.vetoed = "", False, False, ""
 
     def go_to_step(self, step: str, now: float) -> None:
         """Next step of the same phase."""

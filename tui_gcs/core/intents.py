@@ -57,14 +57,15 @@ class IntentDesk:
             elif flight.phase is not Phase.FLYING:
                 continue  # it was flying in the frame the plan was made from
             elif intent.kind == "hold":
-                self._hold(flight)
+                self._hold(flight, intent)
             elif intent.kind == "return":
                 going_home.append((intent.vehicle, clean(intent.reason, MOST_REASON_CELLS)))
             elif (vehicle := self._fleet.vehicles.get(intent.vehicle)) is not None:
                 self._steer(flight, vehicle, intent, plan.t_s, limits)
         return going_home
 
-    def _hold(self, flight: Flight) -> None:
+    def _hold(self, flight: Flight, intent: Intent) -> None:
+        flight.slot, flight.joined, flight.waits = clean(intent.slot, MOST_SLOT_CELLS), intent.joined, intent.joined
         vehicle = self._fleet.vehicles.get(flight.vehicle)
         if vehicle is not None and flight.course is not None:
             flight.course = None
@@ -76,6 +77,7 @@ class IntentDesk:
             self._refuse(vehicle.id, "kind", course)
             return
         flight.course, flight.slot, flight.joined = course, clean(intent.slot, MOST_SLOT_CELLS), intent.joined
+        flight.waits = False
 
     def _course(
         self, flight: Flight, vehicle: Vehicle, intent: Intent, plan_s: float, limits: Limits

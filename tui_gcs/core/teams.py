@@ -151,7 +151,7 @@ class TeamDesk:
         self.measured = ZoneMeasure(task.zone.shape, scenario)
         self._told_on_slot = False
         for flight in self._flying():
-            flight.slot, flight.joined = "", False
+            flight.slot, flight.joined, flight.waits = "", False, False
             flight.passed = None  # judged anew at once: another area
         return task
 
@@ -327,14 +327,14 @@ class TeamDesk:
         )
 
     def on_slot(self) -> int:
-        """How many vehicles are on their slot: joined by the planner's word and within 5 m by ours."""
+        """How many vehicles are on their slot: joined by the planner's word and within 5 m by ours, or in reserve."""
         return sum(1 for flight in self._flying() if self.is_on_slot(flight))
 
     def is_on_slot(self, flight: Flight) -> bool:
         """Whether this vehicle is on its slot now."""
         vehicle = self._fleet.vehicles.get(flight.vehicle)
         if vehicle is None or not flight.joined or flight.course is None:
-            return False
+            return flight.waits
         return self._steering.slot_error_m(flight, vehicle) <= ON_SLOT_M
 
     def all_on_slot(self) -> bool:

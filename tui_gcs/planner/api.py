@@ -72,8 +72,8 @@ every 2 s: bytes, 1 MB at most, complete (what `restore` takes on a freshly conf
 bit by bit; the state of `rng` and what was told by events is kept for you). b"" means: begin anew.
 
 **Showing.** `Output.metrics` are numbers by name, `Output.annotations` are drawn on the map; `Intent.slot` and `joined`
-say which place a vehicle has and that it is there, `reason` why. A preview of an edit shows the metrics of the first
-step: say there what is to be expected, as `predicted_…`.
+say which place a vehicle has and that it is there (of a `hold`: that it is to wait there), `reason` why. A preview of
+an edit shows the metrics of the first step: say there what is to be expected, as `predicted_…`.
 """
 
 from collections.abc import Mapping

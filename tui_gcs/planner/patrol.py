@@ -234,7 +234,7 @@ class Patrol(Planner):
             elif vehicle in formation.leaving:
                 intents.append(Intent(vehicle, "return", reason="relieved: its battery is low"))
             else:
-                intents.append(Intent(vehicle, "hold", slot="reserve", reason="in reserve"))
+                intents.append(Intent(vehicle, "hold", slot="reserve", joined=True, reason="in reserve"))
         return intents
 
     def _trajectories(self, t_s: float, fleet: Fleet, rows: list[int]) -> dict[int, Intent]:
