@@ -16,6 +16,7 @@ from tests.bench.decode import decoder
 from tests.bench.flood import flood
 from tests.bench.guard import guard
 from tests.bench.guardian import guardian
+from tests.bench.guardian_flown import guardian_flown
 from tests.bench.headless import help_cpu, lock_step
 from tests.bench.live import live
 from tests.bench.load import latency, load
@@ -44,6 +45,7 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "planning-losses": planning_losses,
     "planning-runs": planning_runs,
     "guardian": guardian,
+    "guardian-flown": guardian_flown,
     "guard": guard,
 }
 LONG_S = {
@@ -54,10 +56,11 @@ LONG_S = {
     "console": 420,
     "commands": 650,
     "guardian": 3000,
+    "guardian-flown": 3000,
     "guard": 1200,
 }
 """Parts that take more than a minute say so."""
-BY_NAME_ONLY = {"commands", "guardian", "guard"}
+BY_NAME_ONLY = {"commands", "guardian", "guardian-flown", "guard"}
 
 
 def main(chosen: list[str]) -> int:

@@ -76,11 +76,19 @@ class Waves:
 
 
 def guardian(_: Path) -> Iterator[Row]:
-    """The planner, and simpler ones beside it."""
+    """The planner, what nobody could better, and simpler ones beside it."""
+    from tests.bench.guardian_ceiling import ceilings
+
     for n, k in SIZES:
         found = waves(lambda n=n: make("guardian", n), n, k, EPISODES)
         name = f"intruders met: guardian, {n} v {k} (± {found.doubt:.1f})"
         yield Row(name, found.percent, "%", GOALS.get((n, k)), at_least=True)
+        if (n, k) in GOALS:
+            best = ceilings(make("guardian", n), n, k, EPISODES)
+            yield Row(
+                f"  ceiling, {n} v {k}: whom somebody could still meet when they came in sight", best.from_sight, "%"
+            )
+            yield Row(f"  ceiling, {n} v {k}: all arrivals known from the start", best.all_known, "%")
     for name, tour, chases in (
         ("ring and assignment", ring_tour(), True),
         ("patrol and assignment", patrol_tour(), True),
@@ -115,7 +123,7 @@ def waves(new: Any, n: int, k: int, episodes: int, seen_m: float = SEEN_M, seed:
     met, seen, hardest, margins = [], 0, 0.0, []
     for _ in range(episodes):
         planner.restore(blank)
-        one = _Episode(planner, n, k, rng, seen_m)
+        one = Episode(planner, n, k, rng, seen_m)
         one.fly()
         met.append(one.met.mean())
         seen += int(one.seen.sum())
@@ -124,13 +132,16 @@ def waves(new: Any, n: int, k: int, episodes: int, seen_m: float = SEEN_M, seed:
     return Waves(seen / episodes / k, np.array(met), hardest, margins)
 
 
-class _Episode:
-    def __init__(self, planner: Stepped, n: int, k: int, rng: np.random.Generator, seen_m: float) -> None:
+class Episode:
+    """One wave."""
+
+    def __init__(self, planner: Stepped, n: int, k: int, rng: np.random.Generator, seen_m: float = SEEN_M) -> None:
+        """Its bearings and times are the next of `rng`."""
         self._planner, self._seen_m = planner, seen_m
         self._bearing = rng.random(k) * 2.0 * math.pi
         self._begin_s = rng.random(k) * WITHIN_S
         start = rng.random() * 2.0 * math.pi + 2.0 * math.pi * np.arange(n) / n
-        self._xy = MIDDLE + 95.0 * np.stack([np.cos(start), np.sin(start)], axis=1)
+        self.xy = MIDDLE + 95.0 * np.stack([np.cos(start), np.sin(start)], axis=1)
         self._velocity = 7.2 * np.stack([-np.sin(start), np.cos(start)], axis=1)
         self.met, self.seen, self._over = (np.zeros(k, dtype=bool) for _ in range(3))
         self.hardest = 0.0
@@ -138,7 +149,7 @@ class _Episode:
 
     def fly(self) -> None:
         """From when the first intruder might be seen until the last is met or in the zone."""
-        t_s, n = BEGIN_S, len(self._xy)
+        t_s, n = BEGIN_S, len(self.xy)
         while not self._over.all():
             out = self._planner.step(self._context(t_s, n))
             t_s += STEP_S
@@ -148,19 +159,20 @@ class _Episode:
                 new = np.array([np.interp(t_s, times, speeds[:, axis]) for axis in (0, 1)])
                 self.hardest = max(self.hardest, float(np.hypot(*(new - self._velocity[row]))) / STEP_S)
                 self._velocity[row] = new
-                self._xy[row] = [np.interp(t_s, times, places[:, axis]) for axis in (0, 1)]
-            self._judge(t_s)
+                self.xy[row] = [np.interp(t_s, times, places[:, axis]) for axis in (0, 1)]
+            self.judge(t_s)
 
-    def _targets(self, t_s: float) -> tuple[Floats, Floats, Floats]:
+    def targets(self, t_s: float) -> tuple[Floats, Floats, Floats]:
         """Radius, places and velocities of all intruders."""
         radius = FAR_M - INTRUDER_M_S * (t_s - self._begin_s)
         outward = np.stack([np.sin(self._bearing), np.cos(self._bearing)], axis=1)
         return radius, MIDDLE + radius[:, None] * outward, -INTRUDER_M_S * outward
 
-    def _judge(self, t_s: float) -> None:
-        radius, places, _ = self._targets(t_s)
+    def judge(self, t_s: float) -> None:
+        """Who is in sight, met, or in the zone by now."""
+        radius, places, _ = self.targets(t_s)
         present = (t_s >= self._begin_s) & ~self._over
-        away = np.hypot(*(places[:, None] - self._xy[None]).transpose(2, 0, 1)).min(axis=1)
+        away = np.hypot(*(places[:, None] - self.xy[None]).transpose(2, 0, 1)).min(axis=1)
         self.seen |= present & (away <= self._seen_m)
         now = present & (away <= MET_M) & (radius > ZONE_M)
         self.margins += ((radius[now] - ZONE_M) / INTRUDER_M_S).tolist()
@@ -173,7 +185,7 @@ class _Episode:
         fleet = Fleet(
             np.arange(1, n + 1),
             np.ones(n, dtype=bool),
-            np.column_stack([self._xy, up]),
+            np.column_stack([self.xy, up]),
             np.column_stack([self._velocity, zero]),
             zero,
             zero,
@@ -182,7 +194,7 @@ class _Episode:
             np.zeros(n, dtype=bool),
         )
         known = np.flatnonzero(self.seen & ~self._over)
-        _, places, velocities = self._targets(t_s)
+        _, places, velocities = self.targets(t_s)
         none = np.zeros(len(known))
         tracks = Tracks(
             known + 1,

@@ -103,11 +103,11 @@ def test_intruders_are_met_outside_the_zone_and_the_ring_is_whole_again() -> Non
     plan = fly(host, vehicles, 0.2, watch)
     assert plan.metrics["tracks"] == plan.metrics["assigned"] == 2
     assert plan.metrics["margin_s"] > 0.0
-    assert sorted(filter(None, reasons(plan))) == ["meets track 1", "meets track 2"]
-    assert sum(drawn.text.endswith(" s") for drawn in plan.annotations or ()) == 2
+    assert sorted(filter(None, reasons(plan))) == ["comes by track 1", "meets track 2"]
+    assert sum(drawn.text.endswith(" s") for drawn in plan.annotations or ()) == 1
     plan = fly(host, vehicles, 18.0, watch)
     assert max(nearest) <= 20.0
-    assert plan.metrics["met"] == 2
+    assert plan.metrics["countered"] == 2
     assert plan.metrics["on_ring"] == 4
 
 
@@ -115,7 +115,9 @@ def test_two_targets_side_by_side_are_one_vehicles_business() -> None:
     plan = fly(guardian(), guards(4, inwards(20.0, 150.0), inwards(28.0, 165.0)), 0.2)
     assert plan.metrics["assigned"] == 2
     plan = fly(guardian((1,)), guards(1, inwards(10.0, 140.0), inwards(14.0, 200.0)), 0.2)
-    assert reasons(plan) == ["meets track 1, then track 2"]
+    assert reasons(plan) == ["meets track 2, comes by track 1"]
+    plan = fly(guardian((1,)), guards(1, inwards(10.0, 150.0), inwards(44.0, 200.0)), 0.2)
+    assert reasons(plan) == ["comes by track 1, track 2"]
 
 
 @pytest.mark.parametrize(
@@ -164,7 +166,7 @@ def test_targets_beyond_the_fence_are_awaited_inside() -> None:
         limits_kept(plan, zone)
 
     while vehicles.t_s < 15.0 and not met:
-        met = fly(host, vehicles, vehicles.t_s + 0.4, watch).metrics["met"]
+        met = fly(host, vehicles, vehicles.t_s + 0.4, watch).metrics["countered"]
     assert vehicles.places()[0][0] < 40.0
 
 

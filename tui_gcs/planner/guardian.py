@@ -1,8 +1,10 @@
 """Guardian: a moving ring around a zone, from which intruders are met before they are in it.
 
-Where vehicles wait matters more than who goes where (planning.md C3: a ring with assignment lets half as many through
-as a patrol of the area). Those on the ring keep equal distances in time, also from those who are away. A target is met
-when a vehicle has been near it: then the vehicle is free again.
+Where vehicles wait matters more than who goes where: nearly all that a ring with the best assignment lets through is
+seen too late, because those who went left a gap. So it is kept what nobody has looked at, and who goes, and which way
+round the others fly, is chosen by what they meet and by what might come unseen (`pairing`). While nothing is known of
+intruders, vehicles on the ring keep equal distances in time. A target is met when a vehicle has been near it: then the
+vehicle is free again.
 """
 
 import math
@@ -29,12 +31,14 @@ from tui_gcs.planner.api import (
 from tui_gcs.planner.design import design
 from tui_gcs.planner.intercept import Edges, courses
 from tui_gcs.planner.lazy_scipy import warm_up
-from tui_gcs.planner.pairing import Duty, Situation, pair
+from tui_gcs.planner.pairing import Choice, Duty, Outlook, Situation, Way, choose, duties
 from tui_gcs.planner.pursuit import SAMPLE_S, SAMPLES, Aims, paths
 from tui_gcs.planner.region import Region
 from tui_gcs.planner.ring import nearest_phase_s, rates, ring
 from tui_gcs.planner.smoothing import Motion
+from tui_gcs.planner.tour import Tour
 from tui_gcs.planner.transit import Mobility
+from tui_gcs.planner.unseen import BIN_M, GROUP, LINES, Threats, Unseen
 
 Floats = NDArray[np.floating[Any]]
 Pairs = list[tuple[float, float]]
@@ -50,10 +54,22 @@ JOINED_M, LEFT_M = 5.0, 15.0
 LOST_TRACK_M = 8.0
 """A vehicle this far from its path gets a new one from where it is."""
 OLD_POSITION_S = 1.0
-CONTACT_SHARE = 0.85
+CONTACT_SHARE = 0.9
 """Of the contact distance: so near a meeting is planned."""
 INSIDE_M = 1.0
 """Who is where it must not be flies so far back inside first."""
+INNER_M, OUTER_M = -10.0, 15.0
+"""Two more rings, so far out from the first: where a vehicle may fly while there are intruders."""
+ON_RING: Way = (0, 1)
+INSIDE: Way = (3, 1)
+ALERT: tuple[Way, ...] = (ON_RING, (0, -1), (1, 1), (1, -1), (2, 1), (2, -1))
+"""Ways round while there are intruders: number of a circuit, and 1 or -1."""
+CALM_AFTER_S = 15.0
+"""After the last intruder the ring closes again."""
+CHOOSE_EVERY_S = 0.6
+"""Unless somebody was found, met, lost or joined."""
+MOST_ON_ALERT = 16
+"""More vehicles than these have no gaps to mind: nobody leaves the ring but to meet somebody."""
 DRAW_EVERY_S = 1.0
 DRAWN_POINTS = 80
 
@@ -67,9 +83,12 @@ class _Post:
     phase_s: float
     """Of its place on its circuit."""
     rate: float = 1.0
+    way: Way = ON_RING
     joined: bool = False
     targets: tuple[int, ...] = ()
     """Track ids, in order."""
+    passes: tuple[int, ...] = ()
+    """Tracks that it comes by on its way round."""
     path_m: Pairs = field(default_factory=list)
     """From the step before, as is its velocity."""
     path_m_s: Pairs = field(default_factory=list)
@@ -82,6 +101,13 @@ class _State:
     posts: dict[int, _Post] = field(default_factory=dict)
     met: tuple[int, ...] = ()
     """Ids of present tracks that a vehicle was near."""
+    unseen: bytes = b""
+    """Cells of `Unseen`, and how far they have come of the next bin."""
+    crept_m: float = 0.0
+    alert_until_s: float = -math.inf
+    chosen_s: float = -math.inf
+    chosen_for: tuple[tuple[int, ...], tuple[int, ...]] = ((), ())
+    """Tracks and vehicles."""
     t_s: float = -math.inf
     drawn_s: float = -math.inf
 
@@ -90,11 +116,14 @@ class Guardian(Planner):
     """A ring around the zone whose vehicles meet intruders outside."""
 
     name = "guardian"
+    version = "2"
     params = (
         Param("ring_m", float, 20.0, 0.0, 200.0, "m", "the ring is so far outside the zone"),
         Param("ring_speed", float, 0.97, 0.1, 0.97, "", "speed on the ring as a share of the limit"),
         Param("inside", int, 0, 0, 64, "", "vehicles on a tour inside the zone; at least one is on the ring"),
         Param("contact_m", float, 20.0, 2.0, 200.0, "m", "an intruder is met when a vehicle is so near"),
+        Param("sees_m", float, 60.0, 5.0, 1000.0, "m", "range of the vehicles' sensors"),
+        Param("intruder_m_s", float, 5.0, 0.5, 40.0, "m/s", "speed of intruders that nobody has seen yet"),
     )
 
     def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
@@ -111,12 +140,16 @@ class Guardian(Planner):
         self._edges = Edges(self._zone, self._region.polygon, self._within_m)
         self._inside = int(params["inside"])
         ring_m_s = limits.speed_m_s * float(params["ring_speed"])
-        self._ring = ring(self._zone, float(params["ring_m"]), self._region, ring_m_s, accel)
-        self._tour = self._ring
+        out_m = [max(0.0, float(params["ring_m"]) + more_m) for more_m in (0.0, INNER_M, OUTER_M)]
+        self._circuits = [ring(self._zone, each_m, self._region, ring_m_s, accel) for each_m in out_m]
+        tour = self._circuits[0]
         if self._inside:
             motion = Motion(limits.speed_m_s * TOUR_SHARE, accel, task.footprint_radius_m)
-            self._tour = design(task.zone.shape, self._region, motion, task.footprint_radius_m, self._inside, rng).tour
-        self._state = _State()
+            tour = design(task.zone.shape, self._region, motion, task.footprint_radius_m, self._inside, rng).tour
+        self._circuits.append(tour)
+        self._sees_m = float(params["sees_m"])
+        self._unseen = Unseen(self._zone, self._sees_m, float(params["intruder_m_s"]))
+        self._state = _State(unseen=self._unseen.none_seen())
 
     def step(self, ctx: Context) -> Output:
         """Who meets whom is decided anew in every step."""
@@ -126,18 +159,21 @@ class Guardian(Planner):
         rows = active[np.lexsort((fleet.position_m[active, 1], fleet.position_m[active, 0]))]
         xy, velocity = self._references(ctx, rows)
         self._take_posts([int(i) for i in fleet.id[rows]], xy)
+        self._look_round(ctx.t_s, fleet.position_m[rows, :2])
         chased = self._chased(ctx.tracks, fleet.position_m[rows, :2])
-        duties = self._duties(ctx.tracks, chased, fleet.id[rows], xy, velocity)
-        aims = self._aims(fleet.id[rows], xy, duties, ctx.t_s)
+        assigned = self._duties(ctx.t_s, ctx.tracks, chased, fleet.id[rows], xy, velocity)
+        aims = self._aims(fleet.id[rows], xy, assigned, ctx.t_s)
         places, speeds = paths(xy, velocity, aims, self._mobility, self._region)
-        out = Output(metrics=self._metrics(ctx.tracks, chased, duties))
+        out = Output(metrics=self._metrics(ctx.tracks, assigned))
         for k, i in enumerate(rows.tolist()):
-            out.intents.append(self._intent(ctx, i, places[k], speeds[k], duties.get(k)))
+            out.intents.append(self._intent(ctx, i, places[k], speeds[k], assigned.get(k)))
         out.intents.sort(key=lambda intent: intent.vehicle)
         if ctx.t_s - self._state.drawn_s >= DRAW_EVERY_S:
             self._state.drawn_s = ctx.t_s
-            out.annotations = [_drawing(self._ring.xy_m)]
-            out.annotations += [_errand(xy[k], duties[k]) for k in sorted(duties)]
+            out.annotations = [_drawing(self._circuits[0].xy_m)]
+            for k, duty in sorted(assigned.items()):
+                vehicle = int(fleet.id[rows[k]])
+                out.annotations.append(_errand(xy[k], duty, vehicle, self._state.posts[vehicle].targets))
         self._state.t_s = ctx.t_s
         return out
 
@@ -181,12 +217,19 @@ class Guardian(Planner):
         middle = np.array([self._zone.centroid.x, self._zone.centroid.y])
         away = {v: float(np.hypot(*(xy[k] - middle))) for k, v in enumerate(vehicles)}
         for v in sorted(outer, key=away.__getitem__)[: max(0, wanted - len(inner))]:
-            posts[v] = _Post(True, math.nan)
+            posts[v] = _Post(True, math.nan, way=INSIDE)
         for v in sorted(inner, key=away.__getitem__)[wanted:]:
             posts[v] = _Post(False, math.nan)
         self._state.posts = posts
 
     # ---------------------------------------------------------------- who goes
+
+    def _look_round(self, t_s: float, vehicles_m: Floats) -> None:
+        """What is empty flies inwards, and what is looked at is empty."""
+        state, since_s = self._state, t_s - self._state.t_s
+        if math.isfinite(since_s):
+            state.unseen, state.crept_m = self._unseen.moved(state.unseen, state.crept_m, max(0.0, since_s))
+        state.unseen = self._unseen.looked_at(state.unseen, vehicles_m)
 
     def _chased(self, tracks: Tracks, vehicles_m: Floats) -> NDArray[np.int64]:
         """Rows of confirmed tracks that nobody has been near."""
@@ -202,28 +245,59 @@ class Guardian(Planner):
         return np.flatnonzero(tracks.confirmed & ~done & known)
 
     def _duties(
-        self, tracks: Tracks, chased: NDArray[np.int64], ids: NDArray[np.int64], xy: Floats, velocity: Floats
+        self,
+        t_s: float,
+        tracks: Tracks,
+        chased: NDArray[np.int64],
+        ids: NDArray[np.int64],
+        xy: Floats,
+        velocity: Floats,
     ) -> dict[int, Duty]:
-        """Duties by row of `ids`; posts are told their targets."""
+        """Duties by row of `ids`; posts are told their targets and which way round they fly."""
         found = courses(self._edges, tracks.position_m[chased, :2], tracks.velocity_m_s[chased, :2])
         real = [k for k, course in enumerate(found) if np.isfinite(course.enters_s) and np.isfinite(course.reachable_s)]
         chased = chased[real]
-        posts = [self._state.posts[int(v)] for v in ids]
-        kept = np.array([[float(int(t) in post.targets[:1]) for t in tracks.id[chased]] for post in posts])
+        state = self._state
+        posts = [state.posts[int(v)] for v in ids]
+        row_of = {int(track): k for k, track in enumerate(tracks.id[chased])}
+
+        def rows(wanted: tuple[int, ...]) -> tuple[int, ...]:
+            return tuple(row_of[t] for t in wanted if t in row_of)
+
+        choices = [Choice(rows(post.targets), post.way, rows(post.passes)) for post in posts]
         now = Situation(
             xy,
             velocity,
             tracks.position_m[chased, :2],
             tracks.velocity_m_s[chased, :2],
             [found[k] for k in real],
-            kept.reshape(len(posts), len(chased)),
+            choices,
             self._mobility,
             self._within_m,
         )
-        duties = pair(now)
+        if len(chased):
+            state.alert_until_s = t_s + CALM_AFTER_S
+        about = (tuple(sorted(row_of)), tuple(sorted(ids.tolist())))
+        if not posts or t_s >= state.alert_until_s:
+            choices = [Choice((), INSIDE if post.inside else ON_RING) for post in posts]
+        elif about != state.chosen_for or t_s - state.chosen_s >= CHOOSE_EVERY_S - 1e-6:
+            choices = choose(now, self._outlook(posts))
+            state.chosen_s, state.chosen_for = t_s, about
+        assigned = duties(now, choices)
         for k, post in enumerate(posts):
-            post.targets = tuple(int(tracks.id[chased[t]]) for t in duties[k].targets) if k in duties else ()
-        return duties
+            post.joined = post.joined and post.way == choices[k].way
+            post.way = choices[k].way
+            post.targets = tuple(int(tracks.id[chased[t]]) for t in assigned[k].targets) if k in assigned else ()
+            post.passes = tuple(int(tracks.id[chased[t]]) for t in choices[k].passes)
+        return assigned
+
+    def _outlook(self, posts: list[_Post]) -> Outlook:
+        crowd = len(posts) > MOST_ON_ALERT
+        threats = self._unseen.threats(self._state.unseen)
+        if crowd:
+            threats = Threats(threats.xy_m[:0], threats.velocity_m_s[:0], threats.enters_s[:0], threats.weight[:0])
+        ways = [(INSIDE,) if post.inside else (ON_RING,) if crowd else ALERT for post in posts]
+        return Outlook(threats, self._circuits, ways, self._sees_m, BIN_M * GROUP, LINES)
 
     # ---------------------------------------------------------------- where they go
 
@@ -241,8 +315,7 @@ class Guardian(Planner):
                 through[k] = not duty.waits and math.dist(place[k, 0], duty.place_m) < 0.1
                 velocity[k] = duty.velocity_m_s if through[k] else 0.0
             else:
-                tour = self._tour if post.inside else self._ring
-                place[k], rate = tour.at(post.phase_s + post.rate * ahead)
+                place[k], rate = self._circuits[post.way[0]].at(post.phase_s + post.rate * ahead)
                 velocity[k] = rate * post.rate
             leg, corner = self._region.next_leg(xy[k], place[k, 0])
             if outside[k].any():
@@ -252,26 +325,33 @@ class Guardian(Planner):
         return Aims(place, velocity, through)
 
     def _move_places(self, ids: NDArray[np.int64], xy: Floats, duties: dict[int, Duty], t_s: float) -> None:
-        """Move the places on both circuits on, and tell who is on his."""
+        """Move the places on all circuits on, and tell who is on his. In calm they keep equal distances."""
         since_s = t_s - self._state.t_s
-        for inside, tour in ((False, self._ring), (True, self._tour)):
-            rows = [k for k, v in enumerate(ids.tolist()) if self._state.posts[v].inside == inside]
+        for number, tour in enumerate(self._circuits):
+            rows = [k for k, v in enumerate(ids.tolist()) if self._state.posts[v].way[0] == number]
+            if not rows:
+                continue
             posts = [self._state.posts[int(ids[k])] for k in rows]
-            nearest = nearest_phase_s(tour, xy[rows]) if rows else np.empty(0)
-            for k, post, phase_s in zip(rows, posts, nearest.tolist(), strict=True):
+            for k, post, phase_s in zip(rows, posts, nearest_phase_s(tour, xy[rows]).tolist(), strict=True):
                 post.phase_s = post.phase_s + post.rate * since_s if math.isfinite(since_s) else math.nan
                 away_m = math.dist(tour.at(np.array([post.phase_s]))[0][0], xy[k]) if post.joined else math.inf
                 post.joined = k not in duties and away_m <= LEFT_M
                 if not post.joined:
-                    post.phase_s = phase_s
                     aside_m = math.dist(tour.at(np.array([phase_s]))[0][0], xy[k])
-                    post.phase_s += aside_m / self._mobility.speed_m_s
+                    post.phase_s = phase_s + post.way[1] * aside_m / self._mobility.speed_m_s
                     post.joined = k not in duties and aside_m <= JOINED_M
-            free = np.array([k not in duties for k in rows], dtype=bool)
-            fastest = max(1.0, self._mobility.speed_m_s / _top_speed(tour.velocity_m_s))
-            moved = rates(np.array([post.phase_s for post in posts]), free, tour.period_s, SLOWEST, fastest)
-            for post, rate in zip(posts, moved.tolist(), strict=True):
-                post.rate = rate
+            self._rate(tour, posts, np.array([k not in duties for k in rows], dtype=bool), t_s)
+
+    def _rate(self, tour: Tour, posts: list[_Post], free: NDArray[np.bool_], t_s: float) -> None:
+        """How fast places on one circuit move on."""
+        if t_s < self._state.alert_until_s and not posts[0].inside:
+            for post in posts:
+                post.rate = float(post.way[1])
+            return
+        fastest = max(1.0, self._mobility.speed_m_s / _top_speed(tour.velocity_m_s))
+        moved = rates(np.array([post.phase_s for post in posts]), free, tour.period_s, SLOWEST, fastest)
+        for post, rate in zip(posts, moved.tolist(), strict=True):
+            post.rate = rate
 
     # ---------------------------------------------------------------- what is told
 
@@ -281,9 +361,9 @@ class Guardian(Planner):
         post.path_m = [(x, y) for x, y in places.tolist()]
         post.path_m_s = [(x, y) for x, y in speeds.tolist()]
         z = float(fleet.layer_m[i]) if np.isfinite(fleet.layer_m[i]) else float(fleet.position_m[i, 2])
-        reason = "" if post.joined else "on its way to its place"
-        if duty is not None:
-            reason = "meets " + ", then ".join(f"track {target}" for target in post.targets)
+        meets = "meets " + ", then ".join(f"track {target}" for target in post.targets) if duty is not None else ""
+        passes = "comes by " + ", ".join(f"track {target}" for target in post.passes) if post.passes else ""
+        going = "" if post.joined else "on its way to its place"
         return Intent(
             int(fleet.id[i]),
             "trajectory",
@@ -293,16 +373,16 @@ class Guardian(Planner):
             velocities_m_s=tuple([(x, y, 0.0) for x, y in post.path_m_s]),
             slot="" if duty is not None else "inside" if post.inside else "ring",
             joined=post.joined,
-            reason=reason,
+            reason=", ".join(filter(None, (meets, passes))) or going,
         )
 
-    def _metrics(self, tracks: Tracks, chased: NDArray[np.int64], duties: dict[int, Duty]) -> dict[str, float]:
+    def _metrics(self, tracks: Tracks, duties: dict[int, Duty]) -> dict[str, float]:
         posts = list(self._state.posts.values())
-        assigned = sum(len(duty.targets) for duty in duties.values())
+        assigned = sum(len(post.targets) + len(post.passes) for post in posts)
         return {
             "tracks": float(np.count_nonzero(tracks.confirmed)),
             "assigned": float(assigned),
-            "met": float(len(self._state.met)),
+            "countered": float(len(self._state.met)),
             "on_ring": float(sum(not post.targets and not post.inside for post in posts)),
             "joined": float(sum(post.joined for post in posts)),
             "margin_s": min((duty.margin_s for duty in duties.values()), default=math.nan),
@@ -319,6 +399,8 @@ def _drawing(xy_m: Floats) -> Annotation:
     return Annotation("polyline", (*points, points[0]), "ring")
 
 
-def _errand(xy_m: Floats, duty: Duty) -> Annotation:
+def _errand(xy_m: Floats, duty: Duty, vehicle: int, targets: tuple[int, ...]) -> Annotation:
+    """Who meets whom where, and when; tracks are named as on the map."""
     ends = [(round(x, 1), round(y, 1)) for x, y in (xy_m.tolist(), duty.place_m.tolist())]
-    return Annotation("polyline", tuple(ends), f"{duty.after_s:.0f} s")
+    whom = " ".join(f"@{target}" for target in targets)
+    return Annotation("polyline", tuple(ends), f"{vehicle}>{whom} {duty.after_s:.0f} s")

@@ -49,7 +49,7 @@ def meet(
     xy_m, velocity_m_s, target_m, target_m_s = np.broadcast_arrays(xy_m, velocity_m_s, target_m, target_m_s)
     start, course, after = xy_m, np.zeros_like(xy_m), np.full(xy_m.shape[:-1], np.inf)
     for _ in range(REPEATS):
-        after = _first_contact_s(target_m - start, target_m_s, speed, within_m)
+        after = first_contact_s(target_m - start, target_m_s, speed, within_m)
         reached = np.where(np.isfinite(after), after, 0.0)[..., None]
         way = target_m + target_m_s * reached - start
         away = np.hypot(way[..., 0], way[..., 1])[..., None]
@@ -63,7 +63,7 @@ def meet(
     return Meeting(after, place, speed * course)
 
 
-def _first_contact_s(gap_m: Floats, target_m_s: Floats, speed: float, within_m: float) -> Floats:
+def first_contact_s(gap_m: Floats, target_m_s: Floats, speed: float, within_m: float) -> Floats:
     """The least t >= 0 with |gap + w t| <= speed t + within; infinite without one."""
     a = (target_m_s**2).sum(axis=-1) - speed**2
     b = (gap_m * target_m_s).sum(axis=-1) - speed * within_m

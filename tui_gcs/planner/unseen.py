@@ -1,0 +1,84 @@
+"""Unseen: where round a zone intruders may be that no sensor has seen yet.
+
+Lines run inwards to the zone's edge from all sides. What a vehicle has looked at is empty; emptiness flies inwards as
+fast as intruders do, and from outside it is filled again. So a hole in the ring shows as what has come through it.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+Floats = NDArray[np.floating[Any]]
+
+LINES = 32
+BIN_M = 2.0
+GROUP = 6
+"""Bins judged together: one possible intruder for each group, in its middle."""
+GROUPS = 10
+DEPTH = GROUP * GROUPS
+"""Bins: 120 m, farther than any vehicle on the ring sees."""
+NORMALS_AT_M = 20.0
+"""Lines stand upright on the zone's outline as it is so far outside: corners get their share."""
+LEAST = 0.05
+"""Groups that are less likely to hide anybody are left out."""
+
+
+@dataclass(frozen=True)
+class Threats:
+    """Where h unseen intruders might be."""
+
+    xy_m: Floats
+    """(h, 2)"""
+    velocity_m_s: Floats
+    """(h, 2)"""
+    enters_s: Floats
+    """(h,) until they would be in the zone."""
+    weight: Floats
+    """(h,) share of the group that nobody has looked at."""
+
+
+class Unseen:
+    """One zone's lines, and what of them is unseen. The cells are state, the rest is not."""
+
+    def __init__(self, zone: shapely.Polygon, sees_m: float, speed_m_s: float) -> None:
+        """Nothing has been seen. Vehicles see so far all round; intruders are expected to fly so fast."""
+        outline = zone.buffer(NORMALS_AT_M, quad_segs=16).exterior
+        points = shapely.line_interpolate_point(outline, (np.arange(LINES) + 0.5) / LINES, normalized=True)
+        ways = shapely.get_coordinates(shapely.shortest_line(points, zone)).reshape(LINES, 2, 2)
+        self._outwards = (ways[:, 0] - ways[:, 1]) / np.hypot(*(ways[:, 0] - ways[:, 1]).T)[:, None]
+        depth = BIN_M * (np.arange(DEPTH) + 0.5)
+        self._cells_m = ways[:, 1, None] + depth[:, None] * self._outwards[:, None]
+        middles = depth.reshape(GROUPS, GROUP).mean(axis=1)
+        self._threats_m = ways[:, 1, None] + middles[:, None] * self._outwards[:, None]
+        self._enters_s = np.broadcast_to(middles / speed_m_s, (LINES, GROUPS))
+        self._velocity = np.broadcast_to(-speed_m_s * self._outwards[:, None], (LINES, GROUPS, 2))
+        self._sees_m, self._speed_m_s = sees_m, speed_m_s
+
+    def none_seen(self) -> bytes:
+        """Cells of which nothing is known."""
+        return bytes(np.ones(LINES * DEPTH, dtype=np.uint8))
+
+    def moved(self, cells: bytes, left_m: float, since_s: float) -> tuple[bytes, float]:
+        """Cells after some time, and the way that is less than a bin."""
+        bins, left_m = divmod(left_m + self._speed_m_s * since_s, BIN_M)
+        shift = min(int(bins), DEPTH)
+        grid = np.frombuffer(cells, dtype=np.uint8).reshape(LINES, DEPTH)
+        entered = np.ones((LINES, shift), dtype=np.uint8)
+        return np.concatenate([grid[:, shift:], entered], axis=1).tobytes(), left_m
+
+    def looked_at(self, cells: bytes, vehicles_m: Floats) -> bytes:
+        """Cells less what vehicles (n, 2) see."""
+        grid = np.frombuffer(cells, dtype=np.uint8).reshape(LINES, DEPTH).copy()
+        for x, y in vehicles_m.tolist():
+            grid[(self._cells_m[..., 0] - x) ** 2 + (self._cells_m[..., 1] - y) ** 2 <= self._sees_m**2] = 0
+        return grid.tobytes()
+
+    def threats(self, cells: bytes) -> Threats:
+        """Who may be there."""
+        grid = np.frombuffer(cells, dtype=np.uint8).reshape(LINES, GROUPS, GROUP)
+        weight = grid.mean(axis=2)
+        there = weight > LEAST
+        return Threats(self._threats_m[there], self._velocity[there], self._enters_s[there], weight[there])
