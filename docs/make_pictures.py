@@ -1,4 +1,4 @@
-"""Draws the README's pictures: both screens on a real lock-step flight. `python docs/make_pictures.py`."""
+"""Draws the README's pictures: three screens on a real lock-step flight. `python docs/make_pictures.py`."""
 
 import asyncio
 import re
@@ -55,9 +55,10 @@ async def main() -> None:
             await pilot.press("n", "n")
             await settle(pilot, flight, app)
             save(app, "fly.svg")
-            await pilot.press("p")
-            await settle(pilot, flight, app)
-            save(app, "plan.svg")
+            for key, name in (("p", "plan.svg"), ("v", "vehicles.svg")):
+                await pilot.press(key)
+                await settle(pilot, flight, app)
+                save(app, name)
         flight.close()
 
 

@@ -74,7 +74,8 @@ class ThinApp(App[None]):
             full=True, screen_stack=self._background_screens, simplify=simplify
         )
         console.print(themed(update, self._painter.theme))
-        return console.export_svg(title=title or self.title)
+        svg = console.export_svg(title=title or self.title)
+        return svg.replace("<svg ", '<svg xml:space="preserve" ', 1)  # some programs drop blanks otherwise
 
     def action_next_theme(self) -> None:
         """Change to the next theme."""

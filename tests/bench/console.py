@@ -8,6 +8,7 @@ refreshed, is measured in the same run, beside it.
 
 import asyncio
 import contextlib
+import gc
 import itertools
 import os
 import random
@@ -25,6 +26,7 @@ from tests.bench.live import FLEET_MARK, cpu_s, painted
 from tests.bench.row import NotMeasured, Row
 from tests.console_pty import PtyConsole
 from tests.screens.meter import metered
+from tui_gcs.feed import EVENTS_KEPT
 
 CHILD = "tests.bench.console_child"
 COLUMNS, LINES = 120, 40
@@ -49,6 +51,8 @@ SYSTEMS = {
     "truecolour": ColorSystem.TRUECOLOR,
 }
 FLOWN_S = 10.0
+BEGIN_S, HOUR_S = 120, 3600
+"""Until trails, events and caches are as full as they get, then one hour."""
 KEYS = 60
 BLOCKED_S = 10.0
 
@@ -57,6 +61,7 @@ def console(folder: Path) -> Iterator[Row]:
     """All of it."""
     for count, system in itertools.product((8, 50, 250), ("16 colours", "256 colours", "truecolour")):
         yield from lock_step(count, system)
+    yield from an_hour()
     for count in (8, 50, 250):
         with paper_station(count):
             naive = rate(count, "truecolour", ["--naive"])
@@ -88,6 +93,24 @@ def lock_step(count: int, colours: str) -> Iterator[Row]:
         yield Row(f"lock-step, {count} vehicles: naive to ours, bytes", naive / written, "x")
         yield Row(f"lock-step, {count} vehicles: CPU", 100 * cpu_used_s / FLOWN_S, "%", 12 if count == 250 else None)
         yield Row(f"lock-step, {count} vehicles, naive: CPU", 100 * naive_cpu_s / FLOWN_S, "%")
+
+
+def an_hour() -> Iterator[Row]:
+    """Memory over an hour of flight with 250 vehicles, a picture and an event each second, as fast as it goes."""
+
+    async def fly() -> tuple[float, float]:
+        async with metered(250, ColorSystem.TRUECOLOR) as meter:
+            await meter.pass_time(BEGIN_S)
+            gc.collect()
+            begin_mb = resident_mb(os.getpid())
+            await meter.pass_time(HOUR_S)
+            if len(meter.app.feed.events) < EVENTS_KEPT:
+                raise NotMeasured("the console missed events")
+            gc.collect()
+            return begin_mb, resident_mb(os.getpid())
+
+    begin_mb, end_mb = asyncio.run(fly())
+    yield Row("lock-step, 250 vehicles, an hour: memory grows by", end_mb - begin_mb, "MB", 3)
 
 
 async def metered_flight(count: int, system: ColorSystem, *, naive: bool) -> tuple[int, float]:

@@ -7,6 +7,7 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from typing import Any
 
+import msgspec
 from rich.color import ColorSystem
 from rich.console import RenderableType
 from textual.app import App
@@ -14,10 +15,19 @@ from textual.screen import Screen
 
 from tests.screens.paper_fleet import FRAME_HZ, STATUS_HZ, PaperFleet
 from tui_gcs.app import ConsoleApp
+from tui_gcs.core import bus as keys
 from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.messages import Event, EventClass, encode
 from tui_gcs.feed import PERIOD_S
 
+FRAMES_REPEATED = 20
+SOMETHING: dict[str, Any] = {
+    "cls": EventClass.VEHICLE,
+    "severity": 6,
+    "source": "vehicle 1",
+    "text": "mission item 7 reached",
+}
 TURNS = 12
 """Turns of the event loop in which all that follows from a message has been handled."""
 
@@ -45,6 +55,8 @@ class Meter:
     station: PaperFleet
     clock: VirtualClock
     written: list[str]
+    events: int = -1
+    """Number of the newest."""
 
     async def painted(self) -> None:
         """Everything that is under way is on the screen."""
@@ -70,6 +82,24 @@ class Meter:
             await self.painted()
             cpu_s += time.process_time() - began_s
         return sum(len(text.encode()) for text in self.written[before:]), cpu_s
+
+    async def pass_time(self, seconds: int) -> None:
+        """So many seconds with one picture each and an event; the paper fleet repeats itself, for it costs most."""
+        frames = []
+        for _ in range(FRAMES_REPEATED):
+            self.station.t_s += 1.0
+            frames.append(self.station.frame())
+        for second in range(seconds):
+            self.station.t_s += 1.0
+            t_s = self.station.t_s
+            frame = msgspec.structs.replace(frames[second % len(frames)], seq=10_000 + second, t_s=t_s, wall_s=t_s)
+            self.station.bus.publish(keys.FLEET, encode(frame))
+            self.events += 1
+            self.station.bus.publish(keys.EVENT, encode(Event(seq=self.events, t_s=t_s, wall_s=t_s, **SOMETHING)))
+            self.clock.advance(1.0)
+            self.app.feed.deliver()
+            await self.painted()
+            self.written.clear()
 
 
 @asynccontextmanager

@@ -53,6 +53,19 @@ async def test_a_hold_takes_enter_names_its_target_and_is_followed_until_it_show
         assert "now: holding" in c.result()
 
 
+async def test_arrows_in_the_menu_tell_all_of_an_order_and_enter_takes_it() -> None:
+    async with console(NARROW, flight) as c:
+        await select(c, "3")
+        await c.press("c", "enter")
+        assert isinstance(c.app.screen, OrderMenu), "nothing is marked: Enter alone takes nothing"
+        await c.press("down", "down")
+        assert "return: return on their layers and land in turn" in c.text()
+        await c.press("enter")
+        assert isinstance(c.app.screen, OrderDialog)
+        assert c.app.screen.order.id == "return"
+        assert c.station.commands() == []
+
+
 async def test_what_telemetry_does_not_show_is_never_shown_as_success() -> None:
     async with console(prepare=flight) as c:
         await select(c, "3-4")

@@ -1,17 +1,20 @@
 """Help and palette: every action, what it does, and why a greyed one can do nothing now."""
 
 from collections.abc import Sequence
+from textwrap import wrap
 
 from textual import events
 
 from tui_gcs.actions import Action, Situation, refusal
 from tui_gcs.actions.entries import Entry, found
-from tui_gcs.screens.text_dialog import TextDialog
+from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line
 from tui_gcs.widgets.palette import Ink
 
 MOST_TYPED = 40
+KEY_CELLS = 18
+"""Group and key, before what it does."""
 LINES_BESIDE = 3
 """Of the palette's box: line to type in, reason, keys."""
 
@@ -61,9 +64,11 @@ class HelpDialog(TextDialog[None]):
                 name = (f"{group if index == 0 else '':<9}", Ink.ADVISORY)
                 why = refusal(action, self._situation)
                 inks = (Ink.MUTED, Ink.MUTED) if why else (Ink.BOLD, Ink.TEXT)
-                lines.append([name, (f"{action.shown:<8} ", inks[0]), (action.help, inks[1])])
+                first, *more = wrap(action.help, MOST_CELLS - KEY_CELLS)
+                lines.append([name, (f"{action.shown:<8} ", inks[0]), (first, inks[1])])
+                lines += [[(" " * KEY_CELLS + text, inks[1])] for text in more]
                 if why:
-                    lines.append([(" " * 18 + f"not now: {why}", Ink.CAUTION)])
+                    lines.append([(" " * KEY_CELLS + f"not now: {why}", Ink.CAUTION)])
         return lines
 
 
@@ -121,11 +126,16 @@ class PaletteDialog(TextDialog[str | None]):
         first = max(0, self._at - room + 1)
         lines: list[Line] = [[(": ", Ink.BOLD), (f"{self._typed}_", Ink.BOLD)]]
         for index, entry in enumerate(matching[first : first + room], start=first):
-            marked = index == self._at
-            ink = Ink.MUTED if entry.why_not else Ink.BOLD if marked else Ink.TEXT
-            mark = self.glyphs.selected if marked else " "
+            at = index == self._at
+            ink = Ink.MUTED if entry.why_not else Ink.BOLD if at else Ink.TEXT
+            mark = self.glyphs.selected if at else " "
             lines.append([(f"{mark} {entry.name:<16} {entry.key:<7} ", ink), (entry.help, ink)])
         lines += [[] for _ in range(room - len(matching))]
-        why = matching[self._at].why_not if matching else "nothing has such a name"
-        lines.append([(self._problem or (f"not now: {why}" if why else ""), Ink.CAUTION)])
+        marked = matching[self._at] if matching else None
+        if self._problem or marked is None:
+            lines.append([(self._problem or "nothing has such a name", Ink.CAUTION)])
+        elif marked.why_not:
+            lines.append([(f"not now: {marked.why_not}", Ink.CAUTION)])
+        else:
+            lines.append([(marked.help, Ink.MUTED)])  # all of it
         return [*lines, [(" Esc = close ", Ink.SELECTED), ("   Enter = do it   arrows: choose", Ink.MUTED)]]

@@ -15,6 +15,7 @@ from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line
 from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.strips import Run, cut
 from tui_gcs.widgets.words import ids, number, speed_m_s
 
 EXPIRES_S = 10.0
@@ -24,6 +25,8 @@ ARMING_S = 3.0
 """Between the last yes to what starts several, and sending it: Esc still helps."""
 CHECK_S = 0.25
 MOST_ROWS = 8
+LINES_BESIDE = 3
+"""Of the menu: a gap, what is told, keys."""
 MOST_TYPED = 60
 
 
@@ -35,15 +38,24 @@ class OrderMenu(TextDialog[str | None]):
         super().__init__(glyphs)
         self._feed = feed
         self._problem = ""
+        self._at: int | None = None
+        """The marked order."""
         self.title_text = f"vehicle{'s' * (len(feed.selection.ids) > 1)} {ids(feed.selection.ids)}: what to do?"
 
     def on_key(self, event: events.Key) -> None:
-        """A letter chooses."""
+        """A letter chooses; arrows mark one, which is told whole, and Enter takes it."""
         event.stop()
+        self._problem = ""
         if event.key == "escape":
             self.finish(None)
             return
-        order = next((order for order in ORDERS if order.key == event.character), None)
+        if event.key in ("down", "up", "left", "right"):
+            self._mark(event.key)
+            return
+        if event.key == "enter" and self._at is not None:
+            order: Order | None = ORDERS[self._at]
+        else:
+            order = next((order for order in ORDERS if order.key == event.character), None)
         if order is None:
             self._problem = "no order has that letter"
         elif why := self._why_not(order):
@@ -53,34 +65,43 @@ class OrderMenu(TextDialog[str | None]):
             return
         self.redraw()
 
+    def _mark(self, key: str) -> None:
+        by = {"down": 1, "up": -1, "right": self._lines(), "left": -self._lines()}[key]
+        self._at = 0 if self._at is None else max(0, min(self._at + by, len(ORDERS) - 1))
+        self.redraw()
+
+    def _lines(self) -> int:
+        """How many lines of orders: one column of them where the terminal is high enough, else two."""
+        return len(ORDERS) if len(ORDERS) <= self.room - LINES_BESIDE else (len(ORDERS) + 1) // 2
+
     def _why_not(self, order: Order) -> str:
         return why_not_order(order, self._feed.selection.ids, rows_of(self._feed))
 
     def body(self) -> list[Line]:
-        """Two columns of orders, and why the last letter was not taken."""
-        half = (len(ORDERS) + 1) // 2
+        """The orders; all of the marked one, or why the last letter was not taken."""
+        count = self._lines()
+        columns = [range(first, min(first + count, len(ORDERS))) for first in range(0, len(ORDERS), count)]
+        width = MOST_CELLS // len(columns)
         lines: list[Line] = [
-            [(self._cell(*pair[0]), pair[0][1]), (self._cell(*pair[1]), pair[1][1])] for pair in self._pairs(half)
+            [self._cell(column[y], width) for column in columns if y < len(column)] for y in range(count)
         ]
+        told, ink = self._problem, Ink.CAUTION
+        if not told and self._at is not None:
+            order = ORDERS[self._at]
+            told, ink = f"{order.name}: {self._why_not(order) or order.does}", Ink.TEXT
         return [
             *lines,
             [],
-            [(self._problem, Ink.CAUTION)],
-            [(" Esc = nothing ", Ink.SELECTED), ("   a letter chooses; grey: not now", Ink.MUTED)],
+            [(told, ink)],
+            [(" Esc = nothing ", Ink.SELECTED), ("   a letter chooses; arrows tell more; grey: not now", Ink.MUTED)],
         ]
 
-    def _pairs(self, half: int) -> list[tuple[tuple[str, Ink], tuple[str, Ink]]]:
-        shown = [self._shown(order) for order in ORDERS] + [("", Ink.MUTED)]
-        return [(shown[i], shown[i + half] if i + half < len(shown) else ("", Ink.MUTED)) for i in range(half)]
-
-    def _shown(self, order: Order) -> tuple[str, Ink]:
+    def _cell(self, at: int, width: int) -> Run:
+        order = ORDERS[at]
         why = self._why_not(order)
-        text = f"{order.key}  {order.name:<12}" + (f"({why})" if why else order.does)
-        return text[:35], Ink.MUTED if why else Ink.BOLD
-
-    @staticmethod
-    def _cell(text: str, _ink: Ink) -> str:
-        return f"{text:<37}"
+        text = f"{order.key}  {order.name:<14}" + (f"({why})" if why else order.does)
+        ink = Ink.SELECTED if at == self._at else Ink.MUTED if why else Ink.BOLD
+        return cut(text, width - 1) + " ", ink
 
 
 @dataclass(frozen=True)

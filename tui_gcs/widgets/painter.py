@@ -30,6 +30,7 @@ _ON_BLANKS = frozenset("4579")
 """SGR codes that can be seen on a blank: underline, blink, reverse, strike."""
 _NARROW = re.compile("[ -~\u00a1-\u00ac\u00ae-\u02ff\u2010-\u2027\u2190-\u21ff\u2500-\u25ff\u2800-\u28ff]*")
 """Characters that every terminal draws one cell wide."""
+_PIECES = re.compile("[\x00-\xff\u2500-\u257f]+|.")
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f]")
 RESET = "\x1b[0m"
 
@@ -261,7 +262,10 @@ def _pieces(update: object) -> Iterator[tuple[int, int, Iterable[Strip]]]:
 
 
 def themed(update: object, theme: Theme) -> Segments:
-    """All that an update shows, line by line in the colours of a theme, for pictures of the screen."""
+    """All that an update shows, line by line in the colours of a theme, for pictures of the screen.
+
+    Signs beyond ASCII stand alone: fonts do not agree about their width, and what follows is to stay in its cells.
+    """
 
     def colour(color: Color | None) -> Color | None:
         return color if color is None or color.triplet is None else Color.parse(theme.colour(color.triplet.hex))
@@ -272,7 +276,7 @@ def themed(update: object, theme: Theme) -> Segments:
             for text, style, _ in strip:
                 if style is not None:
                     style += Style.from_color(colour(style.color), colour(style.bgcolor))
-                segments.append(Segment(text, style))
+                segments += [Segment(piece, style) for piece in _PIECES.findall(text)]
         segments.append(Segment.line())
     return Segments(segments)
 
