@@ -1,6 +1,8 @@
 """Planners that do what no planner should: the host says so in a plan that the station understands, and lives on."""
 
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
@@ -117,3 +119,23 @@ def test_a_preview_that_cannot_be_shown_is_told_in_lock_step_runs_too(tmp_path: 
         bus.publish(PREVIEW_TASK.format(team=task.team), encode(ask))
     assert [(one.number, one.state) for one in told] == [(1, "failed"), (2, "failed")]
     assert all(one.text.startswith("nothing can be shown: ") for one in told)
+
+
+# ---------------------------------------------------------------- memory
+
+
+GREEDY = """
+import os
+from tui_gcs.planner import worker
+worker.limit_memory()
+try:
+    bytearray(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") * 6 // 10)
+except MemoryError:
+    print("refused")
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not keep to this limit")
+def test_a_worker_gets_no_more_than_half_of_the_memory() -> None:
+    done = subprocess.run([sys.executable, "-c", GREEDY], capture_output=True, text=True, check=True)
+    assert done.stdout == "refused\n"

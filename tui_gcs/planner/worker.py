@@ -8,6 +8,7 @@ import argparse
 import contextlib
 import logging
 import os
+import resource
 import signal
 import sys
 import threading
@@ -170,10 +171,11 @@ class Worker:
             return None
 
 
-def _goes_first() -> None:
-    """When memory runs out, a planner that takes it all is what the system ends, and not the station."""
-    with contextlib.suppress(OSError):  # another system than Linux
-        Path("/proc/self/oom_score_adj").write_text("1000")
+def limit_memory() -> None:
+    """A planner that takes more than half of what there is fails by itself, and not the station with it."""
+    half = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
+    with contextlib.suppress(OSError, ValueError):  # a lower limit is set already
+        resource.setrlimit(resource.RLIMIT_DATA, (half, half))
 
 
 def _ends_with(parent: int) -> None:
@@ -209,7 +211,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         log.error("%s", error)
         return 2
     files = {name: PlannerFile(name, Path(path), sha256) for name, sha256, path in arguments.file}
-    _goes_first()
+    limit_memory()
     threading.Thread(target=_ends_with, args=(arguments.parent,), daemon=True).start()
     worker = Worker(bus, arguments.team, files, watches=arguments.watch)
     signal.signal(signal.SIGTERM, lambda *_: worker.stop())
