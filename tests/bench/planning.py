@@ -8,7 +8,7 @@ import numpy as np
 
 import tui_gcs
 from tests.bench.planning_baselines import greedy_worst, loops, strips, worst_of_tours
-from tests.bench.planning_zones import unseen, wide
+from tests.bench.planning_zones import unseen, wide, widest_swaths
 from tests.bench.row import Row
 from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.idleness import cell_centres_m, sweep_bound_s
@@ -18,28 +18,50 @@ from tui_gcs.core.zones import Shape, Zone, area_m2
 from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.patrol import ACCEL_SHARE, Patrol
 from tui_gcs.planner.region import Region
-from tui_gcs.planner.search import begun
-from tui_gcs.planner.site import Design, Site, site_of
-from tui_gcs.planner.smoothing import Motion
+from tui_gcs.planner.search import Search, begun
+from tui_gcs.planner.site import EVENED_M, Design, Site, site_of
+from tui_gcs.planner.smoothing import MISS_M, Motion
 from tui_gcs.planner.tour import evaluate
 
 SPEED_M_S, ACCEL_M_S2, RADIUS_M, MARGIN_M = 8.0, 2.5, 15.0, 5.0
 TEAM, MOST = 4, 8
 BACKGROUND_S = 10.0
+LONG_UNITS = (200, 2000, 20000)
 UNSEEN, UNSEEN_SEED = 20, 20261
 
 
 def planning(_: Path) -> Iterator[Row]:
     """The rounds of the shipped scenario, then unseen zones."""
     warm_up()
-    scenario = load(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
-    for number, round_ in enumerate(scenario.rounds, 1):
-        for zone in round_.zones[:2]:
-            yield from _round(f"round {number} {zone.name}", zone, round_.area)
+    for name, zone, area in _rounds():
+        yield from _round(name, zone, area)
     yield from _unseen()
 
 
+def planning_long(_: Path) -> Iterator[Row]:
+    """Whether time would help: searches without margins that go on for a hundred times as long."""
+    warm_up()
+    for name, zone, area in _rounds():
+        site = _site(zone, area, (), margins=False)
+        search, begin_s = begun(site, 1, TEAM), time.process_time()
+        for units in LONG_UNITS:
+            while search.units < units:
+                search.work(site)
+            yield Row(f"{name}, no margins, {units} units: / B1, n = {TEAM}", _best_ratio(search, zone.shape), "")
+        yield Row(f"{name}: CPU of that", time.process_time() - begin_s, "s")
+
+
+def _rounds() -> Iterator[tuple[str, Zone, OperatingArea]]:
+    scenario = load(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
+    for number, round_ in enumerate(scenario.rounds, 1):
+        for zone in round_.zones[:2]:
+            yield f"round {number} {zone.name}", zone, round_.area
+
+
 def _round(name: str, zone: Zone, area: OperatingArea) -> Iterator[Row]:
+    bound_s = _bound_s(zone.shape, TEAM)
+    yield Row(f"{name}: B1, n = {TEAM}", bound_s, "s")
+    yield Row(f"{name}: widest disc inside, in swaths", widest_swaths(zone.shape), "")
     cpu_s = time.process_time()
     site = _site(zone, area, ())
     search = begun(site, 0, TEAM)
@@ -48,21 +70,39 @@ def _round(name: str, zone: Zone, area: OperatingArea) -> Iterator[Row]:
     yield Row(f"{name}: planned at once, CPU", cpu_s, "s", 1.0)
     yield from _judged(f"{name}, at once", search.best, zone.shape, 1.40)
     cpu_s = time.process_time()
-    for _ in range(round(BACKGROUND_S * Patrol.iterations_per_s)):
-        search.work(site)
+    _search_on(search, site)
     yield Row(f"{name}: {BACKGROUND_S:g} s in the background, CPU", time.process_time() - cpu_s, "s", BACKGROUND_S)
     yield from _judged(f"{name}, after {BACKGROUND_S:g} s", search.best, zone.shape, 1.25)
-    bound_s = _bound_s(zone.shape, TEAM)
+    yield from _spent(f"{name}, after {BACKGROUND_S:g} s", search.best, zone.shape)
+    site = _site(zone, area, (), margins=False)
+    search = begun(site, 0, TEAM)
+    _search_on(search, site)
+    yield from _judged(f"{name}, no margins, after {BACKGROUND_S:g} s", search.best, zone.shape, 1.25)
+    yield from _spent(f"{name}, no margins", search.best, zone.shape)
     yield Row(f"{name}: strips there and back / B1", worst_of_tours(zone.shape, strips(zone.shape, TEAM)) / bound_s, "")
     yield Row(f"{name}: loops drawn by hand / B1", worst_of_tours(zone.shape, loops(zone.shape, TEAM)) / bound_s, "")
     yield Row(f"{name}: greedy / B1", greedy_worst(zone.shape, TEAM) / bound_s, "")
 
 
-def _judged(name: str, design: Design, shape: Shape, limit: float) -> Iterator[Row]:
+def _search_on(search: Search, site: Site) -> None:
+    while search.units < BACKGROUND_S * Patrol.iterations_per_s:
+        search.work(site)
+
+
+def _judged(name: str, design: Design | None, shape: Shape, limit: float) -> Iterator[Row]:
+    assert design is not None
     ratios = {n: _ratio(design, shape, n) for n in range(1, MOST + 1)}
     yield Row(f"{name}: worst idleness / B1, n = {TEAM}", ratios[TEAM], "", limit)
     yield Row(f"{name}: the same, n = 1 … {MOST}, most", max(ratios.values()), "", limit)
     yield Row(f"{name}: coverage", 100.0 * design.real.coverage, "%", 100.0, at_least=True)
+
+
+def _spent(name: str, design: Design | None, shape: Shape) -> Iterator[Row]:
+    """Where the time goes: B1 is a way of A / 2r at full speed; the rest is overlap and outside, and turns."""
+    assert design is not None
+    tour = design.tour
+    yield Row(f"{name}: way / (A / 2r): overlap, outside", 2.0 * RADIUS_M * tour.length_m / area_m2(shape), "")
+    yield Row(f"{name}: duration / (way / v): turns", tour.period_s * SPEED_M_S / tour.length_m, "")
 
 
 def _unseen() -> Iterator[Row]:
@@ -76,8 +116,7 @@ def _unseen() -> Iterator[Row]:
         covered.append(search.best.real.coverage)
         if wide(zone.shape):
             now.append(_ratio(search.best, zone.shape, TEAM))
-        for _ in range(round(BACKGROUND_S * Patrol.iterations_per_s)):
-            search.work(site)
+        _search_on(search, site)
         if wide(zone.shape):
             later.append(_ratio(search.best, zone.shape, TEAM))
         else:
@@ -92,12 +131,20 @@ def _unseen() -> Iterator[Row]:
         yield Row(f"unseen, narrower ({len(narrow)}): / better of loops and strips, most", max(narrow), "", 1.0)
 
 
-def _site(zone: Zone, area: OperatingArea, closed: tuple[Zone, ...]) -> Site:
-    """As the patrol planner does by default for ArduCopters."""
+def _site(zone: Zone, area: OperatingArea, closed: tuple[Zone, ...], margins: bool = True) -> Site:
+    """As the patrol planner does by default for ArduCopters; or what vehicles that never stray could do."""
     default = {param.name: float(param.default) for param in Patrol.params if param.type is float}
-    radius_m = RADIUS_M - ArduCopter.off_course_m - default["margin_m"]
-    motion = Motion(SPEED_M_S * default["speed_fraction"], ACCEL_M_S2 * ACCEL_SHARE, radius_m)
+    if margins:
+        radius_m = RADIUS_M - ArduCopter.off_course_m - default["margin_m"]
+        motion = Motion(SPEED_M_S * default["speed_fraction"], ACCEL_M_S2 * ACCEL_SHARE, radius_m)
+    else:
+        motion = Motion(SPEED_M_S, ACCEL_M_S2, RADIUS_M - MISS_M - EVENED_M)
     return site_of(zone.shape, Region(area, closed, MARGIN_M, zone), motion, RADIUS_M)
+
+
+def _best_ratio(search: Search, shape: Shape) -> float:
+    assert search.best is not None
+    return _ratio(search.best, shape, TEAM)
 
 
 def _ratio(design: Design, shape: Shape, n: int) -> float:

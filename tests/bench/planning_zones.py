@@ -37,6 +37,11 @@ def wide(shape: Shape) -> bool:
     return bool(reached.area >= WIDE_SHARE * polygon.area)
 
 
+def widest_swaths(shape: Shape) -> float:
+    """Diameter of the largest disc inside, in swaths."""
+    return 2.0 * float(shapely.maximum_inscribed_circle(polygon_of(shape)).length) / SWATH_M
+
+
 def _shape(kind: str, rng: np.random.Generator) -> Shape:
     wide, high, turn = (float(x) for x in rng.uniform((90.0, 70.0, 0.0), (220.0, 150.0, 180.0)))
     if kind == "circle":

@@ -135,13 +135,13 @@ class Patrol(Planner):
     def _search_on(self, units: int) -> None:
         """Look for a better tour until the next step."""
         search = self._state.search
-        units = min(units, self._units - search.units)
+        self._state.granted = until = min(self._state.granted + units, self._units)
 
         def work() -> None:
-            for _ in range(units):
+            while search.units < until:
                 search.work(self._site)
 
-        if units > 0:
+        if search.units < until:
             self._background.begin(work)
 
     def _improve(self, t_s: float, fleet: Fleet) -> None:

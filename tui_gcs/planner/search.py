@@ -1,10 +1,12 @@
-"""Searches for the tour of a zone: many first guesses, each bent by descent; the best are kept and changed at random.
+"""Searches for the tour of a zone: many first guesses, the promising ones finished; the best are kept and changed.
 
-Topology (which lanes in which order) matters more than descent (planning.md C1). So half of the search is new guesses,
-and half changes of what is good already: shoves, lanes joined the other way round, more or fewer control points.
+Topology (which lanes in which order) matters more than descent (planning.md C1). So a part of the search is new
+guesses, the rest changes of what is good already: shoves, lanes joined the other way round, more or fewer control
+points. What is kept is compared by its exact duration: what descent calls its cost says little about it (measured:
+tours whose costs were equal differed by 15 %).
 
-A search is a pure function of its seed and of how many units of work it did: work u draws its random numbers from
-(seed, u), so that a search can be stored between any two of them.
+A search is a pure function of its seed and of how many units of work it did: the work at unit u draws its random
+numbers from (seed, u), so that a search can be stored between any two of them.
 """
 
 import math
@@ -25,28 +27,29 @@ LOOP_M = 4.0
 """Radius of the loop over a zone that one footprint about covers."""
 FULL_SEARCH_CELLS = 3500
 """Zones with more cells are searched less, so that configuring takes about a second all the same."""
-ROUND_TRIPS = 48
+ROUND_TRIPS = 40
 TRY = (Effort(0.05, 1.0, 12), Effort(1.0, 3.0, 10))
-FIRST_BEND = (Effort(2.0, 5.0, 24), Effort(20.0, 10.0, 8))
-BEND = (Effort(20.0, 10.0, 16), Effort(100.0, 20.0, 16))
-CHANGE = (Effort(100.0, 20.0, 24),)
-HALF_BENT, BENT = 12, 5
-"""Tries that are bent a little, and to the end: what looks short at first often misses cells for good."""
-WINNERS = 3
-"""Bent drafts that are finished and judged at first."""
+CHANGE = Effort(1.0, 3.0, 10)
+FINER = 2.0
+"""Times the control points of a try: corners get tighter, lanes straighter."""
+FINISHED, FEWEST_FINISHED = 8, 2
+"""Tries that are finished at once."""
+FINISH_UNITS = 3
+"""So many units of work finishing counts."""
 POOL = 5
-"""Bent drafts that are kept and changed."""
+"""Finished drafts that are kept and changed."""
 NEW_SHARE = 0.4
 """Of the search: new guesses."""
 SHOVE_SHARE, TURN_SHARE = 0.6, 0.25
 """Of changes: shoves, and stretches turned round; the others change the number of control points."""
+RESPACED = (0.85, 1.15)
 KICK_M, KICK_REACH_M = 8.0, 15.0
 NEIGHBOUR_M = 45.0
 """Lanes so close may be joined the other way round."""
 PROMISING = 1.02
-"""A try that costs up to so much more than the last one that was bent at first is bent, too."""
-WORTH_JUDGING = 1.04
-"""A bent draft that costs at most so much more than the best one is finished."""
+"""A try that costs up to so much more than the last one that was finished at once is finished, too."""
+WORTH_JUDGING = 1.01
+"""The worst place need not wait longer on a tour that takes so much longer."""
 WORTH_S = 0.05
 """A change must gain so much (of the tour's duration) to count."""
 
@@ -59,56 +62,45 @@ class Search:
     n: int
     """Vehicles that tours are judged for."""
     pool: list[Draft] = field(default_factory=list)
+    """Finished: their cost is their duration."""
     bar: float = math.inf
-    """What a try may cost to be bent a little …"""
-    half_bar: float = math.inf
-    """… and then to the end."""
+    """What a try may cost to be finished."""
     units: int = 0
     """Done so far."""
-    waiting: list[Draft] = field(default_factory=list)
-    """Good enough to be finished and judged: what looks a little longer may be shorter once it misses no cell."""
     best: Design | None = None
 
     def work(self, site: Site) -> None:
-        """One unit: a new guess, or a change of a draft of the pool, or one of those that wait is judged."""
+        """A new guess or a change of a draft of the pool, finished if it is promising."""
+        rng = np.random.default_rng([self.seed, self.units])
         self.units += 1
         if not self.pool:
             return
-        rng = np.random.default_rng([self.seed, self.units])
-        if self.waiting:
-            self._judge(site, self.waiting.pop(0))
-        elif rng.random() < NEW_SHARE:
+        if rng.random() < NEW_SHARE:
             for tried in self.new(site, self.units, rng):
-                if tried.cost > self.bar:
-                    continue
-                bent = site.bent(tried, *FIRST_BEND)
-                if bent.cost <= self.half_bar:
-                    self._admit(site.bent(bent, *BEND))
+                if tried.cost <= self.bar:
+                    self._admit(site, site.finished(tried.respaced(FINER)))
+                    self.units += FINISH_UNITS
         else:
-            place = int(len(self.pool) * rng.random() * rng.random())
-            before = self.pool[place]
-            changed = site.bent(_changed(before, rng), *CHANGE)
+            before = self.pool[int(len(self.pool) * rng.random() * rng.random())]
+            changed = site.finished(site.bent(_changed(before, rng), CHANGE))
+            self.units += FINISH_UNITS
             if changed.cost < before.cost - WORTH_S:
-                del self.pool[place]
-                self.waiting = [draft for draft in self.waiting if draft.cost != before.cost]
-                self._admit(changed)
+                self.pool = [draft for draft in self.pool if draft is not before]
+                self._admit(site, changed)
 
     def new(self, site: Site, number: int, rng: np.random.Generator) -> list[Draft]:
         """A new guess, tried; none if chance gives nothing of use."""
         path = round_trip(site.zone, site.motion.radius_m, rng)
         return [] if path is None else [site.bent(site.draft(f"round trip {number}", path), *TRY)]
 
-    def _admit(self, draft: Draft) -> None:
+    def _admit(self, site: Site, draft: Draft) -> None:
         if any(abs(draft.cost - other.cost) <= WORTH_S for other in self.pool):
             return
         self.pool = sorted([*self.pool, draft], key=_cost)[:POOL]
         if draft.cost <= WORTH_JUDGING * self.pool[0].cost:
-            self.waiting = sorted([*self.waiting, draft], key=_cost)[:POOL]
-
-    def _judge(self, site: Site, draft: Draft) -> None:
-        design = site.judged(site.finished(draft), self.n)
-        if self.best is None or design.rank < self.best.rank:
-            self.best = design
+            design = site.judged(draft, self.n)
+            if self.best is None or design.rank < self.best.rank:
+                self.best = design
 
 
 def begun(site: Site, seed: int, n: int) -> Search:
@@ -123,15 +115,10 @@ def begun(site: Site, seed: int, n: int) -> Search:
     for i in range(max(4, round(ROUND_TRIPS * share))):
         tries.extend(search.new(site, i, rng))
     tries.sort(key=_cost)
-    half, most = (max(WINNERS, round(count * share)) for count in (HALF_BENT, BENT))
-    search.bar = tries[min(half, len(tries)) - 1].cost * PROMISING
-    bent = sorted((site.bent(draft, *FIRST_BEND) for draft in tries[:half]), key=_cost)[:most]
-    search.half_bar = bent[-1].cost * PROMISING
-    search.pool = sorted((site.bent(draft, *BEND) for draft in bent), key=_cost)[:POOL]
-    winners = max(1, round(WINNERS * share))
-    for draft in search.pool[:winners]:
-        search._judge(site, draft)
-    search.waiting = search.pool[winners:]
+    most = min(len(tries), max(FEWEST_FINISHED, round(FINISHED * share)))
+    search.bar = tries[most - 1].cost * PROMISING
+    for draft in tries[:most]:
+        search._admit(site, site.finished(draft.respaced(FINER)))
     return search
 
 
@@ -143,7 +130,7 @@ def _changed(draft: Draft, rng: np.random.Generator) -> Draft:
     kind = rng.random()
     if kind < SHOVE_SHARE:
         return _shoved(draft, rng)
-    return _turned(draft, rng) if kind < SHOVE_SHARE + TURN_SHARE else draft.respaced(rng.uniform(0.85, 1.15))
+    return _turned(draft, rng) if kind < SHOVE_SHARE + TURN_SHARE else draft.respaced(rng.uniform(*RESPACED))
 
 
 def _shoved(draft: Draft, rng: np.random.Generator) -> Draft:

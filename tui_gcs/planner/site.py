@@ -1,7 +1,7 @@
 """A zone as tours are shaped for it: its cells, where vehicles may fly, how they move; what finished tours promise."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tui_gcs.planner.api import Shape, area_m2, cell_centres_m, polygon_of
 from tui_gcs.planner.lazy_scipy import nearest
 from tui_gcs.planner.region import Region
-from tui_gcs.planner.smoothing import Draft, Effort, Motion, draft_of, smooth
+from tui_gcs.planner.smoothing import MISS_M, Draft, Effort, Motion, draft_of, smooth
 from tui_gcs.planner.tour import PATH_STEP_M, Evaluation, Tour, evaluate, timed
 
 Floats = NDArray[np.floating[Any]]
@@ -20,12 +20,9 @@ CELL_M = 2.5
 COARSE_M = 5.0
 MOST_CELLS = 6000
 """Larger zones are judged on larger cells."""
-FINISH, FINISH_ROUNDS = Effort(10.0, 5.0, 60), 12
-"""On all cells, as long as one is missed."""
-FINISH_KNOTS = 2.0
-"""Times the control points a draft was found with: corners get tighter, lanes straighter."""
-MISS_M = 0.1
-"""A cell missed by less than this is not: the planning footprint is smaller than the real one by more."""
+FINISH = Effort(10.0, 5.0, 120, tighten_every=24)
+MISSED_S_PER_M = 50.0
+"""A draft that misses a cell after all counts as so much longer: another one will do."""
 EVENED_M = 0.1
 """So much farther the tour may be, once it is evened."""
 
@@ -74,26 +71,21 @@ class Site:
         return draft
 
     def finished(self, draft: Draft) -> Draft:
-        """The draft with more control points after descent on all cells, until none is missed.
+        """The draft after descent on all cells, until none is missed; its cost is its exact duration then."""
+        draft = smooth(draft, self.cells, self.motion, self.region, FINISH)
+        missed_m = float(nearest(draft.path_m(), self.cells)[0].max()) - self.motion.radius_m
+        return replace(draft, cost=self.timed(draft).period_s + MISSED_S_PER_M * max(missed_m - MISS_M, 0.0))
 
-        What a cell is still missed by is added to what its footprint is taken less by (an augmented Lagrangian), which
-        finds shorter tours than ever harder penalties do.
-        """
-        draft, less_m = draft.respaced(FINISH_KNOTS), np.zeros(len(self.cells))
-        for _ in range(FINISH_ROUNDS):
-            draft = smooth(draft, self.cells, self.motion, self.region, FINISH, less_m)
-            over_m = nearest(draft.path_m(), self.cells)[0] - self.motion.radius_m
-            if over_m.max() <= MISS_M:
-                break
-            less_m = np.maximum(less_m + over_m, 0.0)
-        return draft
-
-    def judged(self, draft: Draft, n: int) -> Design:
-        """The draft with its exact time law, and what `n` vehicles achieve on it."""
+    def timed(self, draft: Draft) -> Tour:
+        """The draft with its exact time law."""
         motion = self.motion
         path = self.region.closed_inside(draft.path_m(), PATH_STEP_M / 4.0)
-        tour = timed(path, motion.speed_m_s, motion.accel_m_s2, _stopping_cap(path, motion, self.region))
-        margin = nearest(tour.xy_m, self.cells)[0] <= motion.radius_m + MISS_M + EVENED_M
+        return timed(path, motion.speed_m_s, motion.accel_m_s2, _stopping_cap(path, motion, self.region))
+
+    def judged(self, draft: Draft, n: int) -> Design:
+        """The draft as a tour, and what `n` vehicles achieve on it."""
+        tour = self.timed(draft)
+        margin = nearest(tour.xy_m, self.cells)[0] <= self.motion.radius_m + MISS_M + EVENED_M
         return Design(draft, tour, float(margin.mean()), evaluate(tour, self.cells, self.footprint_m, n), n)
 
 
