@@ -19,8 +19,8 @@ from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.patrol import ACCEL_SHARE, Patrol
 from tui_gcs.planner.region import Region
 from tui_gcs.planner.search import Search, begun
-from tui_gcs.planner.site import EVENED_M, Design, Site, site_of
-from tui_gcs.planner.smoothing import MISS_M, Motion
+from tui_gcs.planner.site import EVENED_M, MISS_M, Design, Site, site_of
+from tui_gcs.planner.smoothing import Motion
 from tui_gcs.planner.tour import evaluate
 
 SPEED_M_S, ACCEL_M_S2, RADIUS_M, MARGIN_M = 8.0, 2.5, 15.0, 5.0

@@ -56,10 +56,6 @@ class Descent:
             self.x, value, slope = x, new_value, new_slope
         return True
 
-    def forget(self) -> None:
-        """What was learnt of the curvature: the function changes."""
-        self._pairs.clear()
-
     def _way(self, slope: Floats) -> Floats:
         """Downhill: the inverse Hessian's estimate times the slope (the two-loop recursion)."""
         way, shares = -slope, []

@@ -135,13 +135,13 @@ class Patrol(Planner):
     def _search_on(self, units: int) -> None:
         """Look for a better tour until the next step."""
         search = self._state.search
-        self._state.granted = until = min(self._state.granted + units, self._units)
+        units = min(units, self._units - search.units)
 
         def work() -> None:
-            while search.units < until:
+            for _ in range(units):
                 search.work(self._site)
 
-        if search.units < until:
+        if units > 0:
             self._background.begin(work)
 
     def _improve(self, t_s: float, fleet: Fleet) -> None:

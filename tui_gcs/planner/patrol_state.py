@@ -27,8 +27,6 @@ class State:
     drawn_s: float = -np.inf
     quiet_s: float = -np.inf
     """No other tour is taken before."""
-    granted: int = 0
-    """Units of work the search may have done."""
 
 
 class _Array(msgspec.Struct, frozen=True, array_like=True):

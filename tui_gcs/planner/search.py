@@ -5,8 +5,8 @@ guesses, the rest changes of what is good already: shoves, lanes joined the othe
 points. What is kept is compared by its exact duration: what descent calls its cost says little about it (measured:
 tours whose costs were equal differed by 15 %).
 
-A search is a pure function of its seed and of how many units of work it did: the work at unit u draws its random
-numbers from (seed, u), so that a search can be stored between any two of them.
+A search is a pure function of its seed and of how many units of work it did: work u draws its random numbers from
+(seed, u), so that a search can be stored between any two of them. A unit is about 8 ms.
 """
 
 import math
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tui_gcs.planner.round_trip import round_trip
 from tui_gcs.planner.seeds import seeds
-from tui_gcs.planner.site import Design, Site
+from tui_gcs.planner.site import FINER, Design, Finishing, Site
 from tui_gcs.planner.smoothing import Draft, Effort
 
 Floats = NDArray[np.floating[Any]]
@@ -30,12 +30,8 @@ FULL_SEARCH_CELLS = 3500
 ROUND_TRIPS = 40
 TRY = (Effort(0.05, 1.0, 12), Effort(1.0, 3.0, 10))
 CHANGE = Effort(1.0, 3.0, 10)
-FINER = 2.0
-"""Times the control points of a try: corners get tighter, lanes straighter."""
 FINISHED, FEWEST_FINISHED = 8, 2
 """Tries that are finished at once."""
-FINISH_UNITS = 3
-"""So many units of work finishing counts."""
 POOL = 5
 """Finished drafts that are kept and changed."""
 NEW_SHARE = 0.4
@@ -67,36 +63,43 @@ class Search:
     """What a try may cost to be finished."""
     units: int = 0
     """Done so far."""
+    finishing: Finishing | None = None
+    """What is worked on."""
     best: Design | None = None
 
     def work(self, site: Site) -> None:
-        """A new guess or a change of a draft of the pool, finished if it is promising."""
-        rng = np.random.default_rng([self.seed, self.units])
+        """One unit: a new guess, or a change of a draft of the pool, or a round of finishing one of these."""
         self.units += 1
         if not self.pool:
             return
+        if self.finishing is not None:
+            self.finishing = site.tightened(self.finishing)
+            if self.finishing.done:
+                self._admit(site, self.finishing.draft, self.finishing.instead_of)
+                self.finishing = None
+            return
+        rng = np.random.default_rng([self.seed, self.units])
         if rng.random() < NEW_SHARE:
             for tried in self.new(site, self.units, rng):
                 if tried.cost <= self.bar:
-                    self._admit(site, site.finished(tried.respaced(FINER)))
-                    self.units += FINISH_UNITS
+                    self.finishing = site.begun(tried.respaced(FINER))
         else:
             before = self.pool[int(len(self.pool) * rng.random() * rng.random())]
-            changed = site.finished(site.bent(_changed(before, rng), CHANGE))
-            self.units += FINISH_UNITS
-            if changed.cost < before.cost - WORTH_S:
-                self.pool = [draft for draft in self.pool if draft is not before]
-                self._admit(site, changed)
+            self.finishing = site.begun(site.bent(_changed(before, rng), CHANGE), before.cost)
 
     def new(self, site: Site, number: int, rng: np.random.Generator) -> list[Draft]:
         """A new guess, tried; none if chance gives nothing of use."""
         path = round_trip(site.zone, site.motion.radius_m, rng)
         return [] if path is None else [site.bent(site.draft(f"round trip {number}", path), *TRY)]
 
-    def _admit(self, site: Site, draft: Draft) -> None:
-        if any(abs(draft.cost - other.cost) <= WORTH_S for other in self.pool):
+    def _admit(self, site: Site, draft: Draft, instead_of: float = math.inf) -> None:
+        """Into the pool, if it is good enough and no other is as long; a change only instead of what was changed."""
+        if draft.cost >= instead_of - WORTH_S:
             return
-        self.pool = sorted([*self.pool, draft], key=_cost)[:POOL]
+        others = [other for other in self.pool if other.cost != instead_of]
+        if any(abs(draft.cost - other.cost) <= WORTH_S for other in others):
+            return
+        self.pool = sorted([*others, draft], key=_cost)[:POOL]
         if draft.cost <= WORTH_JUDGING * self.pool[0].cost:
             design = site.judged(draft, self.n)
             if self.best is None or design.rank < self.best.rank:
@@ -118,7 +121,7 @@ def begun(site: Site, seed: int, n: int) -> Search:
     most = min(len(tries), max(FEWEST_FINISHED, round(FINISHED * share)))
     search.bar = tries[most - 1].cost * PROMISING
     for draft in tries[:most]:
-        search._admit(site, site.finished(draft.respaced(FINER)))
+        search._admit(site, site.finished(draft))
     return search
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tui_gcs.planner.api import Shape, area_m2, cell_centres_m, polygon_of
 from tui_gcs.planner.lazy_scipy import nearest
 from tui_gcs.planner.region import Region
-from tui_gcs.planner.smoothing import MISS_M, Draft, Effort, Motion, draft_of, smooth
+from tui_gcs.planner.smoothing import Draft, Effort, Motion, draft_of, smooth
 from tui_gcs.planner.tour import PATH_STEP_M, Evaluation, Tour, evaluate, timed
 
 Floats = NDArray[np.floating[Any]]
@@ -20,7 +20,11 @@ CELL_M = 2.5
 COARSE_M = 5.0
 MOST_CELLS = 6000
 """Larger zones are judged on larger cells."""
-FINISH = Effort(10.0, 5.0, 120, tighten_every=24)
+FINISH, FINISH_ROUNDS = Effort(10.0, 5.0, 24), 5
+FINER = 2.0
+"""Times the control points of a try that a finished draft has: corners get tighter, lanes straighter."""
+MISS_M = 0.1
+"""A cell missed by less than this is not: the planning footprint is smaller than the real one by more."""
 MISSED_S_PER_M = 50.0
 """A draft that misses a cell after all counts as so much longer: another one will do."""
 EVENED_M = 0.1
@@ -49,6 +53,24 @@ class Design:
 
 
 @dataclass(frozen=True)
+class Finishing:
+    """A draft on the way to missing no cell."""
+
+    draft: Draft
+    less_m: Floats
+    """For each cell: so much less is its footprint taken for."""
+    left: int = FINISH_ROUNDS
+    """Rounds at most."""
+    instead_of: float = math.inf
+    """Cost of the draft that it was changed from."""
+
+    @property
+    def done(self) -> bool:
+        """No cell is missed, or nothing helps."""
+        return self.left == 0
+
+
+@dataclass(frozen=True)
 class Site:
     """What all drafts of one zone are shaped for."""
 
@@ -71,10 +93,28 @@ class Site:
         return draft
 
     def finished(self, draft: Draft) -> Draft:
-        """The draft after descent on all cells, until none is missed; its cost is its exact duration then."""
-        draft = smooth(draft, self.cells, self.motion, self.region, FINISH)
-        missed_m = float(nearest(draft.path_m(), self.cells)[0].max()) - self.motion.radius_m
-        return replace(draft, cost=self.timed(draft).period_s + MISSED_S_PER_M * max(missed_m - MISS_M, 0.0))
+        """The draft with more control points after descent on all cells; its cost is its exact duration then."""
+        finishing = self.begun(draft.respaced(FINER))
+        while not finishing.done:
+            finishing = self.tightened(finishing)
+        return finishing.draft
+
+    def begun(self, draft: Draft, instead_of: float = math.inf) -> Finishing:
+        """Before the first round."""
+        return Finishing(draft, np.zeros(len(self.cells)), instead_of=instead_of)
+
+    def tightened(self, before: "Finishing") -> "Finishing":
+        """One round. What a cell is still missed by is added to what its footprint is taken less by.
+
+        This is an augmented Lagrangian, which finds shorter tours than ever harder penalties do.
+        """
+        draft = smooth(before.draft, self.cells, self.motion, self.region, FINISH, before.less_m)
+        over_m = nearest(draft.path_m(), self.cells)[0] - self.motion.radius_m
+        missed_m = float(over_m.max()) - MISS_M
+        left = 0 if missed_m <= 0.0 else before.left - 1
+        if left == 0:
+            draft = replace(draft, cost=self.timed(draft).period_s + MISSED_S_PER_M * max(missed_m, 0.0))
+        return replace(before, draft=draft, less_m=np.maximum(before.less_m + over_m, 0.0), left=left)
 
     def timed(self, draft: Draft) -> Tour:
         """The draft with its exact time law."""

@@ -41,8 +41,6 @@ LOOK_EVERY = 6
 """Steps between looks at all cells."""
 WATCH_M = 4.0
 """Cells so far inside the swept band are judged, too: they may be outside after a few steps."""
-MISS_M = 0.1
-"""A cell missed by less than this is not: the planning footprint is smaller than the real one by more."""
 NEIGHBOURS = np.arange(-3, 4)
 
 
@@ -65,9 +63,6 @@ class Effort:
     limits: float
     """Weight of speed and acceleration beyond the limits, and of points outside the region (s/m^2)."""
     iterations: int
-    tighten_every: int = 0
-    """Steps, a multiple of `LOOK_EVERY`, after which what a cell is missed by is added to what its footprint is taken
-    less by (an augmented Lagrangian), until none is missed. Finds shorter tours than ever harder penalties do."""
 
 
 @dataclass(frozen=True)
@@ -101,10 +96,12 @@ def draft_of(name: str, path_m: Floats, motion: Motion) -> Draft:
     return Draft(name, tour.at(interval_s * np.arange(knots))[0], interval_s)
 
 
-def smooth(draft: Draft, cells_m: Floats, motion: Motion, region: Region, effort: Effort) -> Draft:
-    """`draft` after descent, its control points inside `region`."""
+def smooth(
+    draft: Draft, cells_m: Floats, motion: Motion, region: Region, effort: Effort, less_m: Floats | float = 0.0
+) -> Draft:
+    """`draft` after descent, its control points inside `region`. `less_m`: so much less is each cell's footprint."""
     before_s, spline = draft.interval_s, _spline(len(draft.controls))
-    descent, watched = Descent(np.append(draft.controls.ravel(), 0.0)), _Watched(cells_m, motion.radius_m)
+    descent, watched = Descent(np.append(draft.controls.ravel(), 0.0)), _Watched(cells_m, motion.radius_m - less_m)
 
     def cost(x: Floats) -> tuple[float, Floats]:
         interval_s = before_s * math.exp(_stretch(x))
@@ -118,19 +115,12 @@ def smooth(draft: Draft, cells_m: Floats, motion: Motion, region: Region, effort
         slope[-1] = by_interval * interval_s / TIME_SCALE
         return duration_s + effort.pull * miss_m2 + effort.limits * float((way_in * way_in).sum()), slope
 
-    def look(tighten: bool) -> float:
-        return watched.look(spline.of(descent.x[:-1].reshape(-1, 2))[0], tighten)
-
-    done, more, every = 0, True, effort.tighten_every
-    while done < effort.iterations and (more or every):
-        tighten = every > 0 and done > 0 and done % every == 0
-        if look(tighten) <= MISS_M and tighten:
-            break
-        if tighten:
-            descent.forget()
-        more = descent.run(cost, min(effort.iterations - done, LOOK_EVERY))
-        done += LOOK_EVERY
-    look(False)
+    left, more = effort.iterations, True
+    while more and left > 0:
+        watched.look(spline.of(descent.x[:-1].reshape(-1, 2))[0])
+        more = descent.run(cost, min(left, LOOK_EVERY))
+        left -= LOOK_EVERY
+    watched.look(spline.of(descent.x[:-1].reshape(-1, 2))[0])
     value = cost(descent.x)[0]
     controls = region.pulled_inside(descent.x[:-1].reshape(-1, 2))
     return replace(draft, controls=controls, interval_s=before_s * math.exp(_stretch(descent.x)), cost=value)
@@ -163,21 +153,17 @@ class _Watched:
     and only by the points around that one. This makes descent five times faster.
     """
 
-    def __init__(self, cells_m: Floats, radius_m: float) -> None:
-        self._cells, self._radius_m = cells_m, radius_m
-        self._reaches_m = np.full(len(cells_m), radius_m)
-        """How near a point of the tour is to come to each cell."""
+    def __init__(self, cells_m: Floats, radius_m: Floats | float) -> None:
+        """`radius_m`: how near a point of the tour must come to each cell."""
+        self._cells, self._radius_m = cells_m, np.broadcast_to(radius_m, len(cells_m))
 
-    def look(self, points: Floats, tightens: bool) -> float:
-        """Which cells to judge by which points. By how much the worst cell is missed."""
+    def look(self, points: Floats) -> None:
+        """Which cells to judge by which points."""
         away, nearest = nearest_of(points, self._cells)
-        if tightens:
-            self._reaches_m = np.minimum(self._reaches_m - (away - self._radius_m), self._radius_m)
-        edge = np.flatnonzero(away > self._reaches_m - WATCH_M)
-        self._near, self._near_reach_m = self._cells[edge], self._reaches_m[edge]
+        edge = np.flatnonzero(away > self._radius_m - WATCH_M)
+        self._near, self._near_radius_m = self._cells[edge], self._radius_m[edge]
         self._around = (nearest[edge][:, None] + NEIGHBOURS) % len(points)
         self._rows = np.arange(len(edge))
-        return float(away.max()) - self._radius_m
 
     def missing(self, points: Floats) -> tuple[float, Floats]:
         """Sum over cells of the squared distance they lie outside the swept band, and its gradient by the points."""
@@ -185,9 +171,9 @@ class _Watched:
         square = x * x + y * y
         which = square.argmin(axis=1)
         away = np.sqrt(square[self._rows, which])
-        out = np.flatnonzero(away > self._near_reach_m)
+        out = np.flatnonzero(away > self._near_radius_m)
         which, away = which[out], away[out]
-        over, at = away - self._near_reach_m[out], self._around[out, which]
+        over, at = away - self._near_radius_m[out], self._around[out, which]
         pull = 2.0 * over / away
         slope = np.empty_like(points)
         slope[:, 0] = np.bincount(at, pull * x[out, which], len(points))
