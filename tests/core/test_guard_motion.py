@@ -34,6 +34,12 @@ def test_five_seconds_are_looked_at_or_as_long_as_braking_takes() -> None:
     assert fast[-1] == 8.75, "0.5 s on, 0.25 s until it brakes, 16 / (0.8 x 2.5) = 8 s of braking"
 
 
+def test_the_last_look_is_half_a_step_from_the_end_of_braking() -> None:
+    """At 16.3 m/s that is after 8.9 s: nearer to 9.0 than to 8.75."""
+    assert times_of(Limits(speed_m_s=16.3))[-1] == 9.0
+    assert times_of(Limits(speed_m_s=16.2))[-1] == 8.75
+
+
 # ---------------------------------------------------------------- braking
 
 
@@ -44,6 +50,12 @@ def test_braking_begins_late_and_is_weaker_than_allowed() -> None:
     assert flock.rests_m[0].tolist() == [[68.0, 50.0, 40.0]] * 2
     for future in (flock.goes_m, flock.late_m):
         assert future.tolist() == flock.stops_m.tolist()
+
+
+def test_who_is_much_too_fast_comes_to_rest_later_than_is_looked_at() -> None:
+    flock = seen(Sight(1, HERE, (16.0, 0.0, 0.0), Does.STOPS))
+    assert flock.rests_m[0, 1, 0] == 50.0 + 4.0 + 64.0
+    assert flock.stops_m[0, -1, 0] < 117.0
 
 
 def test_it_brakes_along_its_way_and_upright_by_itself() -> None:
@@ -115,6 +127,21 @@ def test_climbing_and_sinking_have_their_own_limits() -> None:
     a_little = seen(sight(HERE, stand(50.0, 50.0, 41.0)))
     assert a_little.goes_m[0, :, 2].max() <= 41.2
     assert along(a_little, "goes_m", 5.0)[2] == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("up_m", [0.5, 1.2, 10.0])
+def test_a_height_is_reached_and_not_passed(up_m: float) -> None:
+    """It slows down in time for 0.8 m/s²; of what it asks it is behind by a step."""
+    flock = seen(sight(HERE, stand(50.0, 50.0, 40.0 + up_m)), limits=Limits(speed_m_s=16.0))
+    heights = flock.goes_m[0, :, 2] - 40.0
+    assert heights.max() < up_m + 0.1
+    assert heights[-1] == pytest.approx(up_m, abs=0.3)
+
+
+def test_a_height_is_worked_off_whatever_else_it_flies() -> None:
+    beside = seen(sight(HERE, stand(250.0, 50.0, 60.0)))
+    above = seen(sight(HERE, stand(50.0, 50.0, 60.0)))
+    assert beside.goes_m[0, :, 2].tolist() == above.goes_m[0, :, 2].tolist()
 
 
 def test_an_error_is_worked_off_as_fast_as_it_can_be_braked_for() -> None:

@@ -140,10 +140,10 @@ def _chase(here: Samples, velocity: Samples, asked: Samples, most: Samples, limi
         before, v = places[:, i - 1], speeds[:, i - 1]
         gap, feed = asked[:, i - 1, :3] - before, asked[:, i, 3:]
         ask = feed + _pull(gap, accel)
-        ask[:, :2] *= _at_most(ask[:, :2], most)
+        ask[:, :2] *= _at_most(ask, most)
         ask[:, 2] = np.minimum(np.maximum(ask[:, 2], -DESCENT_M_S), CLIMB_M_S)
         change = ask - v
-        change[:, :2] *= _at_most(change[:, :2], accel * STEP_S)
+        change[:, :2] *= _at_most(change, accel * STEP_S)
         change[:, 2] = np.minimum(np.maximum(change[:, 2], -ACCEL_Z_M_S2 * STEP_S), ACCEL_Z_M_S2 * STEP_S)
         speeds[:, i] = v + change
         places[:, i] = before + (v + speeds[:, i]) * (STEP_S / 2)
@@ -163,7 +163,7 @@ def _pull(gap: Samples, accel_m_s2: float) -> Samples:
 
 
 def _at_most(vectors: Samples, most: Samples | float) -> Samples:
-    """(n, 1) what makes vectors (n, 2) no longer than `most`."""
+    """(n, 1) what makes the level part of vectors (n, 3) no longer than `most`."""
     length = np.hypot(vectors[:, 0], vectors[:, 1])
     share: Samples = np.minimum(1.0, most / np.maximum(length, 1e-9))[:, None]
     return share
