@@ -58,6 +58,7 @@ NAMES = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum",
 FILTER = "whom the boxes let through is judged exactly"
 EDGE = "no distance is exactly that"
 SMALL = "only against dividing by nothing; a thousandth is nothing"
+REST = "to reshape any negative number is the rest"
 ONE = "ACCEL_Z_M_S2 is 1"
 AT_LIMIT = "exactly at the limit and its tolerance either will do"
 EQUIVALENT: dict[str, str] = {
@@ -69,8 +70,8 @@ EQUIVALENT: dict[str, str] = {
     "guard._course: steps.worst(steps.mismatch_m_s()) > MATCH_M_S"
     " -> steps.worst(steps.mismatch_m_s()) >= MATCH_M_S": AT_LIMIT,
     "guard._asked_region: asked > BAND_TOLERANCE_M -> asked >= BAND_TOLERANCE_M": AT_LIMIT,
-    "guard._asked_region: 1 -> 2": "to reshape any negative number is the rest",
-    "guard._ways: 1 -> 2": "to reshape any negative number is the rest",
+    "guard._asked_region: 1 -> 2": REST,
+    "guard._ways: 1 -> 2": REST,
     "guard._braking_region: 1 -> 2": "where braking now ends changes nothing of what is worse",
     "guard._braking_region: miss > BAND_TOLERANCE_M + BAND_OVERSHOOT_M"
     " -> miss >= BAND_TOLERANCE_M + BAND_OVERSHOOT_M": AT_LIMIT,
@@ -93,7 +94,10 @@ EQUIVALENT: dict[str, str] = {
     "guard_motion._braked: 1e-09 -> 0.0010000015": SMALL,
     "guard_motion._pull: 2 * BRAKE_SHARE * ACCEL_Z_M_S2 -> 2 * BRAKE_SHARE / ACCEL_Z_M_S2": ONE,
     "guard_motion._brake: BRAKE_SHARE * ACCEL_Z_M_S2 -> BRAKE_SHARE / ACCEL_Z_M_S2": ONE,
-    "guard_motion._array: 1 -> 2": "to reshape any negative number is the rest",
+    "guard_motion._array: 1 -> 2": REST,
+    "guard._farthest_outside_m: 1 -> 2": REST,
+    "guard._docket: 1 -> 2": REST,
+    "guard_region.are_clear: shapely.length(lines) <= SAME_M -> shapely.length(lines) < SAME_M": AT_LIMIT,
     "guard_region.are_clear: 2 -> 3": "heights of lines are not looked at on the ground plan",
     "guard_separation.SAME: 1e-06 -> 0.0010015": "for rounding; a thousandth of a limit is nothing",
     "guard_separation.FUTURES: 3 -> 4": "a number of a future and a sample is still one of each",

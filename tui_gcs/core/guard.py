@@ -258,7 +258,7 @@ class Guard:
             (asked > 0) & (asked >= out[:, 0]),
             "area",
             lambda i: "({:.0f}, {:.0f}) is outside the operating area less its margin".format(
-                *places[i, 1 + int(np.argmax(out[i, 1:])), :2]
+                *places[i, 1 + int(np.argmax(out[i, 1:]))]
             ),
         )
         miss = band_miss_m(self.area, places[:, :, 2])
