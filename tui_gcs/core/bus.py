@@ -9,6 +9,7 @@ Who may write what stands in the key, never in the payload: a principal asks und
 
 from collections.abc import Callable
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from typing import Any, Protocol
 
 FLEET = "gcs/fleet"
@@ -74,6 +75,7 @@ class Bus(Protocol):
         ...
 
 
+@lru_cache(4096)
 def matches(pattern: str, key: str) -> bool:
     """Whether `key` matches `pattern`, where `*` is one whole segment."""
     parts, wanted = key.split("/"), pattern.split("/")

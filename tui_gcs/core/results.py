@@ -7,7 +7,6 @@ sweep bound B1 = A / (n v 2r). Slots are kept when in the measured time no vehic
 """
 
 import math
-from itertools import combinations
 
 import msgspec
 import numpy as np
@@ -188,6 +187,7 @@ class Referee:
         self._scenario = scenario
         self.measures: list[ZoneMeasure] = []
         self._area: Round | None = None
+        self._fence = shapely.Polygon()
         self._separation = math.inf
         """Least of max(horizontal / limit, vertical / limit) over airborne pairs; 1 is the limit."""
         self._outside_m = 0.0
@@ -207,7 +207,8 @@ class Referee:
 
     def begin_round(self, round_: Round, t_s: float) -> None:
         """A round begins."""
-        self._area = round_
+        self._area, self._fence = round_, polygon_of(round_.area.shape)
+        shapely.prepare(self._fence)
         for team in self._scenario.teams:
             self._begin(team, t_s, "")
 
@@ -285,18 +286,18 @@ class Referee:
     def _judge_region(self, flying: list[VehicleRow]) -> None:
         if self._area is not None:
             area = self._area.area
-            shape = polygon_of(area.shape)
             for row in flying:
                 x, y, z = row.position_m
-                self._outside_m = max(self._outside_m, _outside(shape, x, y))
+                self._outside_m = max(self._outside_m, _outside(self._fence, x, y))
                 if row.phase is Phase.FLYING:
                     self._band_m = max(self._band_m, area.alt_min_m - z, z - area.alt_max_m)
-        free = [r for r in flying if not self._in_own_column(r)]
-        limits = self._scenario.limits
-        for a, b in combinations(free, 2):
-            level = math.dist(a.position_m[:2], b.position_m[:2]) / limits.separation_horizontal_m
-            upright = abs(a.position_m[2] - b.position_m[2]) / limits.separation_vertical_m
-            self._separation = min(self._separation, max(level, upright))
+        free = np.array([r.position_m for r in flying if not self._in_own_column(r)], dtype=float).reshape(-1, 3)
+        one, other = np.triu_indices(len(free), 1)
+        apart, limits = free[one] - free[other], self._scenario.limits
+        level = np.hypot(apart[:, 0], apart[:, 1]) / limits.separation_horizontal_m
+        upright = np.abs(apart[:, 2]) / limits.separation_vertical_m
+        nearest = np.fmin.reduce(np.maximum(level, upright), initial=np.inf)
+        self._separation = min(self._separation, float(nearest))
 
     def _in_own_column(self, row: VehicleRow) -> bool:
         place = self._places.get(row.id)
