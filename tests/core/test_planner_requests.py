@@ -88,6 +88,26 @@ def test_a_preview_tells_numbers_and_touches_nothing(rig: MakeRig) -> None:
     assert flight.ask(m.GetPreviews()).previews == {}
 
 
+@pytest.mark.long
+def test_a_zone_is_edited_in_flight_in_two_steps_and_nobody_holds(rig: MakeRig) -> None:
+    flight = rig(8, wants=None).flying()
+    desk = flight.station.desks["defend"]
+    flight.until(desk.all_on_slot, 60.0, "all on slot")
+    edited = smaller(flight)
+    assert flight.ask(m.Preview(base_revision=flight.station.revision, toml=edited)).ok
+    found = flight.ask(m.GetPreviews()).previews["defend"]
+    before = desk.metrics["predicted_worst_s"]
+    assert found.state == "done" and found.metrics["predicted_worst_s"] < before
+    flight.run(5.0)
+    assert desk.all_on_slot() and desk.metrics["predicted_worst_s"] <= before, "a look changes nothing"
+    assert flight.ask(m.ApplyScenario(base_revision=flight.station.revision, toml=edited)).ok
+    flight.run(1.0)
+    assert desk.metrics["predicted_worst_s"] == pytest.approx(found.metrics["predicted_worst_s"], rel=0.02)
+    flight.until(desk.all_on_slot, 60.0, "all on slot")
+    assert flight.phases() == {Phase.FLYING}
+    assert flight.station.guard.vetoes == {}
+
+
 def test_a_preview_of_nonsense_or_of_an_old_edit_is_refused(rig: MakeRig) -> None:
     flight = rig(1, planning=False).ready()
     assert not flight.ask(m.Preview(base_revision=flight.station.revision, toml="nonsense")).ok
