@@ -57,8 +57,8 @@ LONG_S = {
     "live": 150,
     "console": 420,
     "commands": 650,
-    "guardian": 3000,
-    "guardian-flown": 3000,
+    "guardian": 1800,
+    "guardian-flown": 400,
     "guard": 1200,
 }
 """Parts that take more than a minute say so."""

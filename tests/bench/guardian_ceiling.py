@@ -7,6 +7,7 @@ Two ceilings, neither of which any planner can pass:
   it if he had nothing else to do and turned at once. The rest is lost by where vehicles were, whoever is sent then.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,6 +29,9 @@ class Ceilings:
     """In percent of all intruders."""
 
     met: float
+    """By the planner."""
+    doubt: float
+    """Half the 95 % interval of that."""
     from_sight: float
     all_known: float
 
@@ -42,8 +46,9 @@ def ceilings(planner: Planner, n: int, k: int, episodes: int, seed: int = 0) -> 
         known = one.most_met()
         one.fly()
         shares.append((one.met.mean(), one.could.mean(), known / k))
-    met, could, known_ = 100.0 * np.array(shares).mean(axis=0)
-    return Ceilings(met, could, known_)
+    each = 100.0 * np.array(shares)
+    met, could, all_known = each.mean(axis=0).tolist()
+    return Ceilings(met, 1.96 * float(each[:, 0].std()) / math.sqrt(episodes), could, all_known)
 
 
 class _Sighted(model.Episode):
