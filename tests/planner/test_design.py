@@ -34,11 +34,12 @@ def test_every_round_is_patrolled_well(swarm: Scenario, round_index: int, zone_i
     found = designed(zone, round_.area)
     assert_flyable(found.tour)
     assert found.real.coverage == 1.0
-    assert ratio(found.real.worst_s, zone.shape, 4) <= (1.65 if isinstance(zone.shape, Polygon) else 1.40)
+    cornered = isinstance(zone.shape, Polygon)
+    assert ratio(found.real.worst_s, zone.shape, 4) <= (1.60 if cornered else 1.38)
     assert found.margin == 1.0, "0.5 m beside the tour everything is still seen"
     for n in range(1, 9):
         of_n = evaluate(found.tour, cell_centres_m(zone.shape, 2.5), FOOTPRINT_M, n)
-        assert ratio(of_n.worst_s, zone.shape, n) <= 1.7
+        assert ratio(of_n.worst_s, zone.shape, n) <= (1.65 if cornered else 1.42)
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ class Patrol(Planner):
 
     name = "patrol"
     version = "2"
-    iterations_per_s = 20.0
+    iterations_per_s = 30.0
     params = (
         Param(
             "speed_fraction",
@@ -73,7 +73,7 @@ class Patrol(Planner):
         Param("margin_m", float, 0.0, 0.0, 5.0, "m", "planned footprint is smaller by this than autopilots need"),
         Param("direction", str, "auto", choices=("auto", "cw", "ccw"), help="sense of the tour: auto is as designed"),
         Param("reserve", int, 0, 0, 100, help="vehicles that wait to take the place of one that is lost or low"),
-        Param("search", int, 300, 0, 100_000, help="tries to find a better tour, 20 a second"),
+        Param("search", int, 300, 0, 100_000, help="units of search for a better tour, 30 a second"),
         Param("seed", int, 0, 0, 2**31 - 1, help="another seed tries other tours"),
     )
 
