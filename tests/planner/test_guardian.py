@@ -139,6 +139,15 @@ def test_somebody_stays_when_others_can_do_as_much() -> None:
     assert plan.metrics["on_ring"] == 1
 
 
+def test_whom_nobody_meets_in_time_is_followed_once_it_is_inside_and_not_before() -> None:
+    """To follow it before would open the ring for the next; then one of two does, the other stays."""
+    host, vehicles = guardian((1, 2)), guards(2, inwards(180.0, 105.0))  # they are east and north of the zone
+    assert fly(host, vehicles, 0.2).metrics["assigned"] == 0
+    vehicles.with_targets(inwards(180.0, 60.0))
+    plan = fly(host, vehicles, vehicles.t_s + 1.0)
+    assert sorted(reason.startswith("meets") for reason in reasons(plan)) == [False, True]
+
+
 def test_losses_and_joins_with_intruders_at_any_step() -> None:
     rng, host = np.random.default_rng(3), guardian(tuple(range(1, 6)))
     vehicles = guards(5, *(inwards(float(b), 170.0) for b in (0, 50, 130, 200, 300, 310)))
