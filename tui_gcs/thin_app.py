@@ -6,12 +6,14 @@ whole new one as soon as it reads again; the event loop never waits for it (fact
 
 import contextlib
 import io
+from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Console, RenderableType
 from textual.app import App, ScreenStackError
 from textual.driver import Driver
 from textual.drivers.linux_driver import LinuxDriver
+from textual.filter import LineFilter
 from textual.screen import Screen
 
 from tui_gcs.widgets.driver import PatientDriver, lagging
@@ -43,6 +45,13 @@ class ThinApp(App[None]):
                 self.set_timer(LOOK_AGAIN_S, self._catch_up)
             return
         super()._display(screen, self._painter.thin(renderable))
+
+    def get_line_filters(self) -> Sequence[LineFilter]:
+        """Textual's filters fit colours to the terminal, line by line; the painter does that, cell by changed cell.
+
+        Without colours they do what remains.
+        """
+        return super().get_line_filters() if self.no_color else ()
 
     def _set_pointer_shape(self, shape: str) -> None:
         """No shapes of a mouse pointer: an OSC sequence at every change of screens, and not every terminal eats it."""
