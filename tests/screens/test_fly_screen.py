@@ -6,7 +6,7 @@ from fake_station import FakeStation, trouble
 from pictures import same_as_snapshot
 
 from tui_gcs.core.messages import Freshness
-from tui_gcs.widgets.glyphs import ASCII
+from tui_gcs.widgets.glyphs import ASCII, as_ascii
 
 
 def flight(station: FakeStation) -> None:
@@ -32,6 +32,7 @@ async def test_ascii_picture_has_only_ascii() -> None:
         picture = c.text()
         assert picture.isascii()
         assert "DEFEND home" in picture
+        assert as_ascii("±0.8 m 12° – …") == "~0.8 m 12  - ."
 
 
 async def test_status_line_says_who_is_heard_and_armed() -> None:

@@ -13,6 +13,7 @@ BRAILLE_BASE = 0x2800
 """First code point of the braille patterns; the low eight bits are the dots."""
 QUADRANTS = " ▘▝▀▖▌▞▛▗▚▐▜▄▙▟█"
 """Quarters of a cell: bit 0 top left, 1 top right, 2 bottom left, 3 bottom right."""
+_NEAREST = str.maketrans("±°×…–—→·µ", "~ x.-->.u")
 Dots = Literal["braille", "blocks", "letters"]
 """Eight dots to a cell, four, or one letter that says what is drawn there."""
 
@@ -102,6 +103,11 @@ def wants_ascii(environ: Mapping[str, str] | None = None, encoding: str | None =
     if encoding is not None and encoding.replace("-", "").lower() not in ("utf8", ""):
         return True
     return environ.get("TERM", "") == "linux"
+
+
+def as_ascii(text: str) -> str:
+    """`text` for a terminal without other signs, as long as it was: the nearest sign, else a question mark."""
+    return text.translate(_NEAREST).encode("ascii", "replace").decode()
 
 
 def glyph_set(ascii_only: bool) -> GlyphSet:

@@ -8,7 +8,7 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.glyphs import UNICODE, GlyphSet, as_ascii
 from tui_gcs.widgets.strips import Run, runs_to_strip
 
 Line = Sequence[Run]
@@ -44,7 +44,7 @@ class LinesView(Widget):
             return
         new = [list(line) for line in self.lines(self.size.width, self.size.height)]
         if not self.glyphs.unicode:
-            new = [[(text.encode("ascii", "replace").decode(), ink) for text, ink in line] for line in new]
+            new = [[(as_ascii(text), ink) for text, ink in line] for line in new]
         old, self._lines = self._lines, new
         changed = [y for y in range(max(len(old), len(new))) if _at(old, y) != _at(new, y)]
         for y in changed:

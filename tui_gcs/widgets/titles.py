@@ -3,6 +3,8 @@
 from rich.text import Text
 from textual.widget import Widget
 
+from tui_gcs.widgets.glyphs import as_ascii
+
 
 def set_title(widget: Widget, text: str) -> None:
     """Title a widget's border; brackets in `text` are letters, not markup.
@@ -11,5 +13,5 @@ def set_title(widget: Widget, text: str) -> None:
     unclosed bracket. A widget of class `-ascii` gets ASCII only.
     """
     if widget.has_class("-ascii"):
-        text = text.encode("ascii", "replace").decode()
+        text = as_ascii(text)
     widget.border_title = Text(text)
