@@ -40,9 +40,9 @@ class TinyLines(LinesView):
         if alarm.text:
             lines += [[("!", Ink.ALARM), (" " + piece, Ink.WARNING)] for piece in _wrapped(alarm.text, width - 2)]
         if status is not None and not self._feed.station_lost:
-            lines.append([(f"{status.kind} armed {status.armed} heard {status.heard}/{status.vehicles}", Ink.BOLD)])
+            lines.append([(f"{status.kind} {status.heard}/{status.vehicles} armed {status.armed}", Ink.BOLD)])
             lines.append([(f"{status.run}", Ink.TEXT)])
-        lines.append([("!h HOLD ALL   q detach", Ink.BOLD)])
+        lines.append([("!h HOLD ALL  q leave", Ink.BOLD)])
         size = self.app.size
         lines.append([(f"need {MIN_COLUMNS}x{MIN_ROWS}, this is {size.width}x{size.height}", Ink.MUTED)])
         return lines
