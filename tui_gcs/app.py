@@ -65,7 +65,7 @@ class ConsoleApp(CommandingApp):
     BINDINGS: ClassVar[list[BindingType]] = bindings(APP_ACTIONS, APP)
     CSS = """
     Screen { background: #101418; color: #d8dee4; layers: default results; }
-    ModalScreen { background: #101418 40%; }
+    ModalScreen { background: transparent; }
     """
 
     def __init__(
@@ -361,8 +361,9 @@ class ConsoleApp(CommandingApp):
             self.set_timer(PREFIX_S + 0.1, self._prompt)
         for lines in self._top_lines():
             lines.alarm_line.set_prompt(text)
-        if isinstance(self.screen, TinyScreen):
-            self.screen.tiny_lines.set_prompt(text)
+        for screen in self.screen_stack[-1:]:  # none while the console ends
+            if isinstance(screen, TinyScreen):
+                screen.tiny_lines.set_prompt(text)
 
     def _top_lines(self) -> list[TopLines]:
         return [lines for screen in self.screen_stack for lines in screen.query(TopLines)]

@@ -2,7 +2,7 @@
 
 The same as `tui-gcs attach`; `--naive` writes as Textual does it when a program only calls `update` and `refresh`:
 every panel whole. `--storm` writes the whole screen ten times a second: what fits into the system's buffers
-would hide that nobody reads. `--gaps` notes in FILE the longest time that the event loop stood still.
+would hide that nobody reads. `--gaps` notes in FILE when the event loop stood still.
 """
 
 import argparse
@@ -37,15 +37,15 @@ class NaiveConsole(ConsoleApp):
 
 
 async def note_gaps(file: Path) -> None:
-    """The longest gap of the event loop in seconds, for ever."""
-    worst_s, before_s = 0.0, time.monotonic()
-    while True:
-        await asyncio.sleep(LOOK_S)
-        now_s = time.monotonic()
-        if now_s - before_s - LOOK_S > worst_s:
-            worst_s = now_s - before_s - LOOK_S
-            file.write_text(f"{worst_s}")
-        before_s = now_s
+    """A line for each time that the event loop stood still: when it went on, and for how long, seconds; for ever."""
+    before_s = time.monotonic()
+    with file.open("a", buffering=1) as lines:
+        while True:
+            await asyncio.sleep(LOOK_S)
+            now_s = time.monotonic()
+            if now_s - before_s > 2 * LOOK_S:
+                lines.write(f"{now_s} {now_s - before_s - LOOK_S}\n")
+            before_s = now_s
 
 
 def main() -> None:

@@ -141,7 +141,7 @@ class AlarmScreen(TextDialog[None]):
         if marked is None:
             return [(" Esc = close ", Ink.SELECTED)]
         shelve = "s unshelve" if marked.state == "shelved" else f"s shelve {SHELVE_MIN:.0f} min"
-        select = "   v select its vehicles" if marked.vehicles else ""
+        select = "   v select them" if marked.vehicles else ""
         return [(" a = acknowledge ", Ink.SELECTED), (f"  x all   {shelve}{select}   Esc close", Ink.BOLD)]
 
 
