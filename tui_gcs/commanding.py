@@ -91,12 +91,14 @@ class CommandingApp(ThinApp):
         if self.refused("choose_round") or status is None:
             return
         flying = status.run is not RunPhase.IDLE
-        dialog = RoundDialog(status.rounds, status.round_index, flying, self.glyphs)
+        dialog = RoundDialog(status.rounds, status.round_index, flying, self.feed, self.glyphs, self.clock)
         self.push_screen(dialog, self._switch_round)
 
     def _switch_round(self, index: int | None) -> None:
         if index is not None:
             self.send(SwitchRound(index=index), f"round {index + 1}")
+        else:
+            self.notice("round: nothing sent")
 
     def _ask_start(self) -> None:
         feed = self.feed

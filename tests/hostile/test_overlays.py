@@ -1,6 +1,7 @@
 """Overlay files from anywhere: what is good is drawn, what is wrong is one line."""
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -63,8 +64,13 @@ def test_kml(tmp_path: Path) -> None:
         ("a.json", feature("Point", [-0.6, 152]), "no place on Earth"),
         ("a.json", feature("Point", [[], {}]), "no coordinate"),
         ("a.json", feature("Point", 7), "not subscriptable"),
+        ("a.json", feature("Point", [1]), "two numbers"),
+        ("a.json", feature("MultiPolygon", [[[[1, 2], [3, 4], []]]]), "two numbers"),
+        ("a.json", feature("Point", [int("9" * 400), 52]), "too large"),
         ("a.json", feature("LineString", [[-0.6, 52]]), "a line with 1 points"),
         ("a.kml", b"<kml>", "no element found"),
+        ("a.kml", b'<?xml version="1.0" encoding="nonsense"?><kml/>', "unknown encoding"),
+        ("a.kml", b"<Placemark>" * 20_000 + b"</Placemark>" * 20_000, "within a Placemark"),
         ("a.kml", b'<!DOCTYPE x [<!ENTITY a "aaaa">]><kml>&a;</kml>', "entities"),
         ("a.kml", KML.encode("utf-16"), "not UTF-8"),
         ("a.kml", KML.replace("-0.6,52.0,0", "north").encode(), "no coordinate"),
@@ -84,3 +90,9 @@ def test_too_many_points_are_refused(tmp_path: Path) -> None:
     line = [[-0.6 + i * 1e-7, 52.0] for i in range(100_001)]
     with pytest.raises(OverlayError, match="more than 100000 points"):
         load_overlay(written(tmp_path, "a.json", feature("LineString", line)))
+
+
+def test_a_pipe_is_no_file_to_wait_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "a.kml")
+    with pytest.raises(OverlayError, match="not a file"):
+        load_overlay(tmp_path / "a.kml")

@@ -1,11 +1,14 @@
 """Alarms on the console: the second line, the list, the bell, the journal."""
 
+import pytest
 from console import NARROW, WIDE, console
 from fake_station import FakeStation, trouble
+from textual.events import Key
 
 from tui_gcs.core.messages import Acknowledge, Alarm, Note, Shelve
 from tui_gcs.core.messages_alarms import AlarmLevel
 from tui_gcs.screens.alarms import AlarmScreen
+from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.widgets.alarm_bell import AlarmBell
 from tui_gcs.widgets.alarm_line import Notice
 from tui_gcs.widgets.palette import Ink
@@ -169,3 +172,13 @@ async def test_marks_and_colours_are_the_stations_alarms_and_nothing_else() -> N
         await c.press("v")
         assert "!" not in c.app.screen.table.text()
         assert "^" not in c.app.screen.table.text()
+
+
+@pytest.mark.parametrize("opener", ["A", "L"])
+async def test_a_second_key_that_closes_comes_too_late_and_does_no_harm(opener: str) -> None:
+    async with console() as c:
+        await c.press(opener)
+        for _ in range(3):  # at once, as a terminal that was held up sends them
+            c.app.post_message(Key("escape", "\x1b"))
+        await c.pilot.pause()
+        assert c.app.is_running and isinstance(c.app.screen, FlyScreen)

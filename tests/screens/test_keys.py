@@ -247,6 +247,22 @@ async def test_round_is_chosen_by_number() -> None:
         assert c.station.commands() == [m.SwitchRound(index=2)]
 
 
+async def test_a_round_is_asked_for_ten_seconds_and_as_things_were() -> None:
+    async with console(prepare=flight) as c:
+        await c.press("o")
+        c.clock.advance(10.1)
+        await c.press("enter")
+        await c.tick()
+        await c.press("o")
+        dialog = c.app.screen
+        c.station.run = m.RunPhase.HOLD  # by another console
+        await c.tick()
+        if c.app.screen is dialog:  # its own timer may have been faster
+            await c.press("enter")
+        assert c.station.commands() == []
+        assert "round: nothing sent" in c.told()
+
+
 async def test_round_dialog_offers_the_next_one() -> None:
     async with console(prepare=flight) as c:
         await c.press("o", "enter")

@@ -136,6 +136,39 @@ async def test_a_question_expires_and_is_void_when_a_vehicle_changed() -> None:
         assert c.station.commands() == []
 
 
+async def test_a_console_that_stood_still_sends_nothing_that_was_asked_before() -> None:
+    async with console() as c:
+        await select(c, "2")
+        await order(c, "a")
+        c.clock.advance(10.1)
+        await c.press("y")  # read after a SIGCONT, before any timer
+        assert "arm: nothing sent: no key was pressed" in c.told()
+        await c.tick()
+        await select(c, "1-2")
+        await order(c, "a", "2", "enter")
+        c.clock.advance(8.0)
+        c.app.screen.tick()
+        await c.settle()
+        assert "stood still" in c.told()
+        assert c.station.commands() == []
+
+
+async def test_a_question_below_the_tiny_screen_is_over_and_gone() -> None:
+    async with console(NARROW, flight) as c:
+        await select(c, "2")
+        await order(c, "h")
+        dialog = c.app.screen
+        await c.pilot.resize_terminal(40, 10)
+        c.clock.advance(10.1)
+        dialog.tick()
+        await c.settle()
+        assert c.app.screen is not dialog, "the tiny screen stays"
+        await c.pilot.resize_terminal(*NARROW)
+        await c.settle()
+        assert isinstance(c.app.screen, FlyScreen)
+        assert c.station.commands() == []
+
+
 async def test_values_are_typed_judged_and_sent_as_they_were_shown() -> None:
     async with console(NARROW, flight) as c:
         await select(c, "2")

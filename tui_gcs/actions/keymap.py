@@ -9,14 +9,17 @@ Textual takes unknown ids without a word, and a key that belongs to another acti
 (facts/terminal.md B6): so both are refused here, with the line's name and what to do.
 """
 
+import contextlib
 import os
 import re
 import tomllib
+import unicodedata
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from tui_gcs.actions.action import APP, Action
+from tui_gcs.core.text import clean
 
 RESERVED = {
     "exclamation_mark": "begins HOLD ALL (!h)",
@@ -25,10 +28,16 @@ RESERVED = {
     "ctrl+c": "belongs to the terminal",
     "ctrl+q": "leaves the console",
     "ctrl+z": "belongs to the terminal",
+    "ctrl+m": "is Enter on most terminals",
+    "ctrl+i": "is Tab on most terminals",
+    "ctrl+h": "is Backspace on most terminals",
 }
 """Keys that no action may have, and why."""
 _KEY = re.compile(r"(?:(?:ctrl|shift|alt)\+)*[a-zA-Z0-9_]+")
-MOST_BYTES = 64_000
+MOST_BYTES = 16_000
+"""All actions with three keys each take a third of it."""
+MOST_CELLS = 1000
+"""Of a reason: it may list all actions."""
 Tables = Mapping[str, tuple[Action, ...]]
 """Actions by scope."""
 
@@ -51,15 +60,17 @@ def read_keymap(path: Path, tables: Tables) -> dict[str, str]:
     try:
         if path.stat().st_size > MOST_BYTES:
             raise KeymapError(f"{path}: longer than {MOST_BYTES} bytes: that is no keymap")
+        if path.exists() and not (path.is_file() or path.is_dir()):  # a pipe or a device never ends
+            raise KeymapError(f"{path}: not a file")
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise KeymapError(f"{path}: cannot be read ({error.strerror})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise KeymapError(f"{path}: no TOML: {error}") from None
+    except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, numbers and nesting without end
+        raise KeymapError(f"{path}: no TOML: {clean(str(error))}") from None
     try:
         return checked(content, tables)
     except KeymapError as error:
-        raise KeymapError(f"{path}: {error}") from None
+        raise KeymapError(f"{path}: {clean(str(error), MOST_CELLS)}") from None
 
 
 def checked(content: Mapping[str, Any], tables: Tables) -> dict[str, str]:
@@ -81,18 +92,32 @@ def checked(content: Mapping[str, Any], tables: Tables) -> dict[str, str]:
 def _list(keys: object, where: str) -> list[Any]:
     listed = [keys] if isinstance(keys, str) else keys
     if not isinstance(listed, list) or not listed:
-        raise KeymapError(f'{where}: name keys as ["f1", "ctrl+h"]')
+        raise KeymapError(f'{where}: name keys as ["f1", "ctrl+b"]')
     return listed
 
 
 def _key(key: object, where: str) -> str:
     if not isinstance(key, str) or not _KEY.fullmatch(key):
         raise KeymapError(f"{where}: {str(key)[:20]!r} is no key; keys are named as a, A, f1, ctrl+a, plus, minus")
+    if not _is_known(key.rsplit("+", 1)[-1]):
+        raise KeymapError(f"{where}: {key[:20]}: no terminal has such a key; plus, minus, f1 to f24, pageup are names")
     if key.startswith("alt+"):
         raise KeymapError(f"{where}: {key}: Alt cannot be told from Esc and the key; take ctrl+ or a function key")
     if key in RESERVED or key.isdigit():
         raise KeymapError(f"{where}: {key} is taken: it {RESERVED.get(key, 'numbers vehicles')}")
     return key
+
+
+def _is_known(name: str) -> bool:
+    """Whether a key is called so: a letter or digit, a key with a name, or a character by its name (question_mark)."""
+    from textual.keys import KEY_NAME_REPLACEMENTS, KEY_TO_UNICODE_NAME, Keys  # only who has a keymap waits for it
+
+    if len(name) == 1 or name in KEY_NAME_REPLACEMENTS.values() or any(name == key.value for key in Keys):
+        return True
+    with contextlib.suppress(KeyError):
+        character = KEY_TO_UNICODE_NAME.get(name, name.replace("_", " ").upper())
+        return name not in KEY_NAME_REPLACEMENTS and bool(unicodedata.lookup(character))
+    return False
 
 
 def _no_clash(changed: Mapping[str, tuple[str, ...]], tables: Tables) -> None:

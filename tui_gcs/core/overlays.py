@@ -47,12 +47,14 @@ def load_overlay(path: Path) -> tuple[Overlay, ...]:
     try:
         if path.stat().st_size > SIZE_MAX:
             raise OverlayError(f"{path}: larger than {SIZE_MAX // 1_000_000} MB")
+        if path.exists() and not (path.is_file() or path.is_dir()):  # a pipe or a device never ends
+            raise OverlayError(f"{path}: not a file")
         data = path.read_bytes()
     except OSError as error:
         raise OverlayError(f"{path}: {error.strerror}") from None
     try:
         overlays = tuple(reader(data))
-    except (ValueError, TypeError, KeyError, RecursionError, ET.ParseError) as error:
+    except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError, ET.ParseError) as error:
         raise OverlayError(f"{path}: {_one_line(error)}") from None
     if not overlays:
         raise OverlayError(f"{path}: nothing to draw: no point, line or area")
@@ -66,6 +68,8 @@ def _one_line(error: Exception) -> str:
         return "nested too deeply"
     if isinstance(error, KeyError):
         return f"{error} is missing"
+    if isinstance(error, IndexError):
+        return "a place needs two numbers"
     return clean(str(error).splitlines()[0] if str(error) else type(error).__name__)[:120]
 
 
@@ -143,6 +147,8 @@ def _kml(data: bytes) -> Iterator[Overlay]:
             continue
         name = next((child.text for child in placemark if _local(child) == "name"), "")
         for node in placemark.iter():
+            if node is not placemark and _local(node) == "Placemark":  # thousands in each other take hours
+                raise ValueError("a Placemark within a Placemark")
             yield from _kml_geometry(node, name)
 
 

@@ -58,7 +58,7 @@ class AlarmScreen(TextDialog[None]):
         event.stop()
         marked = self.marked()
         if event.key in ("escape", "q", "enter", "A"):
-            self.dismiss(None)
+            self.finish(None)
         elif event.key in ("down", "j", "up", "k"):
             self._mark(1 if event.key in ("down", "j") else -1)
         elif event.key == "x":
@@ -69,7 +69,7 @@ class AlarmScreen(TextDialog[None]):
             self._acknowledge([marked])
         elif event.key == "v" and marked.vehicles:
             self._feed.selection.set(marked.vehicles)
-            self.dismiss(None)
+            self.finish(None)
         elif event.key == "s" and marked.state != "shelved":
             self._ask(Shelve(raised={marked.cause: marked.raised}, minutes=SHELVE_MIN), "shelve")
         elif event.key == "s":

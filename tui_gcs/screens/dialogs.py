@@ -56,8 +56,11 @@ class StartDialog(TextDialog[bool]):
             self.redraw()
 
     def on_key(self, event: events.Key) -> None:
-        """Enter, Esc, and in LIVE digits."""
+        """Enter, Esc, and in LIVE digits. A question that is too old takes no answer."""
         event.stop()
+        if self._clock.now() >= self._deadline_s:
+            self.finish(False)
+            return
         self._deadline_s = self._clock.now() + CANCEL_AFTER_S
         if event.key == "escape":
             self.finish(False)
@@ -165,21 +168,45 @@ class StartDialog(TextDialog[bool]):
 
 
 class RoundDialog(TextDialog[int | None]):
-    """Choose a round by number or arrows; Enter makes it the present one."""
+    """Choose a round by number or arrows; Enter makes it the present one. Cancelled by itself as `StartDialog` is."""
 
     title_text = "round"
 
-    def __init__(self, rounds: Sequence[str], current: int, flying: bool, glyphs: GlyphSet) -> None:
+    def __init__(
+        self,
+        rounds: Sequence[str],
+        current: int,
+        flying: bool,
+        feed: Feed,
+        glyphs: GlyphSet,
+        clock: Clock | None = None,
+    ) -> None:
         """Offer `rounds`; the next one is marked first."""
         super().__init__(glyphs)
+        self._feed = feed
+        self._clock = clock or MonotonicClock()
+        self._seen = _round_now(feed)
+        self._deadline_s = self._clock.now() + CANCEL_AFTER_S
         self._rounds = rounds
         self._current = current
         self._flying = flying
         self._marked = (current + 1) % len(rounds)
 
+    def on_mount(self) -> None:
+        """Watch the time and the station while open."""
+        super().on_mount()
+        self.set_interval(CHECK_S, self.tick)
+
+    def tick(self) -> None:
+        """Cancel when time is up or what was shown is no longer so."""
+        if self._clock.now() >= self._deadline_s or _round_now(self._feed) != self._seen:
+            self.finish(None)
+
     def on_key(self, event: events.Key) -> None:
-        """Digits, arrows, Enter, Esc."""
+        """Digits, arrows, Enter, Esc. A question that is too old takes no answer."""
         event.stop()
+        self.tick()
+        self._deadline_s = self._clock.now() + CANCEL_AFTER_S
         if event.key == "escape":
             self.finish(None)
         elif event.key == "enter":
@@ -207,3 +234,10 @@ class RoundDialog(TextDialog[int | None]):
             lines.append([(f"{mark} {index + 1}  {name}{now}", ink)])
         where = "vehicles fly there at once" if self._flying else "nothing flies"
         return [*lines, [], [(" Esc = cancel ", Ink.SELECTED), (f"   Enter = switch ({where})", Ink.BOLD)]]
+
+
+def _round_now(feed: Feed) -> object:
+    """Changes when what was offered is no longer so."""
+    status = feed.status
+    state = (status.rounds, status.round_index, status.run, status.revision) if status is not None else ()
+    return state, feed.station_lost, feed.read_only

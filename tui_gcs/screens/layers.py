@@ -60,6 +60,6 @@ class LayersDialog(ModalScreen[None]):
         if event.key.isdigit() and 1 <= int(event.key) <= len(layers):
             self._map_view.toggle_layer(layers[int(event.key) - 1])
             self._layer_lines.update_lines()
-        elif event.key in ("escape", "enter", "q", "L", "shift+l"):
+        elif event.key in ("escape", "enter", "q", "L", "shift+l") and self.is_active:  # not for a second key behind it
             self.dismiss()
         event.stop()

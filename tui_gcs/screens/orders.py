@@ -23,6 +23,8 @@ TYPING_EXPIRES_S = 60.0
 """While values are typed; the question itself expires sooner."""
 ARMING_S = 3.0
 """Between the last yes to what starts several, and sending it: Esc still helps."""
+LATE_S = 1.0
+"""Not sent any more so long after its time: the console was stopped, and what it shows is of before."""
 CHECK_S = 0.25
 MOST_ROWS = 8
 LINES_BESIDE = 3
@@ -166,6 +168,10 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         now = self._clock.now()
         if why := self._changed():
             self.finish(why)
+        elif self._sends_s is not None and not self.is_active:
+            self.finish("the terminal became too small to see it")
+        elif self._sends_s is not None and now >= self._sends_s + LATE_S:
+            self.finish("this console stood still meanwhile: look, and ask again")
         elif self._sends_s is not None and now >= self._sends_s:
             self._send()
         elif now >= self._deadline_s:
@@ -176,8 +182,11 @@ class OrderDialog(TextDialog["Confirmed | str"]):
     # ------------------------------------------------------------ keys
 
     def on_key(self, event: events.Key) -> None:
-        """Typing, Enter, Esc."""
+        """Typing, Enter, Esc. A question that is too old takes no answer: the console may have stood still."""
         event.stop()
+        if self._clock.now() >= self._deadline_s and event.key != "escape":
+            self.finish("no key was pressed")
+            return
         self._wake()
         self._problem = ""
         if event.key == "escape":

@@ -76,11 +76,25 @@ class TextDialog(ModalScreen[T]):
         self.glyphs = glyphs
         self.box = DialogBox(glyphs=glyphs)
         self._finished = False
+        self._left_with: list[T] = []
 
     def finish(self, result: T) -> None:
-        """Leave with this, once: a timer may come as late as a key."""
-        if not self._finished:
-            self._finished = True
+        """Leave with this, once: a timer may come as late as a key, and a key behind the one that left.
+
+        Below another screen (the tiny one) it leaves when it is on top again: only the top one can go.
+        """
+        if self._finished:
+            return
+        self._finished = True
+        if self.is_active:
+            self.dismiss(result)
+        else:
+            self._left_with = [result]
+
+    def on_screen_resume(self) -> None:
+        """On top again: leave, if that was decided meanwhile."""
+        left_with, self._left_with = self._left_with, []
+        for result in left_with:
             self.dismiss(result)
 
     def compose(self) -> ComposeResult:
