@@ -56,6 +56,8 @@ RAISES = source(after="{}['no such key']")
 HANGS = source(after="\n        while self.gain: pass")
 EXITS = source(after="__import__('os')._exit(3)")
 CRASHES = source(after="__import__('ctypes').string_at(0)")
+SEES = source(after="out.intents += [Intent(1, 'chase') for _ in ctx.tracks.id]")
+CHASES = source(body="shift = 9.0 * len(ctx.tracks.id) * (self.count > 60)", after="self.count += 1")
 PARAM = source(params="Param('gain', float, 1.0, 0.0, 5.0), ", after="1 / self.gain")
 REMEMBERS = source(
     body="shift = 0.1 * self.count",

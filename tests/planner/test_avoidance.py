@@ -59,8 +59,24 @@ def test_alone_one_gets_what_it_wants_within_its_limits() -> None:
         change = velocity - before
         assert np.hypot(*change[0, :2]) <= LIMITS.accel_m_s2 * STEP_S + 1e-9
         assert abs(change[0, 2]) <= ACCEL_Z_M_S2 * STEP_S + 1e-9
-    assert velocity[0] == pytest.approx([8.0, 0.0, -DESCENT_M_S])
+    assert velocity[0] == pytest.approx([np.sqrt(8.0**2 - DESCENT_M_S**2), 0.0, -DESCENT_M_S])
     assert avoid(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)), LIMITS).shape == (0, 3)
+
+
+def test_who_is_blown_along_too_fast_is_told_no_more_than_the_limit() -> None:
+    velocity = np.array([[100.0, 0.0, 0.0], [0.0, -9.0, -6.0]])
+    asked = avoid(np.array([[0.0, 0.0, 40.0], [90.0, 0.0, 40.0]]), velocity, np.zeros((2, 3)), LIMITS)
+    assert np.hypot(asked[:, 0], asked[:, 1]).max() <= LIMITS.speed_m_s + 1e-9
+    assert asked[1, 2] >= -DESCENT_M_S
+
+
+def test_who_climbs_at_full_speed_is_told_what_the_station_takes() -> None:
+    """It counts the speed upwards, too: 8 m/s along and 3 m/s up would be 8.5 m/s."""
+    wanted, velocity = np.array([[8.0, 0.0, 3.0]]), np.zeros((1, 3))
+    for _ in range(50):
+        velocity = avoid(np.zeros((1, 3)), velocity, wanted, LIMITS, STEP_S)
+    assert np.linalg.norm(velocity) <= LIMITS.speed_m_s + 1e-9
+    assert velocity[0, 2] == pytest.approx(3.0)
 
 
 def test_far_apart_or_above_each_other_nobody_is_in_the_way() -> None:

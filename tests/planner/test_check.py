@@ -57,6 +57,8 @@ def test_a_good_planner_passes(name: str, source: str, tmp_path: Path) -> None:
         ("fleet sizes", "ALONE", ("1 vehicles", "ZeroDivisionError")),
         ("loss and join", "LOSES", (" taken out (step ", "AssertionError: somebody is missing")),
         ("loss and join", "DEAF", ("which is not active", "ctx.fleet.active")),
+        ("tracks", "SEES", ("a target that is not confirmed", "Invalid enum value 'chase'", "ctx.tracks")),
+        ("restart", "CHASES", ("taken over after step", "is sent 9 m elsewhere", "snapshot()")),
         ("odd telemetry", "NAN", ("only positions are known", "goto without a finite position", "np.isfinite")),
         ("memory", "LEAKING", ("MB an hour", "grows with every step: mine.py:2")),
     ],
@@ -149,6 +151,7 @@ def plan(*intents: Intent, **fields: object) -> Plan:
         (intent("orbit", radius_m=0.0), "radius_m 0.0: must be positive"),
         (intent("velocity", velocity_m_s=(np.nan, 0.0, 0.0)), "without a finite velocity_m_s"),
         (intent("velocity", velocity_m_s=(1.0, 0.0, 0.0), valid_s=-1.0), "valid_s -1.0"),
+        (intent("velocity", velocity_m_s=(1.0, 0.0, 0.0), valid_s=31.0), "at most 30"),
         (intent("trajectory", positions_m=((0.0, 0.0, 30.0),)), "1 positions and 0 velocities"),
         (intent(speed_m_s=-1.0), "must be positive"),
     ],
@@ -207,4 +210,7 @@ def test_faults_of_a_plan_are_what_the_station_would_not_take() -> None:
     assert faults(plan(intent(), strange), world.frame(), task) == ["an intent for vehicle 2, which is not active"]
     assert faults(plan(intent(), intent()), world.frame(), task) == ["two intents for vehicle 1"]
     assert "altitude band" in faults(plan(intent(position_m=(60.0, 60.0, 300.0))), world.frame(), task)[0]
+    for up, told in ((3.1, []), (3.2, ["vehicle 1: +3.2 m/s up asked, -1.5 to +3.0 allowed"])):
+        climbs = intent("velocity", velocity_m_s=(0.0, 0.0, up))
+        assert faults(plan(climbs), world.frame(), task) == told
     assert wanted(intent("return"), 1.0, 0.0, np.ones(3), 0.1).tolist() == [1.0, 1.0, 1.0]

@@ -80,6 +80,22 @@ def test_what_is_drawn_is_bounded_and_without_control_characters() -> None:
     assert "\x1b" not in drawn[1].text and len(drawn[1].text) <= 40
 
 
+DRAWS = "from tui_gcs.planner.api import Annotation as A\n        out.annotations = "
+
+
+def test_numpy_in_drawings_travels_as_numbers(tmp_path: Path) -> None:
+    way = "np.array([[1.0, 2.0], [3.0, 4.0]])"
+    points = (way, f"tuple({way})", "((1.0, 2.0), (3.0, np.float64(4.0)))", "[[1.0, 2.0], [3.0, 4.0]]")
+    drawn = plans_of(source(after=DRAWS + f"[A('polyline', points) for points in ({', '.join(points)})]"), tmp_path)[-1]
+    assert not drawn.error and drawn.annotations is not None
+    assert [line.points_m for line in drawn.annotations] == [((1.0, 2.0), (3.0, 4.0))] * 4
+
+
+def test_a_drawing_of_no_kind_says_which_there_are(tmp_path: Path) -> None:
+    error = plans_of(source(after=DRAWS + "[A('line', ((1.0, 2.0),))]"), tmp_path)[-1].error
+    assert "an annotation is one of polyline, polygon, marker, text, not 'line'" in error
+
+
 # ---------------------------------------------------------------- Ctrl-C
 
 
@@ -110,7 +126,7 @@ def test_in_a_lock_step_run_it_is_the_operators(tmp_path: Path) -> None:
 
 def test_a_preview_that_cannot_be_shown_is_told_in_lock_step_runs_too(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
-    file.write_text(source(after="out.metrics = {'predicted_s': 1.0}; out.annotations = [object()]"))
+    file.write_text(source(after=DRAWS + "[A('marker', ((object(), 1.0),))]; out.metrics = {'predicted_s': 1.0}"))
     task = task_of(zone_of(SMALL), (1,), planner="mine")
     bus, told = MemoryBus(), list[PreviewResult]()
     bus.subscribe(PREVIEW.format(team=task.team), lambda _, data: told.append(decode(data, PreviewResult)))

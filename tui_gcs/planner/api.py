@@ -19,6 +19,10 @@ A planner is one class in one file. This one keeps its team circling over its zo
 `tui-gcs planner watch FILE.py` flies it on simulated ones and takes it in again whenever it is saved, and
 `tui-gcs fly SCENARIO.toml --planner FILE.py` flies it for the teams whose scenario says `planner = "circle"`.
 
+**What is asked.** `task.zone.shape` and `task.area.shape` (`polygon_of` makes shapely polygons of them), `alt_min_m`
+and `alt_max_m` of both, `task.no_fly` (zones), `task.limits` (`speed_m_s`, `accel_m_s2`, `separation_horizontal_m`,
+`separation_vertical_m`, `geofence_margin_m`), `task.footprint_radius_m`, `task.members` (ids of the team).
+
 **Where.** Positions are ENU metres about the scenario's origin: x east, y north, z above the vehicles' homes. Speeds
 are m/s over ground, times seconds of the station's clock: only differences mean something. Unknown numbers are NaN.
 
@@ -47,9 +51,9 @@ held or join between any two steps: what `fleet` shows counts, events only say i
 * `orbit`: round `position_m` with `radius_m` at `speed_m_s`; saying it again goes on where it is.
 * `return`: fly home and land; only the operator starts it again.
 
-Only what is `active` takes intents. Stay within `task.limits`, and keep some of them for catching up: plan with 0.95 of
-the speed and 0.9 of the acceleration. Keep each vehicle on `fleet.layer_m` unless there is a reason. Numpy's arrays and
-numbers are as good as tuples.
+Only what is `active` takes intents. Stay within `task.limits` (the speed upwards is part of the speed; at most 3 m/s
+up and 1.5 m/s down), and keep some of them for catching up: plan with 0.95 of the speed and 0.9 of the acceleration.
+Keep each vehicle on `fleet.layer_m` unless there is a reason. Numpy's arrays and numbers are as good as tuples.
 
 **The guard** stands behind every planner and passes or vetoes, nothing else: operating area and no-fly zones with
 their margins, altitude band, speed, and closest approach in the next seconds. A vetoed vehicle brakes and stands until
@@ -71,9 +75,10 @@ The second time it is left alone until the operator changes something, and its v
 every 2 s: bytes, 1 MB at most, complete (what `restore` takes on a freshly configured object must give the same plans,
 bit by bit; the state of `rng` and what was told by events is kept for you). b"" means: begin anew.
 
-**Showing.** `Output.metrics` are numbers by name, `Output.annotations` are drawn on the map; `Intent.slot` and `joined`
-say which place a vehicle has and that it is there (of a `hold`: that it is to wait there), `reason` why. A preview of
-an edit shows the metrics of the first step: say there what is to be expected, as `predicted_…`.
+**Showing.** `Output.metrics` are numbers by name, `Output.annotations` are drawn on the map: `Annotation(kind,
+points_m, text)`, kind polyline, polygon, marker or text, points (x, y). `Intent.slot` (a text) and `joined` say which
+place a vehicle has and that it is there (of a `hold`: that it is to wait there), `reason` why. A preview of an edit
+shows the metrics of the first step: say there what is to be expected, as `predicted_…`.
 """
 
 from collections.abc import Mapping

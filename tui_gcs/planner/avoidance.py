@@ -137,9 +137,11 @@ def _allowed(wanted: Floats, pairs: _Pairs) -> Floats:
 
 
 def _slow_enough(velocity: Floats, limits: Limits) -> Floats:
-    speed = np.hypot(velocity[:, 0], velocity[:, 1])
-    slowed = velocity * np.minimum(1.0, limits.speed_m_s / np.maximum(speed, 1e-9))[:, None]
-    slowed[:, 2] = np.clip(velocity[:, 2], -DESCENT_M_S, CLIMB_M_S)
+    """Within the limits as the station counts them: the speed upwards is part of the speed."""
+    up = np.clip(velocity[:, 2], -min(DESCENT_M_S, limits.speed_m_s), min(CLIMB_M_S, limits.speed_m_s))
+    speed, most = np.hypot(velocity[:, 0], velocity[:, 1]), np.sqrt(limits.speed_m_s**2 - up**2)
+    slowed = velocity * np.minimum(1.0, most / np.maximum(speed, 1e-9))[:, None]
+    slowed[:, 2] = up
     return np.asarray(slowed)
 
 
@@ -158,4 +160,4 @@ def _reached(velocity: Floats, safe: Floats, target: Floats, limits: Limits, wit
     change = np.empty_like(velocity)
     change[:, :2] = first * np.minimum(1.0, most / np.maximum(size, 1e-9))[:, None] + share[:, None] * then
     change[:, 2] = np.clip(target[:, 2] - velocity[:, 2], -ACCEL_Z_M_S2 * within_s, ACCEL_Z_M_S2 * within_s)
-    return np.asarray(velocity + change)
+    return _slow_enough(velocity + change, limits)

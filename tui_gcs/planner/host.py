@@ -24,7 +24,7 @@ from tui_gcs.planner import registry
 from tui_gcs.planner.api import Context, Output, Planner
 from tui_gcs.planner.changes import Changes
 from tui_gcs.planner.pace import Pace
-from tui_gcs.planner.plain import plain_intent
+from tui_gcs.planner.plain import plain_annotation, plain_intent
 from tui_gcs.planner.planner_file import is_operators
 from tui_gcs.planner.registry import PlannerFile
 from tui_gcs.planner.views import team_view, tracks_view
@@ -327,7 +327,7 @@ def _filled(blank: Plan, output: object, name: str) -> Plan:
     return msgspec.structs.replace(
         blank,
         intents=tuple([plain_intent(intent) for intent in output.intents]),
-        annotations=None if output.annotations is None else tuple(output.annotations),
+        annotations=None if output.annotations is None else tuple(map(plain_annotation, output.annotations)),
         metrics={str(key): float(value) for key, value in output.metrics.items()},
     )
 

@@ -1,13 +1,14 @@
-"""Intents as they travel: numpy arrays and scalars, which planners work with, become tuples and numbers."""
+"""Intents and drawings as they travel: numpy arrays and scalars, which planners work with, become plain ones."""
 
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import msgspec
 import numpy as np
 
-from tui_gcs.core.messages import Intent
+from tui_gcs.core.messages import Annotation, Intent
 
 _FIELDS = Intent.__struct_fields__
+_DRAWN = get_args(get_type_hints(Annotation)["kind"])
 
 
 def plain_intent(intent: object) -> Intent:
@@ -16,6 +17,18 @@ def plain_intent(intent: object) -> Intent:
         raise TypeError(f"an intent is an Intent, not {type(intent).__name__}")
     odd = {name: _plain(value) for name in _FIELDS if _is_odd(value := getattr(intent, name))}
     return msgspec.structs.replace(intent, **odd) if odd else intent
+
+
+def plain_annotation(drawing: object) -> Annotation:
+    """`drawing` without anything of numpy's in any of its points. Raises TypeError or ValueError if it is none."""
+    if not isinstance(drawing, Annotation):
+        raise TypeError(f"an annotation is an Annotation, not {type(drawing).__name__}")
+    if drawing.kind not in _DRAWN:
+        raise ValueError(f"an annotation is one of {', '.join(_DRAWN)}, not {drawing.kind!r}")
+    points = drawing.points_m
+    if isinstance(points, tuple) and not any(map(_is_odd, points)):
+        return drawing
+    return msgspec.structs.replace(drawing, points_m=_plain(points))
 
 
 def _is_odd(value: Any) -> bool:

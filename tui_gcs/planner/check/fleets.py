@@ -1,4 +1,4 @@
-"""Whether a planner copes with any number of vehicles, with losing and getting them, and with odd telemetry."""
+"""Whether a planner copes with any number of vehicles, with losing and getting them, with odd telemetry and targets."""
 
 import random
 from collections.abc import Callable, Iterator
@@ -139,3 +139,30 @@ def telemetry(subject: Subject) -> Iterator[Finding]:
         yield failed(check, str(why), "numbers may be NaN, old or wrong: np.isfinite, np.nan_to_num, fleet.age_s")
         return
     yield passed(check, "NaN, positions 60 s old, a gap of 45 s, a jump of 60 m, 100 m/s")
+
+
+def tracks(subject: Subject) -> Iterator[Finding]:
+    """Targets that are not sure yet, come near, are many or in one place with somebody, and are gone at once."""
+    check = "tracks"
+    flight = _Flight(subject, 4)
+    world = flight.world
+    try:
+        flight.go(2.0, "nothing is seen")
+        world.tracks = (world.target(1, (350.0, 280.0), confirmed=False),)
+        flight.go(2.0, "a target that is not confirmed")
+        for _ in range(20):
+            east_m = 350.0 - 5.0 * flight.steps
+            world.tracks = (world.target(1, (east_m, 260.0)), world.target(4, (250.0, 500.0), age_s=8.0))
+            flight.go(STEP_S, "one target comes nearer, one outside the area was seen 8 s ago")
+        x, y = world.position_m[0, :2].tolist()
+        world.tracks = tuple(world.target(10 + k, (x + 40.0 * k, y)) for k in range(8))
+        flight.go(3.0, "eight targets, the first right below a vehicle")
+        _put(world, dict.fromkeys(flight.task.members, "held"))
+        flight.go(1.0, "targets, but nobody is active")
+        _put(world, {})
+        world.tracks = ()
+        flight.go(3.0, "all targets are gone")
+    except Broken as why:
+        yield failed(check, str(why), "ctx.tracks may have any number of targets in any place, none included")
+        return
+    yield passed(check, "none, one, two, eight; unsure, near, outside the area, below a vehicle, gone at once")

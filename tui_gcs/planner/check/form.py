@@ -7,15 +7,15 @@ from functools import cache
 import numpy as np
 import shapely
 
+from tui_gcs.core.cruise import LONGEST_S
+from tui_gcs.core.guard import BAND_TOLERANCE_M, SPEED_TOLERANCE
+from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.messages import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
 from tui_gcs.core.zones import Shape, polygon_of
 
 MOST_SAMPLES = 600
 MOST_ANNOTATIONS, MOST_METRICS = 200, 64
 """More of them are cut off by the station."""
-SPEED_TOLERANCE = 1.05
-BAND_TOLERANCE_M = 0.5
-LONGEST_VALID_S = 60.0
 
 
 def active_ids(frame: FleetFrame) -> set[int]:
@@ -67,8 +67,8 @@ def nonsense(intent: Intent, t_s: float) -> str:
     if kind == "velocity":
         if intent.velocity_m_s is None or not _finite(intent.velocity_m_s):
             return "velocity without a finite velocity_m_s"
-        if not 0 < intent.valid_s <= LONGEST_VALID_S:
-            return f"velocity with valid_s {intent.valid_s}: must be more than 0, at most {LONGEST_VALID_S:g}"
+        if not 0 < intent.valid_s <= LONGEST_S:
+            return f"velocity with valid_s {intent.valid_s}: must be more than 0, at most {LONGEST_S:g}"
     return _bad_trajectory(intent, t_s) if kind == "trajectory" else ""
 
 
@@ -87,14 +87,16 @@ def _bad_trajectory(intent: Intent, t_s: float) -> str:
 
 def too_fast(intent: Intent, task: PlannerTask) -> str:
     """Why the guard would veto its speed, or ""."""
-    asked = [math.hypot(*v) for v in intent.velocities_m_s]
-    if intent.velocity_m_s is not None:
-        asked.append(math.hypot(*intent.velocity_m_s))
+    velocities = [*intent.velocities_m_s, *([intent.velocity_m_s] if intent.velocity_m_s is not None else [])]
+    asked, upwards = [math.hypot(*v) for v in velocities], [v[2] for v in velocities]
     if intent.speed_m_s is not None:
         asked.append(intent.speed_m_s)
     limit = task.limits.speed_m_s
     if asked and max(asked) > limit * SPEED_TOLERANCE:
         return f"{max(asked):.1f} m/s asked, {limit:.1f} allowed (task.limits.speed_m_s)"
+    for up in upwards:
+        if not -DESCENT_M_S * SPEED_TOLERANCE <= up <= CLIMB_M_S * SPEED_TOLERANCE:
+            return f"{up:+.1f} m/s up asked, -{DESCENT_M_S:.1f} to {CLIMB_M_S:+.1f} allowed"
     return ""
 
 

@@ -29,7 +29,7 @@ ALIKE = 0.01
 
 
 def logged(subject: Subject, task: PlannerTask) -> Log:
-    """A flight with a vehicle that is late, one that is lost and comes back, and one that is held."""
+    """A flight with a late vehicle, one that is lost and comes back, one that is held; two targets come and go."""
     world = World(task, scattered(len(task.members)), lag_s=0.3)
     first, second = task.members[:2]
     log: Log = []
@@ -38,6 +38,8 @@ def logged(subject: Subject, task: PlannerTask) -> Log:
         flown_s = world.t_s - 100.0
         world.freshness = {first: Freshness.LOST} if 10.0 < flown_s < 20.0 else {}
         world.phase = {second: Phase.HOLDING} if 15.0 < flown_s < 25.0 else {}
+        near, far = world.target(1, (320.0 - 2 * flown_s, 260.0)), world.target(2, (180.0, 130.0 + flown_s), age_s=1.0)
+        world.tracks = (near, far)[: (5.0 < flown_s < 30.0) + (12.0 < flown_s < 30.0)]
     return log
 
 

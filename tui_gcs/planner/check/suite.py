@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from tui_gcs.planner.check.cost import memory, step_time
 from tui_gcs.planner.check.declared import declares, flies, parameters
 from tui_gcs.planner.check.finding import Finding, failed
-from tui_gcs.planner.check.fleets import losses, sizes, telemetry
+from tui_gcs.planner.check.fleets import losses, sizes, telemetry, tracks
 from tui_gcs.planner.check.same import again, order, restart
 from tui_gcs.planner.check.subject import Broken, Subject
 from tui_gcs.planner.check.zones import zones
@@ -22,6 +22,7 @@ CHECKS: dict[str, Check] = {
     "fleet sizes": sizes,
     "loss and join": losses,
     "odd telemetry": telemetry,
+    "tracks": tracks,
     "odd zones": zones,
     "step time": step_time,
     "memory": memory,

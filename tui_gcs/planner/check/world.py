@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tui_gcs.core.kinds import Kind
-from tui_gcs.core.messages import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask, Vec3
+from tui_gcs.core.messages import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask, Track, Vec3
 from tui_gcs.core.scenario import Limits, OperatingArea
-from tui_gcs.core.zones import Circle, Rectangle, Role, Shape, Zone
+from tui_gcs.core.zones import Circle, Rectangle, Role, Shape, Zone, polygon_of
 
 Floats = NDArray[np.floating[Any]]
 
@@ -82,6 +82,8 @@ class World:
     """Every number of theirs is NaN."""
     numb: set[int] = field(default_factory=set)
     """Only the position is known."""
+    tracks: tuple[Track, ...] = ()
+    """Sensed targets."""
 
     def __post_init__(self) -> None:
         """All on their layers, standing."""
@@ -112,6 +114,24 @@ class World:
             heading_deg=tuple(math.nan if vehicle in unknown else 0.0 for _, vehicle in ids),
             battery_pct=tuple(math.nan if vehicle in unknown else 80.0 for _, vehicle in ids),
             age_s=tuple(self.age_s.get(vehicle, 0.05) for _, vehicle in ids),
+            tracks=self.tracks,
+        )
+
+    def target(self, number: int, xy_m: tuple[float, float], *, confirmed: bool = True, age_s: float = 0.2) -> Track:
+        """A target that the first vehicle saw there `age_s` ago, on its way to the middle of the zone at 4 m/s."""
+        x, y = polygon_of(self.task.zone.shape).representative_point().coords[0]
+        way = np.array([x, y]) - xy_m
+        east, north = (4.0 * way / max(float(np.hypot(*way)), 1.0)).tolist()
+        seen_s = self.t_s - age_s
+        return Track(
+            id=number,
+            position_m=(*xy_m, 0.0),
+            velocity_m_s=(east, north, 0.0),
+            covariance_m2=(4.0, 1.0, 4.0),
+            first_seen_s=seen_s - 2.0,
+            seen_s=seen_s,
+            seen_by=self.task.members[:1],
+            confirmed=confirmed,
         )
 
     def take(self, plan: Plan) -> None:
