@@ -169,7 +169,7 @@ class Station:
         self.closed = False
         self.ok = ok
 
-    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False) -> bytes:
         request = decode_request(payload)
         assert isinstance(request, ProvisionKey)
         self.asked.append((key, request))

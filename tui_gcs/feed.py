@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
+from functools import partial
 from typing import Any, TypeVar
 
 import msgspec
@@ -20,6 +21,7 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as wire
 from tui_gcs.core.bus import Bus, BusError, Closable
 from tui_gcs.core.clock import Clock, MonotonicClock
+from tui_gcs.core.messages_flight import Land
 from tui_gcs.core.messages_services import GetTasks, GetVehicles, ServiceReply, VehicleInfo
 from tui_gcs.core.messages_setup import GetTraffic, TrafficRow
 from tui_gcs.core.plan_limits import shown
@@ -281,10 +283,11 @@ class Feed:
         key = keys.REQUEST.format(principal=self.principal)
         problem = ""
         threads = self._lookers if isinstance(request, _READING) else self._commanders
+        ask = partial(self._bus.ask, late=True) if isinstance(request, _STOPS) else self._bus.ask
         loop = asyncio.get_running_loop()
         for _ in range(tries):
             try:
-                data = await loop.run_in_executor(threads, self._bus.ask, key, wire.encode(request), timeout_s)
+                data = await loop.run_in_executor(threads, ask, key, wire.encode(request), timeout_s)
                 return wire.decode(data, ServiceReply)
             except BusError as error:
                 problem = f"{NO_ANSWER} ({error})"
@@ -418,6 +421,9 @@ _READING = (
     GetTraffic,
     GetVehicles,
 )
+
+_STOPS = (wire.Hold, wire.Return, Land)
+"""Done although nobody waits for the answer any more: a stop is never too late."""
 
 
 def _drain(box: deque[bytes]) -> list[bytes]:

@@ -1,12 +1,13 @@
 """Both buses keep the same promises."""
 
 import queue
+import threading
 from pathlib import Path
 
 import pytest
 
 from tui_gcs.core.bus import Bus, BusError, MemoryBus, matches
-from tui_gcs.core.zenoh_bus import connect, serve
+from tui_gcs.core.zenoh_bus import QueuedBus, connect, serve
 
 
 @pytest.fixture(params=["memory", "zenoh"])
@@ -46,6 +47,24 @@ def test_nobody_answers(ends: tuple[Bus, Bus]):
     _, console = ends
     with pytest.raises(BusError):
         console.ask("gcs/req/nobody", b"", timeout_s=0.3)
+
+
+def test_what_nobody_waits_for_any_more_is_not_done_but_for_a_stop(tmp_path: Path):
+    served = serve(tmp_path / "s")
+    arrived = threading.Event()
+    station = QueuedBus(served, arrived.set)
+    console = connect(tmp_path / "s")
+    done: list[bytes] = []
+    station.answer("gcs/req/*", lambda key, data, reply: done.append(data))
+    for data, late in ((b"start", False), (b"hold", True)):
+        arrived.clear()
+        with pytest.raises(BusError):  # the station's loop stands still: a busy disk, a SIGSTOP
+            console.ask("gcs/req/me", data, 0.2, late=late)
+        assert arrived.wait(5)
+    station.run_pending()
+    assert done == [b"hold"]
+    console.close()
+    station.close()
 
 
 def test_presence_is_seen_coming_and_going(ends: tuple[Bus, Bus]):

@@ -54,8 +54,8 @@ class Bus(Protocol):
         """Call `on_sample` for every sample whose key matches."""
         ...
 
-    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
-        """Ask and wait for one answer. Raises `BusError`."""
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False) -> bytes:
+        """Ask and wait for one answer. Raises `BusError`: then it is not done later either, but for `late` ones."""
         ...
 
     def answer(self, key: str, on_question: OnQuestion) -> Closable:
@@ -104,7 +104,7 @@ class MemoryBus:
         self._subscribers.append(entry)
         return _Registration(lambda: _discard(self._subscribers, entry))
 
-    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False) -> bytes:
         """See `Bus.ask`; the answer must come before the answerer returns."""
         answers: list[bytes] = []
         for pattern, on_question in list(self._answerers):
@@ -169,9 +169,9 @@ class BusSession:
         """See `Bus.subscribe`."""
         return self._keep(self._bus.subscribe(key, on_sample))
 
-    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False) -> bytes:
         """See `Bus.ask`."""
-        return self._bus.ask(key, payload, timeout_s)
+        return self._bus.ask(key, payload, timeout_s, late=late)
 
     def answer(self, key: str, on_question: OnQuestion) -> Closable:
         """See `Bus.answer`."""

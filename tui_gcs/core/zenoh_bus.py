@@ -6,6 +6,7 @@ else connects. Nothing listens on the network and nothing is scouted for.
 
 import contextlib
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
@@ -100,10 +101,11 @@ class ZenohBus:
             self._session.declare_subscriber(key, lambda s: on_sample(str(s.key_expr), s.payload.to_bytes()))
         )
 
-    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
-        """See `Bus.ask`."""
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False) -> bytes:
+        """See `Bus.ask`. Both sides are on one machine: its monotonic clock tells until when it is meant."""
+        until = None if late else str(time.monotonic() + timeout_s).encode()
         try:
-            for answer in self._session.get(key, payload=payload, timeout=timeout_s):
+            for answer in self._session.get(key, payload=payload, timeout=timeout_s, attachment=until):
                 if answer.ok is not None:
                     data: bytes = answer.ok.payload.to_bytes()
                     return data
@@ -111,18 +113,27 @@ class ZenohBus:
             raise BusError(f"{key}: {error}") from None
         raise BusError(f"the station did not answer within {timeout_s:.0f} s")
 
-    def answer(self, key: str, on_question: OnQuestion) -> Closable:
-        """See `Bus.answer`."""
+    def answer(
+        self, key: str, on_question: OnQuestion, later: Callable[[Callable[[], None]], None] = lambda call: call()
+    ) -> Closable:
+        """See `Bus.answer`; `later` brings calls to the thread on which they shall run."""
 
         def handle(query: Any) -> None:
             payload = query.payload.to_bytes() if query.payload is not None else b""
+            until = query.attachment.to_bytes() if query.attachment is not None else b""
             asked = str(query.key_expr)
 
             def reply(data: bytes) -> None:
                 query.reply(asked, data)
                 query.drop()
 
-            on_question(asked, payload, reply)
+            def take() -> None:
+                if _is_over(until):  # who asked was told that nobody answers: it must not happen after that
+                    query.drop()
+                else:
+                    on_question(asked, payload, reply)
+
+            later(take)
 
         return self._hold(self._session.declare_queryable(key, handle))
 
@@ -151,6 +162,13 @@ class ZenohBus:
         return ending
 
 
+def _is_over(until: bytes) -> bool:
+    """Whether a question came too late; one that does not say until when never does."""
+    with contextlib.suppress(ValueError):
+        return time.monotonic() > float(until)
+    return False
+
+
 class QueuedBus:
     """Wraps a bus so that callbacks run where `run_pending` is called: on the owner's one thread."""
 
@@ -175,13 +193,13 @@ class QueuedBus:
         """See `Bus.subscribe`."""
         return self._bus.subscribe(key, lambda k, data: self._later(lambda: on_sample(k, data)))
 
-    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False) -> bytes:
         """See `Bus.ask`."""
-        return self._bus.ask(key, payload, timeout_s)
+        return self._bus.ask(key, payload, timeout_s, late=late)
 
     def answer(self, key: str, on_question: OnQuestion) -> Closable:
         """See `Bus.answer`."""
-        return self._bus.answer(key, lambda k, data, reply: self._later(lambda: on_question(k, data, reply)))
+        return self._bus.answer(key, on_question, self._later)
 
     def alive(self, key: str) -> Closable:
         """See `Bus.alive`."""
