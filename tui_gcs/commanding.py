@@ -69,11 +69,11 @@ class CommandingApp(ThinApp):
 
     def action_return_all(self) -> None:
         """All return by layers and land in turn, whatever is on the screen."""
-        self.send(Return(), "RETURN ALL", seen=BY_ID["return"].seen, tries=STOP_TRIES)
+        self.send(Return(), "RETURN ALL", seen=BY_ID["return"].seen, begins=True, tries=STOP_TRIES)
 
     def action_land_all(self) -> None:
         """All land where they are, whatever is on the screen."""
-        self.send(Land(), "LAND ALL", seen=BY_ID["land"].seen, tries=STOP_TRIES)
+        self.send(Land(), "LAND ALL", seen=BY_ID["land"].seen, begins=True, tries=STOP_TRIES)
 
     def action_resume(self) -> None:
         """In hold: the planners go on."""
@@ -153,7 +153,15 @@ class CommandingApp(ThinApp):
         if isinstance(answer, Confirmed):
             title = f"{answer.order.name} {ids(answer.vehicles)}"
             tries = STOP_TRIES if answer.order.is_stop else 1
-            self.send(answer.request, title, answer.vehicles, answer.left_out, seen=answer.order.seen, tries=tries)
+            self.send(
+                answer.request,
+                title,
+                answer.vehicles,
+                answer.left_out,
+                seen=answer.order.seen,
+                begins=answer.order.begins,
+                tries=tries,
+            )
             if answer.order.id == "nudge":
                 self.push_screen(
                     NudgeScreen(answer.vehicles, self.feed, self._nudge, self.send, self.clock, self.glyphs)
@@ -194,11 +202,12 @@ class CommandingApp(ThinApp):
         left_out: dict[int, str] | None = None,
         *,
         seen: Seen | None = None,
+        begins: bool = False,
         tries: int = 1,
     ) -> None:
         """Ask the station; what comes of it is shown."""
         self.run_worker(
-            self.orders.send(request, title, vehicles, left_out, seen=seen, tries=tries),
+            self.orders.send(request, title, vehicles, left_out, seen=seen, begins=begins, tries=tries),
             group="requests",
             exit_on_error=False,
         )

@@ -26,6 +26,8 @@ class Dispatch:
     tasks: dict[int, Result] = field(default_factory=dict)
     """Of tasks that run, by number."""
     seen: Seen | None = None
+    begins: bool = False
+    """What is seen or answered is that vehicles do it, not that they are there."""
     asked_s: float = math.inf
     text: str = ""
     """What the station said of all of them."""
@@ -62,10 +64,11 @@ class Dispatcher:
         left_out: Mapping[int, str] | None = None,
         *,
         seen: Seen | None = None,
+        begins: bool = False,
         tries: int = 1,
     ) -> None:
         """Ask; `vehicles` are those it is for, none: whomever the station says."""
-        order = Dispatch(title, [Result(v, Came.WAITING, "sent") for v in vehicles], seen=seen)
+        order = Dispatch(title, [Result(v, Came.WAITING, "sent") for v in vehicles], seen=seen, begins=begins)
         order.asked_s = self._clock.now()
         self.newest = order
         self._told(order)
@@ -86,7 +89,7 @@ class Dispatcher:
             row = rows.get(result.vehicle)
             heard = row is not None and row.freshness is not Freshness.LOST
             if row is not None and heard and order.seen is not None and order.seen(row):
-                result.came = Came.DONE
+                result.came = Came.BEGUN if order.begins and row.armed else Came.DONE
             elif self._clock.now() - order.asked_s > SEEN_S:
                 result.came, result.text = Came.NOT_SEEN, "begun, but telemetry does not show it"
         self._told(order)
@@ -120,9 +123,10 @@ class Dispatcher:
                 result.text = answer.text
         order.results = [known[v] for v in sorted(known)]
         silent = reply.text.startswith(NO_ANSWER)
+        good = Came.BEGUN if order.begins else Came.DONE
         for result in order.results:
             if result.vehicle in unnamed:
-                result.came = Came.NO_ANSWER if silent else Came.DONE if reply.ok else Came.REFUSED
+                result.came = Came.NO_ANSWER if silent else good if reply.ok else Came.REFUSED
                 result.text = reply.text
         order.refused = not reply.ok and not order.results
         tasks = reply.tasks if isinstance(reply, ServiceReply) else ()
@@ -140,4 +144,5 @@ def _follow(order: Dispatch, info: TaskInfo) -> None:
     result.text = info.text or info.state
     if info.over:
         del order.tasks[info.number]
-        result.came = Came.DONE if info.state == "done" else Came.FAILED
+        good = Came.BEGUN if order.begins else Came.DONE
+        result.came = good if info.state == "done" else Came.FAILED

@@ -110,6 +110,35 @@ def test_the_guard_judges_what_is_asked_by_hand(rig: MakeRig) -> None:
     assert math.dist(flight.place(1)[:2], flight.place(2)[:2]) > 5.0
 
 
+def test_who_is_stopped_on_an_orbit_goes_on_when_the_way_is_free(rig: MakeRig) -> None:
+    """The circle waits for the vehicle instead of going round without it; why it stands is told now and then."""
+    flight = rig(2).flying().run(15.0)
+    x, y, z = flight.place(1)
+    done(flight, f.GoTo((2,), ((x + 20.0, y + 20.0, z),)))
+    flight.until(lambda: near(flight, 2, (x + 20.0, y + 20.0, z)), 40.0)
+    done(flight, f.Circle((1,), (x + 20.0, y, NAN), radius_m=20.0, speed_m_s=5.0))
+    flight.run(40.0)
+    vetoes = [text for text in flight.texts("vehicle 1") if "guard veto, holding: too close" in text]
+    assert 1 <= len(vetoes) <= 10, "its numbers change with every look; it is the same story"
+    assert flight.speed(1) < 0.5
+    done(flight, f.GoTo((2,), ((x + 100.0, y + 20.0, z),)))
+    flight.until(lambda: flight.place(2)[0] > x + 90.0, 40.0)
+    flight.run(15.0)
+    assert flight.speed(1) > 4.0
+    assert math.dist(flight.place(1)[:2], (x + 20.0, y)) == pytest.approx(20.0, abs=1.5)
+
+
+def test_what_is_asked_is_told_in_words_with_whom(rig: MakeRig) -> None:
+    flight = rig(3).flying().run(15.0)
+    done(flight, f.GoTo((1,), ((50.0, 0.0, NAN),), from_home=True))
+    assert "go to (50, 0) from its home: vehicle 1" in flight.texts()
+    done(flight, f.GoTo((2,), ((NAN, NAN, 37.0),)))
+    assert "go to 37 m above home: vehicle 2" in flight.texts()
+    assert ask(flight, f.Land(vehicles=(3,))).text == "land: vehicle 3"
+    assert ask(flight, m.Hold(vehicles=(1, 2, 9))).text == "hold: 2 of 3: vehicles 1-2"
+    assert ask(flight, m.Resume(vehicles=(1, 2))).text == "resume: vehicles 1-2"
+
+
 def test_motors_are_stopped_one_at_a_time_and_with_a_reason(rig: MakeRig) -> None:
     flight = rig(2).flying().run(5.0)
     assert "in the air" in why_not(flight, f.Disarm((1,)))

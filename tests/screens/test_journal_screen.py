@@ -6,6 +6,7 @@ from fake_station import WALL_START_S, FakeStation
 from pictures import same_as_snapshot
 
 from tui_gcs.core.messages import Event, EventClass
+from tui_gcs.screens.journal import concerns
 
 
 def told(station: FakeStation) -> None:
@@ -82,3 +83,22 @@ async def test_filters_by_severity_class_vehicle_and_words() -> None:
         assert {line.split("vehicle")[-1].split()[0] for line in shown(c) if "old" in line} == {"3"}
         assert "vehicles 3" in c.text()
         assert c.station.commands() == []
+
+
+@pytest.mark.parametrize(
+    ("source", "text", "passes"),
+    [
+        ("console-1", "land: vehicle 7", True),
+        ("console-1", "return: 7 of 8: vehicles 1-4 6-8", True),
+        ("station", "round 1 started: 3 vehicles 6, 7, 8", True),
+        ("console-1", "land: vehicle 17", False),
+        ("alarm", "LOST in the air: vehicles 1-6 8", False),
+        ("vehicle 7", "take-off: confirmed", True),
+        ("vehicle 5", "I am vehicle 7", False),
+        ("console-1", "vehicles 1-999999999 " + "9" * 60, True),
+        ("station", "7 m above home", False),
+    ],
+)
+def test_of_a_vehicle_is_also_what_others_were_told_about_it(source: str, text: str, passes: bool) -> None:
+    event = Event(seq=1, t_s=0.0, wall_s=0.0, cls=EventClass.OPERATOR, severity=6, source=source, text=text)
+    assert concerns(event, {7}) is passes

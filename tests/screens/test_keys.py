@@ -13,6 +13,7 @@ from tui_gcs.core.messages_services import GetVehicles, decode_request
 from tui_gcs.screens.dialogs import RoundDialog, StartDialog
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.help import HelpDialog, PaletteDialog
+from tui_gcs.screens.text_dialog import MOST_CELLS
 from tui_gcs.screens.tiny import TinyScreen
 
 
@@ -336,6 +337,19 @@ async def test_help_lists_every_action() -> None:
             assert any(word in "".join(t for t, _ in line) for line in c.app.screen.all_lines())
         await c.press("escape")
         assert isinstance(c.app.screen, FlyScreen)
+
+
+async def test_help_is_never_cut_and_ends_with_what_the_signs_mean() -> None:
+    async with console(NARROW) as c:
+        await c.press("question_mark")
+        lines = ["".join(text for text, _ in line) for line in c.app.screen.all_lines()]
+        assert max(map(len, lines)) <= MOST_CELLS
+        assert "In flight: HOLD ALL at" in "\n".join(lines) and any(line.strip() == "once" for line in lines)
+        for sign in ("slot off", "cov 4/4", "sep out", "veto", "ctl"):
+            assert any(line[9:].startswith(sign) for line in lines), sign
+        for _ in range(12):
+            await c.press("pagedown")
+        assert "brakes and holds" in c.text()
 
 
 async def test_small_terminal_keeps_the_alarm_and_comes_back() -> None:

@@ -5,6 +5,7 @@ import math
 from console import NARROW, Console, console
 from fake_station import FakeStation
 
+from tui_gcs.actions.orders import ORDERS
 from tui_gcs.core import messages as m
 from tui_gcs.core import messages_flight as f
 from tui_gcs.core import messages_services as s
@@ -64,6 +65,42 @@ async def test_arrows_in_the_menu_tell_all_of_an_order_and_enter_takes_it() -> N
         assert isinstance(c.app.screen, OrderDialog)
         assert c.app.screen.order.id == "return"
         assert c.station.commands() == []
+
+
+async def test_what_has_only_begun_is_never_called_done() -> None:
+    """On its way home or to a place: begun. Who stands disarmed on the ground already: done."""
+    async with console(NARROW, flight) as c:
+        await c.press("!", "r")
+        await c.tick()
+        assert "RETURN ALL: begun for all 8" in c.result()
+        c.station.changes[4] = {"phase": m.Phase.GROUND, "armed": False}
+        await c.tick()
+        await c.press("!", "l")
+        c.station.changes |= {v: {"phase": m.Phase.LANDING} for v in range(1, 9) if v != 4}
+        await c.tick()
+        lines = {line.split()[0]: line for line in c.result().splitlines() if "now:" in line}
+        assert "LAND ALL: begun for all 8" in c.result()
+        assert "done" in lines["4"] and "begun" in lines["5"]
+
+
+async def test_a_place_to_go_to_is_begun_when_the_station_says_so() -> None:
+    async with console(NARROW, flight) as c:
+        await select(c, "3")
+        await order(c, "g", *"home +50 0", "enter", "enter", "y")
+        c.station.end_task(1, "done", "on its way")
+        c.app.follow_orders()
+        await c.settle()
+        assert "go to 3: begun for all 1" in c.result()
+        assert "on its way" in c.result()
+
+
+async def test_no_word_of_the_menu_of_orders_is_cut_at_80_columns() -> None:
+    assert [one.name for one in ORDERS if len(one.brief or one.does) > 20 or len(one.name) > 11] == []
+    async with console(NARROW, flight) as c:
+        await select(c, "3")
+        await c.press("c")
+        assert "n  nudge       move by arrow keys" in c.text()
+        assert "t  take off    (is in the air)" in c.text()
 
 
 async def test_what_telemetry_does_not_show_is_never_shown_as_success() -> None:

@@ -90,6 +90,10 @@ class Order:
     fields: tuple[Field, ...] = ()
     seen: Callable[[VehicleRow], bool] | None = None
     """What telemetry shows when it came about; None: the station's answer says it."""
+    brief: str = ""
+    """`does` for the menu, in 20 cells, where that is longer."""
+    begins: bool = False
+    """All that is known of its success is that the vehicle does it now; armed, it is not there yet."""
     is_stop: bool = False
     """Sent whatever changed meanwhile: a stop is never too late."""
 
@@ -199,6 +203,7 @@ ORDERS = (
         (Grade.ENTER, Grade.ENTER),
         seen=lambda row: row.phase is Phase.HOLDING and math.hypot(*row.velocity_m_s) < 0.5,
         is_stop=True,
+        brief="stop and stay",
     ),
     Order(
         "return",
@@ -209,21 +214,32 @@ ORDERS = (
         lambda aim: m.Return(vehicles=aim.vehicles),
         (Grade.ENTER, Grade.ENTER),
         seen=lambda row: row.phase in (Phase.RETURNING, Phase.LANDING) or not row.armed,
+        begins=True,
         is_stop=True,
+        brief="home, land in turn",
     ),
     Order(
         "land",
         "l",
         "land here",
-        "land where they are",
+        "land on the spot",
         _flies,
         lambda aim: f.Land(vehicles=aim.vehicles),
         (Grade.ENTER, Grade.ENTER),
         seen=lambda row: row.phase is Phase.LANDING or not row.armed,
+        begins=True,
         is_stop=True,
     ),
-    Order("resume", "p", "to planner", "fly on for their planner", _held, lambda aim: m.Resume(vehicles=aim.vehicles)),
-    Order("go_to", "g", "go to", "fly there and stay", _steered, _go_to, fields=(_PLACE, _SPEED)),
+    Order(
+        "resume",
+        "p",
+        "to planner",
+        "fly on for their planner",
+        _held,
+        lambda aim: m.Resume(vehicles=aim.vehicles),
+        brief="back to its planner",
+    ),
+    Order("go_to", "g", "go to", "fly there and stay", _steered, _go_to, fields=(_PLACE, _SPEED), begins=True),
     Order(
         "climb",
         "u",
@@ -232,6 +248,8 @@ ORDERS = (
         _steered,
         _climb,
         fields=(Field("height", "height", "m", help="above home"),),
+        begins=True,
+        brief="straight up or down",
     ),
     Order(
         "circle",
@@ -241,14 +259,18 @@ ORDERS = (
         _steered,
         _circle,
         fields=(_PLACE, Field("radius", "radius", "m", "20"), _SPEED),
+        begins=True,
+        brief="fly round and round",
     ),
     Order(
         "nudge",
         "n",
-        "nudge by keys",
+        "nudge",
         "stop, then move as long as arrows are pressed",
         _steered,
         lambda aim: f.Nudge(aim.vehicles, (0.0, 0.0, 0.0)),
+        begins=True,
+        brief="move by arrow keys",
     ),
     Order(
         "speed",
@@ -258,6 +280,7 @@ ORDERS = (
         _in_flight,
         lambda aim: f.LimitSpeed(aim.vehicles, aim.needed("speed", least=0.1)),
         fields=(Field("speed", "speed", "m/s"),),
+        brief="fly no faster",
     ),
     Order(
         "take_off",
@@ -268,6 +291,8 @@ ORDERS = (
         lambda aim: f.TakeOff(aim.vehicles, aim.needed("height", least=2.5)),
         STARTS,
         fields=(Field("height", "height", "m", help="above home"),),
+        begins=True,
+        brief="arm, climb, stay",
     ),
     Order("arm", "a", "arm", "motors start", _on_the_ground, lambda aim: f.Arm(aim.vehicles), STARTS),
     Order("disarm", "d", "disarm", "motors stop", _armed_on_the_ground, lambda aim: f.Disarm(aim.vehicles)),
@@ -280,6 +305,7 @@ ORDERS = (
         _mode,
         STARTS,
         fields=(Field("mode", "mode", help="e.g. RTL LAND GUIDED AUTO, as `tui-gcs vehicle mode` lists them"),),
+        brief="one of its own",
     ),
     Order(
         "mission",
@@ -289,6 +315,8 @@ ORDERS = (
         _in_flight,
         lambda aim: f.OnBoardMission(aim.vehicles, "start"),
         STARTS,
+        begins=True,
+        brief="fly the one on board",
     ),
     Order(
         "continue",
@@ -298,6 +326,8 @@ ORDERS = (
         _in_flight,
         lambda aim: f.OnBoardMission(aim.vehicles, "continue"),
         STARTS,
+        begins=True,
+        brief="mission after a hold",
     ),
     Order(
         "gimbal",
@@ -349,6 +379,7 @@ ORDERS = (
         _on_the_ground,
         lambda aim: s.Reboot(aim.vehicles),
         (Grade.COUNT, Grade.COUNT),
+        brief="its autopilot anew",
     ),
     Order(
         "kill",
@@ -359,6 +390,7 @@ ORDERS = (
         _kill,
         (Grade.KILL, Grade.KILL),
         fields=(Field("reason", "reason", help="for the journal"),),
+        brief="in the air it falls",
     ),
 )
 BY_ID = {order.id: order for order in ORDERS}

@@ -21,7 +21,10 @@ NAN = math.nan
 _NUMBER = r"[+-]?[0-9]+(?:\.[0-9]+)?"
 _DEGREES = re.compile(rf"([0-9.]+)([ns])[\s,]+([0-9.]+)([ew])(?:[\s,]+({_NUMBER}))?", re.IGNORECASE)
 _OFFSETS = re.compile(rf"({_NUMBER})[\s,]+({_NUMBER})(?:[\s,]+({_NUMBER}))?")
-HELP = "450 200 [30]  52.0720N 0.6280W  +30 -10  v5 +10 0  zone NAME  home  cursor"
+HELP = (
+    "metres east, north [height]: 450 200 [30]; from itself +30 -10; home +50 0; v5 +10 0; "
+    "zone NAME; cursor; or 52.0720N 0.6280W"
+)
 
 
 class PlaceTextError(ValueError):

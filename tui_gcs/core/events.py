@@ -24,7 +24,7 @@ class EventLog:
         self._seq = 0
         self._listeners: list[Callable[[Event], None]] = []
         self._last_said: dict[tuple[str, str], tuple[float, int]] = {}
-        """(source, text): when it was told, and how often not since."""
+        """(source, text, or what counts as the same): when it was told, and how often not since."""
         self.suppressed = 0
         """Repeats that `say` did not tell because of `every_s`."""
 
@@ -32,21 +32,25 @@ class EventLog:
         """Call `listener` for every event from now on."""
         self._listeners.append(listener)
 
-    def say(self, cls: EventClass, source: str, text: str, severity: int = INFO, *, every_s: float = 0.0) -> bool:
+    def say(
+        self, cls: EventClass, source: str, text: str, severity: int = INFO, *, every_s: float = 0.0, same: str = ""
+    ) -> bool:
         """Record an event; the same text of the same source at most once per `every_s` seconds. Whether it was told.
 
+        `same`: what counts as the same text, where it holds numbers that always change.
         When it is told again it says how often it was not: "... (12 more)".
         """
         now = self._clock.now()
         if every_s > 0:
-            told_s, more = self._last_said.get((source, text), (-math.inf, 0))
+            key = (source, same or text)
+            told_s, more = self._last_said.get(key, (-math.inf, 0))
             if now - told_s < every_s:
                 self.suppressed += 1
-                self._last_said[(source, text)] = (told_s, more + 1)
+                self._last_said[key] = (told_s, more + 1)
                 return False
             if len(self._last_said) > KEPT:
                 self._last_said.clear()
-            self._last_said[(source, text)] = (now, 0)
+            self._last_said[key] = (now, 0)
             if more:
                 text = f"{text} … ({more} more)"
         self._tell(cls, source, text, severity)

@@ -17,6 +17,7 @@ from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import BY_HAND_STEP, IN_THE_AIR, Flight, FlightBook
 from tui_gcs.core.homing import LAYER_TOLERANCE_M, Homing
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
+from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.services.command import Action, CommandService, Outcome
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.vehicle import Vehicle
@@ -131,7 +132,7 @@ class Executive:
             self._take_over(flight, now)
         self.run = RunPhase.STARTING
         ids = tuple(VehicleResult(vehicle=f.vehicle, ok=True, text="resumes") for f in holding)
-        return Reply(ok=True, text=f"{len(ids)} vehicles resume", results=ids)
+        return Reply(ok=True, text=f"resume: {vehicles_words(r.vehicle for r in ids)}", results=ids)
 
     def go_home(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
         """Return and land: these, or every vehicle of a team that is in the air. A start under way is cancelled."""

@@ -4,7 +4,7 @@ PX4's own DO_ORBIT reaches 88 % of the asked speed and reads the sticks; ArduCop
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from tui_gcs.core.course import STILL
 from tui_gcs.core.messages import Vec3
@@ -51,6 +51,10 @@ class Orbit:
         accel = ACCEL_SHARE * accel_m_s2
         speed = min(speed_m_s, math.sqrt(accel * radius_m))
         return Orbit(now, position_m, centre_m, radius_m, speed, accel, clockwise)
+
+    def anew(self, now: float, velocity_m_s: Vec3, rests_m: Vec3) -> "Orbit":
+        """The same circle, from where a vehicle that brakes now comes to rest."""
+        return replace(self, begin_s=now + math.hypot(*velocity_m_s) / self.accel_m_s2, from_m=rests_m)
 
     def same_circle(self, other: "Orbit") -> bool:
         """Whether both fly the same circle, however they came to it."""

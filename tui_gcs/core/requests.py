@@ -15,6 +15,7 @@ from tui_gcs.core.flights import Flight
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.journal_reader import events_before
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
+from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.messages_flight import Land, Nudge
 from tui_gcs.core.messages_setup import ConfirmStep
 from tui_gcs.core.planner_requests import PlannerRequests
@@ -391,5 +392,8 @@ def _done(what: str, named: tuple[int, ...], results: tuple[VehicleResult, ...])
     results += tuple(VehicleResult(vehicle=v, ok=False, text="is not known or not in the air") for v in left_out)
     if not results:
         return Reply(ok=False, text="nobody is in the air")
-    good = sum(1 for r in results if r.ok)
-    return Reply(ok=good == len(results), text=f"{what}: {good} of {len(results)} vehicles", results=results)
+    good = [r.vehicle for r in results if r.ok]
+    whole = len(good) == len(results)
+    share = "" if whole else f"{len(good)} of {len(results)}" + (": " if good else "")
+    who = vehicles_words(good) if good else ""
+    return Reply(ok=whole, text=f"{what}: {share}{who}", results=results)

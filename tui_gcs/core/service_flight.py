@@ -8,6 +8,7 @@ from tui_gcs.core import messages_flight as f
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.commands import CMD_ARM_DISARM
 from tui_gcs.core.firmware.speech import Done
+from tui_gcs.core.message import Vec3
 from tui_gcs.core.service_acts import ARMED
 from tui_gcs.core.service_tasks import Task
 from tui_gcs.core.services.order import Action, Order, Outcome, Retry
@@ -195,11 +196,11 @@ def words(request: f.Flight) -> str:
     if isinstance(request, f.TakeOff):
         return f"take off to {request.alt_m:g} m"
     if isinstance(request, f.GoTo):
-        places = ", ".join(f"({x:.0f}, {y:.0f}, {z:.0f})" for x, y, z in request.points_m[:8])
-        return f"go to {places}"
+        places = dict.fromkeys(_place(point, from_home=request.from_home) for point in request.points_m[:8])
+        return f"go to {', '.join(places)}"
     if isinstance(request, f.Circle):
         x, y, _ = request.centre_m
-        return f"circle ({x:.0f}, {y:.0f}), radius {request.radius_m:g} m"
+        return f"orbit round ({x:.0f}, {y:.0f}), radius {request.radius_m:g} m"
     if isinstance(request, f.LimitSpeed):
         return f"speed {request.speed_m_s:g} m/s"
     if isinstance(request, f.Nudge):
@@ -207,3 +208,13 @@ def words(request: f.Flight) -> str:
     if isinstance(request, f.OnBoardMission):
         return f"mission {request.act}"
     return {f.Arm: "arm", f.Disarm: "disarm", f.KillMotors: "KILL MOTORS"}[type(request)]
+
+
+def _place(point_m: Vec3, *, from_home: bool) -> str:
+    """A place in metres, as far as it was named: what was not stays as it is."""
+    x, y, z = point_m
+    height = "" if math.isnan(z) else f"{z:.0f} m above home"
+    if math.isnan(x) or math.isnan(y):
+        return height or "where it is"
+    ground = f"({x:.0f}, {y:.0f}) from its home" if from_home else f"({x:.0f}, {y:.0f})"
+    return f"{ground}, {height}" if height else ground

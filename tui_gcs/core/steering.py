@@ -5,6 +5,7 @@ but nobody judges them.
 """
 
 import math
+import re
 from collections.abc import Callable, Iterable
 
 from tui_gcs.core.clock import Clock
@@ -17,6 +18,7 @@ from tui_gcs.core.guard import Guard, Verdict
 from tui_gcs.core.guard_motion import Does, Sight
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.monitor import error_m
+from tui_gcs.core.orbit import Orbit
 from tui_gcs.core.route import route
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.tracking import Led, Tracking, wanted_then
@@ -32,6 +34,8 @@ JUDGE_GAP_S = 0.2
 """The guard looks at every new course, and at the same one again after this time; it looks 5 s ahead."""
 STAND_GAP_S = 0.2
 """How often a place to stand at is said; firmware that needs to say it once does so."""
+
+_AMOUNT = re.compile(r"-?[0-9.]+ (m/s|m|s)\b")
 
 Steered = tuple[Flight, Course, Vehicle]
 
@@ -200,8 +204,12 @@ class Steering:
         if not flight.vetoed:
             self.hold(vehicle)
         flight.vetoed = why
+        if isinstance(flight.course, Orbit):  # flown by the clock: it would go round without the vehicle for ever
+            flight.course = flight.course.anew(self._clock.now(), vehicle.velocity_m_s, self.stop_place(vehicle))
         text = f"guard veto, holding: {why}"
-        self._events.say(EventClass.PLANNER, f"vehicle {vehicle.id}", text, WARNING, every_s=5)
+        self._events.say(
+            EventClass.PLANNER, f"vehicle {vehicle.id}", text, WARNING, every_s=5, same=_AMOUNT.sub("", text)
+        )
 
 
 def sent_of(flight: Flight, course: Course) -> Course | Led:

@@ -70,6 +70,8 @@ class AlarmScreen(TextDialog[None]):
         elif event.key == "v" and marked.vehicles:
             self._feed.selection.set(marked.vehicles)
             self.finish(None)
+        elif event.key == "s" and marked.state == "over":
+            return  # there is nothing to put aside: `a` forgets it
         elif event.key == "s" and marked.state != "shelved":
             self._ask(Shelve(raised={marked.cause: marked.raised}, minutes=SHELVE_MIN), "shelve")
         elif event.key == "s":
@@ -140,9 +142,12 @@ class AlarmScreen(TextDialog[None]):
         marked = self.marked()
         if marked is None:
             return [(" Esc = close ", Ink.SELECTED)]
-        shelve = "s unshelve" if marked.state == "shelved" else f"s shelve {SHELVE_MIN:.0f} min"
-        select = "   v select them" if marked.vehicles else ""
-        return [(" a = acknowledge ", Ink.SELECTED), (f"  x all   {shelve}{select}   Esc close", Ink.BOLD)]
+        keys = ["x all"]
+        if marked.state != "over":
+            keys.append("s unshelve" if marked.state == "shelved" else f"s shelve {SHELVE_MIN:.0f} min")
+        if marked.vehicles:
+            keys.append("v select them")
+        return [(" a = acknowledge ", Ink.SELECTED), (f"  {'   '.join(keys)}   Esc close", Ink.BOLD)]
 
 
 def _key(alarm: Alarm) -> str:

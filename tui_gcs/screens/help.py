@@ -68,8 +68,40 @@ class HelpDialog(TextDialog[None]):
                 lines.append([name, (f"{action.shown:<8} ", inks[0]), (first, inks[1])])
                 lines += [[(" " * KEY_CELLS + text, inks[1])] for text in more]
                 if why:
-                    lines.append([(" " * KEY_CELLS + f"not now: {why}", Ink.CAUTION)])
-        return lines
+                    lines += [
+                        [(" " * KEY_CELLS + text, Ink.CAUTION)]
+                        for text in wrap(f"not now: {why}", MOST_CELLS - KEY_CELLS)
+                    ]
+        return [*lines, *legend(self.glyphs)]
+
+
+def legend(glyphs: GlyphSet) -> list[Line]:
+    """What signs and short words on the screens mean."""
+    meanings = (
+        (
+            f"{glyphs.headings[0]} {glyphs.armed_on_ground} {glyphs.disarmed} {glyphs.lost}",
+            "in the air, its nose forward; armed on the ground; disarmed; not heard",
+        ),
+        ("^ ! x i", "caution; warning; not heard; to be known"),
+        ("OVER", "an alarm that is not true any more and that nobody has seen"),
+        ("8/8", "vehicles heard of those that are known"),
+        ("ctl", "who gave the last order, from this console or another"),
+        ("ALT", "metres above its own take-off place"),
+        ("slot off", "its place in the team; metres from where it shall be now"),
+        (
+            "26s 1.3x",
+            "of a zone: the longest that a place was not seen, in the last minute; as a multiple of the best possible",
+        ),
+        ("cov 4/4", "percent of the zone seen since the round began; vehicles on their slots"),
+        ("sep out", "nearest two in the air; farthest outside the operating area"),
+        ("veto", "set-points that the guard did not let through: the vehicle brakes and holds"),
+    )
+    lines: list[Line] = []
+    for sign, meaning in meanings:
+        first, *more = wrap(meaning, MOST_CELLS - KEY_CELLS)
+        lines.append([(f"{'' if lines else 'Signs':<9}", Ink.ADVISORY), (f"{sign:<8} ", Ink.BOLD), (first, Ink.TEXT)])
+        lines += [[(" " * KEY_CELLS + text, Ink.TEXT)] for text in more]
+    return lines
 
 
 class PaletteDialog(TextDialog[str | None]):

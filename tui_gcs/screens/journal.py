@@ -4,8 +4,9 @@ New events come with the feed; older ones are asked of the station, piece by pie
 earlier starts of the station, too.
 """
 
+import re
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -38,6 +39,9 @@ SEVERITIES = (7, 5, 4, 2)
 """Steps of the severity filter: all, notices and worse, warnings and worse, critical and worse."""
 SEVERITY_WORDS = {7: "all", 5: "notice+", 4: "warning+", 2: "critical+"}
 
+_NAMED = re.compile(r"\bvehicles? [0-9]{1,9}(?:-[0-9]{1,9})?(?:,? [0-9]{1,9}(?:-[0-9]{1,9})?)*")
+_RANGE = re.compile(r"([0-9]+)(?:-([0-9]+))?")
+
 
 @dataclass(frozen=True)
 class Sieve:
@@ -53,16 +57,22 @@ class Sieve:
         """Whether this event fits all of it."""
         if event.severity > self.severity or (self.cls is not None and event.cls is not self.cls):
             return False
-        if self.vehicles is not None and vehicle_of(event) not in self.vehicles:
+        if self.vehicles is not None and not concerns(event, self.vehicles):
             return False
         line = f"{event.source} {event.cls} {event.text}".casefold()
         return all(word in line for word in self.words.casefold().split())
 
 
-def vehicle_of(event: Event) -> int | None:
-    """The vehicle that it is about, if its source is one."""
+def concerns(event: Event, vehicles: Collection[int]) -> bool:
+    """Whether it comes from one of `vehicles`, or the station or an operator names one of them in it."""
     kind, _, name = event.source.partition(" ")
-    return int(name) if kind == "vehicle" and name.isdecimal() else None
+    if kind == "vehicle":  # what a vehicle says of others is not believed
+        return name.isdecimal() and int(name) in vehicles
+    for match in _NAMED.finditer(event.text):
+        for low, high in _RANGE.findall(match[0]):
+            if any(int(low) <= vehicle <= int(high or low) for vehicle in vehicles):
+                return True
+    return False
 
 
 class JournalLines(LinesView):

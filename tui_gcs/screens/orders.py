@@ -101,7 +101,10 @@ class OrderMenu(TextDialog[str | None]):
     def _cell(self, at: int, width: int) -> Run:
         order = ORDERS[at]
         why = self._why_not(order)
-        text = f"{order.key}  {order.name:<14}" + (f"({why})" if why else order.does)
+        head, does = f"{order.key}  {order.name:<12}", f"({why})" if why else order.does
+        if order.brief and not why and len(head) + len(does) >= width:
+            does = order.brief
+        text = head + does
         ink = Ink.SELECTED if at == self._at else Ink.MUTED if why else Ink.BOLD
         return cut(text, width - 1) + " ", ink
 

@@ -28,7 +28,7 @@ def brief_lines(row: VehicleRow | None, alarms: Sequence[Alarm], glyphs: GlyphSe
         [(_if(known, power), INKS[level_now(row, alarms)])],
         [(row.problem, Ink.WARNING)]
         if row.problem
-        else [(f"{row.phase} slot {row.slot or UNKNOWN} off {number(row.slot_error_m, 0)}m", Ink.TEXT)],
+        else [(f"{row.phase} slot {row.slot or UNKNOWN} off {number(row.slot_error_m, 0, 'm')}", Ink.TEXT)],
     ]
 
 
