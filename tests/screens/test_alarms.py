@@ -67,6 +67,9 @@ async def test_what_is_over_before_anybody_saw_it_says_so() -> None:
         c.station.changes.clear()
         await c.tick()
         assert "o OVER  LOST in the air: vehicle 5 " in c.line(1)
+        await c.press("A", "s")
+        assert "s shelve" not in c.text() and "a forgets it" in c.text()
+        assert not any(isinstance(request, Shelve) for request in c.station.commands()), "nothing is there to put aside"
 
 
 async def test_the_answer_to_a_key_is_not_hidden_by_an_alarm() -> None:
