@@ -6,14 +6,16 @@ cleaned, and what is wrong is one line with the file's name.
 
 import json
 import math
-import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
 from tui_gcs.core.text import clean
+
+if TYPE_CHECKING:
+    import xml.etree.ElementTree as ET
 
 SIZE_MAX = 20_000_000
 POINTS_MAX = 100_000
@@ -54,7 +56,7 @@ def load_overlay(path: Path) -> tuple[Overlay, ...]:
         raise OverlayError(f"{path}: {error.strerror}") from None
     try:
         overlays = tuple(reader(data))
-    except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError, ET.ParseError) as error:
+    except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError, SyntaxError) as error:
         raise OverlayError(f"{path}: {_one_line(error)}") from None
     if not overlays:
         raise OverlayError(f"{path}: nothing to draw: no point, line or area")
@@ -142,6 +144,8 @@ def _number(value: object) -> float:
 def _kml(data: bytes) -> Iterator[Overlay]:
     if b"<!DOCTYPE" in data or b"<!ENTITY" in data or b"\0" in data:  # UTF-16 could hide the words
         raise ValueError("declares entities or is not UTF-8: refused")
+    import xml.etree.ElementTree as ET  # most consoles show no overlays, and start sooner without it
+
     for placemark in ET.fromstring(data).iter():  # noqa: S314 - without entities there is nothing to expand
         if _local(placemark) != "Placemark":
             continue
@@ -152,7 +156,7 @@ def _kml(data: bytes) -> Iterator[Overlay]:
             yield from _kml_geometry(node, name)
 
 
-def _kml_geometry(node: ET.Element, name: object) -> Iterator[Overlay]:
+def _kml_geometry(node: "ET.Element", name: object) -> Iterator[Overlay]:
     kinds: dict[str, Kind] = {"Point": "point", "LineString": "line", "LinearRing": "area"}
     kind = kinds.get(_local(node))
     if kind is None:
@@ -167,6 +171,6 @@ def _kml_geometry(node: ET.Element, name: object) -> Iterator[Overlay]:
     yield _overlay(kind, name, places)
 
 
-def _local(node: ET.Element) -> str:
+def _local(node: "ET.Element") -> str:
     """The name of an element without its namespace; empty for comments."""
     return node.tag.rpartition("}")[2] if isinstance(node.tag, str) else ""
