@@ -28,6 +28,8 @@ STOP_TRIES = 3
 GONE_S = 6.0
 """So long a table stays in which all succeeded."""
 FOLLOW_S = 0.5
+CLOSED_S = 1.5
+"""So soon after a question closed by itself Enter was meant for that, and resumes nobody."""
 _LEVELS = {Ink.WARNING: Level.WARNING, Ink.CAUTION: Level.CAUTION}
 
 
@@ -40,6 +42,7 @@ class CommandingApp(ThinApp):
     orders: Dispatcher
     _told = ""
     _news_s = 0.0
+    _closed_s = float("-inf")
 
     def notice(self, text: str, level: Level = Level.NORMAL) -> None:
         """Say something for a while."""
@@ -82,7 +85,11 @@ class CommandingApp(ThinApp):
 
     def on_fly_screen_resumed(self) -> None:
         """Enter: means resume in hold, else nothing."""
-        if not refusal(action_named("resume"), situation_of(self.feed)):
+        if refusal(action_named("resume"), situation_of(self.feed)):
+            return
+        if self.clock.now() - self._closed_s < CLOSED_S:
+            self.notice("resume: nothing sent: a question had just closed; Enter again resumes", Level.CAUTION)
+        else:
             self.action_resume()
 
     def action_choose_round(self) -> None:
@@ -98,6 +105,7 @@ class CommandingApp(ThinApp):
         if index is not None:
             self.send(SwitchRound(index=index), f"round {index + 1}")
         else:
+            self._closed_s = self.clock.now()
             self.notice("round: nothing sent")
 
     def _ask_start(self) -> None:
@@ -167,6 +175,7 @@ class CommandingApp(ThinApp):
                     NudgeScreen(answer.vehicles, self.feed, self._nudge, self.send, self.clock, self.glyphs)
                 )
         else:
+            self._closed_s = self.clock.now()
             self.notice(f"{name}: nothing sent: {answer or 'cancelled'}")
 
     def _nudge(self, request: Request) -> None:

@@ -260,6 +260,7 @@ async def test_a_round_is_asked_for_ten_seconds_and_as_things_were() -> None:
         await c.tick()
         if c.app.screen is dialog:  # its own timer may have been faster
             await c.press("enter")
+        await c.settle()
         assert c.station.commands() == []
         assert "round: nothing sent" in c.told()
 

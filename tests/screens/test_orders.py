@@ -169,6 +169,7 @@ async def test_a_question_expires_and_is_void_when_a_vehicle_changed() -> None:
         await c.tick()
         if c.app.screen is dialog:  # its own timer may have been faster
             await c.press("y")
+        await c.settle()
         assert "vehicle 2 changed meanwhile" in c.told()
         assert c.station.commands() == []
 
@@ -204,6 +205,21 @@ async def test_a_question_below_the_tiny_screen_is_over_and_gone() -> None:
         await c.settle()
         assert isinstance(c.app.screen, FlyScreen)
         assert c.station.commands() == []
+
+
+async def test_the_enter_of_a_question_that_just_closed_resumes_nobody() -> None:
+    async with console(prepare=flight) as c:
+        c.station.run = m.RunPhase.HOLD
+        await c.tick()
+        await select(c, "2")
+        await order(c, "r")
+        c.clock.advance(10.1)
+        c.app.screen.tick()
+        await c.press("enter")
+        assert c.station.commands() == []
+        await c.tick(2.0)
+        await c.press("enter")
+        assert c.station.commands() == [m.Resume()]
 
 
 async def test_values_are_typed_judged_and_sent_as_they_were_shown() -> None:
