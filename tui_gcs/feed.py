@@ -70,6 +70,8 @@ class Feed:
         self.status: wire.StationStatus | None = None
         self.scenario: wire.ScenarioChanged | None = None
         self.annotations: dict[str, tuple[wire.Annotation, ...]] = {}
+        self.planner_files: dict[str, wire.PlannerInfo] = {}
+        """What the planners in the operator's own files declare, by name: only the station knows them."""
         self.events: deque[wire.Event] = deque(maxlen=EVENTS_KEPT)
         self.station_lost = False
         self.selection = Selection(lambda: self._post(SelectionChanged()))
@@ -361,6 +363,8 @@ class Feed:
         if not hello.ok and not hello.text.startswith(NO_ANSWER):
             self.read_only = f"read-only: {hello.text}"
             self._post_status_again()
+        planners = (await self.request(wire.GetPlanners())).planners
+        self.planner_files = {info.name: info for info in planners if info.file}
         scenario = (await self.request(wire.GetScenario())).scenario
         if scenario is not None:
             self._take_scenario(scenario)
@@ -415,6 +419,7 @@ _READING = (
     wire.GetEvents,
     wire.GetTask,
     wire.GetPlan,
+    wire.GetPlanners,
     wire.GetJournal,
     wire.Note,
     GetTasks,

@@ -64,6 +64,7 @@ class FakeStation:
     old_events: list[m.Event] = field(default_factory=list)
     """Of earlier starts: in the journal only."""
     traffic: tuple[TrafficRow, ...] = ()
+    planners: tuple[m.PlannerInfo, ...] = ()
     seq: int = 0
     started_s: float = NAN
 
@@ -272,6 +273,8 @@ class FakeStation:
                 return s.ServiceReply(ok=True, traffic=self.traffic)
             case m.GetPlan():
                 return m.Reply(ok=True)
+            case m.GetPlanners():
+                return m.Reply(ok=True, planners=self.planners)
             case m.Start():
                 self.fly(0.0)
                 return self._results(request.vehicles)
@@ -331,6 +334,7 @@ class FakeStation:
             m.GetEvents,
             m.GetTask,
             m.GetPlan,
+            m.GetPlanners,
             GetTraffic,
             m.GetJournal,
             m.Note,

@@ -4,11 +4,12 @@ from pathlib import Path
 
 import pytest
 from console import NARROW, WIDE
+from fake_station import SCENARIO_FILE
 from pictures import same_as_snapshot
 from plan_station import PlanConsole, PlanStation, plan_console
 
-from tui_gcs.core.messages import Hold, Resume, RunPhase
-from tui_gcs.core.scenario_load import parse
+from tui_gcs.core.messages import Hold, PlannerInfo, Resume, RunPhase
+from tui_gcs.core.scenario_load import parse, read_text
 from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Param
@@ -102,7 +103,7 @@ NOT_ALLOWED = [
     ("name", "field", "a second zone 'field'"),
     ("alt_max_m", "99999", "round[1].zone[1].alt_max_m"),
     ("vehicles", "1-9x", "vehicles: '1-9x' is no system id; must be ids from 1 to 254"),
-    ("vehicles", "1-5", "a second use of vehicle 5"),
+    ("vehicles", "1-8", "would leave nobody in team attack"),
     ("speed_fraction", "7", "speed_fraction: '7' is not allowed; must be 0.1 to 1"),
 ]
 
@@ -149,6 +150,8 @@ async def test_team_and_its_planners_parameters() -> None:
     async with plan_console() as c:
         await c.type_into("vehicles", "1-3")
         assert "vehicle 4 is in no team" in c.verdict()
+        await c.type_into("vehicles", "1-5")
+        assert "5 from attack to defend" in c.said()
         await c.press("ctrl+z")
         await c.type_into("speed_fraction", "0.8")
         await c.field("direction")
@@ -157,6 +160,25 @@ async def test_team_and_its_planners_parameters() -> None:
         assert team is not None
         assert team.parameters == {"speed_fraction": 0.8, "direction": "cw"}
         assert team.vehicles == (1, 2, 3, 4)
+
+
+async def test_planner_in_a_file_of_the_operators_own_is_edited_by_what_the_station_says_it_declares() -> None:
+    lanes = Param("spacing_m", float, 25.0, minimum=5.0, maximum=100.0, unit="m", help="between two lanes")
+    strips = PlannerInfo("strips", "1", (lanes.info(), PARAMS[2].info()), 5.0, file="/home/me/strips.py")
+    toml = read_text(SCENARIO_FILE).replace('"patrol"', '"strips"', 1)
+    async with plan_console(toml=toml, planners=(strips,)) as c:
+        await c.field("spacing_m")
+        assert "between two lanes" in c.said()
+        await c.type_into("spacing_m", "500")
+        assert "must be 5 to 100 m" in c.verdict()
+        await c.type_into("spacing_m", "30")
+        await c.press("ctrl+g")
+        assert parse(c.station.applied()[-1].toml).teams[0].parameters["spacing_m"] == 30.0
+        await c.field("planner")
+        await c.press("left")
+        assert c.plan.model.team("defend").planner == "patrol"  # type: ignore[union-attr]
+        await c.press("right")
+        assert c.plan.model.team("defend").planner == "strips"  # type: ignore[union-attr]
 
 
 async def test_parameter_says_what_it_is_about() -> None:

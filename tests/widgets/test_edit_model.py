@@ -9,7 +9,7 @@ from tui_gcs.core.messages import ScenarioChanged
 from tui_gcs.core.scenario import OperatingArea, Team
 from tui_gcs.core.scenario_load import parse, read_text
 from tui_gcs.core.zones import Circle, Rectangle, Role, Zone
-from tui_gcs.widgets.edit_model import EditModel
+from tui_gcs.widgets.edit_model import EditModel, Problems
 from tui_gcs.widgets.plan_draft import PlanDraft
 from tui_gcs.widgets.team_text import team_text
 from tui_gcs.widgets.zone_text import ZoneText, zone_text
@@ -121,6 +121,24 @@ def test_area_and_team(model: EditModel) -> None:
     team = Team("defend", "home", "patrol", (1, 2, 3, 4), 0, {"direction": "cw"})
     assert model.set_team("defend", team) == ()
     assert model.team("defend") == team
+
+
+def test_vehicle_typed_into_a_team_leaves_the_one_that_had_it(model: EditModel) -> None:
+    def teams() -> list[tuple[int, ...]]:
+        assert model.scenario is not None
+        return [team.vehicles for team in model.scenario.teams]
+
+    def typed(vehicles: tuple[int, ...]) -> Problems:
+        return model.set_team("attack", Team("attack", "field", "patrol", vehicles), "vehicles")
+
+    assert typed((5, 6, 7, 8, 2, 4)) == ()
+    assert teams() == [(1, 3), (5, 6, 7, 8, 2, 4)] and model.moved == "2 4 from defend to attack"
+    assert typed((5, 6, 7, 8, 4)) == (), "2 was not meant: it stays where it was"
+    assert teams() == [(1, 2, 3), (5, 6, 7, 8, 4)] and model.moved == "4 from defend to attack"
+    assert typed((1, 2, 3, 4, 5)) == ("vehicles: 1-4 would leave nobody in team defend",)
+    assert typed((5, 6)) and "its new one" in typed((5, 6))[-1]
+    model.undo()
+    assert teams() == [(1, 2, 3, 4), (5, 6, 7, 8)]
 
 
 def test_common_zones_are_what_teams_can_serve(model: EditModel) -> None:

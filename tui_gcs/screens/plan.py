@@ -17,7 +17,6 @@ from textual.widgets import Input
 from tui_gcs.actions import APP_ACTIONS, Action, bindings
 from tui_gcs.core.messages import ApplyScenario
 from tui_gcs.feed import Feed, FleetUpdated, ScenarioChanged, StationBack, StationLost, StatusUpdated
-from tui_gcs.planner import registry
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.plan_actions import PLAN_ACTIONS
 from tui_gcs.screens.plan_text import remarks, state_remark
@@ -26,7 +25,7 @@ from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.footer import FooterLine
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.plan_draft import PlanDraft, declared, reshaped
+from tui_gcs.widgets.plan_draft import PlanDraft, reshaped
 from tui_gcs.widgets.round_chooser import RoundChooser
 from tui_gcs.widgets.save_bar import SaveBar
 from tui_gcs.widgets.save_flow import SaveNext
@@ -150,6 +149,7 @@ class PlanScreen(Screen[None]):
         if self.feed.scenario is None:
             self.show_plan()
             return
+        self.draft.files = self.feed.planner_files
         first, before = self.model.scenario is None, self.model.text
         self.model.station_changed(self.feed.scenario)
         if first:
@@ -203,8 +203,8 @@ class PlanScreen(Screen[None]):
             shown,
             teams=[each.name for each in scenario.teams],
             zones=self.model.common_zones(),
-            planners=registry.names(),
-            params=declared(shown.planner)[0],
+            planners=self.draft.planners(),
+            params=self.draft.declared(shown.planner)[0],
         )
 
     def _say(self, text: str, ink: Ink = Ink.TEXT) -> None:
@@ -324,7 +324,7 @@ class PlanScreen(Screen[None]):
             texts = replace(texts, parameters=team_text(old).parameters if texts.planner == old.planner else {})
             self._show_team(texts)
         self.draft.team_typed(texts, message.field)
-        self._say("")
+        self._say(self.model.moved, Ink.CAUTION)
 
     # ------------------------------------------------------------ changing
 

@@ -14,6 +14,7 @@ from tui_gcs.core.scenario import OperatingArea, Round, Scenario, Team
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.zones import Zone
+from tui_gcs.widgets.form_text import ids_text
 
 Problems = tuple[str, ...]
 """Why a change was not taken, one line each; empty if it was."""
@@ -57,6 +58,8 @@ class EditModel:
         self._steps: list[Step] = []
         self._applied_steps = 0
         self._open_subject = ""
+        self.moved = ""
+        """Who changed teams by the last change of a team, in words."""
 
     # ------------------------------------------------------------ what is there
 
@@ -202,15 +205,31 @@ class EditModel:
         return self._edit("operating area", f"area {index} {field}", lambda document: document.set_area(index, area))
 
     def set_team(self, name: str, team: Team, field: str = "") -> Problems:
-        """Replace a team: vehicles, zone, planner, parameters."""
-        if self.team(name) == team:
+        """Replace a team: vehicles, zone, planner, parameters. A vehicle named here leaves the team that had it."""
+        subject = f"team {name} {field}"
+        if field and subject == self._open_subject:
+            self.retract()  # numbers half typed took vehicles from other teams that are not meant
+        self.moved = ""
+        if self.scenario is None or self.team(name) == team:
             return ()
+        others = {each.name: each.vehicles for each in self.scenario.teams if each.name != name}
+        leaving = {other: [v for v in had if v in team.vehicles] for other, had in others.items()}
+        leaving = {other: gone for other, gone in leaving.items() if gone}
+        for other, gone in leaving.items():
+            if len(gone) == len(others[other]):
+                return (f"vehicles: {ids_text(gone)} would leave nobody in team {other}",)
 
         def change(document: ScenarioDocument) -> None:
+            for other, gone in leaving.items():
+                document.set_team(other, vehicles=[v for v in others[other] if v not in gone])
             numbers = {"vehicles": team.vehicles} if team.vehicles else {"count": team.count}
             document.set_team(name, zone=team.zone, planner=team.planner, parameters=team.parameters, **numbers)
 
-        return self._edit(f"team {name}", f"team {name} {field}", change)
+        problems = self._edit(f"team {name}", subject, change)
+        if problems and field == "vehicles":
+            return (*problems, "a vehicle changes teams when it is typed into its new one")
+        self.moved = "; ".join(f"{ids_text(gone)} from {other} to {name}" for other, gone in leaving.items())
+        return problems
 
     def new_zone_name(self) -> str:
         """A name no round uses yet."""

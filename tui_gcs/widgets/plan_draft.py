@@ -3,8 +3,11 @@
 Between the forms, which only know texts, and the working copy, which only knows valid scenarios.
 """
 
+from collections.abc import Mapping
+
 import msgspec
 
+from tui_gcs.core.messages_planning import TYPES, ParamInfo, PlannerInfo
 from tui_gcs.core.scenario import OperatingArea, Team
 from tui_gcs.core.zones import Circle, Role, Zone
 from tui_gcs.planner import registry
@@ -28,6 +31,8 @@ class PlanDraft:
         self.zone_name: str | None = None
         """None is the operating area."""
         self.team_name = ""
+        self.files: Mapping[str, PlannerInfo] = {}
+        """Planners in files of the operator's own, as the station told what they declare."""
         self._zone_problems: Problems = ()
         self._team_problems: Problems = ()
         self._field = ""
@@ -116,13 +121,26 @@ class PlanDraft:
             self.model.retract()
 
     def _replace_team(self, texts: TeamText, old: Team, field: str) -> Problems:
-        params, problem = declared(texts.planner)
+        params, problem = self.declared(texts.planner)
         if problem and texts.planner != old.planner:
             return (problem,)
         try:
             return self.model.set_team(old.name, to_team(texts, old, params), field)
         except FieldError as error:
             return (str(error),)
+
+    def planners(self) -> tuple[str, ...]:
+        """All that may be chosen, sorted."""
+        return tuple(sorted({*registry.names(), *self.files}))
+
+    def declared(self, planner: str) -> tuple[tuple[Param, ...], str]:
+        """The parameters a planner declares, and why they are not known here (then there are none)."""
+        if planner in self.files:
+            return tuple(map(_param, self.files[planner].params)), ""
+        try:
+            return registry.declared(planner), ""
+        except registry.PlannerError as error:
+            return (), str(error)
 
     def add_zone(self) -> Problems:
         """A small zone in the middle of the area, to be edited next; returns why not."""
@@ -152,9 +170,7 @@ def reshaped(edited: Zone | OperatingArea, shape: object) -> Zone | OperatingAre
     return new
 
 
-def declared(planner: str) -> tuple[tuple[Param, ...], str]:
-    """The parameters a planner declares, and why they are not known here (then there are none)."""
-    try:
-        return registry.declared(planner), ""
-    except registry.PlannerError as error:
-        return (), str(error)
+def _param(info: ParamInfo) -> Param:
+    """What travelled, as it was declared."""
+    known = (info.default, info.minimum, info.maximum, info.unit, info.help, info.choices)
+    return Param(info.name, TYPES[info.type], *known)
