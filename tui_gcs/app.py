@@ -29,6 +29,7 @@ from tui_gcs.core.messages import Acknowledge, Kind, Request
 from tui_gcs.core.overlays import Overlay
 from tui_gcs.dispatch import Dispatcher
 from tui_gcs.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
+from tui_gcs.groups import GroupFile, GroupsError
 from tui_gcs.line_entry import LineEntry
 from tui_gcs.screens.alarms import AlarmScreen
 from tui_gcs.screens.fly import FlyScreen
@@ -81,11 +82,12 @@ class ConsoleApp(CommandingApp):
         clock: Clock | None = None,
         overlays: Sequence[Overlay] = (),
         theme: str = "",
+        groups: GroupFile | None = None,
     ) -> None:
         """A console for a station of this kind; in a replay, and with `read_only`, nothing can be commanded.
 
         `keymap` is as `read_keymap` gives it: checked. `overlays` go onto the map. `theme` is the one to
-        begin with, of `THEMES`.
+        begin with, of `THEMES`. Saved groups of vehicles are in `groups`; None: they are forgotten.
         """
         # Without colour only Textual's ANSI mode leaves bold and reverse alone (facts/terminal.md B8).
         super().__init__(ansi_color=True if "NO_COLOR" in os.environ else None)
@@ -110,6 +112,7 @@ class ConsoleApp(CommandingApp):
         use_keys(self.keymap)
         self._replay = replay
         self._overlays = tuple(overlays)
+        self._groups = groups
         self._chord = Chord()
         self._entry: LineEntry | None = None
         self._notices = 0
@@ -241,13 +244,23 @@ class ConsoleApp(CommandingApp):
         return True
 
     def _choose(self, text: str) -> None:
+        selection = self.feed.selection
+        fleet = self.feed.scenario.scenario.name if self.feed.scenario is not None else ""
+        trouble = ""
         try:
-            choice = self.feed.selection.choose(text, self.feed.known())
-        except SelectionError as error:
-            self.notice(f"not selected: {error}", Level.CAUTION)
+            if self._groups is not None:
+                selection.groups = self._groups.of(fleet)
+        except GroupsError as error:
+            trouble = f"   groups: {error}"
+        try:
+            choice = selection.choose(text, self.feed.known())
+            if choice.save_as and self._groups is not None:
+                self._groups.keep(fleet, choice.save_as, choice.ids)
+        except (SelectionError, GroupsError) as error:
+            self.notice(f"not selected: {error}{trouble}", Level.CAUTION)
             return
-        saved = f"saved as {choice.save_as}: " if choice.save_as else ""
-        self.notice(f"{saved}selected {ids(choice.ids) or 'nobody'}")
+        saved = f"{choice.save_as} {'saved' if choice.ids else 'forgotten'}: " if choice.save_as else ""
+        self.notice(f"{saved}selected {ids(choice.ids) or 'nobody'}{trouble}", Level.CAUTION if trouble else Level.NORMAL)
 
     # ------------------------------------------------------------ screens
 

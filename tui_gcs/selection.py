@@ -1,7 +1,7 @@
 """Which vehicles this console's commands are for: chosen by name, always shown, never implied by a view.
 
 `Selection` is the state; `chosen` reads what an operator types: `3-7,9`, `t1`, a team's or a saved group's name, `all`,
-`none`, `invert`; `+5` adds, `-5` takes away, `name=3-7` saves a group.
+`none`, `invert`; `+5` adds, `-5` takes away, `name=3-7` saves a group, `name=none` forgets it.
 """
 
 import re
@@ -126,6 +126,8 @@ class Selection:
         choice = chosen(text, known)
         if choice.save_as:
             self.groups[choice.save_as] = choice.ids
+        if choice.save_as and not choice.ids:
+            del self.groups[choice.save_as]
         self.set(choice.ids)
         return choice
 

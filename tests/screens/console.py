@@ -13,6 +13,7 @@ from tui_gcs.app import ConsoleApp
 from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.messages import Kind, Note
+from tui_gcs.groups import GroupFile
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.result_panel import ResultPanel
@@ -92,13 +93,16 @@ async def console(
     glyphs: GlyphSet = UNICODE,
     replay: bool = False,
     read_only: bool = False,
+    groups: GroupFile | None = None,
 ) -> AsyncIterator[Console]:
     """A running console on a station that `prepare` has set up."""
     bus = MemoryBus()
     station = FakeStation(bus, kind=kind)
     prepare(station)
     clock = VirtualClock()
-    app = ConsoleApp(bus, "console-test", kind, glyphs=glyphs, clock=clock, replay=replay, read_only=read_only)
+    app = ConsoleApp(
+        bus, "console-test", kind, glyphs=glyphs, clock=clock, replay=replay, read_only=read_only, groups=groups
+    )
     async with app.run_test(size=size) as pilot:
         attached = Console(app, pilot, station, clock)
         await attached.settle()

@@ -2,6 +2,7 @@
 
 import asyncio
 import threading
+from pathlib import Path
 
 import pytest
 from console import NARROW, WIDE, Console, console
@@ -10,6 +11,7 @@ from textual.events import Key
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.messages_services import GetVehicles, decode_request
+from tui_gcs.groups import GroupFile
 from tui_gcs.screens.dialogs import RoundDialog, StartDialog
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.help import HelpDialog, PaletteDialog
@@ -301,6 +303,20 @@ async def test_selection_by_steps_by_number_and_by_name() -> None:
         await c.press("s", "a", "escape")
         assert c.app.feed.selection.ids == (5, 6, 7)
         assert c.station.commands() == []
+
+
+async def test_a_group_is_there_again_for_the_next_console(tmp_path: Path) -> None:
+    file = GroupFile(tmp_path / "groups.json")
+    async with console(groups=file) as c:
+        await c.press("s", *"low=2-3", "enter")
+        assert "low saved: selected 2-3" in c.told()
+    async with console(groups=file) as c:
+        await c.press("s", *"low", "enter")
+        assert c.app.feed.selection.ids == (2, 3)
+        (tmp_path / "groups.json").write_text("{")
+        await c.press("s", *"4", "enter")
+        assert c.app.feed.selection.ids == (4,), "vehicles can be chosen all the same"
+        assert "is damaged" in c.told()
 
 
 async def test_palette_finds_runs_and_says_why_not() -> None:

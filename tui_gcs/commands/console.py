@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui_gcs.commands import console_options
-from tui_gcs.core.config import socket_path
+from tui_gcs.core.config import socket_path, state_dir
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.overlays import Overlay, OverlayError, load_overlay
 from tui_gcs.core.zenoh_bus import connect_later
+from tui_gcs.groups import GroupFile
 from tui_gcs.exits import CommandError
 from tui_gcs.launcher import START_LIMIT_S, start_error
 from tui_gcs.slow import prepare_textual, wants_slow
@@ -62,6 +63,7 @@ def attach(kind: Kind, wanted: Preferences) -> int:
             read_only=wanted.read_only,
             keymap=wanted.keymap,
             theme=wanted.theme,
+            groups=GroupFile(state_dir(kind) / "groups.json"),
         )
         threading.Thread(target=_watch_start, args=(app, kind, over), daemon=True).start()
         app.run(mouse=not wants_slow())  # with a mouse every move of it is sent upstream

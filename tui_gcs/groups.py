@@ -1,0 +1,62 @@
+"""Groups of vehicles that an operator has saved by name, on disk: by fleet, which is the name of its scenario."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+MOST_BYTES = 200_000
+MOST_GROUPS = 100
+"""Of one fleet."""
+Groups = dict[str, tuple[int, ...]]
+
+
+class GroupsError(Exception):
+    """Why groups are not read or kept: one line for the operator."""
+
+
+class GroupFile:
+    """One small JSON file. It is read each time it is asked for: another console may have changed it."""
+
+    def __init__(self, path: Path) -> None:
+        """Nothing is read yet."""
+        self._path = path
+
+    def of(self, fleet: str) -> Groups:
+        """The groups of one fleet, by name. Raises `GroupsError`."""
+        return {
+            name: tuple(sorted({v for v in vehicles if isinstance(v, int)}))
+            for name, vehicles in self._read().get(fleet, {}).items()
+            if isinstance(vehicles, list)
+        }
+
+    def keep(self, fleet: str, name: str, vehicles: tuple[int, ...]) -> None:
+        """Keep a group, or forget one that nobody is in. Raises `GroupsError`."""
+        held = self._read()
+        groups = held.setdefault(fleet, {})
+        if vehicles:
+            groups[name] = list(vehicles)
+        else:
+            groups.pop(name, None)
+        if len(groups) > MOST_GROUPS:
+            raise GroupsError(f"{MOST_GROUPS} groups are kept already: NAME=none forgets one")
+        new = self._path.with_suffix(".new")
+        try:
+            new.write_text(json.dumps(held, indent=1), encoding="utf-8")
+            new.replace(self._path)
+        except OSError as error:
+            raise GroupsError(f"{self._path}: cannot be written ({error.strerror})") from None
+
+    def _read(self) -> dict[str, dict[str, Any]]:
+        try:
+            if self._path.stat().st_size > MOST_BYTES:
+                raise GroupsError(f"{self._path}: longer than {MOST_BYTES} bytes: those are no groups")
+            held = json.loads(self._path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            return {}
+        except OSError as error:
+            raise GroupsError(f"{self._path}: cannot be read ({error.strerror})") from None
+        except ValueError:
+            raise GroupsError(f"{self._path}: is damaged; mend it or remove it") from None
+        if not isinstance(held, dict) or not all(isinstance(groups, dict) for groups in held.values()):
+            raise GroupsError(f"{self._path}: is damaged; mend it or remove it")
+        return held
