@@ -1,6 +1,7 @@
 """A console attached to a fake station, on a virtual clock, for Pilot tests."""
 
 import asyncio
+import contextlib
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -58,10 +59,11 @@ class Console:
         """Every key pressed was handled by the app, and by the screen that it went to: Pilot only guesses when the
         process is idle, and on a busy machine it guesses wrong."""
         for _ in range(3):  # app, screen, and what the screen's answer leads to in the app
-            for node in (self.app, self.app.screen):
+            for node in (self.app, *self.app.screen_stack[-1:]):
                 handled = asyncio.Event()
                 node.call_later(handled.set)
-                await handled.wait()
+                with contextlib.suppress(TimeoutError):  # a dialog that has just ended handles nothing more
+                    await asyncio.wait_for(handled.wait(), 0.2)
 
     async def tick(self, dt_s: float = 0.1) -> None:
         """The station moves on, the console shows it."""

@@ -84,7 +84,30 @@ async def test_live_start_wants_the_count_typed() -> None:
         await c.press("7", "enter")
         assert c.station.commands() == []
         await c.press("backspace", "8", "enter")
+        assert "Esc = STOP THIS" in c.app.screen.text()
+        assert c.station.commands() == []
+        c.clock.advance(3.1)
+        c.app.screen.tick()
+        await c.settle()
         assert c.station.commands() == [m.Start(vehicles=(1, 2, 3, 4, 5, 6, 7, 8))]
+
+
+async def test_a_console_that_stood_still_in_the_last_seconds_starts_nothing() -> None:
+    async with console(kind=m.Kind.LIVE) as c:
+        await c.press("space", "8", "enter")
+        dialog = c.app.screen
+        c.clock.advance(60.0)
+        dialog.tick()
+        await c.settle()
+        assert c.station.commands() == []
+
+
+async def test_a_live_start_can_be_stopped_in_the_last_seconds() -> None:
+    async with console(kind=m.Kind.LIVE) as c:
+        await c.press("space", "8", "enter", "escape")
+        assert isinstance(c.app.screen, FlyScreen)
+        assert c.station.commands() == []
+        assert "start cancelled" in c.told()
 
 
 async def test_refused_vehicle_is_listed() -> None:
@@ -246,7 +269,11 @@ async def test_round_is_chosen_by_number() -> None:
     async with console(prepare=flight) as c:
         await c.press("o")
         assert isinstance(c.app.screen, RoundDialog)
+        assert "fly there at once: 1-8" in c.text()
         await c.press("3", "enter")
+        assert "press y" in c.text()
+        assert c.station.commands() == []
+        await c.press("y")
         assert c.station.commands() == [m.SwitchRound(index=2)]
 
 
@@ -254,25 +281,26 @@ async def test_a_round_is_asked_for_ten_seconds_and_as_things_were() -> None:
     async with console(prepare=flight) as c:
         await c.press("o")
         c.clock.advance(10.1)
-        await c.press("enter")
+        await c.press("y")
         await c.tick()
         await c.press("o")
         dialog = c.app.screen
         c.station.run = m.RunPhase.HOLD  # by another console
         await c.tick()
         if c.app.screen is dialog:  # its own timer may have been faster
-            await c.press("enter")
+            await c.press("y")
         await c.settle()
         assert c.station.commands() == []
         assert "round: nothing sent" in c.told()
 
 
-async def test_round_dialog_offers_the_next_one() -> None:
-    async with console(prepare=flight) as c:
+async def test_on_the_ground_a_round_takes_enter_and_the_next_one_is_offered() -> None:
+    async with console() as c:
         await c.press("o", "enter")
         assert c.station.commands() == [m.SwitchRound(index=1)]
         await c.press("o", "escape")
         assert len(c.station.commands()) == 1
+        assert "round: nothing sent" in c.told()
 
 
 async def test_selection_by_steps_by_number_and_by_name() -> None:

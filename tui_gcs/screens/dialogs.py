@@ -1,6 +1,5 @@
 """Dialogs: start, choose a round."""
 
-from collections.abc import Sequence
 from textwrap import wrap
 
 from textual import events
@@ -9,6 +8,7 @@ from tui_gcs.core.clock import Clock, MonotonicClock
 from tui_gcs.core.messages import Kind
 from tui_gcs.core.scenario import LinkLoss
 from tui_gcs.feed import Feed
+from tui_gcs.screens.orders import ARMING_S, LATE_S
 from tui_gcs.screens.start_plan import StartPlan, fingerprint
 from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
 from tui_gcs.widgets.glyphs import GlyphSet
@@ -22,7 +22,7 @@ CHECK_S = 0.5
 
 
 class StartDialog(TextDialog[bool]):
-    """Names, count and ids of what will fly. SIM: Enter starts; LIVE: type the count, then Enter.
+    """Names, count and ids of what will fly. SIM: Enter starts; LIVE: type the count, Enter, and three seconds pass.
 
     Cancel is what happens by itself: on Esc, after ten seconds without a key, and when fleet, links or round change.
     """
@@ -42,6 +42,8 @@ class StartDialog(TextDialog[bool]):
         self._deadline_s = self._clock.now() + CANCEL_AFTER_S
         self._typed = ""
         self._problem = ""
+        self._starts_s: float | None = None
+        """LIVE: when it starts, if nobody says no."""
 
     def on_mount(self) -> None:
         """Watch the time and the fleet while open."""
@@ -49,8 +51,18 @@ class StartDialog(TextDialog[bool]):
         self.set_interval(CHECK_S, self.tick)
 
     def tick(self) -> None:
-        """Cancel when time is up or what was shown is no longer so."""
-        if self._clock.now() >= self._deadline_s or fingerprint(self._feed) != self._seen:
+        """Cancel when time is up or what was shown is no longer so; start when the last seconds are over.
+
+        A console that stood still in them, or shows them no more, starts nothing.
+        """
+        now = self._clock.now()
+        if fingerprint(self._feed) != self._seen:
+            self.finish(False)
+        elif self._starts_s is not None and (not self.is_active or now >= self._starts_s + LATE_S):
+            self.finish(False)
+        elif self._starts_s is not None and now >= self._starts_s:
+            self.finish(True)
+        elif now >= self._deadline_s:
             self.finish(False)
         else:
             self.redraw()
@@ -64,6 +76,8 @@ class StartDialog(TextDialog[bool]):
         self._deadline_s = self._clock.now() + CANCEL_AFTER_S
         if event.key == "escape":
             self.finish(False)
+            return
+        if self._starts_s is not None:
             return
         if event.key == "enter":
             self._confirm()
@@ -81,6 +95,8 @@ class StartDialog(TextDialog[bool]):
             self._problem = "no vehicle of these teams is heard and ready"
         elif self._kind is Kind.LIVE and self._typed != str(count):
             self._problem = f"type {count}, the number of vehicles, then Enter"
+        elif self._kind is Kind.LIVE and fingerprint(self._feed) == self._seen:
+            self._starts_s = self._clock.now() + ARMING_S
         else:
             self.finish(fingerprint(self._feed) == self._seen)
             return
@@ -160,6 +176,9 @@ class StartDialog(TextDialog[bool]):
     def _key_line(self) -> Line:
         left_s = max(0, round(self._deadline_s - self._clock.now()))
         cancel = (f" Esc = cancel ({left_s} s) ", Ink.SELECTED)
+        if self._starts_s is not None:
+            left_s = max(0, round(self._starts_s - self._clock.now()))
+            return [(" Esc = STOP THIS ", Ink.SELECTED_WARNING), (f"   started in {left_s} s", Ink.BOLD)]
         if self._kind is Kind.LIVE:
             count = len(self._plan.vehicles)
             ask = f"type {count} and Enter = start: [{self._typed:_<3}]"
@@ -168,7 +187,10 @@ class StartDialog(TextDialog[bool]):
 
 
 class RoundDialog(TextDialog[int | None]):
-    """Choose a round by number or arrows; Enter makes it the present one. Cancelled by itself as `StartDialog` is."""
+    """Choose a round by number or arrows. On the ground Enter makes it the present one, in flight `y`: all fly there.
+
+    Cancelled by itself as `StartDialog` is.
+    """
 
     title_text = "round"
 
@@ -189,7 +211,9 @@ class RoundDialog(TextDialog[int | None]):
         self._deadline_s = self._clock.now() + CANCEL_AFTER_S
         self._rounds = rounds
         self._current = current
-        self._flying = flying
+        rows = feed.frame.rows() if flying and feed.frame is not None else []
+        self._flying = [row.id for row in rows if row.armed and row.team]
+        self._problem = ""
         self._marked = (current + 1) % len(rounds)
 
     def on_mount(self) -> None:
@@ -203,14 +227,18 @@ class RoundDialog(TextDialog[int | None]):
             self.finish(None)
 
     def on_key(self, event: events.Key) -> None:
-        """Digits, arrows, Enter, Esc. A question that is too old takes no answer."""
+        """Digits, arrows, Enter or y, Esc. A question that is too old takes no answer."""
         event.stop()
         self.tick()
         self._deadline_s = self._clock.now() + CANCEL_AFTER_S
+        self._problem = ""
         if event.key == "escape":
             self.finish(None)
-        elif event.key == "enter":
+        elif event.key == ("y" if self._flying else "enter"):
             self.finish(self._marked)
+        elif event.key == "enter":
+            self._problem = "press y: they fly there at once"
+            self.redraw()
         elif event.key in ("down", "j", "o"):
             self._mark(self._marked + 1)
         elif event.key in ("up", "k"):
@@ -225,15 +253,17 @@ class RoundDialog(TextDialog[int | None]):
         self.redraw()
 
     def body(self) -> list[Line]:
-        """The rounds and the keys."""
+        """The rounds, who flies there, and the keys."""
         lines: list[Line] = []
         for index, name in enumerate(self._rounds):
             mark = self.glyphs.selected if index == self._marked else " "
             now = "   now" if index == self._current else ""
             ink = Ink.BOLD if index == self._marked else Ink.TEXT
             lines.append([(f"{mark} {index + 1}  {name}{now}", ink)])
-        where = "vehicles fly there at once" if self._flying else "nothing flies"
-        return [*lines, [], [(" Esc = cancel ", Ink.SELECTED), (f"   Enter = switch ({where})", Ink.BOLD)]]
+        who = f"fly there at once: {ids(self._flying)}" if self._flying else "nothing flies"
+        yes = "y = switch" if self._flying else "Enter = switch"
+        keys: Line = [(" Esc = cancel ", Ink.SELECTED), (f"   {yes}   number, arrows: another", Ink.BOLD)]
+        return [*lines, [], [(who[:MOST_CELLS], Ink.TEXT)], [(self._problem, Ink.CAUTION)], keys]
 
 
 def _round_now(feed: Feed) -> object:
