@@ -260,7 +260,9 @@ class ConsoleApp(CommandingApp):
             self.notice(f"not selected: {error}{trouble}", Level.CAUTION)
             return
         saved = f"{choice.save_as} {'saved' if choice.ids else 'forgotten'}: " if choice.save_as else ""
-        self.notice(f"{saved}selected {ids(choice.ids) or 'nobody'}{trouble}", Level.CAUTION if trouble else Level.NORMAL)
+        self.notice(
+            f"{saved}selected {ids(choice.ids) or 'nobody'}{trouble}", Level.CAUTION if trouble else Level.NORMAL
+        )
 
     # ------------------------------------------------------------ screens
 

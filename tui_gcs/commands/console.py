@@ -13,8 +13,8 @@ from tui_gcs.core.config import socket_path, state_dir
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.overlays import Overlay, OverlayError, load_overlay
 from tui_gcs.core.zenoh_bus import connect_later
-from tui_gcs.groups import GroupFile
 from tui_gcs.exits import CommandError
+from tui_gcs.groups import GroupFile
 from tui_gcs.launcher import START_LIMIT_S, start_error
 from tui_gcs.slow import prepare_textual, wants_slow
 

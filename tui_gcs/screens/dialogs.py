@@ -1,5 +1,6 @@
 """Dialogs: start, choose a round."""
 
+from collections.abc import Sequence
 from textwrap import wrap
 
 from textual import events
@@ -55,12 +56,11 @@ class StartDialog(TextDialog[bool]):
 
         A console that stood still in them, or shows them no more, starts nothing.
         """
-        now = self._clock.now()
-        if fingerprint(self._feed) != self._seen:
+        now, starts_s = self._clock.now(), self._starts_s
+        unseen = starts_s is not None and (not self.is_active or now >= starts_s + LATE_S)
+        if unseen or fingerprint(self._feed) != self._seen:
             self.finish(False)
-        elif self._starts_s is not None and (not self.is_active or now >= self._starts_s + LATE_S):
-            self.finish(False)
-        elif self._starts_s is not None and now >= self._starts_s:
+        elif starts_s is not None and now >= starts_s:
             self.finish(True)
         elif now >= self._deadline_s:
             self.finish(False)
