@@ -86,6 +86,14 @@ def test_far_apart_or_above_each_other_nobody_is_in_the_way() -> None:
         assert avoid(places, wanted, wanted, LIMITS) == pytest.approx(wanted)
 
 
+def test_two_right_above_each_other_with_little_to_spare_are_not_sent_closer_by_height() -> None:
+    """5.1 m apart in height, where 5 m must be: not enough to spare, but all that keeps them apart."""
+    places = np.array([[0.0, 0.0, 36.8], [1.0, 2.8, 41.9]])
+    wanted = np.array([[1.3, 1.3, 0.5], [1.4, 1.0, -1.0]])
+    asked = avoid(places, np.zeros((2, 3)), wanted, LIMITS)
+    assert asked[1, 2] - asked[0, 2] >= 0.0
+
+
 def test_two_that_meet_head_on_pass_each_other() -> None:
     places = np.array([[0.0, 0.0, 40.0], [150.0, 0.0, 40.0]])
     worst, end = fly(places, places[::-1], 60.0)

@@ -71,13 +71,18 @@ def _pairs(position: Floats, velocity: Floats, limits: Limits) -> _Pairs:
     aside[:, :2] = np.where((level > 1e-6)[:, None], gap[:, :2] / np.maximum(level, 1e-6)[:, None], aside[:, :2])
     up = np.zeros_like(gap)
     up[:, 2] = np.where(gap[:, 2] == 0.0, np.where(first < other, 1.0, -1.0), np.sign(gap[:, 2]))
-    sideways = _most_speed(level - limits.separation_horizontal_m - SPARE_M, BRAKE_SHARE * limits.accel_m_s2)
-    vertical = _most_speed(upright - limits.separation_vertical_m - SPARE_UP_M, BRAKE_SHARE * ACCEL_Z_M_S2)
+    room_m = level - limits.separation_horizontal_m - SPARE_M
+    room_up_m = upright - limits.separation_vertical_m - SPARE_UP_M
+    sideways = _most_speed(room_m, BRAKE_SHARE * limits.accel_m_s2)
+    vertical = _most_speed(room_up_m, BRAKE_SHARE * ACCEL_Z_M_S2)
     # Apart in one of the two directions is enough: the one in which it is apart, and in which there is more to spare.
     closing_sideways = ((velocity[first] - velocity[other]) * aside).sum(axis=1) / 2
     closing_up = ((velocity[first] - velocity[other]) * up).sum(axis=1) / 2
     more = (vertical - closing_up) / CLIMB_M_S > (sideways - closing_sideways) / limits.speed_m_s
     by_height = (vertical >= 0.0) & (more | (sideways < 0.0))
+    # Too near in both: there where less is missing. Above each other, sideways alone would let them close in by height.
+    nearly = room_up_m / limits.separation_vertical_m > room_m / limits.separation_horizontal_m
+    by_height |= (vertical < 0.0) & (sideways < 0.0) & nearly
     normal = np.where(by_height[:, None], up, aside)
     return _Pairs(first, normal, np.where(by_height, vertical, sideways))
 
