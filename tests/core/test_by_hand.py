@@ -154,3 +154,16 @@ def test_arming_alone_and_disarming(rig: MakeRig) -> None:
     assert done(flight, f.Arm((1,))) == "armed"
     assert done(flight, f.Disarm((1,))) == "disarmed"
     assert why_not(flight, f.Disarm((1,))) == "it is not armed"
+
+
+def test_who_took_off_by_hand_and_was_lost_flies_for_nobody_when_it_is_back(rig: MakeRig) -> None:
+    flight = rig(2).ready()
+    flight.until(lambda: not any(map(flight.station.requests.why_not_start, flight.ids)), 60.0)
+    assert ask(flight, m.Start((1,))).ok
+    done(flight, f.TakeOff((2,), flight.station.book.flights[2].layer_m))
+    flight.until(lambda: (flight.phase(1), flight.phase(2)) == (Phase.FLYING, Phase.BY_HAND), 60.0)
+    flight.sim.silence(1)
+    flight.until(lambda: flight.phase(2) is Phase.TAKEN_OUT, 10.0)
+    flight.sim.unsilence(1)
+    flight.until(lambda: flight.phase(2) is not Phase.TAKEN_OUT, 10.0)
+    assert flight.phase(2) is Phase.HOLDING

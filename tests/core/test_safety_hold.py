@@ -10,6 +10,7 @@ from tui_gcs.core import messages as m
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Phase
+from tui_gcs.core.messages_flight import Land
 from tui_gcs.core.status import station_status
 
 MakeRig = Callable[..., Rig]
@@ -113,3 +114,49 @@ def test_one_that_came_back_and_holds_while_the_others_return_is_named_by_an_ala
     assert "vehicle 2" in station_status(flight.station, 1).alarm
     assert flight.ask(m.Return()).ok
     flight.until(lambda: not flight.sim.armed.any(), 120.0, "it, too")
+
+
+# ---------------------------------------------------------------- what follows a hold
+
+
+def test_a_resume_of_all_leaves_alone_who_did_not_fly_for_the_team_before_the_hold(rig: MakeRig) -> None:
+    """One lands, one returns, one was stopped by name: HOLD ALL, then Enter, must not take them into flight again."""
+    flight = rig(4).flying().run(4.0)
+    assert flight.ask(Land(vehicles=(2,))).ok
+    assert flight.ask(m.Return(vehicles=(3,))).ok
+    assert flight.ask(m.Hold(vehicles=(4,))).ok
+    flight.run(1.0)
+    assert flight.ask(m.Hold()).ok
+    assert flight.phases() == {Phase.HOLDING}
+    flight.run(3.0)
+    reply = flight.ask(m.Resume())
+    assert (reply.ok, reply.text) == (True, "resume: vehicle 1")
+    assert {r.vehicle: r.text for r in reply.results if not r.ok} == {
+        2: "was landing: resume it by name",
+        3: "was returning: resume it by name",
+        4: "was held by name: resume it by name",
+    }
+    flight.until(lambda: flight.phase(1) is Phase.FLYING, 30.0)
+    assert [flight.phase(v) for v in (2, 3, 4)] == [Phase.HOLDING] * 3
+    assert flight.ask(m.Resume(vehicles=(3,))).ok
+    flight.until(lambda: flight.phase(3) is Phase.FLYING, 30.0)
+
+
+def test_a_hold_in_a_return_of_all_is_followed_by_no_flight_that_nobody_named(rig: MakeRig) -> None:
+    flight = rig(2).flying().run(4.0)
+    flight.ask(m.Return())
+    flight.run(1.0)
+    flight.ask(m.Hold())
+    flight.run(1.0)
+    flight.ask(m.Hold())
+    reply = flight.ask(m.Resume())
+    assert (reply.ok, reply.text) == (False, "nobody who holds flew for a planner before")
+    assert [r.text for r in reply.results] == ["was returning: resume it by name"] * 2
+    flight.sim.silence(0)
+    flight.run(6.0)
+    flight.sim.unsilence(0)
+    flight.until(lambda: flight.phase(1) is Phase.HOLDING, 10.0, "lost meanwhile, and back")
+    assert not flight.ask(m.Resume()).ok
+    assert flight.ask(m.Return()).ok
+    flight.run(2.0)
+    assert flight.phases() == {Phase.RETURNING}

@@ -156,12 +156,15 @@ def test_a_scenario_may_say_that_a_restarted_station_resumes(rig: MakeRig, tmp_p
     whole = scenario(2)
     loss = msgspec.structs.replace(whole.link_loss, resume=True)
     flight = rig(mission=msgspec.structs.replace(whole, link_loss=loss)).flying().run(8.0)
+    assert flight.ask(m.Return(vehicles=(1,))).ok
+    flight.run(1.0)
     StationMemory(tmp_path / "memory.json").remember(flight.station)
     flight.restart_station(StationMemory(tmp_path / "memory.json"))
     flight.until(lambda: flight.station.executive.run is RunPhase.RUNNING, 20.0)
-    flight.until(lambda: flight.phases() == {Phase.FLYING}, 20.0)
+    flight.until(lambda: flight.phase(2) is Phase.FLYING, 20.0)
     flight.run(30.0)
     assert flight.place(2)[:2] == pytest.approx((240.0, 200.0), abs=1.0)
+    assert flight.phase(1) is Phase.HOLDING, "it was on its way home before: not into flight again by itself"
 
 
 def test_a_link_that_fails_and_works_again_is_told_and_counted(rig: MakeRig) -> None:

@@ -139,6 +139,15 @@ async def test_enter_resumes_only_in_hold() -> None:
         assert c.station.commands() == [m.Hold(), m.Resume()]
 
 
+async def test_enter_resumes_those_that_hold_while_others_fly() -> None:
+    """Whose planner failed, or who was lost and is back: the station knows who stays."""
+    async with console(prepare=flight) as c:
+        c.station.changes[3] = {"phase": m.Phase.HOLDING}
+        await c.tick()
+        await c.press("enter")
+        assert c.station.commands() == [m.Resume()]
+
+
 async def test_two_keys_return_all_from_a_hold() -> None:
     async with console(prepare=flight) as c:
         await c.press("space")

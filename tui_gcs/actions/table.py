@@ -2,7 +2,7 @@
 
 from tui_gcs.actions.action import ALARMS, COMMAND, SCREENS, SELECT, VIEW, Action
 from tui_gcs.actions.situation import Situation
-from tui_gcs.core.messages import RunPhase
+from tui_gcs.core.messages import Phase, RunPhase
 
 LAST_RESORT = "!"
 """The key before `h`, `r` and `l`: all vehicles, from anywhere, see `chord`."""
@@ -23,7 +23,8 @@ def _start_or_hold_label(situation: Situation) -> str:
 
 
 def _resumes(situation: Situation) -> str:
-    return situation.silent or ("" if situation.run is RunPhase.HOLD else "nothing holds")
+    holds = situation.frame is not None and Phase.HOLDING in situation.frame.phase
+    return situation.silent or ("" if situation.run is RunPhase.HOLD or holds else "nothing holds")
 
 
 def _needs_selection(situation: Situation) -> str:
@@ -64,7 +65,14 @@ APP_ACTIONS = (
     Action("land_all", (), "!l", "", "all land where they are, from anywhere", COMMAND),
     Action("return_all", (), "!r", "", "all return by layers and land in turn, from anywhere", COMMAND),
     Action(
-        "resume", (), "Enter", "resume", "in hold: the planners go on with all that hold", COMMAND, 6, why_not=_resumes
+        "resume",
+        (),
+        "Enter",
+        "resume",
+        "in hold: the planners go on with those that flew for them before it",
+        COMMAND,
+        6,
+        why_not=_resumes,
     ),
     Action(
         "choose_round",

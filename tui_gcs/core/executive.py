@@ -14,7 +14,7 @@ from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
-from tui_gcs.core.flights import BY_HAND_STEP, IN_THE_AIR, Flight, FlightBook
+from tui_gcs.core.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, Flight, FlightBook
 from tui_gcs.core.homing import LAYER_TOLERANCE_M, Homing
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.messages_alarms import vehicles_words
@@ -32,16 +32,13 @@ PREARM_ANSWER_S = 2.0
 CLIMB_LIMIT_S = 120.0
 CANCELLED = "cancelled"
 """Step of a flight whose start was interrupted before it left the ground."""
-FOUND = "found"
-"""After LOST: not by this station's doing in the air."""
 RESUME_WITHIN_S = 10.0
 """A restarted station lets vehicles go on by itself only this long; then an operator must say so."""
 HEARD_S = 2.0
 """Stale and heard within this time: only the position is missing. A silent vehicle is left to become LOST."""
-LOST = "lost"
-"""Step of a vehicle taken out because it is LOST, followed by the phase it was in."""
 REPLACED = "replaced"
 """Step of a vehicle taken out because another one has its id: it is not taken back."""
+HELD_BY_NAME = "was held by name"
 OUT_MODE_GRACE_S = 3.0
 """A mode change we asked for may show this much later in the heartbeat."""
 
@@ -91,10 +88,11 @@ class Executive:
             vehicle = self._fleet.vehicles[vehicle_id]
             self._commands.submit(self._firmware.of(vehicle).prepare(vehicle, self._on_step))
 
-    def hold(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
+    def hold(self, vehicles: tuple[int, ...], *, stays: str = HELD_BY_NAME) -> tuple[VehicleResult, ...]:
         """Hold at once: these, or every vehicle of a team. A start under way is cancelled.
 
-        Vehicles of no team, or that we cannot speak to, are not ours to command: they are named as such.
+        Vehicles of no team, or that we cannot speak to, are not ours to command: they are named as such. Those that
+        are named stay when all are resumed, because of `stays`.
         """
         now = self._clock.now()
         self.resume_found = False
@@ -111,28 +109,35 @@ class Executive:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             else:
                 results.append(self._hold_one(vehicle, flight, now))
+                flight.stays = flight.stays or (stays if vehicles else "")
         if not vehicles and self.run is not RunPhase.IDLE:
             self.run = RunPhase.HOLD
         return tuple(results)
 
     def resume(self, vehicles: tuple[int, ...] = ()) -> Reply:
-        """Give all holding vehicles back to their planners, or these: also from being flown by hand."""
+        """Give all holding vehicles back to their planners, or these: also from being flown by hand.
+
+        Of all, those that did not fly for their team before the hold stay as they are, and are named.
+        """
         now = self._clock.now()
         phases = (Phase.HOLDING, Phase.BY_HAND) if vehicles else (Phase.HOLDING,)
         held = [f for f in self._book.in_phase(*phases) if f.step != CANCELLED]
-        holding = [f for f in held if not vehicles or f.vehicle in vehicles]
-        missing = [v for v in vehicles if v not in {f.vehicle for f in holding}]
-        if missing or not holding:
-            text = "neither holds nor is flown by hand"
-            refused = tuple(VehicleResult(vehicle=v, ok=False, text=text) for v in missing)
-            return Reply(ok=False, text="no vehicle is holding" if not refused else "not resumed", results=refused)
+        holding = [f for f in held if (f.vehicle in vehicles if vehicles else not f.stays)]
+        text = "neither holds nor is flown by hand"
+        refused = [VehicleResult(v, False, text) for v in vehicles if v not in {f.vehicle for f in holding}]
+        staying = [f for f in held if f.stays and not vehicles]
+        stay = [VehicleResult(f.vehicle, False, f"{f.stays}: resume it by name") for f in staying]
+        if refused or not holding:
+            text = "nobody who holds flew for a planner before" if stay else "no vehicle is holding"
+            return Reply(ok=False, text="not resumed" if refused else text, results=tuple(refused or stay))
         self.resume_found = False
         for flight in holding:
             self._commands.cancel(flight.vehicle, "hold")
             self._take_over(flight, now)
         self.run = RunPhase.STARTING
-        ids = tuple(VehicleResult(vehicle=f.vehicle, ok=True, text="resumes") for f in holding)
-        return Reply(ok=True, text=f"resume: {vehicles_words(r.vehicle for r in ids)}", results=ids)
+        resumed = [VehicleResult(vehicle=f.vehicle, ok=True, text="resumes") for f in holding]
+        text = f"resume: {vehicles_words(f.vehicle for f in holding)}"
+        return Reply(ok=True, text=text, results=tuple(sorted([*resumed, *stay], key=lambda r: r.vehicle)))
 
     def go_home(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
         """Return and land: these, or every vehicle of a team that is in the air. A start under way is cancelled."""
@@ -338,6 +343,7 @@ class Executive:
 
     def _hold_one(self, vehicle: Vehicle, flight: Flight, now: float) -> VehicleResult:
         self._commands.cancel(vehicle.id)
+        flight.stays = flight.own_way()
         starting = flight.phase is Phase.ARMING or flight.step == CANCELLED
         flight.enter(Phase.HOLDING, now, CANCELLED if starting and not vehicle.airborne else "")
         self._steering.hold(vehicle)
@@ -358,7 +364,8 @@ class Executive:
         """
         blind = vehicle.freshness(now) is Freshness.STALE and now - vehicle.heard_s < HEARD_S
         if blind or vehicle.freshness(now) is Freshness.LOST:
-            before = Phase.FLYING if flight.step == "ready" else flight.phase
+            by_hand = flight.phase is Phase.BY_HAND or math.isfinite(flight.by_hand_m)
+            before = Phase.BY_HAND if by_hand else Phase.FLYING if flight.step == "ready" else flight.phase
             if blind:
                 text = "NO POSITION for 3 s: taken out of the mission"
                 self._events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, ALERT)
@@ -402,7 +409,7 @@ class Executive:
             flight.enter(Phase.LANDING, now, "in place")
         elif before == Phase.RETURNING and steerable:
             self._return_one(flight, vehicle, True, now)
-        elif self.resume_found and steerable:
+        elif self.resume_found and steerable and not flight.stays:
             self._take_over(flight, now)
             self.run = RunPhase.STARTING
             text = "found in the air: goes on, as the scenario says"
@@ -411,6 +418,7 @@ class Executive:
             flight.enter(Phase.FLYING, now)
             self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", "is back in its team", NOTICE)
         else:
+            flight.stays = flight.own_way()
             flight.enter(Phase.HOLDING, now)
             found = before == FOUND
             if steerable and not found and not self._commands.stopping(vehicle.id):

@@ -18,8 +18,17 @@ BY_HAND_STEP = "by hand"
 """Step of a flight that is armed to be flown by hand."""
 ON_BOARD_STEP = "on board"
 """Step of a vehicle that flies the mission it holds, because the operator said so."""
-
-
+LOST = "lost"
+"""Step of a vehicle taken out because it is LOST, followed by the phase it was in, or by `FOUND`."""
+FOUND = "found"
+"""After LOST: not by this station's doing in the air."""
+OWN_WAYS = {
+    Phase.BY_HAND: "was flown by hand",
+    Phase.RETURNING: "was returning",
+    Phase.LANDING: "was landing",
+    Phase.TAKEN_OUT: "was out of this station's hands",
+}
+"""What is no flight for a team: after a hold of everybody a resume of everybody must not make one of it."""
 COLUMN_M = 6.0
 """Radius of the column above a take-off place."""
 
@@ -59,6 +68,8 @@ class Flight:
     """Why the guard vetoed its newest set-point; empty if it passed."""
     touchdown_m: Vec3 | None = None
     """Where it disarmed after a landing."""
+    stays: str = ""
+    """Of one that holds: why it does not go on with the others when all are resumed; "" if it does."""
 
     def enter(self, phase: Phase, now: float, step: str = "") -> None:
         """Change phase; what belonged to the last one is forgotten."""
@@ -68,12 +79,22 @@ class Flight:
             self.tracking.pause()
         if phase not in (Phase.ARMING, Phase.TAKEOFF):
             self.by_hand_m = math.nan
+        if phase not in (Phase.HOLDING, Phase.TAKEN_OUT):
+            self.stays = ""
         if phase is not Phase.FLYING:
             self.slot, self.joined, self.waits, self.vetoed = "", False, False, ""
 
     def go_to_step(self, step: str, now: float) -> None:
         """Next step of the same phase."""
         self.step, self.since_s = step, now
+
+    def own_way(self) -> str:
+        """What it does, or did when it was lost or stopped, that is no flight for its team; "" if it is one."""
+        before = self.step.removeprefix(LOST).strip() if self.step.startswith(LOST) else self.phase.value
+        if before in (Phase.HOLDING, FOUND):
+            return self.stays
+        by_hand = self.step == BY_HAND_STEP or math.isfinite(self.by_hand_m)
+        return OWN_WAYS[Phase.BY_HAND] if by_hand else OWN_WAYS.get(Phase(before), "")
 
     def in_own_column(self, vehicle: Vehicle) -> bool:
         """Climbing from, or landing at, its own take-off place: there band and separation do not apply."""

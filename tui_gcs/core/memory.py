@@ -52,6 +52,7 @@ class StationMemory:
         for item in self._held["flights"]:
             home = item["home_m"]
             flight = Flight(item["vehicle"], item["team"], item["layer_m"], home_m=tuple(home) if home else None)
+            flight.stays = str(item.get("stays", ""))
             station.book.flights[flight.vehicle] = flight
             if item["in_the_air"]:
                 station.executive.remember_flying(flight)
@@ -81,6 +82,7 @@ class StationMemory:
                     "layer_m": f.layer_m,
                     "home_m": f.home_m,
                     "in_the_air": f.phase in IN_THE_AIR,
+                    "stays": f.own_way(),
                 }
                 for f in station.book
             ],

@@ -339,7 +339,7 @@ class Hold(Request, frozen=True, tag="hold"):
 
 
 class Resume(Request, frozen=True, tag="resume"):
-    """Go on with the planner after a hold or by hand: all that hold, or only these."""
+    """Go on with the planner after a hold or by hand: these; or all that hold and flew for their team before."""
 
     vehicles: tuple[int, ...] = ()
 

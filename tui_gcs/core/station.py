@@ -241,7 +241,7 @@ class Station:
         for desk in self.desks.values():
             silent = desk.tick()
             if silent:
-                self.executive.hold(tuple(silent))
+                self.executive.hold(tuple(silent), stays="")
         self.steering.tick()
         self.forwarder.tick()
         self.door.tick()
