@@ -10,7 +10,6 @@ from collections import deque
 from collections.abc import Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
-from functools import partial
 from typing import Any, TypeVar
 
 import msgspec
@@ -21,7 +20,6 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as wire
 from tui_gcs.core.bus import Bus, BusError, Closable
 from tui_gcs.core.clock import Clock, MonotonicClock
-from tui_gcs.core.messages_flight import Land
 from tui_gcs.core.messages_services import GetTasks, GetVehicles, ServiceReply, VehicleInfo
 from tui_gcs.core.messages_setup import GetTraffic, TrafficRow
 from tui_gcs.core.plan_limits import shown
@@ -37,6 +35,7 @@ from tui_gcs.feed_messages import StationLost as StationLost
 from tui_gcs.feed_messages import StatusUpdated as StatusUpdated
 from tui_gcs.feed_messages import VehicleTold as VehicleTold
 from tui_gcs.selection import Known, Selection
+from tui_gcs.stops import STOPS, Stop, StopLine
 from tui_gcs.widgets.alarm_line import Notice
 from tui_gcs.widgets.visible import visible_fleet, visible_info, visible_status
 
@@ -111,7 +110,8 @@ class Feed:
         self._noting = False
         self._lookers = ThreadPoolExecutor(MOST_LOOKERS, "look")
         self._commanders = ThreadPoolExecutor(MOST_COMMANDERS, "command")
-        """Their own threads: a HOLD never waits for one in which a question to a silent station runs out its time."""
+        """Their own threads: no command waits for one in which a question to a silent station runs out its time."""
+        self._stops = StopLine(self._ask_stop)
 
     # ------------------------------------------------------------ life
 
@@ -152,6 +152,7 @@ class Feed:
             timer.cancel()
         for task in self._tasks:
             task.cancel()
+        self._stops.close()
         for threads in (self._lookers, self._commanders):
             threads.shutdown(wait=False, cancel_futures=True)
         self._loop = None
@@ -279,23 +280,33 @@ class Feed:
     # ------------------------------------------------------------ requests
 
     async def request(self, request: wire.Request, *, tries: int = 1, timeout_s: float = 2.0) -> ServiceReply:
-        """Ask the station; a reply always comes back, and says in words when nobody answered."""
+        """Ask the station; a reply always comes back, and says in words when nobody answered.
+
+        Stops are asked `tries` times (see `stops`), everything else once.
+        """
         if self.read_only and not isinstance(request, _READING):
             return ServiceReply(ok=False, text=self.read_only)
-        key = keys.REQUEST.format(principal=self.principal)
-        problem = ""
-        threads = self._lookers if isinstance(request, _READING) else self._commanders
-        ask = partial(self._bus.ask, late=True) if isinstance(request, _STOPS) else self._bus.ask
+        try:
+            return wire.decode(await self._answer(request, tries, timeout_s), ServiceReply)
+        except BusError as error:
+            return ServiceReply(ok=False, text=f"{NO_ANSWER} ({error})")
+        except msgspec.MsgspecError:
+            return ServiceReply(ok=False, text="the station's answer cannot be read: another version of tui-gcs?")
+
+    async def _answer(self, request: wire.Request, tries: int, timeout_s: float) -> bytes:
+        """Raises `BusError`: there is none."""
+        if isinstance(request, STOPS):
+            return await self._stops.give(request, tries)
+        reading = isinstance(request, _READING)
+        if not reading:
+            self._stops.other_order()
+        key, threads = keys.REQUEST.format(principal=self.principal), self._lookers if reading else self._commanders
         loop = asyncio.get_running_loop()
-        for _ in range(tries):
-            try:
-                data = await loop.run_in_executor(threads, ask, key, wire.encode(request), timeout_s)
-                return wire.decode(data, ServiceReply)
-            except BusError as error:
-                problem = f"{NO_ANSWER} ({error})"
-            except msgspec.MsgspecError:
-                return ServiceReply(ok=False, text="the station's answer cannot be read: another version of tui-gcs?")
-        return ServiceReply(ok=False, text=problem)
+        return await loop.run_in_executor(threads, self._bus.ask, key, wire.encode(request), timeout_s)
+
+    def _ask_stop(self, stop: Stop, timeout_s: float) -> bytes:
+        """On a thread of the stops'."""
+        return self._bus.ask(keys.REQUEST.format(principal=self.principal), wire.encode(stop), timeout_s, late=True)
 
     @property
     def alarms(self) -> tuple[wire.Alarm, ...]:
@@ -426,9 +437,6 @@ _READING = (
     GetTraffic,
     GetVehicles,
 )
-
-_STOPS = (wire.Hold, wire.Return, Land)
-"""Done although nobody waits for the answer any more: a stop is never too late."""
 
 
 def _drain(box: deque[bytes]) -> list[bytes]:

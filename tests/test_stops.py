@@ -1,0 +1,124 @@
+"""Stops on a station that does not answer: given at once, not lost, not doubled, none after a newer one."""
+
+import asyncio
+import threading
+from collections.abc import Callable
+
+import pytest
+
+from tui_gcs.core.bus import BusError
+from tui_gcs.core.messages import Hold, Return
+from tui_gcs.core.messages_flight import Land
+from tui_gcs.stops import Stop, StopLine
+
+
+class Station:
+    """Takes a question, and answers (or does not) when the test says so."""
+
+    def __init__(self) -> None:
+        self.asked: list[Stop] = []
+        self.answers: dict[int, bool] = {}
+        self._changed = threading.Condition()
+
+    def ask(self, stop: Stop, timeout_s: float) -> bytes:
+        with self._changed:
+            number = len(self.asked)
+            self.asked.append(stop)
+            assert self._changed.wait_for(lambda: number in self.answers, 5.0), "the test forgot to answer"
+        if not self.answers[number]:
+            raise BusError("no answer")
+        return b"%d" % number
+
+    def answer(self, number: int, yes: bool) -> None:
+        with self._changed:
+            self.answers[number] = yes
+            self._changed.notify_all()
+
+
+async def until(true: Callable[[], bool]) -> None:
+    async with asyncio.timeout(5.0):
+        while not true():
+            await asyncio.sleep(0.001)
+
+
+async def given(line: StopLine, stop: Stop, tries: int = 3) -> "asyncio.Task[bytes]":
+    task = asyncio.create_task(line.give(stop, tries))
+    await asyncio.sleep(0.005)
+    return task
+
+
+async def test_the_same_stop_forty_times_is_one_and_all_hear_its_answer() -> None:
+    station = Station()
+    line = StopLine(station.ask)
+    waiting = [await given(line, Hold()) for _ in range(40)]
+    await until(lambda: len(station.asked) == 1)
+    station.answer(0, True)
+    assert set(await asyncio.gather(*waiting)) == {b"0"}
+    assert station.asked == [Hold()]
+    again = await given(line, Hold())
+    await until(lambda: len(station.asked) == 2)
+    station.answer(1, True)
+    assert await again == b"1", "the next one is a new one"
+
+
+async def test_a_stop_given_in_the_last_try_of_the_same_is_not_lost() -> None:
+    station = Station()
+    line = StopLine(station.ask)
+    first = await given(line, Hold(), tries=1)
+    second = await given(line, Hold(), tries=1)
+    station.answer(0, False)
+    await until(lambda: len(station.asked) == 2)
+    station.answer(1, True)
+    assert await asyncio.gather(first, second) == [b"1", b"1"]
+
+
+async def test_another_stop_goes_at_once_and_the_older_one_is_not_said_again() -> None:
+    station = Station()
+    line = StopLine(station.ask)
+    hold = await given(line, Hold())
+    back = await given(line, Return())
+    await until(lambda: station.asked == [Hold(), Return()])
+    station.answer(0, False)
+    station.answer(1, True)
+    assert await back == b"1"
+    with pytest.raises(BusError):
+        await hold
+    assert station.asked == [Hold(), Return()]
+
+
+async def test_a_stop_of_one_vehicle_ends_no_stop_of_all() -> None:
+    station = Station()
+    line = StopLine(station.ask)
+    hold = await given(line, Hold())
+    land = await given(line, Land((3,)))
+    await until(lambda: len(station.asked) == 2)
+    station.answer(0, False)
+    await until(lambda: station.asked[2:] == [Hold()])
+    for number in (1, 2):
+        station.answer(number, True)
+    assert await asyncio.gather(hold, land) == [b"2", b"1"]
+
+
+async def test_after_another_order_the_same_stop_is_a_new_one() -> None:
+    """HOLD, resume, HOLD: the second one must come after what it stops."""
+    station = Station()
+    line = StopLine(station.ask)
+    first = await given(line, Hold())
+    line.other_order()
+    second = await given(line, Hold())
+    await until(lambda: len(station.asked) == 2)
+    for number in (0, 1):
+        station.answer(number, True)
+    assert await asyncio.gather(first, second) == [b"0", b"1"]
+
+
+async def test_nobody_is_left_waiting_however_often_others_give_it_again() -> None:
+    def silent(stop: Stop, timeout_s: float) -> bytes:
+        threading.Event().wait(timeout_s)
+        raise BusError("no answer")
+
+    line = StopLine(silent, timeout_s=0.02)
+    presses = [await given(line, Hold(), tries=1) for _ in range(10)]
+    for press in presses:
+        with pytest.raises(BusError, match="answer"):
+            await press
