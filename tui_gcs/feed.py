@@ -374,6 +374,9 @@ class Feed:
         if not hello.ok and not hello.text.startswith(NO_ANSWER):
             self.read_only = f"read-only: {hello.text}"
             self._post_status_again()
+        if hello.status is not None and self.status is None:  # the next one is published in half a second
+            self._heard_at = self._clock.now()
+            self._take_status(hello.status)
         planners = (await self.request(wire.GetPlanners())).planners
         self.planner_files = {info.name: info for info in planners if info.file}
         scenario = (await self.request(wire.GetScenario())).scenario

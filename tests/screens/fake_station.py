@@ -255,7 +255,8 @@ class FakeStation:
     def _reply(self, request: m.AnyRequest) -> m.Reply:
         match request:
             case m.Hello():
-                return m.Reply(ok=not self.protocol_answer, text=self.protocol_answer)
+                status = None if self.protocol_answer else self.status()
+                return m.Reply(ok=not self.protocol_answer, text=self.protocol_answer, status=status)
             case m.GetScenario():
                 change = m.ScenarioChanged(revision=1, path="swarm-challenge.toml", toml="", scenario=self.scenario)
                 return m.Reply(ok=True, scenario=change)

@@ -65,6 +65,14 @@ async def setup():
     setup.feed.close()
 
 
+async def test_the_first_answer_brings_the_status_so_that_nobody_waits_for_the_next_one() -> None:
+    s = Setup()
+    await s.open()
+    assert s.feed.status is not None and s.feed.status.vehicles == 8
+    assert len(s.ear.of(StatusUpdated)) == 1
+    assert not s.feed.station_lost and s.feed.silent_s == 0.0
+
+
 async def test_hello_comes_first(setup: Setup) -> None:
     await setup.open()
     assert setup.station.requests[0] == m.Hello(protocol=m.PROTOCOL, who="console-1")

@@ -34,7 +34,7 @@ from tui_gcs.core.messages_planning import PlannerTask as PlannerTask
 from tui_gcs.core.messages_planning import Track as Track
 from tui_gcs.core.scenario import Scenario
 
-PROTOCOL = 8
+PROTOCOL = 9
 """Version of this file's contract; consoles and workers say it first (`Hello`)."""
 
 
@@ -302,7 +302,7 @@ class PreviewResult(Message, frozen=True):
 
 
 class Hello(Request, frozen=True, tag="hello"):
-    """First exchange: protocol version and who asks."""
+    """First exchange: protocol version and who asks; a console paints from `Reply.status` at once."""
 
     protocol: int
     who: str
@@ -452,6 +452,8 @@ class Reply(Message, frozen=True):
     text: str = ""
     results: tuple[VehicleResult, ...] = ()
     scenario: ScenarioChanged | None = None
+    status: StationStatus | None = None
+    """`Hello`: as it was published last, or would be now."""
     events: tuple[Event, ...] = ()
     journal_at: int = 0
     """`GetJournal`: where the answer before this one begins."""

@@ -102,7 +102,7 @@ class RequestDesk:
         if isinstance(request, m.Hello):
             same = request.protocol == m.PROTOCOL
             text = f"protocol {m.PROTOCOL}" if same else f"station speaks protocol {m.PROTOCOL}, you {request.protocol}"
-            return Reply(ok=same, text=text)
+            return Reply(ok=same, text=text, status=station.status() if same else None)
         if isinstance(request, m.GetScenario):
             return Reply(ok=True, scenario=station.scenario_changed())
         if isinstance(request, m.GetEvents):

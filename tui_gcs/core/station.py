@@ -41,6 +41,7 @@ from tui_gcs.core.messages import (
     PlannerInfo,
     RunPhase,
     ScenarioChanged,
+    StationStatus,
     encode,
 )
 from tui_gcs.core.monitor import FleetMonitor
@@ -274,9 +275,13 @@ class Station:
             self._next_status_s = now + STATUS_GAP_S
             self._last_state = state
             self._status_seq += 1
-            self.bus.publish(keys.STATUS, encode(station_status(self, self._status_seq)))
+            self.bus.publish(keys.STATUS, encode(self.status()))
             yield
             self.recorder.flush()
+
+    def status(self) -> StationStatus:
+        """As it is now, under the number of the one published last."""
+        return station_status(self, self._status_seq)
 
     def _publish_frame(self) -> Iterator[None]:
         self._frame_seq += 1
