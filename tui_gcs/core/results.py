@@ -82,8 +82,12 @@ class Result(msgspec.Struct):
         """What the figures do not cover, in words; "" if nothing was missed."""
         if not self.frames_lost and self.longest_gap_s <= GAP_S:
             return ""
-        lost = f"{self.frames_lost} of {self.frames + self.frames_lost} pictures of the fleet lost"
-        return f"figures are INCOMPLETE: {lost}, none for up to {self.longest_gap_s:.1f} s"
+        missed = []
+        if self.frames_lost:
+            missed.append(f"{self.frames_lost} of {self.frames + self.frames_lost} pictures of the fleet lost")
+        if self.longest_gap_s > GAP_S:
+            missed.append(f"no picture of the fleet for up to {self.longest_gap_s:.1f} s")
+        return "figures are INCOMPLETE: " + ", ".join(missed)
 
     @property
     def ok(self) -> bool:
