@@ -1,0 +1,55 @@
+"""Generated ways made into missions: take-off, way-points at a height, what is to be done on the way, return."""
+
+from collections.abc import Iterable, Sequence
+
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.missions.draft import Items
+from tui_gcs.core.missions.survey import Lane, Place
+from tui_gcs.core.plan import MISSION_FRAME, RELATIVE, RETURN, TAKE_OFF, WAYPOINT, PlanItem
+
+PHOTOS_EACH = 206
+"""MAV_CMD_DO_SET_CAM_TRIGG_DIST."""
+
+
+def waypoint(frame: LocalFrame, place_m: Place, height_m: float) -> PlanItem:
+    """Fly there, at a height above home."""
+    lat_deg, lon_deg = frame.to_geodetic(*place_m)
+    return PlanItem(WAYPOINT, RELATIVE, x=round(lat_deg * 1e7), y=round(lon_deg * 1e7), z=height_m)
+
+
+def take_off(height_m: float) -> PlanItem:
+    """Up from where it stands."""
+    return PlanItem(TAKE_OFF, RELATIVE, z=height_m)
+
+
+def home_again() -> PlanItem:
+    """Return and land."""
+    return PlanItem(RETURN, MISSION_FRAME)
+
+
+def photos_each(distance_m: float) -> PlanItem:
+    """A photo each so many metres from here on; 0: no more."""
+    return PlanItem(PHOTOS_EACH, MISSION_FRAME, (distance_m, 0.0, 0.0, 0.0))
+
+
+def path_items(frame: LocalFrame, places_m: Iterable[Place], height_m: float) -> Items:
+    """Way-points along a way."""
+    return tuple(waypoint(frame, place, height_m) for place in places_m)
+
+
+def lane_items(frame: LocalFrame, lanes: Sequence[Lane], height_m: float, photos_m: float = 0.0) -> Items:
+    """Way-points along lanes, with photos on them if asked for."""
+    items: list[PlanItem] = []
+    for begin_m, end_m in lanes:
+        items.append(waypoint(frame, begin_m, height_m))
+        if photos_m > 0:
+            items.append(photos_each(photos_m))
+        items.append(waypoint(frame, end_m, height_m))
+        if photos_m > 0:
+            items.append(photos_each(0.0))
+    return tuple(items)
+
+
+def whole(items: Items, height_m: float) -> Items:
+    """A mission of its own: up, these items, home again."""
+    return (take_off(height_m), *items, home_again()) if items else ()

@@ -1,0 +1,123 @@
+"""What the commands of a mission mean, in words: their names, and what each of their four parameters is.
+
+Numbers and meanings are common.xml's (MAV_CMD), as ArduCopter and PX4 multicopters understand them
+(facts/ardupilot.md "Missions, fence, rally", px4.md "Mission / fence / rally"). A command that is not here is shown
+with its number and bare parameters, and kept as it is.
+"""
+
+from dataclasses import dataclass
+
+from tui_gcs.core import plan
+from tui_gcs.core.plan import MISSION_FRAME, RELATIVE, PlanItem
+
+
+@dataclass(frozen=True)
+class ParamWord:
+    """One parameter: what it is and in what unit; a new item begins with `default`."""
+
+    label: str
+    unit: str = ""
+    default: float = 0.0
+
+
+@dataclass(frozen=True)
+class CommandWord:
+    """One command: its name, and those of its parameters that mean something (by index, from 0)."""
+
+    command: int
+    word: str
+    params: tuple[tuple[int, ParamWord], ...] = ()
+
+    @property
+    def is_place(self) -> bool:
+        """Whether it is somewhere."""
+        return self.command in plan.PLACES
+
+
+def _word(command: int, word: str, **params: ParamWord) -> CommandWord:
+    return CommandWord(command, word, tuple((int(name[1]) - 1, param) for name, param in params.items()))
+
+
+_YAW = ParamWord("Heading", "deg")
+_HOLD = ParamWord("Hold", "s")
+_RADIUS = ParamWord("Radius", "m")
+
+COMMANDS = (
+    _word(plan.WAYPOINT, "waypoint", p1=_HOLD, p4=_YAW),
+    _word(plan.TAKE_OFF, "take-off", p4=_YAW),
+    _word(plan.LAND, "land", p4=_YAW),
+    _word(plan.RETURN, "return"),
+    _word(plan.LOITER_TIME, "wait", p1=ParamWord("Time", "s", 10.0)),
+    _word(plan.LOITER_TURNS, "circle", p1=ParamWord("Turns", "", 1.0), p3=_RADIUS),
+    _word(plan.LOITER_UNLIMITED, "stay", p4=_YAW),
+    _word(plan.LOITER_TO_ALT, "height", p1=ParamWord("Heading", "0/1")),
+    _word(plan.SPLINE, "spline", p1=_HOLD),
+    _word(plan.DELAY, "delay", p1=ParamWord("Time", "s", 10.0)),
+    _word(plan.JUMP, "jump", p1=ParamWord("To item", "", 0.0), p2=ParamWord("Times", "", 1.0)),
+    _word(
+        178,
+        "speed",
+        p1=ParamWord("Kind", "1 ground", 1.0),
+        p2=ParamWord("Speed", "m/s", 5.0),
+        p3=ParamWord("Throttle", "%", -1.0),
+    ),
+    _word(
+        115,
+        "turn",
+        p1=_YAW,
+        p2=ParamWord("Rate", "deg/s"),
+        p3=ParamWord("Way", "1 right"),
+        p4=ParamWord("Relative", "0/1"),
+    ),
+    _word(plan.ROI_LOCATION, "look at"),
+    _word(197, "look ahead"),
+    _word(206, "photos each", p1=ParamWord("Distance", "m", 10.0), p3=ParamWord("One now", "0/1")),
+    _word(2000, "photo", p2=ParamWord("Interval", "s"), p3=ParamWord("Count", "", 1.0)),
+    _word(2001, "photos end"),
+    _word(2500, "video"),
+    _word(2501, "video end"),
+    _word(1000, "gimbal", p1=ParamWord("Pitch", "deg", -90.0), p2=_YAW),
+    _word(183, "servo", p1=ParamWord("Servo", "", 9.0), p2=ParamWord("Pulse", "us", 1500.0)),
+    _word(181, "relay", p1=ParamWord("Relay"), p2=ParamWord("On", "0/1", 1.0)),
+    _word(211, "gripper", p1=ParamWord("Gripper", "", 1.0), p2=ParamWord("Grab", "0/1")),
+    _word(plan.PAYLOAD_PLACE, "put down", p1=ParamWord("Descent", "m", 10.0)),
+    _word(plan.VTOL_TAKE_OFF, "VTOL take-off"),
+    _word(plan.VTOL_LAND, "VTOL land"),
+    _word(plan.POLYGON_IN, "in corner"),
+    _word(plan.POLYGON_OUT, "out corner"),
+    _word(plan.CIRCLE_IN, "in circle", p1=_RADIUS),
+    _word(plan.CIRCLE_OUT, "out circle", p1=_RADIUS),
+    _word(plan.FENCE_RETURN, "return point"),
+    _word(plan.RALLY_POINT, "rally point"),
+)
+BY_NUMBER = {each.command: each for each in COMMANDS}
+_BY_WORD = {each.word: each for each in COMMANDS}
+NOT_IN_MISSIONS = plan.FENCE_COMMANDS | {plan.RALLY_POINT}
+MISSION_WORDS = tuple(each.word for each in COMMANDS if each.command not in NOT_IN_MISSIONS)
+"""What can be chosen for an item of a mission, the usual ones first."""
+_BARE = tuple((index, ParamWord(f"Param {index + 1}")) for index in range(4))
+
+FRAMES = {RELATIVE: "home", plan.AMSL: "sea", plan.TERRAIN: "ground"}
+"""What heights are above, by frame."""
+
+
+def word_of(command: int) -> CommandWord:
+    """The command in words; one that is not known has a number for a name."""
+    return BY_NUMBER.get(command) or CommandWord(command, f"command {command}", _BARE)
+
+
+def with_command(item: PlanItem, word: str) -> PlanItem:
+    """The same item as another command, with that one's usual parameters; the place is kept where it has one.
+
+    What is no word of a command leaves it as it is.
+    """
+    known = _BY_WORD.get(word)
+    if known is None or known.command == item.command:
+        return item
+    params = [0.0, 0.0, 0.0, 0.0]
+    for index, param in known.params:
+        params[index] = param.default
+    one, two, three, four = params
+    frame = (item.frame if item.frame != MISSION_FRAME else RELATIVE) if known.is_place else MISSION_FRAME
+    x, y, z = (item.x, item.y, item.z) if known.is_place else (0, 0, 0.0)
+    return PlanItem(known.command, frame, (one, two, three, four), x, y, z, item.autocontinue)

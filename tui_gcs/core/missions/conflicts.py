@@ -1,0 +1,167 @@
+"""Where the ways of two vehicles come too close: at the same time, or in the same place at different times.
+
+The first is a collision if both begin together; the second becomes one when one of them waits, is slower, or starts
+later. Who stands on the ground is in nobody's way.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from tui_gcs.core.missions.way import LOW_M, Floats, Way
+
+STEP_S = 1.0
+"""Ways are straight within a step; the least distance in it is exact."""
+MOST_STEPS = 7200
+STILL_M = 1e-6
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Two vehicles and where they are too close; `first` has the lower id."""
+
+    first: int
+    second: int
+    place_m: tuple[float, float]
+    """Halfway between them."""
+    horizontal_m: float
+    vertical_m: float
+    first_s: float
+    """When the first one is there, from the beginning of its mission."""
+    second_s: float
+
+    @property
+    def together(self) -> bool:
+        """Whether both are there at the same time."""
+        return self.first_s == self.second_s
+
+
+def conflicts(ways: Mapping[int, Way], horizontal_m: float, vertical_m: float) -> list[Conflict]:
+    """The worst place of each pair whose ways are nearer than that both horizontally and vertically.
+
+    Of a pair that is too close at the same time only that is told. Those come first, then by ids.
+    """
+    flown = {vehicle: way for vehicle, way in sorted(ways.items()) if way.legs}
+    sampled = {vehicle: _sampled(way) for vehicle, way in flown.items()}
+    lines = {vehicle: _Lines.of(way) for vehicle, way in flown.items()}
+    found = []
+    for a, b in combinations(flown, 2):
+        if not _may_meet(lines[a], lines[b], horizontal_m):
+            continue
+        conflict = _at_once(a, b, sampled[a], sampled[b], horizontal_m, vertical_m)
+        conflict = conflict or _in_place(a, b, lines[a], lines[b], horizontal_m, vertical_m)
+        if conflict is not None:
+            found.append(conflict)
+    return sorted(found, key=lambda each: not each.together)
+
+
+# ---------------------------------------------------------------- at the same time
+
+
+def _sampled(way: Way) -> Floats:
+    """(n, 3) every `STEP_S`; NaN while it stands on the ground."""
+    count = min(int(way.duration_s / STEP_S) + 2, MOST_STEPS)
+    points = way.at(np.arange(count, dtype=np.float64) * STEP_S)
+    points[points[:, 2] < LOW_M] = np.nan
+    return points
+
+
+def _at_once(a: int, b: int, at_a: Floats, at_b: Floats, horizontal_m: float, vertical_m: float) -> Conflict | None:
+    """The worst of the steps in which both are too close; who is there longer stays at its end."""
+    count = max(len(at_a), len(at_b))
+    apart = _held(at_b, count) - _held(at_a, count)
+    start, step = apart[:-1], np.diff(apart, axis=0)
+    speed2 = (step[:, :2] ** 2).sum(axis=1)
+    share = np.clip(-(start[:, :2] * step[:, :2]).sum(axis=1) / np.maximum(speed2, 1e-12), 0.0, 1.0)
+    nearest = start + step * share[:, None]
+    ground_m, height_m = np.hypot(nearest[:, 0], nearest[:, 1]), np.abs(nearest[:, 2])
+    near = (ground_m < horizontal_m) & (height_m < vertical_m)  # NaN is not near
+    if not near.any():
+        return None
+    i = int(np.argmin(np.where(near, ground_m, np.inf)))
+    t_s = (i + float(share[i])) * STEP_S
+    here = _held(at_a, count)[i] + nearest[i] / 2
+    place = (float(here[0]), float(here[1]))
+    return Conflict(a, b, place, float(ground_m[i]), float(height_m[i]), t_s, t_s)
+
+
+def _held(points: Floats, count: int) -> Floats:
+    """So many samples: the last one again and again."""
+    if len(points) >= count:
+        return points
+    return np.vstack([points, np.repeat(points[-1:], count - len(points), axis=0)])
+
+
+# ---------------------------------------------------------------- in the same place
+
+
+@dataclass(frozen=True)
+class _Lines:
+    """The legs of a way on the ground plan, with their heights and times."""
+
+    shapes: NDArray[np.object_]
+    low_m: Floats
+    high_m: Floats
+    begin_s: Floats
+    end_s: Floats
+    box: tuple[float, float, float, float]
+
+    @classmethod
+    def of(cls, way: Way) -> "_Lines":
+        flown = [leg for leg in way.legs if max(leg.from_m[2], leg.to_m[2]) >= LOW_M]
+        ends = np.array([(leg.from_m[:2], leg.to_m[:2]) for leg in flown], dtype=float).reshape(-1, 2, 2)
+        heights = np.array([(leg.from_m[2], leg.to_m[2]) for leg in flown], dtype=float).reshape(-1, 2)
+        times = np.array([(leg.begin_s, leg.end_s) for leg in flown], dtype=float).reshape(-1, 2)
+        box = (
+            (*ends.min(axis=(0, 1)).tolist(), *ends.max(axis=(0, 1)).tolist())
+            if len(ends)
+            else (np.inf, np.inf, -np.inf, -np.inf)
+        )
+        return cls(_shapes(ends), heights.min(axis=1), heights.max(axis=1), times[:, 0], times[:, 1], box)
+
+
+def _shapes(ends: Floats) -> NDArray[np.object_]:
+    """Legs on the ground plan: what goes straight up is a point, for GEOS finds no line without length."""
+    still = np.hypot(*(ends[:, 1] - ends[:, 0]).T) < STILL_M
+    shapes: NDArray[np.object_] = np.where(still, shapely.points(ends[:, 0]), shapely.linestrings(ends))
+    return shapes
+
+
+def _may_meet(a: _Lines, b: _Lines, horizontal_m: float) -> bool:
+    (ax0, ay0, ax1, ay1), (bx0, by0, bx1, by1) = a.box, b.box
+    far = horizontal_m
+    return ax0 - far < bx1 and bx0 - far < ax1 and ay0 - far < by1 and by0 - far < ay1
+
+
+def _in_place(a: int, b: int, of_a: _Lines, of_b: _Lines, horizontal_m: float, vertical_m: float) -> Conflict | None:
+    """The nearest two legs whose heights come too close, too. Heights of a leg that climbs are all of those in it."""
+    tree = shapely.STRtree(of_b.shapes)
+    first, second = tree.query(of_a.shapes, predicate="dwithin", distance=horizontal_m)
+    if not len(first):
+        return None
+    gap_m = np.maximum(of_b.low_m[second] - of_a.high_m[first], of_a.low_m[first] - of_b.high_m[second])
+    close = gap_m < vertical_m
+    if not close.any():
+        return None
+    first, second, gap_m = first[close], second[close], gap_m[close]
+    ground_m = shapely.distance(of_a.shapes[first], of_b.shapes[second])
+    i = int(np.argmin(ground_m))
+    leg_a, leg_b = of_a.shapes[first[i]], of_b.shapes[second[i]]
+    ends = shapely.get_coordinates(shapely.shortest_line(leg_a, leg_b))
+    place = ends.mean(axis=0)
+    t_a = _when(leg_a, ends[0], of_a.begin_s[first[i]], of_a.end_s[first[i]])
+    t_b = _when(leg_b, ends[-1], of_b.begin_s[second[i]], of_b.end_s[second[i]])
+    if t_a == t_b:
+        t_b += 1e-3
+    height_m = max(0.0, float(gap_m[i]))
+    return Conflict(a, b, (float(place[0]), float(place[1])), float(ground_m[i]), height_m, t_a, t_b)
+
+
+def _when(leg: shapely.LineString | shapely.Point, place: Floats, begin_s: float, end_s: float) -> float:
+    """About: as if it were flown evenly; of a climb its middle."""
+    share = float(shapely.line_locate_point(leg, shapely.Point(place), normalized=True)) if leg.length else 0.5
+    return float(begin_s + (end_s - begin_s) * share)

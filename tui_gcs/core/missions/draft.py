@@ -1,0 +1,146 @@
+"""What is planned for each vehicle, as values: every edit makes a new one, so undo is keeping the old ones."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+
+from tui_gcs.core.plan import Plan, PlanItem, PlanKind
+
+MOST_UNDO = 500
+Items = tuple[PlanItem, ...]
+
+
+@dataclass(frozen=True)
+class VehicleDraft:
+    """One vehicle's mission, fence and rally points."""
+
+    mission: Items = ()
+    fence: Items = ()
+    rally: Items = ()
+
+    def items(self, kind: PlanKind) -> Items:
+        """Those of one kind."""
+        return (self.mission, self.fence, self.rally)[kind]
+
+    def plan(self, kind: PlanKind) -> Plan:
+        """The same, as it is checked and sent."""
+        return Plan(kind, self.items(kind))
+
+    def with_items(self, kind: PlanKind, items: Iterable[PlanItem]) -> "VehicleDraft":
+        """With these instead of those of this kind."""
+        new = tuple(items)
+        match kind:
+            case PlanKind.MISSION:
+                return replace(self, mission=new)
+            case PlanKind.FENCE:
+                return replace(self, fence=new)
+            case PlanKind.RALLY:
+                return replace(self, rally=new)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is planned."""
+        return not (self.mission or self.fence or self.rally)
+
+
+NOTHING = VehicleDraft()
+
+
+@dataclass(frozen=True)
+class MissionDraft:
+    """What is planned for everybody. `vehicles` is never changed in place."""
+
+    vehicles: Mapping[int, VehicleDraft] = field(default_factory=dict)
+
+    def of(self, vehicle: int) -> VehicleDraft:
+        """What is planned for one vehicle."""
+        return self.vehicles.get(vehicle, NOTHING)
+
+    def with_vehicle(self, vehicle: int, draft: VehicleDraft) -> "MissionDraft":
+        """With this for one vehicle; one for whom nothing is planned is not in it."""
+        others = {number: each for number, each in self.vehicles.items() if number != vehicle}
+        kept = others if draft.is_empty else others | {vehicle: draft}
+        return MissionDraft(dict(sorted(kept.items())))
+
+    def with_items(self, vehicle: int, kind: PlanKind, items: Iterable[PlanItem]) -> "MissionDraft":
+        """With these items for one vehicle."""
+        return self.with_vehicle(vehicle, self.of(vehicle).with_items(kind, items))
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is planned for anybody."""
+        return not self.vehicles
+
+
+@dataclass(frozen=True)
+class Step:
+    """One edit: what it was called, and the draft that it was made from or led to."""
+
+    label: str
+    draft: MissionDraft
+
+
+class History:
+    """The present draft, those before it and those that were taken back."""
+
+    def __init__(self, draft: MissionDraft | None = None) -> None:
+        """Begin with this, as it is in its file."""
+        self.draft = draft or MissionDraft()
+        self._saved = self.draft
+        self._before: list[Step] = []
+        self._after: list[Step] = []
+        self._subject = ""
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether the draft differs from what was saved."""
+        return self.draft is not self._saved and self.draft != self._saved
+
+    @property
+    def edits(self) -> int:
+        """How many can be taken back."""
+        return len(self._before)
+
+    def do(self, label: str, draft: MissionDraft, subject: str = "") -> bool:
+        """Take over an edit; False if it changes nothing. Edits of one `subject` in a row (typing) are one step."""
+        if draft == self.draft:
+            return False
+        if not subject or subject != self._subject:
+            self._before.append(Step(label, self.draft))
+            del self._before[:-MOST_UNDO]
+        self._subject = subject
+        self._after.clear()
+        self.draft = draft
+        return True
+
+    def end_subject(self) -> None:
+        """What comes next is a step of its own."""
+        self._subject = ""
+
+    def undo(self) -> str:
+        """Take back the last edit; what it was, "" if there was none."""
+        return self._go(self._before, self._after)
+
+    def redo(self) -> str:
+        """Do again what was taken back; what it was, "" if there was nothing."""
+        return self._go(self._after, self._before)
+
+    def saved(self) -> None:
+        """This is in the file now."""
+        self._saved = self.draft
+        self.end_subject()
+
+    def begin(self, draft: MissionDraft, *, unsaved: bool = False) -> None:
+        """Another draft altogether (a file was read, work was recovered); it can be undone, too."""
+        self.do("another draft", draft)
+        self._subject = ""
+        if not unsaved:
+            self._saved = self.draft
+
+    def _go(self, source: list[Step], target: list[Step]) -> str:
+        self._subject = ""
+        if not source:
+            return ""
+        step = source.pop()
+        target.append(Step(step.label, self.draft))
+        self.draft = step.draft
+        return step.label

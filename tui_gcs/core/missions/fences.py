@@ -1,0 +1,100 @@
+"""Fences as shapes: every vertex of a polygon says how many there are, and that is kept true. Pure."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from tui_gcs.core.missions.draft import Items
+from tui_gcs.core.plan import (
+    AMSL,
+    CIRCLE_IN,
+    CIRCLE_OUT,
+    CIRCLES,
+    POLYGON_IN,
+    POLYGON_OUT,
+    POLYGONS,
+    RALLY_POINT,
+    RELATIVE,
+    FenceShape,
+    PlanItem,
+    fence_shapes,
+)
+
+Degrees = tuple[float, float]
+"""Latitude, longitude."""
+LEAST_CORNERS = 3
+_OTHER_SIDE = {POLYGON_IN: POLYGON_OUT, POLYGON_OUT: POLYGON_IN, CIRCLE_IN: CIRCLE_OUT, CIRCLE_OUT: CIRCLE_IN}
+
+
+def polygon(corners_deg: Sequence[Degrees], *, inside: bool = True) -> Items:
+    """A polygon to stay inside, or outside, of."""
+    command = POLYGON_IN if inside else POLYGON_OUT
+    return _counted([_vertex(command, place) for place in corners_deg])
+
+
+def circle(centre_deg: Degrees, radius_m: float, *, inside: bool = True) -> Items:
+    """A circle to stay inside, or outside, of."""
+    return (replace(_vertex(CIRCLE_IN if inside else CIRCLE_OUT, centre_deg), params=(radius_m, 0.0, 0.0, 0.0)),)
+
+
+def rally_point(place_deg: Degrees, height_m: float) -> PlanItem:
+    """A place to return to instead of home, at a height above home."""
+    return replace(_vertex(RALLY_POINT, place_deg), frame=RELATIVE, z=height_m)
+
+
+def shape_at(items: Items, index: int) -> FenceShape | None:
+    """The shape that an item belongs to."""
+    shapes = fence_shapes(items)
+    return next((shape for shape in shapes if shape.first <= index < shape.first + len(shape.items)), None)
+
+
+def add_corner(items: Items, index: int, place_deg: Degrees) -> Items:
+    """With one more corner after that one; as it was if there is no polygon."""
+    shape = shape_at(items, index)
+    if shape is None or shape.command not in POLYGONS:
+        return items
+    at = index - shape.first + 1
+    corners = (*shape.items[:at], _vertex(shape.command, place_deg), *shape.items[at:])
+    return _with(items, shape, _counted(corners))
+
+
+def delete_item(items: Items, index: int) -> Items:
+    """Without a circle, a return point or a corner; a polygon of less than three corners goes altogether."""
+    shape = shape_at(items, index)
+    if shape is None:
+        return items
+    at = index - shape.first
+    corners = (*shape.items[:at], *shape.items[at + 1 :]) if shape.command in POLYGONS else ()
+    return _with(items, shape, _counted(corners) if len(corners) >= LEAST_CORNERS else ())
+
+
+def delete_shape(items: Items, index: int) -> Items:
+    """Without the whole shape that an item belongs to."""
+    shape = shape_at(items, index)
+    return items if shape is None else _with(items, shape, ())
+
+
+def other_side(items: Items, index: int) -> Items:
+    """With inclusion and exclusion changed for the shape that an item belongs to."""
+    shape = shape_at(items, index)
+    if shape is None or shape.command not in _OTHER_SIDE:
+        return items
+    return _with(items, shape, tuple(replace(item, command=_OTHER_SIDE[shape.command]) for item in shape.items))
+
+
+def is_circle(item: PlanItem) -> bool:
+    """Whether an item of a fence is a circle, and its first parameter a radius."""
+    return item.command in CIRCLES
+
+
+def _with(items: Items, shape: FenceShape, new: Items) -> Items:
+    return (*items[: shape.first], *new, *items[shape.first + len(shape.items) :])
+
+
+def _counted(corners: Iterable[PlanItem]) -> Items:
+    all_of_them = tuple(corners)
+    count = float(len(all_of_them))
+    return tuple(replace(corner, params=(count, *corner.params[1:])) for corner in all_of_them)
+
+
+def _vertex(command: int, place_deg: Degrees) -> PlanItem:
+    return PlanItem(command, AMSL, x=round(place_deg[0] * 1e7), y=round(place_deg[1] * 1e7))

@@ -1,0 +1,168 @@
+"""What is to be said of a planned mission before it is sent: what must not be, what may be meant, what is good to know.
+
+Geometry is that of the assumed way (`way.py`); what no plan may contain at all is `plan_check`.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.missions.draft import Items, VehicleDraft
+from tui_gcs.core.missions.performance import Performance
+from tui_gcs.core.missions.way import LOW_M, Leg, Way
+from tui_gcs.core.plan import (
+    CIRCLE_IN,
+    CIRCLES,
+    PLAIN_FRAME,
+    POLYGON_IN,
+    POLYGONS,
+    TAKE_OFF,
+    TERRAIN,
+    VTOL_TAKE_OFF,
+    PlanKind,
+    fence_shapes,
+)
+from tui_gcs.core.plan_check import check
+from tui_gcs.core.scenario import Round
+from tui_gcs.core.zones import polygon_of
+
+TOUCH_M = 0.01
+"""Places come back from 1e-7 degrees: a border may be touched."""
+CIRCLE_QUADRANT = 16
+
+
+class Level(IntEnum):
+    """How grave."""
+
+    NOTE = 0
+    CAUTION = 1
+    ERROR = 2
+    """It cannot be sent so."""
+
+
+class Finding(NamedTuple):
+    """One line, and the item it is about; None: the whole."""
+
+    level: Level
+    kind: PlanKind
+    item: int | None
+    text: str
+
+    def __str__(self) -> str:
+        """As operators count: from 1."""
+        which = "" if self.item is None else f" {self.item + 1}"
+        return f"{self.kind.word}{which}: {self.text}"
+
+
+@dataclass(frozen=True)
+class Site:
+    """What a mission is judged by."""
+
+    frame: LocalFrame
+    current: Round | None = None
+    """Its operating area, altitude band and no-fly zones."""
+    performance: Performance = field(default_factory=Performance)
+    battery_pct: float = 100.0
+    """At the start."""
+
+
+def findings(draft: VehicleDraft, way: Way, site: Site) -> list[Finding]:
+    """The gravest first, then in the order of the items."""
+    found = [
+        Finding(Level.ERROR, kind, problem.item, problem.text)
+        for kind in PlanKind
+        if draft.items(kind)
+        for problem in check(draft.plan(kind))
+    ]
+    if draft.mission and not found:
+        found += [*_shape(draft.mission, way), *_places(draft, way, site), *_battery(way, site)]
+    return sorted(found, key=lambda each: (-each.level, each.kind, -1 if each.item is None else each.item))
+
+
+def _shape(mission: Items, way: Way) -> Iterator[Finding]:
+    """Does it begin and end as missions do?"""
+    places = [i for i, item in enumerate(mission) if item.is_place]
+    if not places or mission[places[0]].command not in (TAKE_OFF, VTOL_TAKE_OFF):
+        first = places[0] if places else None
+        yield Finding(Level.CAUTION, PlanKind.MISSION, first, "it does not begin with a take-off")
+    if way.cut:
+        yield Finding(Level.CAUTION, PlanKind.MISSION, None, "its jumps make it too long to be foretold")
+    elif way.endless:
+        yield Finding(Level.CAUTION, PlanKind.MISSION, None, "it never ends by itself")
+    elif not way.lands:
+        yield Finding(Level.CAUTION, PlanKind.MISSION, None, "it neither lands nor returns")
+    terrain = next((i for i, item in enumerate(mission) if PLAIN_FRAME.get(item.frame) == TERRAIN), None)
+    if terrain is not None:
+        text = "heights above the ground: times and conflicts take the ground for level"
+        yield Finding(Level.NOTE, PlanKind.MISSION, terrain, text)
+
+
+# ---------------------------------------------------------------- where it leads
+
+
+def _places(draft: VehicleDraft, way: Way, site: Site) -> Iterator[Finding]:
+    flown = [leg for leg in way.legs if max(leg.from_m[2], leg.to_m[2]) > LOW_M]
+    ends = np.array([(leg.from_m[:2], leg.to_m[:2]) for leg in flown], dtype=float).reshape(-1, 2, 2)
+    lines = shapely.linestrings(ends)
+    if site.current is not None:
+        area = polygon_of(site.current.area.shape)
+        yield from _first(flown, ~shapely.covers(area.buffer(TOUCH_M), lines), "leaves the operating area")
+        for zone in site.current.no_fly:
+            inside = shapely.intersects(polygon_of(zone.shape).buffer(-TOUCH_M), lines)
+            yield from _first(flown, inside, f"enters no-fly zone {zone.name}")
+        tops = np.array([max(leg.from_m[2], leg.to_m[2]) for leg in flown])
+        high_m = site.current.area.alt_max_m
+        if len(tops) and tops.max() > high_m + TOUCH_M:
+            text = f"{tops.max():.0f} m is above the operating area ({high_m:g} m)"
+            yield from _first(flown, tops > high_m + TOUCH_M, text)
+    for inside, shape in fence_regions(draft.fence, site.frame):
+        out = ~shapely.covers(shape.buffer(TOUCH_M), lines) if inside else shapely.intersects(shape, lines)
+        yield from _first(flown, out, "leaves its own fence" if inside else "enters what its own fence excludes")
+
+
+def _first(flown: Sequence[Leg], wrong: np.ndarray, what: str) -> Iterator[Finding]:
+    """One finding, at the first of the legs that are wrong."""
+    items = sorted({leg.item for leg, bad in zip(flown, wrong, strict=True) if bad})
+    if items:
+        more = f" (and {len(items) - 1} more)" if len(items) > 1 else ""
+        yield Finding(Level.CAUTION, PlanKind.MISSION, items[0], f"the way to it {what}{more}")
+
+
+def fence_regions(fence: Items, frame: LocalFrame) -> list[tuple[bool, shapely.Polygon]]:
+    """(whether to stay inside, the region in ENU metres) for each polygon and circle that is one."""
+    regions = []
+    for shape in fence_shapes(fence):
+        places = [frame.to_enu(item.lat_deg, item.lon_deg) for item in shape.items]
+        if shape.command in CIRCLES:
+            region = shapely.Point(places[0]).buffer(max(shape.items[0].params[0], 0.0), quad_segs=CIRCLE_QUADRANT)
+            regions.append((shape.command == CIRCLE_IN, region))
+        elif shape.command in POLYGONS and len(places) >= 3:
+            region = shapely.Polygon(places)
+            if region.is_valid:
+                regions.append((shape.command == POLYGON_IN, region))
+    return regions
+
+
+# ---------------------------------------------------------------- battery
+
+
+def battery_left_pct(way: Way, site: Site) -> float:
+    """What is left after the mission; below 0: it does not last."""
+    return site.battery_pct - site.performance.energy_pct(way.duration_s)
+
+
+def _battery(way: Way, site: Site) -> Iterator[Finding]:
+    left_pct, reserve_pct = battery_left_pct(way, site), site.performance.reserve_pct
+    if left_pct >= reserve_pct:
+        return
+    arrivals = way.arrivals_s
+    empty_s = (site.battery_pct - reserve_pct) / 100.0 * site.performance.endurance_s
+    first = next((item for item, t_s in sorted(arrivals.items(), key=lambda each: each[1]) if t_s > empty_s), None)
+    ends = "does not last" if left_pct < 0 else f"ends at {left_pct:.0f} %"
+    text = f"the battery {ends}; reserve {reserve_pct:g} %, endurance {site.performance.endurance_s / 60:g} min"
+    yield Finding(Level.CAUTION, PlanKind.MISSION, first, text)

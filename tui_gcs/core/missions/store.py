@@ -1,0 +1,125 @@
+"""A draft as a file: plain JSON of all vehicles' items. Also what is kept after every edit, against crashes.
+
+Files of other programs, one vehicle each, are `core/formats`.
+"""
+
+import math
+from pathlib import Path
+
+import msgspec
+
+from tui_gcs.core.missions.draft import Items, MissionDraft, VehicleDraft
+from tui_gcs.core.plan import PlanItem, PlanKind
+from tui_gcs.core.plan_check import MOST_ITEMS
+from tui_gcs.core.safe_files import FileRefused, SafeFolder
+
+Params = tuple[float | None, float | None, float | None, float | None]
+VERSION = 1
+MOST_BYTES = 32 << 20
+MOST_VEHICLES = 255
+KEPT = "missions-autosave.json"
+
+
+class DraftFileError(Exception):
+    """Not a draft that can be read or written: one line with what and why."""
+
+
+class _Row(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
+    command: int
+    frame: int
+    params: Params
+    """None: no number."""
+    x: int
+    y: int
+    z: float
+    autocontinue: bool
+
+
+class _Vehicle(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    mission: tuple[_Row, ...] = ()
+    fence: tuple[_Row, ...] = ()
+    rally: tuple[_Row, ...] = ()
+
+
+class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    missions: int
+    """Version of the format."""
+    vehicles: dict[int, _Vehicle]
+
+
+def to_bytes(draft: MissionDraft) -> bytes:
+    """The draft as JSON."""
+    vehicles = {
+        number: _Vehicle(*(_rows(each.items(kind)) for kind in PlanKind)) for number, each in draft.vehicles.items()
+    }
+    return msgspec.json.encode(_File(VERSION, vehicles)) + b"\n"
+
+
+def from_bytes(data: bytes) -> MissionDraft:
+    """The draft in `data`. Raises DraftFileError."""
+    if len(data) > MOST_BYTES:
+        raise DraftFileError(f"longer than {MOST_BYTES >> 20} MB")
+    try:
+        file = msgspec.json.decode(data, type=_File)
+    except (msgspec.MsgspecError, RecursionError) as error:
+        raise DraftFileError(f"no missions of this program: {error}") from None
+    if file.missions != VERSION:
+        raise DraftFileError(f"format {file.missions}: this program reads {VERSION}")
+    if len(file.vehicles) > MOST_VEHICLES or any(not 0 < number < 1 << 16 for number in file.vehicles):
+        raise DraftFileError("ids or number of its vehicles are impossible")
+    draft = MissionDraft()
+    for number, rows in file.vehicles.items():
+        kinds = [_items(rows.mission), _items(rows.fence), _items(rows.rally)]
+        if any(len(items) > MOST_ITEMS for items in kinds):
+            raise DraftFileError(f"vehicle {number}: more than {MOST_ITEMS} items")
+        draft = draft.with_vehicle(number, VehicleDraft(*kinds))
+    return draft
+
+
+def _rows(items: Items) -> tuple[_Row, ...]:
+    return tuple(_Row(i.command, i.frame, _params(i), i.x, i.y, i.z, i.autocontinue) for i in items)
+
+
+def _items(rows: tuple[_Row, ...]) -> Items:
+    return tuple(PlanItem(r.command, r.frame, _numbers(r.params), r.x, r.y, r.z, r.autocontinue) for r in rows)
+
+
+def _params(item: PlanItem) -> Params:
+    one, two, three, four = (value if math.isfinite(value) else None for value in item.params)
+    return one, two, three, four
+
+
+def _numbers(params: Params) -> tuple[float, float, float, float]:
+    one, two, three, four = (math.nan if value is None else value for value in params)
+    return one, two, three, four
+
+
+# ---------------------------------------------------------------- against crashes
+
+
+def keep(folder: Path, draft: MissionDraft) -> None:
+    """Have it there after a crash. Raises DraftFileError."""
+    try:
+        with SafeFolder(folder) as kept:
+            kept.replace(KEPT, to_bytes(draft))
+    except FileRefused as error:
+        raise DraftFileError(str(error)) from None
+
+
+def kept(folder: Path) -> MissionDraft | None:
+    """What a crash left; None if nothing, or nothing that can be read."""
+    try:
+        with SafeFolder(folder) as place:
+            data = place.read(KEPT, MOST_BYTES)
+        return from_bytes(data) if data is not None else None
+    except (FileRefused, DraftFileError):
+        return None
+
+
+def forget(folder: Path) -> None:
+    """It is saved, or not wanted."""
+    try:
+        with SafeFolder(folder) as place:
+            place.remove(KEPT)
+    except FileRefused:
+        return
