@@ -241,6 +241,7 @@ targets = st.tuples(st.floats(-40.0, 240.0), st.floats(-40.0, 240.0), st.floats(
 speeds = st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0))
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(shape=st.sampled_from([SQUARE, L_SHAPE]), wishes=st.lists(st.tuples(targets, speeds), min_size=1, max_size=12))
 def test_whoever_follows_only_what_passed_stays_inside(

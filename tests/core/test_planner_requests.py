@@ -74,6 +74,7 @@ def test_an_edit_disturbs_only_the_team_it_concerns(rig: MakeRig) -> None:
     assert flight.station.desks["defend"].task.zones == flight.station.round.zones  # type: ignore[union-attr]
 
 
+@pytest.mark.long
 def test_a_preview_tells_numbers_and_touches_nothing(rig: MakeRig) -> None:
     flight = rig(4, wants=None).ready()
     before, revision = revisions(flight), flight.station.revision

@@ -453,6 +453,7 @@ def test_an_old_course_that_leaves_the_new_area_is_not_flown_on(rig: MakeRig) ->
     assert flight.speed(1) > 1.0
 
 
+@pytest.mark.long
 def test_patrol_reaches_its_slots_and_covers_its_zone(rig: MakeRig) -> None:
     flight = rig(4, wants=None).flying()
     flight.until(lambda: team(flight).on_slot == 4, 60.0, "all on slot")

@@ -97,6 +97,7 @@ def test_b6_42_unknown_results_and_garbage_in_the_rest(attack: Attack, result: i
     oracle.holds(told=f"unknown result {result}")
 
 
+@pytest.mark.long
 def test_b6_43_in_progress_for_ever_ends_after_a_minute(attack: Attack) -> None:
     oracle = attack()
     asked = Asked(oracle, "calibrate", Retry.SET, command=CALIBRATE)

@@ -3,6 +3,8 @@
 import random
 from collections.abc import Callable, Iterator
 
+import pytest
+
 from tests.hostile.oracle import KEY, STRANGER, Oracle
 from tests.hostile.test_identity import HOME, accepted, heartbeat, listening
 from tui_gcs.core.links import Address
@@ -13,6 +15,7 @@ Attack = Callable[..., Oracle]
 FRAMES = 100_000
 
 
+@pytest.mark.long
 def test_none_of_a_hundred_thousand_is_believed(attack: Attack) -> None:
     """Played back as they were, with other signatures, times, senders and contents, unsigned, as version 1; from the
     vehicle's own address and from elsewhere."""

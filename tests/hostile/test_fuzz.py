@@ -120,6 +120,7 @@ def a_partner() -> tuple[Endpoint, ...]:
     return (Endpoint(link, commands=False),)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stream", [False, True], ids=["datagrams", "stream"])
 @pytest.mark.parametrize("source", [generated, mutated])
 def test_ten_megabytes_of_frames(
