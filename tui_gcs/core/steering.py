@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Callable, Iterable
 
+from tui_gcs.core.aside import columns_aside
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.course import STILL, Course, Stand, stopping_point
 from tui_gcs.core.events import ALERT, WARNING, EventLog
@@ -132,11 +133,20 @@ class Steering:
             flight.limited_m_s = math.nan
         self._commands.submit(self._firmware.of(vehicle).hold(vehicle, self._stop_places(vehicle)))
 
-    def blocked(self, flight: Flight, vehicle: Vehicle) -> str:
-        """Who is in the way of the flight's course, or ""."""
+    def blocked(self, flight: Flight, vehicle: Vehicle, minds: set[int] | None = None) -> str:
+        """Who is in the way of the flight's course, or ""; with `minds` only these count."""
         now = self._clock.now()
         me = self._sight(vehicle, Does.FOLLOWS, flight.course, now)
-        return self._guard.separation(me, self.known(now), now).text
+        known = [sight for sight in self.known(now) if minds is None or sight.id in minds]
+        return self._guard.separation(me, known, now).text
+
+    def columns_aside(
+        self, vehicle: Vehicle, here_m: Vec3, layer_m: float, home_m: Vec3, taken_m: list[tuple[float, float]]
+    ) -> list[Vec3]:
+        """See `aside.columns_aside`; those inside the operating area, to which the straight way is, too."""
+        others = [sight for sight in self.known(self._clock.now()) if sight.id != vehicle.id]
+        places = columns_aside(here_m, layer_m, home_m[:2], others, taken_m, self._guard.limits)
+        return [place for place in places if self._guard.is_way_inside(here_m, place)]
 
     def way_home(self, vehicle: Vehicle, home_m: Vec3) -> list[tuple[float, float]]:
         """Turning points of the shortest way home inside the operating area and around no-fly zones."""
