@@ -73,7 +73,7 @@ def test_return_of_all_brings_them_down_without_meeting(rig: MakeRig) -> None:
 
 
 def stacked(rig: MakeRig, heights_m: dict[int, float]) -> Rig:
-    """All hold above one place; then they are brought to these heights, in an order that is not that of their layers."""
+    """All hold above one place; then they are brought to these heights, out of the order of their layers."""
 
     def same_place(frame: FleetFrame, task: PlannerTask) -> list[Intent]:
         return [Intent(vehicle=v, kind="goto", position_m=(200.0, 200.0, task.layers_m[v])) for v in task.members]

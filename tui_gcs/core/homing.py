@@ -28,8 +28,8 @@ STUCK_S = 15.0
 """A returning vehicle that does not move for this long is told."""
 ASIDE_AFTER_S = 5.0
 """One that waits for so long goes aside. By then those who only pass have passed."""
-TARGET_GAP_S = 1.0
-"""Return targets are said again this often."""
+TARGET_GAP_S = 0.5
+"""Return targets are said again, and it is looked who is in the way, this often: the guard foresees as long."""
 
 
 class Homing:
@@ -82,13 +82,14 @@ class Homing:
 
     def follow(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         """To its layer, aside if need be, then above home, then wait for its turn."""
-        home = flight.home_m
+        home, anew = flight.home_m, False
         if home is None or flight.course is None:
             return
         if flight.step == "layer" and abs(vehicle.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M:
             flight.go_to_step("home", now)
             flight.way_m = self._steering.way_home(vehicle, home)
-            self._fly_leg(flight, vehicle, now, anew=True)
+            self._begin_leg(flight, now)
+            anew = True
         elif flight.step == "aside" and self._is_over(vehicle, flight.course.at(now)[0]):
             flight.go_to_step("layer", now)
             x, y, _ = flight.course.at(now)[0]
@@ -96,13 +97,13 @@ class Homing:
         elif flight.step == "home" and len(flight.way_m) > 1 and self._is_near(vehicle, flight.way_m[0]):
             del flight.way_m[0]
             flight.since_s = now
-            self._fly_leg(flight, vehicle, now, anew=False)
+            self._begin_leg(flight, now)
         elif flight.step == "home" and self._is_over(vehicle, home):
             flight.go_to_step("over home", now)
         if now >= self._next_target_s.get(flight.vehicle, 0.0):
             self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
             target = self._return_target(flight, vehicle, home, now)
-            self._firmware.of(vehicle).go_to(vehicle, target, self.speed_m_s, anew=False)
+            self._firmware.of(vehicle).go_to(vehicle, target, self.speed_m_s, anew=anew)
             if (
                 flight.step != "over home"
                 and now - flight.since_s > STUCK_S
@@ -159,11 +160,11 @@ class Homing:
                 return place
         return None
 
-    def _fly_leg(self, flight: Flight, vehicle: Vehicle, now: float, *, anew: bool) -> None:
+    def _begin_leg(self, flight: Flight, now: float) -> None:
+        """Its course leads to the next turning point; it is told at once, if nobody is in the way."""
         x, y = flight.way_m[0]
         flight.course = self._stand((x, y, flight.layer_m))
-        self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
-        self._firmware.of(vehicle).go_to(vehicle, flight.course.point_m, self.speed_m_s, anew=anew)
+        self._next_target_s[flight.vehicle] = now
 
     def _is_near(self, vehicle: Vehicle, place_m: tuple[float, float]) -> bool:
         return math.dist(vehicle.position_m[:2], place_m) <= OVER_HOME_M

@@ -36,6 +36,9 @@ JUDGE_GAP_S = 0.2
 STAND_GAP_S = 0.2
 """How often a place to stand at is said; firmware that needs to say it once does so."""
 
+NEAR_S = 20.0
+"""Way of one vehicle, beyond which nobody is met: both, in twice the seconds that are foreseen."""
+
 _AMOUNT = re.compile(r"-?[0-9.]+ (m/s|m|s)\b")
 
 Steered = tuple[Flight, Course, Vehicle]
@@ -138,6 +141,8 @@ class Steering:
         now = self._clock.now()
         me = self._sight(vehicle, Does.FOLLOWS, flight.course, now)
         known = [sight for sight in self.known(now) if minds is None or sight.id in minds]
+        near_m, here = NEAR_S * self._guard.limits.speed_m_s, me.position_m[:2]
+        known = [sight for sight in known if math.dist(sight.position_m[:2], here) < near_m + sight.error_m]
         return self._guard.separation(me, known, now).text
 
     def columns_aside(
