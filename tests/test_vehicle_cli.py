@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).parent / "core"))  # the scripted vehicles
 from ftp_peer import FtpServer
 from log_peer import LogServer
 from param_peer import ParamServer
-from plan_peers import ArduPilotPeer
+from plan_peers import ArduPilotPeer, fence, mission, rally
 from service_rig import Fields, Peer, ServiceRig
 from test_shell import Nsh
 
@@ -24,6 +24,9 @@ from tests.vehicle_rig import RigClient, Tell, tell
 from tui_gcs.cli import _parser, main
 from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.commands.vehicle_station import vehicle_ids
+from tui_gcs.core.formats.content import Content
+from tui_gcs.core.formats.files import read_file
+from tui_gcs.core.formats.qgc_write import write_qgc
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.scenario_load import load
@@ -157,13 +160,17 @@ def test_plans(tmp_path: Path, tell: Tell) -> None:
     rig = ServiceRig(tmp_path, peer).heard()
     Path("a.wpl").write_text(WPL)
     code, out, _ = tell(rig, "plan", "upload", "1", "a.wpl")
-    assert code == 0 and "first line is home, and is not sent" in out and "vehicle 1: 3 items" in out
+    assert code == 0 and "first line is home, and is no item" in out and "vehicle 1: 3 items" in out
     code, out, _ = tell(rig, "plan", "show", "1")
     assert code == 0 and "mission of 3 items" in out and "47.3978000 8.5457000" in out
     assert tell(rig, "plan", "download", "1", "b.wpl")[0] == 0
     assert Path("b.wpl").read_text().splitlines()[2:4] == WPL.splitlines()[2:4]
     assert tell(rig, "plan", "download", "1", "c.json")[0] == 0
     assert len(json.loads(Path("c.json").read_text())["items"]) == 3
+    assert tell(rig, "plan", "upload", "1", "c.json", "--kind", "fence") == (
+        *(2, ""),
+        "tui-gcs: c.json: there is no fence in it\n",
+    )
     code, _, err = tell(rig, "plan", "clear", "1")
     assert code == 2 and "clear the mission of vehicle 1: say --yes" in err and len(peer.stores[0]) == 4
     assert tell(rig, "plan", "clear", "1", answer="y\n")[0] == 0
@@ -173,9 +180,10 @@ def test_plans(tmp_path: Path, tell: Tell) -> None:
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("hello", "neither"),
+        ("hello", "none of the formats"),
         (WPL.replace("47.3978000", "147.3978000"), "item 2: latitude"),
-        ("QGC WPL 110\n0 1 3 5001 4 0 0 0 47 8 0 1\n", "does not belong into a mission"),
+        ("QGC WPL 110\n0 1 3 5001 4 0 0 0 47 8 0 1\n", "fence: item 1: a polygon of 1 point"),
+        ("RTL_ALT 3000\n", "holds no plan for a vehicle"),
     ],
 )
 def test_a_file_that_is_no_mission_is_not_sent(text: str, why: str, tmp_path: Path, tell: Tell) -> None:
@@ -185,6 +193,38 @@ def test_a_file_that_is_no_mission_is_not_sent(text: str, why: str, tmp_path: Pa
     code, _, err = tell(rig, "plan", "upload", "1", "bad.wpl")
     assert code == 2 and why in err and "bad.wpl" in err and peer.got("MISSION_COUNT") == []
     assert tell(rig, "plan", "upload", "1", "gone.wpl")[0] == 2
+
+
+def test_a_plan_of_qgroundcontrol_goes_up_whole_and_comes_down_whole(tmp_path: Path, tell: Tell) -> None:
+    """Fence first, then rally points, then the mission; what comes down is the same."""
+    peer = ArduPilotPeer(1)
+    rig = ServiceRig(tmp_path, peer).heard()
+    Path("a.plan").write_bytes(write_qgc(Content(mission(6), fence(), rally(20.0))).data)
+    code, out, _ = tell(rig, "plan", "upload", "1", "a.plan")
+    assert code == 0 and [line.split(":")[1].strip() for line in out.splitlines()] == ["fence", "rally", "mission"]
+    assert [len(store) for store in peer.stores] == [7, 4, 1]
+    code, out, _ = tell(rig, "plan", "download", "1", "b.plan")
+    assert code == 0 and "mission of 6 items and fence of 4 items and rally of 1 items written" in out
+    read = read_file(Path("b.plan").read_bytes())
+    assert read.autopilot == 3 and read.fence == fence() and len(read.mission.items) == 6
+
+
+def test_a_vehicle_that_does_not_take_the_fence_gets_no_mission(tmp_path: Path, tell: Tell) -> None:
+    peer = ArduPilotPeer(1)
+    rig = ServiceRig(tmp_path, peer).heard()
+    Path("a.plan").write_bytes(write_qgc(Content(mission(6), fence())).data)
+    peer.deaf_to = {0, 1, 2, 3}
+    code, out, _ = tell(rig, "plan", "upload", "1", "a.plan")
+    assert code == 1 and "FAILED: fence" in out and "mission" not in out and peer.stores[0] == []
+
+
+def test_a_plan_with_a_part_that_is_not_in_the_file_is_not_flown(tmp_path: Path, tell: Tell) -> None:
+    rig = ServiceRig(tmp_path, ArduPilotPeer(1)).heard()
+    document = json.loads(write_qgc(Content(mission(6))).data)
+    document["mission"]["items"].append({"type": "ComplexItem", "complexItemType": "StructureScan", "version": 3})
+    Path("a.plan").write_text(json.dumps(document))
+    code, _, err = tell(rig, "plan", "upload", "1", "a.plan")
+    assert code == 2 and "item 7, StructureScan: its way is not in the file" in err
 
 
 # ---------------------------------------------------------------- files, logs

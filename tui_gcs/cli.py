@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from tui_gcs import __version__
-from tui_gcs.commands import console_options, planner_parser, vehicle_parser
+from tui_gcs.commands import console_options, files_parser, planner_parser, vehicle_parser
 from tui_gcs.exits import CANNOT, CommandError
 
 
@@ -45,6 +45,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_control(commands)
     _add_sim(commands)
     _add_keys(commands)
+    files_parser.add(commands)
     vehicle_parser.add(commands)
     planner_parser.add(commands)
     return parser

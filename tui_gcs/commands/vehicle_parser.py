@@ -117,12 +117,14 @@ def _add_plan(actions: Actions) -> None:
     for name, words in (
         ("show", "what it holds, asked now"),
         ("clear", "delete it"),
-        ("upload", "put a file (QGC WPL 110 or JSON) on it; done when it was asked and holds it"),
-        ("download", "read it into a file: JSON if it ends so, else QGC WPL 110"),
+        ("upload", "put a file on it (.plan: fence, rally points, mission); done when it was asked and holds it"),
+        ("download", "read it into a file: .plan (all three) or .json if it ends so, else QGC WPL 110"),
     ):
         parser = _leaf(acts, name, words, ids=True, destructive=name != "show", plan=True)
         kinds = ("mission", "fence", "rally")
-        parser.add_argument("--kind", choices=kinds, default="mission", help="default mission")
+        in_files = name in ("upload", "download")
+        default, text = (None, "default: what the file is of") if in_files else ("mission", "default mission")
+        parser.add_argument("--kind", choices=kinds, default=default, help=text)
         if name in ("upload", "download"):
             parser.add_argument("file", metavar="FILE")
         if name == "upload":

@@ -14,6 +14,7 @@ from tui_gcs.core import messages_setup as setup
 from tui_gcs.core.messages import AnyRequest as StationRequest
 from tui_gcs.core.messages import Message, Reply, Request, Vec3, decode
 from tui_gcs.core.messages_setup import Number, Vehicles
+from tui_gcs.core.plan import PlanWord
 
 MOST_VEHICLES = 255
 """Named in one request."""
@@ -23,8 +24,6 @@ MEANT = "say that it is meant"
 """How a refusal ends that the same request with `sure` or `in_flight` would not get."""
 MOST_FILE_BYTES = 4 << 20
 """Of a file that is to be written."""
-
-PlanWord = Literal["mission", "fence", "rally"]
 
 
 # ---------------------------------------------------------------- what is told

@@ -9,6 +9,7 @@ import math
 import struct
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Literal
 
 WAYPOINT, LOITER_UNLIMITED, LOITER_TURNS, LOITER_TIME, RETURN, LAND, TAKE_OFF = range(16, 23)
 LOITER_TO_ALT, SPLINE, VTOL_TAKE_OFF, VTOL_LAND, PAYLOAD_PLACE = 31, 82, 84, 85, 94
@@ -30,10 +31,16 @@ PLACES = (
 )
 """Items whose x, y, z are a place."""
 
+BARE_NUMBERS = frozenset({202, 203})
+"""DO_DIGICAM_CONFIGURE and DO_DIGICAM_CONTROL: x and y are bare numbers in every frame."""
+
 AMSL, MISSION_FRAME, RELATIVE, TERRAIN = 0, 2, 3, 10
 """MAV_FRAME: above mean sea level, no place at all, above home, above the ground."""
 PLAIN_FRAME = {AMSL: AMSL, 5: AMSL, MISSION_FRAME: MISSION_FRAME, RELATIVE: RELATIVE, 6: RELATIVE, 10: 10, 11: TERRAIN}
 """The frames a plan may use, and what each means: the _INT forms are the same frames."""
+
+
+PlanWord = Literal["mission", "fence", "rally"]
 
 
 class PlanKind(IntEnum):
@@ -44,9 +51,12 @@ class PlanKind(IntEnum):
     RALLY = 2
 
     @property
-    def word(self) -> str:
+    def word(self) -> PlanWord:
         """The operator's word."""
-        return self.name.lower()
+        return _WORDS[self]
+
+
+_WORDS: tuple[PlanWord, PlanWord, PlanWord] = ("mission", "fence", "rally")
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +81,14 @@ class PlanItem:
     def is_place(self) -> bool:
         """Whether x, y, z are a place on earth."""
         return self.command in PLACES and self.frame != MISSION_FRAME
+
+    @property
+    def holds_degrees(self) -> bool:
+        """Whether x and y are 1e-7 degrees, also of commands that need no place: the frame says so (MISSION_ITEM_INT).
+
+        Where the frame is no place they are the bare numbers that files give.
+        """
+        return self.frame != MISSION_FRAME and self.command not in BARE_NUMBERS
 
     @property
     def lat_deg(self) -> float:

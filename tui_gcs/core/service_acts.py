@@ -14,7 +14,7 @@ from tui_gcs.core.firmware.mode_manners import manner_of
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.shell import why_no_shell
 from tui_gcs.core.firmware.speech import Speech
-from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.plan import PlanKind, PlanWord
 from tui_gcs.core.plan_rows import plan_of, plan_rows
 from tui_gcs.core.service_carry import CarryActs
 from tui_gcs.core.service_setup import SetupActs
@@ -306,7 +306,7 @@ def failsafe_rows(services: Services, vehicle: Vehicle) -> tuple[s.FailsafeRow, 
     return tuple(s.FailsafeRow(when=line.when, does=line.does, warning=line.warning) for line in lines)
 
 
-def _kind(word: s.PlanWord) -> PlanKind:
+def _kind(word: PlanWord) -> PlanKind:
     return PlanKind[word.upper()]
 
 

@@ -1,0 +1,180 @@
+"""KML, KMZ, GeoJSON: plans and zones as drawings, and back."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plan_designs import HEIGHTS, LAT, LON, RALLIES, fences
+from plan_peers import circle, fence, mission, rally, square
+
+from tui_gcs.core.formats import geojson, kml
+from tui_gcs.core.formats.content import Content, Drawing, FormatError, Home
+from tui_gcs.core.formats.conversion import Base, Options, convert
+from tui_gcs.core.formats.drawings import draw, planned
+from tui_gcs.core.formats.files import BY_NAME, read_file
+from tui_gcs.core.formats.scenario_drawings import put_drawings
+from tui_gcs.core.plan import Plan, PlanItem, PlanKind
+from tui_gcs.core.scenario_edit import ScenarioDocument
+from tui_gcs.core.scenario_load import parse
+from tui_gcs.core.zones import Polygon, Rectangle, Role
+
+SCENARIO = (Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml").read_text()
+DRAWN = ("kml", "kmz", "geojson")
+EARTH = """<?xml version="1.0" encoding="UTF-8"?>
+<kml xmlns="http://www.opengis.net/kml/2.2" xmlns:gx="http://www.google.com/kml/ext/2.2"><Document><Folder>
+<Placemark><name>field</name><Polygon><tessellate>1</tessellate><outerBoundaryIs><LinearRing><coordinates>
+  8.54,47.39,0 8.55,47.39,0 8.55,47.40,0 8.54,47.39,0 </coordinates></LinearRing></outerBoundaryIs>
+  <innerBoundaryIs><LinearRing><coordinates>8.543,47.392 8.546,47.392 8.546,47.395 8.543,47.392</coordinates>
+  </LinearRing></innerBoundaryIs></Polygon></Placemark>
+<Placemark><name>way</name><LineString><altitudeMode>{mode}</altitudeMode>
+  <coordinates>8.541,47.391,20 8.542,47.392,25</coordinates></LineString></Placemark>
+<Placemark><name>mast</name><Point><coordinates>8.545,47.395,0</coordinates></Point></Placemark>
+</Folder></Document></kml>"""
+
+
+def as_file(drawings: tuple[Drawing, ...], name: str) -> bytes:
+    if name == "geojson":
+        return geojson.write_geojson(drawings)
+    return (kml.write_kmz if name == "kmz" else kml.write_kml)(drawings, "test")
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_a_path_a_fence_and_rally_points_come_back(name: str) -> None:
+    plan = Content(
+        Plan(PlanKind.MISSION, mission(9).items[1:-1]),
+        fence(*square(), circle(50.5)),
+        rally(20.0),
+        Home(47.3, 8.5, 488),
+    )
+    out = draw(plan)
+    back = planned(read_file(as_file(out.drawings, name)).drawings, None)
+    assert out.left_out == () and back.left_out == ()
+    assert (back.mission, back.rally, back.home) == (plan.mission, plan.rally, plan.home)
+    assert back.fence is not None and back.fence.fingerprint == plan.fence.fingerprint
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_what_a_drawing_cannot_hold_is_told(name: str) -> None:
+    jump = PlanItem(177, 2, (0.0, 3.0, 0.0, 0.0))
+    held = replace(mission(3).items[1], params=(5.0, 0.0, 0.0, math.nan))
+    out = convert(Content(Plan(PlanKind.MISSION, (mission(3).items[0], held, jump, jump))), BY_NAME[name], Options())
+    assert out.left_out == (
+        "2 items without a place (2 x jump)",
+        "what 1 item does (1 x take-off): drawn as places only",
+        "parameters of 1 way-point (hold times, radii, headings)",
+    )
+
+
+@pytest.mark.parametrize(("mode", "frame"), [("relativeToGround", 10), ("absolute", 0)])
+def test_heights_are_above_what_the_file_says(mode: str, frame: int) -> None:
+    content = planned(read_file(EARTH.format(mode=mode).encode()).drawings, None)
+    assert [(item.frame, item.z) for item in content.mission.items] == [(frame, 20.0), (frame, 25.0)]
+    assert content.left_out == ("1 point that says not what of",)
+
+
+def test_heights_that_are_above_nothing_known_must_be_given() -> None:
+    drawings = read_file(EARTH.format(mode="clampToGround").encode()).drawings
+    with pytest.raises(FormatError, match="path 'way' does not say how high: --height"):
+        planned(drawings, None)
+    content = planned(drawings, 30.0)
+    assert [(item.frame, item.z) for item in content.mission.items] == [(3, 30.0), (3, 30.0)]
+
+
+def test_an_area_with_a_hole_is_a_fence_with_an_exclusion() -> None:
+    content = planned(read_file(EARTH.format(mode="absolute").encode()).drawings, None)
+    assert [item.command for item in content.fence.items] == [5001] * 3 + [5002] * 3
+    assert content.fence.items[0].x == 473_900_000 and content.fence.items[0].params[0] == 3.0
+
+
+def test_heights_above_home_become_heights_above_the_sea_only_where_home_is_known() -> None:
+    mixed = Plan(PlanKind.MISSION, (mission(3).items[1], replace(mission(3).items[1], frame=0, z=520.0)))
+    with pytest.raises(FormatError, match="above different things"):
+        draw(Content(mixed))
+    path = draw(Content(mixed, home=Home(47.0, 8.0, 488.0))).drawings[0]
+    assert path.heights == "amsl" and [height for _, _, height in path.places] == [508.0, 520.0]
+
+
+def test_a_circle_that_was_moved_in_another_program_is_what_was_drawn_there() -> None:
+    area = draw(Content(fence=fence(circle(50.0)))).drawings[0]
+    moved = replace(area, places=tuple((lat + 0.001, lon, None) for lat, lon, _ in area.places))
+    content = planned((moved,), None)
+    assert {item.command for item in content.fence.items} == {5002} and len(content.fence.items) == 64
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.lists(st.tuples(LAT, LON, HEIGHTS), min_size=2, max_size=6),
+    st.sampled_from([0, 3, 10]),
+    fences(),
+    RALLIES.filter(lambda plan: bool(plan.items)),
+    st.sampled_from(DRAWN),
+)
+def test_any_path_and_fence_comes_back_as_it_was(
+    places: list[tuple[int, int, float]], frame: int, fence_: Plan, rally_: Plan, name: str
+) -> None:
+    path = Plan(PlanKind.MISSION, tuple(PlanItem(16, frame, x=x, y=y, z=z) for x, y, z in places))
+    back = planned(read_file(as_file(draw(Content(path, fence_, rally_)).drawings, name)).drawings, None)
+    found = (back.mission, back.fence, back.rally)
+    assert [plan.fingerprint for plan in found] == [plan.fingerprint for plan in (path, fence_, rally_)]
+
+
+# ---------------------------------------------------------------- zones
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_zones_of_a_scenario_come_back_to_the_letter(name: str) -> None:
+    base = Base(parse(SCENARIO), SCENARIO)
+    out = convert(base, BY_NAME[name], Options())
+    back = convert(read_file(out.data), BY_NAME["scenario"], Options(base=base))
+    assert back.data.decode() == SCENARIO, "comments and all"
+    assert back.notes == ("6 zones replaced, 3 operating areas replaced",)
+
+
+def test_zones_of_another_program_are_added_with_the_role_that_is_given() -> None:
+    base = Base(parse(SCENARIO), SCENARIO)
+    lat, lon = base.scenario.origin.lat_deg, base.scenario.origin.lon_deg
+    corners = [(lat, lon, None), (lat + 2e-4, lon, None), (lat + 2e-4, lon + 2e-4, None), (lat, lon + 2e-4, None)]
+    content = read_file(kml.write_kml((Drawing("area", "the field", tuple(corners)),), "x"))
+    with pytest.raises(FormatError, match="--role"):
+        convert(content, BY_NAME["scenario"], Options(base=base))
+    out = convert(content, BY_NAME["scenario"], Options(base=base, role=Role.NO_FLY, round_index=1))
+    zone = parse(out.data.decode()).rounds[1].zones[-1]
+    assert (zone.name, zone.role, len(zone.shape.vertices_m)) == ("the field", Role.NO_FLY, 4)
+    more = Base(parse(out.data.decode()), out.data.decode())
+    again = convert(content, BY_NAME["scenario"], Options(base=more, role=Role.NO_FLY, round_index=1))
+    assert parse(again.data.decode()).rounds[1].zones[-1].name == "the field 2"
+
+
+def test_a_rectangle_and_a_circle_stay_what_they_are_until_their_corners_move() -> None:
+    text = SCENARIO
+    scenario = parse(text)
+    document = ScenarioDocument(text)
+    zone = scenario.rounds[0].zones[0]
+    turned = Rectangle(zone.shape.centre_m, 30.0, 20.0, 30.0)
+    document.set_zone(0, zone.name, type(zone)(zone.name, zone.role, turned))
+    scenario = parse(document.text)
+    drawn = read_file(convert(Base(scenario, document.text), BY_NAME["geojson"], Options()).data).drawings
+    target = ScenarioDocument(text)
+    put_drawings(target, scenario, drawn, 0, Role.DEFEND)
+    assert parse(target.text).rounds[0].zones[0].shape == turned
+    moved = tuple(
+        replace(d, places=tuple((lat + 1e-4, lon, h) for lat, lon, h in d.places)) if d.name == zone.name else d
+        for d in drawn
+    )
+    put_drawings(target, scenario, moved, 0, Role.DEFEND)
+    assert isinstance(parse(target.text).rounds[0].zones[0].shape, Rectangle), "moved as a whole"
+    bent = tuple(replace(d, places=(d.places[0], *d.places[2:])) if d.name == zone.name else d for d in drawn)
+    put_drawings(target, scenario, bent, 0, Role.DEFEND)
+    assert isinstance(parse(target.text).rounds[0].zones[0].shape, Polygon)
+
+
+def test_a_round_as_a_fence_for_vehicles() -> None:
+    base = Base(parse(SCENARIO), SCENARIO)
+    out = convert(base, BY_NAME["plan"], Options(round_index=0))
+    made = json.loads(out.data)["geoFence"]
+    assert len(made["polygons"]) + len(made["circles"]) == 1 and made["polygons"][0]["inclusion"] is True
+    assert "as a fence" in out.notes[0]

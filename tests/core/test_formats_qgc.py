@@ -1,0 +1,243 @@
+"""QGroundControl's `.plan`: what goes out comes back, and what is unknown here stays in the file."""
+
+import copy
+import json
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plan_designs import HOMES, RALLIES, fences, missions
+from plan_peers import mission, waypoint
+
+from tui_gcs.core.formats.content import Content, FormatError, Home
+from tui_gcs.core.formats.qgc_plan import content_of, read_qgc
+from tui_gcs.core.formats.qgc_write import write_qgc
+from tui_gcs.core.plan import JUMP, Plan, PlanItem, PlanKind
+
+
+def simple(number: int, command: int = 16, params: list[Any] | None = None, **more: Any) -> dict[str, Any]:
+    """As QGroundControl writes it, with something of its own in it."""
+    usual = [0, 0, 0, None, 47.3977 + number / 1e4, 8.5456, 20]
+    return {
+        "type": "SimpleItem", "command": command, "frame": 3, "autoContinue": True, "doJumpId": number,
+        "params": params or usual, "AltitudeMode": 1, "Altitude": 20, "AMSLAltAboveTerrain": None, "myNote": number,
+    } | more  # fmt: skip
+
+
+def survey(first: int) -> dict[str, Any]:
+    inside = {"version": 1, "CameraCalc": {"CameraName": "Mapper"}, "Items": [simple(first), simple(first + 1)]}
+    return {
+        "type": "ComplexItem", "complexItemType": "survey", "version": 5, "angle": 12,
+        "polygon": [[47.1, 8.1], [47.2, 8.1], [47.2, 8.2]], "TransectStyleComplexItem": inside,
+    }  # fmt: skip
+
+
+def document(*items: dict[str, Any]) -> dict[str, Any]:
+    """A plan of QGroundControl with a survey, a jump, and keys that nobody else knows."""
+    mission_items = items or (
+        simple(1, 22),
+        survey(2),
+        simple(4, JUMP, [1, 2, 0, 0, 0, 0, 0], frame=2),
+        simple(5, 20, [0] * 7, frame=2),
+    )
+    return {
+        "fileType": "Plan",
+        "groundStation": "QGroundControl",
+        "version": 1,
+        "somethingNew": {"deep": [1, None, "ä"]},
+        "mission": {
+            "version": 2, "firmwareType": 12, "vehicleType": 2, "cruiseSpeed": 15, "hoverSpeed": 5,
+            "plannedHomePosition": [47.3977419, 8.5455938, 488], "items": list(mission_items), "later": True,
+        },
+        "geoFence": {
+            "version": 2,
+            "circles": [{"circle": {"center": [47.4, 8.54], "radius": 50.5}, "inclusion": False, "version": 1, "n": 1}],
+            "polygons": [{"polygon": [[47.4, 8.5], [47.4, 8.6], [47.3, 8.6]], "inclusion": True, "version": 1, "m": 2}],
+            "breachReturn": [47.39, 8.55, 30],
+        },
+        "rallyPoints": {"version": 2, "points": [[47.397, 8.545, 50]], "extra": []},
+    }  # fmt: skip
+
+
+def read(raw: dict[str, Any]) -> Content:
+    return read_qgc(json.dumps(raw))
+
+
+def written(content: Content) -> dict[str, Any]:
+    made: dict[str, Any] = json.loads(write_qgc(content).data)
+    return made
+
+
+def test_a_survey_is_flown_as_way_points_and_a_jump_leads_to_its_item() -> None:
+    content = read(document())
+    assert content.mission is not None and content.fence is not None and content.rally is not None
+    assert [item.command for item in content.mission.items] == [22, 16, 16, JUMP, 20]
+    assert content.mission.items[3].params[0] == 0.0
+    assert content.mission.items[1].x == 473_979_000 and math.isnan(content.mission.items[1].params[3])
+    assert [item.command for item in content.fence.items] == [5001, 5001, 5001, 5004, 5000]
+    assert content.rally.items[0].z == 50 and content.home == Home(47.3977419, 8.5455938, 488)
+    assert content.notes == ("1 survey or scan flattened into way-points",)
+
+
+def test_what_was_not_changed_is_written_as_it_was() -> None:
+    assert written(read(document())) == document()
+
+
+def test_an_item_added_before_a_survey_leaves_the_survey() -> None:
+    content = read(document())
+    items = content.mission.items
+    new = replace(items[1], z=33.0)
+    jump = replace(items[3], params=(0.0, 2.0, 0.0, 0.0))
+    changed = Plan(PlanKind.MISSION, (items[0], new, *items[1:3], jump, items[4]))
+    made = written(replace(content, mission=changed))["mission"]["items"]
+    assert [entry["type"] for entry in made] == ["SimpleItem", "SimpleItem", "ComplexItem", "SimpleItem", "SimpleItem"]
+    assert made[0]["myNote"] == 1 and "myNote" not in made[1] and made[1]["Altitude"] == 33
+    assert [item["doJumpId"] for item in made[2]["TransectStyleComplexItem"]["Items"]] == [3, 4]
+    assert [made[i]["doJumpId"] for i in (0, 1, 3, 4)] == [1, 2, 5, 6] and made[3]["params"][0] == 1
+    assert read_qgc(json.dumps(document() | {"mission": document()["mission"] | {"items": made}})).mission == changed
+
+
+def test_a_survey_with_a_moved_point_becomes_way_points_and_that_is_told() -> None:
+    content = read(document())
+    items = list(content.mission.items)
+    items[2] = replace(items[2], x=items[2].x + 10)
+    out = write_qgc(replace(content, mission=Plan(PlanKind.MISSION, tuple(items))))
+    assert all(entry["type"] == "SimpleItem" for entry in json.loads(out.data)["mission"]["items"])
+    assert out.notes == ("1 survey, scan or landing changed: way-points now",)
+
+
+def test_shapes_of_a_fence_keep_what_is_unknown_unless_they_change() -> None:
+    content = read(document())
+    moved = [replace(i, x=i.x + 5) if i.command == 5004 else i for i in content.fence.items if i.command != 5000]
+    made = written(replace(content, fence=Plan(PlanKind.FENCE, tuple(moved))))["geoFence"]
+    assert made["polygons"] == document()["geoFence"]["polygons"] and "breachReturn" not in made
+    assert made["circles"][0] == {
+        "version": 1, "inclusion": False, "circle": {"center": [47.4000005, 8.54], "radius": 50.5}
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["StructureScan", "fwLandingPattern", "vtolLandingPattern"])
+def test_what_has_no_way_in_the_file_is_kept_and_not_flown(kind: str) -> None:
+    raw = document(simple(1), {"type": "ComplexItem", "complexItemType": kind, "version": 3}, simple(2))
+    content = read(raw)
+    assert len(content.mission.items) == 2 and content.not_flown == (f"item 2, {kind}",)
+    assert written(content) == raw
+
+
+def test_a_new_file_is_whole_and_says_what_it_had_to_assume() -> None:
+    out = write_qgc(Content(mission(3), autopilot=3))
+    made = json.loads(out.data)
+    assert (made["fileType"], made["version"], made["mission"]["version"]) == ("Plan", 1, 2)
+    assert made["geoFence"] == {"version": 2, "polygons": [], "circles": []}
+    assert made["rallyPoints"] == {"version": 2, "points": []}
+    assert made["mission"]["firmwareType"] == 3 and made["mission"]["plannedHomePosition"] == [47.3977, 8.5456, 0.0]
+    assert "home" in out.notes[0]
+
+
+def test_heights_of_rally_points_are_never_guessed() -> None:
+    high = Plan(PlanKind.RALLY, (PlanItem(5100, 0, x=473_977_000, y=85_456_000, z=500.0),))
+    lost = write_qgc(Content(rally=high))
+    assert json.loads(lost.data)["rallyPoints"]["points"] == [] and "1 rally point above sea level" in lost.left_out[0]
+    known = write_qgc(Content(rally=high, home=Home(47.0, 8.0, 488.0)))
+    assert json.loads(known.data)["rallyPoints"]["points"] == [[47.3977, 8.5456, 12.0]] and not known.left_out
+
+
+def test_a_number_that_cannot_travel_is_told() -> None:
+    content = read(document(simple(1), simple(2, 205, [0, 0, 0, 0, -12.5, 0, 0], frame=2)))
+    assert content.left_out == ("mission item 2: -12.5 of command 205 is sent as -12: no fractions there",)
+    assert written(content)["mission"]["items"][1]["params"][4] == -12.5
+
+
+def test_older_files_are_read() -> None:
+    old = {"type": "missionItem", "command": 16, "frame": 3, "autoContinue": True, "param1": 5, "param2": 0}
+    old |= {"param3": 0, "param4": 0, "coordinate": [47.4, 8.5, 12]}
+    raw = document(old)
+    raw["geoFence"] = {"version": 1, "polygon": [[47.4, 8.5], [47.4, 8.6], [47.3, 8.6]]}
+    del raw["rallyPoints"]
+    content = read(raw)
+    assert content.mission.items == (PlanItem(16, 3, (5.0, 0.0, 0.0, 0.0), 474_000_000, 85_000_000, 12.0),)
+    assert [item.params[0] for item in content.fence.items] == [3.0] * 3
+
+
+def _without(path: str) -> dict[str, Any]:
+    return _with(path, None, drop=True)
+
+
+def _with(path: str, value: Any, *, drop: bool = False) -> dict[str, Any]:
+    raw = copy.deepcopy(document())
+    *way, last = [int(step) if step.isdigit() else step for step in path.split(".")]
+    at: Any = raw
+    for step in way:
+        at = at[step]
+    if drop:
+        del at[last]
+    else:
+        at[last] = value
+    return raw
+
+
+@pytest.mark.parametrize(
+    ("raw", "why"),
+    [
+        (_without("mission"), "mission is missing"),
+        (_with("fileType", "Fence"), "no plan of QGroundControl"),
+        (_with("version", 3), "the plan: version 3 is not known"),
+        (_with("mission.version", 7), "mission: version 7"),
+        (_with("geoFence.version", 3), "geoFence: version 3"),
+        (_with("mission.complexItems", [1]), "old QGroundControl"),
+        (_with("mission.items", {}), "items is no list"),
+        (_with("mission.items.0", 5), "mission item 1: an object"),
+        (_with("mission.items.0.type", "Other"), "mission item 1: neither"),
+        (_with("mission.items.0.command", "16"), "mission item 1: command: 16 is no number"),
+        (_with("mission.items.0.command", 16.5), "no whole number"),
+        (_with("mission.items.0.params", [1] * 6), "mission item 1: 6 params instead of 7"),
+        (_with("mission.items.0.params.4", None), "no latitude or longitude"),
+        (_with("mission.items.0.params.5", 181), "181 is no latitude or longitude"),
+        (_with("mission.items.0.params.0", True), "True is no number"),
+        (_with("mission.items.0.params.0", 10**400), "is no number"),
+        (_with("mission.items.1.TransectStyleComplexItem.Items.1.params", [1]), "mission item 2: 1 params"),
+        (_with("mission.items.2.params.0", 77), "item 4 jumps to number 77, which no item has"),
+        (_with("mission.items.0.doJumpId", 5) | {}, "jumps to number 1, which no item has"),
+        (_with("mission.plannedHomePosition", [47, 8]), "plannedHomePosition"),
+        (_with("geoFence.polygons.0.polygon.0", [91, 8]), "fence polygon 1: 91, 8 is no place on earth"),
+        (_with("geoFence.circles.0.circle", None), "fence circle 1"),
+        (_with("geoFence.circles.0.inclusion", "yes"), "true or false"),
+        (_with("rallyPoints.points.0", [47.1, 8.1]), "rally point 1"),
+        (document(*[simple(1)] * 2001), "more than 2000 items"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_what_is_no_plan_is_one_line_with_its_place(raw: dict[str, Any], why: str) -> None:
+    with pytest.raises(FormatError, match=why) as error:
+        read(raw)
+    assert "\n" not in str(error.value)
+
+
+@settings(max_examples=15, deadline=None)
+@given(missions(), fences(), RALLIES, HOMES)
+def test_any_plan_comes_back_as_it_was(mission_: Plan, fence_: Plan, rally_: Plan, home: Home) -> None:
+    fence_ = Plan(PlanKind.FENCE, tuple(sorted(fence_.items, key=lambda item: item.command in (5003, 5004))))
+    out = write_qgc(Content(mission_, fence_, rally_, home))
+    back = content_of(json.loads(out.data))
+    found = (back.mission, back.fence, back.rally)
+    assert [plan.fingerprint for plan in found] == [plan.fingerprint for plan in (mission_, fence_, rally_)]
+    assert back.home == home and out.left_out == ()
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.data())
+def test_any_change_of_a_kept_file_is_what_comes_back(data: st.DataObject) -> None:
+    content = read(document())
+    items = list(content.mission.items)
+    for _ in range(data.draw(st.integers(1, 3))):
+        at = data.draw(st.integers(0, len(items)))
+        if data.draw(st.booleans()) or not items:
+            items.insert(at, waypoint(at))
+        else:
+            del items[min(at, len(items) - 1)]
+    kept = tuple(item for item in items if item.command != JUMP)
+    back = content_of(written(replace(content, mission=Plan(PlanKind.MISSION, kept))))
+    assert back.mission.fingerprint == Plan(PlanKind.MISSION, kept).fingerprint

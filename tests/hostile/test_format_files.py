@@ -1,0 +1,146 @@
+"""Files from anywhere (security.md B.6-97): one clear line, quickly, and nothing is changed."""
+
+import io
+import json
+import os
+import time
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tui_gcs.cli import main
+from tui_gcs.core.formats.bounded import MOST_BYTES
+from tui_gcs.core.formats.content import Content, FormatError
+from tui_gcs.core.formats.files import read_file
+
+ENTITY_BOMB = b'<?xml version="1.0"?><!DOCTYPE k [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><kml>&b;</kml>'
+OUTSIDE = b'<?xml version="1.0"?><!DOCTYPE k [<!ENTITY x SYSTEM "file:///etc/passwd">]><kml>&x;</kml>'
+POINT = "<Placemark><Point><coordinates>8,47</coordinates></Point></Placemark>"
+QUICK_S = 1.0
+
+
+def packed(name: str, data: bytes, method: int = zipfile.ZIP_DEFLATED) -> bytes:
+    target = io.BytesIO()
+    with zipfile.ZipFile(target, "w", method) as archive:
+        archive.writestr(name, data)
+    return target.getvalue()
+
+
+def many_files() -> bytes:
+    target = io.BytesIO()
+    with zipfile.ZipFile(target, "w") as archive:
+        for number in range(1500):
+            archive.writestr(f"{number}.txt", b"")
+    return target.getvalue()
+
+
+HOSTILE = {
+    "nothing": (b"", "is empty"),
+    "1 GB": (b"x" * (MOST_BYTES + 1), "larger than 4 MB"),
+    "deep": (b'{"a":' * 100_000, "nested too deeply"),
+    "deep list": (b'{"a":' + b"[" * 100_000, "nested too deeply"),
+    "huge number": (b'{"fileType": ' + b"9" * 5000 + b"}", "digits"),
+    "NaN": (b'{"fileType": NaN}', "NaN is no number of JSON"),
+    "twice": (b'{"a": 1, "a": 2}', "'a' is given twice"),
+    "half a character": (b'{"fileType": "\\ud800"}', "half of a character"),
+    "UTF-16": ("<kml/>".encode("utf-16"), "UTF-16"),
+    "Latin-1": (b"# caf\xe9\nRTL_ALT 1", "line 1: is not UTF-8 text"),
+    "binary": (b"\x7fELF\0\0\0", "is not text"),
+    "a million items": (
+        b'{"fileType":"Plan","mission":{"items":[' + b"{},".join([b""] * 1_000_000) + b"{}]}}",
+        "mission item 1: neither",
+    ),
+    "entity bomb": (ENTITY_BOMB, "declares a document type or entities"),
+    "other files": (OUTSIDE, "declares a document type or entities"),
+    "UTF-16 entity": (ENTITY_BOMB.decode().replace("?>", ' encoding="UTF-16"?>', 1).encode("utf-16"), "UTF-16"),
+    "deep XML": (b"<a>" * 100_000, "nested too deeply"),
+    "wide XML": (b"<a>" + b"<b/>" * 200_000, "more than 100000 elements"),
+    "torn XML": (b"<kml><Document>", "no element found"),
+    "strange XML": (b'<?xml version="1.0" encoding="nonsense"?><kml/>', "unknown encoding"),
+    "nested places": (("<Placemark>" * 40 + POINT + "</Placemark>" * 40).encode(), "within a Placemark"),
+    "many points": (
+        b"<Placemark><LineString><coordinates>" + b"8,47 " * 100_001 + b"</coordinates></LineString></Placemark>",
+        "more than 100000 points",
+    ),
+    "zip bomb": (packed("doc.kml", b" " * 200_000_000), "unpacks to more than 4 MB"),
+    "zip of many": (many_files(), "more than 1000 files"),
+    "zip without": (packed("doc.txt", b"<kml/>"), "an archive without a .kml file"),
+    "odd zip": (packed("doc.kml", b"<kml/>", zipfile.ZIP_LZMA), "packed in an unusual way"),
+    "torn zip": (packed("doc.kml", b"<kml/>")[:40], "not an archive that can be read"),
+    "zip of deep": (packed("../../doc.kml", b"<a>" * 100_000), "nested too deeply"),
+    "geo depth": (
+        b'{"type":"GeometryCollection","geometries":[' * 40 + b"]}" * 40,
+        "nested too deeply",
+    ),
+    "geo": (b'{"type":"Point","coordinates":[8,147]}', "no place on earth"),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_what_is_wrong_is_one_line_and_changes_nothing(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data, why = HOSTILE[name]
+    source, target = tmp_path / "in.file", tmp_path / "out.plan"
+    source.write_bytes(data)
+    begin_s = time.process_time()
+    assert main(["convert", str(source), str(target)]) == 2
+    assert time.process_time() - begin_s < QUICK_S
+    error = capsys.readouterr().err
+    assert why in error and error.count("\n") == 1 and "in.file" in error
+    assert [path.name for path in tmp_path.iterdir()] == ["in.file"] and source.read_bytes() == data
+
+
+def test_a_pipe_is_no_file_to_wait_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    os.mkfifo(tmp_path / "a.plan")
+    assert main(["convert", str(tmp_path / "a.plan"), str(tmp_path / "b.kml")]) == 2
+    assert "not a file" in capsys.readouterr().err
+
+
+def test_nothing_that_a_file_says_reaches_the_terminal_as_control_codes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    evil = "<Placemark><name>\x9b31m</name><LineString><coordinates>8,47 9,47</coordinates></LineString></Placemark>"
+    (tmp_path / "a.kml").write_text(f"<kml>{evil}</kml>")
+    main(["convert", str(tmp_path / "a.kml"), str(tmp_path / "b.plan")])
+    out = capsys.readouterr()
+    assert "does not say how high" in out.err and "\x9b" not in out.err + out.out
+
+
+PLAN: dict[str, Any] = {
+    "fileType": "Plan", "version": 1,
+    "mission": {"version": 2, "plannedHomePosition": [47.3, 8.5, 488], "items": [
+        {"type": "SimpleItem", "command": 16, "frame": 3, "params": [0, 0, 0, None, 47.3, 8.5, 20]},
+        {"type": "SimpleItem", "command": 177, "frame": 2, "autoContinue": True, "params": [1, 2, 0, 0, 0, 0, 0]},
+    ]},
+    "geoFence": {"version": 2, "circles": [], "polygons": [{"polygon": [[47, 8], [47, 9], [48, 9]]}]},
+    "rallyPoints": {"version": 2, "points": [[47.397, 8.545, 50]]},
+}  # fmt: skip
+SEEDS = (
+    json.dumps(PLAN).encode(),
+    f"<kml>{POINT}</kml>".encode(),
+    b'{"type":"Feature","geometry":{"type":"Polygon","coordinates":[[[8,47],[8,48],[9,48],[8,47]]]},"properties":{}}',
+    b"QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t47\t8\t488\t1\n1\t0\t3\t22\t0\t0\t0\t0\t47\t8\t15\t1\n",
+    b"RALLY 47 8 20 0 0 0\n",
+    b"1\t1\tRTL_ALT\t3000\t6\n",
+    packed("doc.kml", b"<kml/>"),
+)
+
+
+@settings(max_examples=120, deadline=None)
+@given(
+    st.sampled_from(SEEDS),
+    st.lists(st.tuples(st.integers(0, 4000), st.binary(max_size=4), st.integers(0, 30)), max_size=4),
+)
+def test_a_damaged_file_is_read_or_refused_in_one_line(seed: bytes, damage: list[tuple[int, bytes, int]]) -> None:
+    for at, new, gone in damage:
+        at %= len(seed) + 1
+        seed = seed[:at] + new + seed[at + gone :]
+    try:
+        assert isinstance(read_file(seed), Content)
+    except FormatError as error:
+        assert str(error).isprintable() and len(str(error)) < 400

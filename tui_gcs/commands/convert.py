@@ -1,0 +1,171 @@
+"""`tui-gcs convert`: one file into another format; what the other cannot hold is told."""
+
+import argparse
+import errno
+import os
+import stat
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui_gcs.exits import FAILED, OK, CommandError
+
+if TYPE_CHECKING:
+    from tui_gcs.core.formats.content import Content
+    from tui_gcs.core.formats.conversion import Base, Options
+    from tui_gcs.core.formats.files import Format
+
+MOST_CELLS = 300
+SCENARIO = ".toml"
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Write the other file; 0 if all of it is there, 1 if something had to be left out."""
+    from tui_gcs.core.formats.content import FormatError
+    from tui_gcs.core.formats.conversion import convert
+    from tui_gcs.core.text import clean
+
+    source, target = Path(arguments.source), Path(arguments.target)
+    wanted = _target(target, arguments.to)
+    _may_write(target, force=arguments.force)
+    read = read_any(source, arguments.kind, arguments.home_line)
+    try:
+        written = convert(read, wanted, _options(arguments, target))
+    except FormatError as error:
+        raise CommandError(f"{clean(str(source), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
+    put(target, written.data, force=arguments.force)
+    for note in written.notes:
+        sys.stdout.write(f"note: {clean(note, MOST_CELLS)}\n")
+    for lost in written.left_out:
+        sys.stdout.write(f"left out: {clean(lost, MOST_CELLS)}\n")
+    sys.stdout.write(f"{clean(str(target), MOST_CELLS)} written: {wanted.text}\n")
+    return FAILED if written.left_out else OK
+
+
+def _target(target: Path, to: str | None) -> "Format":
+    from tui_gcs.core.formats.files import BY_NAME, KNOWN, format_of
+
+    found = BY_NAME[to] if to is not None else format_of(target.name)
+    if found is None:
+        raise CommandError(f"{target}: an ending that says the format is needed ({KNOWN}), or --to FORMAT")
+    return found
+
+
+def _options(arguments: argparse.Namespace, target: Path) -> "Options":
+    from tui_gcs.core.formats.conversion import Options
+    from tui_gcs.core.plan import PlanKind
+    from tui_gcs.core.zones import Role
+
+    base = read_base(Path(arguments.base)) if arguments.base is not None else None
+    if not -10_000 <= (arguments.height or 0.0) <= 83_000:  # NaN, too
+        raise CommandError(f"--height {arguments.height:g}: no height")
+    read = read_base(Path(arguments.source)) if arguments.source.endswith(SCENARIO) else base
+    return Options(
+        title=target.stem,
+        kind=PlanKind[arguments.kind.upper()] if arguments.kind is not None else None,
+        height_m=arguments.height,
+        round_index=_round(read, arguments.round),
+        role=Role(arguments.role) if arguments.role is not None else None,
+        base=base,
+    )
+
+
+def _round(base: "Base | None", wanted: str | None) -> int | None:
+    """A round by its number from 1, or by its name."""
+    if wanted is None:
+        return None
+    if base is None:
+        raise CommandError(f"--round {wanted}: there is no scenario that has rounds")
+    names = [each.name for each in base.scenario.rounds]
+    if wanted in names:
+        return names.index(wanted)
+    if wanted.isascii() and wanted.isdigit() and 1 <= int(wanted[:6]) <= len(names):
+        return int(wanted) - 1
+    raise CommandError(f"--round {wanted}: no such round; there are: {', '.join(names)}")
+
+
+def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "Content | Base":
+    """What is in a file. Raises `CommandError`, one line."""
+    from tui_gcs.core.formats.content import FormatError
+    from tui_gcs.core.formats.files import read_file
+    from tui_gcs.core.formats.wpl import HomeLine
+    from tui_gcs.core.plan import PlanKind
+    from tui_gcs.core.text import clean
+
+    if path.name.lower().endswith(SCENARIO):
+        return read_base(path)
+    try:
+        return read_file(data_of(path), PlanKind[kind.upper()] if kind is not None else None, HomeLine(home_line))
+    except FormatError as error:
+        raise CommandError(f"{clean(str(path), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
+
+
+def data_of(path: Path) -> bytes:
+    """A file's bytes, one more than are ever read if it is too large. Raises `CommandError`."""
+    from tui_gcs.core.formats.bounded import MOST_BYTES
+
+    try:
+        with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):  # a pipe or a device never ends
+                raise CommandError(f"{path}: not a file")
+            return file.read(MOST_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise CommandError(f"{path}: {reason}") from None
+
+
+def read_base(path: Path) -> "Base":
+    """A scenario and its text. Raises `CommandError`."""
+    from tui_gcs.core.formats.conversion import Base
+    from tui_gcs.core.scenario_load import ScenarioError, parse, read_text
+
+    try:
+        text = read_text(path)
+        return Base(parse(text, str(path)), text)
+    except ScenarioError as error:
+        raise CommandError(error.problems[0]) from None
+
+
+# ---------------------------------------------------------------- writing
+
+
+def _may_write(target: Path, *, force: bool) -> None:
+    """Tell it before anything is read. Raises `CommandError`."""
+    try:
+        info = target.lstat()
+    except FileNotFoundError:
+        return
+    except (OSError, ValueError) as error:
+        raise CommandError(f"{target}: {error}") from None
+    if not stat.S_ISREG(info.st_mode):
+        raise CommandError(f"{target}: not a plain file; give another name")
+    if not force:
+        raise CommandError(f"{target}: is there already; --force overwrites it")
+
+
+def put(target: Path, data: bytes, *, force: bool) -> None:
+    """Write it as a whole or not at all, and over another file only with `force`. Raises `CommandError`."""
+    new = target.with_name(f".{target.name[:100]}.{os.getpid()}.new")
+    try:
+        with new.open("xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        if force:
+            new.replace(target)
+        else:
+            _link(new, target)
+    except OSError as error:
+        raise CommandError(f"{target}: cannot be written ({error.strerror})") from None
+    finally:
+        new.unlink(missing_ok=True)
+
+
+def _link(new: Path, target: Path) -> None:
+    """Give it its name, which fails where there is such a file by now. Raises OSError."""
+    try:
+        os.link(new, target)
+    except OSError as error:
+        if error.errno not in (errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS) or target.exists():
+            raise
+        new.replace(target)  # memory cards have no links

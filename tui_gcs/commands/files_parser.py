@@ -1,0 +1,66 @@
+"""The arguments of `tui-gcs convert` and `tui-gcs check`; imports nothing heavy."""
+
+import argparse
+from typing import Any
+
+Commands = Any
+"""argparse's own type for subparsers has no public name."""
+
+CONVERT = """formats, by the ending of OUT (IN is looked into):
+  .plan                    QGroundControl: mission, fence and rally points; what is unknown here is kept
+  .waypoints .wpl .txt     QGC WPL 110: one of mission, fence, rally points
+  .json                    ours: one of them
+  .fen .fence .ral .rally  the older lists of Mission Planner and MAVProxy
+  .kml .kmz .geojson       zones and paths
+  .param .parm .params     parameters of Mission Planner, MAVProxy, QGroundControl
+  .toml                    a scenario: zones of a drawing are added to --base
+
+examples:
+  tui-gcs convert field.plan field.waypoints
+  tui-gcs convert swarm.toml zones.kml
+  tui-gcs convert zones.kml new.toml --base swarm.toml --round 2 --role no-fly
+  tui-gcs convert path.kml mission.plan --height 40
+  tui-gcs convert swarm.toml fence.plan --round "round 1"     its operating area and no-fly zones
+
+Exit code 0 if OUT holds all of IN, 1 if it is written and something is left out, 2 if nothing is written."""
+
+CHECK = """Exit code 0 if nothing is wrong, 1 if something is, 2 if the file cannot be read."""
+
+
+def add(commands: Commands) -> None:
+    """Add both commands."""
+    _add_convert(commands)
+    text = "what is wrong with a scenario, a plan or another file, before it flies"
+    check = commands.add_parser("check", help=text, description=text, epilog=CHECK)
+    check.set_defaults(module="check")
+    check.add_argument("file", metavar="FILE")
+    check.add_argument(
+        "--autopilot", choices=("ardupilot", "px4"), help="who is to fly the plan (default: as a .plan says)"
+    )
+    _common(check)
+    check.add_argument("--home", metavar="LAT,LON", help="where it starts, if the file does not say it")
+    check.add_argument("--json", action="store_true", help="for scripts")
+
+
+def _add_convert(commands: Commands) -> None:
+    text = "a file of another ground station or map program into another format"
+    convert = commands.add_parser(
+        "convert", help=text, description=text, epilog=CONVERT, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    convert.set_defaults(module="convert")
+    convert.add_argument("source", metavar="IN")
+    convert.add_argument("target", metavar="OUT")
+    convert.add_argument("--force", action="store_true", help="overwrite OUT")
+    names = ("plan", "wpl", "json", "fence", "rally", "kml", "kmz", "geojson", "param", "parm", "params", "scenario")
+    convert.add_argument("--to", choices=names, metavar="FORMAT", help=f"whatever OUT ends in: {', '.join(names)}")
+    _common(convert)
+    convert.add_argument("--height", type=float, metavar="M", help="above home, for paths that do not say how high")
+    convert.add_argument("--round", metavar="N|NAME", help="of a scenario (default: all, or the first)")
+    convert.add_argument("--role", choices=("defend", "attack", "no-fly"), help="of zones that do not say it")
+    convert.add_argument("--base", metavar="SCENARIO.toml", help="the scenario that zones are added to")
+
+
+def _common(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--kind", choices=("mission", "fence", "rally"), help="which of them, where a file holds one")
+    home = "whether the first line of a WPL mission is home (auto: an AMSL way-point with index 0 is)"
+    parser.add_argument("--home-line", choices=("auto", "yes", "no"), default="auto", help=home)

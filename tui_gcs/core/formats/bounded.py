@@ -1,0 +1,170 @@
+"""Bytes from anywhere into text, JSON and XML: limited in size, depth and number, and one line of why not.
+
+Limits are such that the largest file that is read at all takes less than a second (security.md B.6-97).
+"""
+
+import json
+import re
+import zipfile
+import zlib
+from io import BytesIO
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from tui_gcs.core.formats.content import FormatError
+from tui_gcs.core.text import clean
+
+if TYPE_CHECKING:
+    import xml.etree.ElementTree as ET
+
+MOST_BYTES = 4 << 20
+"""Of any file: a plan of 2000 items with surveys is below 1 MB."""
+MOST_DEPTH = 60
+MOST_ELEMENTS = 100_000
+MOST_ZIP_ENTRIES = 1000
+MOST_WORDS = 150
+"""Cells of a reason that another library gives."""
+_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
+
+
+def text_of(data: bytes) -> str:
+    """UTF-8 text with or without a byte order mark, line ends as they are. Raises FormatError."""
+    if len(data) > MOST_BYTES:
+        raise FormatError(f"larger than {MOST_BYTES >> 20} MB")
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise FormatError("is UTF-16; save it as UTF-8")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise FormatError(f"line {line}: is not UTF-8 text") from None
+    if "\0" in text:
+        raise FormatError(f"line {text[: text.index(chr(0))].count(chr(10)) + 1}: is not text")
+    return text
+
+
+# ---------------------------------------------------------------- JSON
+
+
+def json_of(text: str) -> dict[str, Any]:
+    """A JSON object. Names given twice, NaN and endless numbers are refused. Raises FormatError."""
+    if len(text) > MOST_BYTES:
+        raise FormatError(f"larger than {MOST_BYTES >> 20} MB")
+    try:
+        found = json.loads(text, object_pairs_hook=_object, parse_constant=_constant)
+        if _SURROGATE.search(text):  # half of a character cannot be written again
+            json.dumps(found, ensure_ascii=False).encode()
+    except RecursionError:
+        raise FormatError("nested too deeply") from None
+    except UnicodeEncodeError:
+        raise FormatError("holds half of a character (a lone surrogate)") from None
+    except json.JSONDecodeError as error:
+        raise FormatError(f"line {error.lineno}: {clean(error.msg, MOST_WORDS)}") from None
+    except ValueError as error:  # a number of thousands of digits
+        raise FormatError(clean(str(error), MOST_WORDS)) from None
+    if not isinstance(found, dict):
+        raise FormatError("an object was expected")
+    return found
+
+
+def json_text(document: dict[str, Any]) -> str:
+    """`document` as readable JSON; names in the order in which they are. Raises FormatError."""
+    try:
+        return json.dumps(document, indent=4, ensure_ascii=False, allow_nan=False) + "\n"
+    except RecursionError:
+        raise FormatError("nested too deeply") from None
+    except ValueError:
+        raise FormatError("an endless number, which JSON does not have") from None
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        seen: set[str] = set()
+        twice = next(name for name, _ in pairs if name in seen or seen.add(name))  # type: ignore[func-returns-value]
+        raise FormatError(f"{clean(repr(twice), 40)} is given twice")
+    return found
+
+
+def _constant(name: str) -> NoReturn:
+    raise FormatError(f"{name} is no number of JSON")
+
+
+# ---------------------------------------------------------------- XML
+
+
+def xml_of(data: bytes) -> "ET.Element":
+    """The root of an XML document. Document types and entities of its own are refused. Raises FormatError."""
+    import xml.etree.ElementTree as ET  # most commands read no XML, and start sooner without it
+    from xml.parsers import expat
+
+    if len(data) > MOST_BYTES:
+        raise FormatError(f"larger than {MOST_BYTES >> 20} MB")
+    builder = ET.TreeBuilder()
+    depth = count = 0
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth, count
+        depth, count = depth + 1, count + 1
+        if depth > MOST_DEPTH:
+            raise FormatError("nested too deeply")
+        if count > MOST_ELEMENTS:
+            raise FormatError(f"more than {MOST_ELEMENTS} elements")
+        builder.start(tag, attributes)
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        builder.end(tag)
+
+    def refuse(*_: object) -> NoReturn:
+        raise FormatError("declares a document type or entities: refused")
+
+    parser = expat.ParserCreate(namespace_separator="}")
+    parser.buffer_text = True
+    parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, builder.data
+    parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = parser.ExternalEntityRefHandler = refuse
+    try:
+        parser.Parse(data, True)
+        return builder.close()
+    except expat.ExpatError as error:
+        raise FormatError(f"line {error.lineno}: {expat.ErrorString(error.code)}") from None
+    except (LookupError, ValueError) as error:  # an encoding that does not exist
+        raise FormatError(clean(str(error), MOST_WORDS)) from None
+
+
+def local(tag: str) -> str:
+    """The name of an element without its namespace."""
+    return tag.rpartition("}")[2]
+
+
+# ---------------------------------------------------------------- ZIP
+
+
+def zip_member(data: bytes, ending: str) -> bytes:
+    """The first file of a ZIP archive with this ending, never more than `MOST_BYTES` of it. Raises FormatError."""
+    if len(data) > MOST_BYTES:
+        raise FormatError(f"larger than {MOST_BYTES >> 20} MB")
+    if data.count(b"PK\x01\x02") > MOST_ZIP_ENTRIES:
+        raise FormatError(f"an archive of more than {MOST_ZIP_ENTRIES} files")
+    try:
+        with zipfile.ZipFile(BytesIO(data)) as archive:
+            found = next((info for info in archive.infolist() if info.filename.lower().endswith(ending)), None)
+            if found is None:
+                raise FormatError(f"an archive without a {ending} file")
+            if found.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+                raise FormatError("an archive packed in an unusual way: only stored or deflated")
+            with archive.open(found) as member:
+                inside = member.read(MOST_BYTES + 1)
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError, OSError) as error:
+        raise FormatError(f"not an archive that can be read: {clean(str(error), MOST_WORDS)}") from None
+    if len(inside) > MOST_BYTES:
+        raise FormatError(f"unpacks to more than {MOST_BYTES >> 20} MB")
+    return inside
+
+
+def zip_of(name: str, data: bytes) -> bytes:
+    """A ZIP archive with one file; the same bytes for the same content."""
+    target = BytesIO()
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), data, zipfile.ZIP_DEFLATED)
+    return target.getvalue()

@@ -1,0 +1,246 @@
+"""Plans as drawings and back: what a map program can show of a mission, and what of its drawings can be flown.
+
+Out: the path of a mission with a mark at each of its places, fence polygons (circles with many corners, and what they
+are as facts), rally points, home. In: a path becomes way-points, areas become a fence. A drawing says what it is of by
+the fact `part`; one of another program says nothing, and is taken by its kind.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from tui_gcs.core.formats.content import Content, Drawing, FormatError, Heights, Home, Place, counted
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.missions.commands import word_of
+from tui_gcs.core.plan import (
+    AMSL,
+    CIRCLE_IN,
+    CIRCLE_OUT,
+    CIRCLES,
+    FENCE_RETURN,
+    PLAIN_FRAME,
+    POLYGON_IN,
+    POLYGON_OUT,
+    POLYGONS,
+    RALLY_POINT,
+    RELATIVE,
+    TERRAIN,
+    WAYPOINT,
+    FenceShape,
+    Plan,
+    PlanItem,
+    PlanKind,
+    fence_shapes,
+)
+from tui_gcs.core.plan_check import MOST_ITEMS
+from tui_gcs.core.scenario import Origin
+
+PART = "part"
+PATH, MARK, FENCE, RALLY, RETURN_POINT, HOME = "mission", "waypoint", "fence", "rally", "fence return", "home"
+INCLUSION, RADIUS, CENTRE_LAT, CENTRE_LON = "inclusion", "radius_m", "centre_lat", "centre_lon"
+ROLE, NO_FLY, AREA = "role", "no-fly", "area"
+CIRCLE_CORNERS = 64
+HEIGHTS_OF: dict[int, Heights] = {RELATIVE: "home", TERRAIN: "ground", AMSL: "amsl"}
+FRAME_OF = {heights: frame for frame, heights in HEIGHTS_OF.items()}
+STILL_M, STILL_SHARE = 0.5, 0.01
+"""A border that is so far from the circle that its facts tell of was edited, and is what counts."""
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Drawings, and what could not be drawn."""
+
+    drawings: tuple[Drawing, ...]
+    left_out: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def draw(content: Content) -> Drawn:
+    """What can be shown of plans. Raises FormatError."""
+    mission = _draw_mission(content.mission, content.home) if content.mission is not None else Drawn(())
+    fence = [_draw_shape(shape) for shape in fence_shapes(content.fence.items if content.fence is not None else ())]
+    points = [_draw_rally(number, item) for number, item in enumerate(content.rally.items, 1)] if content.rally else []
+    home = (_draw_home(content.home),) if content.home is not None else ()
+    lost = tuple(f"{part}: its way is not in the file" for part in content.not_flown)
+    return Drawn((*mission.drawings, *fence, *points, *home), (*mission.left_out, *lost), mission.notes)
+
+
+# ---------------------------------------------------------------- missions out
+
+
+def _draw_mission(mission: Plan, home: Home | None) -> Drawn:
+    placed = [(i, item) for i, item in enumerate(mission.items, 1) if item.is_place and (item.x or item.y)]
+    if not placed:
+        return Drawn((), _unplaced(mission))
+    heights, places = _heights([item for _, item in placed], home)
+    marks = [
+        Drawing("point", f"{i} {word_of(item.command).word}", (place,), heights=heights, facts={PART: MARK})
+        for (i, item), place in zip(placed, places, strict=True)
+    ]
+    path = [Drawing("line", "mission", tuple(places), heights=heights, facts={PART: PATH})] if len(places) > 1 else []
+    what = "heights are above home, and are written as above ground: other programs cannot show anything else"
+    return Drawn((*path, *marks), _unplaced(mission), (what,) if heights == "home" else ())
+
+
+def _unplaced(mission: Plan) -> tuple[str, ...]:
+    """What of a mission is no place, or more than one."""
+    without = Counter(i.command for i in mission.items if not (i.is_place and (i.x or i.y)))
+    acts = Counter(i.command for i in mission.items if i.is_place and (i.x or i.y) and i.command != WAYPOINT)
+    more = sum(1 for i in mission.items if i.command == WAYPOINT and any(v and not math.isnan(v) for v in i.params))
+    told = []
+    if without:
+        told.append(f"{counted(without.total(), 'item')} without a place ({_commands(without)})")
+    if acts:
+        told.append(f"what {counted(acts.total(), 'item')} does ({_commands(acts)}): drawn as places only")
+    if more:
+        told.append(f"parameters of {counted(more, 'way-point')} (hold times, radii, headings)")
+    return tuple(told)
+
+
+def _commands(found: Counter[int]) -> str:
+    return ", ".join(f"{count} x {word_of(command).word}" for command, count in sorted(found.items()))
+
+
+def _heights(items: Sequence[PlanItem], home: Home | None) -> tuple[Heights, list[Place]]:
+    """Places with heights above one thing: a path of a map program has no other. Raises FormatError."""
+    frames = {PLAIN_FRAME.get(item.frame, item.frame) for item in items}
+    if len(frames) == 1 and (heights := HEIGHTS_OF.get(next(iter(frames)))) is not None:
+        return heights, [(item.lat_deg, item.lon_deg, item.z) for item in items]
+    if frames <= {RELATIVE, AMSL} and home is not None and not math.isnan(home.amsl_m):
+        low_m = {RELATIVE: home.amsl_m, AMSL: 0.0}
+        return "amsl", [(i.lat_deg, i.lon_deg, i.z + low_m[PLAIN_FRAME[i.frame]]) for i in items]
+    raise FormatError("its heights are above different things (home, sea, ground): one path cannot show that")
+
+
+# ---------------------------------------------------------------- fences and points out
+
+
+def _draw_shape(shape: FenceShape) -> Drawing:
+    first = shape.items[0]
+    facts = {PART: FENCE, INCLUSION: "true" if shape.command in (POLYGON_IN, CIRCLE_IN) else "false"}
+    if shape.command in POLYGONS:
+        return Drawing("area", shape.text, tuple((i.lat_deg, i.lon_deg, None) for i in shape.items), facts=facts)
+    if shape.command in CIRCLES:
+        facts |= circle_facts(first.lat_deg, first.lon_deg, first.params[0])
+        return Drawing("area", shape.text, circle_border(first.lat_deg, first.lon_deg, first.params[0]), facts=facts)
+    return Drawing("point", shape.text, ((first.lat_deg, first.lon_deg, None),), facts={PART: RETURN_POINT})
+
+
+def circle_facts(lat_deg: float, lon_deg: float, radius_m: float) -> dict[str, str]:
+    """What says that a border is really a circle."""
+    return {RADIUS: f"{radius_m:.9g}", CENTRE_LAT: f"{lat_deg:.9f}", CENTRE_LON: f"{lon_deg:.9f}"}
+
+
+def circle_border(lat_deg: float, lon_deg: float, radius_m: float) -> tuple[Place, ...]:
+    """A circle with corners."""
+    frame = LocalFrame(Origin(lat_deg, lon_deg, 0.0))
+    turns = (math.tau * i / CIRCLE_CORNERS for i in range(CIRCLE_CORNERS))
+    corners = (frame.to_geodetic(radius_m * math.cos(turn), radius_m * math.sin(turn)) for turn in turns)
+    return tuple((float(lat), float(lon), None) for lat, lon in corners)
+
+
+def circle_of(drawing: Drawing) -> tuple[float, float, float] | None:
+    """(latitude, longitude, radius in metres) if a border is a circle by its facts, and still lies where they say."""
+    try:
+        lat_deg, lon_deg, radius_m = (float(drawing.facts[key]) for key in (CENTRE_LAT, CENTRE_LON, RADIUS))
+    except (KeyError, ValueError):
+        return None
+    if not (abs(lat_deg) < 89 and abs(lon_deg) <= 180 and 0 < radius_m < math.inf):
+        return None
+    frame = LocalFrame(Origin(lat_deg, lon_deg, 0.0))
+    off_m = (abs(math.hypot(*frame.to_enu(lat, lon)) - radius_m) for lat, lon, _ in drawing.places)
+    return (lat_deg, lon_deg, radius_m) if max(off_m) <= STILL_M + STILL_SHARE * radius_m else None
+
+
+def _draw_rally(number: int, item: PlanItem) -> Drawing:
+    heights = HEIGHTS_OF.get(PLAIN_FRAME.get(item.frame, item.frame), "none")
+    place = (item.lat_deg, item.lon_deg, item.z)
+    return Drawing("point", f"rally {number}", (place,), heights=heights, facts={PART: RALLY})
+
+
+def _draw_home(home: Home) -> Drawing:
+    known = not math.isnan(home.amsl_m)
+    place = (home.lat_deg, home.lon_deg, home.amsl_m if known else None)
+    return Drawing("point", "home", (place,), heights="amsl" if known else "none", facts={PART: HOME})
+
+
+# ---------------------------------------------------------------- in
+
+
+def planned(drawings: Sequence[Drawing], height_m: float | None) -> Content:
+    """The mission, fence and rally points that drawings say; `height_m` above home is for all of a path.
+
+    Raises:
+        FormatError: a path without known heights, and none was given.
+    """
+    paths = [d for d in drawings if d.kind == "line" and d.facts.get(PART, PATH) == PATH]
+    areas = [d for d in drawings if d.kind == "area" and d.facts.get(PART, FENCE) in (FENCE, AREA, NO_FLY)]
+    areas = [d for d in areas if d.facts.get(ROLE, NO_FLY) == NO_FLY]
+    lost = [f"path {path.name!r}: a mission is one path, the first" for path in paths[1:]]
+    mission = Plan(PlanKind.MISSION, tuple(_way_points(paths[0], height_m))) if paths else None
+    items = [item for area in areas for item in _fence_items(area)]
+    items += [_point(FENCE_RETURN, AMSL, d.places[0], 0.0) for d in drawings if d.facts.get(PART) == RETURN_POINT]
+    rally = [_rally_item(d, height_m) for d in drawings if d.kind == "point" and d.facts.get(PART) == RALLY]
+    homes = [d for d in drawings if d.kind == "point" and d.facts.get(PART) == HOME]
+    parts = (PATH, MARK, FENCE, RALLY, RETURN_POINT, HOME)
+    points = sum(1 for d in drawings if d.kind == "point" and d.facts.get(PART) not in parts)
+    zones = sum(1 for d in drawings if d.kind == "area") - len(areas)
+    if points:
+        lost.append(f"{counted(points, 'point')} that say{'s' * (points == 1)} not what of")
+    if zones:
+        lost.append(f"{counted(zones, 'zone')} to fly in: no part of a fence")
+    if max(len(items), len(mission.items) if mission else 0) > MOST_ITEMS:
+        raise FormatError(f"more than {MOST_ITEMS} items")
+    return Content(
+        mission=mission,
+        fence=Plan(PlanKind.FENCE, tuple(items)) if items else None,
+        rally=Plan(PlanKind.RALLY, tuple(rally)) if rally else None,
+        home=_home_of(homes[0]) if homes else None,
+        left_out=tuple(lost),
+    )
+
+
+def _way_points(path: Drawing, height_m: float | None) -> list[PlanItem]:
+    frame = RELATIVE if height_m is not None else FRAME_OF.get(path.heights)
+    missing = height_m is None and any(height is None for _, _, height in path.places)
+    if frame is None or missing:
+        raise FormatError(f"path {path.name!r} does not say how high: --height M gives metres above home")
+    return [_point(WAYPOINT, frame, place, height_m) for place in path.places]
+
+
+def _point(command: int, frame: int, place: Place, height_m: float | None) -> PlanItem:
+    z = height_m if height_m is not None else place[2] or 0.0
+    return PlanItem(command, frame, x=round(place[0] * 1e7), y=round(place[1] * 1e7), z=z)
+
+
+def _rally_item(drawing: Drawing, height_m: float | None) -> PlanItem:
+    place = drawing.places[0]
+    frame = FRAME_OF.get(drawing.heights) if height_m is None else RELATIVE
+    if frame is None or (height_m is None and place[2] is None):
+        raise FormatError(f"rally point {drawing.name!r} does not say how high: --height M gives metres above home")
+    return _point(RALLY_POINT, frame, place, height_m)
+
+
+def _fence_items(area: Drawing) -> list[PlanItem]:
+    """One area as a fence shape: inside of it is allowed unless it says otherwise; its holes are not."""
+    outside = area.facts.get(INCLUSION) == "false" or area.facts.get(ROLE) == NO_FLY
+    circle = circle_of(area)
+    if circle is not None:
+        lat_deg, lon_deg, radius_m = circle
+        item = _point(CIRCLE_OUT if outside else CIRCLE_IN, AMSL, (lat_deg, lon_deg, None), 0.0)
+        return [replace(item, params=(radius_m, 0.0, 0.0, 0.0))]
+    if outside and area.holes:
+        raise FormatError(f"area {area.name!r}: a no-fly area with holes cannot be a fence")
+    borders = [(POLYGON_OUT if outside else POLYGON_IN, area.places), *((POLYGON_OUT, hole) for hole in area.holes)]
+    return [
+        replace(_point(command, AMSL, place, 0.0), params=(float(len(border)), 0.0, 0.0, 0.0))
+        for command, border in borders
+        for place in border
+    ]
+
+
+def _home_of(drawing: Drawing) -> Home:
+    lat_deg, lon_deg, height_m = drawing.places[0]
+    known = drawing.heights == "amsl" and height_m is not None
+    return Home(lat_deg, lon_deg, height_m if known and height_m is not None else math.nan)

@@ -1,0 +1,119 @@
+"""Which format a file has: read by what is in it, written by the ending of its name."""
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from tui_gcs.core.formats import geojson, kml, lists, params, plain, qgc_plan, wpl
+from tui_gcs.core.formats.bounded import json_of, text_of
+from tui_gcs.core.formats.content import Content, Drawing, FormatError
+from tui_gcs.core.formats.wpl import HomeLine
+from tui_gcs.core.plan import Plan, PlanKind
+from tui_gcs.core.text import clean
+
+
+class Family(Enum):
+    """What kind of thing a format holds."""
+
+    PLAN = "plan"
+    DRAWING = "drawing"
+    PARAMS = "parameters"
+    SCENARIO = "scenario"
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format that can be written."""
+
+    name: str
+    family: Family
+    endings: tuple[str, ...]
+    text: str
+
+
+FORMATS = (
+    Format("plan", Family.PLAN, (".plan",), "QGroundControl's plan: mission, fence and rally points"),
+    Format("wpl", Family.PLAN, (".waypoints", ".wpl", ".txt"), "QGC WPL 110: one of mission, fence, rally points"),
+    Format("json", Family.PLAN, (".json",), "ours: one of mission, fence, rally points"),
+    Format("fence", Family.PLAN, (".fen", ".fence"), "the older fence file of Mission Planner and MAVProxy"),
+    Format("rally", Family.PLAN, (".ral", ".rally"), "the older rally file of Mission Planner and MAVProxy"),
+    Format("kml", Family.DRAWING, (".kml",), "zones and paths for map programs"),
+    Format("kmz", Family.DRAWING, (".kmz",), "the same, packed"),
+    Format("geojson", Family.DRAWING, (".geojson",), "zones and paths for geographic programs"),
+    Format("param", Family.PARAMS, (".param",), "parameters as Mission Planner writes them"),
+    Format("parm", Family.PARAMS, (".parm",), "parameters as MAVProxy writes them"),
+    Format("params", Family.PARAMS, (".params",), "parameters as QGroundControl writes them"),
+    Format("scenario", Family.SCENARIO, (".toml",), "a scenario of this program"),
+)
+BY_NAME = {each.name: each for each in FORMATS}
+KNOWN = ", ".join(ending for each in FORMATS for ending in each.endings)
+
+
+def format_of(name: str) -> Format | None:
+    """The format that a file's name says."""
+    lower = name.lower()
+    return next((each for each in FORMATS if lower.endswith(each.endings)), None)
+
+
+def read_file(data: bytes, kind: PlanKind | None = None, home: HomeLine = HomeLine.AUTO) -> Content:
+    """What is in a file of any of these formats but scenarios, told by its content.
+
+    `kind` is what a `QGC WPL` file is of, `home` whether its first line is home. Raises FormatError.
+    """
+    if data.startswith(kml.ZIP_MAGIC):
+        return _drawn(kml.read_kmz(data))
+    if data.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"<":
+        return _drawn(kml.read_kml(data))
+    text = text_of(data)
+    if text.lstrip().startswith("{"):
+        return _of_json(text)
+    if wpl.is_wpl(text):
+        read = wpl.read_wpl(text, kind, home)
+        note = ("its first line is home, and is no item (--home-line no: it is one)",) if read.home is not None else ()
+        return replace(_of_plan(read.plan), home=read.home, notes=note)
+    lines = lists.lines_of(text)
+    if not lines:
+        raise FormatError("is empty")
+    if lists.is_rally(lines):
+        plan, lost = lists.read_rally(lines)
+        return Content(rally=plan, left_out=lost)
+    if lists.is_fence(lines):
+        return Content(fence=lists.read_fence(lines))
+    if len(lines[0][1]) not in (2, params.QGC_FIELDS) and not lines[0][1][0].startswith("@"):
+        raise FormatError(f"line {lines[0][0]}: none of the formats known here ({KNOWN})")
+    found, notes = params.read_params(lines)
+    return Content(params=found, notes=notes)
+
+
+def _of_json(text: str) -> Content:
+    document = json_of(text)
+    if qgc_plan.is_qgc(document):
+        return qgc_plan.content_of(document)
+    if geojson.is_geojson(document):
+        return _drawn(geojson.read_geojson(document))
+    if "kind" in document:
+        return _of_plan(plain.read_plain(document))
+    keys = clean(", ".join(list(document)[:3]), 60)
+    raise FormatError(f"JSON, but no plan and no GeoJSON (it has {keys or 'nothing'})")
+
+
+def _of_plan(plan: Plan) -> Content:
+    match plan.kind:
+        case PlanKind.MISSION:
+            return Content(mission=plan)
+        case PlanKind.FENCE:
+            return Content(fence=plan)
+        case PlanKind.RALLY:
+            return Content(rally=plan)
+
+
+def _drawn(drawings: tuple[Drawing, ...]) -> Content:
+    if not drawings:
+        raise FormatError("nothing is drawn in it: no point, path or area")
+    return Content(drawings=drawings)
+
+
+def family_of(content: Content) -> Family:
+    """What kind of thing was read."""
+    if content.params:
+        return Family.PARAMS
+    return Family.DRAWING if content.drawings else Family.PLAN

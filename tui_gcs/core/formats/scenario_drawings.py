@@ -1,0 +1,217 @@
+"""Zones of a scenario as drawings and back, and a round's borders as a fence for vehicles.
+
+A circle and a rectangle are drawn with their corners and say as facts what they are; if somebody moved the corners in
+another program, the corners count.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from tui_gcs.core.formats.content import Drawing, Place, counted
+from tui_gcs.core.formats.drawings import (
+    AREA,
+    PART,
+    ROLE,
+    STILL_M,
+    circle_facts,
+    circle_of,
+)
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.plan import AMSL, CIRCLE_IN, CIRCLE_OUT, POLYGON_IN, POLYGON_OUT, Plan, PlanItem, PlanKind
+from tui_gcs.core.scenario import OperatingArea, Round, Scenario
+from tui_gcs.core.scenario_edit import ScenarioDocument
+from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, outline_m
+
+ZONE, ROUND, START = "zone", "round", "start"
+ALT_MIN, ALT_MAX = "alt_min_m", "alt_max_m"
+WIDTH, HEIGHT, HEADING = "width_m", "height_m", "heading_deg"
+ROLES = {role.value: role for role in Role}
+MOST_NAME = 32
+"""Characters of a zone's name."""
+
+
+# ---------------------------------------------------------------- out
+
+
+def draw_scenario(scenario: Scenario, rounds: Iterable[int] | None = None) -> tuple[Drawing, ...]:
+    """Areas and zones of these rounds (all), and the take-off places."""
+    frame = LocalFrame(scenario.origin)
+    chosen = range(len(scenario.rounds)) if rounds is None else rounds
+    found = [drawing for index in chosen for drawing in _draw_round(scenario.rounds[index], frame)]
+    for number, place in enumerate(scenario.places, 1):
+        whose = {"vehicle": str(place.vehicle)} if place.vehicle is not None else {}
+        facts = {PART: START, "layer_m": f"{place.layer_m:g}", **whose}
+        found.append(Drawing("point", f"take-off {number}", (_geodetic(frame, place.place_m),), facts=facts))
+    return tuple(found)
+
+
+def _draw_round(round_: Round, frame: LocalFrame) -> list[Drawing]:
+    area = round_.area
+    facts = {PART: AREA, ROUND: round_.name, ALT_MIN: f"{area.alt_min_m:g}", ALT_MAX: f"{area.alt_max_m:g}"}
+    found = [_draw_shape(f"{round_.name}: area", area.shape, facts, frame)]
+    for zone in round_.zones:
+        band = {ALT_MIN: zone.alt_min_m, ALT_MAX: zone.alt_max_m}
+        told = {key: f"{value:g}" for key, value in band.items() if value is not None}
+        found.append(
+            _draw_shape(zone.name, zone.shape, {PART: ZONE, ROUND: round_.name, ROLE: zone.role.value} | told, frame)
+        )
+    return found
+
+
+def _draw_shape(name: str, shape: Shape, facts: dict[str, str], frame: LocalFrame) -> Drawing:
+    border = tuple(_geodetic(frame, corner) for corner in outline_m(shape))
+    if isinstance(shape, Circle):
+        lat_deg, lon_deg, _ = _geodetic(frame, shape.centre_m)
+        facts = facts | circle_facts(lat_deg, lon_deg, shape.radius_m)
+    elif isinstance(shape, Rectangle):
+        sizes = {WIDTH: shape.width_m, HEIGHT: shape.height_m, HEADING: shape.heading_deg}
+        facts = facts | {key: f"{value:.9g}" for key, value in sizes.items()}
+    return Drawing("area", name, border, facts=facts)
+
+
+def _geodetic(frame: LocalFrame, point_m: tuple[float, float]) -> Place:
+    lat_deg, lon_deg = frame.to_geodetic(*point_m)
+    return lat_deg, lon_deg, None
+
+
+def fence_of_round(scenario: Scenario, index: int) -> Plan:
+    """A round's operating area and no-fly zones as a fence."""
+    frame = LocalFrame(scenario.origin)
+    round_ = scenario.rounds[index]
+    items = _fence_items(round_.area.shape, frame, CIRCLE_IN, POLYGON_IN)
+    for zone in round_.no_fly:
+        items += _fence_items(zone.shape, frame, CIRCLE_OUT, POLYGON_OUT)
+    return Plan(PlanKind.FENCE, tuple(items))
+
+
+def _fence_items(shape: Shape, frame: LocalFrame, circle: int, polygon: int) -> list[PlanItem]:
+    if isinstance(shape, Circle):
+        return [replace(_vertex(circle, frame, shape.centre_m), params=(shape.radius_m, 0.0, 0.0, 0.0))]
+    corners = outline_m(shape)
+    return [replace(_vertex(polygon, frame, corner), params=(float(len(corners)), 0.0, 0.0, 0.0)) for corner in corners]
+
+
+def _vertex(command: int, frame: LocalFrame, point_m: tuple[float, float]) -> PlanItem:
+    lat_deg, lon_deg = frame.to_geodetic(*point_m)
+    return PlanItem(command, AMSL, x=round(lat_deg * 1e7), y=round(lon_deg * 1e7))
+
+
+# ---------------------------------------------------------------- in
+
+
+@dataclass
+class Put:
+    """What became of the drawings of a file."""
+
+    added: int = 0
+    replaced: int = 0
+    areas: int = 0
+    other_rounds: int = 0
+    holes: int = 0
+    no_zones: int = 0
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What is not in the scenario, one line each."""
+        told = (
+            (self.no_zones, f"{counted(self.no_zones, 'drawing')} that {_are(self.no_zones)} no area"),
+            (self.other_rounds, f"{counted(self.other_rounds, 'zone')} of other rounds"),
+            (self.holes, f"holes of {counted(self.holes, 'area')}: a zone has none"),
+        )
+        return tuple(text for count, text in told if count)
+
+    @property
+    def text(self) -> str:
+        """What was done."""
+        parts = ((self.added, "added"), (self.replaced, "replaced"))
+        done = [f"{counted(count, 'zone')} {word}" for count, word in parts if count]
+        done += [f"{counted(self.areas, 'operating area')} replaced"] * bool(self.areas)
+        return ", ".join(done) or "no area is in it"
+
+
+def _are(count: int) -> str:
+    return "is" if count == 1 else "are"
+
+
+def put_drawings(
+    document: ScenarioDocument, scenario: Scenario, drawn: Sequence[Drawing], index: int | None, role: Role
+) -> Put:
+    """Put the areas of a file into a scenario as zones: of the role that they say, else of `role`.
+
+    A file of ours says of which round each is, and zones of the same name are replaced; other areas are added to round
+    `index` (the first). With an `index` the zones of other rounds stay out. Raises ScenarioError.
+    """
+    put = Put()
+    frame = LocalFrame(scenario.origin)
+    names = [round_.name for round_ in scenario.rounds]
+    used = [{zone.name for zone in round_.zones} for round_ in scenario.rounds]
+    for drawing in drawn:
+        said = drawing.facts.get(ROUND, "")
+        at = names.index(said) if said in names else index or 0
+        if drawing.kind != "area":
+            put.no_zones += 1
+        elif index is not None and at != index:
+            put.other_rounds += 1
+        elif drawing.facts.get(PART) == AREA:
+            area = scenario.rounds[at].area
+            low, high = _fact(drawing, ALT_MIN), _fact(drawing, ALT_MAX)
+            band = (area.alt_min_m if low is None else low, area.alt_max_m if high is None else high)
+            document.set_area(at, OperatingArea(_shape(drawing, frame), *band))
+            put.areas += 1
+        else:
+            put.holes += bool(drawing.holes)
+            is_ours = drawing.facts.get(PART) == ZONE and said in names and drawing.name in used[at]
+            name = drawing.name if is_ours else _free_name(drawing.name or ZONE, used[at])
+            zone = _zone(drawing, name, frame, role)
+            if is_ours:
+                document.set_zone(at, name, zone)
+            else:
+                document.add_zone(at, zone)
+            used[at].add(name)
+            put.replaced, put.added = put.replaced + is_ours, put.added + (not is_ours)
+    return put
+
+
+def needs_role(drawn: Sequence[Drawing]) -> bool:
+    """Whether an area does not say what it is for."""
+    return any(d.kind == "area" and d.facts.get(PART) != AREA and d.facts.get(ROLE) not in ROLES for d in drawn)
+
+
+def _zone(drawing: Drawing, name: str, frame: LocalFrame, role: Role) -> Zone:
+    said = ROLES.get(drawing.facts.get(ROLE, ""), role)
+    return Zone(name, said, _shape(drawing, frame), _fact(drawing, ALT_MIN), _fact(drawing, ALT_MAX))
+
+
+def _shape(drawing: Drawing, frame: LocalFrame) -> Shape:
+    corners = tuple(_metres(frame, place) for place in drawing.places)
+    circle = circle_of(drawing)
+    if circle is not None:
+        return Circle(_metres(frame, (circle[0], circle[1], None)), circle[2])
+    width_m, height_m, heading_deg = (_fact(drawing, key) for key in (WIDTH, HEIGHT, HEADING))
+    if width_m and height_m and heading_deg is not None and len(corners) == 4:
+        centre = (sum(x for x, _ in corners) / 4, sum(y for _, y in corners) / 4)
+        rectangle = Rectangle((round(centre[0], 3), round(centre[1], 3)), width_m, height_m, heading_deg)
+        if all(math.dist(a, b) <= STILL_M for a, b in zip(outline_m(rectangle), corners, strict=True)):
+            return rectangle
+    return Polygon(corners)
+
+
+def _metres(frame: LocalFrame, place: Place) -> tuple[float, float]:
+    """To the millimetre: degrees of other programs are no more exact."""
+    x_m, y_m = frame.to_enu(place[0], place[1])
+    return round(x_m, 3) + 0.0, round(y_m, 3) + 0.0
+
+
+def _fact(drawing: Drawing, key: str) -> float | None:
+    try:
+        value = float(drawing.facts[key])
+    except (KeyError, ValueError):
+        return None
+    return value if math.isfinite(value) else None
+
+
+def _free_name(name: str, used: set[str]) -> str:
+    name = name[:MOST_NAME].strip() or ZONE
+    tries = (name, *(f"{name[: MOST_NAME - 4]} {number}" for number in range(2, 1000)))
+    return next(each for each in tries if each not in used)
