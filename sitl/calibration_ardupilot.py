@@ -177,6 +177,7 @@ def _start_compasses(asked: Asked) -> None:
         return
     mask = int(asked.command.p[0]) if math.isfinite(asked.command.p[0]) else 0
     chosen = [n for n in range(COMPASSES) if mask == 0 or mask & 1 << n]
+    ap.stores.calibration.problems.add(REBOOT_COMPASS)  # however it ends
     lasts_us = ONE_COMPASS_US if len(chosen) == 1 else THREE_COMPASSES_US
     state.compasses = [Compass(n, ap.now_us, lasts_us) for n in chosen]
     ap.tasks.after("compass calibration", lasts_us, lambda: _compasses_done(ap), ap.now_us)
@@ -185,8 +186,6 @@ def _start_compasses(asked: Asked) -> None:
 def _compasses_done(ap: Autopilot) -> None:
     for compass in ap.stores.calibration.compasses:
         ap.text(Severity.INFO, f"Mag({compass.number}) good orientation: 0 1.2")
-    if ap.stores.calibration.compasses:
-        ap.stores.calibration.problems.add(REBOOT_COMPASS)
 
 
 def _end_compasses(asked: Asked) -> None:

@@ -1,8 +1,7 @@
 """PX4's calibration dialogues: everything is told in texts that begin with [cal]; the acknowledgement comes first.
 
-Gyroscope, airspeed, cancelling and the beginning of a compass calibration are as measured on PX4 1.17 SITL. There it
-cannot end, for nobody rotates the vehicle (`pose_stuck`); here it goes on as if somebody did, as accelerometer and
-level do, which were not measured either.
+As measured on PX4 1.16.1: compass and accelerometer to their end with sensors that were made to turn as it asked. Its
+own simulator rests on the ground for ever (`pose_stuck`).
 """
 
 import math
@@ -27,6 +26,18 @@ STORM_ACK_US, STORM_TEXT_US = 12_000, 51_000
 TURN_US = 3_000_000
 """How long somebody takes to turn the vehicle to the next side."""
 SIDES = ("back", "front", "left", "right", "up", "down")
+AIRSPEED_US, AIRSPEED_TELL_US = 30_000_000, 5_000_000
+"""So long it waits for a sensor, and then with telling so."""
+MEASURE_US, TURNED_US = 2_970_000, 7_000_000
+GRAVITY_M_S2 = {
+    "back": (9.807, 0.0, 0.0),
+    "front": (-9.807, 0.0, 0.0),
+    "left": (0.0, 9.807, 0.0),
+    "right": (0.0, -9.807, 0.0),
+    "up": (0.0, 0.0, 9.807),
+    "down": (0.0, 0.0, -9.807),
+}
+"""What the accelerometers show while that side points down; m/s², forward, right, down."""
 
 _CALIBRATION, _STORM, _STORM_TEXTS = "calibration", "calibration storm", "calibration storm texts"
 
@@ -169,12 +180,27 @@ def _sides(ap: "Px4", *, rotated: bool) -> Task:
         yield 513_000
         _say(ap, f"{side} orientation detected")
         yield FIRST_US
-        if rotated:
-            _say(ap, "Rotate vehicle")
-            yield TURN_US
-        _say(ap, f"progress <{17 * (len(SIDES) - len(pending)) if pending else 100}>")
-        _say(ap, f"{side} side done, rotate to a different side")
+        yield from (_rotated if rotated else _measured)(ap, side, len(SIDES) - len(pending))
         yield FIRST_US
+
+
+def _rotated(ap: "Px4", side: str, count: int) -> Task:
+    """Turned about the axis that points down; progress within a side has the side's name before it."""
+    _say(ap, "Rotate vehicle")
+    yield TURN_US // 2
+    _say(ap, f"{side} side calibration: progress <{100 * (count - 1) // len(SIDES)}>")
+    yield TURNED_US
+    _say(ap, f"{side} side done, rotate to a different side")
+    _say(ap, f"progress <{100 * count // len(SIDES)}>")
+
+
+def _measured(ap: "Px4", side: str, count: int) -> Task:
+    """The last side is at 102 %."""
+    _say(ap, f"Hold still, measuring {side} side")
+    yield MEASURE_US
+    _say(ap, f"{side} side result: [{' '.join(f'{a:.3f}' for a in GRAVITY_M_S2[side])}]")
+    _say(ap, f"progress <{17 * count}>")
+    _say(ap, f"{side} side done, rotate to a different side")
 
 
 def _airspeed(ap: "Px4") -> Task:
@@ -182,8 +208,9 @@ def _airspeed(ap: "Px4") -> Task:
     _begin(ap, "airspeed")
     yield FIRST_US
     _say(ap, "Ensure sensor is not measuring wind", Severity.CRITICAL)
-    while True:  # there is no sensor
-        yield 1 << 40
+    yield AIRSPEED_US + AIRSPEED_TELL_US  # there is no sensor
+    _say(ap, "calibration failed: airspeed", Severity.CRITICAL)
+    _end(ap)
 
 
 def _cancel(ap: "Px4", command: Command, system: int, component: int) -> None:

@@ -36,6 +36,8 @@ from tui_gcs.core.wire.encode import Encoder
 
 __all__ = ["tell"]
 
+REBOOT = "; reboot it before it flies"
+
 
 def quiet(rig: ServiceRig, *words: str) -> bool:
     """At most questions and requests for messages left: none of these commands."""
@@ -123,7 +125,7 @@ def test_ctrl_c_cancels_in_the_vehicle(tmp_path: Path, tell: Tell, monkeypatch: 
 
     monkeypatch.setattr(RigClient, "pause", pause)
     code, out, err = tell(rig, "calibrate", "1", "compass", "--yes")
-    assert (code, out) == (1, "vehicle 1: cancelled\n") and "cancelling" in err
+    assert (code, out) == (1, f"vehicle 1: cancelled{REBOOT}\n") and "cancelling" in err
     assert peer.orders(CANCEL_MAG) and not peer.running
 
 
@@ -156,7 +158,7 @@ def test_somebody_elses_calibration_is_cancelled_by_name(tmp_path: Path, tell: T
     assert tell(rig, "calibrate", "1", "cancel")[:2] == (1, "vehicle 1: FAILED: no calibration is under way\n")
     number = ask(rig, setup.Calibrate((1,), "compass"), "console-4").tasks[0].number
     rig.run(2.0)
-    assert tell(rig, "calibrate", "1", "cancel")[:2] == (0, "vehicle 1: cancelled\n")
+    assert tell(rig, "calibrate", "1", "cancel")[:2] == (0, f"vehicle 1: cancelled{REBOOT}\n")
     assert ask(rig, s.GetTasks((number,))).tasks[0].state == "cancelled" and not peer.running
 
 

@@ -106,7 +106,7 @@ def test_one_bad_compass_is_named(tmp_path: Path) -> None:
     rig = make(tmp_path, Compasses((4, 6, 7)))
     job = begun(rig, Sensor.COMPASS)
     rig.until(lambda: job.over, 20.0)
-    assert job.state is JobState.FAILED and not job.needs_reboot
+    assert job.state is JobState.FAILED and job.needs_reboot, "also failed it refuses to arm until then (measured)"
     assert "compass 2: failed: wrong orientation" in job.error and "compass 3: failed: the field" in job.error
 
 
@@ -133,6 +133,15 @@ def test_compasses_are_cancelled_by_their_own_command(tmp_path: Path) -> None:
     assert service(rig).cancel(1) == ""
     rig.until(lambda: job.over, 3.0)
     assert job.state is JobState.CANCELLED and not peer.running
+    assert rig.vehicle().no_start == "compass calibration begun: reboot it before it flies"
+
+
+def test_a_reboot_meanwhile_needs_no_other_one(tmp_path: Path) -> None:
+    rig = make(tmp_path, Compasses())
+    job = begun(rig, Sensor.COMPASS)
+    rig.until(lambda: job.done > 10, 10.0)
+    service(rig)._rebooted(rig.vehicle())
+    assert job.error == "it rebooted" and not job.needs_reboot
 
 
 def test_compasses_that_fall_silent(tmp_path: Path) -> None:

@@ -67,6 +67,7 @@ MAG = (
     (2.4, "down orientation detected"),
     (2.45, "down orientation detected"),
     (2.5, "Rotate vehicle"),
+    (2.7, "down side calibration: progress <5>"),
 )
 SIDE_DONE = (
     (4.0, "progress <17>"),
@@ -131,7 +132,8 @@ def test_px4s_compass_says_what_to_do_with_which_side(tmp_path: Path) -> None:
     rig.run(1.0)
     assert set(job.sides.values()) == {Side.PENDING} and "on its left side" in job.prompt
     rig.run(2.0)
-    assert job.sides["down"] is Side.DETECTED and job.prompt.startswith("turn it slowly")
+    assert job.sides["down"] is Side.DETECTED and job.prompt.startswith("turn it slowly"), "also while it gets on"
+    assert job.done == 5
     rig.run(2.0)
     assert job.sides["down"] is Side.DONE and job.sides["up"] is Side.PENDING and job.done == 17
     assert "level" not in job.prompt and service(rig).confirm(1).startswith("nothing is to be confirmed")
@@ -174,11 +176,18 @@ def test_the_desks_cancel_reaches_the_vehicle_too(tmp_path: Path) -> None:
 
 
 def test_px4s_failure_says_why(tmp_path: Path) -> None:
-    texts = ((0.0, "calibration started: 2 accel"), (1.0, "calibration failed: timeout: no motion"))
-    rig = make(tmp_path, Talker(texts))
+    """Of what it said before that only what may be a reason: lying on its side all its other checks fail."""
+    texts = ((0.0, "calibration started: 2 accel"), (0.5, "down side result: [0.004 -0.002 -9.808]"))
+    peer = Talker((*texts, (1.0, "calibration failed: timeout: no motion")))
+    rig = make(tmp_path, peer)
     job = begun(rig, Sensor.ACCEL)
+    rig.run(0.7)
+    assert "result" not in job.prompt
+    peer.text("Preflight Fail: Attitude failure (pitch)", 2)
+    peer.text("excess pitch angle", 2)
     rig.until(lambda: job.over, 3.0)
-    assert job.state is JobState.FAILED and "timeout: no motion" in job.error
+    assert job.state is JobState.FAILED
+    assert job.error == "calibration failed: timeout: no motion; excess pitch angle"
 
 
 def test_an_end_that_was_lost_is_seen_by_the_heartbeat(tmp_path: Path) -> None:

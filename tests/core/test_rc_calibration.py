@@ -134,6 +134,22 @@ def test_former_values_are_set_back(tmp_path: Path) -> None:
     assert {name: pair[1] for name, pair in server.params.items()} == before
 
 
+def test_former_values_outlive_a_reboot_and_a_calibration_that_wrote_nothing(tmp_path: Path) -> None:
+    rig, peer, server, session = make(tmp_path)
+    before = {name: pair[1] for name, pair in server.params.items()}
+    push_sticks(rig, peer)
+    move_all(rig, peer, 1, 2, 3, 4)
+    finish(rig, peer, session)
+    radios(rig)._rebooted(rig.vehicle())
+    again = radios(rig).start(1)
+    assert isinstance(again, RcCalibration)
+    assert radios(rig).cancel(1) == "" and again.cancelled
+    change = radios(rig).undo(1)
+    assert isinstance(change, ParamChange)
+    rig.until(lambda: change.over, 30.0)
+    assert {name: pair[1] for name, pair in server.params.items()} == before
+
+
 def test_what_is_not_plausible_is_done_again(tmp_path: Path) -> None:
     rig, peer, _, session = make(tmp_path)
     assert radios(rig).confirm(1) == ""

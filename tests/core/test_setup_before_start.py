@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from calibration_rig import Calibrated, begun, make, service
+from calibration_rig import FAILED_RESULT, START_MAG, Calibrated, begun, make, service
 from param_peer import ParamServer
 from service_rig import Fields, ServiceRig
 from test_calibration_compass import Compasses
@@ -60,13 +60,23 @@ def test_after_a_compass_calibration_only_a_reboot_lets_it_start(tmp_path: Path)
     assert outcome(rig, ARM)[0] is not Outcome.REFUSED and orders(peer, 400)
 
 
-def test_a_calibration_that_was_cancelled_or_failed_leaves_nothing_behind(tmp_path: Path) -> None:
+def test_a_compass_calibration_that_was_cancelled_needs_the_reboot_too(tmp_path: Path) -> None:
+    """Measured: ArduCopter refuses to arm from its beginning on."""
     rig = make(tmp_path, Compasses())
     job = begun(rig, Sensor.COMPASS)
     rig.run(2.0)
     assert service(rig).cancel(1) == ""
     rig.until(lambda: job.over, 10.0)
-    assert rig.vehicle().no_start == ""
+    assert outcome(rig, ARM) == (Outcome.REFUSED, "compass calibration begun: reboot it before it flies")
+
+
+def test_one_that_was_refused_leaves_nothing_behind(tmp_path: Path) -> None:
+    peer = Compasses()
+    peer.on_order[START_MAG] = lambda fields: peer.ack(START_MAG, FAILED_RESULT)
+    rig = make(tmp_path, peer)
+    job = begun(rig, Sensor.COMPASS)
+    rig.until(lambda: job.over, 10.0)
+    assert "refused" in job.error and rig.vehicle().no_start == ""
 
 
 def test_after_a_change_of_airframe_only_a_reboot_lets_it_start(tmp_path: Path) -> None:

@@ -152,6 +152,7 @@ class TestCompasses:
         assert ground.command(42426) == 0
         ground.run(45.0)
         assert not ground.of("MAG_CAL_REPORT")
+        assert "2 Arm: Compass calibrated requires reboot" in ground.answers(400, 1), "also after a cancel"
 
     @pytest.mark.parametrize("command", [42424, 42425, 42426, 42006])
     def test_everything_is_acknowledged(self, ground, command):

@@ -52,8 +52,9 @@ def test_right_after_one_the_next_is_refused_without_a_reason(ground):
 
 def test_a_compass_calibration_ends_when_somebody_turns_it_to_all_sides(ground):
     calibrate(ground, MAG)
-    wait(ground, 60.0)
+    wait(ground, 100.0)
     assert said(ground).count("Rotate vehicle") == 6
+    assert "back side calibration: progress <83>" in said(ground)
     assert said(ground)[-1] == "calibration done: mag"
 
 
@@ -72,15 +73,18 @@ def test_a_compass_calibration_does_not_end_where_nobody_turns_it(ground):
 
 def test_accelerometers_ask_for_all_sides(ground):
     calibrate(ground, ACCEL)
-    wait(ground, 30.0)
+    wait(ground, 50.0)
     assert sum("orientation detected" in text for text in said(ground)) == 6
+    assert said(ground).count("left side result: [0.000 9.807 0.000]") == 1 and "progress <102>" in said(ground)
     assert said(ground)[-1] == "calibration done: accel"
 
 
-def test_without_a_sensor_it_waits_for_ever(ground):
+def test_without_a_sensor_it_fails_after_a_while(ground):
     calibrate(ground, AIRSPEED)
     wait(ground, 10.0)
     assert said(ground) == ["calibration started: 2 airspeed", "Ensure sensor is not measuring wind"]
+    wait(ground, 26.0)
+    assert said(ground)[-1] == "calibration failed: airspeed"
 
 
 def test_cancelling_is_acknowledged_twice_in_either_order_and_the_text_is_the_truth(ground):

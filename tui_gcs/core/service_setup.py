@@ -73,7 +73,7 @@ class SetupActs:
         def done(ended: Job) -> None:
             text = ended.result if isinstance(ended, CalibrationJob) else ""
             reboot = REBOOT_FIRST if isinstance(ended, CalibrationJob) and ended.needs_reboot else ""
-            task.end(ended.error, text=text + reboot)
+            task.end(ended.error and ended.error + reboot, text=text + reboot)
 
         job = self._services.calibrations.start(vehicle.id, SENSORS[request.sensor], done)
         if isinstance(job, str):
@@ -89,7 +89,7 @@ class SetupActs:
         def done(ended: RcCalibration) -> None:
             changed = f"{len(ended.change.changed)} parameters written" if ended.change is not None else ""
             reboot = REBOOT_FIRST if ended.needs_reboot else ""
-            task.end(ended.error, text=changed + reboot)
+            task.end(ended.error, text=changed + reboot, cancelled=ended.cancelled)
 
         session = self._services.radios.start(vehicle.id, done)
         if isinstance(session, str):
@@ -116,7 +116,8 @@ class SetupActs:
             if told is not None:
                 told(ended)
             good = ended.state is JobState.CANCELLED
-            task.end("" if good else f"not cancelled: {ended.error or 'it was done first'}", text="cancelled")
+            text = "cancelled" + REBOOT_FIRST * job.needs_reboot
+            task.end("" if good else f"not cancelled: {ended.error or 'it was done first'}", text=text)
 
         job.on_done = done
         why = self._services.calibrations.cancel(vehicle.id)

@@ -63,10 +63,13 @@ class Task:
         self.progress = lambda: (job.done, job.total)
         self.stop = lambda: jobs.cancel_job(job)
 
-    def end(self, error: str = "", *, text: str = "", result: TaskResult | None = None) -> None:
+    def end(
+        self, error: str = "", *, text: str = "", result: TaskResult | None = None, cancelled: bool = False
+    ) -> None:
         """It is over: failed because of `error`, or done with `text` to be said of it."""
         if self._state is None:
-            cancelled = self._job.state is JobState.CANCELLED if self._job is not None else self._cancelled
+            of_job = self._job is not None and self._job.state is JobState.CANCELLED
+            cancelled = cancelled or (of_job if self._job is not None else self._cancelled)
             self._state = JobState.CANCELLED if cancelled else JobState.FAILED if error else JobState.DONE
             self.text, self.result = error or text, result
             self.progress = (lambda last: lambda: last)(self.progress())  # what it was: lets go of the job

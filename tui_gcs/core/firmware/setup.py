@@ -73,6 +73,9 @@ class CalibrationWords:
     unsettled_by: frozenset[Sensor] = frozenset(Sensor)
     """After which ones."""
     needs_reboot: bool = False
+    """Done, it counts from the next boot on."""
+    reboot_once_begun: bool = False
+    """Also cancelled or failed: it refuses to arm before that boot (measured on ArduPilot's compasses)."""
 
 
 _STILL = "keep the vehicle still"
@@ -122,6 +125,7 @@ _ARDUPILOT = {
         600.0,
         cancel=Order(CANCEL_MAG_CAL),
         needs_reboot=True,
+        reboot_once_begun=True,
     ),
 }
 _CANCEL_ALL = _preflight()

@@ -115,7 +115,8 @@ class CalibrationService:
         vehicle = self.context.fleet.vehicles.get(job.vehicle)
         if vehicle is not None:
             vehicle.set_up.discard(job.name)
-            vehicle.reboot_first = f"{job.name} done" if job.needs_reboot else vehicle.reboot_first
+            if job.needs_reboot:
+                vehicle.reboot_first = f"{job.name} {'begun' if job.error else 'done'}"
         if job.needs_reboot:
             text = f"{job.name}: {job.result or 'done'}; reboot the vehicle before it flies"
             self.context.events.say(EventClass.SENSOR, f"vehicle {job.vehicle}", text, NOTICE)
@@ -152,5 +153,6 @@ class CalibrationService:
     def _rebooted(self, vehicle: Vehicle) -> None:
         job = self._running(vehicle.id)
         if job is not None:
+            job.began = False  # of an earlier boot
             job.finish("it rebooted")
         self._ended.pop(vehicle.id, None)

@@ -78,7 +78,7 @@ class CompassCalibration(CalibrationJob):
         number, status = fields["compass_id"], fields["cal_status"]
         if not self._heard_s or number >= MOST_COMPASSES:
             return
-        self._heard_s, self.heard = now, True
+        self._heard_s, self.heard, self.began = now, True, True
         self._mask |= fields["cal_mask"] | 1 << number
         self._ended.pop(number, None)
         self._tell(number, min(99, fields["completion_pct"]), STATUS.get(status, f"status {status}"))

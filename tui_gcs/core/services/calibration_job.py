@@ -58,6 +58,8 @@ class CalibrationJob(Job):
         self.context, self.words = wanted.context, words
         self.heard = False
         """The vehicle showed in any way that it is at it."""
+        self.began = False
+        """It was acknowledged, or made progress."""
         self.cancelling = False
         self._begin_s = wanted.begin_s
         self._asked_s: float | None = None
@@ -106,7 +108,7 @@ class CalibrationJob(Job):
         self.result = self.result or error or "done"
         if not error:
             self.done = self.total
-            self.needs_reboot = self.words.needs_reboot
+        self.needs_reboot = self.words.reboot_once_begun and self.began if error else self.words.needs_reboot
         self.close()
         if self.on_end is not None:
             self.on_end(self)
@@ -186,6 +188,7 @@ class CalibrationJob(Job):
         action.refusal = self.context.door.action(self.vehicle, action.name, order.message, **order.fields(copy))
 
     def _answered(self, action: Action, outcome: Outcome, why: str) -> None:
+        self.began = self.began or outcome is Outcome.CONFIRMED
         if self.over or self.cancelling:
             return
         if outcome is Outcome.CONFIRMED:

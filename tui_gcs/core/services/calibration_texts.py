@@ -31,7 +31,11 @@ SIDE_WORDS = {
     "down": "level",
 }
 """PX4 names the side that points down; "up" is upside down."""
-_PROGRESS = re.compile(r"progress <(\d{1,3})>")
+_PROGRESS = re.compile(r"(?:[a-z]+ side calibration: )?progress <(\d{1,3})>")
+"""Of the whole; a side that is being turned is told with its name before it."""
+_RESULT = re.compile(r"[a-z]+ side result: ")
+_BESIDE = ("denied during", "Preflight Fail", "side result")
+"""Notes that are no reason of a failure: it lies on its side, so that its other checks fail meanwhile."""
 _PENDING = re.compile(r"pending:((?: +[a-z]+)+)")
 _SIDE = re.compile(r"([a-z]+) (orientation detected|side done|side already completed)")
 
@@ -106,7 +110,7 @@ class TextCalibration(CalibrationJob):
         if text.startswith("calibration done"):
             self.finish()
         elif text.startswith("calibration failed"):
-            why = [note for note in self.notes[-3:] if "denied during" not in note]
+            why = [note for note in self.notes[-3:] if not any(words in note for words in _BESIDE)]
             self.finish("; ".join([text, *why]))
         elif text.startswith("calibration cancelled"):
             self.cancelled()
@@ -122,6 +126,8 @@ class TextCalibration(CalibrationJob):
         progress, pending, side = _PROGRESS.match(text), _PENDING.match(text), _SIDE.match(text)
         if progress:
             self.done = max(self.done, min(99, int(progress[1])))
+        elif _RESULT.match(text):
+            self.note(text)
         elif pending:
             self._pending(pending[1].split())
         elif side and side[1] in SIDES:

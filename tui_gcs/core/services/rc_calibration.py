@@ -111,6 +111,7 @@ class RcCalibration:
     change: ParamChange | None = None
     """What was written, and what was there before."""
     error: str = ""
+    cancelled: bool = False
     needs_reboot: bool = False
 
     @property
@@ -243,10 +244,12 @@ class RcCalibrationService:
         self._context = context
         self._params = params
         self._sessions: dict[int, RcCalibration] = {}
+        self._written_last: dict[int, ParamChange] = {}
+        """By vehicle: what the last calibration that wrote anything changed; also after a reboot."""
         self.ignored: Counter[str] = Counter()
         context.fleet.on_message("RC_CHANNELS", self._on_channels)
         context.fleet.on_gone(self._forget)
-        context.fleet.paths.on_reboot.append(self._forget)
+        context.fleet.paths.on_reboot.append(self._rebooted)
         context.fleet.paths.on_replace.append(self._forget)
 
     def of(self, vehicle_id: int) -> RcCalibration | None:
@@ -299,17 +302,18 @@ class RcCalibrationService:
             return "no radio is being calibrated"
         if session.step is Step.WRITING:
             return "it is being written; undo it afterwards"
+        session.cancelled = True
         self._end(session, "cancelled")
         return ""
 
     def undo(self, vehicle_id: int, on_done: Callable[[ParamChange], None] | None = None) -> ParamChange | str:
         """Set back what the last calibration wrote."""
-        session, vehicle = self._sessions.get(vehicle_id), self._context.fleet.vehicles.get(vehicle_id)
-        if session is None or session.change is None or not session.change.over or not session.change.changed:
+        change, vehicle = self._written_last.get(vehicle_id), self._context.fleet.vehicles.get(vehicle_id)
+        if change is None:
             return "nothing was written"
         if vehicle is None or vehicle.armed:
             return "it is armed" if vehicle is not None else "unknown vehicle"
-        return session.change.undo(self._params, on_done)
+        return change.undo(self._params, on_done)
 
     # ---------------------------------------------------------------- inside
 
@@ -325,6 +329,8 @@ class RcCalibrationService:
 
     def _written(self, session: RcCalibration, change: ParamChange) -> None:
         maps = session.words.maps.values()
+        if change.changed:
+            self._written_last[session.vehicle] = change
         session.needs_reboot = session.words.map_needs_reboot and any(name in maps for name in change.changed)
         self._end(session, change.error)
 
@@ -346,6 +352,10 @@ class RcCalibrationService:
             session.on_done(session)
 
     def _forget(self, vehicle: Vehicle) -> None:
+        self._written_last.pop(vehicle.id, None)
+        self._rebooted(vehicle)
+
+    def _rebooted(self, vehicle: Vehicle) -> None:
         session = self._sessions.pop(vehicle.id, None)
         if session is not None and not session.over:
             self._end(session, "it rebooted, or is gone")
