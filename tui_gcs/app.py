@@ -142,7 +142,7 @@ class ConsoleApp(CommandingApp):
     def _plan_screen(self) -> Screen[None]:
         from tui_gcs.screens.plan import PlanScreen  # when first shown: the first frame does not wait for it
 
-        self._plan = PlanScreen(self.feed, glyphs=self.glyphs)
+        self._plan = PlanScreen(self.feed, glyphs=self.glyphs, clock=self.clock)
         return self._plan
 
     # ------------------------------------------------------------ life

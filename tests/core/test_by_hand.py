@@ -167,3 +167,37 @@ def test_who_took_off_by_hand_and_was_lost_flies_for_nobody_when_it_is_back(rig:
     flight.sim.unsilence(1)
     flight.until(lambda: flight.phase(2) is not Phase.TAKEN_OUT, 10.0)
     assert flight.phase(2) is Phase.HOLDING
+
+
+def test_one_follows_another_at_its_distance_and_height_until_that_one_is_lost(rig: MakeRig) -> None:
+    flight = rig(3).flying().run(15.0)
+    assert why_not(flight, f.Follow((1,), 1)) == "it would follow itself"
+    assert why_not(flight, f.Follow((1,), 9)) == "vehicle 9 was never heard"
+    assert "too near" in why_not(flight, f.Follow((1,), 2, (3.0, 0.0, NAN)))
+    height = flight.place(1)[2]
+    assert done(flight, f.Follow((1,), 2, (0.0, -30.0, NAN))) == "follows vehicle 2"
+    assert why_not(flight, f.Follow((2,), 1)) == "it would follow itself"
+    done(flight, f.GoTo((2,), ((350.0, 260.0, NAN),), speed_m_s=5.0))
+    flight.run(12.0)
+    (x, y, z), (to_x, to_y, _) = flight.place(1), flight.place(2)
+    assert flight.speed(1) == pytest.approx(flight.speed(2), abs=0.5) and flight.speed(2) > 4.5
+    assert (x - to_x, y - to_y, z) == pytest.approx((0.0, -30.0, height), abs=3.0)
+    flight.run(20.0)
+    (x, y, z), (to_x, to_y, _) = flight.place(1), flight.place(2)
+    assert (x - to_x, y - to_y, z) == pytest.approx((0.0, -30.0, height), abs=1.0)
+    flight.sim.silence(1)
+    flight.run(8.0)
+    assert flight.speed(1) < 0.3
+    assert any("follows vehicle 2 no longer and stands" in text for text in flight.texts("vehicle 1"))
+
+
+def test_any_other_order_ends_following(rig: MakeRig) -> None:
+    flight = rig(2).flying().run(15.0)
+    done(flight, f.Follow((1,), 2, (0.0, -20.0, NAN)))
+    flight.run(1.0)
+    assert ask(flight, m.Hold(vehicles=(1,))).ok
+    flight.run(1.0)
+    done(flight, f.GoTo((2,), ((260.0, 240.0, NAN),)))
+    flight.run(10.0)
+    assert flight.phase(1) is Phase.HOLDING and flight.speed(1) < 0.3
+    assert not any("no longer" in text for text in flight.texts("vehicle 1"))

@@ -218,6 +218,7 @@ class FakeStation:
             link="udpin:127.0.0.1:14550",
             signing="unsigned",
             problem="",
+            layer_m=place.layer_m,
         )
         return row._replace(**self.changes.get(row.id, {}))
 

@@ -305,6 +305,22 @@ async def test_in_flight_apply_asks_once_more() -> None:
         assert len(c.plan_station.applied()) == 1
 
 
+async def test_a_second_press_that_comes_late_or_to_another_fleet_asks_again() -> None:
+    async with plan_console(prepare=lambda station: station.fly()) as c:
+        await c.type_into("radius_m", "60")
+        await c.press("escape", "a")
+        c.clock.advance(10.1)
+        await c.press("a")
+        assert "8 vehicles armed" in c.said()
+        c.station.changes[8] = {"armed": False}
+        await c.tick()
+        await c.press("a")
+        assert "7 vehicles armed" in c.said()
+        assert c.plan_station.applied() == []
+        await c.press("a")
+        assert len(c.plan_station.applied()) == 1
+
+
 async def test_silent_station_is_no_apply() -> None:
     async with plan_console() as c:
         await c.type_into("radius_m", "60")

@@ -176,6 +176,15 @@ def _circle(aim: Aim) -> Request:
     return f.Circle(aim.vehicles, centre, aim.needed("radius", least=1.0), aim.number("speed", least=0.1))
 
 
+def _follow(aim: Aim) -> Request:
+    leader = aim.needed("vehicle", least=1)
+    if not leader.is_integer() or int(leader) not in aim.around.rows:
+        raise OrderError(f"vehicle: there is no vehicle {leader:g}")
+    if int(leader) in aim.vehicles:
+        raise OrderError("vehicle: it cannot follow itself")
+    return f.Follow(aim.vehicles, int(leader))
+
+
 def _mode(aim: Aim) -> Request:
     if not aim.values.get("mode", "").strip():
         raise OrderError("mode: type its name")
@@ -261,6 +270,17 @@ ORDERS = (
         fields=(_PLACE, Field("radius", "radius", "m", "20"), _SPEED),
         begins=True,
         brief="fly round and round",
+    ),
+    Order(
+        "follow",
+        "w",
+        "follow",
+        "fly beside another one, at the distance and height they have now",
+        _steered,
+        _follow,
+        fields=(Field("vehicle", "vehicle", help="the number of the one to follow"),),
+        begins=True,
+        brief="beside another one",
     ),
     Order(
         "nudge",

@@ -4,9 +4,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from tui_gcs.core.course import Course
+from tui_gcs.core.course import Course, Stand
 from tui_gcs.core.guard_motion import Does
-from tui_gcs.core.messages import Phase, Vec3
+from tui_gcs.core.messages import NOWHERE, Phase, Vec3
+from tui_gcs.core.orbit import Orbit
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.tracking import Tracking
 from tui_gcs.core.vehicle import Vehicle
@@ -87,6 +88,13 @@ class Flight:
     def go_to_step(self, step: str, now: float) -> None:
         """Next step of the same phase."""
         self.step, self.since_s = step, now
+
+    @property
+    def goal(self) -> tuple[Vec3, float]:
+        """The place its course leads to, and the radius of the circle it flies there (0: none); NaN: no place."""
+        if isinstance(self.course, Stand):
+            return self.course.point_m, 0.0
+        return (self.course.centre_m, self.course.radius_m) if isinstance(self.course, Orbit) else (NOWHERE, 0.0)
 
     def own_way(self) -> str:
         """What it does, or did when it was lost or stopped, that is no flight for its team; "" if it is one."""

@@ -84,6 +84,15 @@ class Nudge(Request, frozen=True, tag="nudge"):
     velocity_m_s: Vec3
 
 
+class Follow(Request, frozen=True, tag="follow"):
+    """Fly beside another vehicle, wherever it goes, until something else is asked."""
+
+    vehicles: Vehicles
+    leader: int
+    offset_m: Vec3 = (NAN, NAN, NAN)
+    """East and north from it, z above one's own home; NaN: as it is now."""
+
+
 class OnBoardMission(Request, frozen=True, tag="on-board-mission"):
     """Fly the mission that is on the vehicle, from its present item; a hold pauses it."""
 
@@ -91,4 +100,4 @@ class OnBoardMission(Request, frozen=True, tag="on-board-mission"):
     act: Literal["start", "continue"]
 
 
-Flight = Arm | Disarm | KillMotors | TakeOff | GoTo | Circle | LimitSpeed | OnBoardMission | Nudge
+Flight = Arm | Disarm | KillMotors | TakeOff | GoTo | Circle | LimitSpeed | OnBoardMission | Nudge | Follow

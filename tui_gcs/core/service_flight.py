@@ -39,6 +39,7 @@ class FlightActs:
             f.Circle: self._circle,
             f.LimitSpeed: self._limit_speed,
             f.Nudge: self._nudge,
+            f.Follow: self._follow,
             f.OnBoardMission: self._on_board,
         }
 
@@ -111,6 +112,12 @@ class FlightActs:
 
     def _nudge(self, vehicle: Vehicle, request: f.Nudge, task: Task) -> str:
         return self._began(task, self._station.by_hand.nudge(vehicle, request), "moves")
+
+    def _follow(self, vehicle: Vehicle, request: f.Follow, task: Task) -> str:
+        if len(request.vehicles) > 1 and not all(map(math.isnan, request.offset_m[:2])):
+            return "several keep the places they have: no offset"
+        why = self._station.escorts.begin(vehicle, request.leader, request.offset_m)
+        return self._began(task, why, f"follows vehicle {request.leader}")
 
     def _began(self, task: Task, why: str, text: str) -> str:
         """A course is judged at the next tick: the guard's veto is an event and the vehicle's alarm."""
@@ -205,6 +212,8 @@ def words(request: f.Flight) -> str:
         return f"speed {request.speed_m_s:g} m/s"
     if isinstance(request, f.Nudge):
         return "nudge"
+    if isinstance(request, f.Follow):
+        return f"follow vehicle {request.leader}"
     if isinstance(request, f.OnBoardMission):
         return f"mission {request.act}"
     return {f.Arm: "arm", f.Disarm: "disarm", f.KillMotors: "KILL MOTORS"}[type(request)]

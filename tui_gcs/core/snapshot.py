@@ -7,7 +7,7 @@ from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.firmware.registry import name_of
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import FlightBook
-from tui_gcs.core.messages import FleetFrame, Kind, Phase
+from tui_gcs.core.messages import NOWHERE, FleetFrame, Kind, Phase
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.mavlink import type_name
@@ -57,6 +57,9 @@ def fleet_frame(
         link=tuple([v.link for v in vehicles]),
         signing=tuple([v.signing.value for v in vehicles]),
         problem=tuple([problem_of(v) for v in vehicles]),
+        layer_m=tuple([f.layer_m if f else math.nan for f in flights]),
+        goal_m=tuple([f.goal[0] if f else NOWHERE for f in flights]),
+        goal_radius_m=tuple([f.goal[1] if f else 0.0 for f in flights]),
     )
 
 

@@ -20,6 +20,7 @@ from tui_gcs.core.by_hand import ByHand
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.detections import Detections
 from tui_gcs.core.door import Door
+from tui_gcs.core.escort import EscortDesk
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.executive import Executive
 from tui_gcs.core.firmware.registry import Firmwares
@@ -167,6 +168,7 @@ class Station:
             self.fleet, self.book, self.firmware, self.commands, self.steering, self.events, clock, speed
         )
         self.by_hand = ByHand(self.book, self.guard, self.firmware, self.commands, self.steering, clock)
+        self.escorts = EscortDesk(self.fleet, self.book, self.by_hand, self.events, clock)
         specs = {link.name: link.spec for link in links}
         self.rates = RateDesk(self.fleet, self.commands, self.speech, specs, clock, self.events)
         self.answers = TimeAnswers(self.fleet, self.door, clock, own)
@@ -243,6 +245,7 @@ class Station:
             silent = desk.tick()
             if silent:
                 self.executive.hold(tuple(silent), stays="")
+        self.escorts.tick()
         self.steering.tick()
         self.forwarder.tick()
         self.door.tick()

@@ -7,10 +7,12 @@ from textwrap import wrap
 from textual import events
 
 from tui_gcs.actions.orders import ORDERS, Aim, Grade, Order, OrderError, split, why_not_order
+from tui_gcs.actions.outlook import outlook
 from tui_gcs.actions.places import Surroundings
 from tui_gcs.core.clock import Clock, MonotonicClock
 from tui_gcs.core.messages import Freshness, Kind, Request, VehicleRow
 from tui_gcs.feed import Feed
+from tui_gcs.screens.fly import present_round
 from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line
@@ -292,7 +294,8 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         what = {Kind.SIM: "SIMULATED", Kind.LIVE: "REAL"}.get(kind, str(kind))
         count = len(self.vehicles)
         ink = Ink.WARNING if self.grade is Grade.KILL else Ink.TEXT
-        lines: list[Line] = [[(f"{count} {what} vehicle{'s' * (count != 1)}: {self.order.does}", ink)], []]
+        lines: list[Line] = [[(f"{count} {what} vehicle{'s' * (count != 1)}: {self.order.does}", ink)]]
+        lines += [*self._outlook_lines(), []]
         rows = rows_of(self._feed)
         lines += [_row_line(v, rows.get(v)) for v in self.vehicles[:MOST_ROWS]]
         if count > MOST_ROWS:
@@ -305,6 +308,15 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         if self.order.fields:
             lines += [[], *self._field_lines()]
         return [*lines, [], *([[(self._problem[:MOST_CELLS], Ink.CAUTION)]] if self._problem else []), self._key_line()]
+
+    def _outlook_lines(self) -> list[Line]:
+        """Where it leads, as things are now; what speaks against it."""
+        scenario = self._feed.scenario
+        if self._request is None or scenario is None:
+            return []
+        seen = outlook(self._request, rows_of(self._feed), scenario.scenario.limits, present_round(self._feed))
+        lines: list[Line] = [[(f"  {seen.way}"[:MOST_CELLS], Ink.TEXT)]] if seen.way else []
+        return [*lines, *([(f"! {text}"[:MOST_CELLS], Ink.CAUTION)] for text in seen.warnings)]
 
     def _field_lines(self) -> list[Line]:
         lines: list[Line] = []

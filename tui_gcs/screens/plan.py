@@ -15,11 +15,13 @@ from textual.screen import Screen
 from textual.widgets import Input
 
 from tui_gcs.actions import APP_ACTIONS, Action, bindings
+from tui_gcs.core.clock import Clock, MonotonicClock
 from tui_gcs.core.messages import ApplyScenario
 from tui_gcs.feed import Feed, FleetUpdated, ScenarioChanged, StationBack, StationLost, StatusUpdated
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.plan_actions import PLAN_ACTIONS
 from tui_gcs.screens.plan_text import remarks, state_remark
+from tui_gcs.screens.second_press import EXPIRES_S, SecondPress
 from tui_gcs.widgets.edit_map import EditMap
 from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.footer import FooterLine
@@ -66,16 +68,16 @@ class PlanScreen(Screen[None]):
     PlanScreen.-short.-team TeamForm { display: block; }
     """
 
-    def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
+    def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE, clock: Clock | None = None) -> None:
         """For this feed."""
         super().__init__()
         self.feed = feed
+        self._second = SecondPress(clock or MonotonicClock())
         self.model = EditModel()
         self.draft = PlanDraft(self.model)
         self._glyphs = glyphs
         self._message = QUIET
         self._refusal = ""
-        self._asked = ""
         self._applying = False
         self.top_lines = TopLines(feed, glyphs=glyphs)
         self.edit_line = EditLine(glyphs=glyphs)
@@ -209,18 +211,25 @@ class PlanScreen(Screen[None]):
 
     def _say(self, text: str, ink: Ink = Ink.TEXT) -> None:
         """Tell what became of a key; a question that waited for its second press is over."""
-        self._asked = ""
+        self._second.forget()
         self.save_bar.forget()
         self._message = Remark(text, ink)
         self.show_plan()
 
     def _confirmed(self, what: str, question: str) -> bool:
-        """Whether this is the second press of the same key in a row; the first one asks."""
-        if self._asked == what:
+        """Whether this is the second press of the same key in a row, and soon enough; the first one asks."""
+        if self._second.answers(what):
             return True
-        self._say(question, Ink.CAUTION)
-        self._asked = what
+        self._message = Remark(question, Ink.CAUTION)
+        self.save_bar.forget()
+        self.set_timer(EXPIRES_S, self._expire)
+        self.show_plan()
         return False
+
+    def _expire(self) -> None:
+        """Nobody answered: the same key asks anew."""
+        if self._second.is_over or self.save_bar.asks:
+            self._say(f"nothing done: no second key within {EXPIRES_S:.0f} s")
 
     # ------------------------------------------------------------ choosing
 
@@ -395,7 +404,8 @@ class PlanScreen(Screen[None]):
 
     def _may_apply(self) -> bool:
         armed = self.feed.status.armed if self.feed.status is not None else 0
-        return not armed or self._confirmed("apply", f"{armed} vehicles armed: a or ^G again changes their flight now")
+        question = f"{armed} vehicles armed: a or ^G again changes their flight now"
+        return not armed or self._confirmed(f"apply to {armed}", question)
 
     async def _apply(self, base_revision: int, text: str) -> None:
         reply = await self.feed.request(ApplyScenario(base_revision=base_revision, toml=text))
@@ -437,5 +447,8 @@ class PlanScreen(Screen[None]):
         if message.closed:
             self.zone_list.focus()
         done = message.step.what is SaveNext.DONE
-        self._asked, self._message = "", Remark(message.step.text, Ink.TEXT if done else Ink.CAUTION)
+        self._second.forget()
+        self._message = Remark(message.step.text, Ink.TEXT if done else Ink.CAUTION)
+        if message.step.what is SaveNext.CONFIRM:
+            self.set_timer(EXPIRES_S, self._expire)
         self.show_plan()

@@ -13,6 +13,7 @@ class Layer(StrEnum):
     PLACES = "take-off places"
     TRAFFIC = "traffic"
     OVERLAYS = "overlays"
+    GOALS = "places flown to"
 
 
 HIDDEN_AT_FIRST = frozenset({Layer.GRID})

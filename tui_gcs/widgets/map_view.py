@@ -22,6 +22,7 @@ from tui_gcs.core.scenario import Origin, Round, TakeOffPlace
 from tui_gcs.widgets import map_scene
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet, next_dots
 from tui_gcs.widgets.map_doubt import draw_doubt
+from tui_gcs.widgets.map_goals import draw_goals, goal_words
 from tui_gcs.widgets.map_grid import draw_grid, scale_word
 from tui_gcs.widgets.map_labels import Cells, VehicleLabels
 from tui_gcs.widgets.map_layers import HIDDEN_AT_FIRST, Layer
@@ -363,6 +364,8 @@ class MapView(Widget):
             raster.plot(view.to_dots(self._trails.points_m()), Ink.TRAIL)
         if self._frame is not None and Layer.TRACKS not in self._hidden:
             draw_tracks(raster, view, self._frame.tracks, self._frame.t_s)
+        if Layer.GOALS not in self._hidden:
+            draw_goals(raster, view, self._rows)
         draw_doubt(raster, view, self._rows, self._silent_s)
         if self._pointer is not None:
             draw_pointer(raster, view, self._pointer)
@@ -390,6 +393,8 @@ class MapView(Widget):
             words += map_scene.zone_words(view, self._round, self._edited_zone)
         if Layer.PLANS not in hidden:
             words += map_scene.annotation_words(view, self._annotations, self._glyphs)
+        if Layer.GOALS not in hidden:
+            words += goal_words(view, self._rows, self._glyphs)
         if Layer.PLACES not in hidden:
             words += map_scene.place_words(view, self._places, self._glyphs)
         if self._origin is not None and Layer.OVERLAYS not in hidden:

@@ -52,6 +52,11 @@ class SaveBar(Horizontal):
             self._field.focus()
         self.post_message(self.Said(step, closed=False))
 
+    @property
+    def asks(self) -> bool:
+        """Whether a second press would overwrite a file."""
+        return self._flow.asks
+
     def forget(self) -> None:
         """Something else was done: a question that waited for its second press is over."""
         self._flow.forget()

@@ -37,6 +37,11 @@ class SaveFlow:
         self._model = model
         self._confirm: Path | None = None
 
+    @property
+    def asks(self) -> bool:
+        """Whether the next press overwrites."""
+        return self._confirm is not None
+
     def forget(self) -> None:
         """Something else was done or typed: the next press is a first press again."""
         self._confirm = None

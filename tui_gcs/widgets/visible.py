@@ -30,6 +30,8 @@ _STEPS = {
     "battery_v": 0.1,
     "loss_pct": 0.1,
     "slot_error_m": 0.1,
+    "goal_m": 1.0,
+    "goal_radius_m": 1.0,
 }
 """The columns with numbers that change all the time, and the least change that can be seen."""
 _AGES = ("age_s", "heard_age_s")

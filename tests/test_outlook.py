@@ -1,0 +1,76 @@
+"""What a question tells of the way that vehicles are sent on."""
+
+import math
+
+import pytest
+
+from tests.core.rig import scenario
+from tui_gcs.actions.outlook import outlook
+from tui_gcs.core.messages import Freshness, Phase, Request, VehicleRow
+from tui_gcs.core.messages_flight import Arm, Circle, GoTo, TakeOff
+
+NAN = math.nan
+WHOLE = scenario()
+LIMITS, ROUND = WHOLE.limits, WHOLE.rounds[0]
+"""Separation 10 m and 5 m; 8 m/s, 2.5 m/s²."""
+
+
+def row(vehicle: int, place: tuple[float, float, float], *, phase: Phase = Phase.FLYING) -> VehicleRow:
+    values = dict.fromkeys(VehicleRow._fields, 0)
+    values |= {"id": vehicle, "position_m": place, "phase": phase, "armed": phase is not Phase.GROUND}
+    return VehicleRow(**values | {"freshness": Freshness.OK, "layer_m": place[2] or 34.0})  # type: ignore[arg-type]
+
+
+FLEET = {r.id: r for r in (row(1, (200.0, 200.0, 30.0)), row(2, (300.0, 212.0, 40.0)), row(3, (200.0, 300.0, 50.0)))}
+
+
+def seen(request: Request) -> tuple[str, ...]:
+    told = outlook(request, FLEET, LIMITS, ROUND)
+    return (told.way, *told.warnings)
+
+
+def test_how_far_and_how_long() -> None:
+    """(100 + 8²/2.5) m at 8 m/s; straight up at 3 m/s, down at 1.5."""
+    assert seen(GoTo((1,), ((300.0, 200.0, NAN),))) == ("100 m away: about 16 s",)
+    assert seen(GoTo((1,), ((300.0, 200.0, NAN),), speed_m_s=2.0)) == ("100 m away: about 51 s",)
+    assert seen(GoTo((1,), ((NAN, NAN, 33.0),))) == ("0 m away, up 3 m: about 1 s",)
+    assert seen(GoTo((3,), ((NAN, NAN, 47.0),))) == ("0 m away, down 3 m: about 2 s",)
+    far = seen(GoTo((1, 3), ((300.0, 200.0, NAN), (250.0, 300.0, NAN))))
+    assert far == ("50-100 m away: about 16 s",)
+
+
+def test_the_layer_of_another_and_how_near_its_way_comes_to_it() -> None:
+    _, warning = seen(GoTo((1,), ((400.0, 200.0, 38.0),)))
+    assert warning == "1 on the layer of 2 (40 m), which is 12 m from its way"
+    _, *warnings = seen(GoTo((1,), ((NAN, NAN, 52.0),)))
+    assert warnings == [
+        "1 on the layer of 3 (50 m), which is 100 m from its way",
+        "1 passes the layer of 2 (40 m), which is 101 m from its way",
+    ]
+
+
+def test_layers_of_those_on_the_ground_are_free_and_a_take_off_is_warned_of_those_above() -> None:
+    fleet = FLEET | {4: row(4, (210.0, 200.0, 0.0), phase=Phase.GROUND)}
+    assert not outlook(GoTo((1,), ((NAN, NAN, 34.0),)), fleet, LIMITS, ROUND).warnings
+    told = outlook(TakeOff((4,), 34.0), fleet, LIMITS, ROUND)
+    assert (told.way, told.warnings) == ("", ("4 on the layer of 1 (30 m), which is 10 m from its way",))
+
+
+def test_a_place_outside_or_at_a_height_that_is_not_allowed() -> None:
+    _, out = seen(GoTo((1,), ((-500.0, 200.0, 30.0),)))
+    assert "outside the area" in out and "the guard stops vehicle 1" in out
+    _, high = seen(GoTo((2,), ((NAN, NAN, 500.0),)))[:2]
+    assert high.startswith("500 m is outside the band")
+
+
+def test_two_that_would_meet() -> None:
+    _, meet = seen(GoTo((1, 2), ((300.0, 200.0, 40.0), (304.0, 200.0, 40.0))))
+    assert meet == "1 and 2 would be 4 m from each other at one height"
+    assert seen(Circle((1, 2), (250.0, 200.0, 35.0), 20.0))[1:] == ("1 and 2 would be on one circle at one height",)
+
+
+@pytest.mark.parametrize(
+    "request_", [Arm((1,)), GoTo((1,), ((50.0, 0.0, NAN),), from_home=True), GoTo((9,), ((0, 0, 0),))]
+)
+def test_nothing_is_told_of_what_is_not_known(request_: Request) -> None:
+    assert seen(request_) == ("",)

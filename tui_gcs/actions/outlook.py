@@ -1,0 +1,165 @@
+"""What an order that moves vehicles will meet: how far, how long, whose layer, out of the area. For its question.
+
+The guard judges the course when it is flown and stops who comes too near; here the operator is told before.
+"""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+from tui_gcs.core.guard import Guard
+from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
+from tui_gcs.core.messages import Phase, Request, Vec3, VehicleRow
+from tui_gcs.core.messages_alarms import vehicles_words
+from tui_gcs.core.messages_flight import Circle, GoTo, TakeOff
+from tui_gcs.core.scenario import Limits, Round
+
+MOST_WARNINGS = 4
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """What is told in a question."""
+
+    way: str = ""
+    """How far and how long; "" where nobody flies anywhere."""
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Way:
+    """One vehicle's, as straight as it is flown: to a place, or to a circle about it."""
+
+    row: VehicleRow
+    goal_m: Vec3
+    radius_m: float = 0.0
+
+    @property
+    def here_m(self) -> Vec3:
+        return self.row.position_m
+
+    @property
+    def level_m(self) -> float:
+        """To the place, or to the circle."""
+        return abs(math.dist(self.here_m[:2], self.goal_m[:2]) - self.radius_m)
+
+    @property
+    def climb_m(self) -> float:
+        return self.goal_m[2] - self.here_m[2]
+
+    def seconds(self, speed_m_s: float, accel_m_s2: float) -> float:
+        """Until it is there, from a stand, upright and level at the same time."""
+        level_s = 0.0
+        if self.level_m > 0:
+            ramp_m = speed_m_s * speed_m_s / accel_m_s2
+            slow = self.level_m < ramp_m
+            level_s = 2.0 * math.sqrt(self.level_m / accel_m_s2) if slow else (self.level_m + ramp_m) / speed_m_s
+        return max(level_s, abs(self.climb_m) / (CLIMB_M_S if self.climb_m > 0 else DESCENT_M_S))
+
+    def away_m(self, place_m: Vec3) -> float:
+        """How near its way comes to a place, level."""
+        ax, ay = self.here_m[:2]
+        dx, dy = self.goal_m[0] - ax, self.goal_m[1] - ay
+        long2 = dx * dx + dy * dy
+        share = ((place_m[0] - ax) * dx + (place_m[1] - ay) * dy) / long2 if long2 > 0 else 0.0
+        share = min(max(share, 0.0), 1.0)
+        if self.radius_m:
+            return abs(math.dist(self.goal_m[:2], place_m[:2]) - self.radius_m)
+        return math.dist((ax + share * dx, ay + share * dy), place_m[:2])
+
+
+def outlook(request: Request, rows: Mapping[int, VehicleRow], limits: Limits, round_: Round | None) -> Outlook:
+    """What `request` will meet, as far as positions are known; nothing for what moves nobody to a place."""
+    ways = [way for way in _ways(request, rows) if all(map(math.isfinite, (*way.here_m, *way.goal_m)))]
+    if not ways:
+        return Outlook()
+    asked = getattr(request, "speed_m_s", math.nan)
+    speed = limits.speed_m_s if math.isnan(asked) else min(asked, limits.speed_m_s)
+    concerned = {way.row.id for way in ways}
+    others = [row for row in rows.values() if row.id not in concerned and _is_up(row)]
+    warnings = [*_beyond(ways, limits, round_), *_layers(ways, others, limits), *_meeting(ways, limits)]
+    told = warnings[:MOST_WARNINGS]
+    if len(warnings) > len(told):
+        told[-1] = f"and {len(warnings) - len(told) + 1} more warnings like these"
+    return Outlook("" if isinstance(request, TakeOff) else _way_words(ways, speed, limits), tuple(told))
+
+
+def _ways(request: Request, rows: Mapping[int, VehicleRow]) -> Iterable[_Way]:
+    """Nothing where places are counted from homes, which nobody here knows."""
+    if isinstance(request, GoTo) and not request.from_home:
+        for vehicle, point in zip(request.vehicles, request.points_m, strict=True):
+            if vehicle in rows:
+                yield _Way(rows[vehicle], _known(point, rows[vehicle].position_m))
+    elif isinstance(request, Circle):
+        for vehicle in request.vehicles:
+            if vehicle in rows:
+                yield _Way(rows[vehicle], _known(request.centre_m, rows[vehicle].position_m), request.radius_m)
+    elif isinstance(request, TakeOff):
+        for vehicle in request.vehicles:
+            if vehicle in rows:
+                yield _Way(rows[vehicle], (*rows[vehicle].position_m[:2], request.alt_m))
+
+
+def _known(point: Vec3, here: Vec3) -> Vec3:
+    """NaN: as it is."""
+    x, y, z = (own if math.isnan(asked) else asked for asked, own in zip(point, here, strict=True))
+    return x, y, z
+
+
+def _is_up(row: VehicleRow) -> bool:
+    return row.armed and row.phase not in (Phase.GROUND, Phase.ARMING) and all(map(math.isfinite, row.position_m))
+
+
+def _way_words(ways: list[_Way], speed_m_s: float, limits: Limits) -> str:
+    far = [way.level_m for way in ways]
+    taken_s = max(way.seconds(speed_m_s, limits.accel_m_s2) for way in ways)
+    span = f"{min(far):.0f}-{max(far):.0f} m" if max(far) - min(far) >= 1.0 else f"{max(far):.0f} m"
+    climbs = {round(way.climb_m) for way in ways}
+    upright = (
+        f", {'up' if max(climbs) > 0 else 'down'} {abs(climbs.pop())} m" if len(climbs) == 1 and any(climbs) else ""
+    )
+    return f"{span} away{upright}: about {taken_s:.0f} s"
+
+
+def _beyond(ways: list[_Way], limits: Limits, round_: Round | None) -> Iterable[str]:
+    """Who is sent to where the guard lets nobody go."""
+    if round_ is None:
+        return
+    guard, area = Guard(limits, round_.area, round_.no_fly), round_.area
+    outside = {way.row.id: out for way in ways if (out := guard.outside_m(way.goal_m)) > 0}
+    if outside:
+        out_m, who = max(outside.values()), vehicles_words(outside)
+        yield f"{out_m:.0f} m outside the area, or in a no-fly zone: the guard stops {who}"
+    wrong = [way for way in ways if not area.alt_min_m <= way.goal_m[2] <= area.alt_max_m]
+    if wrong:
+        band = f"{area.alt_min_m:g}-{area.alt_max_m:g} m"
+        who = vehicles_words(way.row.id for way in wrong)
+        yield f"{wrong[0].goal_m[2]:.0f} m is outside the band {band}: the guard stops {who}"
+
+
+def _layers(ways: list[_Way], others: list[VehicleRow], limits: Limits) -> Iterable[str]:
+    """On whose layer (or height now) somebody shall be, or whose he passes; the nearest first."""
+    found = []
+    for way in ways:
+        low, high = sorted((way.here_m[2], way.goal_m[2]))
+        for other in others:
+            heights = [h for h in (other.layer_m, other.position_m[2]) if math.isfinite(h)]
+            ends = any(abs(way.goal_m[2] - h) < limits.separation_vertical_m for h in heights)
+            if ends or any(low < h < high for h in heights):
+                found.append((not ends, way.away_m(other.position_m), way.row.id, other))
+    for passes, away_m, vehicle, other in sorted(found, key=lambda one: one[:3]):
+        layer = f"the layer of {other.id} ({other.layer_m:.0f} m)" if math.isfinite(other.layer_m) else ""
+        height = layer or f"the height of {other.id}"
+        yield f"{vehicle} {'passes' if passes else 'on'} {height}, which is {away_m:.0f} m from its way"
+
+
+def _meeting(ways: list[_Way], limits: Limits) -> Iterable[str]:
+    """Who of those that are sent would meet there."""
+    for one, other in combinations(ways, 2):
+        apart_m = math.dist(one.goal_m[:2], other.goal_m[:2])
+        upright_m = abs(one.goal_m[2] - other.goal_m[2])
+        on_circle = bool(one.radius_m)
+        if upright_m < limits.separation_vertical_m and (on_circle or apart_m < limits.separation_horizontal_m):
+            where = "on one circle" if on_circle else f"{apart_m:.0f} m from each other"
+            yield f"{one.row.id} and {other.row.id} would be {where} at one height"
