@@ -5,6 +5,7 @@ Losing it loses nothing: the station flies on, and another console shows the sam
 
 import asyncio
 import contextlib
+import math
 import os
 import signal
 import sys
@@ -25,13 +26,13 @@ from tui_gcs.chord import PREFIX_S, Chord
 from tui_gcs.commanding import FOLLOW_S, CommandingApp, action_named
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.clock import Clock, MonotonicClock
-from tui_gcs.core.messages import Acknowledge, Kind, Request
+from tui_gcs.core.messages import Acknowledge, Alarm, Kind, Request
 from tui_gcs.core.overlays import Overlay
 from tui_gcs.dispatch import Dispatcher
 from tui_gcs.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
 from tui_gcs.groups import GroupFile, GroupsError
 from tui_gcs.line_entry import LineEntry
-from tui_gcs.screens.alarms import AlarmScreen
+from tui_gcs.screens.alarms import REACTION_S, AlarmScreen
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.help import HelpDialog, PaletteDialog
 from tui_gcs.screens.tiny import MIN_COLUMNS, MIN_ROWS, TinyScreen
@@ -118,6 +119,9 @@ class ConsoleApp(CommandingApp):
         self._notices = 0
         self.bell_rings = AlarmBell()
         self._leaving = False
+        self._alarm_shown = ""
+        """The cause of the alarm that `a` acknowledges, and since when: a key may be meant for the one before."""
+        self._alarm_since_s = -math.inf
         self._plan: PlanScreen | None = None
         self.add_mode("fly", self._fly_screen)
         self.add_mode("plan", self._plan_screen)
@@ -165,6 +169,10 @@ class ConsoleApp(CommandingApp):
 
     def on_status_updated(self, message: StatusUpdated) -> None:
         """Ring for alarms; never command a station of another kind than the one this console was opened for."""
+        first = self._to_answer()
+        if first is not None and first.cause != self._alarm_shown:
+            self._alarm_since_s = self.clock.now() if self._alarm_shown else -math.inf
+        self._alarm_shown = first.cause if first is not None else ""
         if self.bell_rings.rings(message.status.alarms, self.clock.now()):
             self.bell()
         kind = message.status.kind
@@ -328,12 +336,17 @@ class ConsoleApp(CommandingApp):
 
     def action_acknowledge(self) -> None:
         """The alarm on the second line was seen."""
-        status = self.feed.status
-        first = next((a for a in status.alarms if a.state in ("new", "over")), None) if status is not None else None
-        if first is None or self.feed.station_lost:
+        first = self._to_answer()
+        if first is None:
             self.notice("nothing to acknowledge")
+        elif self.clock.now() - self._alarm_since_s < REACTION_S:
+            self.notice("another alarm is shown now: look at it, then a again", Level.CAUTION)
         else:
             self.ask_about_alarms(Acknowledge(raised={first.cause: first.raised}), "acknowledge")
+
+    def _to_answer(self) -> Alarm | None:
+        """The alarm that `a` acknowledges."""
+        return next((alarm for alarm in self.feed.alarms if alarm.state in ("new", "over")), None)
 
     def ask_about_alarms(self, request: Request, title: str) -> None:
         """Acknowledge or shelve: nothing is told unless it could not be done."""
@@ -347,7 +360,7 @@ class ConsoleApp(CommandingApp):
 
     def action_show_alarms(self) -> None:
         """All alarms."""
-        self.push_screen(AlarmScreen(self.feed, self.ask_about_alarms, self.glyphs))
+        self.push_screen(AlarmScreen(self.feed, self.ask_about_alarms, self.glyphs, self.clock))
 
     def action_toggle_bell(self) -> None:
         """This console's bell."""

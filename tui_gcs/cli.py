@@ -138,7 +138,7 @@ def _add_control(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
             parser.add_argument("--json", action="store_true")
         if name == "stop":
             known = "vehicles that were armed when last heard, and of which you know what became"
-            parser.add_argument("--lost", type=int, nargs="+", default=[], metavar="ID", help=known)
+            parser.add_argument("--lost", nargs="+", default=[], metavar="IDS", help=f"{known}: 1-3 5")
 
 
 def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

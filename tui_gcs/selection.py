@@ -9,8 +9,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 MOST_NAME = 16
-MOST_IDS = 1000
-"""Of one range: more is a slip of the finger."""
 _NAME = re.compile(r"[a-z_][a-z0-9_]*")
 _TEAM = re.compile(r"t([1-9][0-9]?)")
 _RANGE = re.compile(r"([0-9]{1,6})(?:-([0-9]{1,6}))?")
@@ -89,7 +87,7 @@ def _term(term: str, known: Known) -> Iterable[int]:
 
 def _range(low: int, high: int, known: Known) -> list[int]:
     """Of a range those that there are; an id by itself must be there."""
-    if low > high or high - low > MOST_IDS:
+    if low > high:
         raise SelectionError(f"{low}-{high} is no range of vehicles")
     found = [v for v in known.ids if low <= v <= high]
     if not found:

@@ -1,6 +1,7 @@
 """What a flying fleet is in trouble for: found from telemetry and from the station's own state."""
 
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from unittest.mock import patch
 
@@ -142,3 +143,14 @@ def test_who_flies_at_another_is_told_of_with_both_named(flight: Rig) -> None:
     assert wrong["closing"][0][1] == "4 m from vehicle 2 in 4 s"
     with patch.object(flight.station._alarm_finder, "_next_closing_s", 0.0):
         assert found(flight) == {}
+
+
+def test_when_nobody_is_heard_any_more_on_the_ground_either_that_is_told(flight: Rig) -> None:
+    on_ground = [patch.object(vehicle(flight, v), "armed", False) for v in (1, 2, 3)]
+    on_ground += [patch.object(flight.station.book.flights[v], "phase", Phase.GROUND) for v in (1, 2, 3)]
+    with ExitStack() as stack:
+        for one in on_ground:
+            stack.enter_context(one)
+        assert found(flight) == {}
+        stack.enter_context(patch.object(Vehicle, "freshness", lambda self, now: m.Freshness.LOST))
+        assert found(flight) == {"silence": [("station", "all 3 are LOST")]}

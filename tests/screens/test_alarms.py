@@ -5,7 +5,7 @@ from console import NARROW, WIDE, console
 from fake_station import FakeStation, trouble
 from textual.events import Key
 
-from tui_gcs.core.messages import Acknowledge, Alarm, Note, Shelve
+from tui_gcs.core.messages import Acknowledge, Alarm, Freshness, Note, Shelve
 from tui_gcs.core.messages_alarms import AlarmLevel
 from tui_gcs.screens.alarms import AlarmScreen
 from tui_gcs.screens.fly import FlyScreen
@@ -36,6 +36,7 @@ async def test_only_what_nobody_has_seen_flashes_and_a_answers_it() -> None:
         await c.press("a")
         await c.tick()
         assert "^ CAUT  battery low: vehicle 7  24 %" in c.line(1)  # the worst that is new
+        await c.tick(1.0)
         await c.press("a")
         await c.tick()
         assert "! WARN  LOST in the air: vehicle 5" in c.line(1)  # seen, and still there
@@ -90,7 +91,7 @@ async def test_the_list_tells_what_to_do_and_shelves() -> None:
         assert "^ CAUT  NEW     battery low: vehicle 7  24 %" in picture
         assert "! WARN  seen    LOST in the air: vehicle 5" in picture
         assert "!h hold all" in picture and "by you" in picture
-        await c.press("down", "s")
+        await c.press("s")  # the mark has stayed with it
         await c.tick()
         assert next(r for r in c.station.commands() if isinstance(r, Shelve)).minutes == 5.0
         assert "! WARN  shelved LOST in the air: vehicle 5" in c.text()
@@ -104,6 +105,43 @@ async def test_the_vehicles_of_an_alarm_are_selected_by_one_key() -> None:
         await c.press("A", "down", "v")
         assert c.app.feed.selection.ids == (7,)
         assert c.station.commands() == []
+
+
+async def test_a_key_is_for_the_alarm_that_was_marked_and_not_for_one_that_comes_meanwhile() -> None:
+    def one(station: FakeStation) -> None:
+        station.fly()
+        station.changes[7] = {"battery_pct": 24.0}
+
+    async with console(NARROW, one) as c:
+        await c.press("A")
+        c.station.changes[5] = {"freshness": Freshness.LOST}  # worse: it goes to the top
+        await c.tick()
+        await c.press("a")
+        assert [list(r.raised) for r in c.station.commands()] == [["battery-low"]]
+        c.station.changes.pop(7)
+        await c.tick()
+        await c.tick()  # acknowledged and over: gone, and the mark goes to the other one
+        await c.press("a")
+        assert len(c.station.commands()) == 1, "that was meant for the one that is gone"
+        await c.tick(1.0)
+        await c.press("a")
+        assert [list(r.raised) for r in c.station.commands()] == [["battery-low"], ["lost"]]
+
+
+async def test_the_key_of_the_second_line_is_for_the_alarm_that_was_on_it() -> None:
+    def one(station: FakeStation) -> None:
+        station.fly()
+        station.changes[7] = {"battery_pct": 24.0}
+
+    async with console(NARROW, one) as c:
+        c.station.changes[5] = {"freshness": Freshness.LOST}
+        await c.tick()
+        await c.press("a")
+        assert c.station.commands() == []
+        assert "another alarm is shown now" in c.told()
+        await c.tick(1.0)
+        await c.press("a")
+        assert [list(r.raised) for r in c.station.commands()] == [["lost"]]
 
 
 async def test_a_notice_follows_the_operator_to_other_screens_and_ends_on_all() -> None:

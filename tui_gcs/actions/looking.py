@@ -3,7 +3,7 @@
 from tui_gcs.actions.action import SELECT, VIEW, Action
 
 VEHICLES_ACTIONS = (
-    Action("turn_view", ("tab",), "Tab", "grid/table", "the fleet as cells or as a table", VIEW, 8),
+    Action("turn_view", ("tab",), "Tab", "view", "the fleet as cells or as a table", VIEW, 8),
     Action("sort_next", ("greater_than_sign",), "< >", "sort", "the table by another column", VIEW, 4),
     Action("sort_previous", ("less_than_sign",), "<", "", "", VIEW),
     Action("sort_turn", ("asterisk",), "*", "", "the table the other way round", VIEW),

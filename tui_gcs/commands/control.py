@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> int:
         from tui_gcs.commands.console import attach, preferences
 
         return attach(kind, preferences(arguments.overlay))
-    return _stop(kind, tuple(arguments.lost)) if arguments.what == "stop" else _status(kind, as_json=arguments.json)
+    return _stop(kind, _lost(arguments.lost)) if arguments.what == "stop" else _status(kind, as_json=arguments.json)
 
 
 def which(named: str | None) -> Kind:
@@ -36,6 +36,13 @@ def which(named: str | None) -> Kind:
     if not kinds or not running(kinds[0]):
         raise CommandError("no station runs: `tui-gcs demo` or `tui-gcs fly` starts one")
     return kinds[0]
+
+
+def _lost(words: list[str]) -> tuple[int, ...]:
+    """Vehicles named as 1 2 3, 1-8 or 1,4. Raises `CommandError`."""
+    from tui_gcs.commands.vehicle_station import vehicle_ids
+
+    return tuple(dict.fromkeys(vehicle for word in words for vehicle in vehicle_ids(word)))
 
 
 def _stop(kind: Kind, lost: tuple[int, ...]) -> int:

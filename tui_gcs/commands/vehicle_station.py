@@ -24,6 +24,7 @@ SILENT_TRIES = 3
 """Questions about tasks that a station may leave unanswered, e.g. while it is restarted."""
 LINE_CELLS = 400
 BIGGEST_ID = 1_000_000
+MOST_OF_A_RANGE = 999
 
 
 @dataclass
@@ -195,7 +196,7 @@ def vehicle_ids(text: str) -> tuple[int, ...]:
         if not (first.isascii() and first.isdigit() and (not dash or (last.isascii() and last.isdigit()))):
             raise CommandError(f"{clean(text, 40)!r}: vehicles are named as 3, 3-7 or 1,4")
         low, high = int(first[:8]), int((last or first)[:8])
-        if not 0 < low <= high < BIGGEST_ID or high - low > 999:
+        if not 0 < low <= high < BIGGEST_ID or high - low > MOST_OF_A_RANGE:
             raise CommandError(f"{clean(text, 40)!r}: no such vehicles")
         ids += range(low, high + 1)
     return tuple(dict.fromkeys(ids))

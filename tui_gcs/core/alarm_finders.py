@@ -15,7 +15,7 @@ from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.closing import Closing, closings
 from tui_gcs.core.firmware.health import Concern, Problem
 from tui_gcs.core.flights import ON_BOARD_STEP, Flight
-from tui_gcs.core.messages import Phase, RunPhase
+from tui_gcs.core.messages import Freshness, Phase, RunPhase
 from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.vehicle import Vehicle
 
@@ -56,6 +56,7 @@ class AlarmFinder:
         self._look_at_health(flying, gap_s)
         return [
             *self._absent(),
+            *self._silence(vehicles, now),
             *(finding for vehicle in vehicles for finding in self._vehicle(vehicle, now)),
             *self._outside(flying),
             *self._close(),
@@ -77,9 +78,22 @@ class AlarmFinder:
             if flight.phase is not Phase.GROUND and flight.vehicle not in self._station.fleet.vehicles:
                 yield Finding("lost", flight.vehicle)
 
+    def _silence(self, vehicles: list[Vehicle], now: float) -> Iterator[Finding]:
+        """All that were there are silent, and none of them was in flight: those are alarms by themselves."""
+        known = [vehicle for vehicle in vehicles if vehicle.confirmed]
+        if not known or any(vehicle.freshness(now) is not Freshness.LOST for vehicle in known):
+            return
+        if not any(self._in_flight(vehicle) for vehicle in known):
+            count = len(known)
+            yield Finding("silence", "station", "the one vehicle is LOST" if count == 1 else f"all {count} are LOST")
+
+    def _in_flight(self, vehicle: Vehicle) -> bool:
+        flight = self._station.book.get(vehicle.id)
+        return vehicle.armed or (flight is not None and flight.phase is not Phase.GROUND)
+
     def _vehicle(self, vehicle: Vehicle, now: float) -> Iterator[Finding]:
         flight = self._station.book.get(vehicle.id)
-        in_flight = vehicle.armed or (flight is not None and flight.phase is not Phase.GROUND)
+        in_flight = self._in_flight(vehicle)
         link = self._station.links.get(vehicle.link)
         failed = vehicle.link if link is not None and link.error and len(vehicle.used_paths()) <= 1 else ""
         yield from self._signs.findings(vehicle, now, in_flight=in_flight, failed_link=failed)

@@ -1,9 +1,11 @@
 """The list of alarms: all of them with what to do, acknowledging, shelving, and what was before."""
 
+import math
 from collections.abc import Callable
 
 from textual import events
 
+from tui_gcs.core.clock import Clock
 from tui_gcs.core.messages import Acknowledge, Alarm, EventClass, Request, Shelve, Unshelve
 from tui_gcs.core.messages_alarms import action_words
 from tui_gcs.feed import EventRaised, Feed, StatusUpdated
@@ -16,6 +18,8 @@ from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.top_lines import KEYS
 
+REACTION_S = 0.7
+"""So long a key still means what was shown before."""
 SHELVE_MIN = 5.0
 """What every level allows."""
 HISTORY_LINES = 8
@@ -27,24 +31,32 @@ class AlarmScreen(TextDialog[None]):
 
     title_text = "alarms"
 
-    def __init__(self, feed: Feed, ask: Callable[[Request, str], None], glyphs: GlyphSet) -> None:
+    def __init__(self, feed: Feed, ask: Callable[[Request, str], None], glyphs: GlyphSet, clock: Clock) -> None:
         """For this feed; `ask` sends a request to the station and tells what became of it."""
         super().__init__(glyphs)
         self._feed = feed
         self._ask = ask
+        self._clock = clock
         self._marked = ""
+        self._moved_s = -math.inf
+        """When the mark went to another alarm by itself."""
 
     def on_mount(self) -> None:
         """Follow the station."""
         super().on_mount()
         self._feed.listen(self)
+        first = self.marked()
+        self._marked = _key(first) if first is not None else ""
 
     def on_unmount(self) -> None:
         """No more messages."""
         self._feed.leave(self)
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
-        """Alarms change."""
+        """Alarms change. The mark stays with its alarm, and goes on only when that is gone."""
+        marked = self.marked()
+        if marked is not None and _key(marked) != self._marked:
+            self._marked, self._moved_s = _key(marked), self._clock.now()
         self.redraw()
 
     def on_event_raised(self, _message: EventRaised) -> None:
@@ -63,8 +75,8 @@ class AlarmScreen(TextDialog[None]):
             self._mark(1 if event.key in ("down", "j") else -1)
         elif event.key == "x":
             self._acknowledge([alarm for alarm in self.alarms() if alarm.state in ("new", "over")])
-        elif marked is None:
-            return
+        elif marked is None or self._clock.now() - self._moved_s < REACTION_S:
+            return  # the key was meant for the alarm that was marked before
         elif event.key == "a":
             self._acknowledge([marked])
         elif event.key == "v" and marked.vehicles:

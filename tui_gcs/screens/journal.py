@@ -39,7 +39,7 @@ SEVERITIES = (7, 5, 4, 2)
 """Steps of the severity filter: all, notices and worse, warnings and worse, critical and worse."""
 SEVERITY_WORDS = {7: "all", 5: "notice+", 4: "warning+", 2: "critical+"}
 
-_NAMED = re.compile(r"\bvehicles? [0-9]{1,9}(?:-[0-9]{1,9})?(?:,? [0-9]{1,9}(?:-[0-9]{1,9})?)*")
+_NAMED = re.compile(r"\bvehicles? \(?[0-9]{1,9}(?:-[0-9]{1,9})?(?:,? [0-9]{1,9}(?:-[0-9]{1,9})?)*")
 _RANGE = re.compile(r"([0-9]+)(?:-([0-9]+))?")
 
 
@@ -155,7 +155,7 @@ class JournalScreen(Screen[None]):
         """Status, alarm; lines; keys."""
         yield self.top_lines
         yield self.journal_lines
-        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed)
+        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_journal")
 
     def on_mount(self) -> None:
         """What the feed has, and then what the file has."""

@@ -80,7 +80,7 @@ class VehiclesScreen(Screen[None]):
                 yield self.cause_line
             yield self.beside
         yield self.below
-        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed)
+        yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_vehicles")
 
     def on_mount(self) -> None:
         """Listen to the feed, and have the station tell more of the vehicle looked at."""
@@ -168,7 +168,8 @@ class VehiclesScreen(Screen[None]):
             cursor = "_   Enter keeps, Esc ends" if self.is_typing else "   / changes, Esc ends"
             return f"filter: {self._filter}{cursor}   {shown} of {all_of_them}"
         if self.has_class("-table"):
-            return f"{all_of_them} vehicles by {self._sorted_by}"
+            part = self.table.part
+            return f"{all_of_them} vehicles by {self._sorted_by}" + (f"   {part}" if part else "")
         g = self._glyphs
         shapes = f"{g.headings[0]} flying  {g.armed_on_ground} armed on ground  {g.disarmed} disarmed  {g.lost} lost"
         return f"{all_of_them} vehicles   {shapes}"

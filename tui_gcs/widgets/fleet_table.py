@@ -97,6 +97,14 @@ class FleetTable(LinesView):
         self.update_lines()
         return f"{self._sorting.title}{' falling' if self._falling else ''}"
 
+    @property
+    def part(self) -> str:
+        """Which of its lines are shown, where it is not all; "" if it is."""
+        room = max(1, self.size.height - 1)
+        if len(self._rows) <= room:
+            return ""
+        return f"lines {self._first + 1}-{min(self._first + room, len(self._rows))} of {len(self._rows)}: arrows"
+
     def ids(self) -> tuple[int, ...]:
         """In the order shown."""
         return tuple(row.id for row in self._rows)

@@ -13,6 +13,8 @@ from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.words import ids
 
 MOST_IDS_CELLS = 14
+BESIDE = {"show_fly": 8, "select": 8, "detach": 6, "palette": 5, "start_stop": 5}
+"""Weights on a screen beside the fly screen: the way back comes first, what HOLD ALL and the help tell comes last."""
 
 
 class FooterLine(LinesView):
@@ -20,12 +22,15 @@ class FooterLine(LinesView):
 
     DEFAULT_CSS = "FooterLine { height: 1; dock: bottom; }"
 
-    def __init__(self, actions: Sequence[Action], *, glyphs: GlyphSet = UNICODE, feed: Feed | None = None) -> None:
-        """For these actions; with a feed only those that do something now."""
+    def __init__(
+        self, actions: Sequence[Action], *, glyphs: GlyphSet = UNICODE, feed: Feed | None = None, here: str = ""
+    ) -> None:
+        """For these actions; with a feed only those that do something now. `here`: what shows this screen."""
         super().__init__(glyphs=glyphs)
         self._actions = actions
         self._feed = feed
         self._typing = False
+        self._here = here
 
     def on_mount(self) -> None:
         """Follow what the fleet does."""
@@ -70,6 +75,12 @@ class FooterLine(LinesView):
                 replace(action, label=action.label_now(situation)) if action.label_now is not None else action
                 for action in actions
                 if not action.is_hidden(situation)
+            ]
+        if self._here:
+            actions = [
+                replace(action, weight=BESIDE.get(action.id, action.weight))
+                for action in actions
+                if action.id != self._here
             ]
         if self._typing:
             actions = while_typing(actions)

@@ -64,6 +64,9 @@ REQUEST_MESSAGE = 512
 QUESTION_S = 5.0
 """So long the ACK of a question may take."""
 
+SHOWN = {"land": "begun, it descends"}
+"""What telemetry showed, where "confirmed" would read as if it were over."""
+
 
 @dataclass
 class _Past:
@@ -333,7 +336,8 @@ class CommandService:
             action.on_done(action, outcome, why)
 
     def _tell(self, action: Action, outcome: Outcome, why: str) -> None:
-        text = f"{action.name}: {outcome.value}" + (f" ({why})" if why else "")
+        word = SHOWN.get(action.name, outcome.value) if outcome is Outcome.CONFIRMED else outcome.value
+        text = f"{action.name}: {word}" + (f" ({why})" if why else "")
         severity = INFO if outcome is Outcome.CONFIRMED else WARNING
         if outcome is Outcome.NOT_CONFIRMED and action.retry is Retry.START:
             severity = ALERT  # it may happen yet, or have happened (B.6-41)
