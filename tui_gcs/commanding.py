@@ -40,7 +40,6 @@ class CommandingApp(ThinApp):
     glyphs: GlyphSet
     clock: Clock
     orders: Dispatcher
-    _told = ""
     _news_s = 0.0
     _closed_s = float("-inf")
 
@@ -224,39 +223,41 @@ class CommandingApp(ThinApp):
     def on_fleet_updated(self, _message: FleetUpdated) -> None:
         """Telemetry may show what was ordered; the table says how vehicles are now."""
         self.orders.look()
-        order = self.orders.newest
-        if order is not None and any(panel.display for panel in self.screen_stack[0].query(ResultPanel)):
-            self._show_table(order)
+        if self.orders.orders and any(panel.display for panel in self.screen_stack[0].query(ResultPanel)):
+            self._show_table()
 
     def follow_orders(self) -> None:
         """See how tasks stand, and whose time is up."""
         self.orders.look()
-        order = self.orders.newest
-        if order is not None and order.good and not order.waiting and self.clock.now() - self._news_s > GONE_S:
+        orders = self.orders.orders
+        over = all(order.good and not order.waiting for order in orders)
+        if orders and over and self.clock.now() - self._news_s > GONE_S:
             self.close_result()
-        if order is not None and order.tasks:
+        if any(order.tasks for order in orders):
             self.run_worker(self.orders.ask_tasks(), group="follow", exclusive=True, exit_on_error=False)
 
     def show_order(self, order: Dispatch) -> None:
         """The table, and one line for the journal when there is news."""
         if order.results:
             text, ink = summary(order.title, order.results)
-            if text != self._told:  # closed by the operator it comes back with news only
-                self._show_table(order)
+            if text != order.told:  # closed by the operator it comes back with news only
+                self._show_table()
         elif order.refused:
             text, ink = f"{order.title} NOT DONE: {order.text}", Ink.WARNING
         else:
             text, ink = f"{order.title}: {order.text or 'sent'}", Ink.NORMAL
-        if text != self._told:
-            self._told = text
+        if text != order.told:
+            order.told = text
             self.notice(text, _LEVELS.get(ink, Level.NORMAL))
             self._news_s = self.clock.now()
 
-    def _show_table(self, order: Dispatch) -> None:
-        self._panel().show(order.title, order.results, rows_of(self.feed).get, now_words)
+    def _show_table(self) -> None:
+        newest, *before = reversed([(order.title, order.results) for order in self.orders.orders])
+        self._panel().show(newest, before, rows_of(self.feed).get, now_words)
 
     def close_result(self) -> bool:
         """Close the table; whether there was one."""
+        self.orders.forget_over()
         closed = [panel.close() for panel in self.screen_stack[0].query(ResultPanel)]
         return any(closed)
 

@@ -12,6 +12,7 @@ from tui_gcs.widgets.result_panel import GOOD, Came, Result
 
 SEEN_S = 15.0
 """So long telemetry may take to show what was begun; then that is told."""
+MOST_FOLLOWED = 8
 TASK_S = 90.0
 """So long a task may take before its silence is told."""
 Seen = Callable[[VehicleRow], bool]
@@ -34,11 +35,18 @@ class Dispatch:
     answered: bool = False
     refused: bool = False
     """Of nobody in particular."""
+    told: str = ""
+    """What the operator was told of it last."""
 
     @property
     def waiting(self) -> bool:
         """Whether something is still to come."""
         return any(result.came is Came.WAITING for result in self.results)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing more is to come."""
+        return self.answered and not self.waiting
 
     @property
     def good(self) -> bool:
@@ -47,14 +55,36 @@ class Dispatch:
 
 
 class Dispatcher:
-    """Sends orders and follows the newest one."""
+    """Sends orders and follows them: the newest, and those before it of which something is still to come, or failed."""
 
     def __init__(self, feed: Feed, clock: Clock, told: Callable[[Dispatch], None]) -> None:
-        """`told` is called whenever something is new of the newest order."""
+        """`told` is called whenever something may be new of an order."""
         self._feed = feed
         self._clock = clock
         self._told = told
-        self.newest: Dispatch | None = None
+        self.orders: list[Dispatch] = []
+        """The newest last."""
+
+    @property
+    def newest(self) -> Dispatch | None:
+        """What was ordered last."""
+        return self.orders[-1] if self.orders else None
+
+    def forget_over(self) -> None:
+        """Those of which all is told; the newest stays."""
+        last = self.newest
+        self.orders = [order for order in self.orders if order is last or not order.is_over]
+
+    def _replace_by(self, order: Dispatch) -> None:
+        """What an older order was to show of vehicles that do something else now will never show."""
+        vehicles = {result.vehicle for result in order.results if result.came is not Came.REFUSED}
+        for older in self.orders[: self.orders.index(order)] if order in self.orders else ():
+            told = {id(result) for result in older.tasks.values()}
+            older.results = [
+                result
+                for result in older.results
+                if result.came is not Came.WAITING or id(result) in told or result.vehicle not in vehicles
+            ]
 
     async def send(
         self,
@@ -70,17 +100,20 @@ class Dispatcher:
         """Ask; `vehicles` are those it is for, none: whomever the station says."""
         order = Dispatch(title, [Result(v, Came.WAITING, "sent") for v in vehicles], seen=seen, begins=begins)
         order.asked_s = self._clock.now()
-        self.newest = order
+        self.orders = [*(one for one in self.orders if not one.is_over), order][-MOST_FOLLOWED:]
         self._told(order)
         self._take(order, await self._feed.request(request, tries=tries))
+        self._replace_by(order)
         order.results += [Result(v, Came.LEFT_OUT, why) for v, why in (left_out or {}).items()]
         self._told(order)
 
     def look(self) -> None:
         """See what telemetry shows, and whose time is up."""
-        order = self.newest
-        if order is None or not order.answered or not order.waiting:
-            return
+        for order in self.orders:
+            if order.answered and order.waiting:
+                self._look(order)
+
+    def _look(self, order: Dispatch) -> None:
         rows = {row.id: row for row in self._feed.frame.rows()} if self._feed.frame is not None else {}
         by_task = {id(result) for result in order.tasks.values()}
         for result in order.results:
@@ -96,18 +129,18 @@ class Dispatcher:
 
     async def ask_tasks(self) -> None:
         """Ask the station how the tasks stand."""
-        order = self.newest
-        if order is None or not order.tasks:
+        followed = [order for order in self.orders if order.tasks]
+        if not followed:
             return
-        reply = await self._feed.request(GetTasks(tuple(order.tasks)))
+        reply = await self._feed.request(GetTasks(tuple(number for order in followed for number in order.tasks)))
         infos = reply.tasks if isinstance(reply, ServiceReply) and reply.ok else ()
-        for info in infos:
-            _follow(order, info)
-        if self._clock.now() - order.asked_s > TASK_S:
-            for result in order.tasks.values():
-                result.came, result.text = Came.NO_ANSWER, "nobody knows what became of it"
-            order.tasks.clear()
-        if order is self.newest:
+        for order in followed:
+            for info in infos:
+                _follow(order, info)
+            if self._clock.now() - order.asked_s > TASK_S:
+                for result in order.tasks.values():
+                    result.came, result.text = Came.NO_ANSWER, "nobody knows what became of it"
+                order.tasks.clear()
             self._told(order)
 
     def _take(self, order: Dispatch, reply: Reply) -> None:

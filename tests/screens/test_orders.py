@@ -94,6 +94,32 @@ async def test_a_place_to_go_to_is_begun_when_the_station_says_so() -> None:
         assert "on its way" in c.result()
 
 
+async def test_what_is_still_to_come_of_an_older_order_stays_in_the_table() -> None:
+    """A take-off that the next order supersedes must not lose its line; one that failed must not be hidden by it."""
+    async with console(NARROW, flight) as c:
+        await select(c, "3-4")
+        await order(c, "g", *"+50 0", "enter", "enter", "y")
+        await select(c, "5")
+        await order(c, "u", *"50", "enter", "y")
+        c.station.end_task(3, "done", "on its way")
+        c.app.follow_orders()
+        await c.settle()
+        assert "altitude 5: begun for all 1" in c.result()
+        assert "go to 3-4: waiting for 3-4" in c.result()
+        c.station.end_task(1, "done", "on its way")
+        c.station.end_task(2, "failed", "superseded")
+        c.app.follow_orders()
+        await c.settle()
+        assert "go to 3-4: 1 of 2 good, FAILED 4" in c.told()
+        lines = c.result().splitlines()
+        assert any(line.startswith("4   FAILED    superseded") for line in lines)
+        assert not any(line.startswith("3 ") for line in lines), "of older orders only what is not well"
+        await c.press("escape")
+        assert c.result() == ""
+        await c.press("!", "h")
+        assert "go to" not in c.result()
+
+
 async def test_no_word_of_the_menu_of_orders_is_cut_at_80_columns() -> None:
     assert [one.name for one in ORDERS if len(one.brief or one.does) > 20 or len(one.name) > 11] == []
     async with console(NARROW, flight) as c:

@@ -1,4 +1,4 @@
-"""What became of the newest order, vehicle by vehicle: over the lower part of the screen, and never in the way of keys.
+"""What became of the newest orders, vehicle by vehicle: over the lower part of the screen, never in the way of keys.
 
 Stays as long as something is under way or failed; goes by itself when all succeeded, or on Esc.
 """
@@ -77,24 +77,28 @@ class ResultPanel(LinesView):
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
         """Nothing to tell."""
         super().__init__(glyphs=glyphs)
-        self._title = ""
-        self._results: Sequence[Result] = ()
+        self._orders: Sequence[tuple[str, Sequence[Result]]] = ()
         self._now: Callable[[int], VehicleRow | None] = lambda vehicle: None
         self._words: Callable[[VehicleRow | None], str] = str
 
     def show(
         self,
-        title: str,
-        results: Sequence[Result],
+        newest: tuple[str, Sequence[Result]],
+        before: Sequence[tuple[str, Sequence[Result]]],
         now: Callable[[int], VehicleRow | None],
         words: Callable[[VehicleRow | None], str],
     ) -> None:
-        """Show `results`; `now` gives a vehicle as it is at this moment, `words` says it."""
-        self._title, self._results, self._now, self._words = title, results, now, words
+        """Show the title and results of the newest order, and of those `before` what waits or failed.
+
+        `now` gives a vehicle as it is at this moment, `words` says it.
+        """
+        self._now, self._words = now, words
+        open_ = [(title, [r for r in results if r.came not in GOOD]) for title, results in before]
+        self._orders = [newest, *((title, results) for title, results in open_ if results)]
         self.display = True
-        shown = min(len(results), MOST_ROWS) + (len(results) > MOST_ROWS)
-        self.styles.height = min(shown + 4, max(5, self.app.size.height - 6))
-        set_title(self, f"result: {title}")
+        shown = sum(min(len(results), MOST_ROWS) + (len(results) > MOST_ROWS) + 1 for _, results in self._orders)
+        self.styles.height = min(shown + 3, max(5, self.app.size.height - 6))
+        set_title(self, f"result: {newest[0]}")
         self.update_lines()
 
     def close(self) -> bool:
@@ -103,23 +107,25 @@ class ResultPanel(LinesView):
         return was
 
     def lines(self, width: int, height: int) -> list[Line]:
-        """Bad news first."""
-        text, ink = summary(self._title, self._results)
-        lines: list[Line] = [[(text, ink)]]
-        ordered = sorted(self._results, key=lambda r: (r.came in GOOD, r.came is Came.WAITING, r.vehicle))
-        room = max(1, height - 2)
-        reason = min(max(len(result.text) for result in ordered), max(0, width - BESIDE_REASON)) if ordered else 0
-        for result in ordered[:room]:
-            color = _INKS.get(result.came, Ink.CAUTION)
-            now = self._words(self._now(result.vehicle))
-            lines.append(
-                [
-                    (f"{result.vehicle:<4}", Ink.BOLD),
-                    (f"{result.came.value:<10}", color),
-                    (cut(result.text, reason) + "  ", Ink.TEXT),
-                    (f"now: {now}", Ink.MUTED),
-                ]
-            )
-        more = len(ordered) - room
-        keys = " Esc = close " + (f"  and {more} more, all of them better" if more > 0 else "")
+        """Bad news first; those of older orders below."""
+        lines: list[Line] = []
+        room, hidden = max(1, height - len(self._orders) - 1), 0
+        reasons = [len(result.text) for _, results in self._orders for result in results]
+        reason = min(max(reasons, default=0), max(0, width - BESIDE_REASON))
+        for title, results in self._orders:
+            lines.append([summary(title, results)])
+            ordered = sorted(results, key=lambda r: (r.came in GOOD, r.came is Came.WAITING, r.vehicle))
+            shown = ordered[: max(0, room)]
+            lines += [self._line(result, reason) for result in shown]
+            room, hidden = room - len(shown), hidden + len(ordered) - len(shown)
+        keys = " Esc = close " + (f"  and {hidden} more, all of them better" if hidden else "")
         return [*lines, [(keys, Ink.MUTED)]]
+
+    def _line(self, result: Result, reason: int) -> Line:
+        """One vehicle: what came of it, why in `reason` cells, how it is now."""
+        return [
+            (f"{result.vehicle:<4}", Ink.BOLD),
+            (f"{result.came.value:<10}", _INKS.get(result.came, Ink.CAUTION)),
+            (cut(result.text, reason) + "  ", Ink.TEXT),
+            (f"now: {self._words(self._now(result.vehicle))}", Ink.MUTED),
+        ]
