@@ -7,7 +7,7 @@ import pytest
 from tests.core.rig import scenario
 from tui_gcs.actions.outlook import outlook
 from tui_gcs.core.messages import Freshness, Phase, Request, VehicleRow
-from tui_gcs.core.messages_flight import Arm, Circle, GoTo, TakeOff
+from tui_gcs.core.messages_flight import Arm, Circle, Follow, GoTo, TakeOff
 
 NAN = math.nan
 WHOLE = scenario()
@@ -41,11 +41,11 @@ def test_how_far_and_how_long() -> None:
 
 def test_the_layer_of_another_and_how_near_its_way_comes_to_it() -> None:
     _, warning = seen(GoTo((1,), ((400.0, 200.0, 38.0),)))
-    assert warning == "1 on the layer of 2 (40 m), which is 12 m from its way"
+    assert warning == "1 on the layer of 2 (40 m); 2 is 12 m from its way"
     _, *warnings = seen(GoTo((1,), ((NAN, NAN, 52.0),)))
     assert warnings == [
-        "1 on the layer of 3 (50 m), which is 100 m from its way",
-        "1 passes the layer of 2 (40 m), which is 101 m from its way",
+        "1 on the layer of 3 (50 m); 3 is 100 m from its way",
+        "1 passes the layer of 2 (40 m); 2 is 101 m from its way",
     ]
 
 
@@ -53,7 +53,7 @@ def test_layers_of_those_on_the_ground_are_free_and_a_take_off_is_warned_of_thos
     fleet = FLEET | {4: row(4, (210.0, 200.0, 0.0), phase=Phase.GROUND)}
     assert not outlook(GoTo((1,), ((NAN, NAN, 34.0),)), fleet, LIMITS, ROUND).warnings
     told = outlook(TakeOff((4,), 34.0), fleet, LIMITS, ROUND)
-    assert (told.way, told.warnings) == ("", ("4 on the layer of 1 (30 m), which is 10 m from its way",))
+    assert (told.way, told.warnings) == ("", ("4 on the layer of 1 (30 m); 1 is 10 m from its way",))
 
 
 def test_a_place_outside_or_at_a_height_that_is_not_allowed() -> None:
@@ -67,6 +67,12 @@ def test_two_that_would_meet() -> None:
     _, meet = seen(GoTo((1, 2), ((300.0, 200.0, 40.0), (304.0, 200.0, 40.0))))
     assert meet == "1 and 2 would be 4 m from each other at one height"
     assert seen(Circle((1, 2), (250.0, 200.0, 35.0), 20.0))[1:] == ("1 and 2 would be on one circle at one height",)
+
+
+def test_who_follows_is_told_how_far_he_stays_from_whom() -> None:
+    assert seen(Follow((1,), 3)) == ("100 m from it, and stays so",)
+    near = FLEET | {4: row(4, (206.0, 200.0, 36.0))}
+    assert outlook(Follow((1,), 4), near, LIMITS, ROUND).warnings == ("vehicle 1 too near: at least 10 m",)
 
 
 @pytest.mark.parametrize(

@@ -275,7 +275,7 @@ ORDERS = (
         "follow",
         "w",
         "follow",
-        "fly beside another one, at the distance and height they have now",
+        "fly beside another one, as far from it as now",
         _steered,
         _follow,
         fields=(Field("vehicle", "vehicle", help="the number of the one to follow"),),

@@ -12,7 +12,7 @@ from tui_gcs.core.guard import Guard
 from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.messages import Phase, Request, Vec3, VehicleRow
 from tui_gcs.core.messages_alarms import vehicles_words
-from tui_gcs.core.messages_flight import Circle, GoTo, TakeOff
+from tui_gcs.core.messages_flight import Circle, Follow, GoTo, TakeOff
 from tui_gcs.core.scenario import Limits, Round
 
 MOST_WARNINGS = 4
@@ -71,6 +71,8 @@ class _Way:
 
 def outlook(request: Request, rows: Mapping[int, VehicleRow], limits: Limits, round_: Round | None) -> Outlook:
     """What `request` will meet, as far as positions are known; nothing for what moves nobody to a place."""
+    if isinstance(request, Follow):
+        return _beside(request, rows, limits)
     ways = [way for way in _ways(request, rows) if all(map(math.isfinite, (*way.here_m, *way.goal_m)))]
     if not ways:
         return Outlook()
@@ -83,6 +85,18 @@ def outlook(request: Request, rows: Mapping[int, VehicleRow], limits: Limits, ro
     if len(warnings) > len(told):
         told[-1] = f"and {len(warnings) - len(told) + 1} more warnings like these"
     return Outlook("" if isinstance(request, TakeOff) else _way_words(ways, speed, limits), tuple(told))
+
+
+def _beside(request: Follow, rows: Mapping[int, VehicleRow], limits: Limits) -> Outlook:
+    """How far each is from whom it follows: so far it stays."""
+    far = {v: math.dist(rows[v].position_m[:2], rows[request.leader].position_m[:2]) for v in request.vehicles}
+    near = [v for v, far_m in far.items() if far_m < limits.separation_horizontal_m]
+    warning = f"{vehicles_words(near)} too near: at least {limits.separation_horizontal_m:g} m" if near else ""
+    return Outlook(f"{_span(list(far.values()))} from it, and stays so", (warning,) if near else ())
+
+
+def _span(far_m: list[float]) -> str:
+    return f"{min(far_m):.0f}-{max(far_m):.0f} m" if max(far_m) - min(far_m) >= 1.0 else f"{max(far_m):.0f} m"
 
 
 def _ways(request: Request, rows: Mapping[int, VehicleRow]) -> Iterable[_Way]:
@@ -114,12 +128,11 @@ def _is_up(row: VehicleRow) -> bool:
 def _way_words(ways: list[_Way], speed_m_s: float, limits: Limits) -> str:
     far = [way.level_m for way in ways]
     taken_s = max(way.seconds(speed_m_s, limits.accel_m_s2) for way in ways)
-    span = f"{min(far):.0f}-{max(far):.0f} m" if max(far) - min(far) >= 1.0 else f"{max(far):.0f} m"
     climbs = {round(way.climb_m) for way in ways}
     upright = (
         f", {'up' if max(climbs) > 0 else 'down'} {abs(climbs.pop())} m" if len(climbs) == 1 and any(climbs) else ""
     )
-    return f"{span} away{upright}: about {taken_s:.0f} s"
+    return f"{_span(far)} away{upright}: about {taken_s:.0f} s"
 
 
 def _beyond(ways: list[_Way], limits: Limits, round_: Round | None) -> Iterable[str]:
@@ -151,7 +164,7 @@ def _layers(ways: list[_Way], others: list[VehicleRow], limits: Limits) -> Itera
     for passes, away_m, vehicle, other in sorted(found, key=lambda one: one[:3]):
         layer = f"the layer of {other.id} ({other.layer_m:.0f} m)" if math.isfinite(other.layer_m) else ""
         height = layer or f"the height of {other.id}"
-        yield f"{vehicle} {'passes' if passes else 'on'} {height}, which is {away_m:.0f} m from its way"
+        yield f"{vehicle} {'passes' if passes else 'on'} {height}; {other.id} is {away_m:.0f} m from its way"
 
 
 def _meeting(ways: list[_Way], limits: Limits) -> Iterable[str]:
