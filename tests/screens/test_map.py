@@ -86,6 +86,9 @@ def test_ascii_is_chosen_where_needed() -> None:
     assert wants_ascii({"TERM": "linux"}, "utf-8")
     assert wants_ascii({"TERM": "xterm"}, "ascii")
     assert wants_ascii({"TUI_GCS_ASCII": "1"}, "utf-8")
+    assert wants_ascii({"LANG": "C", "LC_CTYPE": "C.UTF-8"}, "utf-8"), "as Python changes it"
+    assert wants_ascii({"LC_ALL": "POSIX", "LANG": "en_GB.UTF-8"}, "utf-8")
+    assert not wants_ascii({"LC_CTYPE": "C.UTF-8", "LANG": ""}, "utf-8")
     assert not wants_ascii({"TERM": "xterm-256color"}, "UTF-8")
 
 

@@ -102,7 +102,15 @@ def wants_ascii(environ: Mapping[str, str] | None = None, encoding: str | None =
         return True
     if encoding is not None and encoding.replace("-", "").lower() not in ("utf8", ""):
         return True
-    return environ.get("TERM", "") == "linux"
+    return environ.get("TERM", "") == "linux" or _is_plain(environ)
+
+
+def _is_plain(environ: Mapping[str, str]) -> bool:
+    """Whether the operator's locale is plain C: Python writes UTF-8 all the same, and says so in LC_CTYPE (PEP 538)."""
+    names = [environ.get(name, "") for name in ("LC_ALL", "LC_CTYPE", "LANG")]
+    if not names[0] and names[1] == "C.UTF-8":
+        names[1] = ""  # perhaps put there by Python: LANG tells
+    return next((name for name in names if name), "") in ("C", "POSIX")
 
 
 def as_ascii(text: str) -> str:
