@@ -100,7 +100,7 @@ def test_a_stop_goes_over_every_way_and_nothing_else_does(wired: MakeWired) -> N
     land(flight)
     flight.run(1.0)
     assert 176 in flight.commands(near, since_s) and 176 in flight.commands(far, since_s)
-    assert "land: confirmed" in flight.texts("vehicle 1")
+    assert "land: begun" in flight.texts("vehicle 1")
 
 
 # ---------------------------------------------------------------- who repeats signed frames

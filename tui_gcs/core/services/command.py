@@ -64,7 +64,7 @@ REQUEST_MESSAGE = 512
 QUESTION_S = 5.0
 """So long the ACK of a question may take."""
 
-SHOWN = {"land": "begun, it descends"}
+SHOWN = {"land": "begun"}
 """What telemetry showed, where "confirmed" would read as if it were over."""
 
 
