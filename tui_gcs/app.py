@@ -11,6 +11,7 @@ import signal
 import sys
 import time
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import events
@@ -84,11 +85,13 @@ class ConsoleApp(CommandingApp):
         overlays: Sequence[Overlay] = (),
         theme: str = "",
         groups: GroupFile | None = None,
+        folder: Path | None = None,
     ) -> None:
         """A console for a station of this kind; in a replay, and with `read_only`, nothing can be commanded.
 
         `keymap` is as `read_keymap` gives it: checked. `overlays` go onto the map. `theme` is the one to
-        begin with, of `THEMES`. Saved groups of vehicles are in `groups`; None: they are forgotten.
+        begin with, of `THEMES`. Saved groups of vehicles are in `groups`; None: they are forgotten. Work in
+        progress is kept in `folder`; None: nowhere.
         """
         # Without colour only Textual's ANSI mode leaves bold and reverse alone (facts/terminal.md B8).
         super().__init__(ansi_color=True if "NO_COLOR" in os.environ else None)
@@ -114,6 +117,7 @@ class ConsoleApp(CommandingApp):
         self._replay = replay
         self._overlays = tuple(overlays)
         self._groups = groups
+        self._folder = folder
         self._chord = Chord()
         self._entry: LineEntry | None = None
         self._notices = 0
@@ -125,6 +129,7 @@ class ConsoleApp(CommandingApp):
         self._plan: PlanScreen | None = None
         self.add_mode("fly", self._fly_screen)
         self.add_mode("plan", self._plan_screen)
+        self.add_mode("missions", self._missions_screen)
         self.add_mode("vehicles", self._vehicles_screen)
         self.add_mode("journal", self._journal_screen)
 
@@ -148,6 +153,11 @@ class ConsoleApp(CommandingApp):
 
         self._plan = PlanScreen(self.feed, glyphs=self.glyphs, clock=self.clock)
         return self._plan
+
+    def _missions_screen(self) -> Screen[None]:
+        from tui_gcs.screens.missions import MissionsScreen  # when first shown
+
+        return MissionsScreen(self.feed, self.clock, folder=self._folder, glyphs=self.glyphs)
 
     # ------------------------------------------------------------ life
 

@@ -3,12 +3,14 @@
 from tui_gcs.actions.action import APP
 from tui_gcs.actions.looking import JOURNAL_ACTIONS, VEHICLES_ACTIONS
 from tui_gcs.actions.table import APP_ACTIONS, FLY_ACTIONS
+from tui_gcs.screens.mission_actions import MISSION_ACTIONS
 from tui_gcs.screens.plan_actions import PLAN_ACTIONS
 
 SCOPES = {
     APP: APP_ACTIONS,
     "fly": FLY_ACTIONS,
     "plan": PLAN_ACTIONS,
+    "missions": MISSION_ACTIONS,
     "vehicles": VEHICLES_ACTIONS,
     "journal": JOURNAL_ACTIONS,
 }

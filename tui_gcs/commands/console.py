@@ -64,6 +64,7 @@ def attach(kind: Kind, wanted: Preferences) -> int:
             keymap=wanted.keymap,
             theme=wanted.theme,
             groups=GroupFile(state_dir(kind) / "groups.json"),
+            folder=state_dir(kind),
         )
         threading.Thread(target=_watch_start, args=(app, kind, over), daemon=True).start()
         app.run(mouse=not wants_slow())  # with a mouse every move of it is sent upstream

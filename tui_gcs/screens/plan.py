@@ -260,6 +260,10 @@ class PlanScreen(Screen[None]):
         else:
             self._say(f"there is no round {index + 1}", Ink.CAUTION)
 
+    def action_missions(self) -> None:
+        """What single vehicles fly by themselves."""
+        self.app.switch_mode("missions")
+
     def action_zone_up(self) -> None:
         """The zone above."""
         self.zone_list.action_move(-1)

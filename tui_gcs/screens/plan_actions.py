@@ -32,6 +32,7 @@ PLAN_ACTIONS = (
     Action("digit", tuple("123456789"), "1-9", "edit round", "edit another round; the flown one is marked", SELECT, 4),
     Action("team_page", ("t",), "t", "team", "zone form or team form, where only one of them fits", SELECT, 5),
     Action("move_on_map", ("e",), "e", "on map", "edit on the map: arrows move, [ ] turn, { } size", EDIT, 2),
+    Action("missions", ("m",), "m", "missions", "missions, fences, rally points of each vehicle", EDIT, 7),
     Action("keep", ("k",), "k", "", "scenario changed meanwhile: keep this copy", EDIT),
     Action("discard", ("d",), "d", "", "scenario changed meanwhile: take the station's", EDIT),
     Action("zone_up", ("up",), "up", "", "zone above; in a form: field before", SELECT),

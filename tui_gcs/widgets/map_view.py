@@ -22,6 +22,7 @@ from tui_gcs.core.scenario import Origin, Round, TakeOffPlace
 from tui_gcs.widgets import map_scene
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet, next_dots
 from tui_gcs.widgets.map_doubt import draw_doubt
+from tui_gcs.widgets.map_drawings import MapLine, MapWord, draw_lines, words_at
 from tui_gcs.widgets.map_goals import draw_goals, goal_words
 from tui_gcs.widgets.map_grid import draw_grid, scale_word
 from tui_gcs.widgets.map_labels import Cells, VehicleLabels
@@ -87,6 +88,8 @@ class MapView(Widget):
         self._overlays: tuple[Overlay, ...] = ()
         self._traffic: tuple[TrafficRow, ...] = ()
         self._annotations: dict[str, tuple[Annotation, ...]] = {}
+        self._drawn_lines: tuple[MapLine, ...] = ()
+        self._drawn_words: tuple[MapWord, ...] = ()
         self._selected: int | None = None
         self._edited_zone: str | None = None
         self._follow = False
@@ -132,6 +135,11 @@ class MapView(Widget):
         if new != self._annotations:
             self._annotations = new
             self._redraw(still=True)
+
+    def set_drawings(self, lines: Sequence[MapLine], words: Sequence[MapWord]) -> None:
+        """Show these of the screen's own besides."""
+        self._drawn_lines, self._drawn_words = tuple(lines), tuple(words)
+        self._redraw(still=True)
 
     @property
     def selected(self) -> int | None:
@@ -359,6 +367,7 @@ class MapView(Widget):
                 map_scene.draw_round(self._still, view, self._round, self._edited_zone)
             if Layer.PLANS not in self._hidden:
                 map_scene.draw_annotations(self._still, view, self._annotations)
+            draw_lines(self._still, view, self._drawn_lines)
         raster = self._still.copy()
         if Layer.TRAILS not in self._hidden:
             raster.plot(view.to_dots(self._trails.points_m()), Ink.TRAIL)
@@ -381,6 +390,8 @@ class MapView(Widget):
         if self._origin is not None and Layer.TRAFFIC not in self._hidden:
             for word in traffic_words(view, self._traffic, LocalFrame(self._origin)):
                 cells.must(word)
+        for word in words_at(view, self._drawn_words, must=True):
+            cells.must(word)
         for word in self._still_words():
             cells.place(word)
         return cells
@@ -388,7 +399,7 @@ class MapView(Widget):
     def _still_words(self) -> list[map_scene.Word]:
         """What is written where there is room, the most important first."""
         view, hidden = self.view, self._hidden
-        words: list[map_scene.Word] = []
+        words = words_at(view, self._drawn_words, must=False)
         if self._round is not None:
             words += map_scene.zone_words(view, self._round, self._edited_zone)
         if Layer.PLANS not in hidden:

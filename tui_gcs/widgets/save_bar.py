@@ -6,9 +6,8 @@ from textual.containers import Horizontal
 from textual.message import Message
 from textual.widgets import Input, Static
 
-from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.form import FormField
-from tui_gcs.widgets.save_flow import SaveFlow, SaveNext, SaveStep
+from tui_gcs.widgets.save_flow import SaveFlow, SaveNext, SaveStep, WorkingCopy
 
 
 class SaveBar(Horizontal):
@@ -29,9 +28,9 @@ class SaveBar(Horizontal):
             self.step = step
             self.closed = closed
 
-    def __init__(self, model: EditModel) -> None:
-        """For this working copy; hidden."""
-        self._flow = SaveFlow(model)
+    def __init__(self, model: WorkingCopy, name: str = "scenario.toml") -> None:
+        """For this working copy, to be called `name` where it has none; hidden."""
+        self._flow = SaveFlow(model, name)
         self._field = PathField("path")
         super().__init__(Static("Save as", markup=False), self._field)
 

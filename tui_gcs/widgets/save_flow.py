@@ -6,8 +6,8 @@ Nobody's file is replaced on the first press: not another file that exists, and 
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+from typing import Protocol
 
-from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.scenario_save import SaveError, destination, read_existing, suggested, why_not_own, write
 
 
@@ -29,12 +29,33 @@ class SaveStep:
     suggestion: str = ""
 
 
-class SaveFlow:
-    """Plain: knows the model and the file system, no widgets."""
+class WorkingCopy(Protocol):
+    """Something with a text that belongs into a file."""
 
-    def __init__(self, model: EditModel) -> None:
-        """For this working copy."""
+    path: str
+    """Where it came from, or was saved to; "" if it has no file yet."""
+
+    @property
+    def text(self) -> str:
+        """What is saved."""
+        ...
+
+    def knows_text(self, text: str) -> bool:
+        """Whether a file's content is one this copy was made from or saved as: then it may be replaced."""
+        ...
+
+    def saved(self, path: Path, text: str) -> None:
+        """`text` is in the file `path` now."""
+        ...
+
+
+class SaveFlow:
+    """Plain: knows the working copy and the file system, no widgets."""
+
+    def __init__(self, model: WorkingCopy, name: str = "scenario.toml") -> None:
+        """For this working copy; `name` is offered where it has none."""
         self._model = model
+        self._name = name
         self._confirm: Path | None = None
 
     @property
@@ -51,7 +72,7 @@ class SaveFlow:
         reason = why_not_own(self._model.path)
         if reason:
             self._confirm = None
-            return SaveStep(SaveNext.ASK_PATH, f"{reason}: save as?", suggested(self._model.path))
+            return SaveStep(SaveNext.ASK_PATH, f"{reason}: save as?", suggested(self._model.path or self._name))
         return self._save(Path(self._model.path).expanduser(), own=True)
 
     def save_as(self, typed: str) -> SaveStep:

@@ -16,7 +16,7 @@ class SaveError(Exception):
 def why_not_own(path: str) -> str:
     """Why the scenario cannot go back to where it came from, so that a path must be asked; empty if it can."""
     if not path:
-        return "this scenario has no file yet"
+        return "it has no file yet"
     file = Path(path).expanduser()
     if not file.is_absolute():
         return f"{path} is no full path"

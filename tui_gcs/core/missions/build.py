@@ -1,5 +1,6 @@
 """Generated ways made into missions: take-off, way-points at a height, what is to be done on the way, return."""
 
+import math
 from collections.abc import Iterable, Sequence
 
 from tui_gcs.core.geo import LocalFrame
@@ -7,6 +8,8 @@ from tui_gcs.core.missions.draft import Items
 from tui_gcs.core.missions.survey import Lane, Place
 from tui_gcs.core.plan import MISSION_FRAME, RELATIVE, RETURN, TAKE_OFF, WAYPOINT, PlanItem
 
+ANY_HEADING = (0.0, 0.0, 0.0, math.nan)
+"""PX4 would turn to a heading of 0, north."""
 PHOTOS_EACH = 206
 """MAV_CMD_DO_SET_CAM_TRIGG_DIST."""
 
@@ -14,12 +17,12 @@ PHOTOS_EACH = 206
 def waypoint(frame: LocalFrame, place_m: Place, height_m: float) -> PlanItem:
     """Fly there, at a height above home."""
     lat_deg, lon_deg = frame.to_geodetic(*place_m)
-    return PlanItem(WAYPOINT, RELATIVE, x=round(lat_deg * 1e7), y=round(lon_deg * 1e7), z=height_m)
+    return PlanItem(WAYPOINT, RELATIVE, ANY_HEADING, x=round(lat_deg * 1e7), y=round(lon_deg * 1e7), z=height_m)
 
 
 def take_off(height_m: float) -> PlanItem:
     """Up from where it stands."""
-    return PlanItem(TAKE_OFF, RELATIVE, z=height_m)
+    return PlanItem(TAKE_OFF, RELATIVE, ANY_HEADING, z=height_m)
 
 
 def home_again() -> PlanItem:

@@ -5,6 +5,7 @@ Numbers and meanings are common.xml's (MAV_CMD), as ArduCopter and PX4 multicopt
 with its number and bare parameters, and kept as it is.
 """
 
+import math
 from dataclasses import dataclass
 
 from tui_gcs.core import plan
@@ -18,6 +19,8 @@ class ParamWord:
     label: str
     unit: str = ""
     default: float = 0.0
+    empty: str = ""
+    """What no number (NaN) means."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,8 @@ def _word(command: int, word: str, **params: ParamWord) -> CommandWord:
     return CommandWord(command, word, tuple((int(name[1]) - 1, param) for name, param in params.items()))
 
 
-_YAW = ParamWord("Heading", "deg")
+_YAW = ParamWord("Heading", "deg", math.nan, "as it flies")
+"""PX4 turns to it; 0 is north. ArduCopter keeps none."""
 _HOLD = ParamWord("Hold", "s")
 _RADIUS = ParamWord("Radius", "m")
 
@@ -64,7 +68,7 @@ COMMANDS = (
     _word(
         115,
         "turn",
-        p1=_YAW,
+        p1=ParamWord("Heading", "deg"),
         p2=ParamWord("Rate", "deg/s"),
         p3=ParamWord("Way", "1 right"),
         p4=ParamWord("Relative", "0/1"),
@@ -76,12 +80,12 @@ COMMANDS = (
     _word(2001, "photos end"),
     _word(2500, "video"),
     _word(2501, "video end"),
-    _word(1000, "gimbal", p1=ParamWord("Pitch", "deg", -90.0), p2=_YAW),
+    _word(1000, "gimbal", p1=ParamWord("Pitch", "deg", -90.0), p2=ParamWord("Yaw", "deg")),
     _word(183, "servo", p1=ParamWord("Servo", "", 9.0), p2=ParamWord("Pulse", "us", 1500.0)),
     _word(181, "relay", p1=ParamWord("Relay"), p2=ParamWord("On", "0/1", 1.0)),
     _word(211, "gripper", p1=ParamWord("Gripper", "", 1.0), p2=ParamWord("Grab", "0/1")),
     _word(plan.PAYLOAD_PLACE, "put down", p1=ParamWord("Descent", "m", 10.0)),
-    _word(plan.VTOL_TAKE_OFF, "VTOL take-off"),
+    _word(plan.VTOL_TAKE_OFF, "VTOL up"),
     _word(plan.VTOL_LAND, "VTOL land"),
     _word(plan.POLYGON_IN, "in corner"),
     _word(plan.POLYGON_OUT, "out corner"),

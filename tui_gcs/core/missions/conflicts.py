@@ -4,7 +4,7 @@ The first is a collision if both begin together; the second becomes one when one
 later. Who stands on the ground is in nobody's way.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -40,23 +40,42 @@ class Conflict:
         return self.first_s == self.second_s
 
 
-def conflicts(ways: Mapping[int, Way], horizontal_m: float, vertical_m: float) -> list[Conflict]:
-    """The worst place of each pair whose ways are nearer than that both horizontally and vertically.
+@dataclass(frozen=True)
+class Prepared:
+    """A way as it is compared with others; made once for each way."""
 
-    Of a pair that is too close at the same time only that is told. Those come first, then by ids.
+    sampled: Floats
+    lines: "_Lines"
+
+
+def prepared(way: Way) -> Prepared:
+    """The way, to be compared with others."""
+    return Prepared(_sampled(way), _Lines.of(way))
+
+
+def between(
+    first: int, second: int, a: Prepared, b: Prepared, horizontal_m: float, vertical_m: float
+) -> Conflict | None:
+    """The worst place of two whose ways are nearer than that both horizontally and vertically; None: nowhere.
+
+    If they are too close at the same time, that is told and not where else they cross.
     """
-    flown = {vehicle: way for vehicle, way in sorted(ways.items()) if way.legs}
-    sampled = {vehicle: _sampled(way) for vehicle, way in flown.items()}
-    lines = {vehicle: _Lines.of(way) for vehicle, way in flown.items()}
-    found = []
-    for a, b in combinations(flown, 2):
-        if not _may_meet(lines[a], lines[b], horizontal_m):
-            continue
-        conflict = _at_once(a, b, sampled[a], sampled[b], horizontal_m, vertical_m)
-        conflict = conflict or _in_place(a, b, lines[a], lines[b], horizontal_m, vertical_m)
-        if conflict is not None:
-            found.append(conflict)
-    return sorted(found, key=lambda each: not each.together)
+    if not _may_meet(a.lines, b.lines, horizontal_m):
+        return None
+    at_once = _at_once(first, second, a.sampled, b.sampled, horizontal_m, vertical_m)
+    return at_once or _in_place(first, second, a.lines, b.lines, horizontal_m, vertical_m)
+
+
+def conflicts(ways: Mapping[int, Way], horizontal_m: float, vertical_m: float) -> list[Conflict]:
+    """One for each pair that is too close; those at the same time first, then by ids."""
+    flown = {vehicle: prepared(way) for vehicle, way in sorted(ways.items()) if way.legs}
+    found = [between(a, b, flown[a], flown[b], horizontal_m, vertical_m) for a, b in combinations(flown, 2)]
+    return gravest_first(found)
+
+
+def gravest_first(found: Iterable[Conflict | None]) -> list[Conflict]:
+    """Those that are conflicts, in the order in which they are told."""
+    return sorted((each for each in found if each is not None), key=lambda c: (not c.together, c.first, c.second))
 
 
 # ---------------------------------------------------------------- at the same time

@@ -27,7 +27,7 @@ from tui_gcs.core.plan import (
     PlanKind,
     fence_shapes,
 )
-from tui_gcs.core.plan_check import check
+from tui_gcs.core.plan_check import MOST_RADIUS_M, check
 from tui_gcs.core.scenario import Round
 from tui_gcs.core.zones import polygon_of
 
@@ -139,8 +139,10 @@ def fence_regions(fence: Items, frame: LocalFrame) -> list[tuple[bool, shapely.P
     for shape in fence_shapes(fence):
         places = [frame.to_enu(item.lat_deg, item.lon_deg) for item in shape.items]
         if shape.command in CIRCLES:
-            region = shapely.Point(places[0]).buffer(max(shape.items[0].params[0], 0.0), quad_segs=CIRCLE_QUADRANT)
-            regions.append((shape.command == CIRCLE_IN, region))
+            radius_m = shape.items[0].params[0]
+            if 0 < radius_m <= MOST_RADIUS_M:
+                region = shapely.Point(places[0]).buffer(radius_m, quad_segs=CIRCLE_QUADRANT)
+                regions.append((shape.command == CIRCLE_IN, region))
         elif shape.command in POLYGONS and len(places) >= 3:
             region = shapely.Polygon(places)
             if region.is_valid:

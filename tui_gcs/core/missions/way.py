@@ -31,6 +31,8 @@ CIRCLE_POINTS = 16
 MOST_TURNS = 50
 DEFAULT_RADIUS_M = 10.0
 """Of a circle that says none: ArduCopter's CIRCLE_RADIUS."""
+FARTHEST_M = 50_000_000.0
+"""Nothing on earth is farther."""
 LOW_M = 0.5
 """Below this it stands on the ground."""
 _KNOT_SHARES = (0.0, 0.5, 1.0)
@@ -83,10 +85,15 @@ class Way:
         """From the first item to the last."""
         return float(self.t_s[-1]) if len(self.t_s) else 0.0
 
-    @property
+    @cached_property
     def length_m(self) -> float:
         """Flown, in space."""
-        return sum(leg.length_m for leg in self.legs)
+        return float(np.sqrt((np.diff(self.points_m, axis=0) ** 2).sum(axis=1)).sum()) if self.legs else 0.0
+
+    @cached_property
+    def corners_m(self) -> Floats:
+        """(n, 3) the ends of its legs: where it leads, without times."""
+        return np.array([self.legs[0].from_m, *(leg.to_m for leg in self.legs)]) if self.legs else np.zeros((0, 3))
 
     @cached_property
     def arrivals_s(self) -> dict[int, float]:
@@ -175,8 +182,8 @@ class _Route:
                 self._speed_m_s = item.params[1]
 
     def _fly(self, index: int, to_m: Vec3, hold_s: float = 0.0) -> None:
-        if not all(map(math.isfinite, to_m)):
-            return  # `plan_check` says what is wrong with it
+        if not all(abs(value) <= FARTHEST_M for value in to_m):
+            return  # NaN, too; `plan_check` says what is wrong with it
         self.nodes.append(_Node(index, to_m, self._leg_speed_m_s(to_m), hold_s))
         self._at = to_m
 

@@ -1,0 +1,381 @@
+"""The missions screen: plans for every vehicle by keys, what they come to, and their way to vehicles and back."""
+
+from pathlib import Path
+
+import pytest
+from console import NARROW, WIDE
+from mission_station import MissionStation, mission_console
+from pictures import same_as_snapshot
+
+from tui_gcs import plan_transfers
+from tui_gcs.core.messages import Resume, RunPhase
+from tui_gcs.core.missions import build, fences, store
+from tui_gcs.core.missions.draft import MissionDraft
+from tui_gcs.core.plan import LAND, RETURN, TAKE_OFF, WAYPOINT, Plan, PlanKind
+from tui_gcs.core.plan_rows import plan_rows
+from tui_gcs.widgets.glyphs import ASCII
+
+SIZES = pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
+
+
+@pytest.fixture(autouse=True)
+def _no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plan_transfers, "LOOK_S", 0.0)
+
+
+# ---------------------------------------------------------------- what it looks like
+
+
+@SIZES
+async def test_pictures(size: tuple[int, int]) -> None:
+    states = {
+        "empty": (),
+        "mission": ("plus", "plus", "plus"),
+        "generate": ("g",),
+        "survey": ("ctrl+g",),
+        "fence": ("t", "plus"),
+    }
+    async with mission_console(size) as c:
+        for name, keys in states.items():
+            await c.press(*keys)
+            await c.compared()
+            assert same_as_snapshot(f"missions-{name}-{size[0]}x{size[1]}", c.text()), name
+
+
+async def test_ascii_picture_has_only_ascii() -> None:
+    async with mission_console(NARROW, glyphs=ASCII) as c:
+        await c.press("plus", "plus", "g")
+        assert c.text().isascii()
+
+
+# ---------------------------------------------------------------- editing
+
+
+async def test_a_mission_is_drawn_by_keys_and_every_key_taken_back() -> None:
+    async with mission_console() as c:
+        await c.press("plus", "plus", "e", "right", "right", "escape", "delete", "plus", "left_square_bracket")
+        drawn = c.missions.editor.history.draft
+        assert c.commands() == [TAKE_OFF, WAYPOINT, WAYPOINT]
+        for _ in range(9):
+            await c.press("u")
+        assert c.missions.editor.history.draft == MissionDraft()
+        assert "nothing to undo" in c.said()
+        for _ in range(9):
+            await c.press("ctrl+y")
+        assert c.missions.editor.history.draft == drawn
+
+
+async def test_the_first_way_point_is_on_the_vehicles_own_layer_and_brings_its_take_off() -> None:
+    async with mission_console() as c:
+        await c.press("5", "plus")
+        layers = {place.vehicle: place.layer_m for place in c.plan_station.scenario.places}
+        layer = layers.get(5) or c.plan_station.scenario.places[4].layer_m
+        assert {item.z for item in c.missions.editor.history.draft.of(5).mission} == {layer}
+        assert c.commands(5) == [TAKE_OFF, WAYPOINT]
+
+
+async def test_fields_say_where_how_high_and_what_and_refuse_what_is_none() -> None:
+    async with mission_console() as c:
+        await c.press("plus")
+        await c.type_into("east_m", "120")
+        await c.type_into("north_m", "80")
+        await c.type_into("height_m", "45.5")
+        await c.type_into("param1", "12")
+        item = c.missions.editor.item
+        assert item is not None
+        assert c.missions.editor.place_m(item) == pytest.approx((120, 80), abs=0.02)
+        assert (item.z, item.params[0]) == (45.5, 12.0)
+        await c.type_into("height_m", "4x")
+        assert "height: '4x' is not a number" in c.verdict()
+        assert c.missions.editor.item == item or c.missions.editor.item.z == 4
+        await c.press("escape")
+        assert "put back" in c.said()
+
+
+async def test_typing_a_number_is_one_step_to_undo() -> None:
+    async with mission_console() as c:
+        await c.press("plus")
+        before = c.missions.editor.history.edits
+        await c.type_into("height_m", "123")
+        await c.press("escape")
+        assert c.missions.editor.history.edits == before + 1
+        await c.press("u")
+        assert c.missions.editor.item.z != 123
+
+
+async def test_another_command_has_its_own_parameters_by_name() -> None:
+    async with mission_console() as c:
+        await c.press("plus", "tab", "right")
+        assert c.missions.editor.item.command == TAKE_OFF
+        await c.press("right", "right")
+        assert c.missions.editor.item.command == RETURN
+        assert "Height" not in c.text()
+        await c.press("right")
+        assert "Time" in c.text()
+
+
+async def test_what_is_added_at_the_end_comes_before_the_return() -> None:
+    async with mission_console() as c:
+        await c.press("plus", "plus", "tab", "right", "right", "right", "escape")
+        assert c.commands() == [TAKE_OFF, WAYPOINT, RETURN]
+        await c.press("plus")
+        assert c.commands() == [TAKE_OFF, WAYPOINT, WAYPOINT, RETURN]
+
+
+async def test_the_cursor_draws_a_way() -> None:
+    async with mission_console() as c:
+        await c.press("x", "plus", *["right"] * 10, "plus", *["up"] * 5, "plus", "escape")
+        places = [c.missions.editor.place_m(i) for i in c.missions.editor.items[1:]]
+        assert places[1][0] - places[0][0] == pytest.approx(10 * 2 * c.missions.map_view.view.m_per_dot, abs=10)
+        assert places[2][1] - places[1][1] == pytest.approx(5 * 4 * c.missions.map_view.view.m_per_dot, abs=10)
+
+
+async def test_the_mouse_chooses_items_and_moves_the_one_that_is_edited() -> None:
+    async with mission_console() as c:
+        await c.press("plus", "plus", "plus")
+        view, editor = c.missions.map_view, c.missions.editor
+        column, row = view.world_to_cell(*editor.place_m(editor.items[1]))
+        await c.pilot.click("MissionMap", offset=(column + 1, row + 1))
+        await c.settle()
+        assert editor.index == 1
+        await c.press("e")
+        await c.pilot.click("MissionMap", offset=(30, 10))
+        await c.settle()
+        assert editor.place_m(editor.items[1]) == pytest.approx(view.cell_to_world(29, 9), abs=0.1)
+        await c.pilot.click("ItemTable", offset=(5, 1))
+        await c.settle()
+        assert editor.index == 0
+        await c.pilot.click("PlanList", offset=(5, 4))
+        await c.settle()
+        assert editor.vehicle == 4
+
+
+async def test_fences_and_rally_points() -> None:
+    async with mission_console() as c:
+        await c.press("t", "plus")
+        await c.type_into("param1", "80")
+        await c.press("escape", "i", "t", "plus")
+        draft = c.missions.editor.history.draft.of(1)
+        assert [(i.command, i.params[0]) for i in draft.fence] == [(5004, 80.0)]
+        assert [i.command for i in draft.rally] == [5100]
+        await c.press("t", "g", "right", "right", "tab", *["left"] * 1)  # over: the operating area
+        await c.press("ctrl+g")
+        fence = c.missions.editor.history.draft.of(1).fence
+        assert [i.params[0] for i in fence[1:]] == [4.0] * 4
+
+
+async def test_clearing_asks_twice_and_undo_brings_it_back() -> None:
+    async with mission_console() as c:
+        await c.press("plus", "C")
+        assert c.commands()
+        await c.press("C")
+        assert not c.commands()
+        await c.press("u")
+        assert c.commands()
+
+
+# ---------------------------------------------------------------- generating
+
+
+async def test_a_survey_is_seen_before_it_is_taken_and_shared_out() -> None:
+    async with mission_console() as c:
+        await c.press("g")
+        await c.type_into("vehicles", "1-3")
+        assert c.missions.editor.history.draft.is_empty
+        assert [v for v in (1, 2, 3) if c.missions.editor.draft.of(v).mission] == [1, 2, 3]
+        await c.press("escape")
+        assert c.missions.editor.draft.is_empty
+        await c.press("g")
+        await c.type_into("vehicles", "1-3")
+        await c.press("ctrl+g")
+        assert all(c.commands(v)[0] == TAKE_OFF and c.commands(v)[-1] == RETURN for v in (1, 2, 3))
+        await c.press("u")
+        assert c.missions.editor.draft.is_empty
+
+
+async def test_what_cannot_be_generated_says_why_and_is_not_taken() -> None:
+    async with mission_console() as c:
+        await c.press("g")
+        await c.type_into("spacing_m", "0")
+        assert "lanes are at least 0.5 m apart" in c.verdict()
+        await c.press("ctrl+g")
+        assert "nothing taken" in c.said()
+        await c.type_into("spacing_m", "20")
+        await c.type_into("vehicles", "99")
+        assert "vehicle 99 is neither in the scenario nor heard" in c.verdict()
+
+
+# ---------------------------------------------------------------- conflicts
+
+
+async def test_ways_that_meet_are_told_on_map_list_and_below() -> None:
+    async with mission_console() as c:
+        frame = c.missions.editor.frame
+        homes = {v: c.missions.editor.forecast.member(v).home.place_m for v in (1, 2)}
+        draft = MissionDraft()
+        for vehicle, other in ((1, 2), (2, 1)):
+            items = build.whole((build.waypoint(frame, homes[other], 30.0),), 30.0)
+            draft = draft.with_items(vehicle, PlanKind.MISSION, items)
+        c.missions.editor.take("two", draft)
+        c.missions.did("")
+        await c.compared()
+        assert "1 and 2 MEET at" in c.verdict()
+        assert "!1-2" in c.text()
+        assert "▸!  1" in c.text()
+
+
+# ---------------------------------------------------------------- vehicles
+
+
+def planned(c) -> MissionDraft:
+    """A survey for 1 and 2, and a fence for 2."""
+    frame = c.missions.editor.frame
+    items = build.whole((build.waypoint(frame, (50.0, 50.0), 30.0),), 30.0)
+    high = build.whole((build.waypoint(frame, (50.0, 50.0), 50.0),), 50.0)
+    draft = MissionDraft().with_items(1, PlanKind.MISSION, items).with_items(2, PlanKind.MISSION, high)
+    return draft.with_items(2, PlanKind.FENCE, fences.circle(frame.to_geodetic(0.0, 0.0), 400.0))
+
+
+async def take(c, draft: MissionDraft) -> None:
+    c.missions.editor.take("planned", draft)
+    c.missions.did("")
+    await c.settle()
+
+
+async def test_one_vehicle_gets_its_plan_after_y() -> None:
+    async with mission_console() as c:
+        await take(c, planned(c))
+        await c.press("U", "enter")
+        assert c.mission_station.uploads() == []
+        await c.press("y")
+        assert c.mission_station.uploads() == [(1, "mission")]
+        assert "upload done: 1" in c.said()
+        assert "1: mission on board, read back" in c.verdict()
+        sent = plan_rows(Plan(PlanKind.MISSION, planned(c).of(1).mission))
+        assert repr(c.mission_station.held[1, "mission"]) == repr(sent)  # by repr: NaN is like NaN
+
+
+async def test_several_get_theirs_when_their_number_is_typed_and_fences_go_first() -> None:
+    async with mission_console() as c:
+        await take(c, planned(c))
+        await c.press("U", "right", "y", "enter", "3", "enter")
+        assert c.mission_station.uploads() == []
+        await c.press("backspace", "2", "enter")
+        uploads = c.mission_station.uploads()
+        assert sorted(uploads) == [(1, "mission"), (2, "fence"), (2, "mission")]
+        assert uploads.index((2, "fence")) < uploads.index((2, "mission"))
+
+
+async def test_no_mission_follows_a_fence_that_failed_and_r_tries_again() -> None:
+    def prepare(station: MissionStation) -> None:
+        station.fails[2, "fence"] = "no answer"
+
+    async with mission_console(prepare=prepare) as c:
+        await take(c, planned(c))
+        await c.press("2", "U", "y")
+        assert c.mission_station.uploads() == [(2, "fence")]
+        assert "upload FAILED for 2: R tries again" in c.said()
+        assert "2: fence NOT on board: no answer; mission not sent" in c.verdict()
+        c.mission_station.fails.clear()
+        await c.press("R", "y")
+        assert c.mission_station.uploads()[1:] == [(2, "fence"), (2, "mission")]
+        assert "upload done" in c.said()
+
+
+async def test_what_is_on_its_way_is_shown_and_can_be_ended() -> None:
+    def prepare(station: MissionStation) -> None:
+        station.hangs = True
+
+    async with mission_console(prepare=prepare) as c:
+        await take(c, planned(c))
+        await c.pilot.press("U", "y")
+        for _ in range(20):
+            await c.pilot.pause()
+        assert "mission to it waits" in c.missions.plan_list.text()
+        await c.pilot.press("U")
+        await c.pilot.pause()
+        assert "nothing sent: others are on their way" in c.said()
+        await c.press("K")
+        assert c.missions.transfers.running == []
+        assert "cancelled" in c.verdict()
+
+
+async def test_a_download_is_an_edit_and_a_comparison_changes_nothing() -> None:
+    async with mission_console() as c:
+        await take(c, planned(c))
+        await c.press("U", "y")
+        await c.press("equals_sign")
+        assert "vehicle 1, mission: as planned" in c.verdict()
+        await c.press("end", "delete", "equals_sign")
+        assert "vehicle 1, mission: 3 items instead of 2" in c.verdict()
+        await c.press("d")
+        assert c.commands() == [TAKE_OFF, WAYPOINT, RETURN]
+        await c.press("u")
+        assert c.commands() == [TAKE_OFF, WAYPOINT]
+
+
+async def test_nothing_is_sent_from_a_console_that_may_not() -> None:
+    async with mission_console() as c:
+        await take(c, planned(c))
+        c.app.feed.read_only = "read-only: test"
+        await c.press("U", "y")
+        assert c.mission_station.uploads() == []
+        assert "nothing sent: read-only" in c.said()
+
+
+async def test_enter_means_the_same_as_everywhere() -> None:
+    def prepare(station: MissionStation) -> None:
+        station.fly()
+        station.run = RunPhase.HOLD
+
+    async with mission_console(prepare=prepare) as c:
+        await c.press("enter")
+        assert [r for r in c.station.requests if isinstance(r, Resume)]
+
+
+# ---------------------------------------------------------------- files and crashes
+
+
+async def test_work_that_was_not_saved_is_there_after_a_crash(tmp_path: Path) -> None:
+    folder = tmp_path / "sim"
+    async with mission_console(folder=folder) as c:
+        await c.press("plus", "plus")
+        c.missions._keep_work()  # as after a second without a key
+        drawn = c.missions.editor.history.draft
+    async with mission_console(folder=folder) as c:
+        assert repr(c.missions.editor.history.draft) == repr(drawn)
+        assert "recovered: plans of 1 vehicle" in c.said()
+        await c.press("u")
+        assert c.missions.editor.history.draft.is_empty
+
+
+async def test_saved_missions_are_opened_again(tmp_path: Path) -> None:
+    folder, file = tmp_path / "sim", tmp_path / "m.json"
+    async with mission_console(folder=folder) as c:
+        await c.press("plus", "plus")
+        drawn = c.missions.editor.history.draft
+        assert "not saved" in c.said()
+        await c.press("ctrl+s")
+        c.missions.query_one("SaveBar PathField").value = str(file)
+        await c.press("enter")
+        assert "missions saved" in c.said()
+        assert store.kept(folder) is None
+    async with mission_console(folder=folder) as c:
+        await c.press("ctrl+o")
+        c.missions.query_one("OpenBar PathField").value = str(file)
+        await c.press("enter")
+        assert repr(c.missions.editor.history.draft) == repr(drawn)
+        await c.press("ctrl+o")
+        c.missions.query_one("OpenBar PathField").value = str(tmp_path / "none.json")
+        await c.press("enter")
+        assert "no such file" in c.said()
+
+
+async def test_a_file_of_one_plan_goes_to_the_edited_vehicle(tmp_path: Path) -> None:
+    file = tmp_path / "one.waypoints"
+    file.write_text("QGC WPL 110\n0\t1\t3\t22\t0\t0\t0\t0\t0\t0\t20\t1\n1\t0\t2\t21\t0\t0\t0\t0\t0\t0\t0\t1\n")
+    async with mission_console() as c:
+        await c.press("3", "ctrl+o")
+        c.missions.query_one("OpenBar PathField").value = str(file)
+        await c.press("enter")
+        assert c.commands(3) == [TAKE_OFF, LAND]

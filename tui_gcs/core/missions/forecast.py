@@ -1,0 +1,99 @@
+"""What a draft would come to: the way of every vehicle, where ways meet, what is wrong; computed once for each edit."""
+
+from itertools import combinations
+
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.missions.conflicts import Conflict, Prepared, between, gravest_first, prepared
+from tui_gcs.core.missions.crew import Member
+from tui_gcs.core.missions.draft import Items, MissionDraft, VehicleDraft
+from tui_gcs.core.missions.findings import Finding, Site, battery_left_pct, findings
+from tui_gcs.core.missions.performance import Performance
+from tui_gcs.core.missions.way import EMPTY, Home, Way, way_of
+from tui_gcs.core.scenario import Limits, Origin, Round
+
+NOBODY = Member(Home())
+Near = tuple[float, float]
+"""Separation, horizontal and vertical, metres."""
+
+
+class Forecast:
+    """Remembers what it was asked last of each vehicle; items are compared by identity, drafts share them."""
+
+    def __init__(self) -> None:
+        """Of nothing yet."""
+        self.draft = MissionDraft()
+        self.crew: dict[int, Member] = {}
+        self.performance = Performance()
+        self.frame = LocalFrame(Origin(0.0, 0.0, 0.0))
+        self.current: Round | None = None
+        self.limits = Limits()
+        self._ways: dict[int, tuple[Items, Home, Performance, LocalFrame, Way]] = {}
+        self._found: dict[int, tuple[VehicleDraft, Way, Site, list[Finding]]] = {}
+        self._prepared: dict[int, tuple[Way, Prepared]] = {}
+        self._pairs: dict[tuple[int, int], tuple[Way, Way, Near, Conflict | None]] = {}
+        self._met: list[Conflict] = []
+
+    def member(self, vehicle: int) -> Member:
+        """Who it is."""
+        return self.crew.get(vehicle, NOBODY)
+
+    def way(self, vehicle: int) -> Way:
+        """Where its mission leads."""
+        items, home = self.draft.of(vehicle).mission, self.member(vehicle).home
+        if not items:
+            return EMPTY
+        known = self._ways.get(vehicle)
+        if known is not None and known[0] is items and known[1:4] == (home, self.performance, self.frame):
+            return known[4]
+        way = way_of(items, home, self.frame, self.performance)
+        self._ways[vehicle] = (items, home, self.performance, self.frame, way)
+        return way
+
+    def site(self, vehicle: int) -> Site:
+        """What its mission is judged by."""
+        return Site(self.frame, self.current, self.performance, self.member(vehicle).battery_pct)
+
+    def battery_left_pct(self, vehicle: int) -> float:
+        """After its mission."""
+        return battery_left_pct(self.way(vehicle), self.site(vehicle))
+
+    def findings(self, vehicle: int) -> list[Finding]:
+        """What is to be said of its plans."""
+        draft, way, site = self.draft.of(vehicle), self.way(vehicle), self.site(vehicle)
+        known = self._found.get(vehicle)
+        if known is not None and known[0] is draft and known[1] is way and known[2] == site:
+            return known[3]
+        found = findings(draft, way, site)
+        self._found[vehicle] = (draft, way, site, found)
+        return found
+
+    @property
+    def conflicts(self) -> list[Conflict]:
+        """Where ways meet, as of the last `compare_ways`."""
+        return self._met
+
+    def compare_ways(self) -> bool:
+        """Look where ways meet; whether that changed. Only pairs of which a way changed are compared again."""
+        ways = {vehicle: way for vehicle in self.draft.vehicles if (way := self.way(vehicle)).legs}
+        self._prepared = {
+            vehicle: known
+            if (known := self._prepared.get(vehicle)) is not None and known[0] is way
+            else (way, prepared(way))
+            for vehicle, way in ways.items()
+        }
+        near = (self.limits.separation_horizontal_m, self.limits.separation_vertical_m)
+        pairs: dict[tuple[int, int], tuple[Way, Way, Near, Conflict | None]] = {}
+        for a, b in combinations(sorted(ways), 2):
+            known_pair = self._pairs.get((a, b))
+            if (
+                known_pair is None
+                or known_pair[0] is not ways[a]
+                or known_pair[1] is not ways[b]
+                or known_pair[2] != near
+            ):
+                conflict = between(a, b, self._prepared[a][1], self._prepared[b][1], *near)
+                known_pair = (ways[a], ways[b], near, conflict)
+            pairs[a, b] = known_pair
+        self._pairs = pairs
+        before, self._met = self._met, gravest_first(pair[3] for pair in pairs.values())
+        return before != self._met

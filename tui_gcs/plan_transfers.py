@@ -1,0 +1,187 @@
+"""Plans on their way to vehicles and from them: one vehicle after its own order, several vehicles at once.
+
+To a vehicle: the fence first, then rally points, then the mission, each only when the one before was read back and is
+held. What is not planned is not touched. Knows the feed and nothing of screens.
+"""
+
+import asyncio
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.messages import Request
+from tui_gcs.core.messages_services import (
+    CancelTask,
+    DownloadPlan,
+    GetTaskResult,
+    GetTasks,
+    ServiceReply,
+    TaskInfo,
+    UploadPlan,
+)
+from tui_gcs.core.missions.draft import VehicleDraft
+from tui_gcs.core.plan import PlanKind, PlanWord
+from tui_gcs.core.plan_rows import plan_of, plan_rows
+from tui_gcs.feed import Feed
+
+ORDER = (PlanKind.FENCE, PlanKind.RALLY, PlanKind.MISSION)
+LOOK_S = 0.3
+SILENT_S = 90.0
+"""A task of which nobody told so long is given up here; the station may still go on with it."""
+_WORDS: dict[PlanKind, PlanWord] = {
+    PlanKind.MISSION: "mission",
+    PlanKind.FENCE: "fence",
+    PlanKind.RALLY: "rally",
+}
+
+
+@dataclass
+class Transfer:
+    """One vehicle's, until it is over: how it stands, or what came of it."""
+
+    vehicle: int
+    to_vehicle: bool
+    state: str = "waits"
+    over: bool = False
+    good: bool = False
+    task: int = 0
+    """The station's, while it runs."""
+    plans: VehicleDraft = field(default_factory=VehicleDraft)
+    """What was sent, or what came."""
+    text: str = ""
+    """What the station said at the end."""
+
+
+class Transfers:
+    """All that go on; one for each vehicle."""
+
+    def __init__(self, feed: Feed, clock: Clock, told: Callable[[], None]) -> None:
+        """`told` is called whenever there is news."""
+        self._feed = feed
+        self._clock = clock
+        self._told = told
+        self.by_vehicle: dict[int, Transfer] = {}
+
+    @property
+    def running(self) -> list[Transfer]:
+        """Those that are not over."""
+        return [each for each in self.by_vehicle.values() if not each.over]
+
+    @property
+    def failed(self) -> list[Transfer]:
+        """Those that can be tried again."""
+        return [each for each in self.by_vehicle.values() if each.over and not each.good]
+
+    def states(self) -> dict[int, str]:
+        """How those that run stand, by vehicle."""
+        return {each.vehicle: each.state for each in self.running}
+
+    async def send(self, plans: dict[int, VehicleDraft]) -> list[Transfer]:
+        """Put these on their vehicles; what came of each."""
+        begun = [self._begin(vehicle, to_vehicle=True, plans=plan) for vehicle, plan in plans.items()]
+        await asyncio.gather(*(self._send(each) for each in begun))
+        return begun
+
+    async def fetch(self, vehicles: Sequence[int]) -> list[Transfer]:
+        """Read what these hold."""
+        begun = [self._begin(vehicle, to_vehicle=False, plans=VehicleDraft()) for vehicle in vehicles]
+        await asyncio.gather(*(self._fetch(each) for each in begun))
+        return begun
+
+    async def cancel(self) -> None:
+        """End all that run."""
+        for each in self.running:
+            each.over, each.text = True, "cancelled"
+            if each.task:
+                await self._feed.request(CancelTask(each.task))
+        self._told()
+
+    # ------------------------------------------------------------ one vehicle
+
+    def _begin(self, vehicle: int, *, to_vehicle: bool, plans: VehicleDraft) -> Transfer:
+        transfer = Transfer(vehicle, to_vehicle, plans=plans)
+        self.by_vehicle[vehicle] = transfer
+        self._told()
+        return transfer
+
+    async def _send(self, transfer: Transfer) -> None:
+        done: list[str] = []
+        for kind in ORDER:
+            plan = transfer.plans.plan(kind)
+            if not plan.items or transfer.over:
+                continue
+            request = UploadPlan((transfer.vehicle,), _WORDS[kind], plan_rows(plan))
+            info = await self._carry_out(transfer, request, f"{kind.word} to it")
+            if info is None or info.state != "done":
+                left = [k.word for k in ORDER[ORDER.index(kind) + 1 :] if transfer.plans.items(k)]
+                also = f"; {' and '.join(left)} not sent" if left else ""
+                held = f" ({' and '.join(done)} held)" if done else ""
+                self._end(transfer, False, f"{kind.word} NOT on board{held}: {_why(transfer, info)}{also}")
+                return
+            done.append(kind.word + (f" ({info.text})" if info.text else ""))
+        self._end(transfer, True, f"{', '.join(done)} on board, read back" if done else "nothing planned, nothing sent")
+
+    async def _fetch(self, transfer: Transfer) -> None:
+        for kind in ORDER:
+            if transfer.over:
+                return
+            request = DownloadPlan((transfer.vehicle,), _WORDS[kind])
+            info = await self._carry_out(transfer, request, f"{kind.word} from it")
+            if info is None or info.state != "done":
+                self._end(transfer, False, f"{kind.word} not read: {_why(transfer, info)}")
+                return
+            reply = await self._feed.request(GetTaskResult(info.number))
+            rows = reply.result.plan if isinstance(reply, ServiceReply) and reply.result is not None else None
+            if rows is None:
+                self._end(transfer, False, f"{kind.word} not read: {reply.text or 'the station has forgotten it'}")
+                return
+            transfer.plans = transfer.plans.with_items(kind, plan_of(kind, rows).items)
+        plans = transfer.plans
+        words = f"{len(plans.mission)} items, fence {len(plans.fence)}, rally {len(plans.rally)}"
+        self._end(transfer, True, f"it holds {words}")
+
+    async def _carry_out(self, transfer: Transfer, request: Request, what: str) -> TaskInfo | None:
+        """Ask, and follow the task to its end; None: refused, or nobody knows (`transfer.text` says which)."""
+        transfer.state, transfer.text = what, ""
+        self._told()
+        reply = await self._feed.request(request)
+        info = reply.tasks[0] if reply.tasks else None
+        if info is None:
+            transfer.text = next((result.text for result in reply.results if result.text), reply.text)
+            return None
+        transfer.task = info.number
+        begun_s = heard_s = self._clock.now()
+        while not info.over and not transfer.over:
+            await asyncio.sleep(LOOK_S)
+            asked = await self._feed.request(GetTasks((info.number,)))
+            now = self._clock.now()
+            if asked.ok and asked.tasks:
+                info, heard_s = asked.tasks[0], now
+                transfer.state = f"{what} {progress(info, now - begun_s)}".rstrip()
+                self._told()
+            elif now - heard_s > SILENT_S:
+                transfer.text = "nobody knows what became of it"
+                return None
+        transfer.task = 0
+        return info
+
+    def _end(self, transfer: Transfer, good: bool, text: str) -> None:
+        if not transfer.over:
+            transfer.over, transfer.good, transfer.text = True, good, text
+        self._told()
+
+
+def progress(info: TaskInfo, since_s: float) -> str:
+    """How far it is, and about how long it takes yet, once that can be told."""
+    if info.state == "queued":
+        return "waits"
+    if not info.total:
+        return ""
+    left_s = since_s / info.done * (info.total - info.done) if info.done else math.inf
+    eta = f" {math.ceil(left_s)} s" if math.isfinite(left_s) and since_s > 1.0 else ""
+    return f"{info.done}/{info.total}{eta}"
+
+
+def _why(transfer: Transfer, info: TaskInfo | None) -> str:
+    return (info.text or info.state) if info is not None else (transfer.text or "no reason given")

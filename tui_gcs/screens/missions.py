@@ -1,0 +1,444 @@
+"""The missions screen: what is planned for each vehicle, all ways on one map, and what they come to.
+
+What is edited here is a draft of this console; vehicles get it only by an upload that is asked about. Every edit can be
+taken back, and unsaved work is there again after a crash.
+"""
+
+from pathlib import Path
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import BindingType
+from textual.containers import Horizontal, Vertical
+from textual.events import DescendantBlur, DescendantFocus
+from textual.timer import Timer
+from textual.widgets import Input
+
+from tui_gcs.actions import APP_ACTIONS, Action, bindings
+from tui_gcs.core.clock import Clock
+from tui_gcs.core.missions.store import DraftFileError
+from tui_gcs.core.missions.survey import GeneratorError
+from tui_gcs.feed import Feed, FleetUpdated, ScenarioChanged, StationBack, StationLost, StatusUpdated
+from tui_gcs.screens.fly import FlyScreen, present_round
+from tui_gcs.screens.mission_actions import MISSION_ACTIONS
+from tui_gcs.screens.mission_choosing import MissionChoosing
+from tui_gcs.screens.mission_vehicles import MissionVehicles
+from tui_gcs.widgets.footer import FooterLine
+from tui_gcs.widgets.form_text import FieldError
+from tui_gcs.widgets.generate_form import GenerateForm
+from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.mission_editor import MissionEditor
+from tui_gcs.widgets.mission_files import FILE_NAME, MissionFile
+from tui_gcs.widgets.mission_form import ItemForm
+from tui_gcs.widgets.mission_map import CURSOR_HEADING, ITEM_HEADING, WHOLE_HEADING, MissionMap, drawings
+from tui_gcs.widgets.mission_profile import AltitudeProfile
+from tui_gcs.widgets.mission_remarks import mission_remarks, state_remark
+from tui_gcs.widgets.mission_table import ItemTable, PlanList
+from tui_gcs.widgets.mission_text import ItemText, item_text, to_item
+from tui_gcs.widgets.open_bar import OpenBar
+from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.save_bar import SaveBar
+from tui_gcs.widgets.save_flow import SaveNext
+from tui_gcs.widgets.titles import set_title
+from tui_gcs.widgets.top_lines import TopLines
+from tui_gcs.widgets.vehicle_alarms import by_vehicle
+from tui_gcs.widgets.verdict import EditLine, Remark, VerdictLines
+from tui_gcs.widgets.words import ids
+
+COMPARE_S = 0.2
+"""Ways are compared with each other so long after the last edit: keys do not wait for it."""
+KEEP_S = 1.0
+"""And so long after it the work is kept against crashes."""
+
+
+class MissionsScreen(MissionVehicles, MissionChoosing):
+    """Edits missions, fences and rally points; knows widgets and the draft, nothing of protocols."""
+
+    ACTIONS: ClassVar[tuple[Action, ...]] = MISSION_ACTIONS
+    BINDINGS: ClassVar[list[BindingType]] = bindings(MISSION_ACTIONS, "missions")
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]
+    AUTO_FOCUS = "ItemTable"
+    CSS = """
+    MissionsScreen { layout: vertical; }
+    MissionsScreen #middle { height: 1fr; }
+    MissionsScreen #left { width: 1fr; height: 1fr; }
+    MissionsScreen MissionMap { width: 1fr; height: 1fr; }
+    MissionsScreen #side { width: 50; height: 1fr; }
+    MissionsScreen #vehicles, MissionsScreen #items { border: solid #4a5560; border-title-color: #d8dee4; }
+    MissionsScreen.-ascii #vehicles, MissionsScreen.-ascii #items { border: ascii #4a5560; }
+    MissionsScreen #vehicles { height: 12; }
+    MissionsScreen #items { height: 1fr; }
+    MissionsScreen VerdictLines { height: 5; }
+    MissionsScreen.-narrow #side { width: 42; }
+    MissionsScreen.-short #vehicles { height: 5; }
+    MissionsScreen.-short VerdictLines { height: 2; }
+    MissionsScreen.-short AltitudeProfile { height: 5; }
+    MissionsScreen.-generating #items, MissionsScreen.-generating ItemForm { display: none; }
+    MissionsScreen.-generating VerdictLines { height: 1fr; }
+    """
+
+    def __init__(self, feed: Feed, clock: Clock, *, folder: Path | None = None, glyphs: GlyphSet = UNICODE) -> None:
+        """For this feed; work in progress is kept in `folder`, nowhere if that is None."""
+        super().__init__(feed, clock, glyphs)
+        self.editor = MissionEditor()
+        self.file = MissionFile(self.editor, folder)
+        self._message = Remark("")
+        self._problem = ""
+        self._asked = ""
+        self._moves_whole = False
+        self._first_site = True
+        self._compare: Timer | None = None
+        self._keep: Timer | None = None
+        self.top_lines = TopLines(feed, glyphs=glyphs)
+        self.edit_line = EditLine(glyphs=glyphs)
+        self.map_view = MissionMap(glyphs=glyphs)
+        self.profile = AltitudeProfile(self.editor, glyphs=glyphs)
+        self.plan_list = PlanList(self.editor, glyphs=glyphs)
+        self.item_table = ItemTable(self.editor, glyphs=glyphs)
+        self.item_form = ItemForm(glyphs=glyphs)
+        self.generate_form = GenerateForm(glyphs=glyphs)
+        self.verdict = VerdictLines(glyphs=glyphs)
+        self.save_bar = SaveBar(self.file, FILE_NAME)
+        self.open_bar = OpenBar()
+        self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed)
+        self.set_class(not glyphs.unicode, "-ascii")
+
+    def compose(self) -> ComposeResult:
+        """Status, alarm, state of the draft; map, profile, lists, form; keys."""
+        yield self.top_lines
+        yield self.edit_line
+        with Horizontal(id="middle"):
+            with Vertical(id="left"):
+                yield self.map_view
+                yield self.profile
+            with Vertical(id="side"):
+                with Vertical(id="vehicles") as vehicles:
+                    set_title(vehicles, "missions")
+                    yield self.plan_list
+                with Vertical(id="items"):
+                    yield self.item_table
+                yield self.item_form
+                yield self.generate_form
+                yield self.verdict
+        yield self.save_bar
+        yield self.open_bar
+        yield self.footer
+
+    def on_mount(self) -> None:
+        """Listen to the feed; what a crash left is there again."""
+        self.feed.listen(self)
+        self._take_site()
+        count = self.file.recover()
+        if count:
+            plans = f"plans of {count} vehicle{'s' * (count > 1)}"
+            self.say(f"recovered: {plans} that were not saved; u drops them", Ink.CAUTION)
+        self.show_all()
+
+    def on_unmount(self) -> None:
+        """No more messages; what is in progress is kept."""
+        self.feed.leave(self)
+        self._keep_work()
+
+    def on_screen_resume(self) -> None:
+        """What changed while another screen was shown."""
+        self._take_site()
+        self.show_all()
+
+    # ------------------------------------------------------------ messages of the feed
+
+    def on_scenario_changed(self, _message: ScenarioChanged) -> None:
+        """Another place, perhaps."""
+        self._take_site()
+        self.show_all()
+
+    def on_status_updated(self, _message: StatusUpdated) -> None:
+        """Perhaps another round is flown, with another area."""
+        if self.is_current and self._take_site():
+            self.show_all()
+
+    def on_fleet_updated(self, _message: FleetUpdated) -> None:
+        """Vehicles moved."""
+        if self.is_current:
+            self.show_fleet()
+
+    def on_station_lost(self, _message: StationLost) -> None:
+        """Nothing is known of the vehicles."""
+        self.show_fleet()
+
+    def on_station_back(self, _message: StationBack) -> None:
+        """Known again."""
+        self.show_fleet()
+
+    def _take_site(self) -> bool:
+        """Plan where the station flies; whether that changed anything."""
+        current = present_round(self.feed)
+        if self.feed.scenario is None or current is None:
+            return False
+        scenario = self.feed.scenario.scenario
+        rows = self.feed.frame.rows() if self.feed.frame is not None else []
+        self.map_view.set_scenario(current, scenario.places, scenario.origin)
+        changed = self.editor.set_site(scenario, current, rows)
+        if self._first_site and self.feed.selection.lead is not None:
+            self.editor.choose_vehicle(self.feed.selection.lead)
+        self._first_site = False
+        return changed
+
+    # ------------------------------------------------------------ showing
+
+    def show_fleet(self) -> None:
+        """Vehicles on the map."""
+        self.map_view.set_fleet(self.feed.frame, by_vehicle(self.feed.alarms), known=not self.feed.station_lost)
+
+    def show_all(self, *, form: bool = True) -> None:
+        """Everything from the draft; the form only where the operator does not type in it."""
+        self.show_fleet()
+        self._problem = "" if form else self._problem
+        self.map_view.set_drawings(*drawings(self.editor))
+        self.profile.update_lines()
+        self._show_lists()
+        if form:
+            self.show_form()
+        self._later()
+
+    def _show_lists(self) -> None:
+        editor = self.editor
+        self.plan_list.show(self.transfers.states())
+        set_title(self.query_one("#items"), f"vehicle {editor.vehicle}  {editor.kind.word} of {len(editor.items)}")
+        set_title(self.profile, f"height of vehicle {editor.vehicle}")
+        self.item_table.update_lines()
+        self.edit_line.show(state_remark(editor.history), self._message)
+        self.verdict.show(mission_remarks(editor, self._problem, self.told))
+
+    def show_form(self) -> None:
+        """The edited item; what was typed and not allowed is gone."""
+        editor, item = self.editor, self.editor.item
+        texts = item_text(editor, item) if item is not None else ItemText()
+        self.item_form.show(item, texts, editor.kind, editor.index + 1)
+
+    def _later(self) -> None:
+        """Compare ways, and keep the work, once the operator pauses."""
+        if self._compare is not None:
+            self._compare.stop()
+        if self._keep is not None:
+            self._keep.stop()
+        self._compare = self.set_timer(COMPARE_S, self.compare_ways)
+        self._keep = self.set_timer(KEEP_S, self._keep_work)
+
+    def compare_ways(self) -> None:
+        """Where do they meet?"""
+        if self.editor.forecast.compare_ways():
+            self.map_view.set_drawings(*drawings(self.editor))
+            self._show_lists()
+
+    def _keep_work(self) -> None:
+        try:
+            self.file.keep()
+        except DraftFileError as error:
+            self.say(f"work in progress is not kept: {error}", Ink.CAUTION)
+
+    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+        """Tell what became of a key; a question that waited for its second press is over."""
+        self._asked = ""
+        self.save_bar.forget()
+        self._message = Remark(text, ink)
+        self.edit_line.show(state_remark(self.editor.history), self._message)
+
+    def did(self, text: str, ink: Ink = Ink.TEXT) -> None:
+        """The draft, or what is edited of it, changed."""
+        self.told = []
+        self.say(text, ink)
+        self.show_all()
+
+    # ------------------------------------------------------------ leaving
+
+    def action_leave(self) -> None:
+        """Back to the list; a preview is dropped."""
+        if self.has_class("-generating"):
+            self._end_generating()
+            self.editor.drop_preview()
+            self.did("nothing generated")
+            return
+        self.item_table.focus()
+        self.did("a value that was not allowed was put back" if self._problem else "")
+
+    def action_resume(self) -> None:
+        """Enter outside a field means the same as on the fly screen."""
+        if self.focused is None or self.focused is self.item_table:
+            self.post_message(FlyScreen.Resumed())
+
+    def on_descendant_focus(self, event: DescendantFocus) -> None:
+        """Other keys work while something is typed."""
+        self.footer.show_typing(isinstance(event.widget, Input))
+
+    def on_descendant_blur(self, _event: DescendantBlur) -> None:
+        """A field was left: what comes next is another edit."""
+        self.footer.show_typing(False)
+        self.editor.history.end_subject()
+
+    # ------------------------------------------------------------ editing
+
+    def on_item_form_edited(self, message: ItemForm.Edited) -> None:
+        """Take over what was typed, or say why not."""
+        item = self.editor.item
+        if item is None:
+            return
+        try:
+            new = to_item(self.editor, message.texts, item)
+        except FieldError as error:
+            self._problem = str(error)
+            self._show_lists()
+            return
+        self._problem = ""
+        self.editor.replace_item(new, message.field)
+        self.told = []
+        self.say("")
+        self.show_all(form=message.field == "command")
+
+    def action_add(self) -> None:
+        """After this one; at the cursor if it is shown."""
+        self.did(self.editor.add(self.map_view.cursor_m))
+
+    def action_delete(self) -> None:
+        """The edited one."""
+        self.did(self.editor.delete())
+
+    def action_earlier(self) -> None:
+        """Before the one before."""
+        self.did(self.editor.reorder(-1))
+
+    def action_later(self) -> None:
+        """After the next."""
+        self.did(self.editor.reorder(1))
+
+    def action_other_side(self) -> None:
+        """Inside or outside."""
+        self.did(self.editor.other_side())
+
+    def action_clear(self) -> None:
+        """All of this kind; the second press does it."""
+        what = f"clear {self.editor.vehicle} {self.editor.kind.word}"
+        if self.editor.items and self._asked != what:
+            self.say(f"{what}? C again clears it here; what is on board stays", Ink.CAUTION)
+            self._asked = what
+        else:
+            self.did(self.editor.clear())
+
+    def action_undo(self) -> None:
+        """Values that were not allowed first, then edits."""
+        if self._problem:
+            self.did("a value that was not allowed was put back")
+        else:
+            self.did(self.editor.undo())
+
+    def action_redo(self) -> None:
+        """Do again."""
+        self.did(self.editor.redo())
+
+    # ------------------------------------------------------------ the map
+
+    def action_move_on_map(self) -> None:
+        """Arrows move the item until Esc."""
+        self._moves_whole = False
+        self.map_view.begin(ITEM_HEADING)
+
+    def action_move_whole(self) -> None:
+        """Arrows move all of them."""
+        self._moves_whole = True
+        self.map_view.begin(WHOLE_HEADING)
+
+    def action_cursor(self) -> None:
+        """Show the cursor and move it, or hide it."""
+        if self.map_view.cursor_m is not None:
+            self.item_table.focus()
+            return
+        self.map_view.begin(CURSOR_HEADING)
+        self.map_view.show_cursor()
+
+    def on_mission_map_moved(self, message: MissionMap.Moved) -> None:
+        """By arrows."""
+        self.did(self.editor.shift(message.east_m, message.north_m, whole=self._moves_whole))
+
+    def on_mission_map_clicked(self, message: MissionMap.Clicked) -> None:
+        """Move the item there while it is being moved; else choose what is there."""
+        if self.map_view.has_focus and self.map_view.cursor_m is None and not self._moves_whole:
+            self.editor.place(message.place_m)
+            self.did("")
+            return
+        found = self.editor.nearest(message.place_m, message.reach_m)
+        if found is not None:
+            self._choose(found)
+
+    # ------------------------------------------------------------ generating
+
+    def action_generate(self) -> None:
+        """Open the form; what it says is shown at once."""
+        editor = self.editor
+        chosen = [vehicle for vehicle in self.feed.selection.ids if vehicle in editor.vehicles]
+        self.add_class("-generating")
+        self.generate_form.begin(chosen if editor.vehicle in chosen else [editor.vehicle], list(editor.shapes()))
+        self._foresee()
+
+    def on_generate_form_changed(self, _message: GenerateForm.Changed) -> None:
+        """Something else is wanted."""
+        self._foresee()
+
+    def _foresee(self) -> None:
+        try:
+            self.editor.foresee(self.generate_form.wanted())
+            self._problem = ""
+        except (FieldError, GeneratorError) as error:
+            self.editor.drop_preview()
+            self._problem = str(error)
+        self.show_all(form=False)
+
+    def action_take(self) -> None:
+        """What is shown becomes the draft."""
+        if not self.has_class("-generating"):
+            return
+        preview = self.editor.preview
+        if preview is None:
+            self.say(f"nothing taken: {self._problem}", Ink.CAUTION)
+            return
+        wanted = self.generate_form.wanted()
+        self._end_generating()
+        self.editor.take(f"{wanted.what} over {wanted.over}", preview)
+        self.editor.choose_vehicle(wanted.vehicles[0])
+        self.did(f"{wanted.what} over {wanted.over} for {ids(wanted.vehicles)}; u takes it back")
+
+    def _end_generating(self) -> None:
+        self.remove_class("-generating")
+        self.generate_form.display = False
+        self._problem = ""
+        self.item_table.focus()
+
+    # ------------------------------------------------------------ files
+
+    def action_save(self) -> None:
+        """To the file, or ask where."""
+        self.save_bar.save()
+
+    def on_save_bar_said(self, message: SaveBar.Said) -> None:
+        """Saved, asked or failed."""
+        if message.closed:
+            self.item_table.focus()
+        done = message.step.what is SaveNext.DONE
+        self._asked, self._message = "", Remark(message.step.text, Ink.TEXT if done else Ink.CAUTION)
+        self._show_lists()
+
+    def action_open(self) -> None:
+        """Which file?"""
+        self.open_bar.ask()
+
+    def on_open_bar_named(self, message: OpenBar.Named) -> None:
+        """Take what is in it."""
+        self.item_table.focus()
+        if message.path is None:
+            self.say("nothing opened")
+            return
+        try:
+            text = self.file.open(message.path)
+        except DraftFileError as error:
+            self.say(f"not opened: {error}", Ink.CAUTION)
+        else:
+            self.did(f"{text}; u takes it back")

@@ -1,0 +1,108 @@
+"""The question before plans are sent to vehicles: what, to whom; for several their number is typed."""
+
+from collections.abc import Mapping, Sequence
+
+from textual import events
+
+from tui_gcs.core.missions.draft import VehicleDraft
+from tui_gcs.core.plan import PlanKind
+from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.widgets.glyphs import GlyphSet
+from tui_gcs.widgets.lines import Line
+from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.words import ids
+
+MOST_LINES = 8
+
+
+class UploadDialog(TextDialog[tuple[int, ...]]):
+    """Ends with the vehicles to send to; with none if nothing shall be sent."""
+
+    title_text = "upload plans?"
+
+    def __init__(
+        self,
+        groups: Sequence[tuple[str, tuple[int, ...]]],
+        plans: Mapping[int, VehicleDraft],
+        doubts: Mapping[int, str],
+        armed: Sequence[int],
+        glyphs: GlyphSet,
+    ) -> None:
+        """`groups` are whom it may be for, each with a word; `doubts` what is to be said of a vehicle's plans."""
+        super().__init__(glyphs)
+        self._groups = groups
+        self._plans = plans
+        self._doubts = doubts
+        self._armed = armed
+        self._at = 0
+        self._typed = ""
+        self._problem = ""
+
+    @property
+    def _vehicles(self) -> tuple[int, ...]:
+        return self._groups[self._at][1]
+
+    def on_key(self, event: events.Key) -> None:
+        """Arrows choose whom, `y` or the number sends, Esc does not."""
+        event.stop()
+        self._problem = ""
+        if event.key == "escape":
+            self.finish(())
+        elif event.key in ("left", "right", "tab"):
+            self._at = (self._at + (-1 if event.key == "left" else 1)) % len(self._groups)
+            self._typed = ""
+            self.redraw()
+        elif len(self._vehicles) == 1:
+            self._one(event.key)
+        else:
+            self._several(event)
+
+    def _one(self, key: str) -> None:
+        if key == "y":
+            self.finish(self._vehicles)
+        elif key == "enter":
+            self._problem = "press y: it is sent"
+            self.redraw()
+
+    def _several(self, event: events.Key) -> None:
+        if event.key == "enter":
+            if self._typed == str(len(self._vehicles)):
+                self.finish(self._vehicles)
+                return
+            self._problem = f"type {len(self._vehicles)}, the number of vehicles, then Enter"
+        elif event.key == "backspace":
+            self._typed = self._typed[:-1]
+        elif event.character is not None and event.character.isdecimal():
+            self._typed = (self._typed + event.character)[-4:]
+        self.redraw()
+
+    def body(self) -> list[Line]:
+        """Whom, what, doubts, keys."""
+        vehicles = self._vehicles
+        lines: list[Line] = [[("to ", Ink.TEXT), (f"{self._groups[self._at][0]}: {ids(vehicles)}", Ink.BOLD)], []]
+        for vehicle in vehicles[:MOST_LINES]:
+            doubt = self._doubts.get(vehicle, "")
+            lines.append([(f"  {vehicle:>3}  {_words(self._plans[vehicle])}", Ink.TEXT)])
+            if doubt:
+                lines.append([(f"       {doubt}"[:MOST_CELLS], Ink.CAUTION)])
+        if len(vehicles) > MOST_LINES:
+            lines.append([(f"  and {len(vehicles) - MOST_LINES} more", Ink.TEXT)])
+        flying = [vehicle for vehicle in vehicles if vehicle in self._armed]
+        if flying:
+            lines.append([(f"  ARMED: {ids(flying)}; one that flies its mission refuses", Ink.CAUTION)])
+        lines += [[], [("fence first, each read back and compared; what is not planned stays as it is", Ink.MUTED)]]
+        lines += [[(self._problem, Ink.CAUTION)]] if self._problem else []
+        return [*lines, self._keys()]
+
+    def _keys(self) -> Line:
+        keys: list[tuple[str, Ink]] = [(" Esc = cancel ", Ink.SELECTED), ("   ", Ink.TEXT)]
+        if len(self._vehicles) == 1:
+            keys.append(("y = send", Ink.BOLD))
+        else:
+            keys.append((f"type {len(self._vehicles)} and Enter = send: [{self._typed:_<3}]", Ink.BOLD))
+        return [*keys, ("   arrows: whom else", Ink.MUTED)] if len(self._groups) > 1 else keys
+
+
+def _words(plan: VehicleDraft) -> str:
+    parts = [(PlanKind.FENCE, "fence of {} points"), (PlanKind.RALLY, "{} rally"), (PlanKind.MISSION, "mission of {}")]
+    return ", ".join(word.format(len(plan.items(kind))) for kind, word in parts if plan.items(kind))

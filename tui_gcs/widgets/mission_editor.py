@@ -1,0 +1,304 @@
+"""What is being planned: whose plan, which of its three kinds, which item; every edit undoable. Plain, no Textual.
+
+Places go in and out as ENU metres; heights as the item's own.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.messages import VehicleRow
+from tui_gcs.core.missions import build, edits, fences
+from tui_gcs.core.missions.crew import crew
+from tui_gcs.core.missions.draft import History, Items, MissionDraft
+from tui_gcs.core.missions.forecast import Forecast
+from tui_gcs.core.missions.generate import OWN_ITEMS, Wanted, generated
+from tui_gcs.core.plan import LAND, RETURN, VTOL_LAND, PlanItem, PlanKind
+from tui_gcs.core.plan_check import MOST_ITEMS
+from tui_gcs.core.scenario import Round, Scenario
+from tui_gcs.core.zones import Polygon, Shape
+
+Place = tuple[float, float]
+NEW_STEP_M = 20.0
+"""A new item lies so far beyond the one before."""
+NEW_RADIUS_M = 50.0
+ENDS = frozenset({RETURN, LAND, VTOL_LAND})
+"""What is added at the end of a mission comes before these."""
+AREA_NAME = "operating area"
+KINDS = tuple(PlanKind)
+
+
+class MissionEditor:
+    """One draft, and where in it the operator is."""
+
+    def __init__(self) -> None:
+        """Of nothing yet."""
+        self.history = History()
+        self.forecast = Forecast()
+        self.scenario: Scenario | None = None
+        self.vehicle = 0
+        self.kind = PlanKind.MISSION
+        self.index = 0
+        self.preview: MissionDraft | None = None
+        """What would be generated; shown instead of the draft until it is taken or dropped."""
+
+    # ------------------------------------------------------------ what there is
+
+    @property
+    def draft(self) -> MissionDraft:
+        """What is shown."""
+        return self.preview if self.preview is not None else self.history.draft
+
+    @property
+    def items(self) -> Items:
+        """The edited ones."""
+        return self.draft.of(self.vehicle).items(self.kind)
+
+    @property
+    def item(self) -> PlanItem | None:
+        """The edited one."""
+        return self.items[self.index] if 0 <= self.index < len(self.items) else None
+
+    @property
+    def frame(self) -> LocalFrame:
+        """The scenario's."""
+        return self.forecast.frame
+
+    @property
+    def vehicles(self) -> tuple[int, ...]:
+        """All that can be planned for."""
+        return tuple(sorted({*self.forecast.crew, *self.draft.vehicles}))
+
+    def place_m(self, item: PlanItem) -> Place | None:
+        """Where an item is; None: nowhere."""
+        if not item.is_place or (item.x == 0 and item.y == 0):
+            return None
+        return self.frame.to_enu(item.lat_deg, item.lon_deg)
+
+    def set_site(self, scenario: Scenario, current: Round, rows: Iterable[VehicleRow]) -> bool:
+        """Plan here, for these; whether anything changed."""
+        look = self.forecast
+        before = (look.current, look.crew, look.limits)
+        if self.scenario is None or self.scenario.origin != scenario.origin:
+            look.frame = LocalFrame(scenario.origin)
+        if self.scenario is None or self.scenario.limits != scenario.limits:
+            limits = scenario.limits
+            look.performance = replace(look.performance, speed_m_s=limits.speed_m_s, accel_m_s2=limits.accel_m_s2)
+            look.limits = limits
+        self.scenario, look.current = scenario, current
+        look.crew = crew(scenario, rows, look.crew)
+        if self.vehicle not in self.vehicles and self.vehicles:
+            self.choose_vehicle(self.vehicles[0])
+        return before != (look.current, look.crew, look.limits)
+
+    # ------------------------------------------------------------ where the operator is
+
+    def choose_vehicle(self, vehicle: int) -> bool:
+        """Edit this one's plan; False if there is none such."""
+        if vehicle not in self.vehicles:
+            return False
+        self.vehicle, self.index = vehicle, 0
+        self.history.end_subject()
+        return True
+
+    def step_vehicle(self, by: int) -> None:
+        """The next one, round and round."""
+        ids = self.vehicles
+        if ids:
+            at = ids.index(self.vehicle) if self.vehicle in ids else 0
+            self.choose_vehicle(ids[(at + by) % len(ids)])
+
+    def step_kind(self) -> None:
+        """Mission, fence, rally points."""
+        self.kind = KINDS[(self.kind + 1) % len(KINDS)]
+        self.index = 0
+        self.history.end_subject()
+
+    def choose(self, index: int) -> None:
+        """This item, or the nearest there is."""
+        new = min(max(index, 0), max(len(self.items) - 1, 0))
+        if new != self.index:
+            self.history.end_subject()
+        self.index = new
+
+    def nearest(self, place_m: Place, within_m: float) -> int | None:
+        """The edited item nearest to a place on the map."""
+        best, found = within_m, None
+        for i, item in enumerate(self.items):
+            there = self.place_m(item)
+            if there is not None and math.dist(there, place_m) <= best:
+                best, found = math.dist(there, place_m), i
+        return found
+
+    # ------------------------------------------------------------ edits
+
+    def add(self, place_m: Place | None = None) -> str:
+        """One more after the edited one, there or a little further on; what was done, in words."""
+        if len(self.items) >= MOST_ITEMS:
+            return f"not added: {MOST_ITEMS} items are the most"
+        here = place_m or self._further_on()
+        at = self.index + 1 if self.items else 0
+        if self.item is not None and self.item.command in ENDS:
+            at -= 1
+        match self.kind:
+            case PlanKind.MISSION:
+                new = self._new_mission_items(here)
+                items = edits.insert(self.items, at, new)
+                at += len(new) - 1
+            case PlanKind.FENCE:
+                items, at = self._fenced(here)
+            case PlanKind.RALLY:
+                point = fences.rally_point(self.frame.to_geodetic(*here), self._height_m())
+                items = edits.insert(self.items, at, [point])
+        self._edit(f"{self.kind.word} {at + 1} added", items)
+        self.choose(at)
+        return f"{self.kind.word} {self.index + 1} added"
+
+    def delete(self) -> str:
+        """Without the edited one."""
+        if self.item is None:
+            return "nothing to delete"
+        led = edits.jumps_to(self.items, self.index) if self.kind is PlanKind.MISSION else 0
+        fence = self.kind is PlanKind.FENCE
+        items = fences.delete_item(self.items, self.index) if fence else edits.delete(self.items, self.index)
+        label = f"{self.kind.word} {self.index + 1} deleted"
+        self._edit(label, items)
+        self.choose(self.index)
+        more = f"; {led} jump{'s' * (led > 1)} to it: now to the next" if led else ""
+        return f"{label}, u brings it back{more}"
+
+    def reorder(self, by: int) -> str:
+        """Earlier or later."""
+        if self.item is None or self.kind is PlanKind.FENCE:
+            return "corners are moved on the map" if self.item is not None else ""
+        items, to = edits.reorder(self.items, self.index, by)
+        self._edit(f"{self.kind.word} {self.index + 1} moved to {to + 1}", items, f"reorder {self.kind}")
+        self.index = to
+        return f"now number {to + 1}"
+
+    def replace_item(self, item: PlanItem, field: str) -> None:
+        """Put this in the place of the edited one."""
+        if self.item is not None:
+            label = f"{self.kind.word} {self.index + 1} {field}".rstrip()
+            self._edit(label, edits.put(self.items, self.index, item), f"{self.vehicle} {label}")
+
+    def place(self, place_m: Place) -> None:
+        """Have the edited one there."""
+        item = self.item
+        if item is not None and item.is_place:
+            lat_deg, lon_deg = self.frame.to_geodetic(*place_m)
+            self.replace_item(replace(item, x=round(lat_deg * 1e7), y=round(lon_deg * 1e7)), "place")
+
+    def shift(self, east_m: float, north_m: float, *, whole: bool) -> str:
+        """Move the edited one, or the whole plan of this kind."""
+        chosen = range(len(self.items)) if whole else range(self.index, self.index + 1)
+        north, east = north_m / self.frame.north_m_per_deg, east_m / self.frame.east_m_per_deg
+        items = edits.shifted(self.items, chosen, round(north * 1e7), round(east * 1e7))
+        label = f"{self.kind.word} moved" if whole else f"{self.kind.word} {self.index + 1} place"
+        self._edit(label, items, f"{self.vehicle} {label}")
+        return "" if items != self.items or self.item is None or self.item.is_place else "this item has no place"
+
+    def other_side(self) -> str:
+        """Inclusion or exclusion."""
+        if self.kind is not PlanKind.FENCE or self.item is None:
+            return "only fences have an inside"
+        self._edit("inside and outside", fences.other_side(self.items, self.index))
+        return "inside and outside changed"
+
+    def clear(self) -> str:
+        """Plan nothing of this kind for this vehicle."""
+        if not self.items:
+            return f"no {self.kind.word} to clear"
+        self._edit(f"{self.kind.word} of {self.vehicle} cleared", ())
+        self.choose(0)
+        return f"{self.kind.word} of vehicle {self.vehicle} cleared here, u brings it back"
+
+    def take(self, label: str, draft: MissionDraft) -> None:
+        """Another draft as one edit: generated, downloaded, read from a file."""
+        self.preview = None
+        self.history.do(label, draft)
+        self.history.end_subject()
+        self._look()
+        self.choose(self.index)
+
+    def undo(self) -> str:
+        """Take the last edit back."""
+        label = self.history.undo()
+        self._look()
+        self.choose(self.index)
+        return f"undone: {label}" if label else "nothing to undo"
+
+    def redo(self) -> str:
+        """Do it again."""
+        label = self.history.redo()
+        self._look()
+        self.choose(self.index)
+        return f"done again: {label}" if label else "nothing to do again"
+
+    # ------------------------------------------------------------ generating
+
+    def shapes(self) -> dict[str, Shape]:
+        """What can be generated over, by name."""
+        found: dict[str, Shape] = {}
+        places = [place for item in self.history.draft.of(self.vehicle).mission if (place := self.place_m(item))]
+        if self.forecast.current is not None:
+            found |= {zone.name: zone.shape for zone in self.forecast.current.zones}
+            found[AREA_NAME] = self.forecast.current.area.shape
+        if len(places) >= 2:
+            found[OWN_ITEMS] = Polygon(tuple(places))
+        return found
+
+    def foresee(self, wanted: Wanted) -> None:
+        """Show what would be generated. Raises GeneratorError; then the draft is shown."""
+        self.preview = None
+        look = self.forecast
+        shape = self.shapes().get(wanted.over, Polygon(()))
+        try:
+            self.preview = generated(self.history.draft, wanted, shape, look.crew, look.frame, look.performance)
+        finally:
+            self._look()
+
+    def drop_preview(self) -> None:
+        """Show the draft again."""
+        self.preview = None
+        self._look()
+
+    # ------------------------------------------------------------ inside
+
+    def _edit(self, label: str, items: Items, subject: str = "") -> None:
+        self.preview = None
+        self.history.do(label, self.history.draft.with_items(self.vehicle, self.kind, items), subject)
+        self._look()
+
+    def _look(self) -> None:
+        self.forecast.draft = self.draft
+
+    def _new_mission_items(self, here: Place) -> Items:
+        """The first one brings its take-off."""
+        new = build.waypoint(self.frame, here, self._height_m())
+        return (new,) if self.items else (build.take_off(self._height_m()), new)
+
+    def _height_m(self) -> float:
+        """As high as the items before; the first one on the vehicle's own layer."""
+        before = [item.z for item in self.items[: self.index + 1] if item.is_place]
+        return before[-1] if before else self.forecast.member(self.vehicle).layer_m
+
+    def _fenced(self, here: Place) -> tuple[Items, int]:
+        """One more corner of the edited polygon, or a circle where none is edited."""
+        place_deg = self.frame.to_geodetic(*here)
+        more = fences.add_corner(self.items, self.index, place_deg) if self.items else ()
+        if len(more) > len(self.items):
+            return more, self.index + 1
+        return (*self.items, *fences.circle(place_deg, NEW_RADIUS_M)), len(self.items)
+
+    def _further_on(self) -> Place:
+        """Beyond the edited item, in the direction that leads to it; the first one, north of where it starts."""
+        home = self.forecast.member(self.vehicle).home.place_m
+        places = [place for item in self.items[: self.index + 1] if (place := self.place_m(item)) is not None]
+        here, before = (places[-1] if places else home), (places[-2] if len(places) > 1 else home)
+        far = math.dist(here, before)
+        if far < 1.0:
+            return here[0], here[1] + NEW_STEP_M
+        step = NEW_STEP_M / far
+        return here[0] + (here[0] - before[0]) * step, here[1] + (here[1] - before[1]) * step

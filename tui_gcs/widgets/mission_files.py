@@ -1,0 +1,108 @@
+"""Missions and files: the one of all vehicles that is saved, those of one vehicle that are opened, work in progress.
+
+Plain, no Textual.
+"""
+
+from pathlib import Path
+
+from tui_gcs.core.formats.content import Content, FormatError
+from tui_gcs.core.formats.drawings import planned
+from tui_gcs.core.formats.files import read_file
+from tui_gcs.core.missions import store
+from tui_gcs.core.missions.draft import MissionDraft
+from tui_gcs.core.missions.store import DraftFileError
+from tui_gcs.core.plan import PlanKind
+from tui_gcs.widgets.mission_editor import MissionEditor
+
+FILE_NAME = "missions.json"
+
+
+class MissionFile:
+    """The draft as a working copy that belongs into a file (`save_flow.WorkingCopy`), and is kept against crashes."""
+
+    def __init__(self, editor: MissionEditor, folder: Path | None) -> None:
+        """Of this editor; work in progress is kept in `folder`, nowhere if that is None."""
+        self.path = ""
+        self._editor = editor
+        self._folder = folder
+        self._known: set[str] = set()
+        self._kept: MissionDraft | None = None
+
+    @property
+    def text(self) -> str:
+        """What is saved."""
+        return store.to_bytes(self._editor.history.draft).decode()
+
+    def knows_text(self, text: str) -> bool:
+        """Whether a file's content is one that was read or saved here."""
+        return text in self._known
+
+    def saved(self, path: Path, text: str) -> None:
+        """It is in this file now: nothing is in progress."""
+        self.path = str(path)
+        self._known.add(text)
+        self._editor.history.saved()
+        if self._folder is not None:
+            store.forget(self._folder)
+
+    def open(self, path: Path) -> str:
+        """Take what is in a file: everybody's missions, or one plan for the edited vehicle. Raises DraftFileError."""
+        editor = self._editor
+        data = _read(path)
+        if data.lstrip().startswith(b'{"missions"'):
+            draft = store.from_bytes(data)
+            editor.take(f"{path.name} opened", draft)
+            editor.history.saved()
+            self.path = str(path)
+            self._known.add(data.decode())
+            return f"{path.name}: missions of {len(draft.vehicles)} vehicles"
+        try:
+            content = read_file(data, editor.kind)
+            if content.drawings:
+                content = planned(content.drawings, editor.forecast.member(editor.vehicle).layer_m)
+        except FormatError as error:
+            raise DraftFileError(f"{path.name}: {error}") from None
+        return f"{path.name}: {self._take(content, path)}"
+
+    def _take(self, content: Content, path: Path) -> str:
+        """Instead of the plans that are there of the kinds that the file holds. Raises DraftFileError."""
+        editor = self._editor
+        if content.not_flown:
+            raise DraftFileError(f"{path.name}: parts of its mission have no items: {'; '.join(content.not_flown)}")
+        draft, words = editor.history.draft, []
+        for kind in PlanKind:
+            plan = content.plan(kind)
+            if plan is not None and plan.items:
+                draft = draft.with_items(editor.vehicle, kind, plan.items)
+                words.append(f"{kind.word} of {len(plan.items)}")
+        if not words:
+            raise DraftFileError(f"{path.name}: neither mission, fence nor rally points are in it")
+        editor.take(f"{path.name} opened", draft)
+        lost = "; ".join((*content.left_out, *content.notes))
+        return f"{', '.join(words)} for vehicle {editor.vehicle}" + (f" ({lost})" if lost else "")
+
+    def keep(self) -> None:
+        """Have the work in progress there after a crash, if it changed. Raises DraftFileError."""
+        draft = self._editor.history.draft
+        if self._folder is not None and draft is not self._kept and self._editor.history.unsaved:
+            store.keep(self._folder, draft)
+        self._kept = draft
+
+    def recover(self) -> int:
+        """Take what a crash left; of how many vehicles it is."""
+        draft = store.kept(self._folder) if self._folder is not None else None
+        if draft is None or draft.is_empty:
+            return 0
+        self._editor.take("recovered", draft)
+        self._kept = draft
+        return len(draft.vehicles)
+
+
+def _read(path: Path) -> bytes:
+    try:
+        if not path.is_file():
+            raise DraftFileError(f"{path}: no such file")
+        with path.open("rb") as file:
+            return file.read(store.MOST_BYTES + 1)
+    except OSError as error:
+        raise DraftFileError(f"{path}: {error.strerror}") from None

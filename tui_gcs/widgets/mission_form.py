@@ -1,0 +1,111 @@
+"""The form for one item of a plan: what it does, where, how high, and its parameters by name."""
+
+from rich.text import Text
+from textual import on
+from textual.containers import Horizontal
+from textual.message import Message
+from textual.widgets import Input, Static
+
+from tui_gcs.core.missions.commands import MISSION_WORDS, ParamWord, word_of
+from tui_gcs.core.plan import PlanItem, PlanKind
+from tui_gcs.widgets.choice import Choice
+from tui_gcs.widgets.form import Form, FormField, FormRow
+from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.mission_text import FRAME_WORDS, ItemText, has_height, labels
+from tui_gcs.widgets.titles import set_title
+
+
+class ParamRow(Horizontal):
+    """A parameter whose name changes with the command."""
+
+    DEFAULT_CSS = """
+    ParamRow { height: 1; }
+    ParamRow > .form-label { width: 9; color: #909090; }
+    ParamRow > .form-word { width: auto; padding: 0 1; color: #909090; }
+    ParamRow > .form-bracket { width: 1; color: #909090; }
+    """
+
+    def __init__(self, index: int) -> None:
+        """For this parameter, from 0."""
+        self.field = FormField(f"param{index + 1}")
+        self._label = Static(Text(""), classes="form-label")
+        self._unit = Static(Text(""), classes="form-word")
+        bracket = (Static(Text("["), classes="form-bracket"), Static(Text("]"), classes="form-bracket"))
+        super().__init__(self._label, bracket[0], self.field, bracket[1], self._unit)
+
+    def show(self, label: ParamWord, text: str) -> None:
+        """Name and value."""
+        self._label.update(Text(label.label[:8]))
+        self._unit.update(Text(label.unit))
+        self.field.placeholder = label.empty
+        self.field.show(text)
+
+
+class ItemForm(Form):
+    """Says what was typed; what it means and whether it is allowed is judged elsewhere."""
+
+    DEFAULT_CSS = """
+    ItemForm.-empty { display: none; }
+    ItemForm.-fixed .command, ItemForm.-nowhere .where, ItemForm.-level .height { display: none; }
+    """
+
+    class Edited(Message):
+        """A field was changed by the operator."""
+
+        def __init__(self, texts: ItemText, field: str) -> None:
+            super().__init__()
+            self.texts = texts
+            self.field = field
+
+    def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
+        """An empty form."""
+        self._command = Choice("command", MISSION_WORDS, glyphs=glyphs)
+        self._east, self._north, self._height = (FormField(name) for name in ("east_m", "north_m", "height_m"))
+        self._frame = Choice("frame", FRAME_WORDS, glyphs=glyphs)
+        self._params = [ParamRow(index) for index in range(4)]
+        super().__init__(
+            FormRow("Does", self._command, classes="command"),
+            FormRow("Place", "E", self._east, "N", self._north, "m", classes="where"),
+            FormRow("Height", self._height, "m above", self._frame, classes="height"),
+            *self._params,
+            glyphs=glyphs,
+        )
+        set_title(self, "item")
+
+    @property
+    def texts(self) -> ItemText:
+        """What stands in the fields."""
+        one, two, three, four = (row.field.value for row in self._params)
+        return ItemText(
+            self._command.value,
+            self._east.value,
+            self._north.value,
+            self._height.value,
+            self._frame.value,
+            (one, two, three, four),
+        )
+
+    def show(self, item: PlanItem | None, texts: ItemText, kind: PlanKind, number: int) -> None:
+        """Fill the fields of this item; without one there is nothing to fill."""
+        self.set_class(item is None, "-empty")
+        if item is None:
+            return
+        self._command.show(texts.command)
+        self._east.show(texts.east_m)
+        self._north.show(texts.north_m)
+        self._height.show(texts.height_m)
+        self._frame.show(texts.frame)
+        for row, label, text in zip(self._params, labels(item), texts.params, strict=True):
+            row.display = label is not None
+            if label is not None:
+                row.show(label, text)
+        self.set_class(kind is not PlanKind.MISSION, "-fixed")
+        self.set_class(not item.is_place, "-nowhere")
+        self.set_class(not has_height(item), "-level")
+        set_title(self, f"{kind.word} {number}  {word_of(item.command).word}")
+
+    @on(Input.Changed)
+    @on(Choice.Changed)
+    def _changed(self, event: Input.Changed | Choice.Changed) -> None:
+        event.stop()
+        self.post_message(self.Edited(self.texts, getattr(event.control, "field", "")))
