@@ -64,14 +64,14 @@ def _options(arguments: argparse.Namespace, target: Path) -> "Options":
         title=target.stem,
         kind=PlanKind[arguments.kind.upper()] if arguments.kind is not None else None,
         height_m=arguments.height,
-        round_index=_round(read, arguments.round),
+        round_index=round_of(read, arguments.round),
         role=Role(arguments.role) if arguments.role is not None else None,
         base=base,
     )
 
 
-def _round(base: "Base | None", wanted: str | None) -> int | None:
-    """A round by its number from 1, or by its name."""
+def round_of(base: "Base | None", wanted: str | None) -> int | None:
+    """A round by its number from 1, or by its name. Raises `CommandError`."""
     if wanted is None:
         return None
     if base is None:

@@ -24,7 +24,7 @@ examples:
 
 Exit code 0 if OUT holds all of IN, 1 if it is written and something is left out, 2 if nothing is written."""
 
-CHECK = """Exit code 0 if nothing is wrong, 1 if something is, 2 if the file cannot be read."""
+CHECK = "Exit code 0 if there is no error (cautions are none), 1 if there is one, 2 if the file cannot be read."
 
 
 def add(commands: Commands) -> None:
@@ -38,6 +38,8 @@ def add(commands: Commands) -> None:
         "--autopilot", choices=("ardupilot", "px4"), help="who is to fly the plan (default: as a .plan says)"
     )
     _common(check)
+    check.add_argument("--scenario", metavar="SCENARIO.toml", help="judge a plan by its operating area, too")
+    check.add_argument("--round", metavar="N|NAME", help="of the scenario (default: the first)")
     check.add_argument("--home", metavar="LAT,LON", help="where it starts, if the file does not say it")
     check.add_argument("--json", action="store_true", help="for scripts")
 

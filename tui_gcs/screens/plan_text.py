@@ -1,49 +1,24 @@
 """What the plan screen says about a plan: where a zone lies, what a team can reach there. Plain, no Textual."""
 
-import shapely
-
-from tui_gcs.core.idleness import sweep_bound_s
-from tui_gcs.core.scenario import OperatingArea, Round, Scenario, Team
-from tui_gcs.core.zones import Role, Zone, area_m2, polygon_of
+from tui_gcs.core.missions.findings import Level
+from tui_gcs.core.scenario_findings import ScenarioFinding, area_finding, team_findings, zone_finding
 from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.plan_draft import PlanDraft
 from tui_gcs.widgets.verdict import Remark
 
-
-def place_remark(zone: Zone, area: OperatingArea) -> Remark:
-    """Where a valid zone lies with regard to the operating area."""
-    outline, border = polygon_of(zone.shape), polygon_of(area.shape)
-    if not border.covers(outline):
-        return Remark(f"ok: {area_m2(zone.shape):.0f} m2, reaches beyond the operating area", Ink.NORMAL)
-    to_edge_m = shapely.distance(outline, border.exterior)
-    return Remark(f"ok: {to_edge_m:.0f} m inside the operating area", Ink.NORMAL)
+INKS = {Level.NOTE: Ink.TEXT, Level.CAUTION: Ink.CAUTION, Level.ERROR: Ink.WARNING}
 
 
-def area_remark(current: Round) -> Remark:
-    """What there is in a valid operating area."""
-    zones = len(current.zones)
-    return Remark(f"ok: {area_m2(current.area.shape) / 1e4:.1f} ha around {zones} zone{'s' * (zones != 1)}", Ink.NORMAL)
-
-
-def team_remarks(scenario: Scenario, current: Round, team: Team, times: str) -> list[Remark]:
-    """What a team's vehicles can at best do in its zone."""
-    zone = next((zone for zone in current.zones if zone.name == team.zone), None)
-    vehicles = len(team.vehicles) or team.count
-    if zone is None or zone.role is Role.NO_FLY or not vehicles:
-        return []
-    speed_m_s, radius_m = scenario.limits.speed_m_s, scenario.footprint_radius_m
-    size_m2 = area_m2(zone.shape)
-    bound_s = sweep_bound_s(size_m2, vehicles, speed_m_s, radius_m)
-    flown_km = speed_m_s * current.duration_s / 1000.0
-    return [
-        Remark(f"{team.name}: bound {bound_s:.1f} s worst idleness"),
-        Remark(
-            f"= {size_m2:.0f} m2 / ({vehicles} {times} {speed_m_s:g} m/s {times} 2 {times} {radius_m:g} m)", Ink.MUTED
-        ),
-        Remark(f"{flown_km:.1f} km per vehicle in {current.duration_s:g} s"),
-    ]
+def _remarks(found: list[ScenarioFinding]) -> list[Remark]:
+    """Findings as they are shown; what is reckoned stands below in a fainter colour."""
+    said = []
+    for finding in found:
+        ok = finding.text.startswith("ok:")
+        said.append(Remark(finding.text, INKS[finding.level] if not ok else Ink.NORMAL))
+        said += [Remark(finding.detail, Ink.MUTED)] * bool(finding.detail)
+    return said
 
 
 def remarks(model: EditModel, draft: PlanDraft, refusal: str, glyphs: GlyphSet) -> list[Remark]:
@@ -55,8 +30,9 @@ def remarks(model: EditModel, draft: PlanDraft, refusal: str, glyphs: GlyphSet) 
     if draft.problems:
         return [*said, *(Remark(f"! {line}", Ink.CAUTION) for line in draft.problems)]
     zone, team = draft.zone, draft.team
-    said.append(place_remark(zone, current.area) if zone is not None else area_remark(current))
-    return [*said, *(team_remarks(scenario, current, team, glyphs.times) if team is not None else [])]
+    found = [zone_finding(zone, current.area) if zone is not None else area_finding(current)]
+    found += team_findings(scenario, current, team, glyphs.times) if team is not None else []
+    return [*said, *_remarks(sorted(found, key=lambda finding: -finding.level))]
 
 
 def state_remark(model: EditModel) -> Remark:

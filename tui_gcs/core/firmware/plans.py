@@ -127,6 +127,8 @@ class PlanDialect:
     kept: "dict[int, Rules] | None" = None
     """What is kept of a command's parameters; None: all of them. What is not listed is kept, or comes back as 0."""
     z_tolerance_m: float = 0.001
+    commands: frozenset[int] | None = None
+    """Those that it takes in a mission; None: not known."""
 
     # ------------------------------------------------------------ to the wire and back
 
@@ -303,9 +305,15 @@ ARDUPILOT = PlanDialect(
     most_vertices=255,
     kept=_ARDUPILOT_KEPT,
     z_tolerance_m=0.0101,
+    commands=frozenset(
+        {16, 17, 18, 19, 20, 21, 22, 30, 31, 82, 83, 84, 85, 92, 93, 94, 112, 114, 115, 177, 178, 179}
+        | {181, 182, 183, 184, 188, 189, 191, 193, 194, 201, 202, 203, 205, 206, 207, 208, 210, 211, 212, 213}
+        | {215, 216, 217, 218, 222, 223, 531, 532, 534, 600, 601, 1000, 2000, 2001, 2500, 2501, 3000}
+        | {42600, 42702, 42703}
+    ),
 )
 """Heights are whole centimetres, cut."""
-ARDUPLANE = replace(ARDUPILOT, kept=_PLANE_KEPT)
+ARDUPLANE = replace(ARDUPILOT, kept=_PLANE_KEPT, commands=None)
 
 _PX4_REJECTIONS = frozenset(
     # navigator_mis_… in PX4's event metadata: first_wp_far, geofence_no_home, geofence_no_home2, geofence_violation,
@@ -347,7 +355,16 @@ PX4 = PlanDialect(
         5000: NOTHING,
         RALLY_POINT: NOTHING,
     },
+    commands=frozenset(
+        {16, 17, 19, 20, 21, 22, 31, 80, 84, 85, 93, 112, 114, 177, 178, 179, 187, 189, 195, 196, 197, 200, 201, 203}
+        | {204, 205, 206, 211, 214, 260, 530, 532, 534, 1000, 1001, 2000, 2001, 2003, 2500, 2501, 3000, 4501, 42600}
+    ),
 )
+
+
+def dialect_for(autopilot: int | None) -> PlanDialect:
+    """The dialect of a multicopter's autopilot (MAV_AUTOPILOT); None: nobody knows whose."""
+    return {AUTOPILOT_PX4: PX4, AUTOPILOT_ARDUPILOT: ARDUPILOT}.get(autopilot or 0, GENERIC)
 
 
 def dialect_of(vehicle: Vehicle) -> PlanDialect:

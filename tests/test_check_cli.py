@@ -1,0 +1,76 @@
+"""`tui-gcs check`: findings of scenarios, plans and other files, and how it ends."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tui_gcs.cli import main
+
+SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
+WPL = (
+    "QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t47.3977000\t8.5456000\t488\t1\n"
+    "1\t0\t3\t22\t0\t0\t0\t0\t47.3977000\t8.5456000\t15\t1\n2\t0\t3\t82\t0\t0\t0\t0\t47.3978000\t8.5457000\t20\t1\n"
+    "3\t0\t2\t20\t0\t0\t0\t0\t0\t0\t0\t1\n"
+)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_a_scenario(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(SCENARIO)]) == 0
+    out = capsys.readouterr().out
+    assert "note    round 1, home: ok: 70 m inside the operating area\n" in out and "nothing is wrong" in out
+    Path("a.toml").write_text(SCENARIO.read_text().replace("radius_m = 80.0", "radius_m = 800.0"))
+    assert main(["check", "a.toml"]) == 1
+    assert "ERROR   round[1].zone[1] (line 60): zone 'home' reaches outside" in capsys.readouterr().out
+    Path("b.toml").write_text(SCENARIO.read_text().replace('planner = "patrol"', 'planner = "mine"'))
+    assert main(["check", "b.toml"]) == 0
+    assert "caution team defend: planner 'mine' is none of the known ones" in capsys.readouterr().out
+
+
+def test_a_mission_for_each_autopilot(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a.waypoints").write_text(WPL)
+    assert main(["check", "a.waypoints", "--autopilot", "ardupilot"]) == 0
+    out = capsys.readouterr().out
+    assert "mission: 3 items: " in out and "nothing is wrong" in out
+    assert main(["check", "a.waypoints", "--autopilot", "px4", "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert told["ok"] is False and told["findings"][0] == {
+        "level": "error", "where": "mission 2", "text": "PX4 takes no spline (command 82) in a mission"
+    }  # fmt: skip
+
+
+def test_a_mission_in_the_area_of_a_scenario(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a.waypoints").write_text(WPL)
+    assert main(["check", "a.waypoints", "--scenario", str(SCENARIO)]) == 0
+    assert "leaves the operating area" in capsys.readouterr().out
+    assert main(["check", "a.waypoints", "--home", "8.5,47.4"]) == 0
+    assert "km from where it starts" in capsys.readouterr().out
+    assert main(["check", "a.waypoints", "--home", "north"]) == 2
+
+
+def test_a_plan_whose_way_is_not_in_the_file(capsys: pytest.CaptureFixture[str]) -> None:
+    scan = {"type": "ComplexItem", "complexItemType": "StructureScan", "version": 3}
+    plan = {"fileType": "Plan", "mission": {"version": 2, "items": [scan]}}
+    Path("a.plan").write_text(json.dumps(plan))
+    assert main(["check", "a.plan"]) == 1
+    assert "ERROR   mission: item 1, StructureScan: its way is not in the file" in capsys.readouterr().out
+
+
+def test_parameters_that_say_who_a_vehicle_is(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a.param").write_text("SYSID_THISMAV,3\nMIS_TOTAL,4\n")
+    assert main(["check", "a.param"]) == 0
+    out = capsys.readouterr().out
+    assert "caution SYSID_THISMAV says who a vehicle is" in out and "note    MIS_TOTAL is reckoned" in out
+
+
+def test_what_cannot_be_read_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a.plan").write_text("{")
+    for name in ("a.plan", "gone.plan", "gone.toml"):
+        assert main(["check", name]) == 2
+        error = capsys.readouterr().err
+        assert name in error and error.count("\n") == 1

@@ -1,0 +1,148 @@
+"""What is to be said of a plan for one autopilot: what it would refuse, heights, distances. With `missions.findings`.
+
+That one judges where the way leads; this one what the autopilot makes of the items, and numbers that are easily wrong
+by a sign or by a zero.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import shapely
+
+from tui_gcs.core.firmware.plans import PlanDialect
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.missions.commands import word_of
+from tui_gcs.core.missions.draft import VehicleDraft
+from tui_gcs.core.missions.findings import Finding, Level, fence_regions
+from tui_gcs.core.missions.way import Way
+from tui_gcs.core.plan import (
+    AMSL,
+    LAND,
+    PLAIN_FRAME,
+    RELATIVE,
+    TAKE_OFF,
+    TERRAIN,
+    VTOL_LAND,
+    WAYPOINT,
+    PlanItem,
+    PlanKind,
+)
+
+FAR_M = 20_000.0
+"""Farther from home than batteries last: a sign, or two numbers in the wrong order."""
+HIGH_M = 500.0
+"""Above home: a height above sea level that was taken for one above home."""
+_ABOVE = {RELATIVE: "home", AMSL: "sea level", TERRAIN: "ground"}
+
+
+@dataclass(frozen=True)
+class Who:
+    """Who is to fly it, and from where."""
+
+    dialect: PlanDialect
+    frame: LocalFrame
+    home_deg: tuple[float, float] | None = None
+    """Latitude, longitude; None: not known, it is reckoned from the frame's origin."""
+
+    @property
+    def start_m(self) -> tuple[float, float]:
+        """Home in the frame."""
+        return self.frame.to_enu(*self.home_deg) if self.home_deg is not None else (0.0, 0.0)
+
+
+def autopilot_findings(draft: VehicleDraft, who: Who) -> list[Finding]:
+    """What the autopilot does not take, and what is probably not meant; of plans that `plan_check` finds sound."""
+    found = [
+        Finding(Level.ERROR, kind, None, text)
+        for kind in PlanKind
+        for text in who.dialect.problems(draft.plan(kind), who.home_deg)
+    ]
+    return [*found, *_commands(draft, who.dialect), *_heights(draft), *_distances(draft, who), *_rally(draft, who)]
+
+
+def _commands(draft: VehicleDraft, dialect: PlanDialect) -> Iterator[Finding]:
+    unknown: dict[int, list[int]] = {}
+    for index, item in enumerate(draft.mission):
+        if dialect.commands is not None and item.command not in dialect.commands:
+            unknown.setdefault(item.command, []).append(index)
+    for command, where in unknown.items():
+        named = word_of(command).word
+        what = named if named.endswith(str(command)) else f"{named} (command {command})"
+        yield Finding(
+            Level.ERROR, PlanKind.MISSION, where[0], f"{dialect.name} takes no {what} in a mission{_more(where)}"
+        )
+
+
+def _heights(draft: VehicleDraft) -> Iterator[Finding]:
+    placed = [(i, item) for i, item in enumerate(draft.mission) if item.is_place]
+    frames = sorted({_frame(item) for _, item in placed})
+    if len(frames) > 1:
+        counts = [f"{sum(_frame(i) == frame for _, i in placed)} above {_ABOVE.get(frame, frame)}" for frame in frames]
+        text = f"heights are above different things: {', '.join(counts)}"
+        yield Finding(Level.CAUTION, PlanKind.MISSION, None, text)
+    low = [i for i, item in placed if _frame(item) != AMSL and item.z <= 0 and item.command in (WAYPOINT, TAKE_OFF)]
+    if low:
+        yield Finding(Level.CAUTION, PlanKind.MISSION, low[0], f"is at the height of home or below it{_more(low)}")
+    high = [i for i, item in placed if _frame(item) == RELATIVE and item.z > HIGH_M]
+    if high:
+        z = draft.mission[high[0]].z
+        yield Finding(
+            Level.CAUTION, PlanKind.MISSION, high[0], f"{z:g} m above home: meant above sea level?{_more(high)}"
+        )
+
+
+def _more(indices: list[int]) -> str:
+    return f" (and {len(indices) - 1} more)" if len(indices) > 1 else ""
+
+
+def _frame(item: PlanItem) -> int:
+    return PLAIN_FRAME.get(item.frame, item.frame)
+
+
+def _distances(draft: VehicleDraft, who: Who) -> Iterator[Finding]:
+    for kind in PlanKind:
+        far = [(i, away_m) for i, item in enumerate(draft.items(kind)) if (away_m := _away_m(item, who)) > FAR_M]
+        if far:
+            text = f"{far[0][1] / 1000:.0f} km from where it starts{_more([i for i, _ in far])}"
+            yield Finding(Level.CAUTION, kind, far[0][0], text)
+
+
+def _away_m(item: PlanItem, who: Who) -> float:
+    """From the start, 0 for what is nowhere."""
+    if not item.is_place or not (item.x or item.y):
+        return 0.0
+    return math.dist(who.frame.to_enu(item.lat_deg, item.lon_deg), who.start_m)
+
+
+def _rally(draft: VehicleDraft, who: Who) -> Iterator[Finding]:
+    """Rally points and landings where the fence does not let it be."""
+    regions = fence_regions(draft.fence, who.frame)
+    inside = [region for keep_in, region in regions if keep_in]
+    outside = [region for keep_in, region in regions if not keep_in]
+    landings = [
+        (PlanKind.MISSION, i, item) for i, item in enumerate(draft.mission) if item.command in (LAND, VTOL_LAND)
+    ]
+    points = [(PlanKind.RALLY, i, item) for i, item in enumerate(draft.rally)]
+    for kind, index, item in (*landings, *points):
+        if not (item.x or item.y):
+            continue
+        place = shapely.Point(who.frame.to_enu(item.lat_deg, item.lon_deg))
+        if (inside and not any(region.covers(place) for region in inside)) or any(r.covers(place) for r in outside):
+            yield Finding(Level.ERROR, kind, index, "lies outside of what the fence allows")
+
+
+def summary(draft: VehicleDraft, way: Way, who: Who) -> list[Finding]:
+    """How much it is, and how far it goes."""
+    found = []
+    if draft.mission:
+        far_m = max((_away_m(item, who) for item in draft.mission), default=0.0)
+        tops = [leg.to_m[2] for leg in way.legs]
+        high = f", up to {max(tops):.0f} m above home" if tops else ""
+        time = f"{way.length_m / 1000:.2f} km in {way.duration_s / 60:.1f} min"
+        text = f"{len(draft.mission)} items: {time}{high}, at most {far_m:.0f} m from where it starts"
+        found.append(Finding(Level.NOTE, PlanKind.MISSION, None, text))
+    for kind in (PlanKind.FENCE, PlanKind.RALLY):
+        if count := len(draft.items(kind)):
+            found.append(Finding(Level.NOTE, kind, None, f"{count} item{'s' * (count != 1)}"))
+    return found

@@ -1,0 +1,71 @@
+"""What is to be said of a scenario that can be flown: where its zones lie, what its teams can reach there at best.
+
+One list for the plan screen and for `tui-gcs check`; what cannot be flown at all is told by `scenario_load`.
+"""
+
+from typing import NamedTuple
+
+import shapely
+
+from tui_gcs.core.idleness import sweep_bound_s
+from tui_gcs.core.missions.findings import Level
+from tui_gcs.core.scenario import OperatingArea, Round, Scenario, Team
+from tui_gcs.core.zones import Role, Zone, area_m2, polygon_of
+
+
+class ScenarioFinding(NamedTuple):
+    """One line, and how it was reckoned."""
+
+    level: Level
+    text: str
+    detail: str = ""
+
+
+def findings(scenario: Scenario) -> list[tuple[str, ScenarioFinding]]:
+    """(round and zone or team, finding), for all of it, in the order of the file."""
+    found = []
+    for round_ in scenario.rounds:
+        found.append((round_.name, area_finding(round_)))
+        found += [(f"{round_.name}, {zone.name}", zone_finding(zone, round_.area)) for zone in round_.zones]
+        for team in scenario.teams:
+            found += [(f"{round_.name}, team {team.name}", each) for each in team_findings(scenario, round_, team)]
+    return found
+
+
+def zone_finding(zone: Zone, area: OperatingArea) -> ScenarioFinding:
+    """Where a valid zone lies with regard to the operating area."""
+    outline, border = polygon_of(zone.shape), polygon_of(area.shape)
+    if not border.covers(outline):
+        return ScenarioFinding(Level.NOTE, f"ok: {area_m2(zone.shape):.0f} m2, reaches beyond the operating area")
+    to_edge_m = shapely.distance(outline, border.exterior)
+    return ScenarioFinding(Level.NOTE, f"ok: {to_edge_m:.0f} m inside the operating area")
+
+
+def area_finding(current: Round) -> ScenarioFinding:
+    """What there is in a valid operating area."""
+    zones = len(current.zones)
+    size_ha = area_m2(current.area.shape) / 1e4
+    return ScenarioFinding(Level.NOTE, f"ok: {size_ha:.1f} ha around {zones} zone{'s' * (zones != 1)}")
+
+
+def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "x") -> list[ScenarioFinding]:
+    """What a team's vehicles can at best do in its zone."""
+    zone = next((zone for zone in current.zones if zone.name == team.zone), None)
+    vehicles = len(team.vehicles) or team.count
+    if zone is None or zone.role is Role.NO_FLY or not vehicles:
+        return []
+    speed_m_s, radius_m = scenario.limits.speed_m_s, scenario.footprint_radius_m
+    size_m2 = area_m2(zone.shape)
+    bound_s = sweep_bound_s(size_m2, vehicles, speed_m_s, radius_m)
+    flown_km = speed_m_s * current.duration_s / 1000.0
+    reckoned = f"= {size_m2:.0f} m2 / ({vehicles} {times} {speed_m_s:g} m/s {times} 2 {times} {radius_m:g} m)"
+    found = [
+        ScenarioFinding(Level.NOTE, f"{team.name}: bound {bound_s:.1f} s worst idleness", reckoned),
+        ScenarioFinding(Level.NOTE, f"{flown_km:.1f} km per vehicle in {current.duration_s:g} s"),
+    ]
+    if bound_s > current.duration_s:
+        text = (
+            f"{team.name}: cannot see all of {zone.name} once: {bound_s:.0f} s at best, {current.duration_s:g} s flown"
+        )
+        found.append(ScenarioFinding(Level.CAUTION, text))
+    return found
