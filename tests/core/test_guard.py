@@ -340,3 +340,12 @@ def test_nonsense_is_no_course(intent: Intent, why: str) -> None:
 def test_a_stop_is_v_squared_over_two_a_ahead() -> None:
     assert stopping_point((0.0, 0.0, 30.0), (8.0, 0.0, 0.0), 2.5) == pytest.approx((12.8, 0.0, 30.0))
     assert stopping_point((1.0, 2.0, 3.0), (math.nan, 0.0, 0.0), 2.5) == (1.0, 2.0, 3.0)
+
+
+def test_a_way_inside_keeps_the_margin_only_if_it_begins_inside_of_it() -> None:
+    g = guard(SQUARE, POND)
+    assert g.is_way_inside((20.0, 20.0, 40.0), (180.0, 20.0, 40.0))
+    assert not g.is_way_inside((20.0, 20.0, 40.0), (198.0, 20.0, 40.0)), "into the margin"
+    assert g.is_way_inside((2.0, 20.0, 40.0), (198.0, 20.0, 40.0)), "from the margin"
+    assert not g.is_way_inside((2.0, 20.0, 40.0), (201.0, 20.0, 40.0))
+    assert not g.is_way_inside((20.0, 100.0, 40.0), (180.0, 100.0, 40.0)), "through the pond"

@@ -84,3 +84,13 @@ def test_lengths() -> None:
     vectors = np.array([[2.0, 3.0, 6.0], [1e200, 0.0, 0.0]])
     assert length_of(vectors).tolist() == [7.0, 1e200]
     assert finite_in(vectors, vectors).tolist() == [True, True]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("dt_s", [1e-300, 1.0, 1e300])
+def test_numbers_beyond_all_measure_overflow_nothing_and_are_too_much(dt_s: float) -> None:
+    huge = np.array([[1e308, 0.0, 40.0], [-1e308, 0.0, 40.0]])
+    steps = steps_of([Trajectory(0.0, dt_s, huge, huge)], 0.0, TIMES)
+    assert steps.all_finite().all()
+    assert steps.worst(length_of(steps.velocities_m_s))[0] > 1e99
+    assert steps.worst(steps.mismatch_m_s())[0] > 1.0

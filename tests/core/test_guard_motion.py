@@ -52,6 +52,23 @@ def test_braking_begins_late_and_is_weaker_than_allowed() -> None:
         assert future.tolist() == flock.stops_m.tolist()
 
 
+def test_it_may_also_brake_at_once_and_hard() -> None:
+    """3.1 m/s² from 8 m/s, and 4 m/s² from 2 m/s upwards."""
+    flock = seen(Sight(1, HERE, (8.0, 0.0, 2.0), Does.STOPS))
+    assert [along(flock, "short_m", t)[0] for t in (0.0, 1.0, 5.0)] == [0.0, 6.438, 10.24]
+    assert [along(flock, "short_m", t)[2] for t in (0.25, 0.5, 5.0)] == [0.375, 0.5, 0.5]
+
+
+def test_until_it_brakes_it_may_speed_up_a_little_in_any_direction() -> None:
+    """From 2.5 m/s² to none at 4 m/s³ is 0.78 m/s more, for the 2.25 s of 8 m/s that braking is long."""
+    flock = seen(Sight(1, HERE, (8.0, 0.0, 2.0), Does.STOPS))
+    assert flock.slack_m[0, [0, 1, -1], 0] == pytest.approx([0.0, 0.78125 * 0.25, 0.78125 * 2.25])
+    assert flock.slack_m[0, [0, 1, -1], 1] == pytest.approx([0.0, 0.125, 0.5 * 1.5])
+    slow = seen(Sight(1, HERE, (0.3, 0.0, -0.1), Does.STOPS))
+    assert slow.slack_m[0, -1] == pytest.approx([0.3 * 0.325, 0.1 * (0.25 + 0.1 / 1.6)]), "no more than it has"
+    assert seen(Sight(1, HERE, EAST)).slack_m.max() == 0.0, "who drifts does not brake"
+
+
 def test_who_is_much_too_fast_comes_to_rest_later_than_is_looked_at() -> None:
     flock = seen(Sight(1, HERE, (16.0, 0.0, 0.0), Does.STOPS))
     assert flock.rests_m[0, 1, 0] == 50.0 + 4.0 + 64.0
@@ -189,7 +206,18 @@ def test_each_is_foreseen_as_if_it_were_alone() -> None:
     flock = seen(*sights)
     for row, one in enumerate(sights):
         alone = seen(one)
-        for name in ("here_m", "error_m", "goes_m", "late_m", "stops_m", "rests_m", "low_m", "high_m"):
+        for name in (
+            "here_m",
+            "error_m",
+            "goes_m",
+            "late_m",
+            "stops_m",
+            "short_m",
+            "slack_m",
+            "rests_m",
+            "low_m",
+            "high_m",
+        ):
             assert np.allclose(getattr(flock, name)[row], getattr(alone, name)[0]), (row, name)
         assert (alone.low_m[0] <= alone.stops_m[0]).all() and (alone.goes_m[0] <= alone.high_m[0]).all()
 
@@ -201,9 +229,11 @@ def test_the_box_is_around_all_futures() -> None:
         sight(HERE, stand(150.0, 150.0, 80.0)),
         Sight(3, HERE, EAST, Does.STOPS),
     )
-    every = np.concatenate([flock.goes_m, flock.late_m, flock.stops_m], axis=1)
-    assert flock.low_m.tolist() == every.min(axis=1).tolist()
-    assert flock.high_m.tolist() == every.max(axis=1).tolist()
+    every = np.concatenate([flock.goes_m, flock.late_m, flock.stops_m, flock.short_m], axis=1)
+    slack = flock.slack_m[:, -1][:, [0, 0, 1]]
+    assert slack[0, 0] > 1.0 and slack[1].tolist() == [0.0, 0.0, 0.0], "who stands has none"
+    assert flock.low_m.tolist() == (every.min(axis=1) - slack).tolist()
+    assert flock.high_m.tolist() == (every.max(axis=1) + slack).tolist()
 
 
 def test_two_flocks_of_one() -> None:

@@ -87,11 +87,16 @@ def test_nobody_meets_himself_or_nobody() -> None:
 
 
 def test_behind_somebody_as_fast_there_must_be_room_for_him_to_brake() -> None:
-    """12 m behind at 8 m/s the distance stays, as long as he goes on; he may brake half a second before us: 4 m."""
+    """12 m behind at 8 m/s the distance stays, as long as he goes on.
+
+    He may brake half a second before us, at once and hard: 10.2 m instead of 4 + 18 m. Either may still speed up for a
+    moment: 0.8 m/s for 2.25 s of that braking. 10.5 m must be left.
+    """
     ahead = sight((62.0, 50.0, 40.0), passing(62.0, 50.0, vx=8.0), id_=2)
     assert met(sight(HERE, passing(50.0, 50.0, vx=8.0)), ahead)
-    farther = sight((64.7, 50.0, 40.0), passing(64.7, 50.0, vx=8.0), id_=2)
-    assert met(sight(HERE, passing(50.0, 50.0, vx=8.0)), farther) is None
+    for x, meets in ((75.6, True), (75.9, False)):
+        farther = sight((x, 50.0, 40.0), passing(x, 50.0, vx=8.0), id_=2)
+        assert bool(met(sight(HERE, passing(50.0, 50.0, vx=8.0)), farther)) is meets
 
 
 def dodging(x: float, sign: float) -> Sight:
@@ -106,9 +111,33 @@ def dodging(x: float, sign: float) -> Sight:
 
 
 def test_head_on_there_must_be_room_for_both_to_brake_whatever_their_courses_say() -> None:
-    """Both dodge in time. If both brake in half a second, each needs 22 m, and 10.5 m must be left between them."""
-    assert met(dodging(50.0, 1.0), dodging(106.0, -1.0)) is None
+    """Both dodge in time. If both brake in half a second, each needs 22 m, and 1.8 m more; 10.5 m must be left."""
+    assert met(dodging(50.0, 1.0), dodging(109.0, -1.0)) is None
+    assert met(dodging(50.0, 1.0), dodging(107.0, -1.0)) == Meeting(2, 4.25)
     assert met(dodging(50.0, 1.0), dodging(102.0, -1.0)) == Meeting(2, 3.75)
+
+
+def test_nobody_relies_on_somebody_sliding_out_of_the_way() -> None:
+    """Flown: it climbed across somebody else and was to brake behind him; it braked harder, and stood below him."""
+    above = holder(60.0, 50.0, 47.0)
+    across = Sight(1, (50.0, 50.0, 40.0), (7.0, 0.0, 1.5), Does.FOLLOWS, stand(90.0, 50.0, 44.0))
+    assert met(across, above)
+    assert met(Sight(1, across.position_m, (7.0, 0.0, 0.0), Does.FOLLOWS, stand(90.0, 50.0)), above) is None
+
+
+def test_two_ways_of_braking_that_cross_meet_though_their_ends_are_apart() -> None:
+    """East and north at 8 m/s: where each may come to rest are straights that cross, their ends 11 m and more apart."""
+    east = sight(HERE, passing(50.0, 50.0, vx=8.0))
+    north = sight((66.0, 34.0, 40.0), passing(66.0, 34.0, vx=0.0, vy=8.0), id_=2)
+    assert met(east, north)
+
+
+def test_what_is_between_two_looks_is_seen() -> None:
+    """After 3 s apart sideways, a quarter of a second later in height; between them it is neither."""
+    rises = Sight(2, (85.5, 50.0, 13.2), (0.0, 0.0, 10.0))
+    assert met(sight(HERE, passing(50.0, 50.0, vx=8.0)), rises) == Meeting(2, 3.25)
+    sooner = Sight(2, (85.5, 50.0, 15.7), (0.0, 0.0, 10.0))
+    assert met(sight(HERE, passing(50.0, 50.0, vx=8.0)), sooner) is None
 
 
 def test_a_course_that_leads_away_in_time_is_no_excuse_for_not_being_able_to_brake() -> None:

@@ -72,6 +72,53 @@ def test_return_of_all_brings_them_down_without_meeting(rig: MakeRig) -> None:
         assert math.dist(flight.place(v)[:2], (45.0, y)) <= 1.5
 
 
+def stacked(rig: MakeRig, heights_m: dict[int, float]) -> Rig:
+    """All hold above one place; then they are brought to these heights, out of the order of their layers."""
+
+    def same_place(frame: FleetFrame, task: PlannerTask) -> list[Intent]:
+        return [Intent(vehicle=v, kind="goto", position_m=(200.0, 200.0, task.layers_m[v])) for v in task.members]
+
+    flight = rig(len(heights_m), wants=same_place).flying().run(35.0)
+    assert flight.ask(m.Hold()).ok
+    flight.run(8.0)
+    for v, height_m in heights_m.items():
+        i = flight.sim_index[v]
+        flight.sim._vehicles.position_m[i, 2] = flight.sim._vehicles.target_m[i, 2] = height_m
+    return flight.run(3.0)
+
+
+def test_a_stack_in_the_wrong_order_gets_home(rig: MakeRig) -> None:
+    """Each is in the way of the others: they go aside, change their heights there, and come home."""
+    flight = stacked(rig, {1: 41.0, 2: 34.0, 3: 27.0})
+    seen_before = flight.station.monitor.violations  # while they were brought there, positions come in turn
+    assert flight.ask(m.Return()).ok
+    assert nearest_m(flight, lambda: not flight.sim.armed.any(), 200.0) > 4.0
+    assert flight.station.monitor.violations == seen_before
+    assert any("goes aside on its way home: too close to vehicle" in text for text in flight.texts())
+
+
+def test_one_that_returns_goes_round_one_that_holds_at_the_height_of_its_layer(rig: MakeRig) -> None:
+    flight = stacked(rig, {1: 41.0, 2: 27.0})
+    assert flight.ask(m.Return(vehicles=(1,))).ok
+    end_s = flight.clock.now() + 90.0
+    assert nearest_m(flight, lambda: flight.phase(1) is Phase.GROUND or flight.clock.now() > end_s, 91.0) > 4.0
+    assert flight.phase(1) is Phase.GROUND and flight.phase(2) is Phase.HOLDING
+    assert flight.station.monitor.violations == 0
+
+
+def test_one_that_cannot_go_on_says_why(rig: MakeRig) -> None:
+    """In an area no wider than itself there is no place aside."""
+    flight = stacked(rig, {1: 41.0, 2: 34.0})
+    slot = Rectangle(centre_m=(200.0, 200.0), width_m=8.0, height_m=8.0)
+    guard = flight.station.guard
+    guard.set_round(guard.limits, msgspec.structs.replace(guard.area, shape=slot), ())
+    assert flight.ask(m.Return(vehicles=(1,))).ok
+    flight.run(8.0)
+    text = "waits on its way home: too close to vehicle 2 in 0.0 s; there is no free place beside it"
+    assert any(text[:44] in told and text[51:] in told for told in flight.texts("vehicle 1"))
+    assert flight.place(1)[2] == pytest.approx(41.0, abs=2.0)
+
+
 def test_planners_vehicles_keep_clear_of_one_that_lands_in_its_own_column(rig: MakeRig) -> None:
     """Vehicle 2 waits beside the column of vehicle 1 and is sent through it while 1 comes down."""
     begun: list[int] = []

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from shapely.geometry import Point
+from shapely.geometry import LineString, Point
 
 from tui_gcs.core.course import Reference, Samples, Stand
 from tui_gcs.core.guard_courses import FAR_M, Steps, finite_in, length_of, steps_of
@@ -124,6 +124,12 @@ class Guard:
     def outside_walls_m(self, places_m: Samples) -> Samples:
         """(n,) how far places (n, 3) are outside the operating area, or inside no-fly zones at their height."""
         return self._outer.outside_m(places_m)
+
+    def is_way_inside(self, here_m: Vec3, there_m: Vec3) -> bool:
+        """Whether the straight way to a place stays inside at every height, less the margin if it begins there."""
+        line = LineString([here_m[:2], there_m[:2]])
+        walls = self._inner if self._inner.free.covers(_point(here_m)) else self._outer
+        return bool(walls.free.covers(line)) and self.allowed.covers(line)
 
     # ---------------------------------------------------------------- judging
 

@@ -12,11 +12,13 @@ from tui_gcs.core.course import Course, Reference, Samples, Stand, Trajectory
 STEP_S = 0.25
 FAR_M = 1e6
 """Farther away nothing is computed."""
+MOST = 1e100
+"""Larger numbers of a course, and times between its samples, are taken for this, or for one over it: no overflow."""
 
 
 @dataclass(frozen=True)
 class Steps:
-    """Samples of n courses, one course after the other; 0 where they are no numbers."""
+    """Samples of n courses, one course after the other; 0 where they are no numbers, never above `MOST`."""
 
     finite: NDArray[np.bool_]
     """(m,) all numbers of the sample are."""
@@ -65,8 +67,9 @@ def steps_of(courses: Sequence[Course], now: float, times_s: Samples) -> Steps:
     velocities = np.concatenate([part for *_, part in parts])
     finite = finite_in(places, velocities)
     places[~finite] = velocities[~finite] = 0.0
-    step_s = np.repeat([step_s for step_s, *_ in parts], lengths)
-    return Steps(finite, places, velocities, step_s, np.cumsum([0, *lengths[:-1]]))
+    step_s = np.repeat(np.clip([step_s for step_s, *_ in parts], 1 / MOST, MOST), lengths)
+    first = np.cumsum([0, *lengths[:-1]])
+    return Steps(finite, np.clip(places, -MOST, MOST), np.clip(velocities, -MOST, MOST), step_s, first)
 
 
 def length_of(vectors: Samples) -> Samples:

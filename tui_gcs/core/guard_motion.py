@@ -1,7 +1,8 @@
 """What vehicles will do in the next seconds, as the guard foresees it; all of them at once, as arrays.
 
 A vehicle is a point that chases its course within its limits of acceleration, or brakes, or flies straight on. Three
-futures of each are foreseen: it goes on; it goes on for a moment and then brakes; it brakes now.
+futures of each are foreseen: it goes on; it goes on for a moment and then brakes; it brakes now. How hard it brakes
+nobody knows beforehand: who brakes is somewhere between where the hardest and the weakest braking takes it.
 """
 
 from dataclasses import dataclass, fields
@@ -23,10 +24,18 @@ BRAKE_DELAY_S = 0.25
 BRAKE_SHARE = 0.8
 """How a vehicle brakes: not at once, and with this share of its acceleration. Measured in the simulator at 8 m/s from
 order to rest: ArduCopter 13.2 to 13.8 m, PX4 11.9 to 16.7 m; v²/2a would be 12.8 m, this is 18 m."""
+HARD_SHARE = 1.25
+"""It may also brake at once, and with this share: 10.2 m. Who is thought to slide out of the way may not do so."""
 CLIMB_M_S, DESCENT_M_S = 3.0, 1.5
 """Scenarios have no vertical limits: PX4's MPC_Z_V_AUTO_UP (WPNAV_SPEED_UP is 2.5); both autopilots' descent."""
 ACCEL_Z_M_S2 = 1.0
-"""WPNAV_ACCEL_Z; PX4 brakes harder."""
+"""WPNAV_ACCEL_Z."""
+HARD_Z_M_S2 = 4.0
+"""MPC_ACC_UP_MAX."""
+JERK_M_S3 = 4.0
+"""MPC_JERK_AUTO (ArduCopter's PSC_JERK_XY is 5): so fast an acceleration ends."""
+SURGE_Z_M_S = 0.5
+"""What a climb has gained by then: half a second of that jerk, until the order comes, and its end."""
 POSITION_GAIN_HZ = 1.0
 """PSC_POSXY_P; MPC_XY_P is 0.95."""
 MOST_AGE_S = 5.0
@@ -76,6 +85,11 @@ class Flock:
     """(n, k, 3) if it goes on for a moment and brakes then."""
     stops_m: Samples
     """(n, k, 3) if it brakes now."""
+    short_m: Samples
+    """(n, k, 3) if it brakes at once and as hard as it can."""
+    slack_m: Samples
+    """(n, k, 2) how far from all these it may be, sideways and in height: who is told to brake while it speeds up, or
+    turns, does so for a while yet."""
     rests_m: Samples
     """(n, 2, 3) where it comes to rest if it brakes after a moment, and now."""
     low_m: Samples
@@ -102,12 +116,15 @@ def foresee(sights: list[Sight], limits: Limits, times_s: Samples, now: float) -
     age = np.clip(np.array([s.age_s for s in sights], dtype=float), 0.0, MOST_AGE_S)
     here = place + velocity * (age / 2)[:, None]  # somewhere between where it was and straight on from there
     error = np.array([s.error_m for s in sights], dtype=float) + np.hypot(velocity[:, 0], velocity[:, 1]) * age / 2
-    stops, stop_rest = _brake(here, velocity, limits, times_s)
+    stops, stop_rest, seconds = _brake(here, velocity, times_s, _weakly(limits))
+    short, *_ = _brake(here, velocity, times_s, _hard(limits))
+    slack = seconds * _surge(velocity, limits)[:, None, :]
     goes, late, late_rest = stops.copy(), stops.copy(), stop_rest.copy()
     drifts = [i for i, s in enumerate(sights) if s.does is Does.DRIFTS]
-    goes[drifts] = late[drifts] = stops[drifts] = (
+    goes[drifts] = late[drifts] = stops[drifts] = short[drifts] = (
         here[drifts, None, :] + times_s[None, :, None] * velocity[drifts, None, :]
     )
+    slack[drifts] = 0.0
     follows = [i for i, s in enumerate(sights) if s.does is Does.FOLLOWS and s.course is not None]
     if follows:
         courses = [course for i in follows if (course := sights[i].course) is not None]
@@ -116,14 +133,15 @@ def foresee(sights: list[Sight], limits: Limits, times_s: Samples, now: float) -
         goes[follows], speeds = _chase(here[follows], velocity[follows], asked, most, limits)
         begin = goes[follows, GO_ON_STEPS]
         late[follows] = goes[follows]
-        late[follows, GO_ON_STEPS:], late_rest[follows] = _brake(
-            begin, speeds[:, GO_ON_STEPS], limits, times_s[:-GO_ON_STEPS]
+        late[follows, GO_ON_STEPS:], late_rest[follows], _ = _brake(
+            begin, speeds[:, GO_ON_STEPS], times_s[:-GO_ON_STEPS], _weakly(limits)
         )
-    low = np.minimum(np.minimum(goes, late), stops).min(axis=1)
-    high = np.maximum(np.maximum(goes, late), stops).max(axis=1)
+    room = slack[:, -1][:, [0, 0, 1]]
+    low = np.minimum(np.minimum(goes, late), np.minimum(stops, short)).min(axis=1) - room
+    high = np.maximum(np.maximum(goes, late), np.maximum(stops, short)).max(axis=1) + room
     ids = np.array([s.id for s in sights], dtype=np.int64)
     rests = np.stack([late_rest, stop_rest], axis=1)
-    return Flock(tuple(sights), ids, here, error, goes, late, stops, rests, low, high)
+    return Flock(tuple(sights), ids, here, error, goes, late, stops, short, slack, rests, low, high)
 
 
 def _speed_of(course: Course, limits: Limits) -> float:
@@ -169,27 +187,51 @@ def _at_most(vectors: Samples, most: Samples | float) -> Samples:
     return share
 
 
-def _brake(here: Samples, velocity: Samples, limits: Limits, times_s: Samples) -> tuple[Samples, Samples]:
-    """(n, k, 3) places of vehicles that brake now, and (n, 3) where they come to rest."""
-    level = np.hypot(velocity[:, 0], velocity[:, 1])
-    shares = np.stack(
-        [
-            *(_braked(level, BRAKE_SHARE * limits.accel_m_s2, times_s),) * 2,
-            _braked(np.abs(velocity[:, 2]), BRAKE_SHARE * ACCEL_Z_M_S2, times_s),
-        ],
-        axis=2,
-    )
+@dataclass(frozen=True)
+class _Braking:
+    """How a vehicle brakes."""
+
+    delay_s: float
+    accel_m_s2: float
+    accel_z_m_s2: float
+
+
+def _weakly(limits: Limits) -> _Braking:
+    return _Braking(BRAKE_DELAY_S, BRAKE_SHARE * limits.accel_m_s2, BRAKE_SHARE * ACCEL_Z_M_S2)
+
+
+def _hard(limits: Limits) -> _Braking:
+    return _Braking(0.0, HARD_SHARE * limits.accel_m_s2, HARD_Z_M_S2)
+
+
+def _brake(here: Samples, velocity: Samples, times_s: Samples, how: _Braking) -> tuple[Samples, Samples, Samples]:
+    """(n, k, 3) places of vehicles that brake now, (n, 3) where they come to rest, (n, k, 2) seconds of their speeds.
+
+    Those are what they have come by then, sideways and in height, divided by their speed before.
+    """
+    level = _braked(np.hypot(velocity[:, 0], velocity[:, 1]), how.accel_m_s2, how.delay_s, times_s)
+    upright = _braked(np.abs(velocity[:, 2]), how.accel_z_m_s2, how.delay_s, times_s)
+    shares = np.stack([level, level, upright], axis=2)
     places = here[:, None, :] + shares[:, :-1] * velocity[:, None, :]
-    return places, here + shares[:, -1] * velocity
+    return places, here + shares[:, -1] * velocity, shares[:, :-1, 1:]
 
 
-def _braked(speed: Samples, accel_m_s2: float, times_s: Samples) -> Samples:
+def _surge(velocity: Samples, limits: Limits) -> Samples:
+    """(n, 2) by how much they may be faster than they seem when they begin to brake, in any direction, and upright.
+
+    From full acceleration to none at that jerk. Who stands does not.
+    """
+    level = np.minimum(np.hypot(velocity[:, 0], velocity[:, 1]), limits.accel_m_s2**2 / (2 * JERK_M_S3))
+    return np.stack([level, np.minimum(np.abs(velocity[:, 2]), SURGE_Z_M_S)], axis=1)
+
+
+def _braked(speed: Samples, accel_m_s2: float, delay_s: float, times_s: Samples) -> Samples:
     """(n, k + 1) way after `times_s`, and at rest, of points that brake from `speed` (n,), in seconds of that speed."""
     to_rest_s = speed / accel_m_s2
-    rest_s = np.broadcast_to(BRAKE_DELAY_S + to_rest_s[:, None], (len(speed), 1))
+    rest_s = np.broadcast_to(delay_s + to_rest_s[:, None], (len(speed), 1))
     t = np.concatenate([np.broadcast_to(times_s, (len(speed), len(times_s))), rest_s], axis=1)
-    braking_s = np.clip(t - BRAKE_DELAY_S, 0.0, to_rest_s[:, None])
-    way: Samples = np.minimum(t, BRAKE_DELAY_S) + braking_s - braking_s**2 / (2 * np.maximum(to_rest_s, 1e-9))[:, None]
+    braking_s = np.clip(t - delay_s, 0.0, to_rest_s[:, None])
+    way: Samples = np.minimum(t, delay_s) + braking_s - braking_s**2 / (2 * np.maximum(to_rest_s, 1e-9))[:, None]
     return way
 
 

@@ -14,7 +14,7 @@ from tui_gcs.core.scenario import Limits
 GROUND_M = 2.0
 """Below this height above home neither the band nor separation applies."""
 SPARE_M, SPARE_UP_M = 0.5, 0.3
-"""Kept beyond the limits, for what happens between two samples and for what is foreseen a little wrong."""
+"""Kept beyond the limits, for what is foreseen a little wrong."""
 SAME = 1e-6
 BETTER = 0.3
 """Shares of the limits: less is luck, of when samples are taken."""
@@ -24,6 +24,8 @@ AS_KNOWN, GOES, BRAKES = range(3)
 """What the other one does: as is known of it, or as was decided just before."""
 
 Rows = NDArray[np.intp]
+Plane = NDArray[np.complex128]
+"""Places as east + i north."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,55 @@ class Meeting:
 
     vehicle: int
     in_s: float
+
+
+@dataclass(frozen=True)
+class _Ways:
+    """Where n vehicles may be at k moments: anywhere on the straight between two places, at any height between them."""
+
+    short_m: Samples
+    """(n, k, 3)"""
+    far_m: Samples
+    """(n, k, 3)"""
+    slack_m: Samples
+    """(n, k or 1, 2): and so far from there, sideways and in height."""
+    middle_m: Samples
+    """(n, k, 3) of all that, and how far it reaches from there: (n, k, 2)."""
+    reach_m: Samples
+
+    @staticmethod
+    def between(short_m: Samples, far_m: Samples, slack_m: Samples) -> "_Ways":
+        """These, with middle and reach."""
+        half = np.abs(far_m - short_m) / 2
+        reach = np.stack([np.hypot(half[..., 0], half[..., 1]), half[..., 2]], axis=2) + slack_m
+        return _Ways(short_m, far_m, slack_m, (short_m + far_m) / 2, reach)
+
+    def some(self, rows: Rows) -> "_Ways":
+        """Of these vehicles."""
+        short = self.short_m[rows]
+        far = short if self.is_exact else self.far_m[rows]
+        return _Ways(short, far, self.slack_m[rows], self.middle_m[rows], self.reach_m[rows])
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether all those straights are points."""
+        return self.short_m is self.far_m
+
+
+@dataclass(frozen=True)
+class _Futures:
+    """What n vehicles may do: go on; go on for a moment and brake then; brake now."""
+
+    goes: _Ways
+    late: _Ways
+    stops: _Ways
+
+    @staticmethod
+    def of(flock: Flock) -> "_Futures":
+        """As they are foreseen."""
+        exact = _Ways.between(flock.goes_m, flock.goes_m, np.zeros((len(flock.ids), 1, 2)))
+        late, stops = (_Ways.between(flock.short_m, far, flock.slack_m) for far in (flock.late_m, flock.stops_m))
+        return _Futures(exact, late, stops)
 
 
 @dataclass(frozen=True)
@@ -61,19 +112,12 @@ def meetings(judged: Flock, others: Flock, passed: Sequence[bool], limits: Limit
     """
     pairs = _pairs(judged, others, passed, limits)
     known = np.flatnonzero(pairs.judged >= 0)
-    row = pairs.judged[known]
+    before, high = pairs.some(known), limits.separation_vertical_m + SPARE_UP_M
+    me, they = _Futures.of(judged), _Futures.of(others)
     first = np.full((3, len(pairs.mine)), np.inf)
-    first[AS_KNOWN], first[GOES, known], first[BRAKES, known] = np.split(
-        _first(
-            judged,
-            pairs.some(np.concatenate([np.arange(len(pairs.mine)), known, known])),
-            np.concatenate([others.goes_m[pairs.theirs], judged.goes_m[row], judged.stops_m[row]]),
-            np.concatenate([others.late_m[pairs.theirs], judged.late_m[row], judged.stops_m[row]]),
-            others,
-            limits,
-        ),
-        np.cumsum([len(pairs.mine), len(known)]),
-    )
+    first[AS_KNOWN] = _first(me, pairs, (they.goes, they.late, they.stops), pairs.theirs, high)
+    first[GOES, known] = _first(me, before, (me.goes, me.late, me.stops), before.judged, high)
+    first[BRAKES, known] = _first(me, before, (me.stops,) * FUTURES, before.judged, high)
     found: dict[int, Meeting] = {}
     soonest: dict[int, float] = {}
     for pair in np.flatnonzero(np.isfinite(first).any(axis=0)).tolist():
@@ -109,33 +153,72 @@ def _pairs(judged: Flock, others: Flock, passed: Sequence[bool], limits: Limits)
     return _Pairs(mine, theirs, earlier, wide[mine, theirs][:, None])
 
 
-def _first(judged: Flock, pairs: _Pairs, goes: Samples, late: Samples, others: Flock, limits: Limits) -> Samples:
+def _first(me: _Futures, pairs: _Pairs, they: tuple[_Ways, ...], theirs: Rows, high_m: float) -> Samples:
     """(p,) when and how they first get too close: the number of the sample times `FUTURES` plus that of the future.
 
-    Infinite where they do not. `goes` and `late` are (p, k, 3) what the others do.
+    Infinite where they do not. `they`: what the others do in each future, each in its row of `theirs` (p,).
     """
-    high = limits.separation_vertical_m + SPARE_UP_M
-    mine, first = pairs.mine, np.full(len(pairs.mine), np.inf)
-    stops = others.stops_m[pairs.theirs]
-    my_goes, my_late = judged.goes_m[mine], judged.late_m[mine]
-    for future, (my_way, their_way) in enumerate(((my_goes, goes), (my_late, late), (my_late, stops))):
-        apart = _apart(my_way, their_way, pairs.wide_m, high)
-        close = np.flatnonzero((apart < 1.0).any(axis=1))
-        if not len(close):
-            continue
-        wide, other, apart = pairs.wide_m[close], their_way[close], apart[close]
-        braking = _apart(judged.stops_m[mine[close]], other, wide, high)
-        going = _apart(my_goes[close], other, wide, high)
+    first = np.full(len(pairs.mine), np.inf)
+    for future, (my_way, their_way) in enumerate(zip((me.goes, me.late, me.late), they, strict=True)):
+        close = np.flatnonzero(_may_be_close(my_way, pairs, their_way, theirs, high_m))
+        mine, wide, other = pairs.mine[close], pairs.wide_m[close], their_way.some(theirs[close])
+        apart, braking, going = (_apart(way.some(mine), other, wide, high_m) for way in (my_way, me.stops, me.goes))
         excused = (braking.min(axis=1) < 1.0) & (_is_no_worse(apart, braking) | _is_no_worse(going, braking))
-        when = FUTURES * np.argmax(apart < 1.0, axis=1) + future
+        near = apart < 1.0
+        when = np.where(near.any(axis=1), FUTURES * np.argmax(near, axis=1) + future, np.inf)
         first[close] = np.minimum(first[close], np.where(excused, np.inf, when))
     return first
 
 
-def _apart(mine: Samples, theirs: Samples, wide_m: Samples, high_m: float) -> Samples:
-    """(p, k) distances, as the larger share of the two limits: below 1 is too close."""
-    gap = theirs - mine
-    return np.maximum(np.hypot(gap[..., 0], gap[..., 1]) / wide_m, np.abs(gap[..., 2]) / high_m)
+def _may_be_close(mine: _Ways, pairs: _Pairs, theirs: _Ways, rows: Rows, high_m: float) -> NDArray[np.bool_]:
+    """(p,) whether the circles about them are ever nearer than the limits: of most pairs they are not."""
+    gap = theirs.middle_m[rows] - mine.middle_m[pairs.mine]
+    reach = theirs.reach_m[rows] + mine.reach_m[pairs.mine]
+    level = np.hypot(gap[..., 0], gap[..., 1]) - reach[..., 0]
+    upright = np.abs(gap[..., 2]) - reach[..., 1]
+    return np.asarray((_both(level / pairs.wide_m, upright / high_m) < 1.0).any(axis=1))
+
+
+def _apart(mine: _Ways, theirs: _Ways, wide_m: Samples, high_m: float) -> Samples:
+    """(p, k) least distances, as the larger share of the two limits: below 1 is too close."""
+    low, high = np.minimum(mine.short_m, mine.far_m)[..., 2], np.maximum(mine.short_m, mine.far_m)[..., 2]
+    their_low = np.minimum(theirs.short_m, theirs.far_m)[..., 2]
+    their_high = np.maximum(theirs.short_m, theirs.far_m)[..., 2]
+    slack = mine.slack_m + theirs.slack_m
+    upright = np.maximum(their_low - high, low - their_high) - slack[..., 1]
+    return _both((_level_m(mine, theirs) - slack[..., 0]) / wide_m, upright / high_m)
+
+
+def _both(level: Samples, upright: Samples) -> Samples:
+    """(p, k) the larger one, each at its least since the moment before: one may lessen before the other grows."""
+    for share in (level, upright):
+        share[:, 1:] = np.minimum(share[:, 1:], share[:, :-1])
+    return np.maximum(level, upright)
+
+
+def _level_m(mine: _Ways, theirs: _Ways) -> Samples:
+    """(p, k) distance sideways of the straights between the two places of each."""
+    if mine.is_exact and theirs.is_exact:
+        gap = theirs.short_m - mine.short_m
+        return np.asarray(np.hypot(gap[..., 0], gap[..., 1]))
+    a, b, c, d = (way[..., 0] + 1j * way[..., 1] for way in (mine.short_m, mine.far_m, theirs.short_m, theirs.far_m))
+    to_them, to_me = np.minimum(_to_line(a, c, d), _to_line(b, c, d)), np.minimum(_to_line(c, a, b), _to_line(d, a, b))
+    crossed = (_side(a, b, c) * _side(a, b, d) < 0) & (_side(c, d, a) * _side(c, d, b) < 0)
+    return np.where(crossed, 0.0, np.minimum(to_them, to_me))
+
+
+def _to_line(point: Plane, begin: Plane, end: Plane) -> Samples:
+    """How far points are from the straights between two others."""
+    way, off = end - begin, point - begin
+    share = np.clip((off * way.conj()).real / np.maximum((way * way.conj()).real, 1e-12), 0.0, 1.0)
+    away: Samples = np.abs(off - share * way)
+    return away
+
+
+def _side(begin: Plane, end: Plane, point: Plane) -> Samples:
+    """On which side of a straight a point is: positive to the left."""
+    side: Samples = ((end - begin).conj() * (point - begin)).imag
+    return side
 
 
 def _is_no_worse(going: Samples, braking: Samples) -> NDArray[np.bool_]:

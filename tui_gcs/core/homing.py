@@ -1,9 +1,14 @@
-"""The way home: each on its layer to above its take-off place; nobody descends before all are there, then in turn."""
+"""The way home: each on its layer to above its take-off place; nobody descends before all are there, then in turn.
+
+On its way to its layer a vehicle waits for whoever is above or below it. Where that one stays, for it may wait, too, or
+hold, it goes aside and changes its height there.
+"""
 
 import math
+from dataclasses import replace
 
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.course import Course, Stand
+from tui_gcs.core.course import Stand
 from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
@@ -21,8 +26,10 @@ RETURN_WAIT_S = 240.0
 """Vehicles above their homes wait at most this long for one that does not come."""
 STUCK_S = 15.0
 """A returning vehicle that does not move for this long is told."""
-TARGET_GAP_S = 1.0
-"""Return targets are said again this often."""
+ASIDE_AFTER_S = 5.0
+"""One that waits for so long goes aside. By then those who only pass have passed."""
+TARGET_GAP_S = 0.5
+"""Return targets are said again, and it is looked who is in the way, this often: the guard foresees as long."""
 
 
 class Homing:
@@ -49,6 +56,8 @@ class Homing:
         self._events = events
         self._clock = clock
         self._next_target_s: dict[int, float] = {}
+        self._waits_s: dict[int, float] = {}
+        """Since when a vehicle has been waiting for somebody in its way."""
         self._last_landing_s = -math.inf
 
     def begin(self, flight: Flight, vehicle: Vehicle, now: float) -> VehicleResult:
@@ -68,27 +77,33 @@ class Homing:
         else:
             flight.course = self._stand((x, y, flight.layer_m))
         self._next_target_s[vehicle.id] = now
+        self._waits_s.pop(vehicle.id, None)
         return VehicleResult(vehicle=vehicle.id, ok=True, text="returns")
 
     def follow(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        """To its layer, then above home, then wait for its turn."""
-        home = flight.home_m
+        """To its layer, aside if need be, then above home, then wait for its turn."""
+        home, anew = flight.home_m, False
         if home is None or flight.course is None:
             return
         if flight.step == "layer" and abs(vehicle.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M:
             flight.go_to_step("home", now)
             flight.way_m = self._steering.way_home(vehicle, home)
-            self._fly_leg(flight, vehicle, now, anew=True)
+            self._begin_leg(flight, now)
+            anew = True
+        elif flight.step == "aside" and self._is_over(vehicle, flight.course.at(now)[0]):
+            flight.go_to_step("layer", now)
+            x, y, _ = flight.course.at(now)[0]
+            flight.course = self._stand((x, y, flight.layer_m))
         elif flight.step == "home" and len(flight.way_m) > 1 and self._is_near(vehicle, flight.way_m[0]):
             del flight.way_m[0]
             flight.since_s = now
-            self._fly_leg(flight, vehicle, now, anew=False)
-        elif flight.step == "home" and self._is_over_home(flight, vehicle, home):
+            self._begin_leg(flight, now)
+        elif flight.step == "home" and self._is_over(vehicle, home):
             flight.go_to_step("over home", now)
         if now >= self._next_target_s.get(flight.vehicle, 0.0):
             self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
-            target = self._return_target(flight, flight.course, vehicle, now)
-            self._firmware.of(vehicle).go_to(vehicle, target, self.speed_m_s, anew=False)
+            target = self._return_target(flight, vehicle, home, now)
+            self._firmware.of(vehicle).go_to(vehicle, target, self.speed_m_s, anew=anew)
             if (
                 flight.step != "over home"
                 and now - flight.since_s > STUCK_S
@@ -97,25 +112,65 @@ class Homing:
                 text = f"does not return: stands still for {STUCK_S:.0f} s"
                 self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
 
-    def _return_target(self, flight: Flight, course: Course, vehicle: Vehicle, now: float) -> Vec3:
-        """Where to: on the way to its layer it waits for whoever is above or below it."""
-        if flight.step == "layer" and (why := self._steering.blocked(flight, vehicle)):
-            text = f"waits with changing its height: {why}"
-            self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING, every_s=10)
-            return self._steering.stop_place(vehicle)
-        return course.at(now)[0]
+    def _return_target(self, flight: Flight, vehicle: Vehicle, home: Vec3, now: float) -> Vec3:
+        """Where to: it waits for whoever is in its way, and goes aside of one who stays there."""
+        course = flight.course if flight.course is not None else self._stand(self._steering.stop_place(vehicle))
+        why = "" if flight.step == "over home" else self._in_the_way(flight, vehicle)
+        if not why:
+            self._waits_s.pop(flight.vehicle, None)
+            return course.at(now)[0]
+        since_s = self._waits_s.setdefault(flight.vehicle, now)
+        text = f"waits on its way home: {why}"
+        if now - since_s >= ASIDE_AFTER_S:
+            place = self._aside(flight, vehicle, home)
+            if place is not None:
+                self._waits_s.pop(flight.vehicle)
+                flight.go_to_step("aside", now)
+                flight.course = self._stand(place)
+                text = f"goes aside on its way home: {why}"
+                self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
+                return place
+            text += "; there is no free place beside it: move the other one, or land"
+        self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING, every_s=10)
+        return self._steering.stop_place(vehicle)
 
-    def _fly_leg(self, flight: Flight, vehicle: Vehicle, now: float, *, anew: bool) -> None:
+    def _in_the_way(self, flight: Flight, vehicle: Vehicle) -> str:
+        """Who is, or "". On its layer only those are who are not on their own: all others are above or below."""
+        minds = None
+        if flight.step == "home":
+            minds = {v.id for v in self._fleet.vehicles.values() if not self._is_on_layer(v)}
+        return self._steering.blocked(flight, vehicle, minds)
+
+    def _is_on_layer(self, vehicle: Vehicle) -> bool:
+        flight = self._book.get(vehicle.id)
+        if flight is None:
+            return False
+        return flight.in_own_column(vehicle) or abs(vehicle.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M
+
+    def _aside(self, flight: Flight, vehicle: Vehicle, home: Vec3) -> Vec3 | None:
+        """A place beside from where it can get to its layer, and that it can reach; None if there is none."""
+        taken = [
+            other.course.at(self._clock.now())[0][:2]
+            for other in self._book.in_phase(Phase.RETURNING)
+            if other is not flight and other.course is not None and other.step in ("aside", "layer")
+        ]
+        here = self._steering.stop_place(vehicle)
+        for place in self._steering.columns_aside(vehicle, here, flight.layer_m, home, taken):
+            if not self._steering.blocked(replace(flight, course=self._stand(place)), vehicle):
+                return place
+        return None
+
+    def _begin_leg(self, flight: Flight, now: float) -> None:
+        """Its course leads to the next turning point; it is told at once, if nobody is in the way."""
         x, y = flight.way_m[0]
         flight.course = self._stand((x, y, flight.layer_m))
-        self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
-        self._firmware.of(vehicle).go_to(vehicle, flight.course.point_m, self.speed_m_s, anew=anew)
+        self._next_target_s[flight.vehicle] = now
 
     def _is_near(self, vehicle: Vehicle, place_m: tuple[float, float]) -> bool:
         return math.dist(vehicle.position_m[:2], place_m) <= OVER_HOME_M
 
-    def _is_over_home(self, flight: Flight, vehicle: Vehicle, home: Vec3) -> bool:
-        return self._is_near(vehicle, home[:2]) and vehicle.ground_speed_m_s <= OVER_HOME_SPEED_M_S
+    def _is_over(self, vehicle: Vehicle, place_m: Vec3) -> bool:
+        return self._is_near(vehicle, place_m[:2]) and vehicle.ground_speed_m_s <= OVER_HOME_SPEED_M_S
 
     def land_in_turn(self, now: float) -> None:
         """When every returning vehicle is above its home, they land, lowest layer first, one every few seconds.

@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Callable, Iterable
 
+from tui_gcs.core.aside import columns_aside
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.course import STILL, Course, Stand, stopping_point
 from tui_gcs.core.events import ALERT, WARNING, EventLog
@@ -34,6 +35,9 @@ JUDGE_GAP_S = 0.2
 """The guard looks at every new course, and at the same one again after this time; it looks 5 s ahead."""
 STAND_GAP_S = 0.2
 """How often a place to stand at is said; firmware that needs to say it once does so."""
+
+NEAR_S = 20.0
+"""Way of one vehicle, beyond which nobody is met: both, in twice the seconds that are foreseen."""
 
 _AMOUNT = re.compile(r"-?[0-9.]+ (m/s|m|s)\b")
 
@@ -132,11 +136,22 @@ class Steering:
             flight.limited_m_s = math.nan
         self._commands.submit(self._firmware.of(vehicle).hold(vehicle, self._stop_places(vehicle)))
 
-    def blocked(self, flight: Flight, vehicle: Vehicle) -> str:
-        """Who is in the way of the flight's course, or ""."""
+    def blocked(self, flight: Flight, vehicle: Vehicle, minds: set[int] | None = None) -> str:
+        """Who is in the way of the flight's course, or ""; with `minds` only these count."""
         now = self._clock.now()
         me = self._sight(vehicle, Does.FOLLOWS, flight.course, now)
-        return self._guard.separation(me, self.known(now), now).text
+        known = [sight for sight in self.known(now) if minds is None or sight.id in minds]
+        near_m, here = NEAR_S * self._guard.limits.speed_m_s, me.position_m[:2]
+        known = [sight for sight in known if math.dist(sight.position_m[:2], here) < near_m + sight.error_m]
+        return self._guard.separation(me, known, now).text
+
+    def columns_aside(
+        self, vehicle: Vehicle, here_m: Vec3, layer_m: float, home_m: Vec3, taken_m: list[tuple[float, float]]
+    ) -> list[Vec3]:
+        """See `aside.columns_aside`; those inside the operating area, to which the straight way is, too."""
+        others = [sight for sight in self.known(self._clock.now()) if sight.id != vehicle.id]
+        places = columns_aside(here_m, layer_m, home_m[:2], others, taken_m, self._guard.limits)
+        return [place for place in places if self._guard.is_way_inside(here_m, place)]
 
     def way_home(self, vehicle: Vehicle, home_m: Vec3) -> list[tuple[float, float]]:
         """Turning points of the shortest way home inside the operating area and around no-fly zones."""

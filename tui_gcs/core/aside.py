@@ -1,0 +1,50 @@
+"""Where a vehicle that cannot go on, because others are in its way, can get past them: a column of air beside it."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from tui_gcs.core.guard_motion import Sight
+from tui_gcs.core.guard_separation import SPARE_M, SPARE_UP_M
+from tui_gcs.core.messages import Vec3
+from tui_gcs.core.scenario import Limits
+
+RINGS, BEARINGS = (1.2, 2.0, 3.0, 4.5), 16
+"""Places looked at: so many times the distance to be kept away, and so many directions."""
+
+Place = tuple[float, float]
+
+
+def columns_aside(
+    here_m: Vec3, layer_m: float, home_m: Place, others: Sequence[Sight], taken_m: Sequence[Place], limits: Limits
+) -> list[Vec3]:
+    """Places at the height of `here_m` above and below which nobody is, from there to `layer_m`; the best first.
+
+    Best is where the way home is clear at that layer, too, and short. `taken_m`: where others are about to change
+    their heights.
+    """
+    wide_m = limits.separation_horizontal_m + SPARE_M
+    high_m = limits.separation_vertical_m + SPARE_UP_M
+    x, y, z = here_m
+    low, high = min(z, layer_m) - high_m, max(z, layer_m) + high_m
+    between = [other for other in others if low < other.position_m[2] < high]
+    beside = [other for other in others if abs(other.position_m[2] - layer_m) < high_m]
+    found: list[tuple[bool, float, Vec3]] = []
+    for ring in RINGS:
+        for k in range(BEARINGS):
+            angle = 2 * math.pi * k / BEARINGS
+            place = (x + ring * wide_m * math.cos(angle), y + ring * wide_m * math.sin(angle))
+            free = all(math.dist(place, other.position_m[:2]) >= wide_m + other.error_m for other in between)
+            if free and all(math.dist(place, other) >= wide_m for other in taken_m):
+                clear = all(_off(other.position_m, place, home_m) >= wide_m + other.error_m for other in beside)
+                found.append((not clear, math.dist(here_m[:2], place) + math.dist(place, home_m), (*place, z)))
+    return [place for *_, place in sorted(found)]
+
+
+def _off(place_m: Vec3, begin_m: Place, end_m: Place) -> float:
+    """How far a place is from a straight way."""
+    point, begin, end = np.array(place_m[:2]), np.array(begin_m), np.array(end_m)
+    way = end - begin
+    share = float(np.clip((point - begin) @ way / max(float(way @ way), 1e-9), 0.0, 1.0))
+    return float(np.hypot(*(point - begin - share * way)))
