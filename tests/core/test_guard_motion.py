@@ -186,11 +186,49 @@ def test_no_course_is_a_stop() -> None:
 
 
 def test_an_old_position_is_somewhere_on_the_way_since() -> None:
-    flock = seen(Sight(1, HERE, EAST, age_s=1.0, error_m=3.0), Sight(2, HERE, EAST, age_s=100.0))
-    assert flock.here_m.tolist() == [[54.0, 50.0, 40.0], [70.0, 50.0, 40.0]]
-    assert flock.error_m.tolist() == [7.0, 20.0], "of 5 s at most"
+    flock = seen(Sight(1, HERE, EAST, age_s=1.0, error_m=3.0))
+    assert flock.here_m.tolist() == [[54.0, 50.0, 40.0]] and flock.error_m.tolist() == [7.0]
     assert seen(Sight(1, HERE, EAST, age_s=-1.0)).error_m.tolist() == [0.0]
     assert seen(Sight(1, HERE, (3.0, 4.0, 9.0), age_s=1.0)).error_m.tolist() == [2.5], "sideways"
+
+
+# ---------------------------------------------------------------- lost
+
+
+def lost_between(sight_: Sight, at_s: float = 0.0) -> tuple[list[float], list[float], float]:
+    """From where to where it may be, as metres from (50, 50, 40), and how far beside that."""
+    flock = seen(sight_)
+    for future in ("goes_m", "late_m", "stops_m"):
+        assert getattr(flock, future).tolist() == flock.goes_m.tolist()
+    assert flock.short_m.tolist() == flock.from_m.tolist() and flock.slack_m.max() == 0.0
+    return along(flock, "from_m", at_s), along(flock, "goes_m", at_s), float(flock.error_m[0])
+
+
+@pytest.mark.parametrize(("age_s", "far_m", "beside_m"), [(3.0, 40.0, 7.5), (5.0, 56.0, 12.5), (60.0, 56.0, 12.5)])
+def test_a_lost_one_is_anywhere_on_a_way_that_grows(age_s: float, far_m: float, beside_m: float) -> None:
+    """At 8 m/s straight on for as long, 5 s at most, and 16 m of braking; another velocity than seen by 2.5 m/s."""
+    begin, end, beside = lost_between(Sight(1, HERE, EAST, age_s=age_s, error_m=1.0))
+    assert (begin, end, beside) == ([0.0, 0.0, 0.0], [far_m, 0.0, 0.0], beside_m + 1.0)
+
+
+def test_a_lost_one_that_stood_is_where_it_was() -> None:
+    assert lost_between(Sight(1, HERE, (0.0, 0.0, 0.0), age_s=9.0)) == ([0.0] * 3, [0.0] * 3, 0.0)
+
+
+def test_a_lost_one_goes_on_to_where_it_was_sent() -> None:
+    """80 m east and 4 m up, with 8 m/s at most: after 4 s it may be on any of 32 m, 2 s later of 48 m; then all."""
+    sent = Sight(1, HERE, EAST, age_s=4.0, goal_m=(130.0, 50.0, 44.0))
+    assert lost_between(sent)[1] == [32.0, 0.0, 1.6] and lost_between(sent, 2.0)[1] == [48.0, 0.0, 2.4]
+    there = Sight(1, HERE, EAST, age_s=40.0, goal_m=(130.0, 50.0, 44.0))
+    assert lost_between(there)[1] == [80.0, 0.0, 4.0]
+    assert lost_between(Sight(1, HERE, EAST, age_s=9.0, goal_m=HERE))[1] == [0.0, 0.0, 0.0]
+    above = Sight(1, HERE, (0.0, 0.0, 1.0), age_s=4.0, goal_m=(50.0, 50.0, 64.0))
+    assert lost_between(above)[1] == [0.0, 0.0, 12.0], "3 m/s up"
+
+
+def test_who_is_heard_or_known_to_brake_is_not_lost() -> None:
+    for known in (Sight(1, HERE, EAST, age_s=2.9), Sight(1, HERE, EAST, Does.STOPS, age_s=9.0)):
+        assert not known.is_lost and along(seen(known), "from_m", 1.0) == along(seen(known), "goes_m", 1.0)
 
 
 # ---------------------------------------------------------------- several, and none
@@ -240,6 +278,9 @@ def test_two_flocks_of_one() -> None:
     first, others = seen(Sight(1, HERE, EAST), Sight(2, HERE, EAST), Sight(3, HERE, EAST)).split(1)
     assert first.ids.tolist() == [1] and [s.id for s in others.sights] == others.ids.tolist() == [2, 3]
     assert first.goes_m.shape == (1, 21, 3) and others.high_m.shape == (2, 3)
+    assert first.from_m is first.goes_m and others.from_m is others.goes_m, "as nearly always: nobody is lost"
+    _, others = seen(Sight(1, HERE, EAST), Sight(2, HERE, EAST, age_s=9.0)).split(1)
+    assert others.from_m[0, 0].tolist() == list(HERE) != others.goes_m[0, 0].tolist()
 
 
 def test_nobody_is_no_trouble() -> None:

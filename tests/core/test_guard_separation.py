@@ -114,7 +114,7 @@ def test_head_on_there_must_be_room_for_both_to_brake_whatever_their_courses_say
     """Both dodge in time. If both brake in half a second, each needs 22 m, and 1.8 m more; 10.5 m must be left."""
     assert met(dodging(50.0, 1.0), dodging(109.0, -1.0)) is None
     assert met(dodging(50.0, 1.0), dodging(107.0, -1.0)) == Meeting(2, 4.25)
-    assert met(dodging(50.0, 1.0), dodging(102.0, -1.0)) == Meeting(2, 3.75)
+    assert met(dodging(50.0, 1.0), dodging(102.0, -1.0)) == Meeting(2, 3.25)
 
 
 def test_nobody_relies_on_somebody_sliding_out_of_the_way() -> None:
@@ -156,6 +156,35 @@ def test_from_too_near_only_what_leads_apart_passes() -> None:
     assert met(sight(HERE, stand(50.0, 50.0)), near) is None, "no nearer than now"
     assert met(sight(HERE, stand(54.0, 50.0)), near)
     assert met(sight(HERE, stand(90.0, 50.0)), near), "in the end apart, but through it"
+
+
+def test_a_promise_to_be_farther_away_later_is_no_excuse_for_coming_nearer_now() -> None:
+    """It would climb past the other one; until it is above him it is nearer than if it stood."""
+    assert met(sight(HERE, stand(50.0, 50.0, 60.0)), holder(56.0, 50.0, 44.0))
+
+
+def test_slower_than_weak_braking_leads_is_not_yet_apart() -> None:
+    """It climbs towards somebody at 2 m/s and is told to climb at 1.5: less near than it may slide, but not apart."""
+    rises = Sight(1, HERE, (0.0, 0.0, 2.0), Does.FOLLOWS, passing_up(1.5))
+    assert met(rises, holder(51.0, 50.0, 47.0))
+    sinks = Sight(1, HERE, (0.0, 0.0, -1.0), Does.FOLLOWS, passing_up(-1.5))
+    assert met(sinks, holder(51.0, 50.0, 44.0)) is None
+
+
+def passing_up(speed: float) -> Trajectory:
+    t = np.arange(0.0, 10.5, 0.5)[:, None]
+    return Trajectory(
+        0.0, 0.5, np.array([HERE]) + t * [[0.0, 0.0, speed]], np.repeat([[0.0, 0.0, speed]], len(t), axis=0)
+    )
+
+
+def test_a_lost_one_may_be_anywhere_on_its_way() -> None:
+    """It was sent from (60, 50) to (140, 50); half a minute later nobody crosses that way at its height."""
+    gone = Sight(2, (60.0, 50.0, 40.0), (4.0, 0.0, 0.0), age_s=30.0, goal_m=(140.0, 50.0, 40.0))
+    crosses = sight((100.0, 20.0, 40.0), stand(100.0, 80.0))
+    assert met(crosses, gone)
+    assert met(sight((100.0, 20.0, 46.0), stand(100.0, 80.0, 46.0)), gone) is None
+    assert met(sight((100.0, 20.0, 40.0), stand(150.0, 20.0)), gone) is None
 
 
 def test_who_flees_from_somebody_who_comes_nearer_may() -> None:

@@ -69,11 +69,15 @@ class Flight:
     """Why the guard vetoed its newest set-point; empty if it passed."""
     touchdown_m: Vec3 | None = None
     """Where it disarmed after a landing."""
+    sent_to_m: Vec3 | None = None
+    """Of one that was taken out: the place it was on its way to, and goes on to if it hears nothing."""
     stays: str = ""
     """Of one that holds: why it does not go on with the others when all are resumed; "" if it does."""
 
     def enter(self, phase: Phase, now: float, step: str = "") -> None:
         """Change phase; what belonged to the last one is forgotten."""
+        going = self.course.point_m if isinstance(self.course, Stand) else None
+        self.sent_to_m = going if phase is Phase.TAKEN_OUT else None
         self.phase, self.step, self.since_s = phase, step, now
         self.course, self.passed, self.limited_m_s = None, None, math.nan
         if self.tracking is not None:

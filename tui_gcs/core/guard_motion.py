@@ -5,7 +5,7 @@ futures of each are foreseen: it goes on; it goes on for a moment and then brake
 nobody knows beforehand: who brakes is somewhere between where the hardest and the weakest braking takes it.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from enum import Enum
 
 import numpy as np
@@ -39,7 +39,12 @@ SURGE_Z_M_S = 0.5
 POSITION_GAIN_HZ = 1.0
 """PSC_POSXY_P; MPC_XY_P is 0.95."""
 MOST_AGE_S = 5.0
-"""A vehicle that hears nothing brakes or turns home by then: it is not looked for ever farther away."""
+"""A vehicle that hears nothing brakes or turns home by then: it is not looked for ever farther away, but on its way
+to a place it was sent to."""
+LOST_AGE_S = 3.0
+"""Of whom nothing is known for so long is anywhere between where it was and where it may be by now."""
+TURNED_S = 1.0
+"""The last that it was told may have turned it for so long."""
 
 
 class Does(Enum):
@@ -66,6 +71,13 @@ class Sight:
     """By how much its position may be wrong, beyond what the limits allow for."""
     in_column: bool = False
     """Taking off or landing vertically: exempt from separation."""
+    goal_m: Vec3 | None = None
+    """Of one that is lost: the place it was sent to, and flies to by itself."""
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether nobody knows what it does, nor where it is by now."""
+        return self.does is Does.DRIFTS and self.age_s >= LOST_AGE_S
 
 
 @dataclass(frozen=True)
@@ -79,8 +91,9 @@ class Flock:
     """(n, 3) where they are now."""
     error_m: Samples
     """(n,) by how much that may be wrong."""
+    from_m: Samples
+    """(n, k, 3) if it goes on: there, of one that is lost from there to `goes_m`."""
     goes_m: Samples
-    """(n, k, 3) if it goes on."""
     late_m: Samples
     """(n, k, 3) if it goes on for a moment and brakes then."""
     stops_m: Samples
@@ -99,7 +112,10 @@ class Flock:
     def split(self, first: int) -> tuple["Flock", "Flock"]:
         """The `first` so many of them, and the others."""
         parts = [getattr(self, name.name) for name in fields(self)]
-        return Flock(*(part[:first] for part in parts)), Flock(*(part[first:] for part in parts))
+        both = Flock(*(part[:first] for part in parts)), Flock(*(part[first:] for part in parts))
+        if self.from_m is not self.goes_m:
+            return both
+        return replace(both[0], from_m=both[0].goes_m), replace(both[1], from_m=both[1].goes_m)
 
 
 def times_of(limits: Limits) -> Samples:
@@ -125,6 +141,13 @@ def foresee(sights: list[Sight], limits: Limits, times_s: Samples, now: float) -
         here[drifts, None, :] + times_s[None, :, None] * velocity[drifts, None, :]
     )
     slack[drifts] = 0.0
+    begins = goes
+    lost = [i for i, s in enumerate(sights) if s.is_lost]
+    if lost:
+        begins = goes.copy()
+        begins[lost] = short[lost] = place[lost, None, :]
+        goes[lost] = late[lost] = stops[lost] = _gone(sights, lost, place, velocity, limits, times_s)
+        error[lost] = [sights[i].error_m for i in lost] + _turned_m(velocity[lost], age[lost], limits)
     follows = [i for i, s in enumerate(sights) if s.does is Does.FOLLOWS and s.course is not None]
     if follows:
         courses = [course for i in follows if (course := sights[i].course) is not None]
@@ -137,11 +160,34 @@ def foresee(sights: list[Sight], limits: Limits, times_s: Samples, now: float) -
             begin, speeds[:, GO_ON_STEPS], times_s[:-GO_ON_STEPS], _weakly(limits)
         )
     room = slack[:, -1][:, [0, 0, 1]]
-    low = np.minimum(np.minimum(goes, late), np.minimum(stops, short)).min(axis=1) - room
+    low = np.minimum(np.minimum(goes, late), np.minimum(stops, short)).min(axis=1) - room  # `begins` is one of them
     high = np.maximum(np.maximum(goes, late), np.maximum(stops, short)).max(axis=1) + room
     ids = np.array([s.id for s in sights], dtype=np.int64)
     rests = np.stack([late_rest, stop_rest], axis=1)
-    return Flock(tuple(sights), ids, here, error, goes, late, stops, short, slack, rests, low, high)
+    return Flock(tuple(sights), ids, here, error, begins, goes, late, stops, short, slack, rests, low, high)
+
+
+def _gone(
+    sights: list[Sight], rows: list[int], place: Samples, velocity: Samples, limits: Limits, times_s: Samples
+) -> Samples:
+    """(m, k, 3) how far those of `rows` may have come: to where they were sent, or straight on until they braked."""
+    gone = np.empty((len(rows), len(times_s), 3))
+    for k, i in enumerate(rows):
+        age_s, goal = sights[i].age_s, sights[i].goal_m
+        if goal is not None:
+            way = np.nan_to_num(np.array(goal, dtype=float)) - place[i]
+            least_s = max(float(np.hypot(way[0], way[1])) / limits.speed_m_s, abs(float(way[2])) / CLIMB_M_S, 1e-9)
+            gone[k] = place[i] + np.minimum((age_s + times_s) / least_s, 1.0)[:, None] * way
+        else:
+            brakes_s = float(np.hypot(velocity[i, 0], velocity[i, 1])) / (2 * BRAKE_SHARE * limits.accel_m_s2)
+            gone[k] = place[i] + (min(age_s, MOST_AGE_S) + brakes_s) * velocity[i]
+    return gone
+
+
+def _turned_m(velocity: Samples, age_s: Samples, limits: Limits) -> Samples:
+    """(m,) how far from that way they may be, who flew with another velocity than they were last seen to have."""
+    other: Samples = np.minimum(np.hypot(velocity[:, 0], velocity[:, 1]), TURNED_S * limits.accel_m_s2) * age_s
+    return other
 
 
 def _speed_of(course: Course, limits: Limits) -> float:

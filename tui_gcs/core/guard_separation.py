@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.course import Samples
 from tui_gcs.core.guard_courses import STEP_S
-from tui_gcs.core.guard_motion import Flock
+from tui_gcs.core.guard_motion import Does, Flock
 from tui_gcs.core.scenario import Limits
 
 GROUND_M = 2.0
@@ -71,18 +71,19 @@ class _Ways:
 
 @dataclass(frozen=True)
 class _Futures:
-    """What n vehicles may do: go on; go on for a moment and brake then; brake now."""
+    """What n vehicles may do: go on; go on for a moment and brake then; brake now; brake now as hard as they can."""
 
     goes: _Ways
     late: _Ways
     stops: _Ways
+    short: _Ways
 
     @staticmethod
     def of(flock: Flock) -> "_Futures":
         """As they are foreseen."""
-        exact = _Ways.between(flock.goes_m, flock.goes_m, np.zeros((len(flock.ids), 1, 2)))
+        goes = _Ways.between(flock.from_m, flock.goes_m, np.zeros((len(flock.ids), 1, 2)))
         late, stops = (_Ways.between(flock.short_m, far, flock.slack_m) for far in (flock.late_m, flock.stops_m))
-        return _Futures(exact, late, stops)
+        return _Futures(goes, late, stops, _Ways.between(flock.short_m, flock.short_m, flock.slack_m))
 
 
 @dataclass(frozen=True)
@@ -97,18 +98,24 @@ class _Pairs:
     """The other's row among those who are judged, if it was judged before; else -1."""
     wide_m: Samples
     """(p, 1) distance to be kept sideways."""
+    free: NDArray[np.bool_]
+    """(p,) whether the other one flies as it wants."""
 
     def some(self, pairs: Rows) -> "_Pairs":
         """These of them."""
-        return _Pairs(self.mine[pairs], self.theirs[pairs], self.judged[pairs], self.wide_m[pairs])
+        return _Pairs(self.mine[pairs], self.theirs[pairs], self.judged[pairs], self.wide_m[pairs], self.free[pairs])
 
 
 def meetings(judged: Flock, others: Flock, passed: Sequence[bool], limits: Limits) -> dict[int, Meeting]:
     """The first vehicle that each of `judged` gets too close to if it goes on, or brakes a moment later, by row.
 
     They are judged in their order: who is `passed` and meets nobody goes on, all others brake, and those who are judged
-    later see that. Whom one gets too close to by braking now, too, does not count if it goes on no nearer: what leads
-    apart passes. Who climbs or descends in its own column gives way to nobody, but others keep clear of it.
+    later see that. Who climbs or descends in its own column gives way to nobody, but others keep clear of it.
+
+    What leads apart passes: what is at no time nearer than the hardest braking is. That it comes nearer now to be
+    farther away later is no excuse, for a planner may change its mind before (flown: with 0.5 m of noise in their
+    positions two came to 2 m of each other, each time with a promise). It is one towards those who do not brake for
+    anybody; of them it is asked whether weak braking would get as near.
     """
     pairs = _pairs(judged, others, passed, limits)
     known = np.flatnonzero(pairs.judged >= 0)
@@ -150,7 +157,8 @@ def _pairs(judged: Flock, others: Flock, passed: Sequence[bool], limits: Limits)
     near[~np.array(minds, dtype=bool) | (judged.here_m[:, 2] < GROUND_M)] = False
     mine, theirs = np.nonzero(near)
     earlier = np.where(before[theirs] < mine, before[theirs], -1)
-    return _Pairs(mine, theirs, earlier, wide[mine, theirs][:, None])
+    free = np.array([sight.does is Does.DRIFTS for sight in others.sights], dtype=bool)
+    return _Pairs(mine, theirs, earlier, wide[mine, theirs][:, None], free[theirs])
 
 
 def _first(me: _Futures, pairs: _Pairs, they: tuple[_Ways, ...], theirs: Rows, high_m: float) -> Samples:
@@ -162,11 +170,18 @@ def _first(me: _Futures, pairs: _Pairs, they: tuple[_Ways, ...], theirs: Rows, h
     for future, (my_way, their_way) in enumerate(zip((me.goes, me.late, me.late), they, strict=True)):
         close = np.flatnonzero(_may_be_close(my_way, pairs, their_way, theirs, high_m))
         mine, wide, other = pairs.mine[close], pairs.wide_m[close], their_way.some(theirs[close])
-        apart, braking, going = (_apart(way.some(mine), other, wide, high_m) for way in (my_way, me.stops, me.goes))
-        excused = (braking.min(axis=1) < 1.0) & (_is_no_worse(apart, braking) | _is_no_worse(going, braking))
+        apart = _apart(my_way.some(mine), other, wide, high_m)
+        hardest = _apart(me.short.some(mine), other, wide, high_m)
+        leads_apart: NDArray[np.bool_] = np.logical_and.reduce(apart >= hardest - SAME, axis=1)
+        free = np.flatnonzero(pairs.free[close])
+        if len(free):
+            me_free, they_free, wide = pairs.mine[close[free]], other.some(free), wide[free]
+            braking, going = (_apart(way.some(me_free), they_free, wide, high_m) for way in (me.stops, me.goes))
+            better = _is_no_worse(apart[free], braking) | _is_no_worse(going, braking)
+            leads_apart[free] |= (braking.min(axis=1) < 1.0) & better
         near = apart < 1.0
         when = np.where(near.any(axis=1), FUTURES * np.argmax(near, axis=1) + future, np.inf)
-        first[close] = np.minimum(first[close], np.where(excused, np.inf, when))
+        first[close] = np.minimum(first[close], np.where(leads_apart, np.inf, when))
     return first
 
 

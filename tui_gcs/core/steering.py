@@ -127,6 +127,7 @@ class Steering:
             age_s=now - vehicle.position_s,
             error_m=error_m(vehicle),
             in_column=flight is not None and flight.in_own_column(vehicle),
+            goal_m=flight.sent_to_m if flight is not None else None,
         )
 
     def hold(self, vehicle: Vehicle) -> None:

@@ -27,8 +27,10 @@ BRAKE_SHARE = 0.6
 """Of the acceleration; the rest is for neighbours in other directions, and the autopilot's."""
 CLIMB_M_S, DESCENT_M_S, ACCEL_Z_M_S2 = 3.0, 1.5, 1.0
 """As the guard's."""
-SPARE_M, SPARE_UP_M = 1.5, 0.6
-"""Kept beyond the limits: a little more than the guard keeps."""
+SPARE_M, SPARE_UP_M = 1.2, 0.6
+"""Kept beyond the limits: a little more than the guard keeps, that is more the faster they are: see `_slack_m`."""
+JERK_M_S3, SURGE_Z_M_S, WEAK_SHARE, ORDER_S = 4.0, 0.5, 0.8, 0.25
+"""As the guard's: how soon an acceleration ends, what a climb gains until then, how vehicles brake, and how late."""
 ASIDE = 0.7
 """So much of the speed that a neighbour takes away is spent on passing it on the right."""
 SWEEPS = 24
@@ -71,8 +73,9 @@ def _pairs(position: Floats, velocity: Floats, limits: Limits) -> _Pairs:
     aside[:, :2] = np.where((level > 1e-6)[:, None], gap[:, :2] / np.maximum(level, 1e-6)[:, None], aside[:, :2])
     up = np.zeros_like(gap)
     up[:, 2] = np.where(gap[:, 2] == 0.0, np.where(first < other, 1.0, -1.0), np.sign(gap[:, 2]))
-    room_m = level - limits.separation_horizontal_m - SPARE_M
-    room_up_m = upright - limits.separation_vertical_m - SPARE_UP_M
+    slack = _slack_m(velocity, limits)[first] + _slack_m(velocity, limits)[other]
+    room_m = level - limits.separation_horizontal_m - SPARE_M - slack[:, 0]
+    room_up_m = upright - limits.separation_vertical_m - SPARE_UP_M - slack[:, 1]
     sideways = _most_speed(room_m, BRAKE_SHARE * limits.accel_m_s2)
     vertical = _most_speed(room_up_m, BRAKE_SHARE * ACCEL_Z_M_S2)
     # Apart in one of the two directions is enough: the one in which it is apart, and in which there is more to spare.
@@ -87,16 +90,28 @@ def _pairs(position: Floats, velocity: Floats, limits: Limits) -> _Pairs:
     return _Pairs(first, normal, np.where(by_height, vertical, sideways))
 
 
+def _slack_m(velocity: Floats, limits: Limits) -> Floats:
+    """(n, 2) how far from where it is foreseen one that brakes may come, sideways and in height, by the guard."""
+    surge = limits.accel_m_s2**2 / (2 * JERK_M_S3)
+    slack = []
+    level, upright = np.hypot(velocity[:, 0], velocity[:, 1]), np.abs(velocity[:, 2])
+    for speed, accel, more in ((level, limits.accel_m_s2, surge), (upright, ACCEL_Z_M_S2, SURGE_Z_M_S)):
+        slack.append(np.minimum(speed, more) * (ORDER_S + speed / (2 * WEAK_SHARE * accel)))
+    return np.stack(slack, axis=1)
+
+
 def _neighbours(position: Floats, limits: Limits) -> tuple[Rows, Rows]:
     """Ordered pairs that may have to mind each other: so near that somebody at full speed would have to brake."""
     from scipy.spatial import cKDTree
 
     accel = BRAKE_SHARE * limits.accel_m_s2
+    fastest = np.array([[limits.speed_m_s, 0.0, CLIMB_M_S]])
+    slack_m, slack_up_m = 2 * _slack_m(fastest, limits)[0]
     room_m = 2 * (limits.speed_m_s * DELAY_S + limits.speed_m_s**2 / (2 * accel))
-    reach_m = limits.separation_horizontal_m + SPARE_M + room_m
+    reach_m = limits.separation_horizontal_m + SPARE_M + room_m + slack_m
     pairs = cKDTree(position[:, :2]).query_pairs(reach_m, output_type="ndarray")
     brake_up_m = 2 * (CLIMB_M_S * DELAY_S + CLIMB_M_S**2 / (2 * BRAKE_SHARE * ACCEL_Z_M_S2))
-    high_m = limits.separation_vertical_m + SPARE_UP_M + brake_up_m
+    high_m = limits.separation_vertical_m + SPARE_UP_M + brake_up_m + slack_up_m
     pairs = pairs[np.abs(position[pairs[:, 0], 2] - position[pairs[:, 1], 2]) < high_m]
     first, other = np.concatenate([pairs, pairs[:, ::-1]]).T
     return first, other
