@@ -20,7 +20,7 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as wire
 from tui_gcs.core.bus import Bus, BusError, Closable
 from tui_gcs.core.clock import Clock, MonotonicClock
-from tui_gcs.core.messages_services import GetTasks, GetVehicles, ServiceReply, VehicleInfo
+from tui_gcs.core.messages_services import GetOnBoard, GetTasks, GetVehicles, OnBoardRow, ServiceReply, VehicleInfo
 from tui_gcs.core.messages_setup import GetTraffic, TrafficRow
 from tui_gcs.core.plan_limits import shown
 from tui_gcs.feed_messages import DisplayLagged as DisplayLagged
@@ -355,6 +355,10 @@ class Feed:
         """The aircraft that vehicles' receivers hear; none when the station does not answer."""
         return (await self.request(GetTraffic())).traffic
 
+    async def on_board(self, vehicles: tuple[int, ...]) -> tuple[OnBoardRow, ...]:
+        """The plans that the station knows these vehicles to hold; none when it does not answer."""
+        return (await self.request(GetOnBoard(vehicles))).on_board
+
     def known(self) -> Known:
         """What names of vehicles can mean now."""
         ids = self.frame.ids if self.frame is not None else ()
@@ -436,6 +440,7 @@ _READING = (
     wire.GetPlanners,
     wire.GetJournal,
     wire.Note,
+    GetOnBoard,
     GetTasks,
     GetTraffic,
     GetVehicles,

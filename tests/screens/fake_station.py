@@ -64,6 +64,7 @@ class FakeStation:
     old_events: list[m.Event] = field(default_factory=list)
     """Of earlier starts: in the journal only."""
     traffic: tuple[TrafficRow, ...] = ()
+    on_board: dict[int, s.OnBoardRow] = field(default_factory=dict)
     planners: tuple[m.PlannerInfo, ...] = ()
     seq: int = 0
     started_s: float = NAN
@@ -271,6 +272,9 @@ class FakeStation:
                 rows = {row.id: row for row in map(self._row, range(self.count))}
                 infos = tuple(info_of(rows[v]) for v in request.vehicles if v in rows)
                 return s.ServiceReply(ok=True, vehicles=infos)
+            case s.GetOnBoard():
+                rows = tuple(self.on_board[v] for v in request.vehicles if v in self.on_board)
+                return s.ServiceReply(ok=True, on_board=rows)
             case GetTraffic():
                 return s.ServiceReply(ok=True, traffic=self.traffic)
             case m.GetPlan():
@@ -342,6 +346,7 @@ class FakeStation:
             m.Note,
             s.GetTasks,
             s.GetVehicles,
+            s.GetOnBoard,
         )
         return [request for request in self.requests if not isinstance(request, looking)]
 

@@ -130,6 +130,15 @@ class PlanRow(Message, frozen=True):
     autocontinue: bool = True
 
 
+class OnBoardRow(Message, frozen=True):
+    """What one vehicle holds, as far as the station knows it for sure: read, or put there. None: not known."""
+
+    vehicle: int
+    mission: tuple[PlanRow, ...] | None = None
+    fence: tuple[PlanRow, ...] | None = None
+    rally: tuple[PlanRow, ...] | None = None
+
+
 class FileRow(Message, frozen=True):
     """One entry of a vehicle's directory."""
 
@@ -220,6 +229,7 @@ class ServiceReply(Reply, frozen=True):
     traffic: tuple[setup.TrafficRow, ...] = ()
     remote_ids: tuple[setup.RemoteIdRow, ...] = ()
     payloads: tuple[setup.PayloadRow, ...] = ()
+    on_board: tuple[OnBoardRow, ...] = ()
 
 
 # ---------------------------------------------------------------- looking: nothing is sent (but see GetModes)
@@ -229,6 +239,12 @@ class GetVehicles(Request, frozen=True, tag="get-vehicles"):
     """What is known of these vehicles, or of all (`ServiceReply.vehicles`)."""
 
     vehicles: Vehicles = ()
+
+
+class GetOnBoard(Request, frozen=True, tag="get-on-board"):
+    """The plans of these vehicles that are known (`ServiceReply.on_board`)."""
+
+    vehicles: Vehicles
 
 
 class GetParams(Request, frozen=True, tag="get-params"):
@@ -391,7 +407,7 @@ class CancelTask(Request, frozen=True, tag="cancel-task"):
     number: int
 
 
-Look = GetVehicles | GetParams | GetModes | GetTasks | GetTaskResult | setup.Look
+Look = GetVehicles | GetOnBoard | GetParams | GetModes | GetTasks | GetTaskResult | setup.Look
 Fetch = (
     ReadParams
     | FetchParams

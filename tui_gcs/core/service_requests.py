@@ -17,7 +17,7 @@ from tui_gcs.core.messages_flight import Nudge
 from tui_gcs.core.service_acts import ServiceActs, param_rows
 from tui_gcs.core.service_carry import payload_rows, remote_id_rows, traffic_rows
 from tui_gcs.core.service_tasks import TaskBook
-from tui_gcs.core.service_views import vehicle_info
+from tui_gcs.core.service_views import on_board, vehicle_info
 from tui_gcs.core.services.param_values import shown
 from tui_gcs.core.text import clean
 from tui_gcs.core.vehicle import Vehicle
@@ -44,6 +44,10 @@ class ServiceDesk:
         """What is known."""
         if isinstance(request, s.GetVehicles):
             return self._vehicles(request)
+        if isinstance(request, s.GetOnBoard):
+            known = self._station.fleet.vehicles
+            rows = tuple(on_board(self._station, v) for v in request.vehicles[: s.MOST_VEHICLES] if v in known)
+            return s.ServiceReply(ok=True, on_board=rows)
         if isinstance(request, s.GetTasks):
             return s.ServiceReply(ok=True, tasks=self.tasks.infos(request.numbers))
         if isinstance(request, s.GetTaskResult):

@@ -8,6 +8,7 @@ from tui_gcs.core.firmware import commands as c
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.registry import name_of
 from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.plan_rows import plan_rows
 from tui_gcs.core.service_acts import failsafe_rows
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.vehicle_details import details
@@ -59,6 +60,13 @@ def vehicle_info(station: "Station", vehicle: Vehicle) -> s.VehicleInfo:
         busy=job.name if job is not None else "",
         details=details(station, vehicle),
     )
+
+
+def on_board(station: "Station", vehicle: int) -> s.OnBoardRow:
+    """The plans that a vehicle is known to hold."""
+    held = station.services.missions.state(vehicle).held
+    known = {kind: plan_rows(one.plan) for kind, one in held.items() if one.plan is not None and one.known}
+    return s.OnBoardRow(vehicle, known.get(PlanKind.MISSION), known.get(PlanKind.FENCE), known.get(PlanKind.RALLY))
 
 
 def _version(station: "Station", vehicle: Vehicle) -> str:
