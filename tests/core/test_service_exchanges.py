@@ -67,6 +67,7 @@ def test_a_plan_goes_up_comes_down_and_is_cleared(tmp_path: Path) -> None:
     peer = ArduPilotPeer(1)
     rig = ServiceRig(tmp_path, peer).heard()
     rows = plan_rows(mission(12))
+    assert ask(rig, s.GetOnBoard((1, 2))).on_board == (s.OnBoardRow(1),), "nothing is known of it"
     info, _ = ended(rig, s.UploadPlan((1,), "mission", rows))
     assert info.state == "done" and info.text.startswith("12 items")
     assert len(peer.stores[0]) == 13, "home and the plan"
@@ -74,6 +75,9 @@ def test_a_plan_goes_up_comes_down_and_is_cleared(tmp_path: Path) -> None:
     assert result is not None and result.plan is not None
     assert [(row.command, row.x, row.y) for row in result.plan] == [(row.command, row.x, row.y) for row in rows]
     assert ask(rig, s.GetVehicles((1,))).vehicles[0].mission_items == 12
+    (held,) = ask(rig, s.GetOnBoard((1,))).on_board
+    assert held.mission is not None and [row.x for row in held.mission] == [row.x for row in rows]
+    assert held.fence is None
     info, _ = ended(rig, s.ClearPlan((1,), "mission"))
     assert info.state == "done"
     assert "nothing in it" in refusal(rig, s.UploadPlan((1,), "mission", ()))

@@ -94,6 +94,8 @@ async def test_filters_by_severity_class_vehicle_and_words() -> None:
         ("console-1", "land: vehicle 17", False),
         ("alarm", "LOST in the air: vehicles 1-6 8", False),
         ("vehicle 7", "take-off: confirmed", True),
+        ("console-1", "Round 1 started: 3 vehicles (5, 6, 7)", True),
+        ("console-1", "Round 1 started: 3 vehicles (8-9)", False),
         ("vehicle 5", "I am vehicle 7", False),
         ("console-1", "vehicles 1-999999999 " + "9" * 60, True),
         ("station", "7 m above home", False),

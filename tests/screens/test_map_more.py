@@ -5,15 +5,19 @@ import re
 
 import numpy as np
 import pytest
-from fake_station import FakeStation
+from console import WIDE, console
+from fake_station import SCENARIO_FILE, FakeStation
 from test_map import AREA, MapApp, picture
 
 from tests.screens.paper_fleet import PaperFleet
 from tui_gcs.core.bus import MemoryBus
+from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import Freshness
+from tui_gcs.core.messages_services import OnBoardRow, PlanRow
 from tui_gcs.core.messages_setup import TrafficRow
 from tui_gcs.core.overlays import Overlay
 from tui_gcs.core.scenario import Origin, Round
+from tui_gcs.core.scenario_load import load
 from tui_gcs.widgets.glyphs import UNICODE, next_dots
 from tui_gcs.widgets.map_doubt import doubt_radius_m
 from tui_gcs.widgets.map_grid import round_length_m
@@ -146,3 +150,38 @@ def test_quarter_blocks() -> None:
 @pytest.mark.parametrize(("least_m", "length_m"), [(0.3, 0.5), (1.0, 1.0), (45.0, 50.0), (51.0, 100.0)])
 def test_round_lengths(least_m: float, length_m: float) -> None:
     assert round_length_m(least_m) == pytest.approx(length_m)
+
+
+async def test_plans_that_the_selected_vehicle_is_known_to_hold_are_on_the_map() -> None:
+    """Mission, fence, rally; and a layer switches them off."""
+    frame = LocalFrame(load(SCENARIO_FILE).origin)
+
+    def item(command: int, x_m: float, y_m: float, *params: float) -> PlanRow:
+        lat_deg, lon_deg = frame.to_geodetic(x_m, y_m)
+        four = (*params, 0.0, 0.0, 0.0, 0.0)[:4]
+        return PlanRow(command, 3, four, round(lat_deg * 1e7), round(lon_deg * 1e7), 20.0)  # type: ignore[arg-type]
+
+    def holding(station: FakeStation) -> None:
+        station.fly()
+        mission = (item(16, 100.0, 60.0), item(16, 300.0, 60.0))
+        fence = (item(5003, 250.0, 200.0, 120.0),)
+        station.on_board[3] = OnBoardRow(3, mission, fence, (item(5100, 150.0, 330.0),))
+
+    async with console(WIDE, holding) as c:
+        before = c.text()
+        assert "fence 3" not in before
+        await c.press("3", "enter")
+        assert all(word in c.text() for word in ("3.1", "3.2", "fence 3", "R3"))
+        await c.press("L", "9", "escape")
+        assert "fence 3" not in c.text()
+        assert c.station.commands() == []
+
+
+async def test_a_line_leads_to_where_a_single_vehicle_is_flown_and_none_where_it_is_there() -> None:
+    async with console(WIDE, lambda station: station.fly()) as c:
+        c.station.changes[3] = {"goal_m": (300.0, 350.0, 41.0)}
+        await c.tick()
+        assert c.fly.map_view.glyphs.marker + "3" in c.text()
+        c.station.changes[3] = {"goal_m": (300.0, 350.0, 41.0), "position_m": (301.0, 350.0, 41.0)}
+        await c.tick()
+        assert c.fly.map_view.glyphs.marker + "3" not in c.text()

@@ -43,6 +43,15 @@ async def test_250_vehicles_are_in_view_at_80x24_each_with_shape_and_level() -> 
         assert (inks["▲  6"], inks["!▲250"]) == (Ink.TEXT, Ink.WARNING)
 
 
+async def test_a_table_of_250_tells_that_more_lines_follow() -> None:
+    async with console(NARROW, fleet_of(250)) as c:  # type: ignore[arg-type]
+        await opened(c, "tab")
+        assert "0 more above" in c.text() and "more below: arrows" in c.text()
+        await c.press("N")
+        table = c.app.screen.table.text().splitlines()
+        assert "250" in table[-2].split() and table[-1].endswith("0 more below: arrows")
+
+
 @pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
 @pytest.mark.parametrize(("name", "count"), [("table", 8), ("grid", 120)])
 async def test_picture(size: tuple[int, int], name: str, count: int) -> None:

@@ -39,7 +39,7 @@ from tui_gcs.core.messages_planning import PlannerTask as PlannerTask
 from tui_gcs.core.messages_planning import Track as Track
 from tui_gcs.core.scenario import Scenario
 
-PROTOCOL = 9
+PROTOCOL = 10
 """Version of this file's contract; consoles and workers say it first (`Hello`)."""
 
 

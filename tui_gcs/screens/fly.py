@@ -12,8 +12,10 @@ from textual.containers import Horizontal, Vertical
 from textual.message import Message
 
 from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, Action, bindings
+from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import FleetFrame, StationStatus
-from tui_gcs.core.scenario import Round
+from tui_gcs.core.messages_services import OnBoardRow
+from tui_gcs.core.scenario import Origin, Round
 from tui_gcs.feed import (
     EventRaised,
     Feed,
@@ -30,6 +32,7 @@ from tui_gcs.screens.map_keys import MapKeys
 from tui_gcs.widgets.event_lines import EventLines
 from tui_gcs.widgets.footer import FooterLine
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.map_layers import Layer
 from tui_gcs.widgets.map_view import MapView
 from tui_gcs.widgets.planner_panel import BriefPanel, PlannerPanel
 from tui_gcs.widgets.roster import Roster
@@ -38,7 +41,9 @@ from tui_gcs.widgets.top_lines import TopLines
 from tui_gcs.widgets.vehicle_alarms import by_vehicle
 from tui_gcs.widgets.vehicle_detail import VehicleDetail
 
-LOOK_S = 1.0
+LOOK_S, ON_BOARD_S = 1.0, 3.0
+MOST_ON_BOARD = 16
+"""Plans of so many of the selected vehicles are drawn."""
 EMPTY_LINES = 6
 FIGURES_PERIOD_S = 0.45
 """Half a second, less the jitter of frames: what changes more often cannot be read, and costs bytes."""
@@ -78,6 +83,7 @@ class FlyScreen(MapKeys):
         self.feed = feed
         self._figures_s = float("-inf")
         self._states: tuple[object, ...] = ()
+        self._on_board: tuple[tuple[OnBoardRow, ...], Origin | None] = ((), None)
         self._glyphs = glyphs
         self.top_lines = TopLines(feed, glyphs=glyphs)
         self.map_view = MapView(glyphs=glyphs)
@@ -104,6 +110,7 @@ class FlyScreen(MapKeys):
         """Listen to the feed."""
         self.feed.listen(self)
         self.set_interval(LOOK_S, self.look)
+        self.set_interval(ON_BOARD_S, self.look_on_board)
         self.show_all()
 
     def on_screen_resume(self) -> None:
@@ -155,6 +162,7 @@ class FlyScreen(MapKeys):
         if self.is_current:
             self.show_fleet()
         self.look()
+        self.look_on_board()
 
     def on_scenario_changed(self, _message: ScenarioChanged) -> None:
         """Zones, rounds, teams."""
@@ -224,6 +232,22 @@ class FlyScreen(MapKeys):
         """Ask for the details of who is looked at."""
         if self.is_current and self.selected_panel.display:
             self.feed.look_at(self.selected)
+
+    def look_on_board(self) -> None:
+        """The plans that the selected vehicles are known to hold, on the map."""
+        if self.is_current and self.feed.scenario is not None and Layer.ON_BOARD not in self.map_view.hidden:
+            self.run_worker(self._show_on_board(), group="on board", exclusive=True, exit_on_error=False)
+
+    async def _show_on_board(self) -> None:
+        selected = self.feed.selection.ids[:MOST_ON_BOARD]
+        rows = await self.feed.on_board(selected) if selected else ()
+        scenario = self.feed.scenario
+        if scenario is None or (rows, scenario.scenario.origin) == self._on_board:
+            return
+        from tui_gcs.widgets.map_on_board import drawings  # when there is something to draw
+
+        self._on_board = rows, scenario.scenario.origin
+        self.map_view.set_drawings(*drawings(rows, LocalFrame(scenario.scenario.origin)))
 
     def show_events(self) -> None:
         """The event lines."""

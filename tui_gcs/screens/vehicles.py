@@ -168,8 +168,7 @@ class VehiclesScreen(Screen[None]):
             cursor = "_   Enter keeps, Esc ends" if self.is_typing else "   / changes, Esc ends"
             return f"filter: {self._filter}{cursor}   {shown} of {all_of_them}"
         if self.has_class("-table"):
-            part = self.table.part
-            return f"{all_of_them} vehicles by {self._sorted_by}" + (f"   {part}" if part else "")
+            return f"{all_of_them} vehicles by {self._sorted_by}"
         g = self._glyphs
         shapes = f"{g.headings[0]} flying  {g.armed_on_ground} armed on ground  {g.disarmed} disarmed  {g.lost} lost"
         return f"{all_of_them} vehicles   {shapes}"

@@ -72,7 +72,7 @@ class FleetTable(LinesView):
     _lead: int | None = None
     _sorting = SORTINGS[0]
     _falling = False
-    _first = 0
+    _first = _shown = 0
 
     class Picked(Message):
         """A vehicle was clicked."""
@@ -97,14 +97,6 @@ class FleetTable(LinesView):
         self.update_lines()
         return f"{self._sorting.title}{' falling' if self._falling else ''}"
 
-    @property
-    def part(self) -> str:
-        """Which of its lines are shown, where it is not all; "" if it is."""
-        room = max(1, self.size.height - 1)
-        if len(self._rows) <= room:
-            return ""
-        return f"lines {self._first + 1}-{min(self._first + room, len(self._rows))} of {len(self._rows)}: arrows"
-
     def ids(self) -> tuple[int, ...]:
         """In the order shown."""
         return tuple(row.id for row in self._rows)
@@ -125,11 +117,15 @@ class FleetTable(LinesView):
         if not self._rows:
             return [[("no vehicle here", Ink.MUTED)]]
         columns = _fitting(width, max(row.id for row in self._rows))
-        room = max(1, height - 1)
+        is_long = len(self._rows) > max(1, height - 1)
+        room = max(1, height - 1 - is_long)
         index = next((i for i, row in enumerate(self._rows) if row.id == self._lead), 0)
         self._first = max(0, min(max(self._first, index - room + 1), index, len(self._rows) - room))
         shown = self._rows[self._first : self._first + room]
-        return [self._header(columns), *([self._line(row, columns)] for row in shown)]
+        self._shown = len(shown)
+        below = len(self._rows) - self._first - len(shown)
+        more: list[Line] = [[(f"  {self._first} more above, {below} more below: arrows", Ink.MUTED)]] if is_long else []
+        return [self._header(columns), *([self._line(row, columns)] for row in shown), *more]
 
     def _header(self, columns: Sequence[Column]) -> list[Run]:
         runs: list[Run] = [(" " * MARK_CELLS, Ink.MUTED)]
@@ -151,7 +147,7 @@ class FleetTable(LinesView):
     def on_click(self, event: events.Click) -> None:
         """Pick the clicked vehicle."""
         offset = event.get_content_offset(self)
-        if offset is not None and 0 < offset.y <= len(self._rows) - self._first:
+        if offset is not None and 0 < offset.y <= self._shown:
             self.post_message(self.Picked(self._rows[self._first + offset.y - 1].id))
 
 

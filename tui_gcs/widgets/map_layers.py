@@ -14,6 +14,7 @@ class Layer(StrEnum):
     TRAFFIC = "traffic"
     OVERLAYS = "overlays"
     GOALS = "places flown to"
+    ON_BOARD = "plans on board"
 
 
 HIDDEN_AT_FIRST = frozenset({Layer.GRID})

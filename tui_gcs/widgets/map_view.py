@@ -137,7 +137,7 @@ class MapView(Widget):
             self._redraw(still=True)
 
     def set_drawings(self, lines: Sequence[MapLine], words: Sequence[MapWord]) -> None:
-        """Show these of the screen's own besides."""
+        """Show these of the screen's own besides: plans that vehicles hold, or shall hold."""
         self._drawn_lines, self._drawn_words = tuple(lines), tuple(words)
         self._redraw(still=True)
 
@@ -367,7 +367,8 @@ class MapView(Widget):
                 map_scene.draw_round(self._still, view, self._round, self._edited_zone)
             if Layer.PLANS not in self._hidden:
                 map_scene.draw_annotations(self._still, view, self._annotations)
-            draw_lines(self._still, view, self._drawn_lines)
+            if Layer.ON_BOARD not in self._hidden:
+                draw_lines(self._still, view, self._drawn_lines)
         raster = self._still.copy()
         if Layer.TRAILS not in self._hidden:
             raster.plot(view.to_dots(self._trails.points_m()), Ink.TRAIL)
@@ -390,7 +391,7 @@ class MapView(Widget):
         if self._origin is not None and Layer.TRAFFIC not in self._hidden:
             for word in traffic_words(view, self._traffic, LocalFrame(self._origin)):
                 cells.must(word)
-        for word in words_at(view, self._drawn_words, must=True):
+        for word in words_at(view, self._drawn_words, must=True) if Layer.ON_BOARD not in self._hidden else ():
             cells.must(word)
         for word in self._still_words():
             cells.place(word)
@@ -399,7 +400,7 @@ class MapView(Widget):
     def _still_words(self) -> list[map_scene.Word]:
         """What is written where there is room, the most important first."""
         view, hidden = self.view, self._hidden
-        words = words_at(view, self._drawn_words, must=False)
+        words = words_at(view, self._drawn_words, must=False) if Layer.ON_BOARD not in hidden else []
         if self._round is not None:
             words += map_scene.zone_words(view, self._round, self._edited_zone)
         if Layer.PLANS not in hidden:
