@@ -49,7 +49,7 @@ async def test_a_table_of_250_tells_that_more_lines_follow() -> None:
         assert "0 more above" in c.text() and "more below: arrows" in c.text()
         await c.press("N")
         table = c.app.screen.table.text().splitlines()
-        assert "250" in table[-2].split() and table[-1].endswith("0 more below: arrows")
+        assert "250 BAT" in table[-2] and table[-1].endswith("0 more below: arrows")
 
 
 @pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
