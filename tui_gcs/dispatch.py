@@ -149,8 +149,9 @@ class Dispatcher:
         known = {result.vehicle: result for result in order.results}
         for answer in reply.results:
             result = known.setdefault(answer.vehicle, Result(answer.vehicle))
-            if not answer.ok:
-                result.came, result.text = Came.REFUSED, answer.text or "no reason given"
+            if not answer.ok:  # of an order that was carried out: left out by the station
+                result.came = Came.LEFT_OUT if reply.ok else Came.REFUSED
+                result.text = answer.text or "no reason given"
             else:
                 result.came = Came.WAITING if order.seen is not None else Came.BEGUN
                 result.text = answer.text

@@ -54,6 +54,8 @@ class FakeStation:
     silent: bool = False
     """Neither publishes nor answers."""
     refuse: tuple[int, ...] = ()
+    stays: dict[int, str] = field(default_factory=dict)
+    """Who does not go on with the others when all are resumed, and why."""
     protocol_answer: str = ""
     """Why Hello is refused; empty: it is not."""
     changes: dict[int, dict[str, object]] = field(default_factory=dict)
@@ -289,7 +291,9 @@ class FakeStation:
                 return self._results(request.vehicles or tuple(range(1, self.count + 1)))
             case m.Resume():
                 self.run = m.RunPhase.RUNNING
-                return m.Reply(ok=True)
+                return m.Reply(
+                    ok=True, results=tuple(m.VehicleResult(v, not why, why) for v, why in self.stays.items())
+                )
             case m.Return() | f.Land():
                 self.run = m.RunPhase.RETURNING
                 return self._results(request.vehicles or tuple(range(1, self.count + 1)))

@@ -148,6 +148,16 @@ async def test_enter_resumes_those_that_hold_while_others_fly() -> None:
         assert c.station.commands() == [m.Resume()]
 
 
+async def test_who_stays_when_all_are_resumed_is_named() -> None:
+    async with console(prepare=flight) as c:
+        c.station.stays = {1: "", 3: "was landing: resume it by name"}
+        await c.press("space")
+        await c.tick()
+        await c.press("enter")
+        assert "resume: 1 of 2 good, left out 3" in c.told()
+        assert "3   left out  was landing: resume it by name" in c.result()
+
+
 async def test_two_keys_return_all_from_a_hold() -> None:
     async with console(prepare=flight) as c:
         await c.press("space")
