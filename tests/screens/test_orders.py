@@ -120,6 +120,19 @@ async def test_what_is_still_to_come_of_an_older_order_stays_in_the_table() -> N
         assert "go to" not in c.result()
 
 
+async def test_a_question_tells_way_time_and_whose_layer_it_leads_to() -> None:
+    """Before it is asked for: the guard would stop it only on the way."""
+    async with console(NARROW, flight) as c:
+        await select(c, "3")
+        await order(c, "u", *"60", "enter")
+        assert "0 m away, up 19 m: about 6 s" in c.text()
+        assert "! 3 on the layer of 6 (62 m); 6 is" in c.text()
+        assert "! 3 passes the layer of 4 (48 m); 4 is" in c.text()
+        await c.press("escape")
+        await order(c, "g", *"450 900", "enter", "enter")
+        assert "outside the area, or in a no-fly zone: the guard stops vehicle 3" in c.text()
+
+
 async def test_no_word_of_the_menu_of_orders_is_cut_at_80_columns() -> None:
     assert [one.name for one in ORDERS if len(one.brief or one.does) > 20 or len(one.name) > 11] == []
     async with console(NARROW, flight) as c:

@@ -73,6 +73,8 @@ def outlook(request: Request, rows: Mapping[int, VehicleRow], limits: Limits, ro
     """What `request` will meet, as far as positions are known; nothing for what moves nobody to a place."""
     if isinstance(request, Follow):
         return _beside(request, rows, limits)
+    if isinstance(request, GoTo) and request.from_home:
+        return Outlook("counted from each one's own home: how far that is, is not known here")
     ways = [way for way in _ways(request, rows) if all(map(math.isfinite, (*way.here_m, *way.goal_m)))]
     if not ways:
         return Outlook()
@@ -100,8 +102,7 @@ def _span(far_m: list[float]) -> str:
 
 
 def _ways(request: Request, rows: Mapping[int, VehicleRow]) -> Iterable[_Way]:
-    """Nothing where places are counted from homes, which nobody here knows."""
-    if isinstance(request, GoTo) and not request.from_home:
+    if isinstance(request, GoTo):
         for vehicle, point in zip(request.vehicles, request.points_m, strict=True):
             if vehicle in rows:
                 yield _Way(rows[vehicle], _known(point, rows[vehicle].position_m))

@@ -235,7 +235,8 @@ class FlyScreen(MapKeys):
 
     def look_on_board(self) -> None:
         """The plans that the selected vehicles are known to hold, on the map."""
-        if self.is_current and self.feed.scenario is not None and Layer.ON_BOARD not in self.map_view.hidden:
+        known = self.feed.scenario is not None and not self.feed.station_lost
+        if self.is_current and known and Layer.ON_BOARD not in self.map_view.hidden:
             self.run_worker(self._show_on_board(), group="on board", exclusive=True, exit_on_error=False)
 
     async def _show_on_board(self) -> None:

@@ -1,5 +1,6 @@
 """Orders for the selected vehicles: the menu of what they can be told, and the dialog that asks before it is sent."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from textwrap import wrap
@@ -7,7 +8,7 @@ from textwrap import wrap
 from textual import events
 
 from tui_gcs.actions.orders import ORDERS, Aim, Grade, Order, OrderError, split, why_not_order
-from tui_gcs.actions.outlook import outlook
+from tui_gcs.actions.outlook import Outlook, outlook
 from tui_gcs.actions.places import Surroundings
 from tui_gcs.core.clock import Clock, MonotonicClock
 from tui_gcs.core.messages import Freshness, Kind, Request, VehicleRow
@@ -28,6 +29,8 @@ ARMING_S = 3.0
 LATE_S = 1.0
 """Not sent any more so long after its time: the console was stopped, and what it shows is of before."""
 CHECK_S = 0.25
+OUTLOOK_S = 1.0
+"""What a way meets is looked at anew so often: of hundreds of vehicles it takes a tenth of a second."""
 MOST_ROWS = 8
 LINES_BESIDE = 3
 """Of the menu: a gap, what is told, keys."""
@@ -149,6 +152,7 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         self._seen: object = None
         self._typed = ""
         self._problem = ""
+        self._outlook, self._outlook_s = Outlook(), -math.inf
         self._sends_s: float | None = None
         self._deadline_s = 0.0
         self._wake()
@@ -227,7 +231,7 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         except OrderError as error:
             self._problem = str(error)
             return
-        self._seen = self._state()
+        self._seen, self._outlook_s = self._state(), -math.inf
         self._wake()
 
     def _type_answer(self, event: events.Key) -> None:
@@ -314,7 +318,11 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         scenario = self._feed.scenario
         if self._request is None or scenario is None:
             return []
-        seen = outlook(self._request, rows_of(self._feed), scenario.scenario.limits, present_round(self._feed))
+        now = self._clock.now()
+        if not 0.0 <= now - self._outlook_s < OUTLOOK_S:
+            limits, round_ = scenario.scenario.limits, present_round(self._feed)
+            self._outlook, self._outlook_s = outlook(self._request, rows_of(self._feed), limits, round_), now
+        seen = self._outlook
         lines: list[Line] = [[(f"  {seen.way}"[:MOST_CELLS], Ink.TEXT)]] if seen.way else []
         return [*lines, *([(f"! {text}"[:MOST_CELLS], Ink.CAUTION)] for text in seen.warnings)]
 
