@@ -86,6 +86,10 @@ def _add_run(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     _scenario_and_links(parser)
     parser.add_argument("--json", metavar="FILE", help="write the result there too")
     parser.add_argument("--yes", action="store_true", help="do not ask for the number of vehicles on a terminal")
+    known = "LIVE: fly although this check before the start fails (`tui-gcs preflight` names them); may be repeated"
+    parser.add_argument("--override", action="append", default=[], metavar="CHECK", help=known)
+    known = "LIVE: who signs the checks before the start, for the journal (default: your login name)"
+    parser.add_argument("--operator", default="", metavar="NAME", help=known)
 
 
 def _add_rehearse(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

@@ -15,6 +15,7 @@ from tests.bench.row import NotMeasured, Row
 from tests.bench.station import SCENARIO, LiveStation, kernel_drops, live_station
 from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.core import messages as m
+from tui_gcs.core.messages_preflight import OVERRIDABLE
 from tui_gcs.core.scenario_load import load
 
 PER_S, SECONDS = 50_000, 10.0
@@ -57,7 +58,7 @@ class Armed:
     def __init__(self, station: LiveStation) -> None:
         self._station = station
         self._began_s, self._armed_s = time.monotonic(), float("inf")
-        self._reply = station.ask(m.Start(vehicles=(FLOWN,)))
+        self._reply = station.ask(m.Start(vehicles=(FLOWN,), overrides=OVERRIDABLE, operator="bench"))
         self._thread = threading.Thread(target=self._watch)
         self._thread.start()
 

@@ -89,4 +89,4 @@ def test_on_the_ground_another_vehicle_takes_the_id_over_and_nothing_of_the_old_
     vehicle = flight.vehicle()
     assert vehicle.uid != before and vehicle.address == ("fleet 1", 0)
     assert any("another vehicle has id 1 now" in text for text in flight.texts("vehicle 1"))
-    flight.until(lambda: not flight.station.requests.why_not_start(1), 30.0, "the newcomer may start")
+    flight.until(lambda: not flight.station.readiness.why_not_start(1), 30.0, "the newcomer may start")

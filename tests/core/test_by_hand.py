@@ -42,7 +42,7 @@ def done(rig: Rig, request: m.Request) -> str:
 def test_take_off_go_to_a_place_circle_land(rig: MakeRig) -> None:
     """From the ground and back, without any planner; a hold is a hold, and resume is offered."""
     flight = rig(2).ready()
-    flight.until(lambda: not flight.station.requests.why_not_start(1), 60.0)
+    flight.until(lambda: not flight.station.readiness.why_not_start(1), 60.0)
     x, y, _ = flight.place(1)
     assert why_not(flight, f.GoTo((1,), ((x, y, 20.0),))) == "is not in the air: take off first"
     assert "are allowed" in why_not(flight, f.TakeOff((1,), 500.0))
@@ -150,7 +150,7 @@ def test_motors_are_stopped_one_at_a_time_and_with_a_reason(rig: MakeRig) -> Non
 
 def test_arming_alone_and_disarming(rig: MakeRig) -> None:
     flight = rig(2).ready()
-    flight.until(lambda: not flight.station.requests.why_not_start(1), 60.0)
+    flight.until(lambda: not flight.station.readiness.why_not_start(1), 60.0)
     assert done(flight, f.Arm((1,))) == "armed"
     assert done(flight, f.Disarm((1,))) == "disarmed"
     assert why_not(flight, f.Disarm((1,))) == "it is not armed"
@@ -158,7 +158,7 @@ def test_arming_alone_and_disarming(rig: MakeRig) -> None:
 
 def test_who_took_off_by_hand_and_was_lost_flies_for_nobody_when_it_is_back(rig: MakeRig) -> None:
     flight = rig(2).ready()
-    flight.until(lambda: not any(map(flight.station.requests.why_not_start, flight.ids)), 60.0)
+    flight.until(lambda: not any(map(flight.station.readiness.why_not_start, flight.ids)), 60.0)
     assert ask(flight, m.Start((1,))).ok
     done(flight, f.TakeOff((2,), flight.station.book.flights[2].layer_m))
     flight.until(lambda: (flight.phase(1), flight.phase(2)) == (Phase.FLYING, Phase.BY_HAND), 60.0)

@@ -102,7 +102,7 @@ def test_a_code_is_for_one_try_of_one_principal_for_a_minute(wired: MakeWired, k
 
 def test_what_has_changed_since_the_first_step_counts(wired: MakeWired, keys: KeyStore) -> None:
     flight = ready(wired, keys)
-    flight.until(lambda: not flight.station.requests.why_not_start(1), 60.0)
+    flight.until(lambda: not flight.station.readiness.why_not_start(1), 60.0)
     code = code_in(provision(flight))
     flight.ask(m.Start(vehicles=(1,)))
     flight.until(lambda: flight.vehicle().armed, 20.0)

@@ -178,7 +178,7 @@ def test_after_a_crash_recordings_are_refused_and_the_vehicle_is_believed(wired:
     vehicle = flight.vehicle()
     assert vehicle.signing is Signing.OURS and vehicle.freshness(flight.clock.now()) is Freshness.OK
     flight.run(10.0)
-    assert vehicle.identified and not flight.station.requests.why_not_start(1)
+    assert vehicle.identified and not flight.station.readiness.why_not_start(1)
 
 
 @pytest.mark.parametrize("px4", [False, True])
@@ -244,7 +244,7 @@ def test_px4_that_signs_with_zeros_is_as_good_as_unsigned(wired: MakeWired, keys
     flight.run(15.0)
     assert flight.vehicle().signing is Signing.NOT_VERIFIED
     assert not flight.vehicle().no_commands
-    flight.until(lambda: not flight.station.requests.why_not_start(1), 30.0)
+    flight.until(lambda: not flight.station.readiness.why_not_start(1), 30.0)
 
 
 def test_keys_may_be_assigned_and_taken_away_while_the_station_runs(wired: MakeWired, keys: KeyStore) -> None:

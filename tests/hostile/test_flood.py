@@ -8,6 +8,7 @@ import pytest
 from tests.bench.flood import FLOWN, PER_S, flooding, simulated
 from tests.bench.station import LiveStation, live_station
 from tui_gcs.core import messages as m
+from tui_gcs.core.messages_preflight import OVERRIDABLE
 
 pytestmark = pytest.mark.process
 SECONDS = 10
@@ -29,7 +30,7 @@ def test_a_vehicle_stays_live_and_commandable_in_a_flood(station: LiveStation, t
         station.until(lambda status: FLOWN not in status.not_ready, 60, "vehicle ready to start")
         first = len(station.status)
         with flooding(station.port) as process:
-            assert station.ask(m.Start(vehicles=(FLOWN,))).ok
+            assert station.ask(m.Start(vehicles=(FLOWN,), overrides=OVERRIDABLE, operator="bench")).ok
             station.until(lambda status: status.armed == 1, 8, "armed during the flood")
             assert station.ask(m.Hold(vehicles=(FLOWN,))).ok
             sent = int(process.communicate(timeout=30)[0])

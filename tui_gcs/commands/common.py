@@ -108,6 +108,16 @@ def simulable(scenario: "Scenario") -> "Scenario":
     return scenario
 
 
+def login_name() -> str:
+    """Who runs this, as the system calls him; "" where it does not say."""
+    from getpass import getuser
+
+    try:
+        return getuser()
+    except (KeyError, OSError):
+        return ""
+
+
 def check_writable(json_file: str | None) -> None:
     """Tell before the flight that its result cannot be written. Raises `CommandError`."""
     if json_file is None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.commands.common import (
     check_seed,
     check_writable,
+    login_name,
     new_folder,
     planner_files,
     read_planners,
@@ -22,6 +23,9 @@ from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
 
 if TYPE_CHECKING:
+    from tui_gcs.core.messages_planning import PlannerInfo
+    from tui_gcs.core.results import Result
+    from tui_gcs.core.scenario import Scenario
     from tui_gcs.happenings import Happening
     from tui_gcs.report.recording import FlightRecord
 
@@ -83,6 +87,8 @@ def run(arguments: argparse.Namespace) -> int:
     code = report(result, problem, arguments.json)
     if bad_links is not None:
         sys.stdout.write(bad_links.text())
+    if arguments.rounds in (None, len(scenario.rounds)):
+        _remember(scenario, planners, result, problem, arguments)
     _tell_pace(records[0], time.monotonic() - begin_s)
     if arguments.report:
         from tui_gcs.report.page import page
@@ -91,6 +97,39 @@ def run(arguments: argparse.Namespace) -> int:
         text = page(records[0], result, problem, conditions=_conditions(arguments), happened=happened)
         _write(arguments.report, text)
     return code
+
+
+def _remember(
+    scenario: "Scenario",
+    planners: "dict[str, PlannerInfo]",
+    result: "Result",
+    problem: str,
+    arguments: argparse.Namespace,
+) -> None:
+    """Leave a record for the check before a LIVE start: exactly this plan was rehearsed, and what came of it."""
+    from tui_gcs.core.rehearsals import FILE, Rehearsal, plan_digest, remember
+
+    wrong = {"lose": arguments.lose, "drain": arguments.drain, "restart": [f"{t_s:g}" for t_s in arguments.restart]}
+    conditions = [f"--{name} {value}" for name, values in wrong.items() for value in values]
+    conditions += [
+        f"{name} {value}" for name, value in _conditions(arguments) if value and name not in ("scenario", "autopilots")
+    ]
+    rehearsal = Rehearsal(
+        plan=plan_digest(scenario, planners),
+        passed=result.ok and not problem,
+        wall_s=time.time(),
+        scenario=scenario.name,
+        checks_good=sum(check.ok for check in result.checks),
+        checks=len(result.checks),
+        autopilots=arguments.autopilot or "ardupilot",
+        conditions=", ".join(conditions),
+        problem=problem,
+        by=login_name(),
+    )
+    try:
+        remember(state_dir(Kind.SIM) / FILE, rehearsal)
+    except (ConfigError, OSError) as error:
+        sys.stderr.write(f"tui-gcs: this rehearsal is not on record, a LIVE start will not know of it: {error}\n")
 
 
 def _tell_pace(record: "FlightRecord", took_s: float) -> None:

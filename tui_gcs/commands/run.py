@@ -9,7 +9,7 @@ import threading
 import time
 from typing import TYPE_CHECKING
 
-from tui_gcs.commands.common import check_writable, join, read_planners, read_scenario, running
+from tui_gcs.commands.common import check_writable, join, login_name, read_planners, read_scenario, running
 from tui_gcs.commands.fly import start
 from tui_gcs.commands.headless import ProgressBar, report
 from tui_gcs.core.kinds import Kind
@@ -29,11 +29,21 @@ def run(arguments: argparse.Namespace) -> int:
     if running(kind):
         raise CommandError(f"a {kind} station already runs: `tui-gcs attach` joins it, `tui-gcs stop` ends it first")
     check_writable(arguments.json)
+    _check_overrides(arguments.override)
     scenario, _, _ = read_scenario(arguments.scenario, read_planners(arguments.planner))
     if kind is Kind.LIVE and sys.stdin.isatty() and not arguments.yes:
         _ask_count(scenario)
     start(kind, arguments)
-    return _fly(scenario, kind, arguments.json)
+    return _fly(scenario, kind, arguments)
+
+
+def _check_overrides(names: list[str]) -> None:
+    from tui_gcs.core.messages_preflight import OVERRIDABLE
+
+    if wrong := [name for name in names if name not in OVERRIDABLE]:
+        raise CommandError(
+            f"--override {wrong[0]!r}: no check that can be overridden; these can: {', '.join(OVERRIDABLE)}"
+        )
 
 
 def _ask_count(scenario: "Scenario") -> None:
@@ -45,14 +55,21 @@ def _ask_count(scenario: "Scenario") -> None:
         raise CommandError("not started")
 
 
-def _fly(scenario: "Scenario", kind: Kind, json_file: str | None) -> int:
+def _fly(scenario: "Scenario", kind: Kind, arguments: argparse.Namespace) -> int:
     from tui_gcs.core.messages import Shutdown, encode
     from tui_gcs.core.script import Script
     from tui_gcs.core.zenoh_bus import QueuedBus
 
     bus = QueuedBus(join(kind), lambda: None)
     principal = f"run-{os.getpid()}"
-    script = Script(scenario, bus, principal=principal, whole_duration=True)
+    script = Script(
+        scenario,
+        bus,
+        principal=principal,
+        whole_duration=True,
+        operator=arguments.operator or login_name() or "run",
+        overrides=tuple(arguments.override),
+    )
     interrupted = threading.Event()
     signal.signal(signal.SIGINT, lambda *_: interrupted.set())
     signal.signal(signal.SIGTERM, lambda *_: interrupted.set())
@@ -72,4 +89,4 @@ def _fly(scenario: "Scenario", kind: Kind, json_file: str | None) -> int:
     with contextlib.suppress(Exception):
         bus.ask(f"gcs/req/{principal}", encode(Shutdown()))
     bus.close()
-    return report(script.referee.result(), script.problem, json_file)
+    return report(script.referee.result(), script.problem, arguments.json)

@@ -29,6 +29,7 @@ from tui_gcs.core.messages_journal import EventClass as EventClass
 from tui_gcs.core.messages_journal import GetEvents as GetEvents
 from tui_gcs.core.messages_journal import GetJournal as GetJournal
 from tui_gcs.core.messages_journal import Note as Note
+from tui_gcs.core.messages_links import LinkStatus as LinkStatus
 from tui_gcs.core.messages_planning import Annotation as Annotation
 from tui_gcs.core.messages_planning import Intent as Intent
 from tui_gcs.core.messages_planning import ParamInfo as ParamInfo
@@ -37,6 +38,7 @@ from tui_gcs.core.messages_planning import Plan as Plan
 from tui_gcs.core.messages_planning import PlannerInfo as PlannerInfo
 from tui_gcs.core.messages_planning import PlannerTask as PlannerTask
 from tui_gcs.core.messages_planning import Track as Track
+from tui_gcs.core.messages_preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.scenario import Scenario
 
 PROTOCOL = 10
@@ -79,29 +81,6 @@ class TeamStatus(Message, frozen=True):
     """Why the planner cannot plan, or failed last: a line, or a traceback of several."""
 
 
-class LinkStatus(Message, frozen=True):
-    """A link as the operator sees it."""
-
-    name: str
-    up: bool
-    datagrams: int
-    frames: int
-    bad: int
-    """Bytes that belonged to no valid frame."""
-    error: str = ""
-    network: str = ""
-    bad_crc: int = 0
-    """Whole frames with a wrong CRC."""
-    kernel_drops: int = 0
-    """Datagrams that the system threw away because we did not read in time."""
-    send_refused: int = 0
-    """Frames that could not be sent."""
-    bytes_in: int = 0
-    bytes_out: int = 0
-    radio: str = ""
-    """What its radio says of itself; empty without one."""
-
-
 class StationStatus(Message, frozen=True):
     """The station in one message: published at 2 Hz and on every change."""
 
@@ -129,6 +108,8 @@ class StationStatus(Message, frozen=True):
     """Guard vetoes since start, by reason."""
     not_ready: dict[int, str] = {}
     """Vehicles of teams that could not be started now, and why."""
+    preflight: tuple[Check, ...] = ()
+    """What is checked of the vehicles on the ground before a start, the worst first; none when all are in the air."""
     if_silent: dict[int, str] = {}
     """What each vehicle of a team does when our set-points stop: to be seen before a start."""
     faults: dict[str, int] = {}
@@ -211,6 +192,10 @@ class Start(Request, frozen=True, tag="start"):
     """Arm, take off and run the present round with exactly these vehicles (what the operator saw and confirmed)."""
 
     vehicles: tuple[int, ...]
+    overrides: tuple[str, ...] = ()
+    """Names of checks that refuse it and shall not, for this start."""
+    operator: str = ""
+    """Who says so, and signs the list of checks with it; needed for an override, and where nobody has signed."""
 
 
 class Hold(Request, frozen=True, tag="hold"):
@@ -312,6 +297,9 @@ AnyRequest = (
     | Unshelve
     | Note
     | GetJournal
+    | AcknowledgeCheck
+    | SignOff
+    | ReadChecks
 )
 
 
@@ -336,6 +324,8 @@ class Reply(Message, frozen=True):
     status: StationStatus | None = None
     """`Hello`: as it was published last, or would be now."""
     events: tuple[Event, ...] = ()
+    refused_by: tuple[Check, ...] = ()
+    """`Start`: the checks that refuse it and were not overridden."""
     journal_at: int = 0
     """`GetJournal`: where the answer before this one begins."""
     task: PlannerTask | None = None

@@ -3,7 +3,6 @@
 The principal comes from the bus key, never from the payload.
 """
 
-import math
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -11,30 +10,26 @@ import msgspec
 from tui_gcs.core import messages as m
 from tui_gcs.core import messages_services as s
 from tui_gcs.core.events import DEBUG, NOTICE, WARNING
-from tui_gcs.core.flights import Flight
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.journal_reader import events_before
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.messages_flight import Land, Nudge
+from tui_gcs.core.messages_preflight import AcknowledgeCheck, ReadChecks, SignOff
 from tui_gcs.core.messages_setup import ConfirmStep
 from tui_gcs.core.planner_requests import PlannerRequests
 from tui_gcs.core.provision import ProvisionDesk
-from tui_gcs.core.scenario import Round, Scenario, band_m
+from tui_gcs.core.readiness import layer_problem
+from tui_gcs.core.scenario import Round, Scenario
 from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.service_requests import ServiceDesk
 from tui_gcs.core.text import clean
-from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station
 
-GPS_3D = 3
-"""MAVLink GPS_FIX_TYPE_3D_FIX."""
-LEAST_BATTERY_PCT = 20.0
-"""Below this nobody starts; an unknown battery (NaN) does not count as empty."""
-NOTING = (m.Acknowledge, m.Shelve, m.Unshelve, m.Note)
-"""Done for every console: nothing is commanded."""
+NOTING = (m.Acknowledge, m.Shelve, m.Unshelve, m.Note, AcknowledgeCheck, SignOff, ReadChecks)
+"""Done for every console: nothing is commanded, nobody takes control."""
 MOST_NOTE_CHARS = 300
 NUDGES_TOLD_S = 5.0
 OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan, m.GetPlanners, m.GetPreviews, m.GetJournal)
@@ -131,6 +126,12 @@ class RequestDesk:
             return alarms.shelve(principal, request)
         if isinstance(request, m.Unshelve):
             return alarms.unshelve(principal, request)
+        if isinstance(request, AcknowledgeCheck):
+            return self._station.preflight.acknowledge(principal, request)
+        if isinstance(request, SignOff):
+            return self._station.preflight.sign(principal, request)
+        if isinstance(request, ReadChecks):
+            return self._station.preflight.read(anew=request.anew)
         if isinstance(request, m.Note):
             severity = min(max(request.severity, WARNING), DEBUG)
             text = clean(request.text, MOST_NOTE_CHARS)
@@ -168,82 +169,17 @@ class RequestDesk:
             return Reply(ok=False, text="the fleet is returning: wait until all have landed")
         if not request.vehicles or len(set(request.vehicles)) != len(request.vehicles):
             return Reply(ok=False, text="name each vehicle once")
-        results = [VehicleResult(vehicle=v, ok=not (why := self.why_not_start(v)), text=why) for v in request.vehicles]
-        results = _on_slopes(station, _too_close(station, results))
+        results = station.readiness.of_start(request.vehicles)
         bad = [r.vehicle for r in results if not r.ok]
         if bad:
             text = f"not started: vehicle {', '.join(map(str, bad))} not ready"
-            return Reply(ok=False, text=text, results=tuple(results))
+            return Reply(ok=False, text=text, results=results)
+        if refused := station.preflight.refusal(request):
+            return refused
+        station.preflight.begun(self.in_control, request)
         station.executive.start(request.vehicles)
         ids = ", ".join(map(str, request.vehicles))
-        return Reply(
-            ok=True, text=f"{station.round.name} started: {len(results)} vehicles ({ids})", results=tuple(results)
-        )
-
-    def why_not_start(self, vehicle_id: int) -> str:
-        """Why this vehicle cannot start now, or ""."""
-        station = self._station
-        vehicle = station.fleet.vehicles.get(vehicle_id)
-        flight = station.book.get(vehicle_id)
-        if vehicle is None:
-            return "never heard"
-        if flight is None:
-            return "in no team, or without a take-off place"
-        if why := self._why_not_led(vehicle):
-            return why
-        if vehicle.armed or flight.phase is not Phase.GROUND:
-            return "already armed" if vehicle.armed else f"busy: {flight.phase}"
-        if problem := _layer_problem(station.scenario, station.round, flight, flight.team):
-            return problem
-        desk = station.desks.get(flight.team)
-        if desk is None or desk.error:
-            return f"its planner cannot plan: {desk.error if desk else 'none'}"
-        return self._why_not_ready(vehicle)
-
-    def why_not_lift(self, vehicle: Vehicle) -> str:
-        """Why this vehicle cannot leave the ground now to be flown by hand, or ""."""
-        flight = self._station.book.get(vehicle.id)
-        if flight is None:
-            return "in no team, or without a take-off place"
-        if why := self._why_not_led(vehicle):
-            return why
-        return f"busy: {flight.phase}" if flight.phase is not Phase.GROUND else self._why_not_ready(vehicle)
-
-    def _why_not_led(self, vehicle: Vehicle) -> str:
-        """Why nothing can be led by this station on it."""
-        station = self._station
-        now = station.clock.now()
-        if vehicle.freshness(now) is not Freshness.OK:
-            return f"{vehicle.freshness(now)}: last heard {now - vehicle.heard_s:.0f} s ago"
-        if unsupported := station.firmware.of(vehicle).why_not(vehicle):
-            return unsupported
-        if not station.door.is_ours(vehicle):
-            return "not one of our simulated vehicles: this station is SIM"
-        if vehicle.no_commands:
-            return vehicle.no_commands
-        if station.links[vehicle.link].spec.high_latency:
-            return "heard over a high-latency link: commands only, no planner can steer it"
-        return ""
-
-    def _why_not_ready(self, vehicle: Vehicle) -> str:
-        """What is wrong with it, or with where it stands."""
-        station = self._station
-        if problem := station.firmware.of(vehicle).start_problem(vehicle):
-            return problem
-        if vehicle.battery_pct < LEAST_BATTERY_PCT:
-            return f"battery {vehicle.battery_pct:.0f} %, at least {LEAST_BATTERY_PCT:.0f} % to start"
-        if vehicle.gps_fix < GPS_3D:
-            return f"no 3-D position fix (fix type {vehicle.gps_fix})"
-        if not station.guard.inside(vehicle.position_m):
-            away_m = station.guard.outside_m(vehicle.position_m)
-            return f"{away_m:.0f} m outside the operating area of {station.round.name}"
-        return "; ".join(problem.text for problem in station.services.health.of(vehicle).problems if problem.blocks)
-
-    def too_close(self, vehicles: tuple[int, ...]) -> dict[int, str]:
-        """Of vehicles that shall leave the ground: who stands too near to another one, or to somebody's home."""
-        known = [v for v in vehicles if v in self._station.fleet.vehicles]
-        results = _too_close(self._station, [VehicleResult(vehicle=v, ok=True, text="") for v in known])
-        return {result.vehicle: result.text for result in results if not result.ok}
+        return Reply(ok=True, text=f"{station.round.name} started: {len(results)} vehicles ({ids})", results=results)
 
     # ---------------------------------------------------------------- rounds and scenario
 
@@ -279,7 +215,7 @@ class RequestDesk:
             elif away > 0:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{away:.0f} m outside"))
             elif flight.phase is not Phase.GROUND and (
-                problem := _layer_problem(scenario, round_, flight, teams[flight.vehicle])
+                problem := layer_problem(scenario, round_, flight, teams[flight.vehicle])
             ):
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=problem))
         return tuple(results)
@@ -332,57 +268,6 @@ class RequestDesk:
             return Reply(ok=False, text=text if lost else "nothing armed is lost: stop without --lost")
         self._station.ending = True
         return Reply(ok=True, text="station ends")
-
-
-def _layer_problem(scenario: Scenario, round_: Round, flight: Flight, team_name: str) -> str:
-    """Why a vehicle's layer does not serve that team's zone in this round, or ""."""
-    team = next((t for t in scenario.teams if t.name == team_name), None)
-    zone = next((z for z in round_.zones if team is not None and z.name == team.zone), None)
-    if zone is None:
-        return ""
-    low, high = band_m(zone, round_.area)
-    if low <= flight.layer_m <= high:
-        return ""
-    return f"its layer {flight.layer_m:g} m is outside {low:g}-{high:g} m, the band of zone {zone.name}"
-
-
-def _too_close(station: "Station", results: list[VehicleResult]) -> list[VehicleResult]:
-    """Refuse vehicles too near to each other, or to the place or home of one that is in the air."""
-    limit = station.scenario.limits.separation_horizontal_m
-    vehicles = station.fleet.vehicles
-    starters = {r.vehicle for r in results if r.ok}
-    places = [(v, vehicles[v].position_m[:2]) for v in starters]
-    for flight in station.book:
-        if flight.phase is not Phase.GROUND and flight.vehicle not in starters:
-            places += [(flight.vehicle, home[:2]) for home in [flight.home_m] if home is not None]
-            places += [(v.id, v.position_m[:2]) for v in [vehicles.get(flight.vehicle)] if v is not None]
-    checked = []
-    for result in results:
-        here = vehicles[result.vehicle].position_m[:2] if result.ok else (math.nan, math.nan)
-        near = [v for v, place in places if v != result.vehicle and math.dist(here, place) < limit]
-        text = f"stands closer than {limit:.0f} m to vehicle {near[0]}" if near else ""
-        checked.append(VehicleResult(vehicle=result.vehicle, ok=False, text=text) if near else result)
-    return checked
-
-
-def _on_slopes(station: "Station", results: list[VehicleResult]) -> list[VehicleResult]:
-    """Refuse vehicles whose homes differ in height: layers are heights above each vehicle's own home."""
-    vehicles = station.fleet.vehicles
-    flying = [f.vehicle for f in station.book if f.phase is not Phase.GROUND]
-    ids = {r.vehicle for r in results if r.ok} | {v for v in flying if v in vehicles}
-    heights = {v: vehicles[v].alt_amsl_m - vehicles[v].alt_rel_m for v in ids}
-    known = sorted(h for h in heights.values() if math.isfinite(h))
-    limit = station.scenario.limits.home_spread_m
-    if not known or known[-1] - known[0] <= limit:
-        return results
-    middle = known[len(known) // 2]
-    text = f"homes differ by {known[-1] - known[0]:.1f} m in height, limits.home_spread_m is {limit:g}"
-    return [
-        VehicleResult(vehicle=r.vehicle, ok=False, text=f"{text}; its own is {heights[r.vehicle] - middle:+.1f} m")
-        if r.ok
-        else r
-        for r in results
-    ]
 
 
 def _done(what: str, named: tuple[int, ...], results: tuple[VehicleResult, ...]) -> Reply:

@@ -10,6 +10,7 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as m
 from tui_gcs.core.bus import Bus, BusError
 from tui_gcs.core.messages import FleetFrame, Freshness, Phase, Reply, RunPhase, StationStatus, decode, encode
+from tui_gcs.core.messages_preflight import CheckState
 from tui_gcs.core.results import Referee
 from tui_gcs.core.scenario import Round, Scenario
 
@@ -39,8 +40,21 @@ class Step(StrEnum):
 class Script:
     """Drives one flight; `tick` after every change of time."""
 
-    def __init__(self, scenario: Scenario, bus: Bus, *, principal: str, whole_duration: bool) -> None:
-        """`whole_duration`: each round lasts its `duration_s`; else until everything is measured."""
+    def __init__(
+        self,
+        scenario: Scenario,
+        bus: Bus,
+        *,
+        principal: str,
+        whole_duration: bool,
+        operator: str = "",
+        overrides: tuple[str, ...] = (),
+    ) -> None:
+        """`whole_duration`: each round lasts its `duration_s`; else until everything is measured.
+
+        `operator` signs the checks before the start, and overrides those named.
+        """
+        self._operator, self._overrides = operator, overrides
         self.step = Step.WAIT
         self.problem = ""
         """Why the flight ended early; empty if it did not."""
@@ -158,12 +172,16 @@ class Script:
         expected = sum(len(team.vehicles) or team.count for team in self._scenario.teams)
         if len(ready) == expected and now - self._try_s >= TRY_AGAIN_S:
             self._try_s = now
-            reply = self._ask(m.Start(vehicles=tuple(sorted(ready))))
+            start = m.Start(vehicles=tuple(sorted(ready)), overrides=self._overrides, operator=self._operator)
+            reply = self._ask(start)
             if reply.ok:
                 self.referee.started = tuple(sorted(ready))
                 self._enter(Step.TAKE_OFF)
                 return
             self._refusal = _why(reply)
+            if reply.refused_by and not any(check.state is CheckState.UNKNOWN for check in reply.refused_by):
+                self._end(self._refusal)  # none of that heals by waiting
+                return
         if now - self._since_s > READY_LIMIT_S:
             names = ", ".join(map(str, missing)) or "all heard"
             text = f"{len(ready)} of {expected} vehicles (missing: {names}) {self._refusal}"

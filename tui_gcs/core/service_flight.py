@@ -49,7 +49,7 @@ class FlightActs:
         """In the mode it is flown in: it is set first."""
         if vehicle.armed:
             return ARMED
-        if why := self._station.requests.why_not_lift(vehicle):
+        if why := self._station.readiness.why_not_lift(vehicle):
             return why
         self._prepared(vehicle, task, lambda: self._submit_arm(vehicle, task, lambda: task.end(text="armed")))
         return ""
@@ -85,7 +85,7 @@ class FlightActs:
         station = self._station
         if not LEAST_HOVER_M <= request.alt_m <= station.guard.area.alt_max_m:
             return f"{request.alt_m:g} m: {LEAST_HOVER_M:g} to {station.guard.area.alt_max_m:g} m are allowed"
-        if why := station.requests.why_not_lift(vehicle) or station.requests.too_close(request.vehicles).get(
+        if why := station.readiness.why_not_lift(vehicle) or station.readiness.too_close(request.vehicles).get(
             vehicle.id
         ):
             return why

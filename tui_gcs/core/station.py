@@ -46,7 +46,9 @@ from tui_gcs.core.messages import (
     encode,
 )
 from tui_gcs.core.monitor import FleetMonitor
+from tui_gcs.core.preflight import PreflightDesk
 from tui_gcs.core.rates import RateDesk
+from tui_gcs.core.readiness import Readiness
 from tui_gcs.core.reboots import RebootBook
 from tui_gcs.core.reception import Reception
 from tui_gcs.core.recorder import TlogWriter
@@ -97,6 +99,8 @@ class StationConfig:
     """What planners declare, by name, as far as it is known."""
     folder: Path | None = None
     """Where what is downloaded from vehicles goes, and caches of it; None: nothing is written."""
+    rehearsals: Path | None = None
+    """The file that tells which plans were rehearsed; None: none was."""
 
 
 class Station:
@@ -181,6 +185,8 @@ class Station:
         self.detections = Detections(self.fleet, clock, self.tracks.take)
         self.wind = WindBook(self.fleet, clock)
         self.desks: dict[str, TeamDesk] = {}
+        self.readiness = Readiness(self)
+        self.preflight = PreflightDesk(self)
         self.requests = RequestDesk(self)
         self.reboots = RebootBook(self.fleet)
         self._alarm_finder = AlarmFinder(self, self.alarms)

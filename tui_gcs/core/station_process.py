@@ -18,6 +18,7 @@ from pathlib import Path
 
 import msgspec
 
+from tui_gcs.core import rehearsals
 from tui_gcs.core.bus import BusError
 from tui_gcs.core.clock import MonotonicClock
 from tui_gcs.core.config import STATION_LOCK, socket_path, state_dir, try_lock
@@ -98,6 +99,7 @@ def run(run_file: Path) -> None:
         keys=keys,
         stamps=stamps,
         folder=logs,
+        rehearsals=state_dir(Kind.SIM) / rehearsals.FILE,
         planners={info.name: info for info in files},
     )
     try:

@@ -38,7 +38,8 @@ def station_status(station: "Station", seq: int) -> StationStatus:
         min_separation_m=separation if math.isfinite(separation) else math.nan,
         outside_area_m=station.monitor.outside_area_m,
         vetoes=dict(station.guard.vetoes),
-        not_ready={f.vehicle: why for f in station.book if (why := station.requests.why_not_start(f.vehicle))},
+        not_ready={f.vehicle: why for f in station.book if (why := station.readiness.why_not_start(f.vehicle))},
+        preflight=station.preflight.checks(),
         if_silent={
             f.vehicle: station.firmware.of(v).if_silent(v)
             for f in station.book

@@ -26,6 +26,22 @@ class FailsafeLine:
     warning: bool
     """Nothing, something dangerous, or not known: an operator must accept it."""
 
+    @property
+    def check(self) -> str:
+        """The check before a start that tells it (`messages_preflight.FAILSAFES`)."""
+        return next((check for begin, check in _CHECKS if self.when.startswith(begin)), "station-loss")
+
+
+_CHECKS = (
+    ("battery", "battery-loss"),
+    ("fence", "fence-cross"),
+    ("position", "position-loss"),
+    ("set-points", "setpoint-loss"),
+    ("pilot's RC", "stick-loss"),
+    ("sticks", "stick-loss"),
+)
+"""How `when` begins, and what it is about; the rest is about this station's link."""
+
 
 _COPTER = (
     "FS_GCS_ENABLE",

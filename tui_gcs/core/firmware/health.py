@@ -6,7 +6,7 @@ What an autopilot says of itself counts most; the rest explains it in words.
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from tui_gcs.core.firmware.modes import known_modes, mode_name
@@ -134,6 +134,8 @@ class Problem:
     text: str
     blocks: bool
     """Whether it must not be armed so."""
+    about: Concern = field(default="health", compare=False)
+    """What it puts in doubt; the same words are the same problem."""
 
 
 def problems(vehicle: Vehicle, newest: Newest, checks: Checks, now: float) -> Iterator[Problem]:
@@ -144,9 +146,9 @@ def problems(vehicle: Vehicle, newest: Newest, checks: Checks, now: float) -> It
     elif vehicle.autopilot == AUTOPILOT_PX4:
         yield from _px4(vehicle, newest, checks)
     else:
-        yield from _gps(vehicle, newest, blocks=True)
+        yield from _about("position", _gps(vehicle, newest, blocks=True))
     yield from _sensors(newest)
-    yield from _battery(vehicle, newest)
+    yield from _about("battery", _battery(vehicle, newest))
 
 
 def problems_in_flight(vehicle: Vehicle, newest: Newest) -> Iterator[tuple[Concern, Problem]]:
@@ -161,6 +163,10 @@ def problems_in_flight(vehicle: Vehicle, newest: Newest) -> Iterator[tuple[Conce
     if newest(SYS_STATUS) is not None:
         yield from _concerning("health", _sensors(newest))
     yield from _concerning("battery", _battery(vehicle, newest))
+
+
+def _about(concern: Concern, found: Iterator[Problem]) -> Iterator[Problem]:
+    return (replace(problem, about=concern) for problem in found)
 
 
 def _concerning(concern: Concern, found: Iterator[Problem]) -> Iterator[tuple[Concern, Problem]]:
@@ -272,12 +278,12 @@ def _ardupilot(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[Problem
     if not vehicle.armed:
         yield from _ardupilot_prearm(vehicle, newest, now)
     ready = True
-    for problem in _ardupilot_ekf(vehicle, newest):
+    for problem in _about("position", _ardupilot_ekf(vehicle, newest)):
         ready = ready and not problem.blocks
         yield problem
-    yield from _gps(vehicle, newest, blocks=not ready)
+    yield from _about("position", _gps(vehicle, newest, blocks=not ready))
     if vehicle.home_m is None:
-        yield Problem("home is not known yet", blocks=False)
+        yield Problem("home is not known yet", blocks=False, about="position")
     stick = sinking_stick(vehicle, newest)
     if stick:
         reads = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode) in STICK_MODES
@@ -328,12 +334,13 @@ def _ardupilot_ekf(vehicle: Vehicle, newest: Newest) -> Iterator[Problem]:
 def _px4(vehicle: Vehicle, newest: Newest, checks: Checks) -> Iterator[Problem]:
     if not vehicle.armed:
         yield from _px4_checks(vehicle, newest, checks)
-    yield from _gps(vehicle, newest, blocks=_checks_fail(newest))
+    yield from _about("position", _gps(vehicle, newest, blocks=_checks_fail(newest)))
     estimator = newest(ESTIMATOR_STATUS)
     if estimator is not None:  # slow, and off where a link has no room: its checks say the same
-        yield from _px4_estimator(estimator)
+        yield from _about("position", _px4_estimator(estimator))
     if vehicle.home_m is None:
-        yield Problem("home is not known yet: take-off heights are counted from it", blocks=True)
+        text = "home is not known yet: take-off heights are counted from it"
+        yield Problem(text, blocks=True, about="position")
 
 
 def _px4_checks(vehicle: Vehicle, newest: Newest, checks: Checks) -> Iterator[Problem]:

@@ -1,6 +1,7 @@
 """Failsafes on demand: the parameters that say what a vehicle does by itself are read, and told in words.
 
-Read by name, a dozen small questions; nothing is downloaded. What somebody changes later is heard as PARAM_VALUE.
+Read by name, a dozen small questions; nothing is downloaded. What somebody changes later is heard as PARAM_VALUE, and
+counts instead of what was read.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,7 +15,21 @@ OnRead = Callable[[dict[str, float]], None]
 Read = Callable[[int, Sequence[str], OnRead], None]
 """(vehicle id, names, on_done): on_done gets the values of those names that the vehicle told."""
 
-__all__ = ["FailsafeLine", "FailsafeService", "reader"]
+__all__ = ["FailsafeLine", "FailsafeService", "listener", "reader"]
+
+
+Heard = Callable[[int, str], float | None]
+"""(vehicle id, name): the newest value that it told of a parameter, None if it told none."""
+
+
+def listener(params: ParamService) -> Heard:
+    """What the parameter service knows as that."""
+
+    def heard(vehicle: int, name: str) -> float | None:
+        param = params.table(vehicle).params.get(name)
+        return float(param.value) if param is not None else None
+
+    return heard
 
 
 def reader(params: ParamService) -> Read:
@@ -33,8 +48,9 @@ def reader(params: ParamService) -> Read:
 class FailsafeService:
     """Knows what was read of each vehicle."""
 
-    def __init__(self, fleet: Fleet, read: Read, own_system: int) -> None:
-        """`read` is the parameter service's; `own_system` is who ArduPilot has to listen for."""
+    def __init__(self, fleet: Fleet, read: Read, own_system: int, heard: Heard = lambda vehicle, name: None) -> None:
+        """`read` and `heard` are the parameter service's; `own_system` is who ArduPilot has to listen for."""
+        self._heard = heard
         self._fleet = fleet
         self._read = read
         self._own_system = own_system
@@ -65,7 +81,9 @@ class FailsafeService:
 
     def report(self, vehicle: Vehicle) -> tuple[FailsafeLine, ...]:
         """What it does when something is lost; all of it is a warning until it was read."""
-        values: Values = self._values.get(vehicle.id, {})
+        read = self._values.get(vehicle.id, {})
+        told = {name: self._heard(vehicle.id, name) for name in wanted(vehicle)}
+        values: Values = read | {name: value for name, value in told.items() if value is not None}
         return explain(vehicle, values, self._own_system)
 
     def warnings(self, vehicle: Vehicle) -> tuple[FailsafeLine, ...]:

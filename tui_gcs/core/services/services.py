@@ -6,7 +6,7 @@ from tui_gcs.core.services.airframe import AirframeService
 from tui_gcs.core.services.calibration import CalibrationService
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.control import ControlService
-from tui_gcs.core.services.failsafes import FailsafeService, reader
+from tui_gcs.core.services.failsafes import FailsafeService, listener, reader
 from tui_gcs.core.services.ftp import FtpService
 from tui_gcs.core.services.health import HealthService
 from tui_gcs.core.services.logs import LogService
@@ -40,7 +40,7 @@ class Services:
         self.modes = ModeService(context)
         self.vehicle_events = VehicleEvents(context, self.metadata)
         self.remote_id = RemoteIdService(context)
-        self.failsafes = FailsafeService(context.fleet, reader(self.params), context.own_system)
+        self.failsafes = FailsafeService(context.fleet, reader(self.params), context.own_system, listener(self.params))
         self.health = HealthService(context.fleet, self.vehicle_events, self.remote_id, context.clock)
         self.link_times = LinkTimes(context)
         self.payload = PayloadService(context)

@@ -1,0 +1,126 @@
+"""What is checked before a start, on the bus: the list travels in `StationStatus.preflight`, the worst first.
+
+A check has a name that is typed to override it. What is `hard` cannot be overridden: that vehicle is left out.
+"""
+
+from collections.abc import Iterable
+from enum import StrEnum
+
+from tui_gcs.core.message import Message, Request
+from tui_gcs.core.messages_alarms import vehicles_words
+
+
+class CheckState(StrEnum):
+    """How a check stands."""
+
+    FAIL = "fail"
+    UNKNOWN = "unknown"
+    """Not read yet, or not to be had."""
+    WARN = "warn"
+    """To be known; it stops nobody."""
+    ACKNOWLEDGED = "acknowledged"
+    """It would fail, but an operator has accepted it as it is."""
+    OK = "ok"
+    NOT_NEEDED = "not needed"
+    """Makes no sense here: simulated vehicles."""
+
+
+STOPS = frozenset({CheckState.FAIL, CheckState.UNKNOWN})
+"""States in which a check refuses the start."""
+
+TITLES = {
+    "heard": "vehicles are heard, and ours to fly",
+    "links": "links are up",
+    "ids": "ids are unique, and their owners known",
+    "gps": "GPS and position estimate",
+    "battery": "battery",
+    "arming": "they would arm",
+    "place": "where they stand",
+    "planner": "planners can plan",
+    "station-loss": "what they do without this station",
+    "setpoint-loss": "what they do without set-points",
+    "battery-loss": "what they do with an empty battery",
+    "fence-cross": "what they do at their fence",
+    "position-loss": "what they do without a position",
+    "stick-loss": "what they do when sticks are lost",
+    "fence": "fence on board is ours",
+    "mission": "mission and rally points on board are ours",
+    "rehearsal": "rehearsed with exactly this plan",
+    "recording": "flight is recorded",
+    "sign-off": "an operator has signed",
+}
+"""Every check by name, in the order in which they are told, and what it is about."""
+FAILSAFES = ("station-loss", "setpoint-loss", "battery-loss", "fence-cross", "position-loss", "stick-loss")
+"""What vehicles do by themselves, by their own parameters: doing nothing can be acknowledged."""
+OVERRIDABLE = (*FAILSAFES, "fence", "mission", "rehearsal", "sign-off")
+"""What an operator may override by name for one start; asked of LIVE vehicles only."""
+MOST_NAME_CHARS = 40
+"""Of an operator's name."""
+
+
+class Check(Message, frozen=True):
+    """One line of the list: vehicles of which the same is true are one line."""
+
+    name: str
+    """A key of `TITLES`."""
+    state: CheckState
+    text: str
+    """What is so."""
+    todo: str = ""
+    """What to do about it; "" if nothing has to be."""
+    vehicles: tuple[int, ...] = ()
+    """Whom it is about; none: the station or the fleet as a whole."""
+    hard: bool = False
+    """Cannot be overridden."""
+
+    @property
+    def who(self) -> str:
+        """`vehicles 1-3 6`, or ""."""
+        return vehicles_words(self.vehicles) if self.vehicles else ""
+
+    def words(self) -> str:
+        """Name, whom it is about and what is so."""
+        who = f" {self.who}" if self.who else ""
+        return f"{self.name}{who}: {self.text}"
+
+
+class AcknowledgeCheck(Request, frozen=True, tag="acknowledge-check"):
+    """An operator accepts a failsafe that does nothing, as `text` says, for all vehicles of which that is true now."""
+
+    name: str
+    text: str
+    operator: str
+
+
+class SignOff(Request, frozen=True, tag="sign-off"):
+    """An operator has gone through the list of the scenario's `revision`; it holds for one start."""
+
+    operator: str
+    revision: int
+
+
+class ReadChecks(Request, frozen=True, tag="read-checks"):
+    """Read from vehicles on the ground what is not known of them (`anew`: also what is): failsafes, fences."""
+
+    anew: bool = False
+
+
+def refusing(checks: Iterable[Check], vehicles: Iterable[int]) -> tuple[Check, ...]:
+    """The checks that refuse a start of these vehicles unless they are overridden; hard ones leave vehicles out."""
+    starting = frozenset(vehicles)
+    return tuple(
+        check
+        for check in checks
+        if check.state in STOPS and not check.hard and (not check.vehicles or starting.intersection(check.vehicles))
+    )
+
+
+def names_of(checks: Iterable[Check]) -> tuple[str, ...]:
+    """Each name once, in order."""
+    return tuple(dict.fromkeys(check.name for check in checks))
+
+
+def count_words(checks: Iterable[Check]) -> str:
+    """`2 fail, 1 unknown, 3 warn, 10 ok`."""
+    states = [check.state for check in checks]
+    return ", ".join(f"{states.count(state)} {state}" for state in CheckState if state in states)

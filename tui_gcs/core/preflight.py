@@ -1,0 +1,298 @@
+"""The list of checks before a start: put together, grouped, acknowledged, signed, and what of it refuses a start.
+
+    desk.checks()                  # for the status: all vehicles on the ground, at most a second old
+    desk.refusal(request)          # None, or the reply that says which checks refuse this start
+
+Checks that keep a single vehicle on the ground (`core/readiness.py`) are the same for simulated and real vehicles and
+cannot be overridden. The others are asked of LIVE vehicles: each can be overridden by its name, with the operator's.
+"""
+
+import math
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
+
+from tui_gcs.core import messages as m
+from tui_gcs.core import preflight_fleet as fleet
+from tui_gcs.core.events import NOTICE, WARNING
+from tui_gcs.core.messages import EventClass, Reply
+from tui_gcs.core.messages_preflight import (
+    FAILSAFES,
+    MOST_NAME_CHARS,
+    OVERRIDABLE,
+    STOPS,
+    TITLES,
+    AcknowledgeCheck,
+    Check,
+    CheckState,
+    SignOff,
+    count_words,
+    names_of,
+    refusing,
+)
+from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.preflight_vehicles import Finding, failsafes, link_quality, plans_on_board, standing
+from tui_gcs.core.rehearsals import RehearsalBook, plan_digest
+from tui_gcs.core.text import clean
+from tui_gcs.core.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from tui_gcs.core.station import Station
+
+LOOK_S = 1.0
+"""The list of the status is at most so old."""
+MOST_LINES = 8
+"""Of one check and state; what differs from vehicle to vehicle beyond that is told as one line."""
+ASK_AGAIN_S = 10.0
+"""A vehicle that did not answer is not asked again before."""
+_SIM = "simulated vehicles"
+_STATES = list(CheckState)
+_NAMES = list(TITLES)
+
+
+class PreflightDesk:
+    """What was acknowledged and signed, and the list."""
+
+    def __init__(self, station: "Station") -> None:
+        """Nobody has said anything."""
+        self._station = station
+        self._rehearsals = RehearsalBook(station.config.rehearsals)
+        self._accepted: dict[tuple[str, int], tuple[str, str]] = {}
+        """(check, vehicle): the text that was acknowledged, and by whom."""
+        self._signed: tuple[str, int] | None = None
+        """By whom, and the revision of the scenario."""
+        self._asked_s: dict[int, float] = {}
+        self._digest: tuple[int, str] = (-1, "")
+        self._newest: tuple[float, tuple[Check, ...]] = (-math.inf, ())
+        station.fleet.on_gone(self._forget)
+        station.fleet.paths.on_replace.append(self._forget)
+
+    # ---------------------------------------------------------------- the list
+
+    def checks(self) -> tuple[Check, ...]:
+        """All vehicles of teams on the ground, the worst first; empty if there are none."""
+        now = self._station.clock.now()
+        if now - self._newest[0] >= LOOK_S - 1e-9:
+            vehicles = fleet.on_ground(self._station)
+            self._newest = now, self.look(vehicles) if vehicles else ()
+        return self._newest[1]
+
+    def look(self, vehicles: tuple[int, ...], operator: str = "") -> tuple[Check, ...]:
+        """These vehicles now; `operator` signs with the start itself."""
+        found = [*self._of_fleet(), *self._of_vehicles(vehicles), *self._of_places(vehicles)]
+        found.append(self._sign_off(operator))
+        told = {check.name for check in found}
+        found += [self._good(name, len(vehicles)) for name in TITLES if name not in told]
+        return tuple(sorted(found, key=lambda check: (_STATES.index(check.state), _NAMES.index(check.name))))
+
+    def _good(self, name: str, count: int) -> Check:
+        """A check of which there is nothing to say."""
+        if name in OVERRIDABLE and not fleet.is_live(self._station):
+            return Check(name, CheckState.NOT_NEEDED, _SIM)
+        if name == "mission":
+            return Check(name, CheckState.NOT_NEEDED, "none was put on board by this station")
+        return Check(name, CheckState.OK, f"{count} vehicles" if name in ("heard", "ids", "gps", "battery") else "")
+
+    def _of_fleet(self) -> Iterator[Check]:
+        station = self._station
+        yield from fleet.complete(station)
+        yield from fleet.links(station)
+        yield fleet.recording(station)
+        if fleet.is_live(station):
+            yield fleet.rehearsal(station, self._rehearsals.newest(self._plan()))
+
+    def _of_places(self, vehicles: tuple[int, ...]) -> Iterator[Check]:
+        """Who may start alone, but not beside the others."""
+        station = self._station
+        alone = tuple(v for v in vehicles if not station.readiness.why_not_start(v))
+        together = [result for result in station.readiness.of_start(alone) if not result.ok]
+        findings = (
+            (r.vehicle, Finding("place", CheckState.FAIL, r.text, "carry it away", hard=True)) for r in together
+        )
+        yield from _grouped(findings)
+
+    def _of_vehicles(self, vehicles: tuple[int, ...]) -> Iterator[Check]:
+        yield from _grouped((vehicle, finding) for vehicle in vehicles for finding in self._findings(vehicle))
+
+    def _findings(self, vehicle_id: int) -> Iterator[Finding]:
+        yield from standing(self._station, vehicle_id)
+        vehicle = self._station.fleet.vehicles.get(vehicle_id)
+        if vehicle is None:
+            return
+        yield from link_quality(vehicle)
+        if fleet.is_live(self._station):
+            yield from (self._judged(vehicle_id, finding) for finding in failsafes(self._station, vehicle))
+            yield from plans_on_board(self._station, vehicle)
+
+    def _judged(self, vehicle: int, finding: Finding) -> Finding:
+        """A failsafe, as the operator took it."""
+        text, operator = self._accepted.get((finding.name, vehicle), ("", ""))
+        if finding.state is not CheckState.FAIL or text != finding.text:
+            return finding
+        return Finding(finding.name, CheckState.ACKNOWLEDGED, finding.text, f"acknowledged by {operator}")
+
+    def _sign_off(self, operator: str) -> Check:
+        if not fleet.is_live(self._station):
+            return Check("sign-off", CheckState.NOT_NEEDED, _SIM)
+        if operator:
+            return Check("sign-off", CheckState.OK, f"by {operator}, with the start")
+        if self._signed is None:
+            return Check(
+                "sign-off", CheckState.FAIL, "nobody has signed", "sign this list, or the start, with your name"
+            )
+        name, revision = self._signed
+        if revision != self._station.revision:
+            text = f"{name} has signed, but the scenario was changed since"
+            return Check("sign-off", CheckState.FAIL, text, "look at the list, and sign again")
+        return Check("sign-off", CheckState.OK, f"by {name}")
+
+    def _plan(self) -> str:
+        """The digest of what would be flown."""
+        station = self._station
+        if self._digest[0] != station.revision:
+            self._digest = station.revision, plan_digest(station.scenario, station.config.planners)
+        return self._digest[1]
+
+    # ---------------------------------------------------------------- a start
+
+    def refusal(self, request: m.Start) -> Reply | None:
+        """Why the list refuses this start; None if it does not."""
+        if wrong := [name for name in request.overrides if name not in OVERRIDABLE]:
+            known = ", ".join(OVERRIDABLE)
+            return Reply(ok=False, text=f"{_name(wrong[0])} cannot be overridden; what can: {known}")
+        operator = _name(request.operator)
+        if request.overrides and not operator:
+            return Reply(ok=False, text="not started: an override needs the operator's name")
+        stopping = [
+            check
+            for check in refusing(self.look(request.vehicles, operator), request.vehicles)
+            if check.name not in request.overrides
+        ]
+        if not stopping:
+            return None
+        if any(check.state is CheckState.UNKNOWN for check in stopping):
+            self.read(anew=False)
+        text = "; ".join(check.words() for check in stopping)
+        return Reply(ok=False, text=f"not started: {text}", refused_by=tuple(stopping))
+
+    def begun(self, principal: str, request: m.Start) -> None:
+        """A start was taken: who signed and what was overridden is journalled, and holds no longer."""
+        if not fleet.is_live(self._station):
+            return
+        operator = _name(request.operator) or (self._signed[0] if self._signed else "")
+        checks = self.look(request.vehicles, operator)
+        for check in refusing(checks, request.vehicles):
+            self._tell(principal, f"OVERRIDDEN by {operator} for this start: {check.words()}", WARNING)
+        self._tell(principal, f"start signed by {operator}: {count_words(checks)}", NOTICE)
+        self._signed, self._newest = None, (-math.inf, ())
+
+    # ---------------------------------------------------------------- what operators say
+
+    def acknowledge(self, principal: str, request: AcknowledgeCheck) -> Reply:
+        """A failsafe is accepted as it is, for all vehicles of which that is true now."""
+        operator = _name(request.operator)
+        if request.name not in FAILSAFES:
+            return Reply(ok=False, text=f"{_name(request.name)}: only {', '.join(FAILSAFES)} can be acknowledged")
+        if not operator:
+            return Reply(ok=False, text="an acknowledgement needs the operator's name")
+        lines = [c for c in self.look(fleet.on_ground(self._station)) if c.name == request.name]
+        line = next((c for c in lines if c.text == request.text and c.state is CheckState.FAIL), None)
+        if line is None:
+            return Reply(ok=False, text=f"{request.name}: that is not so (any more): look again")
+        for vehicle in line.vehicles:
+            self._accepted[request.name, vehicle] = line.text, operator
+        self._newest = -math.inf, ()
+        text = f"acknowledged by {operator}: {line.words()}"
+        self._tell(principal, text, NOTICE)
+        return Reply(ok=True, text=text)
+
+    def sign(self, principal: str, request: SignOff) -> Reply:
+        """The list is signed, if nothing on it refuses a start."""
+        operator, station = _name(request.operator), self._station
+        if not operator:
+            return Reply(ok=False, text="a signature needs the operator's name")
+        if request.revision != station.revision:
+            return Reply(ok=False, text="not signed: the scenario has changed, look again")
+        checks = self.look(fleet.on_ground(station), operator)
+        stopping = [check for check in checks if check.state in STOPS and not check.hard]
+        if stopping:
+            return Reply(
+                ok=False, text=f"not signed: open are {', '.join(names_of(stopping))}", refused_by=tuple(stopping)
+            )
+        self._signed, self._newest = (operator, station.revision), (-math.inf, ())
+        text = f"list of checks signed by {operator}: {count_words(checks)}"
+        self._tell(principal, text, NOTICE)
+        return Reply(ok=True, text=text)
+
+    # ---------------------------------------------------------------- reading
+
+    def read(self, *, anew: bool) -> Reply:
+        """Read what is not known of the vehicles on the ground (`anew`: what is known, too); LIVE only."""
+        station, now = self._station, self._station.clock.now()
+        if not fleet.is_live(station):
+            return Reply(ok=True, text=f"nothing to read: {_SIM}")
+        asked = []
+        for number in fleet.on_ground(station):
+            vehicle = station.fleet.vehicles.get(number)
+            if (
+                vehicle is None
+                or vehicle.armed
+                or vehicle.path.high_latency
+                or station.firmware.of(vehicle).why_not(vehicle)
+            ):
+                continue
+            if now - self._asked_s.get(number, -math.inf) < ASK_AGAIN_S or not self._ask(vehicle, anew=anew):
+                continue
+            self._asked_s[number] = now
+            asked.append(number)
+        self._newest = -math.inf, ()
+        return Reply(ok=True, text=f"reading from {len(asked)} vehicles" if asked else "nothing to read now")
+
+    def _answers(self, vehicle: Vehicle) -> bool:
+        """Whether it makes sense to ask it."""
+        known = not self._station.firmware.of(vehicle).why_not(vehicle)
+        return known and not (vehicle.armed or vehicle.path.high_latency or vehicle.no_commands)
+
+    def _ask(self, vehicle: Vehicle, *, anew: bool) -> bool:
+        """Whether anything had to be asked."""
+        services = self._station.services
+        held = services.missions.state(vehicle.id).held[PlanKind.FENCE]
+        unread = anew or not services.failsafes.known(vehicle)
+        unseen = anew or (not held.known and not held.partial and not held.stale)
+        if unread:
+            services.failsafes.ask(vehicle.id)
+        if unseen and not services.context.jobs.jobs(vehicle.id):
+            services.missions.download(vehicle.id, PlanKind.FENCE)
+        return unread or unseen
+
+    def _forget(self, vehicle: Vehicle) -> None:
+        """What was accepted of one vehicle is not true of another."""
+        self._accepted = {key: value for key, value in self._accepted.items() if key[1] != vehicle.id}
+        self._asked_s.pop(vehicle.id, None)
+
+    def _tell(self, principal: str, text: str, severity: int) -> None:
+        self._station.events.say(EventClass.OPERATOR, principal, text, severity)
+
+
+def _name(text: str) -> str:
+    """An operator's name as it can be shown."""
+    return clean(text.strip(), MOST_NAME_CHARS)
+
+
+def _grouped(findings: Iterable[tuple[int, Finding]]) -> Iterator[Check]:
+    """One line for the vehicles of which the same is true; many different ones are one line, too."""
+    groups: dict[Finding, list[int]] = {}
+    for vehicle, finding in findings:
+        groups.setdefault(finding, []).append(vehicle)
+    lines: dict[tuple[str, CheckState], list[Check]] = {}
+    for finding, vehicles in groups.items():
+        line = Check(finding.name, finding.state, finding.text, finding.todo, tuple(sorted(vehicles)), finding.hard)
+        lines.setdefault((line.name, line.state), []).append(line)
+    for same in lines.values():
+        if len(same) <= MOST_LINES or same[0].name in FAILSAFES:  # these are acknowledged one by one
+            yield from same
+        else:
+            yield from same[: MOST_LINES - 1]
+            rest = same[MOST_LINES - 1 :]
+            everyone = tuple(sorted(v for line in rest for v in line.vehicles))
+            text = f"{rest[0].text}; and {len(rest) - 1} other reasons"
+            yield Check(rest[0].name, rest[0].state, text, rest[0].todo, everyone, any(line.hard for line in rest))

@@ -1,0 +1,77 @@
+"""What is checked once for the fleet and the station before a start."""
+
+import time
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from tui_gcs.core.kinds import Kind
+from tui_gcs.core.messages import Freshness, Phase
+from tui_gcs.core.messages_preflight import Check, CheckState
+from tui_gcs.core.rehearsals import Rehearsal
+from tui_gcs.core.wire.mavlink import AUTOPILOT_PX4
+
+if TYPE_CHECKING:
+    from tui_gcs.core.station import Station
+
+_REHEARSE = "`tui-gcs rehearse` with this file and these planners"
+
+
+def complete(station: "Station") -> Iterator[Check]:
+    """Vehicles of the scenario that were never heard, or are LOST on the ground."""
+    now = station.clock.now()
+    heard = {v.id for v in station.fleet.vehicles.values() if v.freshness(now) is not Freshness.LOST}
+    expected = sum(len(team.vehicles) or team.count for team in station.scenario.teams)
+    here = [flight.vehicle for flight in station.book if flight.vehicle in heard]
+    absent = tuple(v for team in station.scenario.teams for v in team.vehicles if v not in heard)
+    if len(here) < expected:
+        text = f"{len(here)} of the scenario's {expected} are heard"
+        yield Check("heard", CheckState.WARN, text, "switch the others on, or start without them", absent)
+
+
+def links(station: "Station") -> Iterator[Check]:
+    """Links that are down."""
+    for link in station.links.values():
+        if link.error:
+            yield Check("links", CheckState.WARN, f"{link.name} is DOWN: {link.error}", "see its cable, or its address")
+
+
+def recording(station: "Station") -> Check:
+    """Whether what happens is written down."""
+    problems = [p for p in (station.recorder.error, station.journal.error) if p]
+    if problems:
+        return Check("recording", CheckState.WARN, f"NOT RECORDING: {'; '.join(problems)}", "make room on the disk")
+    return Check("recording", CheckState.OK, station.recorder.path.name)
+
+
+def rehearsal(station: "Station", found: Rehearsal | None) -> Check:
+    """Whether what would be flown is what was rehearsed; `found`: the newest rehearsal of exactly that."""
+    if found is None:
+        return Check("rehearsal", CheckState.FAIL, "this plan was not rehearsed, or was changed since", _REHEARSE)
+    when = time.strftime("%Y-%m-%d %H:%M", time.localtime(found.wall_s))
+    good = f"{found.checks_good} of {found.checks} checks held"
+    if not found.passed:
+        text = f"rehearsed {when} and NOT passed: {good}" + (f" ({found.problem})" if found.problem else "")
+        return Check("rehearsal", CheckState.FAIL, text, f"change the plan, then {_REHEARSE}")
+    text = f"passed {when}: {good}" + (f" with {found.conditions}" if found.conditions else "")
+    if other := _others(station, found):
+        return Check("rehearsal", CheckState.WARN, f"{text}; {other}", "rehearse it with --autopilot of that kind")
+    return Check("rehearsal", CheckState.OK, text)
+
+
+def _others(station: "Station", found: Rehearsal) -> str:
+    """Autopilots that will fly and were not rehearsed."""
+    rehearsed = {"ardupilot", "px4"} if found.autopilots == "mixed" else {found.autopilots}
+    heard = [v for f in station.book if (v := station.fleet.vehicles.get(f.vehicle)) is not None]
+    flown = {"px4" if vehicle.autopilot == AUTOPILOT_PX4 else "ardupilot" for vehicle in heard}
+    missing = ", ".join(sorted(flown - rehearsed))
+    return f"but with {found.autopilots} only, not with {missing}" if missing else ""
+
+
+def on_ground(station: "Station") -> tuple[int, ...]:
+    """Vehicles of teams that a start could be about."""
+    return tuple(flight.vehicle for flight in station.book if flight.phase is Phase.GROUND)
+
+
+def is_live(station: "Station") -> bool:
+    """Whether what only real vehicles need is asked for."""
+    return station.config.kind is Kind.LIVE

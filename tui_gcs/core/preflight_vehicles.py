@@ -1,0 +1,130 @@
+"""What is checked of each vehicle before a start: findings, one vehicle and check each; the list groups them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from tui_gcs.core.messages_preflight import FAILSAFES, CheckState
+from tui_gcs.core.plan import Plan, PlanKind, fence_shapes
+from tui_gcs.core.services.failsafes import FailsafeLine
+from tui_gcs.core.services.plan_book import Held
+from tui_gcs.core.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from tui_gcs.core.station import Station
+
+BAD_LOSS_PCT = 20.0
+"""Frames lost on the way from a vehicle, from which on it is worth a word."""
+TODO = {
+    "heard": "switch it on, look at its link; or start without it",
+    "ids": "give each vehicle an id and a key of its own; or start without it",
+    "gps": "wait, or move it to where it sees the sky",
+    "battery": "charge or change it",
+    "arming": "see `tui-gcs vehicle show`; or start without it",
+    "place": "carry it to its place, or change the scenario",
+    "planner": "see the planner's error on the fly screen",
+}
+"""What to do about a reason that keeps a vehicle on the ground."""
+_READ = "it is read when the list is opened; R reads it again"
+_SET = "set the parameter; or acknowledge that it is so"
+_UPLOAD = "upload ours, or clear it: `tui-gcs vehicle plan`"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What is so with one vehicle."""
+
+    name: str
+    """Of the check."""
+    state: CheckState
+    text: str
+    todo: str = ""
+    hard: bool = False
+
+
+def standing(station: "Station", vehicle_id: int) -> Iterator[Finding]:
+    """What keeps it on the ground, and cannot be overridden; and what is only to be known. One per check."""
+    told: set[str] = set()
+    for group in station.readiness.groups(vehicle_id):
+        for name in dict.fromkeys(reason.check for reason in group):
+            if name in told:
+                continue
+            told.add(name)
+            reasons = [reason for reason in group if reason.check == name]
+            blocking = [reason for reason in reasons if reason.blocks]
+            text = "; ".join(dict.fromkeys(reason.text for reason in blocking or reasons))
+            state = CheckState.FAIL if blocking else CheckState.WARN
+            yield Finding(name, state, text, TODO[name], hard=bool(blocking))
+
+
+def link_quality(vehicle: Vehicle) -> Iterator[Finding]:
+    """Whether much is lost on the way from it."""
+    if vehicle.loss_pct >= BAD_LOSS_PCT:
+        text = f"a fifth of its frames or more are lost on {vehicle.link}"
+        yield Finding("links", CheckState.WARN, text, "bring antennas nearer, or give it a second link")
+
+
+def failsafes(station: "Station", vehicle: Vehicle) -> Iterator[Finding]:
+    """What it does by itself: nothing, something dangerous or nobody knows what has to be acknowledged."""
+    service = station.services.failsafes
+    lines = service.report(vehicle)
+    for name in FAILSAFES:
+        about = [line for line in lines if line.check == name]
+        bad = [line for line in about if line.warning]
+        if not service.known(vehicle):
+            yield Finding(name, CheckState.UNKNOWN, "its parameters are not read yet", _READ)
+        elif bad:
+            yield Finding(name, CheckState.FAIL, _words(bad), _SET)
+        elif about:
+            yield Finding(name, CheckState.OK, _words(about))
+
+
+def plans_on_board(station: "Station", vehicle: Vehicle) -> Iterator[Finding]:
+    """Whether fence, mission and rally points on board are those that this station put there."""
+    held = station.services.missions.state(vehicle.id).held
+    yield _fence(held[PlanKind.FENCE])
+    for kind in (PlanKind.MISSION, PlanKind.RALLY):
+        yield from _mission(kind, held[kind])
+
+
+def _fence(held: Held) -> Finding:
+    if broken := _broken(PlanKind.FENCE, held):
+        return broken
+    if not held.known or held.plan is None:
+        return Finding("fence", CheckState.UNKNOWN, "not read yet", _READ)
+    count = len(fence_shapes(held.plan.items))
+    shapes = f"{count} shape{'s' if count != 1 else ''}"
+    if not count:
+        text = "no fence on board: nothing but this station keeps it inside"
+        return Finding("fence", CheckState.WARN, text, "upload one: `tui-gcs vehicle plan upload --kind fence`")
+    if held.ours:
+        return Finding("fence", CheckState.OK, f"{shapes}, as uploaded and read back")
+    return Finding("fence", CheckState.FAIL, f"{shapes} on board that this station did not put there", _UPLOAD)
+
+
+def _mission(kind: PlanKind, held: Held) -> Iterator[Finding]:
+    if broken := _broken(kind, held):
+        yield broken
+    elif held.known and held.plan is not None and held.plan.items:
+        yield _whole(kind, held.plan, ours=held.ours)
+
+
+def _whole(kind: PlanKind, plan: Plan, *, ours: bool) -> Finding:
+    count = f"{kind.word} of {len(plan.items)} items"
+    if ours:
+        return Finding("mission", CheckState.OK, f"{count}, as uploaded and read back")
+    return Finding("mission", CheckState.WARN, f"{count} that this station did not put there", _UPLOAD)
+
+
+def _broken(kind: PlanKind, held: Held) -> Finding | None:
+    """What we put there is not there (any more)."""
+    name = "fence" if kind is PlanKind.FENCE else "mission"
+    if held.partial:
+        return Finding(name, CheckState.FAIL, f"{kind.word}: the upload failed, only its beginning is there", _UPLOAD)
+    if held.stale and (held.ours or kind is PlanKind.FENCE):
+        return Finding(name, CheckState.FAIL, f"{kind.word} on board was changed: {held.stale}", _UPLOAD)
+    return None
+
+
+def _words(lines: list[FailsafeLine]) -> str:
+    return "; ".join(f"{line.when}: {line.does}" for line in lines)

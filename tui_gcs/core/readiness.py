@@ -1,0 +1,192 @@
+"""Which vehicles may be started or lifted now, and why not: what can never be overridden.
+
+Every reason belongs to a check of `core/messages_preflight.py`, so that the list before a start says the same as the
+refusal. Reasons come in groups: those of a group count together, and what comes after the first group that speaks
+against a vehicle is for the list only.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from tui_gcs.core.flights import Flight
+from tui_gcs.core.messages import Freshness, Phase, VehicleResult
+from tui_gcs.core.scenario import Round, Scenario, band_m
+from tui_gcs.core.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from tui_gcs.core.station import Station
+
+GPS_3D = 3
+"""MAVLink GPS_FIX_TYPE_3D_FIX."""
+LEAST_BATTERY_PCT = 20.0
+"""Below this nobody starts; an unknown battery (NaN) does not count as empty."""
+CHECK_OF = {"position": "gps", "battery": "battery", "health": "arming"}
+"""What a problem that a vehicle has with itself is about, and the check that tells it."""
+
+
+@dataclass(frozen=True)
+class Reason:
+    """One thing about one vehicle."""
+
+    check: str
+    text: str
+    blocks: bool = True
+
+
+Group = tuple[Reason, ...]
+
+
+class Readiness:
+    """Judges when somebody asks; changes nothing."""
+
+    def __init__(self, station: "Station") -> None:
+        """Of that station's vehicles."""
+        self._station = station
+
+    # ---------------------------------------------------------------- in words
+
+    def why_not_start(self, vehicle_id: int) -> str:
+        """Why this vehicle cannot start now, or ""."""
+        return _first(self.groups(vehicle_id))
+
+    def why_not_lift(self, vehicle: Vehicle) -> str:
+        """Why this vehicle cannot leave the ground now to be flown by hand, or ""."""
+        flight = self._station.book.get(vehicle.id)
+        if flight is None:
+            return "in no team, or without a take-off place"
+        if why := _first(self._led(vehicle)):
+            return why
+        return f"busy: {flight.phase}" if flight.phase is not Phase.GROUND else _first(self._ready(vehicle))
+
+    def of_start(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
+        """Of vehicles that shall start together: who may, and why the others may not."""
+        results = [VehicleResult(vehicle=v, ok=not (why := self.why_not_start(v)), text=why) for v in vehicles]
+        return tuple(_on_slopes(self._station, _too_close(self._station, results)))
+
+    def too_close(self, vehicles: tuple[int, ...]) -> dict[int, str]:
+        """Of vehicles that shall leave the ground: who stands too near to another one, or to somebody's home."""
+        known = [v for v in vehicles if v in self._station.fleet.vehicles]
+        results = _too_close(self._station, [VehicleResult(vehicle=v, ok=True, text="") for v in known])
+        return {result.vehicle: result.text for result in results if not result.ok}
+
+    # ---------------------------------------------------------------- reasons
+
+    def groups(self, vehicle_id: int) -> Iterator[Group]:
+        """All that is to be said of a vehicle that shall start now; if it is not heard or not ours, only that."""
+        station = self._station
+        vehicle = station.fleet.vehicles.get(vehicle_id)
+        flight = station.book.get(vehicle_id)
+        if vehicle is None:
+            yield _one("heard", "never heard")
+            return
+        if flight is None:
+            yield _one("heard", "in no team, or without a take-off place")
+            return
+        unled = next(self._led(vehicle), None)
+        if unled:
+            yield unled
+            return
+        if vehicle.armed or flight.phase is not Phase.GROUND:
+            yield _one("arming", "already armed" if vehicle.armed else f"busy: {flight.phase}")
+        if problem := layer_problem(station.scenario, station.round, flight, flight.team):
+            yield _one("place", problem)
+        desk = station.desks.get(flight.team)
+        if desk is None or desk.error:
+            yield _one("planner", f"its planner cannot plan: {desk.error if desk else 'none'}")
+        yield from self._ready(vehicle)
+
+    def _led(self, vehicle: Vehicle) -> Iterator[Group]:
+        """Why nothing can be led by this station on it."""
+        station = self._station
+        now = station.clock.now()
+        if vehicle.freshness(now) is not Freshness.OK:
+            yield _one("heard", f"{vehicle.freshness(now)}: last heard {now - vehicle.heard_s:.0f} s ago")
+        if unsupported := station.firmware.of(vehicle).why_not(vehicle):
+            yield _one("heard", unsupported)
+        if not station.door.is_ours(vehicle):
+            yield _one("ids", "not one of our simulated vehicles: this station is SIM")
+        if vehicle.no_commands:
+            yield _one("ids", vehicle.no_commands)
+        if station.links[vehicle.link].spec.high_latency:
+            yield _one("heard", "heard over a high-latency link: commands only, no planner can steer it")
+
+    def _ready(self, vehicle: Vehicle) -> Iterator[Group]:
+        """What is wrong with it, or with where it stands."""
+        station = self._station
+        if problem := station.firmware.of(vehicle).start_problem(vehicle):
+            yield _one("arming", problem)
+        if vehicle.battery_pct < LEAST_BATTERY_PCT:
+            text = f"battery {vehicle.battery_pct:.0f} %, at least {LEAST_BATTERY_PCT:.0f} % to start"
+            yield _one("battery", text)
+        if vehicle.gps_fix < GPS_3D:
+            yield _one("gps", f"no 3-D position fix (fix type {vehicle.gps_fix})")
+        if not station.guard.inside(vehicle.position_m):
+            away_m = station.guard.outside_m(vehicle.position_m)
+            yield _one("place", f"{away_m:.0f} m outside the operating area of {station.round.name}")
+        problems = station.services.health.of(vehicle).problems
+        yield tuple(Reason(CHECK_OF[problem.about], problem.text, problem.blocks) for problem in problems)
+
+
+def layer_problem(scenario: Scenario, round_: Round, flight: Flight, team_name: str) -> str:
+    """Why a vehicle's layer does not serve that team's zone in this round, or ""."""
+    team = next((t for t in scenario.teams if t.name == team_name), None)
+    zone = next((z for z in round_.zones if team is not None and z.name == team.zone), None)
+    if zone is None:
+        return ""
+    low, high = band_m(zone, round_.area)
+    if low <= flight.layer_m <= high:
+        return ""
+    return f"its layer {flight.layer_m:g} m is outside {low:g}-{high:g} m, the band of zone {zone.name}"
+
+
+def _one(check: str, text: str) -> Group:
+    return (Reason(check, text),)
+
+
+def _first(groups: Iterator[Group]) -> str:
+    """The first group that speaks against it, in words; "" if none does."""
+    for group in groups:
+        if blocking := [reason.text for reason in group if reason.blocks]:
+            return "; ".join(blocking)
+    return ""
+
+
+def _too_close(station: "Station", results: list[VehicleResult]) -> list[VehicleResult]:
+    """Refuse vehicles too near to each other, or to the place or home of one that is in the air."""
+    limit = station.scenario.limits.separation_horizontal_m
+    vehicles = station.fleet.vehicles
+    starters = {r.vehicle for r in results if r.ok}
+    places = [(v, vehicles[v].position_m[:2]) for v in starters]
+    for flight in station.book:
+        if flight.phase is not Phase.GROUND and flight.vehicle not in starters:
+            places += [(flight.vehicle, home[:2]) for home in [flight.home_m] if home is not None]
+            places += [(v.id, v.position_m[:2]) for v in [vehicles.get(flight.vehicle)] if v is not None]
+    checked = []
+    for result in results:
+        here = vehicles[result.vehicle].position_m[:2] if result.ok else (math.nan, math.nan)
+        near = [v for v, place in places if v != result.vehicle and math.dist(here, place) < limit]
+        text = f"stands closer than {limit:.0f} m to vehicle {near[0]}" if near else ""
+        checked.append(VehicleResult(vehicle=result.vehicle, ok=False, text=text) if near else result)
+    return checked
+
+
+def _on_slopes(station: "Station", results: list[VehicleResult]) -> list[VehicleResult]:
+    """Refuse vehicles whose homes differ in height: layers are heights above each vehicle's own home."""
+    vehicles = station.fleet.vehicles
+    flying = [f.vehicle for f in station.book if f.phase is not Phase.GROUND]
+    ids = {r.vehicle for r in results if r.ok} | {v for v in flying if v in vehicles}
+    heights = {v: vehicles[v].alt_amsl_m - vehicles[v].alt_rel_m for v in ids}
+    known = sorted(h for h in heights.values() if math.isfinite(h))
+    limit = station.scenario.limits.home_spread_m
+    if not known or known[-1] - known[0] <= limit:
+        return results
+    middle = known[len(known) // 2]
+    text = f"homes differ by {known[-1] - known[0]:.1f} m in height, limits.home_spread_m is {limit:g}"
+    return [
+        VehicleResult(vehicle=r.vehicle, ok=False, text=f"{text}; its own is {heights[r.vehicle] - middle:+.1f} m")
+        if r.ok
+        else r
+        for r in results
+    ]
