@@ -27,7 +27,7 @@ from tui_gcs.chord import PREFIX_S, Chord
 from tui_gcs.commanding import FOLLOW_S, CommandingApp, action_named
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.clock import Clock, MonotonicClock
-from tui_gcs.core.messages import Acknowledge, Alarm, Kind, Request
+from tui_gcs.core.messages import Acknowledge, Alarm, Kind
 from tui_gcs.core.overlays import Overlay
 from tui_gcs.dispatch import Dispatcher
 from tui_gcs.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
@@ -36,6 +36,7 @@ from tui_gcs.line_entry import LineEntry
 from tui_gcs.screens.alarms import REACTION_S, AlarmScreen
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.help import HelpDialog, PaletteDialog
+from tui_gcs.screens.preflight import Operator
 from tui_gcs.screens.tiny import MIN_COLUMNS, MIN_ROWS, TinyScreen
 from tui_gcs.selection import SelectionError
 from tui_gcs.widgets.alarm_bell import AlarmBell
@@ -107,6 +108,7 @@ class ConsoleApp(CommandingApp):
             period_s=slow.PERIOD_S if slow.wants_slow() else PERIOD_S,
             may_paint=lambda: not lagging(self._driver),
         )
+        self.operator = Operator()
         self.orders = Dispatcher(self.feed, self.clock, self.show_order)
         if replay:
             self.feed.read_only = "replay: nothing is commanded from here"
@@ -352,25 +354,15 @@ class ConsoleApp(CommandingApp):
         elif self.clock.now() - self._alarm_since_s < REACTION_S:
             self.notice("another alarm is shown now: look at it, then a again", Level.CAUTION)
         else:
-            self.ask_about_alarms(Acknowledge(raised={first.cause: first.raised}), "acknowledge")
+            self.ask_quietly(Acknowledge(raised={first.cause: first.raised}), "acknowledge")
 
     def _to_answer(self) -> Alarm | None:
         """The alarm that `a` acknowledges."""
         return next((alarm for alarm in self.feed.alarms if alarm.state in ("new", "over")), None)
 
-    def ask_about_alarms(self, request: Request, title: str) -> None:
-        """Acknowledge or shelve: nothing is told unless it could not be done."""
-
-        async def ask() -> None:
-            reply = await self.feed.request(request)
-            if not reply.ok:
-                self.notice(f"{title} NOT DONE: {reply.text}", Level.CAUTION)
-
-        self.run_worker(ask(), group="requests", exit_on_error=False)
-
     def action_show_alarms(self) -> None:
         """All alarms."""
-        self.push_screen(AlarmScreen(self.feed, self.ask_about_alarms, self.glyphs, self.clock))
+        self.push_screen(AlarmScreen(self.feed, self.ask_quietly, self.glyphs, self.clock))
 
     def action_toggle_bell(self) -> None:
         """This console's bell."""

@@ -9,6 +9,7 @@ from tui_gcs.core.clock import Clock
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import Hold, Request, Resume, Return, RunPhase, Start, SwitchRound
 from tui_gcs.core.messages_flight import Land
+from tui_gcs.core.messages_preflight import CheckState, ReadChecks
 from tui_gcs.core.zones import bounds
 from tui_gcs.dispatch import Dispatch, Dispatcher, Seen
 from tui_gcs.feed import Feed, FleetUpdated
@@ -16,6 +17,7 @@ from tui_gcs.screens.dialogs import RoundDialog, StartDialog
 from tui_gcs.screens.fly import FlyScreen, present_round
 from tui_gcs.screens.nudge import NudgeScreen
 from tui_gcs.screens.orders import Confirmed, OrderDialog, OrderMenu, now_words, rows_of
+from tui_gcs.screens.preflight import Operator, PreflightScreen
 from tui_gcs.screens.start_plan import start_plan
 from tui_gcs.thin_app import ThinApp
 from tui_gcs.widgets.glyphs import GlyphSet
@@ -40,6 +42,7 @@ class CommandingApp(ThinApp):
     glyphs: GlyphSet
     clock: Clock
     orders: Dispatcher
+    operator: Operator
     _news_s = 0.0
     _closed_s = float("-inf")
 
@@ -115,15 +118,32 @@ class CommandingApp(ThinApp):
         scenario = feed.scenario.scenario
         plan = start_plan(scenario, feed.status, feed.frame)
 
-        def answered(yes: bool | None) -> None:
-            if yes:
-                self.send(Start(vehicles=plan.vehicles), f"start {ids(plan.vehicles)}")
+        def answered(request: Start | None) -> None:
+            if request is not None:
+                self.send(request, f"start {ids(plan.vehicles)}")
             else:
                 self.notice("start cancelled: nothing sent")
 
+        if any(check.state is CheckState.UNKNOWN for check in feed.status.preflight):
+            self.ask_quietly(ReadChecks(), "read")
         self.push_screen(
-            StartDialog(plan, feed.status.kind, scenario.link_loss, feed, self.glyphs, self.clock), answered
+            StartDialog(plan, feed.status.kind, scenario.link_loss, feed, self.glyphs, self.clock, self.operator),
+            answered,
         )
+
+    def ask_quietly(self, request: Request, title: str) -> None:
+        """Ask the station; nothing is told unless it could not be done."""
+
+        async def ask() -> None:
+            reply = await self.feed.request(request)
+            if not reply.ok:
+                self.notice(f"{title} NOT DONE: {reply.text}", Level.CAUTION)
+
+        self.run_worker(ask(), group="requests", exit_on_error=False)
+
+    def action_show_checks(self) -> None:
+        """What is checked before a start."""
+        self.push_screen(PreflightScreen(self.feed, self.ask_quietly, self.operator, self.glyphs))
 
     # ------------------------------------------------------------ those who are selected
 

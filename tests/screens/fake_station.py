@@ -21,6 +21,7 @@ from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.messages_alarms import AlarmLevel
+from tui_gcs.core.messages_preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.messages_setup import GetTraffic, TrafficRow
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.scenario_load import load
@@ -68,6 +69,7 @@ class FakeStation:
     traffic: tuple[TrafficRow, ...] = ()
     on_board: dict[int, s.OnBoardRow] = field(default_factory=dict)
     planners: tuple[m.PlannerInfo, ...] = ()
+    preflight: tuple[Check, ...] = ()
     seq: int = 0
     started_s: float = NAN
 
@@ -147,6 +149,7 @@ class FakeStation:
             recording="2026-09-21T14-13.tlog" if self.flying else "",
             if_silent={v: self.if_silent(v) for v in frame.ids},
             alarms=self.alarms(),
+            preflight=self.preflight,
         )
 
     def alarms(self) -> tuple[m.Alarm, ...]:
@@ -307,6 +310,8 @@ class FakeStation:
                 return self.desk.shelve("console-test", request)
             case m.Unshelve():
                 return self.desk.unshelve("console-test", request)
+            case AcknowledgeCheck() | SignOff() | ReadChecks():
+                return m.Reply(ok=True)
             case m.Note():
                 self.event(request.text, source="console-test", severity=request.severity, cls="console")
                 return m.Reply(ok=True)

@@ -82,7 +82,7 @@ async def test_the_answer_to_a_key_is_not_hidden_by_an_alarm() -> None:
 
 async def test_the_list_tells_what_to_do_and_shelves() -> None:
     async with console(NARROW, trouble) as c:
-        c.app.ask_about_alarms(Acknowledge(raised={"lost": 99}), "")
+        c.app.ask_quietly(Acknowledge(raised={"lost": 99}), "")
         await c.settle()
         await c.press("A")
         assert isinstance(c.app.screen, AlarmScreen)

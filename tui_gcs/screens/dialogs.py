@@ -6,32 +6,47 @@ from textwrap import wrap
 from textual import events
 
 from tui_gcs.core.clock import Clock, MonotonicClock
-from tui_gcs.core.messages import Kind
+from tui_gcs.core.messages import Kind, Start
+from tui_gcs.core.messages_preflight import Check, names_of, refusing
 from tui_gcs.core.scenario import LinkLoss
 from tui_gcs.feed import Feed
 from tui_gcs.screens.orders import ARMING_S, LATE_S
+from tui_gcs.screens.preflight import Operator, typed_into
 from tui_gcs.screens.start_plan import StartPlan, fingerprint
 from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.widgets.check_lines import check_line, count_line
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.words import ids
 
 MOST_REASONS = 5
+MOST_CHECKS = 6
+SIGN_OFF = "sign-off"
 CANCEL_AFTER_S = 10.0
 CHECK_S = 0.5
 
 
-class StartDialog(TextDialog[bool]):
+class StartDialog(TextDialog[Start | None]):
     """Names, count and ids of what will fly. SIM: Enter starts; LIVE: type the count, Enter, and three seconds pass.
+
+    LIVE, checks that refuse the start are overridden by typing their names; then, or where nobody has signed the list,
+    the operator types his own.
 
     Cancel is what happens by itself: on Esc, after ten seconds without a key, and when fleet, links or round change.
     """
 
     def __init__(
-        self, plan: StartPlan, kind: Kind, loss: LinkLoss, feed: Feed, glyphs: GlyphSet, clock: Clock | None = None
+        self,
+        plan: StartPlan,
+        kind: Kind,
+        loss: LinkLoss,
+        feed: Feed,
+        glyphs: GlyphSet,
+        clock: Clock | None = None,
+        operator: Operator | None = None,
     ) -> None:
-        """Ask about `plan`."""
+        """Ask about `plan`; `operator` is who said his name at this console before."""
         super().__init__(glyphs)
         self.title_text = f"start {plan.round_name}?"
         self._plan = plan
@@ -42,6 +57,10 @@ class StartDialog(TextDialog[bool]):
         self._seen = fingerprint(feed)
         self._deadline_s = self._clock.now() + CANCEL_AFTER_S
         self._typed = ""
+        self._operator = operator or Operator()
+        self._overrides: tuple[str, ...] = ()
+        self._signed = False
+        """The operator has typed his name."""
         self._problem = ""
         self._starts_s: float | None = None
         """LIVE: when it starts, if nobody says no."""
@@ -59,11 +78,11 @@ class StartDialog(TextDialog[bool]):
         now, starts_s = self._clock.now(), self._starts_s
         unseen = starts_s is not None and (not self.is_active or now >= starts_s + LATE_S)
         if unseen or fingerprint(self._feed) != self._seen:
-            self.finish(False)
+            self.finish(None)
         elif starts_s is not None and now >= starts_s:
-            self.finish(True)
+            self.finish(self._request())
         elif now >= self._deadline_s:
-            self.finish(False)
+            self.finish(None)
         else:
             self.redraw()
 
@@ -71,18 +90,20 @@ class StartDialog(TextDialog[bool]):
         """Enter, Esc, and in LIVE digits. A question that is too old takes no answer."""
         event.stop()
         if self._clock.now() >= self._deadline_s:
-            self.finish(False)
+            self.finish(None)
             return
         self._deadline_s = self._clock.now() + CANCEL_AFTER_S
         if event.key == "escape":
-            self.finish(False)
+            self.finish(None)
             return
         if self._starts_s is not None:
             return
         if event.key == "enter":
             self._confirm()
             return
-        if self._kind is Kind.LIVE and event.character is not None and event.character.isdigit():
+        if self._kind is Kind.LIVE and (self._refusing() or self._needs_name()):
+            self._typed = typed_into(self._typed, event)
+        elif self._kind is Kind.LIVE and event.character is not None and event.character.isdigit():
             self._typed = (self._typed + event.character)[-4:]
         elif event.key == "backspace":
             self._typed = self._typed[:-1]
@@ -93,14 +114,52 @@ class StartDialog(TextDialog[bool]):
         count = len(self._plan.vehicles)
         if count == 0:
             self._problem = "no vehicle of these teams is heard and ready"
+        elif self._kind is Kind.LIVE and self._refusing():
+            self._override()
+        elif self._kind is Kind.LIVE and self._needs_name():
+            self._sign()
         elif self._kind is Kind.LIVE and self._typed != str(count):
             self._problem = f"type {count}, the number of vehicles, then Enter"
         elif self._kind is Kind.LIVE and fingerprint(self._feed) == self._seen:
             self._starts_s = self._clock.now() + ARMING_S
         else:
-            self.finish(fingerprint(self._feed) == self._seen)
+            self.finish(self._request() if fingerprint(self._feed) == self._seen else None)
             return
         self.redraw()
+
+    def _request(self) -> Start:
+        operator = self._operator.name if self._signed else ""
+        return Start(vehicles=self._plan.vehicles, overrides=self._overrides, operator=operator)
+
+    # ------------------------------------------------------------ checks
+
+    def _checks(self) -> tuple[Check, ...]:
+        return self._feed.status.preflight if self._feed.status is not None else ()
+
+    def _open(self) -> tuple[Check, ...]:
+        """What refuses the start, the signature included."""
+        return tuple(c for c in refusing(self._checks(), self._plan.vehicles) if c.name not in self._overrides)
+
+    def _refusing(self) -> tuple[Check, ...]:
+        """What refuses the start until it is put right or overridden by name."""
+        return tuple(check for check in self._open() if check.name != SIGN_OFF)
+
+    def _needs_name(self) -> bool:
+        return not self._signed and bool(self._overrides or self._open())
+
+    def _override(self) -> None:
+        name, self._typed = self._typed.strip(), ""
+        if name in names_of(self._refusing()):
+            self._overrides += (name,)
+        else:
+            self._problem = "type the name of one of these checks to override it, or Esc"
+
+    def _sign(self) -> None:
+        name = self._typed.strip()
+        if name:
+            self._operator.name, self._signed, self._typed = name, True, ""
+        else:
+            self._problem = "type your name: it is journalled"
 
     def body(self) -> list[Line]:
         """Teams, what happens on loss, and what the keys do."""
@@ -128,7 +187,8 @@ class StartDialog(TextDialog[bool]):
             )
         lines += self._file_lines()
         lines += self._left_out_lines()
-        lines += [[], *self._loss_lines(), [], self._key_line()]
+        lines += self._check_lines()
+        lines += [[], *([] if self._refusing() else [*self._loss_lines(), []]), self._key_line()]
         return [*lines, [(self._problem, Ink.CAUTION)]] if self._problem else lines
 
     def _file_lines(self) -> list[Line]:
@@ -141,6 +201,24 @@ class StartDialog(TextDialog[bool]):
             if name in used
             for line in wrap(f"{name} is {file}", MOST_CELLS, initial_indent="  ", subsequent_indent="    ")
         ]
+
+    def _check_lines(self) -> list[Line]:
+        """How many checks are how, and what refuses the start or was overridden, the worst first."""
+        checks, refusing_ = self._checks(), self._refusing()
+        if not checks:
+            return []
+        lines = [
+            [],
+            count_line(checks, "   (Esc, P: all)"),
+            *(check_line(check, MOST_CELLS, "  ") for check in refusing_[:MOST_CHECKS]),
+        ]
+        if len(refusing_) > MOST_CHECKS:
+            names = ", ".join(names_of(refusing_[MOST_CHECKS:]))
+            lines += [[(line, Ink.WARNING)] for line in wrap(f"and {names}", MOST_CELLS - 2, initial_indent="  ")]
+        if self._overrides:
+            text = f"OVERRIDDEN for this start: {', '.join(self._overrides)}"
+            lines += [[(line, Ink.CAUTION)] for line in wrap(text, MOST_CELLS, subsequent_indent="  ")]
+        return lines
 
     def _left_out_lines(self) -> list[Line]:
         """Heard, but not ready: who, and the vehicle's or the station's reason."""
@@ -179,6 +257,10 @@ class StartDialog(TextDialog[bool]):
         if self._starts_s is not None:
             left_s = max(0, round(self._starts_s - self._clock.now()))
             return [(" Esc = STOP THIS ", Ink.SELECTED_WARNING), (f"   started in {left_s} s", Ink.BOLD)]
+        if self._kind is Kind.LIVE and self._refusing():
+            return [cancel, (f"  REFUSED; override by name: [{self._typed:_<13}]", Ink.BOLD)]
+        if self._kind is Kind.LIVE and self._needs_name():
+            return [cancel, (f"  sign with your name, Enter: [{self._typed:_<10}]", Ink.BOLD)]
         if self._kind is Kind.LIVE:
             count = len(self._plan.vehicles)
             ask = f"type {count} and Enter = start: [{self._typed:_<3}]"

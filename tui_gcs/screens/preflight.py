@@ -1,0 +1,184 @@
+"""The list of checks before a start: what is wrong, whom it is about, what to do; acknowledging, reading, signing."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from textual import events
+
+from tui_gcs.core.messages import Request
+from tui_gcs.core.messages_preflight import (
+    FAILSAFES,
+    MOST_NAME_CHARS,
+    TITLES,
+    AcknowledgeCheck,
+    Check,
+    CheckState,
+    ReadChecks,
+    SignOff,
+)
+from tui_gcs.feed import Feed, StatusUpdated
+from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.widgets.check_lines import check_line, count_line, detail_lines, loud, quiet_lines
+from tui_gcs.widgets.glyphs import GlyphSet
+from tui_gcs.widgets.lines import Line
+from tui_gcs.widgets.palette import Ink
+
+
+@dataclass
+class Operator:
+    """Who sits at this console, as he said himself; for the journal."""
+
+    name: str = ""
+
+
+def typed_into(text: str, event: events.Key) -> str:
+    """A name after one more key."""
+    if event.key == "backspace":
+        return text[:-1]
+    if event.key == "ctrl+u":
+        return ""
+    character = event.character if event.is_printable and event.character is not None else ""
+    return (text + character)[:MOST_NAME_CHARS]
+
+
+class PreflightScreen(TextDialog[None]):
+    """Over any screen. Arrows mark a check; keys answer the marked one or sign the list; Esc leaves."""
+
+    title_text = "checks before a start"
+
+    def __init__(self, feed: Feed, ask: Callable[[Request, str], None], operator: Operator, glyphs: GlyphSet) -> None:
+        """For this feed; `ask` sends a request to the station and tells why it was not done."""
+        super().__init__(glyphs)
+        self._feed = feed
+        self._ask = ask
+        self._operator = operator
+        self._marked = ("", "")
+        """Name and text of a check: it stays marked while others come and go."""
+        self._naming: Callable[[str], None] | None = None
+        """What is done with the name that is being typed; None: none is."""
+        self._typed = ""
+
+    def on_mount(self) -> None:
+        """Follow the station, and have it read what it does not know."""
+        super().on_mount()
+        self._feed.listen(self)
+        self._read(anew=False)
+
+    def on_unmount(self) -> None:
+        """No more messages."""
+        self._feed.leave(self)
+
+    def on_status_updated(self, _message: StatusUpdated) -> None:
+        """Checks change."""
+        self.redraw()
+
+    # ------------------------------------------------------------ keys
+
+    def on_key(self, event: events.Key) -> None:
+        """Arrows, and the letters of the last line; a name while it is asked for."""
+        event.stop()
+        if self._naming is not None:
+            self._type(event)
+        elif event.key in ("escape", "q", "enter", "P"):
+            self.finish(None)
+            return
+        elif event.key in ("down", "j", "up", "k"):
+            self._mark(1 if event.key in ("down", "j") else -1)
+        elif event.key == "y":
+            self._acknowledge()
+        elif event.key == "R":
+            self._read(anew=True)
+        elif event.key == "S":
+            self._ask_name(self._sign)
+        self.redraw()
+
+    def _type(self, event: events.Key) -> None:
+        if event.key == "escape":
+            self._naming = None
+        elif event.key == "enter" and self._typed.strip() and self._naming is not None:
+            do, self._naming = self._naming, None
+            self._operator.name = self._typed.strip()
+            do(self._operator.name)
+        else:
+            self._typed = typed_into(self._typed, event)
+
+    def _ask_name(self, do: Callable[[str], None]) -> None:
+        """Ask for the operator's name, then do it."""
+        self._naming, self._typed = do, self._operator.name
+
+    def _acknowledge(self) -> None:
+        check = self.marked()
+        if check is None or not self._can_acknowledge(check):
+            return
+
+        def ask(name: str) -> None:
+            self._ask(AcknowledgeCheck(check.name, check.text, name), "acknowledge")
+
+        if self._operator.name:
+            ask(self._operator.name)
+        else:
+            self._ask_name(ask)
+
+    def _sign(self, name: str) -> None:
+        revision = self._feed.status.revision if self._feed.status is not None else -1
+        self._ask(SignOff(name, revision), "sign")
+
+    def _read(self, *, anew: bool) -> None:
+        if not self._feed.read_only and (anew or any(c.state is CheckState.UNKNOWN for c in self.checks())):
+            self._ask(ReadChecks(anew=anew), "read")
+
+    # ------------------------------------------------------------ what is shown
+
+    def checks(self) -> tuple[Check, ...]:
+        """As the station has them; none while it is silent."""
+        status = self._feed.status
+        return status.preflight if status is not None and not self._feed.station_lost else ()
+
+    def rows(self) -> tuple[Check, ...]:
+        """Those that can be marked."""
+        return loud(self.checks())
+
+    def marked(self) -> Check | None:
+        """The check that keys answer."""
+        rows = self.rows()
+        return next((row for row in rows if (row.name, row.text) == self._marked), rows[0] if rows else None)
+
+    def _mark(self, by: int) -> None:
+        rows, marked = self.rows(), self.marked()
+        if marked is not None:
+            row = rows[(rows.index(marked) + by) % len(rows)]
+            self._marked = row.name, row.text
+
+    def _can_acknowledge(self, check: Check) -> bool:
+        return check.name in FAILSAFES and check.state is CheckState.FAIL and not self._feed.read_only
+
+    def body(self) -> list[Line]:
+        """Counts, what is wrong, what is well, the marked one, keys."""
+        checks, rows, marked = self.checks(), self.rows(), self.marked()
+        if not checks:
+            return [*self._nothing(), [], [(" Esc = close ", Ink.SELECTED)]]
+        detail = detail_lines(marked, MOST_CELLS) if marked is not None else []
+        title: list[Line] = [[(TITLES.get(marked.name, marked.name), Ink.MUTED)]] if marked is not None else []
+        bottom = [[], *title, *detail, [], self._key_line()]
+        quiet = quiet_lines(checks, MOST_CELLS)
+        room = max(3, self.room - len(bottom) - len(quiet) - 1)
+        at = rows.index(marked) if marked is not None else 0
+        first = max(0, min(at - room + 2, len(rows) - room))
+        shown = rows[first : first + room]
+        lines = [check_line(row, MOST_CELLS, f"{self.glyphs.selected} " if row is marked else "  ") for row in shown]
+        if hidden := len(rows) - len(shown):
+            lines[-1 if first + room < len(rows) else 0] = [(f"  … {hidden + 1} more: arrows", Ink.CAUTION)]
+        return [count_line(checks), *lines, *quiet, *bottom]
+
+    def _nothing(self) -> list[Line]:
+        silent = self._feed.status is None or self._feed.station_lost
+        text = "the station is silent: nothing is known" if silent else "no vehicle of a team is on the ground"
+        return [[(text, Ink.MUTED)]]
+
+    def _key_line(self) -> Line:
+        if self._naming is not None:
+            return [(" your name ", Ink.SELECTED), (f" {self._typed}_   Enter   Esc = no", Ink.BOLD)]
+        marked = self.marked()
+        keys = ["y acknowledge"] if marked is not None and self._can_acknowledge(marked) else []
+        keys += [] if self._feed.read_only else ["S sign", "R read again"]
+        return [(" Esc = close ", Ink.SELECTED), (f"  {'   '.join(keys)}", Ink.BOLD)]
