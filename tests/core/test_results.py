@@ -8,7 +8,7 @@ from rig import scenario, toml
 
 from tui_gcs.commands.headless import table
 from tui_gcs.core.kinds import Kind
-from tui_gcs.core.messages import FleetFrame, Freshness, Phase, RunPhase, StationStatus, TeamStatus, Vec3
+from tui_gcs.core.messages import NOWHERE, FleetFrame, Freshness, Phase, RunPhase, StationStatus, TeamStatus, Vec3
 from tui_gcs.core.results import Check, Referee
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.scenario_load import parse
@@ -59,6 +59,9 @@ def frame(
         link=("memory",) * n,
         signing=("unsigned",) * n,
         problem=("",) * n,
+        layer_m=nan,
+        goal_m=(NOWHERE,) * n,
+        goal_radius_m=(0.0,) * n,
     )
 
 
