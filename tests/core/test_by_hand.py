@@ -169,8 +169,9 @@ def test_who_took_off_by_hand_and_was_lost_flies_for_nobody_when_it_is_back(rig:
     assert flight.phase(2) is Phase.HOLDING
 
 
-def test_one_follows_another_at_its_distance_and_height_until_that_one_is_lost(rig: MakeRig) -> None:
-    flight = rig(3).flying().run(15.0)
+@pytest.mark.parametrize("autopilots", ["ardupilot", "px4"])
+def test_one_follows_another_at_its_distance_and_height_until_that_one_is_lost(rig: MakeRig, autopilots: str) -> None:
+    flight = rig(2, autopilots=autopilots).flying().run(15.0)
     assert why_not(flight, f.Follow((1,), 1)) == "it would follow itself"
     assert why_not(flight, f.Follow((1,), 9)) == "vehicle 9 was never heard"
     assert "too near" in why_not(flight, f.Follow((1,), 2, (3.0, 0.0, NAN)))
@@ -185,6 +186,7 @@ def test_one_follows_another_at_its_distance_and_height_until_that_one_is_lost(r
     flight.run(20.0)
     (x, y, z), (to_x, to_y, _) = flight.place(1), flight.place(2)
     assert (x - to_x, y - to_y, z) == pytest.approx((0.0, -30.0, height), abs=1.0)
+    assert flight.station.guard.vetoes == {}
     flight.sim.silence(1)
     flight.run(8.0)
     assert flight.speed(1) < 0.3
