@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from sitl import ardupilot_failsafes, guided
+from sitl import ardupilot_failsafes, guided, payload
 from sitl.autopilot import Command
 from sitl.modes import AUTO, AUTO_RTL, GUIDED, LAND, LOITER, MODE_NAMES, OFFERED, RTL, Result, Severity, Stage
 from sitl.streams import MIN_INTERVAL_MS, OFF
@@ -27,7 +27,8 @@ def execute(ap: "ArduCopter", command: Command, system: int, component: int) -> 
     """
     handler = HANDLERS.get(command.number)
     ap.deferred = []
-    result = Result.UNSUPPORTED if handler is None else handler(ap, command)
+    result = handler(ap, command) if handler is not None else payload.ardupilot_order(ap, command, system, component)
+    result = Result.UNSUPPORTED if result is None else result
     if ap.stage < Stage.READY:
         ap.flush()
     kept, ap.deferred = ap.deferred, None

@@ -8,6 +8,7 @@ from sitl.autopilot import Fields
 from sitl.calibration_ardupilot import mag_cal_progress, mag_cal_report
 from sitl.manual import RELEASE, RELEASED
 from sitl.modes import AUTO, GUIDED, POSITION_CONTROLLED, RETURN_MODES, Stage
+from sitl.payload import ardupilot_attitude, ardupilot_camera, ardupilot_manager, ardupilot_manager_status
 from sitl.telemetry import COMMON, course_cdeg, place, wind_m_s
 from sitl.traffic import adsb_vehicle
 
@@ -193,6 +194,10 @@ def _autopilot_version(ap: "ArduCopter") -> Fields:
 BUILDERS: "dict[str, Callable[[ArduCopter], Fields | None]]" = {
     **COMMON,
     "ADSB_VEHICLE": adsb_vehicle,
+    "CAMERA_INFORMATION": ardupilot_camera,
+    "GIMBAL_DEVICE_ATTITUDE_STATUS": ardupilot_attitude,
+    "GIMBAL_MANAGER_INFORMATION": ardupilot_manager,
+    "GIMBAL_MANAGER_STATUS": ardupilot_manager_status,
     "MAG_CAL_PROGRESS": mag_cal_progress,
     "MAG_CAL_REPORT": mag_cal_report,
     "HEARTBEAT": _heartbeat,

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from sitl import payload
 from sitl.autopilot import Command
 from sitl.modes import Result, Severity, Stage
 from sitl.px4_flight import Circle, Point
@@ -44,9 +45,12 @@ def execute(ap: "Px4", command: Command, system: int, component: int) -> None:
         ap.acknowledge(command.number, _request_message(ap, command), system, component)
         return
     ap.deferred = []
-    result = Result.UNSUPPORTED if handler is None else handler(ap, command)
+    done = handler(ap, command) if handler is not None else payload.px4_order(ap, command, system, component)
+    if done is None and payload.px4_is_silent(command):
+        ap.deferred = None
+        return
     kept, ap.deferred = ap.deferred, None
-    ap.acknowledge(command.number, result, system, component)
+    ap.acknowledge(command.number, Result.UNSUPPORTED if done is None else done, system, component)
     ap.deferred = kept
     ap.flush()
 

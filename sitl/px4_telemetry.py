@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from sitl.autopilot import Fields
 from sitl.ftp_px4 import component_information, component_metadata
 from sitl.modes import LANDED_STATE, Phase, Stage
+from sitl.payload import px4_attitude, px4_manager, px4_manager_status
 from sitl.px4_control import Follow
 from sitl.px4_modes import AUTO_MAIN, ORBIT
 from sitl.telemetry import COMMON, attitude, course_cdeg, place, wind_m_s
@@ -284,6 +285,9 @@ def _wind_cov(ap: "Px4") -> Fields | None:
 
 BUILDERS: "dict[str, Callable[[Px4], Fields | None]]" = {
     **COMMON,
+    "GIMBAL_DEVICE_ATTITUDE_STATUS": px4_attitude,
+    "GIMBAL_MANAGER_INFORMATION": px4_manager,
+    "GIMBAL_MANAGER_STATUS": px4_manager_status,
     "COMPONENT_INFORMATION": component_information,
     "COMPONENT_METADATA": component_metadata,
     "HEARTBEAT": _heartbeat,

@@ -5,6 +5,7 @@ from typing import Any
 
 from sitl.calibration import Calibration
 from sitl.missions import Transfer
+from sitl.payload import Payload
 
 
 @dataclass
@@ -28,5 +29,6 @@ class Stores:
     """PX4: what was typed and not ended yet."""
     shell_output: bytes = b""
     """PX4: what is still to be sent."""
+    payload: Payload = field(default_factory=Payload)
     traffic: dict[int, tuple[int, dict[str, Any]]] = field(default_factory=dict)
     """ArduPilot: aircraft heard of from stations, by ICAO address: when, and the message."""

@@ -1,6 +1,7 @@
 """Cameras and gimbals: found, pointed, triggered once, whoever answers."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,8 @@ import pytest
 from service_rig import GCS, Fields, Peer, ServiceRig
 
 from tui_gcs.core.services.command import Outcome
-from tui_gcs.core.services.payload import MOST_DEVICES, PayloadService, angles_deg
+from tui_gcs.core.services.gimbal import angles_deg
+from tui_gcs.core.services.payload import MOST_DEVICES, UNSEEN_GIMBAL, UNSEEN_PICTURE, PayloadService
 from tui_gcs.core.wire.encode import Encoder
 
 CAMERA, GIMBAL = 100, 154
@@ -63,6 +65,12 @@ class Carrier(Peer):
         return [fields for fields in self.got(name) if fields["command"] == command]
 
 
+ATTITUDE = {"target_system": 0, "target_component": 0, "time_boot_ms": 0, "failure_flags": 0} | {
+    f"angular_velocity_{axis}": 0.0 for axis in "xyz"
+}
+FEEDBACK = dict.fromkeys(("lat", "lng", "flags"), 0) | dict.fromkeys(
+    ("alt_msl", "alt_rel", "roll", "pitch", "yaw", "foc_len"), 0.0
+)
 TO_US = {"target_system": GCS, "target_component": 190}
 
 
@@ -116,6 +124,30 @@ def test_a_picture_is_ordered_of_the_camera_and_its_ack_counts(tmp_path: Path) -
     assert numbers == sorted(numbers) and set(numbers) <= {1.0, 2.0}, "a copy has the number of its order"
 
 
+def test_a_picture_is_told_of_or_that_is_said(tmp_path: Path) -> None:
+    rig, peer = carrying(tmp_path)
+    words = said(rig, lambda done: payload(rig).trigger(rig.vehicle(), done), 4.0)
+    assert words == (Outcome.CONFIRMED, UNSEEN_PICTURE)
+    take = peer.answers["COMMAND_LONG"]
+
+    def pictured(peer: Peer, fields: Fields) -> None:
+        take(peer, fields)
+        if fields["command"] == 2000:
+            peer.say("CAMERA_FEEDBACK", time_usec=1, target_system=0, cam_idx=0, img_idx=1, **FEEDBACK)
+
+    peer.answers["COMMAND_LONG"] = pictured
+    words = said(rig, lambda done: payload(rig).trigger(rig.vehicle(), done), 1.0)
+    assert words == (Outcome.CONFIRMED, "it told of the picture")
+
+
+def test_an_autopilot_is_told_once_for_it_takes_a_picture_for_each_copy(tmp_path: Path) -> None:
+    """ArduPilot does not look at the number of the picture."""
+    rig, peer = carrying(tmp_path)
+    peer.answers = {}
+    words = said(rig, lambda done: payload(rig).trigger(rig.vehicle(), done), 8.0)
+    assert len(peer.orders(2000)) == 1 and words[0] is Outcome.EXPIRED
+
+
 def test_copies_of_one_order_take_one_picture(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path, (CAMERA, 30))
     peer.answers = {}
@@ -124,6 +156,33 @@ def test_copies_of_one_order_take_one_picture(tmp_path: Path) -> None:
     rig.run(8.0)
     assert [f["param4"] for f in peer.orders(2000)] == [1.0] * 3
     assert outcomes == [Outcome.EXPIRED]
+
+
+def said(rig: ServiceRig, order: Callable[[Any], None], seconds: float) -> tuple[Outcome, str]:
+    """How an order ended, and what was seen of it."""
+    found: list[tuple[Outcome, str]] = []
+    order(lambda outcome, why: found.append((outcome, why)))
+    rig.run(seconds)
+    (one,) = found
+    return one
+
+
+def tells_angles(peer: Carrier, pitch_deg: float, yaw_deg: float, flags: int) -> None:
+    """From now on it tells them when it is asked."""
+    take, pitch, yaw = peer.answers["COMMAND_LONG"], math.radians(pitch_deg) / 2, math.radians(yaw_deg) / 2
+    q = [
+        math.cos(pitch) * math.cos(yaw),
+        -math.sin(pitch) * math.sin(yaw),
+        math.sin(pitch) * math.cos(yaw),
+        math.cos(pitch) * math.sin(yaw),
+    ]
+
+    def told(peer: Peer, fields: Fields) -> None:
+        take(peer, fields)
+        if fields["command"] == 512 and fields["param1"] == 285:
+            peer.say("GIMBAL_DEVICE_ATTITUDE_STATUS", flags=flags, q=q, **ATTITUDE)
+
+    peer.answers["COMMAND_LONG"] = told
 
 
 def test_an_autopilot_that_does_not_know_the_order_is_told_the_old_way_once(tmp_path: Path) -> None:
@@ -148,9 +207,9 @@ def test_pointing_takes_control_first_and_only_once(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path, (GIMBAL, 26))
     outcomes, done = ended(rig)
     payload(rig).point(rig.vehicle(), -45, 90, to_north=True, on_done=done)
-    rig.run(1.0)
+    rig.run(5.0)
     payload(rig).point(rig.vehicle(), -30, 0, on_done=done)
-    rig.run(1.0)
+    rig.run(5.0)
     (control,) = peer.orders(1001)
     assert (control["param1"], control["param2"], control["target_component"]) == (GCS, 190, GIMBAL)
     first, second = peer.orders(1000)
@@ -160,6 +219,48 @@ def test_pointing_takes_control_first_and_only_once(tmp_path: Path) -> None:
     payload(rig).release(rig.vehicle())
     rig.run(1.0)
     assert [f["param1"] for f in peer.orders(1001)] == [GCS, -3.0]
+
+
+@pytest.mark.parametrize(
+    ("asked", "stands", "flags", "outcome", "words"),
+    [
+        ((-30, 20, False), (-30, 20), 44, Outcome.CONFIRMED, "it is at pitch -30, yaw 20 from the nose"),
+        ((80, 0, False), (20, 0), 44, Outcome.NOT_CONFIRMED, "it is at pitch 20, yaw 0 from the nose"),
+        ((-30, 20, True), (-30, 20), 60, Outcome.CONFIRMED, "it is at pitch -30, yaw 20 from the nose"),
+        ((-30, 20, True), (-30, 20), 28, Outcome.CONFIRMED, "it is at pitch -30, yaw 20 from north"),
+        ((-30, 20, False), (-30, 90), 12, Outcome.NOT_CONFIRMED, "it is at pitch -30, yaw 90 from the nose"),
+    ],
+)
+def test_what_the_gimbal_says_counts_not_the_ack(
+    tmp_path: Path,
+    asked: tuple[float, float, bool],
+    stands: tuple[float, float],
+    flags: int,
+    outcome: Outcome,
+    words: str,
+) -> None:
+    """Flags as ArduPilot (44, 60) and PX4 (12, 28) set them; 80° were accepted of one that ends at 20°."""
+    rig, peer = carrying(tmp_path)
+    assert rig.vehicle().heading_deg == 0.0
+    tells_angles(peer, *stands, flags)
+    pitch, yaw, to_north = asked
+    found = said(rig, lambda done: payload(rig).point(rig.vehicle(), pitch, yaw, to_north=to_north, on_done=done), 6.0)
+    assert found == (outcome, words)
+
+
+def test_a_gimbal_that_tells_no_angles_is_not_said_to_have_turned(tmp_path: Path) -> None:
+    rig, _ = carrying(tmp_path)
+    found = said(rig, lambda done: payload(rig).point(rig.vehicle(), -30, 20, on_done=done), 6.0)
+    assert found == (Outcome.CONFIRMED, UNSEEN_GIMBAL)
+
+
+def test_what_an_autopilot_carries_itself_is_found_when_it_is_asked(tmp_path: Path) -> None:
+    rig, peer = carrying(tmp_path)
+    tells_angles(peer, -30, 20, 44)
+    assert not payload(rig).gimbals(rig.vehicle())
+    said(rig, lambda done: payload(rig).ask(rig.vehicle(), done), 2.0)
+    (gimbal,) = payload(rig).gimbals(rig.vehicle())
+    assert gimbal.component == 1 and gimbal.words() == "pitch -30, yaw 20 from the nose"
 
 
 def test_control_that_somebody_else_took_is_asked_for_again(tmp_path: Path) -> None:

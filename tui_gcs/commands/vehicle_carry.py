@@ -13,6 +13,7 @@ from tui_gcs.commands.vehicle_station import (
     vehicle_ids,
 )
 from tui_gcs.core.messages_setup import (
+    AskPayloads,
     GetPayloads,
     GetRemoteIds,
     GetTraffic,
@@ -28,8 +29,9 @@ from tui_gcs.core.messages_setup import (
 )
 from tui_gcs.exits import FAILED, OK, CommandError
 
-HEAR_LOOKS = 20
-"""Looks at what comes after vehicles were asked for traffic, 5 a second."""
+HEAR_LOOKS, QUIET_LOOKS = 20, 5
+"""Looks at what comes after vehicles were asked for traffic, 5 a second: each tells one aircraft after the other, so
+that only some without a new one are the end of it."""
 
 # ---------------------------------------------------------------- cameras and gimbals
 
@@ -54,6 +56,7 @@ def run_camera(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def _payloads(station: StationClient, ids: tuple[int, ...], kind: str, *, as_json: bool) -> int:
+    station.carry_out(AskPayloads(ids))
     reply = station.ask(GetPayloads(ids))
     rows = [row for row in reply.payloads if row.kind == kind]
     if as_json:
@@ -80,7 +83,8 @@ def _payload(row: PayloadRow) -> str:
     if row.angles_deg is None:
         return f"{who}: {owner}"
     roll, pitch, yaw = row.angles_deg
-    return f"{who}: roll {roll:.0f}, pitch {pitch:.0f}, yaw {yaw:.0f}; {owner}"
+    turned = f"roll {roll:.0f}, pitch {pitch:.0f}, yaw {yaw:.0f} from {'north' if row.to_north else 'the nose'}"
+    return f"{who}: {turned}, {row.age_s:.0f} s ago; {owner}"
 
 
 def run_roi(station: StationClient, arguments: argparse.Namespace) -> int:
@@ -103,10 +107,12 @@ def run_traffic(station: StationClient, arguments: argparse.Namespace) -> int:
     """Aircraft that were heard lately; of vehicles that are named it is asked first."""
     asked = station.carry_out(HearTraffic(vehicle_ids(arguments.ids))) if arguments.ids else []
     rows = station.ask(GetTraffic()).traffic
-    for _ in range(HEAR_LOOKS if asked and not rows else 0):
+    new_at = 0
+    for look in range(HEAR_LOOKS if asked else 0):
         station.pause()
-        rows = station.ask(GetTraffic()).traffic
-        if rows:
+        before, rows = len(rows), station.ask(GetTraffic()).traffic
+        new_at = look if len(rows) > before else new_at
+        if rows and look - new_at >= QUIET_LOOKS:
             break
     if arguments.json:
         say_json(rows)

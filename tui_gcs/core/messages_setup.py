@@ -114,7 +114,10 @@ class PayloadRow(Message, frozen=True):
     controlled_by: int | None = None
     """System id that points it; 0: nobody, None: not known."""
     angles_deg: tuple[float, float, float] | None = None
-    """Roll, pitch, yaw, as it tells."""
+    """Roll, pitch, yaw, as it told `age_s` ago."""
+    to_north: bool = False
+    """That yaw is counted from north, not from the nose."""
+    age_s: float = 0.0
 
 
 # ---------------------------------------------------------------- looking: nothing is sent
@@ -188,6 +191,12 @@ class CancelCalibration(Request, frozen=True, tag="cancel-calibration"):
 
 class UndoRadio(Request, frozen=True, tag="undo-radio"):
     """Set back what the last calibration of the transmitter wrote."""
+
+    vehicles: Vehicles
+
+
+class AskPayloads(Request, frozen=True, tag="ask-payloads"):
+    """Have these vehicles tell of what their autopilots carry themselves; done when they had their time."""
 
     vehicles: Vehicles
 
@@ -289,7 +298,7 @@ class ConfirmStep(Request, frozen=True, tag="confirm-step"):
 
 
 Look = GetCalibrations | GetAirframes | GetTraffic | GetRemoteIds | GetPayloads
-Fetch = ReadGains | ReadAirframe | HearTraffic
+Fetch = ReadGains | ReadAirframe | HearTraffic | AskPayloads
 SetUp = Calibrate | CancelCalibration | UndoRadio | SetGain | UndoGains | ChooseAirframe | TestMotor
 Carry = PointGimbal | ReleaseGimbal | UseCamera | LookAt | LookAhead | SetCurrentItem
 Change = SetUp | Carry

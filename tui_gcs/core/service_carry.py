@@ -30,6 +30,7 @@ class CarryActs:
         self._firmware = firmware
         self.begin: dict[type, Callable[[Vehicle, Any, Task], str]] = {
             s.HearTraffic: self._hear_traffic,
+            s.AskPayloads: self._ask_payloads,
             s.PointGimbal: self._point_gimbal,
             s.ReleaseGimbal: self._release_gimbal,
             s.UseCamera: self._use_camera,
@@ -42,13 +43,17 @@ class CarryActs:
         self._services.traffic.listen(vehicle.id, _action_ended(task, "it tells what it hears"))
         return ""
 
+    def _ask_payloads(self, vehicle: Vehicle, request: s.AskPayloads, task: Task) -> str:
+        self._payload.ask(vehicle, _ended(task, ""))
+        return ""
+
     def _point_gimbal(self, vehicle: Vehicle, request: s.PointGimbal, task: Task) -> str:
         self._payload.point(
             vehicle,
             request.pitch_deg,
             request.yaw_deg,
             to_north=request.to_north,
-            on_done=self._of_gimbal(vehicle, _ended(task, "accepted")),
+            on_done=self._of_gimbal(vehicle, _ended(task)),
         )
         return ""
 
@@ -67,7 +72,7 @@ class CarryActs:
 
     def _use_camera(self, vehicle: Vehicle, request: s.UseCamera, task: Task) -> str:
         if request.act == "photo":
-            self._payload.trigger(vehicle, _ended(task, "triggered"))
+            self._payload.trigger(vehicle, _ended(task))
         else:
             stop = request.act == "stop"
             self._payload.record(vehicle, _ended(task, "video stopped" if stop else "video started"), stop=stop)
@@ -79,7 +84,9 @@ class CarryActs:
             amsl_m = place.amsl_m(self._firmware.home(vehicle))
         except PlaceError as error:
             return str(error)
-        text = f"looks at {place.lat_deg:.7f} {place.lon_deg:.7f}, {amsl_m:.1f} m above the sea"
+        text = f"told to look at {place.lat_deg:.7f} {place.lon_deg:.7f}, {amsl_m:.1f} m above the sea"
+        if not self._payload.gimbals(vehicle):
+            text += "; no gimbal was heard: its nose may turn there in flight, or nothing"
         self._payload.look_at(vehicle, place.lat_deg, place.lon_deg, amsl_m, _ended(task, text))
         return ""
 
@@ -94,10 +101,12 @@ class CarryActs:
         return self._services.missions.set_current(vehicle.id, request.item - 1, done)
 
 
-def _ended(task: Task, text: str) -> Done:
+def _ended(task: Task, text: str = "") -> Done:
+    """What is told of one that was carried out: `text`, or else what was seen of it."""
+
     def done(outcome: Outcome, why: str) -> None:
         ok = outcome is Outcome.CONFIRMED
-        task.end("" if ok else ": ".join(part for part in (outcome.value, why) if part), text=text)
+        task.end("" if ok else ": ".join(part for part in (outcome.value, why) if part), text=text or why)
 
     return done
 
@@ -163,7 +172,7 @@ def _remote_id_row(vehicle: int, entry: RemoteId, now: float) -> s.RemoteIdRow:
     )
 
 
-def payload_rows(services: Services, vehicles: list[Vehicle]) -> tuple[s.PayloadRow, ...]:
+def payload_rows(services: Services, vehicles: list[Vehicle], clock: Clock) -> tuple[s.PayloadRow, ...]:
     """Their cameras and gimbals that were heard."""
     rows: list[s.PayloadRow] = []
     for vehicle in vehicles:
@@ -177,7 +186,9 @@ def payload_rows(services: Services, vehicles: list[Vehicle]) -> tuple[s.Payload
                 "gimbal",
                 gimbal.component,
                 controlled_by=gimbal.controlled_by,
-                angles_deg=gimbal.angles_deg if all(map(math.isfinite, gimbal.angles_deg)) else None,
+                angles_deg=gimbal.angles_deg if gimbal.knows_angles() else None,
+                to_north=gimbal.to_north,
+                age_s=clock.now() - gimbal.told_s if gimbal.knows_angles() else 0.0,
             )
             for gimbal in services.payload.gimbals(vehicle)
         ]

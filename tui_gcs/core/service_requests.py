@@ -85,7 +85,7 @@ class ServiceDesk:
             rows = remote_id_rows(station.services, found, station.clock)
             return msgspec.structs.replace(reply, remote_ids=rows)
         if isinstance(request, setup.GetPayloads):
-            return msgspec.structs.replace(reply, payloads=payload_rows(station.services, found))
+            return msgspec.structs.replace(reply, payloads=payload_rows(station.services, found, station.clock))
         if isinstance(request, setup.GetAirframes):
             airframes = tuple(row for vehicle in found for row in self._acts.setup.airframe_rows(vehicle))
             return msgspec.structs.replace(reply, airframes=airframes)
@@ -226,6 +226,7 @@ _WORDS: dict[type, str] = {
     s.Reboot: "reboot",
     setup.ReadAirframe: "read airframe",
     setup.HearTraffic: "hear traffic",
+    setup.AskPayloads: "ask what it carries",
     setup.CancelCalibration: "cancel calibration",
     setup.UndoRadio: "undo rc",
     setup.ReleaseGimbal: "release gimbal",

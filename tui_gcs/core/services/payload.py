@@ -1,19 +1,21 @@
 """Cameras and gimbals: found by their heartbeats and what autopilots say of theirs, pointed, triggered.
 
-All orders are MAVLink's own, the same for every autopilot. None of them is shown by telemetry one could rely on, so
-the ACK is the result. A camera's address for its definition file (CAMERA_INFORMATION) is shown to nobody and never
-fetched (security.md B.6-94).
+All orders are MAVLink's own, the same for every autopilot. An ACK says only that one was understood: angles are asked
+for and pictures counted to tell what came of it; where nothing is told of that, that is said. A camera's address for
+its definition file (CAMERA_INFORMATION) is shown to nobody and never fetched (security.md B.6-94).
 """
 
 import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 from tui_gcs.core.components import hear_all
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.gimbal import AIM_S, Aim, Gimbal
 from tui_gcs.core.text import clean
 from tui_gcs.core.vehicle import NAN, Vehicle
 
@@ -36,9 +38,19 @@ COMMANDS = frozenset({195, 197, 203, 1000, 1001, 2000, 2001, 2500, 2501})
 """Whose ACKs a camera or gimbal may send by itself."""
 MOST_DEVICES = 8
 """Cameras and gimbals of one vehicle."""
-UNKNOWN_ANGLES = (NAN, NAN, NAN)
+GIMBAL_MANAGER_INFORMATION, GIMBAL_MANAGER_STATUS, GIMBAL_DEVICE_ATTITUDE_STATUS = 280, 281, 285
+CARRIED = (GIMBAL_MANAGER_INFORMATION, GIMBAL_MANAGER_STATUS, GIMBAL_DEVICE_ATTITUDE_STATUS, CAMERA_INFORMATION)
+ASKED_S = 1.0
+"""So long after it was asked what it carries it may tell."""
+PICTURE_S = 1.5
+"""So long after an ACK the message that tells of the picture may come: at once on both (measured)."""
+TAKES_VIDEOS = 1
+"""CAMERA_CAP_FLAGS."""
+UNSEEN_GIMBAL = "accepted; it tells no angles: look whether it turned"
+UNSEEN_PICTURE = "accepted; it told of no picture: look whether it was taken"
 
 Done = Callable[[Outcome, str], None]
+"""How it ended; of one that was carried out what was seen of it, else why not."""
 
 
 @dataclass
@@ -50,18 +62,8 @@ class Camera:
     """Maker and model, cleaned."""
     images: int = 0
     """Pictures it told of since we listen."""
-
-
-@dataclass
-class Gimbal:
-    """One gimbal, as its manager tells of it."""
-
-    component: int
-    """Who manages it: itself or the autopilot."""
-    controlled_by: int | None = None
-    """System id in control; 0 is nobody, None not known."""
-    angles_deg: tuple[float, float, float] = UNKNOWN_ANGLES
-    """Roll, pitch, yaw; NaN if unknown."""
+    abilities: int | None = None
+    """CAMERA_CAP_FLAGS, None before it told."""
 
 
 @dataclass
@@ -109,28 +111,76 @@ class PayloadService:
         kit = self._kits.get(vehicle.id)
         return tuple(kit.gimbals.values()) if kit is not None else ()
 
-    def trigger(self, vehicle: Vehicle, on_done: Done | None = None) -> None:
-        """Take one picture. Copies of the order carry its number, so that a lost ACK takes no second one.
+    def ask(self, vehicle: Vehicle, on_done: Done | None = None) -> None:
+        """Have its autopilot tell of a gimbal and a camera it manages itself, which it does not unasked."""
+        now = self._context.clock.now()
 
-        Autopilots that do not know IMAGE_START_CAPTURE are told the old way (DO_DIGICAM_CONTROL), once.
+        def send(copy: int) -> None:
+            for message in CARRIED:
+                self._request(vehicle, message)
+
+        action = Action(
+            vehicle.id,
+            "what it carries",
+            Retry.SET,
+            send=send,
+            confirmed=lambda _: self._context.clock.now() >= now + ASKED_S,
+            on_done=_plainly(on_done),
+            housekeeping=True,
+        )
+        self._context.commands.submit(action)
+
+    def trigger(self, vehicle: Vehicle, on_done: Done | None = None) -> None:
+        """Take one picture. Copies of the order carry its number, by which a camera knows them for copies.
+
+        Autopilots do not look at it (ArduPilot's source): to them it is said once. Those that do not know
+        IMAGE_START_CAPTURE are told the old way (DO_DIGICAM_CONTROL), once.
         """
         kit = self._kit(vehicle)
         kit.shots += 1
         component = self._camera_component(vehicle)
+        own = component == vehicle.component
+        before = self._images(vehicle)
+
+        def taken(outcome: Outcome, why: str) -> None:
+            if on_done is not None:
+                seen = "it told of the picture" if self._images(vehicle) > before else UNSEEN_PICTURE
+                on_done(outcome, seen if outcome is Outcome.CONFIRMED else why)
 
         def done(action: Action, outcome: Outcome, why: str) -> None:
-            if action.result == UNSUPPORTED and component == vehicle.component:
-                self._submit(vehicle, "old camera trigger", DIGICAM_CONTROL, (0, 0, 0, 0, 1), on_done, once=True)
-            elif on_done is not None:
-                on_done(outcome, why)
+            if own and action.result == UNSUPPORTED:
+                old = (0, 0, 0, 0, 1)
+                self._submit(vehicle, "old camera trigger", DIGICAM_CONTROL, old, taken, once=True, shows=shows)
+            else:
+                taken(outcome, why)
 
-        shot = (0, 0, 1, kit.shots)
-        self._submit(vehicle, "camera trigger", IMAGE_START_CAPTURE, shot, done=done, start=True, component=component)
+        def shows(action: Action) -> bool:
+            late = action.acked_s is not None and self._context.clock.now() > action.acked_s + PICTURE_S
+            return late or (action.acked_s is not None and self._images(vehicle) > before)
+
+        self._submit(
+            vehicle,
+            "camera trigger",
+            IMAGE_START_CAPTURE,
+            (0, 0, 1, kit.shots),
+            done=done,
+            start=True,
+            once=own,
+            component=component,
+            shows=shows,
+        )
 
     def record(self, vehicle: Vehicle, on_done: Done | None = None, *, stop: bool = False) -> None:
         """Start or stop a video; either may be said twice."""
         name, command = ("video stop", VIDEO_STOP_CAPTURE) if stop else ("video start", VIDEO_START_CAPTURE)
-        self._submit(vehicle, name, command, (), on_done, component=self._camera_component(vehicle))
+        only_pictures = any(c.abilities is not None and not c.abilities & TAKES_VIDEOS for c in self.cameras(vehicle))
+
+        def done(_: Action, outcome: Outcome, why: str) -> None:
+            if on_done is not None:
+                hint = "its camera takes pictures only" * (outcome is Outcome.REFUSED and only_pictures)
+                on_done(outcome, ": ".join(part for part in (why, hint) if part))
+
+        self._submit(vehicle, name, command, (), done=done, component=self._camera_component(vehicle))
 
     def point(
         self,
@@ -141,7 +191,7 @@ class PayloadService:
         to_north: bool = False,
         on_done: Done | None = None,
     ) -> None:
-        """Point its gimbal, taking control of it first.
+        """Point its gimbal, taking control of it first; then see where it points.
 
         Args:
             vehicle: Whose.
@@ -158,6 +208,7 @@ class PayloadService:
         angles = (pitch_deg, yaw_deg, NAN, NAN, flags, 0, 0)
         component = self._gimbal_component(vehicle)
         kit = self._kit(vehicle)
+        aim = Aim(pitch_deg, yaw_deg, to_north)
 
         def turn(action: Action | None, outcome: Outcome, why: str) -> None:
             kit.controls = kit.controls or outcome is Outcome.CONFIRMED
@@ -165,13 +216,46 @@ class PayloadService:
                 if on_done is not None:
                     on_done(outcome, why)
                 return
-            self._submit(vehicle, "gimbal", GIMBAL_PITCH_YAW, angles, on_done, component=component)
+            self._submit(
+                vehicle,
+                "gimbal",
+                GIMBAL_PITCH_YAW,
+                angles,
+                done=partial(self._pointed, vehicle, aim, on_done),
+                component=component,
+                shows=partial(self._points, vehicle, aim),
+                look=partial(self._request, vehicle, GIMBAL_DEVICE_ATTITUDE_STATUS, component),
+            )
 
         if kit.controls and self._controlled_by_us(vehicle):
             turn(None, Outcome.CONFIRMED, "")
         else:
             mine = (self._context.own_system, STATION_COMPONENT, LEAVE_AS_IT_IS, LEAVE_AS_IT_IS, 0, 0, 0)
             self._submit(vehicle, "gimbal control", GIMBAL_CONFIGURE, mine, done=turn, component=component)
+
+    def _points(self, vehicle: Vehicle, aim: Aim, action: Action) -> bool:
+        """Whether it points there, by what it told after the ACK, or had its time to."""
+        if action.acked_s is None:
+            return False
+        if self._context.clock.now() > action.acked_s + AIM_S:
+            return True
+        told = self._told_since(vehicle, action.acked_s)
+        return told is not None and aim.is_reached(told, vehicle.heading_deg)
+
+    def _pointed(
+        self, vehicle: Vehicle, aim: Aim, on_done: Done | None, action: Action, outcome: Outcome, why: str
+    ) -> None:
+        """Leaning in flight, a gimbal without sensors tells its servos' angles (ArduPilot): that is no failure."""
+        told = self._told_since(vehicle, action.acked_s) if action.acked_s is not None else None
+        if outcome is Outcome.CONFIRMED:
+            why = f"it is at {told.words()}" if told is not None else UNSEEN_GIMBAL
+            if told is not None and not aim.is_reached(told, vehicle.heading_deg) and not vehicle.airborne:
+                outcome = Outcome.NOT_CONFIRMED
+        if on_done is not None:
+            on_done(outcome, why)
+
+    def _told_since(self, vehicle: Vehicle, since_s: float) -> Gimbal | None:
+        return next((g for g in self.gimbals(vehicle) if g.told_s >= since_s and g.knows_angles()), None)
 
     def release(self, vehicle: Vehicle, on_done: Done | None = None) -> None:
         """Give control of its gimbal back."""
@@ -224,8 +308,10 @@ class PayloadService:
         start: bool = False,
         once: bool = False,
         component: int | None = None,
+        shows: Callable[[Action], bool] | None = None,
+        look: Callable[[], None] | None = None,
     ) -> None:
-        """`start`: nothing later than 2 s. `once`: a second copy would do it twice."""
+        """`start`: nothing later than 2 s. `once`: a second copy would do it twice. `shows`, `look`: see `Action`."""
         values = {f"param{i}": float(value) for i, value in enumerate((*params, *([0.0] * 7))[:7], start=1)}
         target = vehicle.component if component is None else component
 
@@ -234,7 +320,8 @@ class PayloadService:
                 fields = {"command": command, "confirmation": min(copy, 255), "target_component": target} | values
                 self._context.door.action(vehicle.id, name, "COMMAND_LONG", **fields)
 
-        self._send_action(vehicle, name, command, send, done or _plainly(on_done), start=start or once)
+        how = done or _plainly(on_done)
+        self._send_action(vehicle, name, command, send, how, start=start or once, shows=shows, look=look)
 
     def _send_action(
         self,
@@ -245,15 +332,19 @@ class PayloadService:
         done: Callable[[Action, Outcome, str], None] | None,
         *,
         start: bool = False,
+        shows: Callable[[Action], bool] | None = None,
+        look: Callable[[], None] | None = None,
     ) -> None:
+        """Without `shows` the ACK is all there is."""
         action = Action(
             vehicle.id,
             name,
             Retry.START if start else Retry.SET,
             send=send,
-            confirmed=lambda _: action.acked_s is not None,
+            confirmed=lambda _: shows(action) if shows is not None else action.acked_s is not None,
             command=command,
             on_done=done,
+            look=look,
         )
         self._context.commands.submit(action)
 
@@ -275,6 +366,9 @@ class PayloadService:
     def _is_device(self, vehicle: Vehicle, component: int) -> bool:
         kit = self._kits.get(vehicle.id)
         return kit is not None and (component in kit.cameras or component in kit.gimbals)
+
+    def _images(self, vehicle: Vehicle) -> int:
+        return sum(camera.images for camera in self.cameras(vehicle))
 
     def _camera_component(self, vehicle: Vehicle) -> int:
         """The camera that speaks for itself, else the autopilot that has one on a servo."""
@@ -314,15 +408,20 @@ class PayloadService:
 
     def _ask_who(self, vehicle: Vehicle, component: int) -> None:
         """Once: a name is nice to have."""
-        fields = {"command": REQUEST_MESSAGE, "confirmation": 0, "param1": CAMERA_INFORMATION}
-        fields |= {f"param{i}": 0 for i in range(2, 8)} | {"target_component": component}
-        self._context.door.ask(vehicle.id, "COMMAND_LONG", **fields)
+        self._request(vehicle, CAMERA_INFORMATION, component)
+
+    def _request(self, vehicle: Vehicle, message: int, component: int | None = None) -> None:
+        target = vehicle.component if component is None else component
+        fields = {"command": REQUEST_MESSAGE, "confirmation": 0, "param1": message, "target_component": target}
+        self._context.commands.question(vehicle.id, REQUEST_MESSAGE)
+        self._context.door.ask(vehicle.id, "COMMAND_LONG", **fields, **{f"param{i}": 0 for i in range(2, 8)})
 
     def _information(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
         camera = self._camera(vehicle, component)
         if camera is not None:
             words = [clean(bytes(fields[name]).split(b"\0")[0], 32) for name in ("vendor_name", "model_name")]
             camera.name = clean(" ".join(word for word in words if word), 65)
+            camera.abilities = fields["flags"]
         if fields["cam_definition_uri"]:
             self.ignored["address of a camera's definition, never fetched"] += 1
 
@@ -342,19 +441,7 @@ class PayloadService:
     def _attitude(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
         gimbal = self._gimbal(vehicle, component)
         if gimbal is not None:
-            gimbal.angles_deg = angles_deg(fields["q"])
-
-
-def angles_deg(q: tuple[float, ...]) -> tuple[float, float, float]:
-    """Roll, pitch and yaw of a quaternion (w, x, y, z); NaN if it is none."""
-    length = math.hypot(*q)
-    if not (math.isfinite(length) and 0.5 < length < 2.0):
-        return UNKNOWN_ANGLES
-    w, x, y, z = (value / length for value in q)
-    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    return math.degrees(roll), math.degrees(pitch), math.degrees(yaw)
+            gimbal.hear(fields, self._context.clock.now())
 
 
 def _plainly(on_done: Done | None) -> Callable[[Action, Outcome, str], None] | None:
