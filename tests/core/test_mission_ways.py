@@ -265,6 +265,15 @@ def test_what_cannot_be_sent_is_an_error_and_comes_first() -> None:
     assert (found[0].level, found[0].kind) == (Level.ERROR, PlanKind.FENCE)
 
 
+def test_what_its_autopilot_would_refuse_is_an_error() -> None:
+    high = replace(to(100, 0), frame=10)
+    px4 = replace(SITE, autopilot="PX4", home_deg=(52.07, -0.628))
+    assert "mission: PX4 knows no heights above the ground" in said(UP, high, BACK, site=px4)
+    elsewhere = fences.circle((52.08, -0.628), 100.0)
+    assert "home is outside of what it allows" in said(UP, to(10, 0), BACK, fence=elsewhere, site=px4)
+    assert said(UP, to(10, 0), BACK, fence=fences.circle((52.07, -0.628), 100.0), site=px4) == ""
+
+
 def _degrees(east_m: float, north_m: float) -> tuple[int, int]:
     lat_deg, lon_deg = FRAME.to_geodetic(east_m, north_m)
     return round(lat_deg * 1e7), round(lon_deg * 1e7)

@@ -7,9 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tui_gcs.core.missions import edits, fences, store
+from tui_gcs.core.missions.autopilots import differences
 from tui_gcs.core.missions.commands import COMMANDS, MISSION_WORDS, with_command, word_of
-from tui_gcs.core.missions.differences import differences
 from tui_gcs.core.missions.draft import History, MissionDraft, VehicleDraft
+from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.walk import Walk
 from tui_gcs.core.plan import JUMP, MISSION_FRAME, RELATIVE, TAKE_OFF, WAYPOINT, Plan, PlanItem, PlanKind
 from tui_gcs.core.plan_check import check
@@ -93,9 +94,9 @@ def test_undo_and_redo_go_through_the_same_drafts() -> None:
     for number in range(3):
         history.do(f"add {number}", history.draft.with_items(1, MISSION, [waypoint(number)]))
         drafts.append(history.draft)
-    assert [history.undo(), history.undo(), history.undo(), history.undo()] == ["add 2", "add 1", "add 0", ""]
+    assert [step and step.label for step in (history.undo() for _ in range(4))] == ["add 2", "add 1", "add 0", None]
     assert history.draft == drafts[0]
-    assert [history.redo(), history.redo(), history.redo(), history.redo()] == ["add 0", "add 1", "add 2", ""]
+    assert [step and step.label for step in (history.redo() for _ in range(4))] == ["add 0", "add 1", "add 2", None]
     assert history.draft == drafts[3]
 
 
@@ -186,7 +187,8 @@ vehicles = st.builds(VehicleDraft, *(st.lists(items_of_plans, max_size=3).map(tu
 @given(st.dictionaries(st.integers(1, 254), vehicles, max_size=4))
 def test_a_draft_comes_back_from_its_file(plans: dict[int, VehicleDraft]) -> None:
     draft = MissionDraft({number: each for number, each in sorted(plans.items()) if not each.is_empty})
-    assert repr(store.from_bytes(store.to_bytes(draft)).vehicles) == repr(draft.vehicles)  # by repr: NaN is like NaN
+    saved = store.Saved(draft, Performance(endurance_s=900.0))
+    assert repr(store.from_bytes(store.to_bytes(saved))) == repr(saved)  # by repr: NaN is like NaN
 
 
 @pytest.mark.parametrize(
@@ -197,6 +199,8 @@ def test_a_draft_comes_back_from_its_file(plans: dict[int, VehicleDraft]) -> Non
         b"\xff",
         b'{"missions": 2, "vehicles": {}}',
         b'{"missions": 1, "vehicles": {"0": {}}}',
+        b'{"missions": 1, "vehicles": {}, "assumed": {"speed_m_s": 0, "climb_m_s": 1, "descent_m_s": 1,'
+        b' "endurance_s": 900, "reserve_pct": 20}}',
         b'{"missions": 1, "vehicles": {"1": {"mission": [[16, 3, [0, 0, 0], 0, 0, 0, true]]}}}',
         b"[" * 100_000,
     ],
@@ -211,8 +215,8 @@ def test_work_is_kept_against_crashes(tmp_path) -> None:
     folder = tmp_path / "sim"
     draft = MissionDraft().with_items(3, MISSION, [PlanItem(TAKE_OFF, RELATIVE, (0.0, 0.0, 0.0, math.nan), z=20.0)])
     assert store.kept(folder) is None
-    store.keep(folder, draft)
-    assert repr(store.kept(folder)) == repr(draft)
+    store.keep(folder, store.Saved(draft))
+    assert repr(store.kept(folder)) == repr(store.Saved(draft))
     (folder / store.KEPT).write_bytes(b"half of i")
     assert store.kept(folder) is None
     store.forget(folder)

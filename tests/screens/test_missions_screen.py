@@ -193,6 +193,20 @@ async def test_a_survey_is_seen_before_it_is_taken_and_shared_out() -> None:
         assert c.missions.editor.draft.is_empty
 
 
+async def test_times_and_batteries_follow_what_vehicles_are_said_to_can() -> None:
+    async with mission_console() as c:
+        await c.press("plus", "b")
+        before_s = c.missions.editor.forecast.way(1).duration_s
+        await c.type_into("climb_m_s", "1")
+        assert c.missions.editor.forecast.way(1).duration_s > before_s + 10
+        await c.type_into("endurance_min", "1")
+        assert "the battery" in c.verdict()
+        await c.type_into("endurance_min", "0")
+        assert "endurance: 0; must be from 0.1" in c.verdict()
+        await c.press("escape")
+        assert c.missions.editor.forecast.performance.endurance_s == 60.0
+
+
 async def test_what_cannot_be_generated_says_why_and_is_not_taken() -> None:
     async with mission_console() as c:
         await c.press("g")

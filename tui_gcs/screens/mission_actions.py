@@ -15,6 +15,7 @@ MISSION_ACTIONS = (
     Action("add", ("plus", "insert"), "+", "add", "one more after this one; at the cursor if it is shown", EDIT, 7),
     Action("delete", ("delete", "backspace"), "Del", "delete", "the item; u brings it back", EDIT, 5),
     Action("generate", ("g",), "g", "generate", "survey, corridor, fence; for several vehicles", EDIT, 6),
+    Action("assume", ("b",), "b", "", "what vehicles can: speed, climb, battery, reserve", EDIT),
     Action("take", ("ctrl+g",), "^G", "", "take what is generated", EDIT),
     Action("kind", ("t",), "t", "kind", "mission, fence, rally points", SELECT, 6),
     Action("digit", tuple("123456789"), "1-9", "", "edit this vehicle's plan", SELECT),

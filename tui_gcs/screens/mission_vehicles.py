@@ -8,7 +8,7 @@ from textual.screen import Screen
 
 from tui_gcs.actions import Action, refusal, situation_of
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.missions.differences import differences
+from tui_gcs.core.missions.autopilots import differences
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.findings import Level
 from tui_gcs.core.plan import PlanKind

@@ -23,6 +23,8 @@ from tui_gcs.screens.fly import FlyScreen, present_round
 from tui_gcs.screens.mission_actions import MISSION_ACTIONS
 from tui_gcs.screens.mission_choosing import MissionChoosing
 from tui_gcs.screens.mission_vehicles import MissionVehicles
+from tui_gcs.screens.second_press import SecondPress
+from tui_gcs.widgets.craft_form import CraftForm
 from tui_gcs.widgets.footer import FooterLine
 from tui_gcs.widgets.form_text import FieldError
 from tui_gcs.widgets.generate_form import GenerateForm
@@ -75,6 +77,7 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
     MissionsScreen.-short VerdictLines { height: 2; }
     MissionsScreen.-short AltitudeProfile { height: 5; }
     MissionsScreen.-generating #items, MissionsScreen.-generating ItemForm { display: none; }
+    MissionsScreen.-assuming ItemForm { display: none; }
     MissionsScreen.-generating VerdictLines { height: 1fr; }
     """
 
@@ -85,7 +88,7 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
         self.file = MissionFile(self.editor, folder)
         self._message = Remark("")
         self._problem = ""
-        self._asked = ""
+        self._second = SecondPress(clock)
         self._moves_whole = False
         self._first_site = True
         self._compare: Timer | None = None
@@ -98,10 +101,11 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
         self.item_table = ItemTable(self.editor, glyphs=glyphs)
         self.item_form = ItemForm(glyphs=glyphs)
         self.generate_form = GenerateForm(glyphs=glyphs)
+        self.craft_form = CraftForm(glyphs=glyphs)
         self.verdict = VerdictLines(glyphs=glyphs)
         self.save_bar = SaveBar(self.file, FILE_NAME)
         self.open_bar = OpenBar()
-        self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed)
+        self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed, here="missions")
         self.set_class(not glyphs.unicode, "-ascii")
 
     def compose(self) -> ComposeResult:
@@ -120,6 +124,7 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
                     yield self.item_table
                 yield self.item_form
                 yield self.generate_form
+                yield self.craft_form
                 yield self.verdict
         yield self.save_bar
         yield self.open_bar
@@ -239,7 +244,7 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
 
     def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
         """Tell what became of a key; a question that waited for its second press is over."""
-        self._asked = ""
+        self._second.forget()
         self.save_bar.forget()
         self._message = Remark(text, ink)
         self.edit_line.show(state_remark(self.editor.history), self._message)
@@ -254,6 +259,9 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
 
     def action_leave(self) -> None:
         """Back to the list; a preview is dropped."""
+        if self.has_class("-assuming"):
+            self.remove_class("-assuming")
+            self.craft_form.display = False
         if self.has_class("-generating"):
             self._end_generating()
             self.editor.drop_preview()
@@ -318,11 +326,11 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
     def action_clear(self) -> None:
         """All of this kind; the second press does it."""
         what = f"clear {self.editor.vehicle} {self.editor.kind.word}"
-        if self.editor.items and self._asked != what:
-            self.say(f"{what}? C again clears it here; what is on board stays", Ink.CAUTION)
-            self._asked = what
-        else:
+        if not self.editor.items or self._second.answers(what):
             self.did(self.editor.clear())
+        else:
+            self._message = Remark(f"{what}? C again clears it here; what is on board stays", Ink.CAUTION)
+            self._show_lists()
 
     def action_undo(self) -> None:
         """Values that were not allowed first, then edits."""
@@ -369,12 +377,32 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
         if found is not None:
             self._choose(found)
 
+    # ------------------------------------------------------------ what vehicles can
+
+    def action_assume(self) -> None:
+        """Open the form; what it says counts at once."""
+        if self.has_class("-generating"):
+            self.action_leave()
+        self.add_class("-assuming")
+        self.craft_form.begin(self.editor.forecast.performance)
+
+    def on_craft_form_changed(self, _message: CraftForm.Changed) -> None:
+        """Foretell with it."""
+        try:
+            self.editor.assume(self.craft_form.performance(self.editor.forecast.performance))
+            self._problem = ""
+        except FieldError as error:
+            self._problem = str(error)
+        self.show_all(form=False)
+
     # ------------------------------------------------------------ generating
 
     def action_generate(self) -> None:
         """Open the form; what it says is shown at once."""
         editor = self.editor
         chosen = [vehicle for vehicle in self.feed.selection.ids if vehicle in editor.vehicles]
+        if self.has_class("-assuming"):
+            self.action_leave()
         self.add_class("-generating")
         self.generate_form.begin(chosen if editor.vehicle in chosen else [editor.vehicle], list(editor.shapes()))
         self._foresee()
@@ -423,7 +451,8 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
         if message.closed:
             self.item_table.focus()
         done = message.step.what is SaveNext.DONE
-        self._asked, self._message = "", Remark(message.step.text, Ink.TEXT if done else Ink.CAUTION)
+        self._second.forget()
+        self._message = Remark(message.step.text, Ink.TEXT if done else Ink.CAUTION)
         self._show_lists()
 
     def action_open(self) -> None:

@@ -11,9 +11,10 @@ from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import VehicleRow
 from tui_gcs.core.missions import build, edits, fences
 from tui_gcs.core.missions.crew import crew
-from tui_gcs.core.missions.draft import History, Items, MissionDraft
+from tui_gcs.core.missions.draft import History, Items, MissionDraft, Step, Where
 from tui_gcs.core.missions.forecast import Forecast
 from tui_gcs.core.missions.generate import OWN_ITEMS, Wanted, generated
+from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.plan import LAND, RETURN, VTOL_LAND, PlanItem, PlanKind
 from tui_gcs.core.plan_check import MOST_ITEMS
 from tui_gcs.core.scenario import Round, Scenario
@@ -42,6 +43,8 @@ class MissionEditor:
         self.index = 0
         self.preview: MissionDraft | None = None
         """What would be generated; shown instead of the draft until it is taken or dropped."""
+        self.has_assumed = False
+        """What vehicles can was said by the operator or a file; else the speed is the scenario's."""
 
     # ------------------------------------------------------------ what there is
 
@@ -84,13 +87,22 @@ class MissionEditor:
             look.frame = LocalFrame(scenario.origin)
         if self.scenario is None or self.scenario.limits != scenario.limits:
             limits = scenario.limits
-            look.performance = replace(look.performance, speed_m_s=limits.speed_m_s, accel_m_s2=limits.accel_m_s2)
+            if not self.has_assumed:
+                look.performance = replace(look.performance, speed_m_s=limits.speed_m_s)
+            look.performance = replace(look.performance, accel_m_s2=limits.accel_m_s2)
             look.limits = limits
         self.scenario, look.current = scenario, current
         look.crew = crew(scenario, rows, look.crew)
         if self.vehicle not in self.vehicles and self.vehicles:
             self.choose_vehicle(self.vehicles[0])
         return before != (look.current, look.crew, look.limits)
+
+    def assume(self, performance: Performance | None) -> None:
+        """Foretell with this; None: as before."""
+        if performance is not None:
+            accel = self.forecast.performance.accel_m_s2
+            self.forecast.performance = replace(performance, accel_m_s2=accel)
+            self.has_assumed = True
 
     # ------------------------------------------------------------ where the operator is
 
@@ -217,24 +229,28 @@ class MissionEditor:
     def take(self, label: str, draft: MissionDraft) -> None:
         """Another draft as one edit: generated, downloaded, read from a file."""
         self.preview = None
-        self.history.do(label, draft)
+        self.history.do(label, draft, where=self._where)
         self.history.end_subject()
         self._look()
         self.choose(self.index)
 
     def undo(self) -> str:
-        """Take the last edit back."""
-        label = self.history.undo()
-        self._look()
-        self.choose(self.index)
-        return f"undone: {label}" if label else "nothing to undo"
+        """Take the last edit back, and go where it was."""
+        return self._went("undone", self.history.undo()) or "nothing to undo"
 
     def redo(self) -> str:
         """Do it again."""
-        label = self.history.redo()
+        return self._went("done again", self.history.redo()) or "nothing to do again"
+
+    def _went(self, what: str, step: Step | None) -> str:
+        self.preview = None
         self._look()
+        if step is None:
+            return ""
+        if step.where is not None:
+            self.vehicle, self.kind, self.index = step.where
         self.choose(self.index)
-        return f"done again: {label}" if label else "nothing to do again"
+        return f"{what}: {step.label}"
 
     # ------------------------------------------------------------ generating
 
@@ -266,9 +282,13 @@ class MissionEditor:
 
     # ------------------------------------------------------------ inside
 
+    @property
+    def _where(self) -> Where:
+        return self.vehicle, self.kind, self.index
+
     def _edit(self, label: str, items: Items, subject: str = "") -> None:
         self.preview = None
-        self.history.do(label, self.history.draft.with_items(self.vehicle, self.kind, items), subject)
+        self.history.do(label, self.history.draft.with_items(self.vehicle, self.kind, items), subject, self._where)
         self._look()
 
     def _look(self) -> None:

@@ -31,7 +31,10 @@ class MissionFile:
     @property
     def text(self) -> str:
         """What is saved."""
-        return store.to_bytes(self._editor.history.draft).decode()
+        return store.to_bytes(self._saved()).decode()
+
+    def _saved(self) -> store.Saved:
+        return store.Saved(self._editor.history.draft, self._editor.forecast.performance)
 
     def knows_text(self, text: str) -> bool:
         """Whether a file's content is one that was read or saved here."""
@@ -50,7 +53,9 @@ class MissionFile:
         editor = self._editor
         data = _read(path)
         if data.lstrip().startswith(b'{"missions"'):
-            draft = store.from_bytes(data)
+            saved = store.from_bytes(data)
+            draft = saved.draft
+            editor.assume(saved.performance)
             editor.take(f"{path.name} opened", draft)
             editor.history.saved()
             self.path = str(path)
@@ -85,17 +90,18 @@ class MissionFile:
         """Have the work in progress there after a crash, if it changed. Raises DraftFileError."""
         draft = self._editor.history.draft
         if self._folder is not None and draft is not self._kept and self._editor.history.unsaved:
-            store.keep(self._folder, draft)
+            store.keep(self._folder, self._saved())
         self._kept = draft
 
     def recover(self) -> int:
         """Take what a crash left; of how many vehicles it is."""
-        draft = store.kept(self._folder) if self._folder is not None else None
-        if draft is None or draft.is_empty:
+        saved = store.kept(self._folder) if self._folder is not None else None
+        if saved is None or saved.draft.is_empty:
             return 0
-        self._editor.take("recovered", draft)
-        self._kept = draft
-        return len(draft.vehicles)
+        self._editor.assume(saved.performance)
+        self._editor.take("recovered", saved.draft)
+        self._kept = saved.draft
+        return len(saved.draft.vehicles)
 
 
 def _read(path: Path) -> bytes:

@@ -10,6 +10,8 @@ from tui_gcs.core.plan import MISSION_FRAME, RELATIVE, RETURN, TAKE_OFF, WAYPOIN
 
 ANY_HEADING = (0.0, 0.0, 0.0, math.nan)
 """PX4 would turn to a heading of 0, north."""
+CHANGE_SPEED = 178
+"""MAV_CMD_DO_CHANGE_SPEED; its first parameter 1 is ground speed."""
 PHOTOS_EACH = 206
 """MAV_CMD_DO_SET_CAM_TRIGG_DIST."""
 
@@ -53,6 +55,12 @@ def lane_items(frame: LocalFrame, lanes: Sequence[Lane], height_m: float, photos
     return tuple(items)
 
 
-def whole(items: Items, height_m: float) -> Items:
-    """A mission of its own: up, these items, home again."""
-    return (take_off(height_m), *items, home_again()) if items else ()
+def speed(speed_m_s: float) -> PlanItem:
+    """Over ground from here on."""
+    return PlanItem(CHANGE_SPEED, MISSION_FRAME, (1.0, speed_m_s, -1.0, 0.0))
+
+
+def whole(items: Items, height_m: float, speed_m_s: float | None = None) -> Items:
+    """A mission of its own: up, at a speed (None: the vehicle's own), these items, home again."""
+    begin = (take_off(height_m), *([speed(speed_m_s)] if speed_m_s is not None else []))
+    return (*begin, *items, home_again()) if items else ()

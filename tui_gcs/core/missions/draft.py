@@ -71,12 +71,17 @@ class MissionDraft:
         return not self.vehicles
 
 
+Where = tuple[int, PlanKind, int]
+"""Vehicle, kind of plan, index of an item."""
+
+
 @dataclass(frozen=True)
 class Step:
-    """One edit: what it was called, and the draft that it was made from or led to."""
+    """One edit: what it was called, the draft that it was made from or led to, and where it is to be seen."""
 
     label: str
     draft: MissionDraft
+    where: Where | None = None
 
 
 class History:
@@ -100,12 +105,15 @@ class History:
         """How many can be taken back."""
         return len(self._before)
 
-    def do(self, label: str, draft: MissionDraft, subject: str = "") -> bool:
-        """Take over an edit; False if it changes nothing. Edits of one `subject` in a row (typing) are one step."""
+    def do(self, label: str, draft: MissionDraft, subject: str = "", where: Where | None = None) -> bool:
+        """Take over an edit; False if it changes nothing. Edits of one `subject` in a row (typing) are one step.
+
+        `where` is where the operator was before it.
+        """
         if draft == self.draft:
             return False
         if not subject or subject != self._subject:
-            self._before.append(Step(label, self.draft))
+            self._before.append(Step(label, self.draft, where))
             del self._before[:-MOST_UNDO]
         self._subject = subject
         self._after.clear()
@@ -116,12 +124,12 @@ class History:
         """What comes next is a step of its own."""
         self._subject = ""
 
-    def undo(self) -> str:
-        """Take back the last edit; what it was, "" if there was none."""
+    def undo(self) -> Step | None:
+        """Take back the last edit, and tell of it; None if there was none."""
         return self._go(self._before, self._after)
 
-    def redo(self) -> str:
-        """Do again what was taken back; what it was, "" if there was nothing."""
+    def redo(self) -> Step | None:
+        """Do again what was taken back, and tell of it; None if there was nothing."""
         return self._go(self._after, self._before)
 
     def saved(self) -> None:
@@ -129,18 +137,11 @@ class History:
         self._saved = self.draft
         self.end_subject()
 
-    def begin(self, draft: MissionDraft, *, unsaved: bool = False) -> None:
-        """Another draft altogether (a file was read, work was recovered); it can be undone, too."""
-        self.do("another draft", draft)
-        self._subject = ""
-        if not unsaved:
-            self._saved = self.draft
-
-    def _go(self, source: list[Step], target: list[Step]) -> str:
+    def _go(self, source: list[Step], target: list[Step]) -> Step | None:
         self._subject = ""
         if not source:
-            return ""
+            return None
         step = source.pop()
-        target.append(Step(step.label, self.draft))
+        target.append(Step(step.label, self.draft, step.where))
         self.draft = step.draft
-        return step.label
+        return step

@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 
 from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.missions.autopilots import refusals
 from tui_gcs.core.missions.draft import Items, VehicleDraft
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.way import LOW_M, Leg, Way
@@ -69,6 +70,9 @@ class Site:
     performance: Performance = field(default_factory=Performance)
     battery_pct: float = 100.0
     """At the start."""
+    autopilot: str = ""
+    """As in fleet frames; empty: not known."""
+    home_deg: tuple[float, float] | None = None
 
 
 def findings(draft: VehicleDraft, way: Way, site: Site) -> list[Finding]:
@@ -78,6 +82,12 @@ def findings(draft: VehicleDraft, way: Way, site: Site) -> list[Finding]:
         for kind in PlanKind
         if draft.items(kind)
         for problem in check(draft.plan(kind))
+    ]
+    found += [
+        Finding(Level.ERROR, kind, None, text)
+        for kind in PlanKind
+        if draft.items(kind) and not found
+        for text in refusals(draft.plan(kind), site.autopilot, site.home_deg)
     ]
     if draft.mission and not found:
         found += [*_shape(draft.mission, way), *_places(draft, way, site), *_battery(way, site)]

@@ -51,7 +51,9 @@ class Forecast:
 
     def site(self, vehicle: int) -> Site:
         """What its mission is judged by."""
-        return Site(self.frame, self.current, self.performance, self.member(vehicle).battery_pct)
+        member = self.member(vehicle)
+        home_deg = self.frame.to_geodetic(*member.home.place_m)
+        return Site(self.frame, self.current, self.performance, member.battery_pct, member.autopilot, home_deg)
 
     def battery_left_pct(self, vehicle: int) -> float:
         """After its mission."""

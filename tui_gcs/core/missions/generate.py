@@ -51,7 +51,8 @@ def generated(
 ) -> MissionDraft:
     """`draft` with what is wanted over `shape` instead of the missions there were.
 
-    For `OWN_ITEMS` the shape is the polygon of its places. A fence is added to those there are. Raises GeneratorError.
+    What is generated flies at the assumed speed; a fence is added to those there are. For `OWN_ITEMS` the shape is the
+    polygon of its places. Raises GeneratorError.
     """
     if not wanted.vehicles:
         raise GeneratorError("for which vehicles?")
@@ -69,7 +70,7 @@ def generated(
         parts = paths(line, len(members))
         ways = [build.path_items(frame, part, height) for part, height in zip(parts, heights, strict=True)]
     for vehicle, items, height_m in zip(wanted.vehicles, ways, heights, strict=True):
-        draft = draft.with_items(vehicle, PlanKind.MISSION, build.whole(items, height_m))
+        draft = draft.with_items(vehicle, PlanKind.MISSION, build.whole(items, height_m, performance.speed_m_s))
     return draft
 
 

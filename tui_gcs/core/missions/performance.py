@@ -30,3 +30,15 @@ class Performance:
     def energy_pct(self, duration_s: float) -> float:
         """What flying so long takes out of a full battery."""
         return 100.0 * duration_s / self.endurance_s
+
+    def problem(self) -> str:
+        """What is impossible about it; "" if nothing is."""
+        for name, value, most in (
+            ("speed", self.speed_m_s, 100.0),
+            ("climb", self.climb_m_s, 50.0),
+            ("descent", self.descent_m_s, 50.0),
+            ("endurance", self.endurance_s, 360_000.0),
+        ):
+            if not 0.1 <= value <= most:  # NaN, too
+                return f"{name}: {value:g}; must be from 0.1 to {most:g}"
+        return "" if 0 <= self.reserve_pct <= 100 else f"reserve: {self.reserve_pct:g}; must be from 0 to 100"

@@ -4,11 +4,13 @@ Files of other programs, one vehicle each, are `core/formats`.
 """
 
 import math
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
 
 from tui_gcs.core.missions.draft import Items, MissionDraft, VehicleDraft
+from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.plan import PlanItem, PlanKind
 from tui_gcs.core.plan_check import MOST_ITEMS
 from tui_gcs.core.safe_files import FileRefused, SafeFolder
@@ -41,22 +43,45 @@ class _Vehicle(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     rally: tuple[_Row, ...] = ()
 
 
+class _Assumed(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    speed_m_s: float
+    climb_m_s: float
+    descent_m_s: float
+    endurance_s: float
+    reserve_pct: float
+
+
 class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     missions: int
     """Version of the format."""
     vehicles: dict[int, _Vehicle]
+    assumed: _Assumed | None = None
 
 
-def to_bytes(draft: MissionDraft) -> bytes:
-    """The draft as JSON."""
+@dataclass(frozen=True)
+class Saved:
+    """What a file holds: plans, and what their times were foretold with; None: it does not say."""
+
+    draft: MissionDraft
+    performance: Performance | None = None
+
+
+def to_bytes(saved: Saved) -> bytes:
+    """As JSON."""
+    draft, craft = saved.draft, saved.performance
+    assumed = (
+        None
+        if craft is None
+        else _Assumed(craft.speed_m_s, craft.climb_m_s, craft.descent_m_s, craft.endurance_s, craft.reserve_pct)
+    )
     vehicles = {
         number: _Vehicle(*(_rows(each.items(kind)) for kind in PlanKind)) for number, each in draft.vehicles.items()
     }
-    return msgspec.json.encode(_File(VERSION, vehicles)) + b"\n"
+    return msgspec.json.encode(_File(VERSION, vehicles, assumed)) + b"\n"
 
 
-def from_bytes(data: bytes) -> MissionDraft:
-    """The draft in `data`. Raises DraftFileError."""
+def from_bytes(data: bytes) -> Saved:
+    """What is in `data`. Raises DraftFileError."""
     if len(data) > MOST_BYTES:
         raise DraftFileError(f"longer than {MOST_BYTES >> 20} MB")
     try:
@@ -73,7 +98,16 @@ def from_bytes(data: bytes) -> MissionDraft:
         if any(len(items) > MOST_ITEMS for items in kinds):
             raise DraftFileError(f"vehicle {number}: more than {MOST_ITEMS} items")
         draft = draft.with_vehicle(number, VehicleDraft(*kinds))
-    return draft
+    return Saved(draft, _performance(file.assumed))
+
+
+def _performance(assumed: _Assumed | None) -> Performance | None:
+    if assumed is None:
+        return None
+    performance = replace(Performance(), **msgspec.structs.asdict(assumed))
+    if why := performance.problem():
+        raise DraftFileError(f"what is assumed of vehicles: {why}")
+    return performance
 
 
 def _rows(items: Items) -> tuple[_Row, ...]:
@@ -97,16 +131,16 @@ def _numbers(params: Params) -> tuple[float, float, float, float]:
 # ---------------------------------------------------------------- against crashes
 
 
-def keep(folder: Path, draft: MissionDraft) -> None:
+def keep(folder: Path, saved: Saved) -> None:
     """Have it there after a crash. Raises DraftFileError."""
     try:
         with SafeFolder(folder) as kept:
-            kept.replace(KEPT, to_bytes(draft))
+            kept.replace(KEPT, to_bytes(saved))
     except FileRefused as error:
         raise DraftFileError(str(error)) from None
 
 
-def kept(folder: Path) -> MissionDraft | None:
+def kept(folder: Path) -> Saved | None:
     """What a crash left; None if nothing, or nothing that can be read."""
     try:
         with SafeFolder(folder) as place:

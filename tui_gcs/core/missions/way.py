@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from tui_gcs.core import plan
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import Vec3
+from tui_gcs.core.missions.build import CHANGE_SPEED
 from tui_gcs.core.missions.draft import Items
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.walk import Walk
@@ -25,7 +26,6 @@ from tui_gcs.core.plan import PlanItem
 
 Floats = NDArray[np.float64]
 
-CHANGE_SPEED = 178
 CIRCLE_POINTS = 16
 """A circle flown is so many straight ways."""
 MOST_TURNS = 50
@@ -97,10 +97,11 @@ class Way:
 
     @cached_property
     def arrivals_s(self) -> dict[int, float]:
-        """When it first reaches each item, by index; those that are no places are not in it."""
+        """When it has first done each item but waiting, by index: is there, has circled, has landed. Only places."""
         found: dict[int, float] = {}
-        for leg in self.legs:
-            found.setdefault(leg.item, leg.end_s)
+        for leg, after in zip(self.legs, (*self.legs[1:], None), strict=True):
+            if after is None or after.item != leg.item:
+                found.setdefault(leg.item, leg.end_s)
         return found
 
     @cached_property
