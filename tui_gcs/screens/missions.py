@@ -295,7 +295,8 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
             new = to_item(self.editor, message.texts, item)
         except FieldError as error:
             self._problem = str(error)
-            self._show_lists()
+            self.editor.retract()
+            self.show_all(form=False)
             return
         self._problem = ""
         self.editor.replace_item(new, message.field)

@@ -195,6 +195,11 @@ class MissionEditor:
             label = f"{self.kind.word} {self.index + 1} {field}".rstrip()
             self._edit(label, edits.put(self.items, self.index, item), f"{self.vehicle} {label}")
 
+    def retract(self) -> None:
+        """The open field holds a value that is not allowed: what was half typed is not meant."""
+        self.history.retract()
+        self._look()
+
     def place(self, place_m: Place) -> None:
         """Have the edited one there."""
         item = self.item

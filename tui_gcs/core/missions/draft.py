@@ -124,6 +124,14 @@ class History:
         """What comes next is a step of its own."""
         self._subject = ""
 
+    def retract(self) -> bool:
+        """Take back what the open `subject` changed: half of a value is not meant. Whether there was something."""
+        if not self._subject or not self._before:
+            return False
+        self.draft = self._before.pop().draft
+        self._subject = ""
+        return True
+
     def undo(self) -> Step | None:
         """Take back the last edit, and tell of it; None if there was none."""
         return self._go(self._before, self._after)
