@@ -27,7 +27,7 @@ BRAKE_SHARE = 0.6
 """Of the acceleration; the rest is for neighbours in other directions, and the autopilot's."""
 CLIMB_M_S, DESCENT_M_S, ACCEL_Z_M_S2 = 3.0, 1.5, 1.0
 """As the guard's."""
-SPARE_M, SPARE_UP_M = 1.2, 0.6
+SPARE_M, SPARE_UP_M = 1.7, 0.6
 """Kept beyond the limits: a little more than the guard keeps, that is more the faster they are: see `_slack_m`."""
 JERK_M_S3, SURGE_Z_M_S, WEAK_SHARE, ORDER_S = 4.0, 0.5, 0.8, 0.25
 """As the guard's: how soon an acceleration ends, what a climb gains until then, how vehicles brake, and how late."""
