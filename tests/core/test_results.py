@@ -177,7 +177,13 @@ def test_never_on_slot_is_a_failed_check_and_ends_the_measuring(referee: Referee
     for t in range(1, 123):
         referee.on_frame(frame(float(t), [(100.0, 200.0, 27.0), FAR]))
     assert all(measure.done for measure in referee.present())
-    assert check(referee, "home: all on slot, s") == Check("round 1 home: all on slot, s", False, None, 120.0)
+    assert check(referee, "home: all on slot, s") == Check(
+        "round 1 home: all on slot, s",
+        False,
+        None,
+        120.0,
+        "no vehicle was on its slot: does its planner say `joined` in its intents?",
+    )
     assert not check(referee, "home: coverage").ok and not check(referee, "home: worst / bound").ok
 
 
@@ -233,6 +239,35 @@ def test_how_well_slots_are_kept_is_the_scenarios_to_say() -> None:
     sweep(judge, 1, (0.3, 3.4), (0.0, 0.3))
     off, lag = check(judge, "home: off slot, m"), check(judge, "home: early or late, s")
     assert (off.ok, off.limit, lag.ok, lag.limit) == (True, 3.5, False, 0.25)
+
+
+# ---------------------------------------------------------------- why there is no value
+
+
+def told_why(judge: Referee) -> set[str]:
+    return {c.why for c in judge.result().checks if c.why}
+
+
+def test_what_was_not_measured_says_why() -> None:
+    judge = referee_of(scenario(2))
+    judge.on_status(status(0))
+    assert told_why(judge) == {"no vehicle was on its slot: does its planner say `joined` in its intents?"}
+    assert check(judge, "home: all on slot, s").value is None
+    assert "\n     -- no vehicle was on its slot: does" in table(judge.result())
+    judge.on_status(status(1))
+    assert told_why(judge) == {"never all on their slots: 1 of 2 at most"}
+    judge.on_status(status(2))
+    assert "all on slot, s" not in {c.name for c in judge.result().checks if c.why}
+    assert told_why(judge) == {"the zone was never seen whole: 0.0 %"}
+
+
+def test_a_planner_that_does_not_tell_its_rounds_time_is_told_to() -> None:
+    judge = Referee(scenario(2))
+    judge.started = IDS
+    judge.begin_round(scenario(2).rounds[0], 0.0)
+    team = msgspec.structs.replace(status(2).teams[0], metrics={})
+    judge.on_status(msgspec.structs.replace(status(2), teams=(team,)))
+    assert told_why(judge) == {"its planner does not tell the time of a round: the metric `period_s`"}
 
 
 # ---------------------------------------------------------------- what it did not see

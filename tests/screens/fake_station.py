@@ -70,6 +70,8 @@ class FakeStation:
     on_board: dict[int, s.OnBoardRow] = field(default_factory=dict)
     planners: tuple[m.PlannerInfo, ...] = ()
     preflight: tuple[Check, ...] = ()
+    metrics: dict[str, float] = field(default_factory=dict)
+    """What every planner counts."""
     seq: int = 0
     started_s: float = NAN
 
@@ -248,6 +250,7 @@ class FakeStation:
             coverage=1.0 * known,
             bound_s=20.9,
             ratio=1.15 * known,
+            metrics=self.metrics,
         )
 
     # ------------------------------------------------------------ what is answered

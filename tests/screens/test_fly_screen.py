@@ -157,3 +157,18 @@ async def test_nothing_is_posted_when_nothing_visible_changed() -> None:
         c.station.tick(0.01)
         c.app.feed.deliver()
         assert posted == []
+
+
+async def test_what_planners_count_is_shown_in_words() -> None:
+    async with console((160, 50), flight) as c:
+        c.station.metrics = {"gap_m": 9.8764, "predicted_worst_s": 26.41, "slots": 4.0}
+        await c.tick(1.0)
+        assert "DEF gap 9.88 m  predicted worst 26.4 s  ATT gap 9.88 m" in c.text() and "  slots 4  " not in c.text()
+        assert "recording 2026" in c.text()
+
+
+async def test_what_there_is_no_room_for_is_left_out_with_a_sign() -> None:
+    async with console(WIDE, flight) as c:
+        c.station.metrics = {f"a_number_with_a_long_name_{i}": float(i) for i in range(64)}
+        await c.tick(1.0)
+        assert "DEF a number with a long name 0 0" in c.text() and "0 0 …" in c.text()

@@ -133,6 +133,7 @@ def _alarm_words(alarm: "Alarm") -> str:
 
 
 def _words(status: "StationStatus", frame: "FleetFrame") -> str:
+    from tui_gcs.core.metrics import all_words
     from tui_gcs.core.text import clean
 
     minutes, seconds = divmod(int(status.mission_time_s), 60)
@@ -143,6 +144,7 @@ def _words(status: "StationStatus", frame: "FleetFrame") -> str:
     lines += [_alarm_words(alarm) for alarm in status.alarms]
     lines += [f"planner {name}: {clean(file)}" for name, file in status.planner_files.items()]
     lines += [line for team in status.teams if team.error for line in _error_lines(team)]
+    lines += [f"{t.planner} of {t.name}: {'; '.join(all_words(t.metrics))}" for t in status.teams if t.metrics]
     lines += [f"link {_link_words(link)}" for link in status.links]
     lines += [f"forward {_link_words(link)}" for link in status.forward]
     lines += [

@@ -132,9 +132,13 @@ def table(result: "Result") -> str:
         lines.append(_row((name, r.zone, r.role, str(r.n)), idle, off))
     lines += _intruders(result)
     lines += ["", f"{'check':<57}{'value':>10}{'limit':>10}"]
+    told = ""
     for check in result.checks:
         mark = "ok  " if check.ok else "FAIL"
         lines.append(f"{mark} {check.name:<52.52}{_number(check.value):>10}{_number(check.limit):>10}")
+        if check.why and check.why != told:
+            lines.append(f"     -- {check.why}"[:80])
+            told = check.why
     good = sum(check.ok for check in result.checks)
     lines += ["", f"{good} of {len(result.checks)} checks hold", *filter(None, [result.incomplete]), ""]
     return "\n".join(lines)

@@ -14,8 +14,8 @@ from tui_gcs.core.scenario import Limits
 GROUND_M = 2.0
 """Below this height above home neither the band nor separation applies."""
 SPARE_M, SPARE_UP_M = 1.0, 0.3
-"""Kept beyond the limits: two that hold wander half a metre each (measured in the simulator without wind and with 4 m/s:
-0.3 to 0.6 m sideways, 0.1 m in height), and what is foreseen is a little wrong."""
+"""Kept beyond the limits: two that hold wander half a metre each (measured in the simulator, wind up to 4 m/s: 0.3 to
+0.6 m sideways, 0.1 m in height), and what is foreseen is a little wrong."""
 SAME = 1e-6
 BETTER = 0.3
 """Shares of the limits: less is luck, of when samples are taken."""

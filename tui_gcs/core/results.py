@@ -34,6 +34,8 @@ class Check(msgspec.Struct):
     ok: bool
     value: float | None
     limit: float | None
+    why: str = ""
+    """Why there is no value."""
 
 
 class RoundResult(msgspec.Struct):
@@ -114,6 +116,7 @@ class ZoneMeasure:
         self._last_s = t_s
         self._period_s = math.nan
         self._n = 0
+        self._wanted = self._most_on_slot = 0
         self._off_slot_m: list[float] = []
         self._lag_s: list[float] = []
 
@@ -130,6 +133,7 @@ class ZoneMeasure:
     def on_status(self, status: TeamStatus, wanted: int) -> None:
         """Take the team's own word: how many are on their slot, and the tour's period."""
         self._period_s = status.metrics.get("period_s", self._period_s)
+        self._wanted, self._most_on_slot = wanted, max(self._most_on_slot, status.on_slot)
         if self._on_slot_s is None and status.slots == wanted and status.on_slot == wanted:
             self._on_slot_s = self._last_s
             self._n = wanted
@@ -150,6 +154,20 @@ class ZoneMeasure:
         if self._window_s is None and self._warmed_up(frame.t_s):
             self._window_s = frame.t_s
             self._grid.begin_window(frame.t_s)
+
+    def why_not_measured(self) -> str:
+        """Why idleness and slots were not measured, or ""."""
+        if self._window_s is not None:
+            return ""
+        if self._on_slot_s is None and not self._most_on_slot:
+            return "no vehicle was on its slot: does its planner say `joined` in its intents?"
+        if self._on_slot_s is None:
+            return f"never all on their slots: {self._most_on_slot} of {self._wanted} at most"
+        if math.isnan(self._period_s):
+            return "its planner does not tell the time of a round: the metric `period_s`"
+        if self._grid.full_cover_t is None:
+            return f"the zone was never seen whole: {100 * self._grid.coverage:.1f} %"
+        return "the round ended before it could be measured"
 
     def _warmed_up(self, t_s: float) -> bool:
         if self._on_slot_s is None or math.isnan(self._period_s) or self._grid.full_cover_t is None:
@@ -324,16 +342,17 @@ class Referee:
     def _checks(self, rounds: list[RoundResult]) -> list[Check]:
         limits = self._scenario.results
         checks = []
-        for r in rounds:
+        for measure, r in zip(self.measures, rounds, strict=True):
             if r.cut_short:
                 continue
+            why = measure.why_not_measured()
             where = f"{r.round} {r.zone}"
             slot = r.on_slot_after_s
-            checks.append(_at_most(f"{where}: all on slot, s", slot, limits.on_slot_max_s))
+            checks.append(_at_most(f"{where}: all on slot, s", slot, limits.on_slot_max_s, why))
             checks.append(_at_least(f"{where}: coverage", r.coverage, limits.coverage_min))
-            checks.append(_at_most(f"{where}: worst / bound", r.ratio, limits.worst_ratio_max))
-            checks.append(_at_most(f"{where}: off slot, m", r.off_slot_max_m, limits.slot_error_max_m))
-            checks.append(_at_most(f"{where}: early or late, s", r.lag_max_s, limits.slot_lag_max_s))
+            checks.append(_at_most(f"{where}: worst / bound", r.ratio, limits.worst_ratio_max, why))
+            checks.append(_at_most(f"{where}: off slot, m", r.off_slot_max_m, limits.slot_error_max_m, why))
+            checks.append(_at_most(f"{where}: early or late, s", r.lag_max_s, limits.slot_lag_max_s, why))
         faults = self._status.faults if self._status is not None else {"no status": 1}
         vetoes = sum(self._status.vetoes.values()) if self._status is not None else 0
         kept = [v for v in self.started if v not in self.lost]
@@ -367,8 +386,11 @@ def _rounded(value: float) -> float | None:
     return round(value, 2) if math.isfinite(value) else None
 
 
-def _at_most(name: str, value: float | None, limit: float) -> Check:
-    return Check(name, value is not None and value <= limit + 1e-9, None if value is None else round(value, 2), limit)
+def _at_most(name: str, value: float | None, limit: float, why: str = "") -> Check:
+    """`why` there is no value."""
+    if value is None:
+        return Check(name, False, None, limit, why)
+    return Check(name, value <= limit + 1e-9, round(value, 2), limit)
 
 
 def _at_least(name: str, value: float | None, limit: float) -> Check:

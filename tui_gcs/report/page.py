@@ -8,6 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 import numpy as np
 
 from tui_gcs.core.messages import Event
+from tui_gcs.core.metrics import all_words
 from tui_gcs.core.results import Check, Result, RoundResult
 from tui_gcs.core.zones import bounds, outline_m
 from tui_gcs.report.maps import flown_map, mission_figure
@@ -93,7 +94,8 @@ def _checks(checks: Sequence[Check]) -> str:
     rows = []
     for check in checks:
         mark = '<span class="ok">holds</span>' if check.ok else '<span class="bad">FAILS</span>'
-        rows.append((mark, escape(check.name), _number(check.value), _number(check.limit)))
+        name = escape(check.name) + (f'<br><span class="sub">{escape(check.why)}</span>' if check.why else "")
+        rows.append((mark, name, _number(check.value), _number(check.limit)))
     return _table(("", "what", "value", "limit"), rows, numbers=2)
 
 
@@ -112,6 +114,7 @@ def _round(record: FlightRecord, one: RoundRecord, result: Result, happened: Seq
         [
             f"<h2>{escape(one.round.name)}</h2>",
             _measured(rounds),
+            _counted(one),
             "<h3>Tours and flown paths</h3>",
             str(flown_map(record.scenario, one)),
             legend([(f"vehicle {v}", COLOURS[i % len(COLOURS)]) for i, v in enumerate(sorted(one.paths_m))]),
@@ -142,6 +145,16 @@ def _measured(rounds: Sequence[RoundResult]) -> str:
     ]
     head = ("", "n", "on slot s", "covered %", "worst s", "average s", "bound s", "worst / bound", "off slot m")
     return _table(head, rows, numbers=1)
+
+
+def _counted(one: RoundRecord) -> str:
+    """What planners say of themselves."""
+    rows = [
+        (escape(zone.team), escape(zone.zone.name), escape("; ".join(all_words(zone.metrics))))
+        for zone in one.zones
+        if zone.metrics
+    ]
+    return _table(("team", "zone", "what its planner counted last"), rows) if rows else ""
 
 
 def _intruders(result: Result) -> str:

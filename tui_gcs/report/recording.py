@@ -40,6 +40,8 @@ class ZoneRecord:
     average_now_s: list[float] = field(default_factory=list)
     flying: list[int] = field(default_factory=list)
     tour_m: list[tuple[float, float]] = field(default_factory=list)
+    metrics: dict[str, float] = field(default_factory=dict)
+    """What its planner counted last in this round."""
 
 
 @dataclass
@@ -81,6 +83,10 @@ class FlightRecord:
         if status.armed and status.round_index != self._index and self._index < status.round_index:
             self._index = status.round_index
             self._begin(self.scenario.rounds[status.round_index], status)
+        if self.rounds and not self._returning:
+            counted = {team.name: team.metrics for team in status.teams if team.metrics}
+            for zone in self.rounds[-1].zones:
+                zone.metrics = counted.get(zone.team, zone.metrics)
 
     def _begin(self, round_: Round, status: StationStatus) -> None:
         if math.isnan(self.begin_s):

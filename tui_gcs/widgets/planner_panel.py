@@ -1,6 +1,9 @@
-"""How well each team does its job: worst idleness beside the bound, coverage, slots."""
+"""How well each team does its job: worst idleness beside the bound, coverage, slots; what its planner counts."""
+
+from rich.cells import cell_len, set_cell_size
 
 from tui_gcs.core.messages import StationStatus, TeamStatus, VehicleRow
+from tui_gcs.core.metrics import all_words
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
@@ -15,8 +18,16 @@ ROLE_INKS = {"defend": Ink.DEFEND, "attack": Ink.ATTACK}
 WORKER_INKS = {"absent": Ink.MUTED, "late": Ink.WARNING, "dead": Ink.WARNING, "quarantined": Ink.WARNING}
 
 
+SHOWN_BEFORE = frozenset({"bound_s", "coverage", "slots", "joined"})
+"""What patrol counts, too, and the lines above tell as the station found it."""
+
+
+MORE = " …"
+"""There is more than there is room for."""
+
+
 class PlannerPanel(LinesView):
-    """Two lines a team, then what concerns all."""
+    """Two lines a team, then what concerns all, then as much as fits of what the planners count."""
 
     DEFAULT_CSS = """
     PlannerPanel { border: solid #4a5560; border-title-color: #d8dee4; height: 1fr; }
@@ -38,7 +49,9 @@ class PlannerPanel(LinesView):
         lines: list[Line] = []
         for team in self._status.teams:
             lines += team_lines(team, self.glyphs)
-        return [*lines, *fleet_lines(self._status)]
+        lines += fleet_lines(self._status)
+        counted = metric_lines(self._status, width, height - len(lines))
+        return [*lines, *counted, *recording_lines(self._status)]
 
 
 class BriefPanel(LinesView):
@@ -66,6 +79,7 @@ class BriefPanel(LinesView):
         if self._status is not None:
             lines += [team_brief(team, self.glyphs) for team in self._status.teams]
             lines.append(fleet_brief(self._status))
+            lines += metric_lines(self._status, width, height - len(lines))
         return lines
 
 
@@ -89,6 +103,20 @@ def team_lines(team: TeamStatus, glyphs: GlyphSet) -> list[list[Run]]:
     ]
 
 
+def metric_lines(status: StationStatus, width: int, most: int) -> list[Line]:
+    """What each team's planner counts, on `most` lines; what there is no room for, `tui-gcs status` tells."""
+    rows = [""]
+    for team in status.teams:
+        told = all_words(team.metrics, SHOWN_BEFORE)
+        for words in (f"{team.role[:3].upper()} {told[0]}", *told[1:]) if told else ():
+            if rows[-1] and cell_len(rows[-1]) + 2 + cell_len(words) > width:
+                rows.append("")
+            rows[-1] += f"  {words}" if rows[-1] else words
+    if len(rows) > most > 0:
+        rows[most - 1] = set_cell_size(rows[most - 1], width - len(MORE)).rstrip() + MORE
+    return [[(row, Ink.MUTED)] for row in rows[: max(most, 0)] if row]
+
+
 def _plan_age(team: TeamStatus) -> str:
     """Nothing while plans are fresh: a number that always changes costs bytes and eyes."""
     age_s = whole_age_s(team.plan_age_s)
@@ -105,7 +133,7 @@ def team_brief(team: TeamStatus, glyphs: GlyphSet) -> list[Run]:
 
 
 def fleet_lines(status: StationStatus) -> list[list[Run]]:
-    """Separation, distance outside the area, guard vetoes, recording."""
+    """Separation, distance outside the area, guard vetoes."""
     vetoes = sum(status.vetoes.values())
     lines: list[list[Run]] = [
         [
@@ -117,9 +145,12 @@ def fleet_lines(status: StationStatus) -> list[list[Run]]:
     if vetoes:
         worst = max(status.vetoes, key=lambda reason: status.vetoes[reason])
         lines.append([(f"guard: {vetoes} vetoes, most: {worst}", Ink.CAUTION)])
-    if status.recording:
-        lines.append([(f"recording {status.recording}", Ink.MUTED)])
     return lines
+
+
+def recording_lines(status: StationStatus) -> list[list[Run]]:
+    """What it is recorded to: the last line, for which there is not always room."""
+    return [[(f"recording {status.recording}", Ink.MUTED)]] if status.recording else []
 
 
 def fleet_brief(status: StationStatus) -> list[Run]:

@@ -1,0 +1,33 @@
+"""What planners count, in words: `predicted_worst_s` of 26.41 is "predicted worst 26.4 s"."""
+
+import math
+from collections.abc import Mapping
+
+UNITS = {"_m_s2": " m/s²", "_m_s": " m/s", "_s": " s", "_m": " m", "_deg": "°", "_pct": " %"}
+"""What the ends of names mean."""
+UNKNOWN = "--"
+
+
+def metric_words(name: str, value: float) -> str:
+    """Name, number and unit. Names are cleaned where they come in (`TeamDesk`)."""
+    for end, unit in UNITS.items():
+        if name.endswith(end) and name != end:
+            return f"{_plain(name.removesuffix(end))} {_number(value)}{unit if math.isfinite(value) else ''}"
+    return f"{_plain(name)} {_number(value)}"
+
+
+def all_words(metrics: Mapping[str, float], leave_out: frozenset[str] = frozenset()) -> list[str]:
+    """Of all of them, by name."""
+    return [metric_words(name, value) for name, value in sorted(metrics.items()) if name not in leave_out]
+
+
+def _plain(name: str) -> str:
+    return name.replace("_", " ").strip()
+
+
+def _number(value: float) -> str:
+    """Three digits that count: a number that changes all the time in its sixth tells nobody anything."""
+    if not math.isfinite(value):
+        return UNKNOWN
+    whole = abs(value) < 1e9 and (abs(value) >= 100.0 or value == round(value))
+    return f"{value + 0.0:.0f}" if whole else f"{value:.3g}"
