@@ -8,6 +8,7 @@ MODULES = (
     "plans",
     "files",
     "orders",
+    "setup",
     "arming",
     "events",
     "flight",

@@ -11,7 +11,7 @@ import pytest
 
 from tests.conformance import __main__ as program
 from tests.conformance import checks
-from tests.conformance.borrow import borrow, read
+from tests.conformance.borrow import borrow, put, read
 from tests.conformance.field import Failed, Field, NotApplicable, simulated_field
 from tests.conformance.pilot import Pilot, flying
 from tests.conformance.report import CHECKS, Check, Line, Run, as_json, chosen, summary
@@ -39,6 +39,22 @@ def test_check(field: Field, entry: Check) -> None:
     lines = run_one(field, entry)
     assert not [str(line) for line in lines if line.verdict == "FAIL"]
     assert max(line.took_s for line in lines) < 1.5 * entry.takes_s + 5.0, "what is said of its length is wrong"
+
+
+def test_a_gimbal_and_a_camera_are_judged_where_there_are_any(field: Field) -> None:
+    entries = [entry for entry in CHECKS if entry.name.startswith(("gimbal", "camera"))]
+    for system, params in {
+        ARDUPILOT: ("MNT1_TYPE", 1, "CAM1_TYPE", 1),
+        PX4: ("MNT_MODE_IN", 4, "TRIG_MODE", 1),
+    }.items():
+        gimbal, gimbal_on, camera, camera_on = params
+        was = [read(field, system, name) for name in (gimbal, camera)]
+        put(field, system, gimbal, gimbal_on)
+        put(field, system, camera, camera_on)
+        texts = [line.text for entry in entries for line in run_one(field, entry, system)]
+        assert texts == ["it is at pitch -30, yaw 20 from the nose", "it told of the picture"]
+        for name, value in zip((gimbal, camera), was, strict=True):
+            put(field, system, name, value)
 
 
 def test_a_check_that_fails_in_the_air_leaves_everything_as_it_was(field: Field) -> None:

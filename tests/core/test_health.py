@@ -93,7 +93,7 @@ STICKS: dict[str, Any] = {
     **{f"chan{i}_raw": 1500 for i in range(1, 19)},
     "rssi": 255,
 }
-GUIDED, LOITER, STABILIZE = 4, 5, 0
+GUIDED, LOITER, STABILIZE, AUTO = 4, 5, 0, 3
 
 
 def healthy(tmp_path: Path, peer: Peer, **changed: dict[str, Any]) -> ServiceRig:
@@ -184,6 +184,18 @@ def test_failing_prearm_checks_come_with_their_texts(tmp_path: Path) -> None:
     assert blocking(rig) == ["pre-arm checks fail in GUIDED", "PreArm: Need Position Estimate"]
     rig.run(36.0)
     assert blocking(rig) == ["pre-arm checks fail in GUIDED"], "texts are repeated every 30 s while they are true"
+
+
+def test_what_it_says_in_another_mode_holds_in_guided_unless_it_is_about_that_mode(tmp_path: Path) -> None:
+    """Said by a real ArduCopter in CIRCLE, and in AUTO without a mission."""
+    bad = {"onboard_control_sensors_health": ALL & ~PREARM}
+    rig = healthy(tmp_path, Peer(1, custom_mode=AUTO), SYS_STATUS=bad)
+    rig.peers[1].say("STATUSTEXT", severity=2, text=b"PreArm: Mode requires mission")
+    rig.run(0.2)
+    assert not blocking(rig)
+    rig.peers[1].say("STATUSTEXT", severity=2, text=b"PreArm: Compass calibrated requires reboot")
+    rig.run(0.2)
+    assert blocking(rig) == ["PreArm: Compass calibrated requires reboot"]
 
 
 def test_the_safety_switch_is_named(tmp_path: Path) -> None:

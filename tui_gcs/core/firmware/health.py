@@ -291,14 +291,17 @@ def _ardupilot(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[Problem
 
 
 def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[Problem]:
-    """The pre-arm bit is for the mode it is in: true in STABILIZE long before GUIDED can be armed (measured)."""
+    """The pre-arm bit is for the mode it is in: true in STABILIZE long before GUIDED can be armed (measured).
+
+    What it says of itself in another mode holds in GUIDED, too, which asks for most: unless it is about that mode.
+    """
     mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
     flown = vehicle.custom_mode == flight_mode(vehicle)
     if _checks_fail(newest):
         yield Problem(f"pre-arm checks fail in {mode}", blocks=flown)
         for text in vehicle.reasons_since(now - PREARM_TEXT_S):
             if text.startswith("PreArm:"):
-                yield Problem(text, blocks=flown)
+                yield Problem(text, blocks=flown or "mode" not in text.lower())
     elif not flown:
         wanted = mode_name(vehicle.autopilot, vehicle.type, flight_mode(vehicle))
         yield Problem(f"its checks are for {mode}; those for {wanted} are known in {wanted} only", blocks=False)
