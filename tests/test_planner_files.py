@@ -1,6 +1,7 @@
 """`--planner FILE`: a planner of one's own flies; what is wrong with a file is one line; nobody else runs its code."""
 
 import json
+import os
 import subprocess
 import sys
 from hashlib import sha256
@@ -8,7 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.commands.common import new_folder, planner_files, read_planners, read_scenario, say_planners
+from tui_gcs.commands.common import (
+    MOST_FOLDERS,
+    bound_folders,
+    new_folder,
+    planner_files,
+    read_planners,
+    read_scenario,
+    say_planners,
+)
 from tui_gcs.core.messages_planning import ParamInfo
 from tui_gcs.exits import CommandError
 from tui_gcs.planner import describe
@@ -220,3 +229,20 @@ def test_two_flights_of_one_second_have_folders_of_their_own(tmp_path: Path) -> 
     ]
     with pytest.raises(FileNotFoundError):
         new_folder(tmp_path / "none", "rehearsal-1")
+
+
+def test_logs_of_rehearsals_are_bounded_and_nothing_else_is_touched(tmp_path: Path) -> None:
+    for day in range(1, MOST_FOLDERS + 4):
+        folder = tmp_path / f"rehearsal-202611{day:02}-101500"
+        folder.mkdir()
+        (folder / "run.tlog").write_bytes(b"x")
+        os.utime(folder, (day, day))
+    others = ["rehearsal-mine", "headless-20261101-101500", "2026-11-01T10-15.tlog", "rehearsal-20261101-101500.html"]
+    for name in others:
+        (tmp_path / name).mkdir()
+    (tmp_path / "rehearsal-20260101-101500").symlink_to(tmp_path / "rehearsal-mine")
+    assert bound_folders(tmp_path, "rehearsal").endswith(": 3 older removed\n")
+    left = {path.name for path in tmp_path.iterdir()}
+    assert left >= {*others, "rehearsal-20260101-101500", "rehearsal-20261104-101500"}
+    assert not left & {f"rehearsal-2026110{day}-101500" for day in (1, 2, 3)}
+    assert bound_folders(tmp_path, "rehearsal") == ""

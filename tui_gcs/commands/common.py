@@ -1,7 +1,9 @@
 """What several subcommands need: loading scenarios, looking at the terminal, joining a station's bus."""
 
+import contextlib
 import ipaddress
 import os
+import re
 import shutil
 import sys
 import time
@@ -26,6 +28,8 @@ LEAST_COLUMNS, LEAST_LINES = 80, 24
 OURSELVES = ("127.0.0.1", "localhost", "::1", "0.0.0.0", "::")  # noqa: S104 - compared with, not bound
 MOST_CELLS = 500
 """Of one line about a planner's file."""
+MOST_FOLDERS = 20
+"""Logs of so many rehearsals, and of so many other flights in lock-step, are kept."""
 ONE_NETWORK = 999
 """Numbers above are vehicles of further networks."""
 
@@ -144,6 +148,23 @@ def new_folder(parent: Path, name: str) -> Path:
             number += 1
         else:
             return folder
+
+
+def bound_folders(parent: Path, name: str) -> str:
+    """Remove the oldest log folders called `name` (of flights in lock-step), so that few stay; says so in a line.
+
+    A flight can be flown again from its seed. Folders that are called otherwise are never touched.
+    """
+    own = re.compile(rf"{re.escape(name)}-\d{{8}}-\d{{6}}(-\d+)?")
+    with os.scandir(parent) as entries:
+        found = [e for e in entries if own.fullmatch(e.name) and e.is_dir(follow_symlinks=False)]
+        oldest_first = sorted(found, key=lambda e: (e.stat(follow_symlinks=False).st_mtime_ns, e.name))
+    removed = 0
+    for entry in oldest_first[: max(len(oldest_first) - MOST_FOLDERS, 0)]:
+        with contextlib.suppress(OSError):  # another one may be removing it, too
+            shutil.rmtree(entry.path)
+            removed += 1
+    return f"logs of the newest {MOST_FOLDERS} are kept in {parent}: {removed} older removed\n" if removed else ""
 
 
 def need_terminal(*, small: bool = False) -> None:

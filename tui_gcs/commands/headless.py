@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui_gcs.commands.common import (
+    bound_folders,
     check_seed,
     check_writable,
     new_folder,
@@ -93,6 +94,7 @@ def fly(arguments: argparse.Namespace) -> int:
     code = report(result, problem, arguments.json)
     if bad_links is not None:
         sys.stdout.write(bad_links.text())
+    sys.stdout.write(bound_folders(folder.parent, "headless"))
     return code
 
 

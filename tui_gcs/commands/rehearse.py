@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui_gcs.commands.common import (
+    bound_folders,
     check_seed,
     check_writable,
     login_name,
@@ -96,6 +97,7 @@ def run(arguments: argparse.Namespace) -> int:
         happened = [(h.t_s, str(h)) for h in planned]
         text = page(records[0], result, problem, conditions=_conditions(arguments), happened=happened)
         _write(arguments.report, text)
+    sys.stdout.write(bound_folders(folder.parent, "rehearsal"))
     return code
 
 
