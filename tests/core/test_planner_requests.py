@@ -7,6 +7,7 @@ from rig import Rig
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.messages import Phase
+from tui_gcs.core.scenario_edit import ScenarioDocument
 
 MakeRig = Callable[..., Rig]
 
@@ -72,6 +73,20 @@ def test_an_edit_disturbs_only_the_team_it_concerns(rig: MakeRig) -> None:
     after = revisions(flight)
     assert after["defend"] > before["defend"]
     assert flight.station.desks["defend"].task.zones == flight.station.round.zones  # type: ignore[union-attr]
+
+
+def test_what_an_edit_changes_of_planners_is_in_the_journal(rig: MakeRig) -> None:
+    flight = rig(2, planning=False).ready()
+    document = ScenarioDocument(flight.station.toml)
+    document.set_team("defend", parameters={"speed_fraction": 0.6})
+    document.set_team("attack", planner="waypoints")
+    reply = flight.ask(m.ApplyScenario(base_revision=flight.station.revision, toml=document.text))
+    words = "scenario applied; team defend: speed_fraction its default -> 0.6"
+    assert reply.ok and reply.text.startswith(words)
+    assert words in flight.journal.path.read_text()
+    document.set_team("defend", parameters={"speed_fraction": 0.5, "direction": "cw"})
+    reply = flight.ask(m.ApplyScenario(base_revision=flight.station.revision, toml=document.text))
+    assert "team defend: direction its default -> cw; team defend: speed_fraction 0.6 -> 0.5" in reply.text
 
 
 @pytest.mark.long

@@ -237,11 +237,13 @@ class RequestDesk:
         if outside:
             return Reply(ok=False, text="not applied: vehicles outside the new operating area", results=outside)
         before = {flight.vehicle: flight.team for flight in station.book}
+        changed = _planners_changed(station.scenario, scenario)
         station.set_scenario(scenario, request.toml)
         moved = [
             f"vehicle {f.vehicle} to {f.team}" for f in station.book if before.get(f.vehicle) not in (None, f.team)
         ]
-        return Reply(ok=True, text="; ".join(["scenario applied", *moved]), scenario=station.scenario_changed())
+        text = "; ".join(["scenario applied", *changed, *moved])
+        return Reply(ok=True, text=text, scenario=station.scenario_changed())
 
     def _why_not_in_flight(self, scenario: Scenario) -> str:
         """In flight, zones, parameters and teams may change; where who takes off and how high he flies may not."""
@@ -282,3 +284,21 @@ def _done(what: str, named: tuple[int, ...], results: tuple[VehicleResult, ...])
     share = "" if whole else f"{len(good)} of {len(results)}" + (": " if good else "")
     who = vehicles_words(good) if good else ""
     return Reply(ok=whole, text=f"{what}: {share}{who}", results=results)
+
+
+def _planners_changed(before: Scenario, after: Scenario) -> list[str]:
+    """In words, for the journal: which team gets another planner, and which parameters are others now."""
+    teams = {team.name: team for team in before.teams}
+    words = []
+    for team in after.teams:
+        old = teams.get(team.name)
+        if old is None:
+            continue
+        if old.planner != team.planner:
+            words.append(f"team {team.name}: planner {old.planner} -> {team.planner}")
+            continue
+        for name in sorted(old.parameters.keys() | team.parameters.keys()):
+            was, now = (t.parameters.get(name, "its default") for t in (old, team))
+            if was != now:
+                words.append(f"team {team.name}: {name} {was} -> {now}")
+    return words
