@@ -43,6 +43,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_replay(commands)
     _add_rehearse(commands)
     _add_control(commands)
+    _add_preflight(commands)
     _add_sim(commands)
     _add_keys(commands)
     files_parser.add(commands)
@@ -143,6 +144,18 @@ def _add_control(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
         if name == "stop":
             known = "vehicles that were armed when last heard, and of which you know what became"
             parser.add_argument("--lost", nargs="+", default=[], metavar="IDS", help=f"{known}: 1-3 5")
+
+
+def _add_preflight(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    text = "the checks before a start, read from the vehicles of the running station; exit code 0: nothing refuses it"
+    parser = _add(commands, "preflight", "preflight", text)
+    parser.add_argument("--kind", choices=("sim", "live"), help="which station, where both run")
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--read-again", action="store_true", help="read from the vehicles also what is known")
+    known = "accept this failsafe as it is (LIVE), e.g. station-loss; may be repeated"
+    parser.add_argument("--acknowledge", action="append", default=[], metavar="CHECK", help=known)
+    parser.add_argument("--sign", action="store_true", help="sign the list, for one start; refused while a check fails")
+    parser.add_argument("--operator", default="", metavar="NAME", help="who says so (default: your login name)")
 
 
 def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

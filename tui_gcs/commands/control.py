@@ -133,6 +133,7 @@ def _alarm_words(alarm: "Alarm") -> str:
 
 
 def _words(status: "StationStatus", frame: "FleetFrame") -> str:
+    from tui_gcs.core.messages_preflight import count_words
     from tui_gcs.core.metrics import all_words
     from tui_gcs.core.text import clean
 
@@ -142,6 +143,8 @@ def _words(status: "StationStatus", frame: "FleetFrame") -> str:
         f"  T+{minutes:02}:{seconds:02}  heard {status.heard}/{status.vehicles}  armed {status.armed}"
     ]
     lines += [_alarm_words(alarm) for alarm in status.alarms]
+    if status.preflight:
+        lines.append(f"checks before a start: {count_words(status.preflight)}  (tui-gcs preflight)")
     lines += [f"planner {name}: {clean(file)}" for name, file in status.planner_files.items()]
     lines += [line for team in status.teams if team.error for line in _error_lines(team)]
     lines += [f"{t.planner} of {t.name}: {'; '.join(all_words(t.metrics))}" for t in status.teams if t.metrics]

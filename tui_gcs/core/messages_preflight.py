@@ -120,6 +120,13 @@ def names_of(checks: Iterable[Check]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(check.name for check in checks))
 
 
+def well(checks: Iterable[Check], state: CheckState) -> tuple[str, ...]:
+    """Names of the checks of which nothing is worse than `state`, OK or NOT_NEEDED."""
+    told = tuple(checks)
+    worse = {check.name for check in told if check.state not in (state, CheckState.NOT_NEEDED)}
+    return tuple(name for name in names_of(check for check in told if check.state is state) if name not in worse)
+
+
 def count_words(checks: Iterable[Check]) -> str:
     """`2 fail, 1 unknown, 3 warn, 10 ok`."""
     states = [check.state for check in checks]

@@ -54,7 +54,7 @@ def standing(station: "Station", vehicle_id: int) -> Iterator[Finding]:
             blocking = [reason for reason in reasons if reason.blocks]
             text = "; ".join(dict.fromkeys(reason.text for reason in blocking or reasons))
             state = CheckState.FAIL if blocking else CheckState.WARN
-            yield Finding(name, state, text, TODO[name], hard=bool(blocking))
+            yield Finding(name, state, text, TODO[name] if blocking else "", hard=bool(blocking))
 
 
 def link_quality(vehicle: Vehicle) -> Iterator[Finding]:

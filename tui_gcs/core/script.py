@@ -10,7 +10,7 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as m
 from tui_gcs.core.bus import Bus, BusError
 from tui_gcs.core.messages import FleetFrame, Freshness, Phase, Reply, RunPhase, StationStatus, decode, encode
-from tui_gcs.core.messages_preflight import CheckState
+from tui_gcs.core.messages_preflight import CheckState, names_of
 from tui_gcs.core.results import Referee
 from tui_gcs.core.scenario import Round, Scenario
 
@@ -180,7 +180,8 @@ class Script:
                 return
             self._refusal = _why(reply)
             if reply.refused_by and not any(check.state is CheckState.UNKNOWN for check in reply.refused_by):
-                self._end(self._refusal)  # none of that heals by waiting
+                names = " ".join(f"--override {name}" for name in names_of(reply.refused_by))
+                self._end(f"{self._refusal}; put it right, or: {names}")  # none of that heals by waiting
                 return
         if now - self._since_s > READY_LIMIT_S:
             names = ", ".join(map(str, missing)) or "all heard"

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from textwrap import wrap
 
-from tui_gcs.core.messages_preflight import Check, CheckState, count_words
+from tui_gcs.core.messages_preflight import Check, CheckState, count_words, well
 from tui_gcs.widgets.lines import Line
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.words import ids
@@ -43,8 +43,7 @@ def quiet_lines(checks: Sequence[Check], cells: int) -> list[Line]:
     """What is well, or not needed, by name."""
     lines: list[Line] = []
     for state in (CheckState.OK, CheckState.NOT_NEEDED):
-        names = dict.fromkeys(check.name for check in checks if check.state is state)
-        if names:
+        if names := well(checks, state):
             text = f"{state}: {', '.join(names)}"
             lines += [[(line, Ink.MUTED)] for line in wrap(text, cells, subsequent_indent="  ")]
     return lines
