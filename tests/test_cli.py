@@ -9,6 +9,8 @@ import pytest
 
 from tests.console_pty import PtyConsole
 from tui_gcs.cli import main
+from tui_gcs.commands.control import lost_vehicles
+from tui_gcs.exits import CommandError
 
 DATA = Path(__file__).parent / "data"
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
@@ -173,3 +175,9 @@ def test_a_seed_that_no_scenario_may_have_is_refused(
 
     assert main([*command, "--seed", seed]) == 2
     assert capsys.readouterr().err.startswith(f"tui-gcs: --seed {seed}: must be from 0 to 9")
+
+
+def test_lost_vehicles_are_named_as_everywhere_else() -> None:
+    assert lost_vehicles(["1-3", "5", "2,7"]) == (1, 2, 3, 5, 7)
+    with pytest.raises(CommandError, match="vehicles are named as"):
+        lost_vehicles(["one"])

@@ -25,7 +25,11 @@ def run(arguments: argparse.Namespace) -> int:
         from tui_gcs.commands.console import attach, preferences
 
         return attach(kind, preferences(arguments.overlay))
-    return _stop(kind, _lost(arguments.lost)) if arguments.what == "stop" else _status(kind, as_json=arguments.json)
+    return (
+        _stop(kind, lost_vehicles(arguments.lost))
+        if arguments.what == "stop"
+        else _status(kind, as_json=arguments.json)
+    )
 
 
 def which(named: str | None) -> Kind:
@@ -38,7 +42,7 @@ def which(named: str | None) -> Kind:
     return kinds[0]
 
 
-def _lost(words: list[str]) -> tuple[int, ...]:
+def lost_vehicles(words: list[str]) -> tuple[int, ...]:
     """Vehicles named as 1 2 3, 1-8 or 1,4. Raises `CommandError`."""
     from tui_gcs.commands.vehicle_station import vehicle_ids
 
