@@ -110,6 +110,7 @@ def test_one_that_came_back_and_holds_while_the_others_return_is_named_by_an_ala
     flight.run(5.0)
     assert (flight.phase(1), flight.phase(2)) == (Phase.RETURNING, Phase.HOLDING)
     assert "vehicle 2" in station_status(flight.station, 1).alarm
+    assert "resume those that hold by name" in flight.ask(m.Resume()).text
     flight.until(lambda: not flight.sim.armed[[0, 2]].any(), 120.0, "the others landed")
     assert "vehicle 2" in station_status(flight.station, 1).alarm
     assert flight.ask(m.Return()).ok

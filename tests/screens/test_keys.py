@@ -146,6 +146,10 @@ async def test_enter_resumes_those_that_hold_while_others_fly() -> None:
         await c.tick()
         await c.press("enter")
         assert c.station.commands() == [m.Resume()]
+        c.station.run = m.RunPhase.RETURNING
+        await c.tick()
+        await c.press("enter")
+        assert c.station.commands() == [m.Resume()], "nobody is taken into flight while the fleet goes home"
 
 
 async def test_who_stays_when_all_are_resumed_is_named() -> None:

@@ -23,8 +23,9 @@ def _start_or_hold_label(situation: Situation) -> str:
 
 
 def _resumes(situation: Situation) -> str:
-    holds = situation.frame is not None and Phase.HOLDING in situation.frame.phase
-    return situation.silent or ("" if situation.run is RunPhase.HOLD or holds else "nothing holds")
+    frame = situation.frame
+    some_hold = situation.run is RunPhase.RUNNING and frame is not None and Phase.HOLDING in frame.phase
+    return situation.silent or ("" if situation.run is RunPhase.HOLD or some_hold else "nothing holds")
 
 
 def _needs_selection(situation: Situation) -> str:

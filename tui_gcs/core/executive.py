@@ -119,6 +119,8 @@ class Executive:
 
         Of all, those that did not fly for their team before the hold stay as they are, and are named.
         """
+        if self.run is RunPhase.RETURNING and not vehicles:
+            return Reply(ok=False, text="the others are returning: resume those that hold by name")
         now = self._clock.now()
         phases = (Phase.HOLDING, Phase.BY_HAND) if vehicles else (Phase.HOLDING,)
         held = [f for f in self._book.in_phase(*phases) if f.step != CANCELLED]
