@@ -263,6 +263,16 @@ def test_what_an_autopilot_carries_itself_is_found_when_it_is_asked(tmp_path: Pa
     assert gimbal.component == 1 and gimbal.words() == "pitch -30, yaw 20 from the nose"
 
 
+def test_after_a_reboot_only_devices_that_speak_for_themselves_are_known(tmp_path: Path) -> None:
+    """A PX4 that was given no gimbal at its next boot was still said to have one."""
+    rig, peer = carrying(tmp_path, (CAMERA, 30))
+    tells_angles(peer, -30, 20, 44)
+    said(rig, lambda done: payload(rig).ask(rig.vehicle(), done), 2.0)
+    payload(rig)._rebooted(rig.vehicle())
+    assert not payload(rig).gimbals(rig.vehicle())
+    assert [camera.component for camera in payload(rig).cameras(rig.vehicle())] == [CAMERA]
+
+
 def test_control_that_somebody_else_took_is_asked_for_again(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path, (GIMBAL, 26))
     payload(rig).point(rig.vehicle(), -45, 90)

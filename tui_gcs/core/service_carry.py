@@ -58,13 +58,10 @@ class CarryActs:
         return ""
 
     def _of_gimbal(self, vehicle: Vehicle, done: Done) -> Done:
-        """A refusal without a reason, or silence, where no gimbal was heard: that may be the reason."""
+        return _unless_heard("gimbal", lambda: bool(self._payload.gimbals(vehicle)), done)
 
-        def told(outcome: Outcome, why: str) -> None:
-            silent = outcome is not Outcome.CONFIRMED and not self._payload.gimbals(vehicle)
-            done(outcome, ": ".join(part for part in (why, "no gimbal was heard" * silent) if part))
-
-        return told
+    def _of_camera(self, vehicle: Vehicle, done: Done) -> Done:
+        return _unless_heard("camera", lambda: bool(self._payload.cameras(vehicle)), done)
 
     def _release_gimbal(self, vehicle: Vehicle, request: s.ReleaseGimbal, task: Task) -> str:
         self._payload.release(vehicle, self._of_gimbal(vehicle, _ended(task, "released")))
@@ -72,10 +69,11 @@ class CarryActs:
 
     def _use_camera(self, vehicle: Vehicle, request: s.UseCamera, task: Task) -> str:
         if request.act == "photo":
-            self._payload.trigger(vehicle, _ended(task))
+            self._payload.trigger(vehicle, self._of_camera(vehicle, _ended(task)))
         else:
             stop = request.act == "stop"
-            self._payload.record(vehicle, _ended(task, "video stopped" if stop else "video started"), stop=stop)
+            done = self._of_camera(vehicle, _ended(task, "video stopped" if stop else "video started"))
+            self._payload.record(vehicle, done, stop=stop)
         return ""
 
     def _look_at(self, vehicle: Vehicle, request: s.LookAt, task: Task) -> str:
@@ -99,6 +97,16 @@ class CarryActs:
             return IN_THE_AIR
         done = _action_ended(task, f"at item {request.item}")
         return self._services.missions.set_current(vehicle.id, request.item - 1, done)
+
+
+def _unless_heard(what: str, heard: Callable[[], bool], done: Done) -> Done:
+    """A refusal without a reason, or silence, where no such thing was heard: that may be the reason."""
+
+    def told(outcome: Outcome, why: str) -> None:
+        silent = outcome is not Outcome.CONFIRMED and not heard()
+        done(outcome, ": ".join(part for part in (why, f"no {what} was heard" * silent) if part))
+
+    return told
 
 
 def _ended(task: Task, text: str = "") -> Done:

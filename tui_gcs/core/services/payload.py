@@ -98,6 +98,7 @@ class PayloadService:
             hear_all(fleet, name, handler)
         fleet.on_gone(self._forget)
         fleet.paths.on_replace.append(self._forget)
+        fleet.paths.on_reboot.append(self._rebooted)
 
     # ---------------------------------------------------------------- for others
 
@@ -362,6 +363,13 @@ class PayloadService:
 
     def _forget(self, vehicle: Vehicle) -> None:
         self._kits.pop(vehicle.id, None)
+
+    def _rebooted(self, vehicle: Vehicle) -> None:
+        """What its autopilot carries itself is set up by parameters that count from a boot on."""
+        kit = self._kit(vehicle)
+        kit.controls = False
+        kit.cameras.pop(vehicle.component, None)
+        kit.gimbals.pop(vehicle.component, None)
 
     def _is_device(self, vehicle: Vehicle, component: int) -> bool:
         kit = self._kits.get(vehicle.id)
