@@ -137,7 +137,7 @@ def test_a_rehearsal_leaves_a_record_that_is_found_by_its_plan(
         intruders=None,
         sensor=None,
     )
-    rehearse._remember(scenario(), {}, result, "", options)
+    rehearse._remember("it", plan_digest(scenario(), {}), result, "", options)
     found = RehearsalBook(tmp_path / "sim" / FILE).newest(plan_digest(scenario(), {}))
     assert found is not None and found.passed is good
     assert found.conditions == "--lose 3@120, --restart 200, wind, m/s east,north 3,0"

@@ -24,9 +24,7 @@ from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
 
 if TYPE_CHECKING:
-    from tui_gcs.core.messages_planning import PlannerInfo
     from tui_gcs.core.results import Result
-    from tui_gcs.core.scenario import Scenario
     from tui_gcs.happenings import Happening
     from tui_gcs.report.recording import FlightRecord
 
@@ -37,6 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     from tui_gcs.commands.sim_fleet import weather_of, world_of
     from tui_gcs.core.bus import Bus
+    from tui_gcs.core.rehearsals import plan_digest
     from tui_gcs.core.results import Referee
     from tui_gcs.happenings import HappeningError
     from tui_gcs.launcher import LaunchError, check_fault
@@ -60,6 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     except (ConfigError, OSError, LaunchError, HappeningError) as error:
         raise CommandError(str(error)) from None
     say_planners(planners, scenario)
+    plan = plan_digest(scenario, planners)
     bar, begin_s = ProgressBar(), time.monotonic()
     records: list[FlightRecord] = []
 
@@ -89,7 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
     if bad_links is not None:
         sys.stdout.write(bad_links.text())
     if arguments.rounds in (None, len(scenario.rounds)):
-        _remember(scenario, planners, result, problem, arguments)
+        _remember(scenario.name, plan, result, problem, arguments)
     _tell_pace(records[0], time.monotonic() - begin_s)
     if arguments.report:
         from tui_gcs.report.page import page
@@ -102,14 +102,17 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _remember(
-    scenario: "Scenario",
-    planners: "dict[str, PlannerInfo]",
+    scenario: str,
+    plan: str,
     result: "Result",
     problem: str,
     arguments: argparse.Namespace,
 ) -> None:
-    """Leave a record for the check before a LIVE start: exactly this plan was rehearsed, and what came of it."""
-    from tui_gcs.core.rehearsals import FILE, Rehearsal, plan_digest, remember
+    """Leave a record for the check before a LIVE start: exactly this plan was rehearsed, and what came of it.
+
+    `plan` is its digest as it was when the rehearsal began.
+    """
+    from tui_gcs.core.rehearsals import FILE, Rehearsal, remember
 
     wrong = {"lose": arguments.lose, "drain": arguments.drain, "restart": [f"{t_s:g}" for t_s in arguments.restart]}
     conditions = [f"--{name} {value}" for name, values in wrong.items() for value in values]
@@ -117,10 +120,10 @@ def _remember(
         f"{name} {value}" for name, value in _conditions(arguments) if value and name not in ("scenario", "autopilots")
     ]
     rehearsal = Rehearsal(
-        plan=plan_digest(scenario, planners),
+        plan=plan,
         passed=result.ok and not problem,
         wall_s=time.time(),
-        scenario=scenario.name,
+        scenario=scenario,
         checks_good=sum(check.ok for check in result.checks),
         checks=len(result.checks),
         autopilots=arguments.autopilot or "ardupilot",

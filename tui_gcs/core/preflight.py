@@ -39,7 +39,9 @@ if TYPE_CHECKING:
     from tui_gcs.core.station import Station
 
 LOOK_S = 1.0
-"""The list of the status is at most so old."""
+"""The list of the status is at most so old;"""
+PER_VEHICLE_S = 0.02
+"""in a large fleet so old per vehicle, of which each takes 0.3 ms."""
 MOST_LINES = 8
 """Of one check and state; what differs from vehicle to vehicle beyond that is told as one line."""
 ASK_AGAIN_S = 10.0
@@ -47,6 +49,10 @@ ASK_AGAIN_S = 10.0
 _SIM = "simulated vehicles"
 _STATES = list(CheckState)
 _NAMES = list(TITLES)
+
+
+Findings = list[tuple[int, Finding]]
+"""(vehicle, finding)."""
 
 
 class PreflightDesk:
@@ -71,14 +77,15 @@ class PreflightDesk:
     def checks(self) -> tuple[Check, ...]:
         """All vehicles of teams on the ground, the worst first; empty if there are none."""
         now = self._station.clock.now()
-        if now - self._newest[0] >= LOOK_S - 1e-9:
-            vehicles = fleet.on_ground(self._station)
+        vehicles = fleet.on_ground(self._station)
+        if now - self._newest[0] >= max(LOOK_S, len(vehicles) * PER_VEHICLE_S) - 1e-9:
             self._newest = now, self.look(vehicles) if vehicles else ()
         return self._newest[1]
 
     def look(self, vehicles: tuple[int, ...], operator: str = "") -> tuple[Check, ...]:
         """These vehicles now; `operator` signs with the start itself."""
-        found = [*self._of_fleet(), *self._of_vehicles(vehicles), *self._of_places(vehicles)]
+        findings = [(vehicle, finding) for vehicle in vehicles for finding in self._findings(vehicle)]
+        found = [*self._of_fleet(), *_grouped([*findings, *self._of_places(vehicles, findings)])]
         found.append(self._sign_off(operator))
         told = {check.name for check in found}
         found += [self._good(name, len(vehicles)) for name in TITLES if name not in told]
@@ -100,18 +107,13 @@ class PreflightDesk:
         if fleet.is_live(station):
             yield fleet.rehearsal(station, self._rehearsals.newest(self._plan()))
 
-    def _of_places(self, vehicles: tuple[int, ...]) -> Iterator[Check]:
+    def _of_places(self, vehicles: tuple[int, ...], findings: Findings) -> Iterator[tuple[int, Finding]]:
         """Who may start alone, but not beside the others."""
-        station = self._station
-        alone = tuple(v for v in vehicles if not station.readiness.why_not_start(v))
-        together = [result for result in station.readiness.of_start(alone) if not result.ok]
-        findings = (
-            (r.vehicle, Finding("place", CheckState.FAIL, r.text, "carry it away", hard=True)) for r in together
-        )
-        yield from _grouped(findings)
-
-    def _of_vehicles(self, vehicles: tuple[int, ...]) -> Iterator[Check]:
-        yield from _grouped((vehicle, finding) for vehicle in vehicles for finding in self._findings(vehicle))
+        kept = {vehicle for vehicle, finding in findings if finding.hard}
+        alone = tuple(vehicle for vehicle in vehicles if vehicle not in kept)
+        for result in self._station.readiness.beside(alone):
+            if not result.ok:
+                yield result.vehicle, Finding("place", CheckState.FAIL, result.text, "carry it away", hard=True)
 
     def _findings(self, vehicle_id: int) -> Iterator[Finding]:
         yield from standing(self._station, vehicle_id)

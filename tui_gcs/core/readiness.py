@@ -6,7 +6,7 @@ against a vehicle is for the list only.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -62,8 +62,14 @@ class Readiness:
 
     def of_start(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
         """Of vehicles that shall start together: who may, and why the others may not."""
-        results = [VehicleResult(vehicle=v, ok=not (why := self.why_not_start(v)), text=why) for v in vehicles]
-        return tuple(_on_slopes(self._station, _too_close(self._station, results)))
+        return self._together(VehicleResult(v, ok=not (why := self.why_not_start(v)), text=why) for v in vehicles)
+
+    def beside(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
+        """Of vehicles each of which may start alone: who may start with the others, and why the rest may not."""
+        return self._together(VehicleResult(v, ok=True, text="") for v in vehicles)
+
+    def _together(self, results: Iterable[VehicleResult]) -> tuple[VehicleResult, ...]:
+        return tuple(_on_slopes(self._station, _too_close(self._station, list(results))))
 
     def too_close(self, vehicles: tuple[int, ...]) -> dict[int, str]:
         """Of vehicles that shall leave the ground: who stands too near to another one, or to somebody's home."""
