@@ -370,3 +370,19 @@ async def test_saved_missions_are_opened_again_and_files_of_one_vehicle_too(tmp_
         c.missions.query_one("OpenBar PathField").value = str(one)
         await c.press("enter")
         assert c.commands(3) == [TAKE_OFF, LAND]
+
+
+async def test_a_vehicles_plans_are_written_for_other_programs_and_never_over_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "one.plan"
+    async with mission_console() as c:
+        await take(c, planned(c))
+        for expected in ("vehicle 2 written to", "one.plan is there already"):
+            await c.press("2", "W")
+            c.missions.query_one("OpenBar PathField").value = str(file)
+            await c.press("enter")
+            assert expected in c.said()
+        drawn = c.missions.editor.history.draft.of(2)
+        await c.press("3", "ctrl+o")
+        c.missions.query_one("OpenBar PathField").value = str(file)
+        await c.press("enter")
+        assert repr(c.missions.editor.history.draft.of(3)) == repr(drawn)

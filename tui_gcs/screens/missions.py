@@ -460,15 +460,25 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
         """Which file?"""
         self.open_bar.ask()
 
+    def action_write(self) -> None:
+        """Into which file?"""
+        if self.editor.history.draft.of(self.editor.vehicle).is_empty:
+            self.say("nothing is planned for this vehicle")
+        else:
+            self.open_bar.ask(write=True, suggestion=f"vehicle-{self.editor.vehicle}.plan")
+
     def on_open_bar_named(self, message: OpenBar.Named) -> None:
-        """Take what is in it."""
+        """Take what is in it, or write it."""
         self.item_table.focus()
+        done = "written" if message.write else "opened"
         if message.path is None:
-            self.say("nothing opened")
+            self.say(f"nothing {done}")
             return
         try:
-            text = self.file.open(message.path)
+            text = (
+                self.file.write(message.path) if message.write else f"{self.file.open(message.path)}; u takes it back"
+            )
         except DraftFileError as error:
-            self.say(f"not opened: {error}", Ink.CAUTION)
+            self.say(f"not {done}: {error}", Ink.CAUTION)
         else:
-            self.did(f"{text}; u takes it back")
+            self.did(text if message.write else f"{text}; u takes it back")

@@ -5,9 +5,10 @@ Plain, no Textual.
 
 from pathlib import Path
 
-from tui_gcs.core.formats.content import Content, FormatError
+from tui_gcs.core.formats.content import Content, FormatError, Home
+from tui_gcs.core.formats.conversion import Options, convert
 from tui_gcs.core.formats.drawings import planned
-from tui_gcs.core.formats.files import read_file
+from tui_gcs.core.formats.files import Family, format_of, read_file
 from tui_gcs.core.missions import store
 from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.missions.store import DraftFileError
@@ -85,6 +86,29 @@ class MissionFile:
         editor.take(f"{path.name} opened", draft)
         lost = "; ".join((*content.left_out, *content.notes))
         return f"{', '.join(words)} for vehicle {editor.vehicle}" + (f" ({lost})" if lost else "")
+
+    def write(self, path: Path) -> str:
+        """The edited vehicle's plans into a new file of another program, by its ending. Raises DraftFileError."""
+        editor = self._editor
+        wanted, draft = format_of(path.name), editor.history.draft.of(editor.vehicle)
+        if wanted is None or wanted.family not in (Family.PLAN, Family.DRAWING):
+            raise DraftFileError(f"{path.name}: its ending says no format of plans (.plan .waypoints .kml .geojson …)")
+        mission, fence, rally = (draft.plan(kind) for kind in PlanKind)
+        home = editor.forecast.member(editor.vehicle).home
+        lat_deg, lon_deg = editor.frame.to_geodetic(*home.place_m)
+        content = Content(mission, fence, rally, Home(lat_deg, lon_deg, home.amsl_m))
+        try:
+            written = convert(content, wanted, Options(title=path.stem, kind=editor.kind))
+            with path.open("xb") as file:
+                file.write(written.data)
+        except FormatError as error:
+            raise DraftFileError(f"{path.name}: {error}") from None
+        except FileExistsError:
+            raise DraftFileError(f"{path.name} is there already: choose another name") from None
+        except (OSError, ValueError) as error:
+            raise DraftFileError(f"{path.name}: {error}") from None
+        lost = "".join(f"; left out: {line}" for line in written.left_out)
+        return f"vehicle {editor.vehicle} written to {path}{lost}"
 
     def keep(self) -> None:
         """Have the work in progress there after a crash, if it changed. Raises DraftFileError."""

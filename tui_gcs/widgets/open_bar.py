@@ -1,4 +1,4 @@
-"""One line that asks which file to open."""
+"""One line that asks for a file: to open, or to write one vehicle's plan into."""
 
 from pathlib import Path
 
@@ -22,19 +22,25 @@ class OpenBar(Horizontal):
     BINDINGS = [Binding("escape", "close", "cancel", show=False, priority=True)]
 
     class Named(Message):
-        """This file; None: none."""
+        """This file, to be written or read; None: none."""
 
-        def __init__(self, path: Path | None) -> None:
+        def __init__(self, path: Path | None, *, write: bool) -> None:
             super().__init__()
             self.path = path
+            self.write = write
 
     def __init__(self) -> None:
         """Hidden."""
         self._field = PathField("path")
-        super().__init__(Static("Open", markup=False), self._field)
+        self._label = Static("Open", markup=False)
+        self._writes = False
+        super().__init__(self._label, self._field)
 
-    def ask(self) -> None:
+    def ask(self, *, write: bool = False, suggestion: str = "") -> None:
         """Which one?"""
+        self._writes = write
+        self._label.update("Write" if write else "Open")
+        self._field.show(suggestion)
         self.add_class("-open")
         self._field.focus()
 
@@ -53,4 +59,4 @@ class OpenBar(Horizontal):
 
     def _leave(self, path: Path | None) -> None:
         self.remove_class("-open")
-        self.post_message(self.Named(path))
+        self.post_message(self.Named(path, write=self._writes))
