@@ -35,7 +35,11 @@ def way(*items: PlanItem, home_m: tuple[float, float] = (0.0, 0.0)) -> Way:
     return way_of(items, Home(home_m, 110.0), FRAME, CRAFT)
 
 
-UP, BACK = build.take_off(30.0), build.home_again()
+def up(height_m: float) -> PlanItem:
+    return build.take_off(FRAME, (0.0, 0.0), height_m)
+
+
+UP, BACK = up(30.0), build.home_again()
 
 
 # ---------------------------------------------------------------- times
@@ -54,6 +58,13 @@ def test_straight_rows_are_flown_through_and_right_angles_are_stops() -> None:
     corner = way(UP, to(200, 0), to(200, 200))
     assert straight.duration_s == pytest.approx(way(UP, to(400, 0)).duration_s, abs=0.01)
     assert corner.duration_s == pytest.approx(straight.duration_s + 8 / 2.5, abs=0.01)
+
+
+def test_shares_of_the_items_add_up_to_the_whole() -> None:
+    flown = way(UP, replace(to(200, 0), params=(20.0, 0.0, 0.0, 0.0)), to(200, 200), BACK)
+    assert sum(seconds for _, seconds in flown.shares.values()) == pytest.approx(flown.duration_s)
+    assert sum(metres for metres, _ in flown.shares.values()) == pytest.approx(flown.length_m)
+    assert flown.shares[1][0] == pytest.approx(200, abs=0.1)
 
 
 def test_a_climb_is_no_faster_than_the_vehicle_climbs() -> None:
@@ -76,7 +87,7 @@ def test_holds_delays_speeds_and_landing_take_their_time() -> None:
 
 
 def test_a_return_climbs_goes_home_and_lands() -> None:
-    flown = way(build.take_off(10.0), to(100, 0, 10), BACK, to(500, 0))
+    flown = way(up(10.0), to(100, 0, 10), BACK, to(500, 0))
     assert flown.lands
     assert flown.legs[-1].to_m == (0.0, 0.0, 0.0)
     assert flown.points_m[:, 2].max() == pytest.approx(CRAFT.return_height_m)
@@ -132,7 +143,7 @@ def test_ways_that_only_cross_are_told_apart_from_meetings() -> None:
 
 
 def test_other_heights_and_other_places_are_no_conflict() -> None:
-    above = {1: way(UP, to(200, 200)), 2: way(build.take_off(40.0), to(0, 200, 40), home_m=(200.0, 0.0))}
+    above = {1: way(UP, to(200, 200)), 2: way(up(40.0), to(0, 200, 40), home_m=(200.0, 0.0))}
     beside = {1: way(UP, to(200, 0)), 2: way(UP, to(200, 20), home_m=(0.0, 20.0))}
     assert conflicts(above, 10.0, 5.0) == []
     assert conflicts(beside, 10.0, 5.0) == []
@@ -179,7 +190,9 @@ def test_a_survey_is_shared_out_evenly(vehicles: int) -> None:
     shares = survey.split(found, homes, 8.0, 2.0)
     assert sorted(lane for share in shares for lane in share) == sorted(found)
     times = [
-        way_of(build.whole(build.lane_items(FRAME, share, 30.0), 30.0), Home(home), FRAME, CRAFT).duration_s
+        way_of(
+            build.whole(FRAME, home, build.lane_items(FRAME, share, 30.0), 30.0), Home(home), FRAME, CRAFT
+        ).duration_s
         for share, home in zip(shares, homes, strict=True)
     ]
     assert max(times) / min(times) < 1.25

@@ -14,6 +14,7 @@ from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.plan import LAND, RETURN, TAKE_OFF, WAYPOINT, Plan, PlanKind
 from tui_gcs.core.plan_rows import plan_rows
 from tui_gcs.widgets.glyphs import ASCII
+from tui_gcs.widgets.mission_map import drawings
 
 SIZES = pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
 
@@ -81,6 +82,13 @@ async def test_fields_say_where_how_high_and_what_and_one_field_is_one_step_to_u
         assert c.missions.editor.item == item, "what was half typed is not meant"
         await c.press("escape")
         assert "put back" in c.said()
+
+        # news of the fleet do not touch what is being typed
+        await c.type_into("height_m", "51.")
+        c.station.changes[1] = {"battery_pct": 40.0}
+        await c.tick(1.0)
+        assert next(f for f in c.missions.query("FormField") if f.field == "height_m").value == "51."
+        await c.press("escape", "u")
 
         # typing a number is one step to undo
         await c.press("plus")
@@ -213,13 +221,13 @@ async def test_ways_that_meet_are_told_on_map_list_and_below() -> None:
         homes = {v: c.missions.editor.forecast.member(v).home.place_m for v in (1, 2)}
         draft = MissionDraft()
         for vehicle, other in ((1, 2), (2, 1)):
-            items = build.whole((build.waypoint(frame, homes[other], 30.0),), 30.0)
+            items = build.whole(frame, homes[vehicle], (build.waypoint(frame, homes[other], 30.0),), 30.0)
             draft = draft.with_items(vehicle, PlanKind.MISSION, items)
         c.missions.editor.take("two", draft)
         c.missions.did("")
         await c.compared()
         assert "1 and 2 MEET at" in c.verdict()
-        assert "!1-2" in c.text()
+        assert "!1-2" in [word.text for word in drawings(c.missions.editor)[1] if word.must]
         assert "▸!  1" in c.text()
 
 
@@ -229,8 +237,8 @@ async def test_ways_that_meet_are_told_on_map_list_and_below() -> None:
 def planned(c) -> MissionDraft:
     """A survey for 1 and 2, and a fence for 2."""
     frame = c.missions.editor.frame
-    items = build.whole((build.waypoint(frame, (50.0, 50.0), 30.0),), 30.0)
-    high = build.whole((build.waypoint(frame, (50.0, 50.0), 50.0),), 50.0)
+    items = build.whole(frame, (0.0, 0.0), (build.waypoint(frame, (50.0, 50.0), 30.0),), 30.0)
+    high = build.whole(frame, (0.0, 0.0), (build.waypoint(frame, (50.0, 50.0), 50.0),), 50.0)
     draft = MissionDraft().with_items(1, PlanKind.MISSION, items).with_items(2, PlanKind.MISSION, high)
     return draft.with_items(2, PlanKind.FENCE, fences.circle(frame.to_geodetic(0.0, 0.0), 400.0))
 

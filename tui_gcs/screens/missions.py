@@ -24,6 +24,7 @@ from tui_gcs.screens.mission_actions import MISSION_ACTIONS
 from tui_gcs.screens.mission_choosing import MissionChoosing
 from tui_gcs.screens.mission_vehicles import MissionVehicles
 from tui_gcs.screens.second_press import SecondPress
+from tui_gcs.widgets.choice import Choice
 from tui_gcs.widgets.craft_form import CraftForm
 from tui_gcs.widgets.footer import FooterLine
 from tui_gcs.widgets.form_text import FieldError
@@ -36,7 +37,7 @@ from tui_gcs.widgets.mission_map import CURSOR_HEADING, ITEM_HEADING, WHOLE_HEAD
 from tui_gcs.widgets.mission_profile import AltitudeProfile
 from tui_gcs.widgets.mission_remarks import mission_remarks, state_remark
 from tui_gcs.widgets.mission_table import ItemTable, PlanList
-from tui_gcs.widgets.mission_text import ItemText, item_text, to_item
+from tui_gcs.widgets.mission_text import ItemText, item_text, item_title, to_item
 from tui_gcs.widgets.open_bar import OpenBar
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.save_bar import SaveBar
@@ -195,8 +196,9 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
         """Vehicles on the map."""
         self.map_view.set_fleet(self.feed.frame, by_vehicle(self.feed.alarms), known=not self.feed.station_lost)
 
-    def show_all(self, *, form: bool = True) -> None:
-        """Everything from the draft; the form only where the operator does not type in it."""
+    def show_all(self, *, form: bool | None = None) -> None:
+        """Everything from the draft; the form (None) only where the operator does not type."""
+        form = not isinstance(self.focused, Input | Choice) if form is None else form
         self.show_fleet()
         self._problem = "" if form else self._problem
         self.map_view.set_drawings(*drawings(self.editor))
@@ -219,7 +221,7 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
         """The edited item; what was typed and not allowed is gone."""
         editor, item = self.editor, self.editor.item
         texts = item_text(editor, item) if item is not None else ItemText()
-        self.item_form.show(item, texts, editor.kind, editor.index + 1)
+        self.item_form.show(item, texts, editor.kind, item_title(editor, item) if item is not None else "")
 
     def _later(self) -> None:
         """Compare ways, and keep the work, once the operator pauses."""
@@ -253,7 +255,7 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
         """The draft, or what is edited of it, changed."""
         self.told = []
         self.say(text, ink)
-        self.show_all()
+        self.show_all(form=True)
 
     # ------------------------------------------------------------ leaving
 

@@ -302,7 +302,8 @@ class MissionEditor:
     def _new_mission_items(self, here: Place) -> Items:
         """The first one brings its take-off."""
         new = build.waypoint(self.frame, here, self._height_m())
-        return (new,) if self.items else (build.take_off(self._height_m()), new)
+        home_m = self.forecast.member(self.vehicle).home.place_m
+        return (new,) if self.items else (build.take_off(self.frame, home_m, self._height_m()), new)
 
     def _height_m(self) -> float:
         """As high as the items before; the first one on the vehicle's own layer."""

@@ -6,7 +6,7 @@ from textual.containers import Horizontal
 from textual.message import Message
 from textual.widgets import Input, Static
 
-from tui_gcs.core.missions.commands import MISSION_WORDS, ParamWord, word_of
+from tui_gcs.core.missions.commands import MISSION_WORDS, ParamWord
 from tui_gcs.core.plan import PlanItem, PlanKind
 from tui_gcs.widgets.choice import Choice
 from tui_gcs.widgets.form import Form, FormField, FormRow
@@ -85,7 +85,7 @@ class ItemForm(Form):
             (one, two, three, four),
         )
 
-    def show(self, item: PlanItem | None, texts: ItemText, kind: PlanKind, number: int) -> None:
+    def show(self, item: PlanItem | None, texts: ItemText, kind: PlanKind, title: str) -> None:
         """Fill the fields of this item; without one there is nothing to fill."""
         self.set_class(item is None, "-empty")
         if item is None:
@@ -102,7 +102,7 @@ class ItemForm(Form):
         self.set_class(kind is not PlanKind.MISSION, "-fixed")
         self.set_class(not item.is_place, "-nowhere")
         self.set_class(not has_height(item), "-level")
-        set_title(self, f"{kind.word} {number}  {word_of(item.command).word}")
+        set_title(self, title)
 
     @on(Input.Changed)
     @on(Choice.Changed)

@@ -102,7 +102,7 @@ def drawings(editor: MissionEditor) -> tuple[list[MapLine], list[MapWord]]:
     points = look.way(edited).corners_m
     if len(points):
         lines.append(MapLine(points[:, :2], Ink.EDITED))
-    words += _numbers(editor)
+    words += [*_numbers(editor), MapWord(look.member(edited).home.place_m, "H", Ink.EDITED)]
     if editor.kind is not PlanKind.RALLY:
         words += [MapWord(place, "R", Ink.ADVISORY) for i in own.rally if (place := editor.place_m(i)) is not None]
     for conflict in look.conflicts:

@@ -33,7 +33,9 @@ def mission_remarks(editor: MissionEditor, problem: str, told: Sequence[Remark])
     if way.legs:
         craft = look.performance
         assumed = f"assumed: {craft.speed_m_s:g} m/s, no wind, {craft.endurance_s / 60:g} min on a full battery"
-        said.append(Remark(f"{assumed}; all begin together", Ink.MUTED))
+        east_m, north_m = look.member(vehicle).home.place_m
+        home = f"home E {east_m:.0f} N {north_m:.0f} m, {look.member(vehicle).home.amsl_m:.0f} m above the sea"
+        said.append(Remark(f"{assumed}; all begin together; {home}", Ink.MUTED))
     return said
 
 

@@ -5,9 +5,10 @@ from collections.abc import Mapping
 from textual import events
 from textual.message import Message
 
+from tui_gcs.core.missions.build import CHANGE_SPEED
 from tui_gcs.core.missions.commands import FRAMES, word_of
 from tui_gcs.core.missions.findings import Level
-from tui_gcs.core.plan import PLAIN_FRAME, PlanItem, PlanKind
+from tui_gcs.core.plan import JUMP, PLAIN_FRAME, PlanItem, PlanKind
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.mission_editor import MissionEditor
 from tui_gcs.widgets.mission_text import clock, distance, has_height, labels, of_vehicle
@@ -160,10 +161,12 @@ def _more(editor: MissionEditor, index: int, item: PlanItem) -> str:
             site = editor.forecast.site(editor.vehicle)
             left = site.battery_pct - site.performance.energy_pct(arrival_s)
             return f"{clock(arrival_s):>7} {left:>3.0f}%"
+    if item.command == CHANGE_SPEED:
+        return f" {item.params[1]:g} m/s"
     said = [f"{label.label.lower()} {_value(item, i)}{label.unit}" for i, label in enumerate(labels(item)) if label]
     return f" {said[0]}" if said else ""
 
 
 def _value(item: PlanItem, index: int) -> str:
-    value = item.params[index] + (1 if item.command == 177 and index == 0 else 0)
+    value = item.params[index] + (1 if item.command == JUMP and index == 0 else 0)
     return f"{value:g} "

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from tui_gcs.core.missions.commands import FRAMES, ParamWord, with_command, word_of
 from tui_gcs.core.missions.conflicts import Conflict
-from tui_gcs.core.plan import HERE, JUMP, PLAIN_FRAME, POLYGONS, PlanItem
+from tui_gcs.core.plan import HERE, JUMP, PLAIN_FRAME, POLYGONS, PlanItem, PlanKind
 from tui_gcs.widgets.form_text import FieldError, number_text, to_number
 from tui_gcs.widgets.mission_editor import MissionEditor
 
@@ -115,6 +115,17 @@ def clock(seconds: float) -> str:
 def distance(metres: float) -> str:
     """`820 m`, `1.6 km`."""
     return f"{metres:.0f} m" if metres < 1000 else f"{metres / 1000:.1f} km"
+
+
+def item_title(editor: MissionEditor, item: PlanItem) -> str:
+    """Which item, and what the way to it and what is done there take."""
+    title = f"{editor.kind.word} {editor.index + 1}  {word_of(item.command).word}"
+    share = editor.forecast.way(editor.vehicle).shares.get(editor.index) if editor.kind is PlanKind.MISSION else None
+    if share is None:
+        return title
+    length_m, duration_s = share
+    energy_pct = editor.forecast.performance.energy_pct(duration_s)
+    return f"{title}  {distance(length_m)} {clock(duration_s)} {energy_pct:.1f}%"
 
 
 def conflict_text(conflict: Conflict) -> str:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.missions.draft import Items
@@ -22,9 +23,9 @@ def waypoint(frame: LocalFrame, place_m: Place, height_m: float) -> PlanItem:
     return PlanItem(WAYPOINT, RELATIVE, ANY_HEADING, x=round(lat_deg * 1e7), y=round(lon_deg * 1e7), z=height_m)
 
 
-def take_off(height_m: float) -> PlanItem:
-    """Up from where it stands."""
-    return PlanItem(TAKE_OFF, RELATIVE, ANY_HEADING, z=height_m)
+def take_off(frame: LocalFrame, home_m: Place, height_m: float) -> PlanItem:
+    """Up from where it stands, which is said as QGroundControl says it; ArduCopter keeps no place of it."""
+    return replace(waypoint(frame, home_m, height_m), command=TAKE_OFF)
 
 
 def home_again() -> PlanItem:
@@ -60,7 +61,7 @@ def speed(speed_m_s: float) -> PlanItem:
     return PlanItem(CHANGE_SPEED, MISSION_FRAME, (1.0, speed_m_s, -1.0, 0.0))
 
 
-def whole(items: Items, height_m: float, speed_m_s: float | None = None) -> Items:
+def whole(frame: LocalFrame, home_m: Place, items: Items, height_m: float, speed_m_s: float | None = None) -> Items:
     """A mission of its own: up, at a speed (None: the vehicle's own), these items, home again."""
-    begin = (take_off(height_m), *([speed(speed_m_s)] if speed_m_s is not None else []))
+    begin = (take_off(frame, home_m, height_m), *([speed(speed_m_s)] if speed_m_s is not None else []))
     return (*begin, *items, home_again()) if items else ()

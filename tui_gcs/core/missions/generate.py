@@ -70,7 +70,8 @@ def generated(
         parts = paths(line, len(members))
         ways = [build.path_items(frame, part, height) for part, height in zip(parts, heights, strict=True)]
     for vehicle, items, height_m in zip(wanted.vehicles, ways, heights, strict=True):
-        draft = draft.with_items(vehicle, PlanKind.MISSION, build.whole(items, height_m, performance.speed_m_s))
+        mission = build.whole(frame, crew[vehicle].home.place_m, items, height_m, performance.speed_m_s)
+        draft = draft.with_items(vehicle, PlanKind.MISSION, mission)
     return draft
 
 

@@ -105,6 +105,19 @@ class Way:
         return found
 
     @cached_property
+    def shares(self) -> dict[int, tuple[float, float]]:
+        """(metres, seconds) of the way to each item the first time, with what is done there; by index."""
+        found: dict[int, tuple[float, float]] = {}
+        done: set[int] = set()
+        for leg, after in zip(self.legs, (*self.legs[1:], None), strict=True):
+            if leg.item not in done:
+                length_m, duration_s = found.get(leg.item, (0.0, 0.0))
+                found[leg.item] = (length_m + leg.length_m, duration_s + leg.end_s - leg.begin_s + leg.hold_s)
+            if after is None or after.item != leg.item:
+                done.add(leg.item)
+        return found
+
+    @cached_property
     def along_m(self) -> Floats:
         """(k,) how far over ground it is at each knot: with heights, the altitude profile."""
         steps = np.hypot(*np.diff(self.points_m[:, :2], axis=0).T) if len(self.points_m) > 1 else np.zeros(0)
