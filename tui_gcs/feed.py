@@ -70,6 +70,7 @@ class Feed:
         self.scenario: wire.ScenarioChanged | None = None
         self.annotations: dict[str, tuple[wire.Annotation, ...]] = {}
         self.planner_files: dict[str, wire.PlannerInfo] = {}
+        self._files_told: dict[str, str] = {}
         """What the planners in the operator's own files declare, by name: only the station knows them."""
         self.events: deque[wire.Event] = deque(maxlen=EVENTS_KEPT)
         self.station_lost = False
@@ -240,9 +241,14 @@ class Feed:
             self._filling = True
             self._last_event = NO_EVENT if restarted else self._last_event
             self._begin_attach()
-        elif self.scenario is None or self.scenario.revision != status.revision:
+        elif self.scenario is None or self.scenario.revision != status.revision or self._files_changed(status):
             self._begin_attach()  # the first exchange found no station yet, or a change was missed
+        self._files_told = status.planner_files
         self._post_if_new("status", visible_status(status), StatusUpdated(status))
+
+    def _files_changed(self, status: wire.StationStatus) -> bool:
+        """A planner's file was saved (`tui-gcs planner watch`): it may take other parameters now."""
+        return bool(self._files_told) and status.planner_files != self._files_told
 
     def _take_plans(self) -> None:
         new = dict(self.annotations)

@@ -7,6 +7,7 @@ from rig import Rig
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.messages import Phase
+from tui_gcs.core.messages_planning import ParamInfo, PlannerInfo
 from tui_gcs.core.scenario_edit import ScenarioDocument
 
 MakeRig = Callable[..., Rig]
@@ -57,6 +58,23 @@ def test_a_wrong_parameter_changes_nothing(rig: MakeRig) -> None:
         assert not reply.ok and told in reply.text
         assert revisions(flight) == before
         assert any(told in text for text in flight.texts("console-1")), "the refusal is told"
+
+
+def test_what_a_saved_file_declares_is_what_parameters_are_checked_by(rig: MakeRig) -> None:
+    flight = rig(1, wants=None, planning=False).ready()
+    mine = PlannerInfo("patrol", "1", (), 5.0, file="/home/me/mine.py", sha256="old")
+    flight.station.config.planners["patrol"] = mine
+    spacing = ParamInfo("spacing_m", "float", 25.0)
+    for declared, problem in [
+        (PlannerInfo("patrol", "1", (spacing,), 5.0, file="/home/other/mine.py"), "is no parameter of it"),
+        (PlannerInfo("other", "1", (spacing,), 5.0, file="/home/me/mine.py"), "is no parameter of it"),
+        (PlannerInfo("patrol", "2", (spacing,), 5.0, file="/home/me/mine.py", sha256="new"), ""),
+    ]:
+        flight.plan(declares=declared)
+        flight.run(0.1)
+        reply = flight.ask(m.SetParameters(team="defend", parameters={"spacing_m": 30.0}))
+        assert problem in reply.text and reply.ok is not bool(problem)
+    assert any("planner patrol takes: spacing_m" in text for text in flight.texts("planner defend"))
 
 
 def test_a_planner_worker_may_not_set_parameters(rig: MakeRig) -> None:

@@ -9,7 +9,7 @@ import pytest
 from tui_gcs.core.messages import Plan, decode
 from tui_gcs.planner.check.world import TEAM, World, scattered, task_for
 from tui_gcs.planner.registry import PlannerFile
-from tui_gcs.planner.watching import WatchingHost
+from tui_gcs.planner.watching import TRIAL_STEPS, WatchingHost
 
 COUNTS = bad.REMEMBERS
 """How far east it sends vehicles tells how many steps it has made, restarts included."""
@@ -59,6 +59,16 @@ def test_a_new_version_goes_on_with_the_state_of_the_one_before(flight: Flight) 
     flight.save(COUNTS.replace("200.0 + shift", "300.0 + shift"))
     assert flight.notes[-1].startswith("mine.py was saved: the new version flies (")
     assert 301.0 < flight.east_m() < 320.0
+
+
+def test_what_the_new_version_declares_is_said_once_it_has_proved_itself(flight: Flight) -> None:
+    flight.step()
+    flight.save(COUNTS.replace("version = '1'", "version = '2'"))
+    assert flight.step().declares is None, "on trial"
+    for _ in range(TRIAL_STEPS):
+        plan = flight.step()
+    assert plan.declares is not None and plan.declares.file == str(flight.path)
+    assert plan.declares.version == "2" and len(plan.declares.sha256) == 64
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,11 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.firmware.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.fleet import Fields
-from tui_gcs.core.messages import EventClass, Plan, PreviewResult, decode, encode
+from tui_gcs.core.kinds import Kind
+from tui_gcs.core.messages import EventClass, Plan, PlannerInfo, PreviewResult, decode, encode
 from tui_gcs.core.plan_limits import too_large
 from tui_gcs.core.teams import TeamDesk
+from tui_gcs.core.text import clean
 from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -98,8 +100,20 @@ class Listeners:
             text = f"plan not understood: {error}"
             self._station.events.say(EventClass.PLANNER, f"planner {team}", text, WARNING, every_s=10)
             return
+        if plan.declares is not None:
+            self._on_declaration(desk, plan.declares)
         for vehicle, reason in desk.take(plan):
             self._send_home(desk, vehicle, reason)
+
+    def _on_declaration(self, desk: TeamDesk, info: PlannerInfo) -> None:
+        """A file that is watched was saved: its planner may take other parameters. Of simulated vehicles only."""
+        config = self._station.config
+        known = config.planners.get(info.name)
+        ours = known is not None and known.file == info.file != "" and desk.team.planner == info.name
+        if config.kind is Kind.SIM and ours and info != known:
+            config.planners[info.name] = info
+            text = f"planner {info.name} takes: {', '.join(param.name for param in info.params) or 'nothing'}"
+            self._station.events.say(EventClass.PLANNER, f"planner {desk.team.name}", clean(text), NOTICE)
 
     def _send_home(self, desk: TeamDesk, vehicle: int, reason: str) -> None:
         """As its planner asks; told and journalled as its wish."""

@@ -41,7 +41,7 @@ from tui_gcs.core.messages_planning import Track as Track
 from tui_gcs.core.messages_preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.scenario import Scenario
 
-PROTOCOL = 11
+PROTOCOL = 12
 """Version of this file's contract; consoles and workers say it first (`Hello`)."""
 
 

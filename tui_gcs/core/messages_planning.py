@@ -166,3 +166,5 @@ class Plan(Message, frozen=True):
     """For the next worker, should this one die; None: as before."""
     notes: tuple[str, ...] = ()
     """What else the operator should know, each told once."""
+    declares: PlannerInfo | None = None
+    """What its file declares since it was saved (`tui-gcs planner watch`)."""

@@ -17,7 +17,7 @@ import msgspec
 import numpy as np
 
 from tui_gcs.core.bus import FLEET, PLAN, PREVIEW, PREVIEW_TASK, TASK, Bus, Closable
-from tui_gcs.core.messages import FleetFrame, Plan, PlannerTask, PreviewResult, PreviewTask, decode, encode
+from tui_gcs.core.messages import FleetFrame, Plan, PlannerInfo, PlannerTask, PreviewResult, PreviewTask, decode, encode
 from tui_gcs.core.plan_limits import too_large, too_many
 from tui_gcs.planner import kept as keeping
 from tui_gcs.planner import registry
@@ -60,6 +60,8 @@ class Job:
     kept: bytes = b""
     kept_s: float = -math.inf
     notes: list[str] = field(default_factory=list)
+    declares: PlannerInfo | None = None
+    """Said with every plan: of a file that was saved."""
 
 
 class PlannerHost:
@@ -236,7 +238,15 @@ class PlannerHost:
     def _blank(self, job: Job, frame: FleetFrame) -> Plan:
         self._seq += 1
         notes, job.notes = tuple(job.notes), []
-        return Plan(self.team, job.task.revision, self._seq, frame.t_s, rate_hz=self.rate_hz, notes=notes)
+        return Plan(
+            self.team,
+            job.task.revision,
+            self._seq,
+            frame.t_s,
+            rate_hz=self.rate_hz,
+            notes=notes,
+            declares=job.declares,
+        )
 
     def _plan(self, job: Job, frame: FleetFrame, period_s: float) -> Plan:
         planner = job.planner

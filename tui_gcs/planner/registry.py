@@ -99,7 +99,7 @@ def usable(planner: type[Planner]) -> type[Planner]:
 
 def info(name: str, files: Mapping[str, PlannerFile] | None = None) -> PlannerInfo:
     """What planner `name` declares, as it travels. Raises PlannerError."""
-    return _info(name, load(name, files), (files or {}).get(name))
+    return described(name, load(name, files), (files or {}).get(name))
 
 
 def infos(wanted: Collection[str], files: Mapping[str, PlannerFile] | None = None) -> dict[str, PlannerInfo]:
@@ -111,7 +111,8 @@ def infos(wanted: Collection[str], files: Mapping[str, PlannerFile] | None = Non
     return found
 
 
-def _info(name: str, found: type[Planner], file: PlannerFile | None) -> PlannerInfo:
+def described(name: str, found: type[Planner], file: PlannerFile | None) -> PlannerInfo:
+    """What a planner's class declares, as it travels; `file`: where it is from."""
     params = tuple(param.info() for param in found.params)
     path, digest = (str(file.path), file.sha256) if file is not None else ("", "")
     return PlannerInfo(name, str(found.version), params, float(found.rate_hz), path, digest)
@@ -124,7 +125,7 @@ def file_info(path: Path, sha256: str) -> PlannerInfo:
     found = usable(load_file(path, sha256))
     if not isinstance(found.name, str) or not re.fullmatch(NAME, found.name):
         raise PlannerError(f"{path.name}: name = {found.name!r}: must be 1 to 64 of A-Z a-z 0-9 _ -")
-    return _info(found.name, found, PlannerFile(found.name, path, sha256))
+    return described(found.name, found, PlannerFile(found.name, path, sha256))
 
 
 def declared(name: str) -> tuple[Param, ...]:

@@ -11,7 +11,8 @@ from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
 
-from tui_gcs.core.messages import FleetFrame, Plan, PlannerTask, decode
+from tui_gcs.core.messages import FleetFrame, Plan, PlannerInfo, PlannerTask, decode
+from tui_gcs.planner import registry
 from tui_gcs.planner.host import Job, PlannerHost
 from tui_gcs.planner.planner_file import blame, read_source
 from tui_gcs.planner.registry import PlannerError, PlannerFile
@@ -96,7 +97,8 @@ class WatchingHost(PlannerHost):
             return data
         if not (job.restart_due or job.error):
             self._trial -= 1
-            self._before = before if self._trial else None
+            if not self._trial:
+                self._before, job.declares = None, self._declared(job)
             return data
         self._job, self._before, self._next_s = before, None, frame.t_s
         file = self._watched[job.task.planner]
@@ -104,6 +106,11 @@ class WatchingHost(PlannerHost):
         before.notes += [*job.notes, f"{why}; the version before flies on"]
         self._module_back()
         return super().answer(frame)
+
+    def _declared(self, job: Job) -> PlannerInfo | None:
+        """What the version that flies now takes: forms are drawn of it, and parameters checked."""
+        name = job.task.planner
+        return None if job.planner is None else registry.described(name, type(job.planner), self._watched[name])
 
     def _module_back(self) -> None:
         """The version that flies on finds its own classes again, for example when it pickles its state."""
