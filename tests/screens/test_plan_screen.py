@@ -508,3 +508,33 @@ async def test_refusal_cannot_write_to_the_terminal() -> None:
         await c.press("ctrl+g")
         assert "\x1b" not in c.text()
         assert "[bold]no" in c.verdict()
+
+
+# ---------------------------------------------------------------- files
+
+KML = ("z", "full_stop", "k", "m", "l")
+
+
+@SIZES
+async def test_zones_come_from_a_map_program(
+    size: tuple[int, int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """^O, a path, Enter: the zone is on the map and in the list; u takes it back."""
+    monkeypatch.chdir(tmp_path)
+    at = parse(read_text(SCENARIO_FILE)).origin
+    corners = ((3e-3, 2e-3), (4e-3, 2e-3), (4e-3, 3e-3), (3e-3, 2e-3))
+    text = " ".join(f"{at.lon_deg + east:.7f},{at.lat_deg + north:.7f}" for east, north in corners)
+    ring = f"<outerBoundaryIs><LinearRing><coordinates>{text}</coordinates></LinearRing></outerBoundaryIs>"
+    async with plan_console(size) as c:
+        Path("z.kml").write_text("<kml/>")
+        await c.press("2", "ctrl+o", *KML, "enter")
+        assert "not imported: z.kml: nothing is drawn" in c.said() and c.plan.model.changes == 0
+        Path("z.kml").write_text(f"<kml><Placemark><name>barn</name><Polygon>{ring}</Polygon></Placemark></kml>")
+        await c.press("ctrl+o", "ctrl+u", *KML, "enter")
+        zone = c.plan.model.zone("barn")
+        assert zone is not None and zone.role is Role.DEFEND and isinstance(zone.shape, Polygon)
+        assert "z.kml: 1 zone added" in c.said() and "barn" in c.text()
+        await c.press("u")
+        assert c.plan.model.zone("barn") is None and c.plan.model.changes == 0
+        await c.press("ctrl+o", "escape")
+        assert "nothing imported" in c.said()

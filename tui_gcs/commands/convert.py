@@ -86,6 +86,7 @@ def round_of(base: "Base | None", wanted: str | None) -> int | None:
 
 def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "Content | Base":
     """What is in a file. Raises `CommandError`, one line."""
+    from tui_gcs.core.formats.bounded import data_of
     from tui_gcs.core.formats.content import FormatError
     from tui_gcs.core.formats.files import read_file
     from tui_gcs.core.formats.wpl import HomeLine
@@ -98,20 +99,6 @@ def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "C
         return read_file(data_of(path), PlanKind[kind.upper()] if kind is not None else None, HomeLine(home_line))
     except FormatError as error:
         raise CommandError(f"{clean(str(path), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
-
-
-def data_of(path: Path) -> bytes:
-    """A file's bytes, one more than are ever read if it is too large. Raises `CommandError`."""
-    from tui_gcs.core.formats.bounded import MOST_BYTES
-
-    try:
-        with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):  # a pipe or a device never ends
-                raise CommandError(f"{path}: not a file")
-            return file.read(MOST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise CommandError(f"{path}: {reason}") from None
 
 
 def read_base(path: Path) -> "Base":

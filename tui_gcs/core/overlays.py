@@ -4,15 +4,13 @@ The files come from anywhere: `core/formats` limits their size, depth and number
 names are cleaned, and what is wrong is one line with the file's name.
 """
 
-import os
-import stat
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
 import msgspec
 
-from tui_gcs.core.formats.bounded import MOST_BYTES
+from tui_gcs.core.formats.bounded import data_of
 from tui_gcs.core.formats.content import Drawing, FormatError
 from tui_gcs.core.formats.files import read_file
 
@@ -38,22 +36,12 @@ def load_overlay(path: Path) -> tuple[Overlay, ...]:
         OverlayError: not readable, too large, not a drawing, or without anything to draw.
     """
     try:
-        drawings = read_file(_data(path)).drawings
+        drawings = read_file(data_of(path)).drawings
     except FormatError as error:
         raise OverlayError(f"{path}: {error}") from None
     if not drawings:
         raise OverlayError(f"{path}: not an overlay: GeoJSON, KML or KMZ")
     return tuple(overlay for drawing in drawings for overlay in _overlays(drawing))
-
-
-def _data(path: Path) -> bytes:
-    try:
-        with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):  # a pipe or a device never ends
-                raise OverlayError(f"{path}: not a file")
-            return file.read(MOST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        raise OverlayError(f"{path}: {error.strerror if isinstance(error, OSError) else error}") from None
 
 
 def _overlays(drawing: Drawing) -> Iterator[Overlay]:

@@ -26,6 +26,7 @@ from tui_gcs.widgets.edit_map import EditMap
 from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.footer import FooterLine
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.open_bar import OpenBar
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.plan_draft import PlanDraft, reshaped
 from tui_gcs.widgets.round_chooser import RoundChooser
@@ -88,6 +89,7 @@ class PlanScreen(Screen[None]):
         self.team_form = TeamForm(glyphs=glyphs)
         self.verdict = VerdictLines(glyphs=glyphs)
         self.save_bar = SaveBar(self.model)
+        self.open_bar = OpenBar()
         self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed)
         self.set_class(not glyphs.unicode, "-ascii")
 
@@ -106,6 +108,7 @@ class PlanScreen(Screen[None]):
                 yield self.team_form
                 yield self.verdict
         yield self.save_bar
+        yield self.open_bar
         yield self.footer
 
     def on_mount(self) -> None:
@@ -351,6 +354,20 @@ class PlanScreen(Screen[None]):
         self.remove_class("-team")
         self.call_after_refresh(self.zone_form.focus_first)
         self._say(f"{self.draft.zone_name} added")
+
+    def action_import_zones(self) -> None:
+        """From which file?"""
+        self.open_bar.ask()
+
+    def on_open_bar_named(self, message: OpenBar.Named) -> None:
+        """Its areas become zones; undo takes them back."""
+        self.zone_list.focus()
+        if message.path is None:
+            self._say("nothing imported")
+            return
+        problems, done = self.model.import_zones(message.path)
+        self.show_forms()
+        self._say(f"not imported: {problems[0]}" if problems else f"{done}; u takes it back", Ink.CAUTION)
 
     def action_delete_zone(self) -> None:
         """Take the zone out; the second press does it."""

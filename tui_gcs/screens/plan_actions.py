@@ -28,6 +28,9 @@ PLAN_ACTIONS = (
     ),
     Action("form", (), "Tab", "field", "next field; Shift+Tab the one before, Esc back to the list", EDIT, 5),
     Action("add_zone", ("plus", "insert"), "+", "add", "new zone in this round", EDIT, 4),
+    Action(
+        "import_zones", ("ctrl+o",), "^O", "", "zones from a file: KML, KMZ or GeoJSON of a map program, or ours", EDIT
+    ),
     Action("delete_zone", ("delete", "backspace"), "Del", "delete", "delete the zone (press twice)", EDIT, 3),
     Action("digit", tuple("123456789"), "1-9", "edit round", "edit another round; the flown one is marked", SELECT, 4),
     Action("team_page", ("t",), "t", "team", "zone form or team form, where only one of them fits", SELECT, 5),

@@ -9,11 +9,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from tui_gcs.core.formats.bounded import data_of
+from tui_gcs.core.formats.content import FormatError
+from tui_gcs.core.formats.files import read_file
+from tui_gcs.core.formats.scenario_drawings import Put, put_drawings
 from tui_gcs.core.messages import ScenarioChanged
 from tui_gcs.core.scenario import OperatingArea, Round, Scenario, Team
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import ScenarioError, parse
-from tui_gcs.core.zones import Zone
+from tui_gcs.core.zones import Role, Zone
 from tui_gcs.widgets.form_text import ids_text
 
 Problems = tuple[str, ...]
@@ -191,6 +195,31 @@ class EditModel:
         """Add a zone to the edited round."""
         index = self.round_index
         return self._edit(f"add zone {zone.name}", "", lambda document: document.add_zone(index, zone))
+
+    def import_zones(self, path: Path) -> tuple[Problems, str]:
+        """The areas of a drawing as zones, those that say nothing to be defended, in the edited round.
+
+        Why not; or what was done.
+        """
+        if self.scenario is None:
+            return ("no scenario yet",), ""
+        scenario, index = self.scenario, self.round_index
+        done: list[Put] = []
+        try:
+            drawn = read_file(data_of(path)).drawings
+        except FormatError as error:
+            return (f"{path.name}: {error}",), ""
+        if not any(drawing.kind == "area" for drawing in drawn):
+            return (f"{path.name}: no area is in it (KML, KMZ and GeoJSON have them)",), ""
+
+        def change(document: ScenarioDocument) -> None:
+            done.append(put_drawings(document, scenario, drawn, index, Role.DEFEND))
+
+        problems = self._edit(f"zones of {path.name}", "", change)
+        if problems:
+            return problems, ""
+        lost = "".join(f"; left out: {text}" for text in done[0].left_out)
+        return (), f"{path.name}: {done[0].text}{lost}"
 
     def remove_zone(self, name: str) -> Problems:
         """Remove a zone from the edited round."""

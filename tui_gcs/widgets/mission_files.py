@@ -5,6 +5,7 @@ Plain, no Textual.
 
 from pathlib import Path
 
+from tui_gcs.core.formats.bounded import data_of
 from tui_gcs.core.formats.content import Content, FormatError, Home
 from tui_gcs.core.formats.conversion import Options, convert
 from tui_gcs.core.formats.drawings import planned
@@ -52,7 +53,10 @@ class MissionFile:
     def open(self, path: Path) -> str:
         """Take what is in a file: everybody's missions, or one plan for the edited vehicle. Raises DraftFileError."""
         editor = self._editor
-        data = _read(path)
+        try:
+            data = data_of(path, store.MOST_BYTES)
+        except FormatError as error:
+            raise DraftFileError(f"{path.name}: {error}") from None
         if data.lstrip().startswith(b'{"missions"'):
             saved = store.from_bytes(data)
             draft = saved.draft
@@ -65,7 +69,7 @@ class MissionFile:
         try:
             content = read_file(data, editor.kind)
             if content.drawings:
-                content = planned(content.drawings, editor.forecast.member(editor.vehicle).layer_m)
+                content = planned(content.drawings, None, editor.forecast.member(editor.vehicle).layer_m)
         except FormatError as error:
             raise DraftFileError(f"{path.name}: {error}") from None
         return f"{path.name}: {self._take(content, path)}"
@@ -126,13 +130,3 @@ class MissionFile:
         self._editor.take("recovered", saved.draft)
         self._kept = saved.draft
         return len(saved.draft.vehicles)
-
-
-def _read(path: Path) -> bytes:
-    try:
-        if not path.is_file():
-            raise DraftFileError(f"{path}: no such file")
-        with path.open("rb") as file:
-            return file.read(store.MOST_BYTES + 1)
-    except OSError as error:
-        raise DraftFileError(f"{path}: {error.strerror}") from None

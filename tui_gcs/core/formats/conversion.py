@@ -155,7 +155,8 @@ def _zones(read: Content, options: Options) -> Written:
     try:
         document = ScenarioDocument(options.base.text)
         role = options.role or Role.DEFEND
-        put = scenario_drawings.put_drawings(document, options.base.scenario, read.drawings, options.round_index, role)
+        index, only = options.round_index or 0, options.round_index is not None
+        put = scenario_drawings.put_drawings(document, options.base.scenario, read.drawings, index, role, only=only)
         parse(document.text, "the result")
     except ScenarioError as error:
         raise FormatError(error.problems[0]) from None

@@ -168,8 +168,10 @@ def _draw_home(home: Home) -> Drawing:
 # ---------------------------------------------------------------- in
 
 
-def planned(drawings: Sequence[Drawing], height_m: float | None) -> Content:
-    """The mission, fence and rally points that drawings say; `height_m` above home is for all of a path.
+def planned(drawings: Sequence[Drawing], height_m: float | None, otherwise_m: float | None = None) -> Content:
+    """The mission, fence and rally points that drawings say.
+
+    `height_m` above home is for paths and points whatever they say, `otherwise_m` for those that do not say how high.
 
     Raises:
         FormatError: a path without known heights, and none was given.
@@ -178,16 +180,18 @@ def planned(drawings: Sequence[Drawing], height_m: float | None) -> Content:
     areas = [d for d in drawings if d.kind == "area" and d.facts.get(PART, FENCE) in (FENCE, AREA, NO_FLY)]
     areas = [d for d in areas if d.facts.get(ROLE, NO_FLY) == NO_FLY]
     lost = [f"path {path.name!r}: a mission is one path, the first" for path in paths[1:]]
-    mission = Plan(PlanKind.MISSION, tuple(_way_points(paths[0], height_m))) if paths else None
+    mission = Plan(PlanKind.MISSION, _items(WAYPOINT, paths[0], height_m, otherwise_m)) if paths else None
+    assumed = bool(paths) and height_m is None and not _says_height(paths[0])
     items = [item for area in areas for item in _fence_items(area)]
-    items += [_point(FENCE_RETURN, AMSL, d.places[0], 0.0) for d in drawings if d.facts.get(PART) == RETURN_POINT]
-    rally = [_rally_item(d, height_m) for d in drawings if d.kind == "point" and d.facts.get(PART) == RALLY]
-    homes = [d for d in drawings if d.kind == "point" and d.facts.get(PART) == HOME]
+    items += [_point(FENCE_RETURN, AMSL, d.places[0]) for d in drawings if d.facts.get(PART) == RETURN_POINT]
+    points = [d for d in drawings if d.kind == "point"]
+    rally = [i for d in points if d.facts.get(PART) == RALLY for i in _items(RALLY_POINT, d, height_m, otherwise_m)]
+    homes = [d for d in points if d.facts.get(PART) == HOME]
     parts = (PATH, MARK, FENCE, RALLY, RETURN_POINT, HOME)
-    points = sum(1 for d in drawings if d.kind == "point" and d.facts.get(PART) not in parts)
+    unknown = sum(1 for d in points if d.facts.get(PART) not in parts)
     zones = sum(1 for d in drawings if d.kind == "area") - len(areas)
-    if points:
-        lost.append(f"{counted(points, 'point')} that say{'s' * (points == 1)} not what of")
+    if unknown:
+        lost.append(f"{counted(unknown, 'point')} that say{'s' * (unknown == 1)} not what of")
     if zones:
         lost.append(f"{counted(zones, 'zone')} to fly in: no part of a fence")
     if max(len(items), len(mission.items) if mission else 0) > MOST_ITEMS:
@@ -198,28 +202,27 @@ def planned(drawings: Sequence[Drawing], height_m: float | None) -> Content:
         rally=Plan(PlanKind.RALLY, tuple(rally)) if rally else None,
         home=_home_of(homes[0]) if homes else None,
         left_out=tuple(lost),
+        notes=(f"the path does not say how high: {otherwise_m:g} m above home",) * assumed,
     )
 
 
-def _way_points(path: Drawing, height_m: float | None) -> list[PlanItem]:
-    frame = RELATIVE if height_m is not None else FRAME_OF.get(path.heights)
-    missing = height_m is None and any(height is None for _, _, height in path.places)
-    if frame is None or missing:
-        raise FormatError(f"path {path.name!r} does not say how high: --height M gives metres above home")
-    return [_point(WAYPOINT, frame, place, height_m) for place in path.places]
+def _says_height(drawing: Drawing) -> bool:
+    return drawing.heights in FRAME_OF and all(height is not None for _, _, height in drawing.places)
 
 
-def _point(command: int, frame: int, place: Place, height_m: float | None) -> PlanItem:
-    z = height_m if height_m is not None else place[2] or 0.0
-    return PlanItem(command, frame, x=round(place[0] * 1e7), y=round(place[1] * 1e7), z=z)
+def _items(command: int, drawing: Drawing, height_m: float | None, otherwise_m: float | None) -> tuple[PlanItem, ...]:
+    """Its places, at the heights that it says or that are given. Raises FormatError."""
+    if height_m is None and _says_height(drawing):
+        return tuple(_point(command, FRAME_OF[drawing.heights], place) for place in drawing.places)
+    given_m = height_m if height_m is not None else otherwise_m
+    if given_m is None:
+        what = "path" if drawing.kind == "line" else "rally point"
+        raise FormatError(f"{what} {drawing.name!r} does not say how high: --height M gives metres above home")
+    return tuple(_point(command, RELATIVE, (lat, lon, given_m)) for lat, lon, _ in drawing.places)
 
 
-def _rally_item(drawing: Drawing, height_m: float | None) -> PlanItem:
-    place = drawing.places[0]
-    frame = FRAME_OF.get(drawing.heights) if height_m is None else RELATIVE
-    if frame is None or (height_m is None and place[2] is None):
-        raise FormatError(f"rally point {drawing.name!r} does not say how high: --height M gives metres above home")
-    return _point(RALLY_POINT, frame, place, height_m)
+def _point(command: int, frame: int, place: Place) -> PlanItem:
+    return PlanItem(command, frame, x=round(place[0] * 1e7), y=round(place[1] * 1e7), z=place[2] or 0.0)
 
 
 def _fence_items(area: Drawing) -> list[PlanItem]:
@@ -228,13 +231,13 @@ def _fence_items(area: Drawing) -> list[PlanItem]:
     circle = circle_of(area)
     if circle is not None:
         lat_deg, lon_deg, radius_m = circle
-        item = _point(CIRCLE_OUT if outside else CIRCLE_IN, AMSL, (lat_deg, lon_deg, None), 0.0)
+        item = _point(CIRCLE_OUT if outside else CIRCLE_IN, AMSL, (lat_deg, lon_deg, None))
         return [replace(item, params=(radius_m, 0.0, 0.0, 0.0))]
     if outside and area.holes:
         raise FormatError(f"area {area.name!r}: a no-fly area with holes cannot be a fence")
     borders = [(POLYGON_OUT if outside else POLYGON_IN, area.places), *((POLYGON_OUT, hole) for hole in area.holes)]
     return [
-        replace(_point(command, AMSL, place, 0.0), params=(float(len(border)), 0.0, 0.0, 0.0))
+        replace(_point(command, AMSL, (*place[:2], None)), params=(float(len(border)), 0.0, 0.0, 0.0))
         for command, border in borders
         for place in border
     ]

@@ -135,12 +135,18 @@ def _are(count: int) -> str:
 
 
 def put_drawings(
-    document: ScenarioDocument, scenario: Scenario, drawn: Sequence[Drawing], index: int | None, role: Role
+    document: ScenarioDocument,
+    scenario: Scenario,
+    drawn: Sequence[Drawing],
+    index: int,
+    role: Role,
+    *,
+    only: bool = False,
 ) -> Put:
     """Put the areas of a file into a scenario as zones: of the role that they say, else of `role`.
 
     A file of ours says of which round each is, and zones of the same name are replaced; other areas are added to round
-    `index` (the first). With an `index` the zones of other rounds stay out. Raises ScenarioError.
+    `index`. With `only` the zones of other rounds stay out. Raises ScenarioError.
     """
     put = Put()
     frame = LocalFrame(scenario.origin)
@@ -148,10 +154,10 @@ def put_drawings(
     used = [{zone.name for zone in round_.zones} for round_ in scenario.rounds]
     for drawing in drawn:
         said = drawing.facts.get(ROUND, "")
-        at = names.index(said) if said in names else index or 0
+        at = names.index(said) if said in names else index
         if drawing.kind != "area":
             put.no_zones += 1
-        elif index is not None and at != index:
+        elif only and at != index:
             put.other_rounds += 1
         elif drawing.facts.get(PART) == AREA:
             area = scenario.rounds[at].area
