@@ -134,9 +134,49 @@ def test_params(tmp_path: Path, tell: Tell) -> None:
     assert (code, out.split()) == (0, ["1", "FS_GCS_ENABLE", "0"])
     assert tell(rig, "params", "save", "1", "one.param")[0] == 0
     lines = Path("one.param").read_text().splitlines()
-    assert len(lines) == 206 and "RTL_ALT          1" in lines and lines[0].startswith("# vehicle 1 ArduCopter")
+    assert len(lines) == 206 and "RTL_ALT,1" in lines and lines[0].startswith("# vehicle 1 ArduCopter")
     assert tell(rig, "params", "save", "1", "one.param")[0] == 2, "nobody is there to be asked"
     assert tell(rig, "params", "save", "1-2", "one.param")[0] == 2, "one file is for one vehicle"
+
+
+def test_parameters_from_one_vehicle_to_another_by_a_file(tmp_path: Path, tell: Tell) -> None:
+    peers = [Peer(1), Peer(2)]
+    servers = [ParamServer(peer) for peer in peers]
+    servers[1].params["RTL_ALT"][1] = 4000.0
+    del servers[1].params["FS_GCS_ENABLE"]
+    rig = ServiceRig(tmp_path, *peers).heard()
+    assert tell(rig, "params", "save", "1", "one.params")[0] == 0
+    assert "1\t1\tRTL_ALT\t1500\t4" in Path("one.params").read_text()
+    assert tell(rig, "params", "diff", "1", "one.params") == (0, "   1 holds all of it\n", "")
+    code, out, _ = tell(rig, "params", "diff", "2", "one.params")
+    assert code == 1 and "   2 RTL_ALT          4000 -> 1500\n" in out and "   2 it has no FS_GCS_ENABLE\n" in out
+    assert tell(rig, "params", "load", "2", "one.params")[0] == 2, "nobody is there to be asked"
+    assert servers[1].params["RTL_ALT"][1] == 4000.0
+    code, out, _ = tell(rig, "params", "load", "1-2", "one.params", answer="y\n")
+    assert code == 1 and "vehicle 1: holds all of it already" in out
+    assert "vehicle 2: FAILED: 1 of 1 parameter set; it has no FS_GCS_ENABLE" in out
+    assert servers[1].params["RTL_ALT"][1] == 1500.0
+
+
+def test_what_a_vehicle_reckons_itself_and_who_it_is_stays(tmp_path: Path, tell: Tell) -> None:
+    peer = Peer(1)
+    ParamServer(peer)
+    rig = ServiceRig(tmp_path, peer).heard()
+    Path("a.param").write_text("RTL_ALT,7\nSYSID_THISMAV,9\nMIS_TOTAL,3\n")
+    code, out, _ = tell(rig, "params", "load", "1", "a.param", "--yes")
+    assert code == 0 and "says who a vehicle is: SYSID_THISMAV" in out and "itself: MIS_TOTAL" in out
+    assert [fields["param_id"] for fields in peer.got("PARAM_SET")] == ["RTL_ALT"]
+    Path("b.param").write_text("RTL_ALT x\n")
+    assert tell(rig, "params", "load", "1", "b.param")[0] == 2
+
+
+def test_parameters_are_not_loaded_in_the_air(tmp_path: Path, tell: Tell) -> None:
+    peer = Peer(1, armed=True, alt_rel_mm=20_000)
+    ParamServer(peer)
+    rig = ServiceRig(tmp_path, peer).heard()
+    Path("a.param").write_text("RTL_ALT,7\n")
+    code, out, _ = tell(rig, "params", "load", "1", "a.param", "--yes")
+    assert code == 1 and "FAILED: 0 of 1 parameter set; it is in the air" in out and peer.got("PARAM_SET") == []
 
 
 def test_a_parameter_in_the_air_is_asked_for(tmp_path: Path, tell: Tell) -> None:

@@ -2,29 +2,28 @@
 
 import argparse
 from fnmatch import fnmatchcase
-from pathlib import Path
 
+from tui_gcs.commands import vehicle_param_files as files
 from tui_gcs.commands.vehicle_acts import carry_out_sure
-from tui_gcs.commands.vehicle_files import write_here
 from tui_gcs.commands.vehicle_station import (
     Ended,
     StationClient,
     exit_code,
-    only_one,
     say,
     say_json,
     tell,
     tell_failed,
     vehicle_ids,
 )
-from tui_gcs.core.messages_services import FetchParams, GetParams, GetVehicles, ParamRow, ReadParams, SetParams
+from tui_gcs.core.messages_services import FetchParams, GetParams, ParamRow, ReadParams, SetParams
 from tui_gcs.core.services.param_values import shown
-from tui_gcs.exits import FAILED, CommandError
+from tui_gcs.exits import CommandError
 
 
 def run(station: StationClient, arguments: argparse.Namespace) -> int:
     """Do one of the actions."""
-    return {"get": _get, "set": _set, "list": _list, "save": _save}[arguments.act](station, arguments)
+    actions = {"get": _get, "set": _set, "list": _list, "save": files.save, "load": files.load, "diff": files.diff}
+    return actions[arguments.act](station, arguments)
 
 
 def _get(station: StationClient, arguments: argparse.Namespace) -> int:
@@ -100,19 +99,3 @@ def _list(station: StationClient, arguments: argparse.Namespace) -> int:
 def _fits(name: str, pattern: str) -> bool:
     wanted = pattern.upper()
     return fnmatchcase(name, wanted if any(char in wanted for char in "*?[") else f"*{wanted}*")
-
-
-def _save(station: StationClient, arguments: argparse.Namespace) -> int:
-    vehicle = only_one(arguments.ids, "for one file")
-    ended = station.carry_out(FetchParams((vehicle,)))
-    if not ended[0].ok:
-        return tell(ended, as_json=arguments.json)
-    reply, info = station.ask(GetParams(vehicle)), station.ask(GetVehicles((vehicle,))).vehicles
-    if not reply.complete:
-        return tell([Ended(vehicle, False, "not all of its parameters came")], as_json=arguments.json)
-    who = f"{info[0].autopilot} {info[0].firmware}".strip() if info else ""
-    lines = [f"# vehicle {vehicle} {who}".rstrip(), *(f"{row.name:<16} {shown(row.value)}" for row in reply.params)]
-    if not write_here(Path(arguments.file), ("\n".join(lines) + "\n").encode(), yes=arguments.yes):
-        return FAILED
-    text = f"{len(reply.params)} parameters written to {arguments.file}"
-    return tell([Ended(vehicle, True, text)], as_json=arguments.json)

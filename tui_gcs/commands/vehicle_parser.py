@@ -7,7 +7,7 @@ EXAMPLES = """examples:
   tui-gcs vehicle list
   tui-gcs vehicle show 3                          who it is, what is wrong with it, what it does when a link is lost
   tui-gcs vehicle params set 1-4 RTL_ALT 3000     vehicles are named: 3, 3-7 or 1,4
-  tui-gcs vehicle params save 3 three.param
+  tui-gcs vehicle params save 3 three.param       and `params diff 4 three.param`, `params load 4 three.param`
   tui-gcs vehicle plan upload 3 --kind fence area.json
   tui-gcs vehicle mode 3 RTL
   tui-gcs vehicle logs 3 get 12
@@ -91,7 +91,7 @@ def _add_looks(actions: Actions) -> None:
 
 
 def _add_params(actions: Actions) -> None:
-    text = "parameters: get, set, list, save"
+    text = "parameters: get, set, list, save, load, diff"
     params = actions.add_parser("params", help=text, description=text)
     acts = params.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrder)
     get = _leaf(acts, "get", "ask for some by name", ids=True)
@@ -103,8 +103,13 @@ def _add_params(actions: Actions) -> None:
     listing = _leaf(acts, "list", "what is known, or all", ids=True)
     listing.add_argument("pattern", nargs="?", default="*", metavar="PATTERN", help="e.g. 'FS_*' or BATT")
     listing.add_argument("--fetch", action="store_true", help="ask the vehicle for all of them")
-    save = _leaf(acts, "save", "fetch all and write them as lines: NAME value", ids=True, destructive=True)
-    save.add_argument("file", metavar="FILE")
+    for name, words in (
+        ("save", "fetch all into a file: .param (Mission Planner), .params (QGroundControl), else as MAVProxy does"),
+        ("load", "set what differs from such a file; shows it, and asks"),
+        ("diff", "show what differs from such a file; exit code 0 if nothing"),
+    ):
+        leaf = _leaf(acts, name, words, ids=True, destructive=name != "diff")
+        leaf.add_argument("file", metavar="FILE")
 
 
 def _add_plan(actions: Actions) -> None:
