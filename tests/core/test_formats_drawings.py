@@ -5,6 +5,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -20,10 +21,11 @@ from tui_gcs.core.formats.scenario_drawings import put_drawings
 from tui_gcs.core.plan import Plan, PlanItem, PlanKind
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import parse
-from tui_gcs.core.zones import Polygon, Rectangle, Role
+from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Zone, outline_m
 
 SCENARIO = (Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml").read_text()
 DRAWN = ("kml", "kmz", "geojson")
+PLACES_M = st.tuples(st.integers(220, 380).map(float), st.integers(100, 300).map(float))
 EARTH = """<?xml version="1.0" encoding="UTF-8"?>
 <kml xmlns="http://www.opengis.net/kml/2.2" xmlns:gx="http://www.google.com/kml/ext/2.2"><Document><Folder>
 <Placemark><name>field</name><Polygon><tessellate>1</tessellate><outerBoundaryIs><LinearRing><coordinates>
@@ -170,6 +172,37 @@ def test_a_rectangle_and_a_circle_stay_what_they_are_until_their_corners_move() 
     bent = tuple(replace(d, places=(d.places[0], *d.places[2:])) if d.name == zone.name else d for d in drawn)
     put_drawings(target, scenario, bent, 0, Role.DEFEND)
     assert isinstance(parse(target.text).rounds[0].zones[0].shape, Polygon)
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.builds(Circle, PLACES_M, st.integers(5, 60).map(float))
+    | st.builds(Rectangle, PLACES_M, st.integers(5, 60).map(float), st.integers(5, 60).map(float), st.floats(0, 359)),
+    st.sampled_from(list(Role)),
+    st.sampled_from(DRAWN),
+)
+def test_any_zone_comes_back_as_it_was(shape: Circle | Rectangle, role: Role, name: str) -> None:
+    document = ScenarioDocument(SCENARIO)
+    document.add_zone(0, Zone("new", role, shape, 20.0, None))
+    base = Base(parse(document.text), document.text)
+    file = read_file(convert(base, BY_NAME[name], Options()).data)
+    back = convert(file, BY_NAME["scenario"], Options(base=Base(parse(SCENARIO), SCENARIO)))
+    zone = parse(back.data.decode()).rounds[0].zones[-1]
+    assert (zone.name, zone.role, zone.alt_min_m) == ("new", role, 20.0) and type(zone.shape) is type(shape)
+    found, wanted = np.array(outline_m(zone.shape)), np.array(outline_m(shape))
+    assert np.abs(found - wanted).max() < 0.002, "to the millimetre"
+
+
+def test_a_fence_is_of_one_round_and_keeps_out_of_its_no_fly_zones() -> None:
+    document = ScenarioDocument(SCENARIO)
+    document.add_zone(0, Zone("mast", Role.NO_FLY, Circle((300.0, 200.0), 20.0)))
+    base = Base(parse(document.text), document.text)
+    drawn = read_file(convert(base, BY_NAME["kml"], Options(round_index=0)).data).drawings
+    assert [item.command for item in planned(drawn, None).fence.items] == [5001] * 4 + [5004]
+    direct = json.loads(convert(base, BY_NAME["plan"], Options(round_index=0)).data)["geoFence"]
+    assert [circle_["inclusion"] for circle_ in direct["circles"]] == [False]
+    with pytest.raises(FormatError, match="areas of several rounds are in it"):
+        planned(read_file(convert(base, BY_NAME["kml"], Options()).data).drawings, None)
 
 
 def test_a_round_as_a_fence_for_vehicles() -> None:

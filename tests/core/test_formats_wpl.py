@@ -3,8 +3,9 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from plan_designs import HOMES, RALLIES, fences, missions
 from plan_peers import circle, fence, mission, rally, square
 
 from tui_gcs.core.formats.content import Content, FormatError, Home
@@ -37,6 +38,13 @@ def plan_in(text: str, kind: PlanKind) -> Plan:
 def test_a_plan_comes_back_as_it_was(plan: Plan) -> None:
     assert plan_in(write_wpl(plan), plan.kind).fingerprint == plan.fingerprint
     assert plan_in(write_wpl(plan, Home(47.5, -8.5, 488.0)), plan.kind).fingerprint == plan.fingerprint
+    assert plan_in(write_plain(plan), plan.kind).fingerprint == plan.fingerprint
+
+
+@settings(max_examples=20, deadline=None)
+@given(missions() | fences() | RALLIES, HOMES)
+def test_any_plan_comes_back_as_it_was(plan: Plan, home: Home) -> None:
+    assert plan_in(write_wpl(plan, home), plan.kind).fingerprint == plan.fingerprint
     assert plan_in(write_plain(plan), plan.kind).fingerprint == plan.fingerprint
 
 

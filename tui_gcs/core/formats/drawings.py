@@ -39,7 +39,7 @@ from tui_gcs.core.scenario import Origin
 PART = "part"
 PATH, MARK, FENCE, RALLY, RETURN_POINT, HOME = "mission", "waypoint", "fence", "rally", "fence return", "home"
 INCLUSION, RADIUS, CENTRE_LAT, CENTRE_LON = "inclusion", "radius_m", "centre_lat", "centre_lon"
-ROLE, NO_FLY, AREA = "role", "no-fly", "area"
+ROLE, NO_FLY, AREA, ROUND = "role", "no-fly", "area", "round"
 CIRCLE_CORNERS = 64
 HEIGHTS_OF: dict[int, Heights] = {RELATIVE: "home", TERRAIN: "ground", AMSL: "amsl"}
 FRAME_OF = {heights: frame for frame, heights in HEIGHTS_OF.items()}
@@ -177,11 +177,14 @@ def planned(drawings: Sequence[Drawing], height_m: float | None, otherwise_m: fl
         FormatError: a path without known heights, and none was given.
     """
     paths = [d for d in drawings if d.kind == "line" and d.facts.get(PART, PATH) == PATH]
-    areas = [d for d in drawings if d.kind == "area" and d.facts.get(PART, FENCE) in (FENCE, AREA, NO_FLY)]
-    areas = [d for d in areas if d.facts.get(ROLE, NO_FLY) == NO_FLY]
+    areas = [d for d in drawings if d.kind == "area" and _is_fence(d)]
+    rounds = sorted({d.facts[ROUND] for d in areas if ROUND in d.facts})
+    if len(rounds) > 1:
+        named = ", ".join(rounds)
+        raise FormatError(f"areas of several rounds are in it ({named}): a fence is of one; --round for the scenario")
     lost = [f"path {path.name!r}: a mission is one path, the first" for path in paths[1:]]
     mission = Plan(PlanKind.MISSION, _items(WAYPOINT, paths[0], height_m, otherwise_m)) if paths else None
-    assumed = bool(paths) and height_m is None and not _says_height(paths[0])
+    assumed = otherwise_m if paths and height_m is None and not _says_height(paths[0]) else None
     items = [item for area in areas for item in _fence_items(area)]
     items += [_point(FENCE_RETURN, AMSL, d.places[0]) for d in drawings if d.facts.get(PART) == RETURN_POINT]
     points = [d for d in drawings if d.kind == "point"]
@@ -202,8 +205,13 @@ def planned(drawings: Sequence[Drawing], height_m: float | None, otherwise_m: fl
         rally=Plan(PlanKind.RALLY, tuple(rally)) if rally else None,
         home=_home_of(homes[0]) if homes else None,
         left_out=tuple(lost),
-        notes=(f"the path does not say how high: {otherwise_m:g} m above home",) * assumed,
+        notes=(f"the path does not say how high: {assumed:g} m above home",) if assumed is not None else (),
     )
+
+
+def _is_fence(area: Drawing) -> bool:
+    """Whether an area bounds where vehicles may be; one of another program that says nothing does."""
+    return area.facts.get(ROLE) == NO_FLY or area.facts.get(PART, FENCE) in (FENCE, AREA)
 
 
 def _says_height(drawing: Drawing) -> bool:

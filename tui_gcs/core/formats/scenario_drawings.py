@@ -13,6 +13,7 @@ from tui_gcs.core.formats.drawings import (
     AREA,
     PART,
     ROLE,
+    ROUND,
     STILL_M,
     circle_facts,
     circle_of,
@@ -23,7 +24,7 @@ from tui_gcs.core.scenario import OperatingArea, Round, Scenario
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, outline_m
 
-ZONE, ROUND, START = "zone", "round", "start"
+ZONE, START = "zone", "start"
 ALT_MIN, ALT_MAX = "alt_min_m", "alt_max_m"
 WIDTH, HEIGHT, HEADING = "width_m", "height_m", "heading_deg"
 ROLES = {role.value: role for role in Role}
