@@ -65,6 +65,13 @@ def test_a_file_of_qgc_for_px4_begins_with_an_item() -> None:
     assert math.isnan(read.plan.items[0].params[3])
 
 
+def test_what_a_file_is_of_is_told_by_its_commands() -> None:
+    for plan in PLANS[:4]:
+        assert read_wpl(write_wpl(plan)).plan.kind is plan.kind
+    with pytest.raises(FormatError, match="it is a mission, not a fence"):
+        read_wpl(QGC_PX4, PlanKind.FENCE)
+
+
 def test_what_the_first_line_is_can_be_said() -> None:
     assert len(read_wpl(MISSION_PLANNER, home=HomeLine.NO).plan.items) == 4
     assert len(read_wpl(QGC_PX4, home=HomeLine.YES).plan.items) == 1

@@ -373,7 +373,7 @@ async def test_saved_missions_are_opened_again_and_files_of_one_vehicle_too(tmp_
         await c.press("ctrl+o")
         c.missions.query_one("OpenBar PathField").value = str(tmp_path / "none.json")
         await c.press("enter")
-        assert "no such file" in c.said()
+        assert "No such file" in c.said()
         await c.press("3", "ctrl+o")
         c.missions.query_one("OpenBar PathField").value = str(one)
         await c.press("enter")

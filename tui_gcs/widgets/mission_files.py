@@ -67,7 +67,7 @@ class MissionFile:
             self._known.add(data.decode())
             return f"{path.name}: missions of {len(draft.vehicles)} vehicles"
         try:
-            content = read_file(data, editor.kind)
+            content = read_file(data)
             if content.drawings:
                 content = planned(content.drawings, None, editor.forecast.member(editor.vehicle).layer_m)
         except FormatError as error:

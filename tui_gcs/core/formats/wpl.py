@@ -76,7 +76,10 @@ def read_wpl(text: str, kind: PlanKind | None = None, home: HomeLine = HomeLine.
     if not lines or lines[0][1] not in HEADERS:
         raise FormatError(f"does not begin with '{HEADERS[0]}'")
     read = [_read_line(number, line) for number, line in lines[1 : MOST_ITEMS + 3]]
-    kind = kind if kind is not None else _kind([item for _, item in read])
+    found = _kind([item for _, item in read])
+    if kind is not None and kind is not found and read:
+        raise FormatError(f"it is a {found.word}, not a {kind.word}")
+    kind = kind if kind is not None else found
     has_home = bool(read) and kind is PlanKind.MISSION and _is_home(*read[0], home)
     kept = read[has_home:]
     if len(kept) > MOST_ITEMS:
