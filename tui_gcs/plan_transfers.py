@@ -23,12 +23,13 @@ from tui_gcs.core.messages_services import (
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.plan import PlanKind, PlanWord
 from tui_gcs.core.plan_rows import plan_of, plan_rows
-from tui_gcs.feed import Feed
+from tui_gcs.feed import NO_ANSWER, Feed
 
 ORDER = (PlanKind.FENCE, PlanKind.RALLY, PlanKind.MISSION)
 LOOK_S = 0.3
 SILENT_S = 90.0
 """A task of which nobody told so long is given up here; the station may still go on with it."""
+NOBODY_KNOWS = "nobody knows what became of it"
 _WORDS: dict[PlanKind, PlanWord] = {
     PlanKind.MISSION: "mission",
     PlanKind.FENCE: "fence",
@@ -117,7 +118,9 @@ class Transfers:
                 left = [k.word for k in ORDER[ORDER.index(kind) + 1 :] if transfer.plans.items(k)]
                 also = f"; {' and '.join(left)} not sent" if left else ""
                 held = f" ({' and '.join(done)} held)" if done else ""
-                self._end(transfer, False, f"{kind.word} NOT on board{held}: {_why(transfer, info)}{also}")
+                self._end(
+                    transfer, False, f"{kind.word} {_outcome(transfer, info)}{held}: {_why(transfer, info)}{also}"
+                )
                 return
             done.append(kind.word + (f" ({info.text})" if info.text else ""))
         self._end(transfer, True, f"{', '.join(done)} on board, read back" if done else "nothing planned, nothing sent")
@@ -161,7 +164,7 @@ class Transfers:
                 transfer.state = f"{what} {progress(info, now - begun_s)}".rstrip()
                 self._told()
             elif now - heard_s > SILENT_S:
-                transfer.text = "nobody knows what became of it"
+                transfer.text = NOBODY_KNOWS
                 return None
         transfer.task = 0
         return info
@@ -181,6 +184,12 @@ def progress(info: TaskInfo, since_s: float) -> str:
     left_s = since_s / info.done * (info.total - info.done) if info.done else math.inf
     eta = f" {math.ceil(left_s)} s" if math.isfinite(left_s) and since_s > 1.0 else ""
     return f"{info.done}/{info.total}{eta}"
+
+
+def _outcome(transfer: Transfer, info: TaskInfo | None) -> str:
+    """A station that did not answer may have begun it all the same."""
+    silent = info is None and transfer.text.startswith((NO_ANSWER, NOBODY_KNOWS))
+    return "perhaps on board (= compares)" if silent else "NOT on board"
 
 
 def _why(transfer: Transfer, info: TaskInfo | None) -> str:
