@@ -93,7 +93,7 @@ EQUIVALENT: dict[str, str] = {
     "guard_motion._at_most: 1e-09 -> 0.0010000015": SMALL,
     "guard_motion._braked: 1e-09 -> 0.0010000015": SMALL,
     "guard_motion._pull: 2 * BRAKE_SHARE * ACCEL_Z_M_S2 -> 2 * BRAKE_SHARE / ACCEL_Z_M_S2": ONE,
-    "guard_motion._brake: BRAKE_SHARE * ACCEL_Z_M_S2 -> BRAKE_SHARE / ACCEL_Z_M_S2": ONE,
+    "guard_motion._weakly: BRAKE_SHARE * ACCEL_Z_M_S2 -> BRAKE_SHARE / ACCEL_Z_M_S2": ONE,
     "guard_motion._array: 1 -> 2": REST,
     "guard._farthest_outside_m: 1 -> 2": REST,
     "guard._docket: 1 -> 2": REST,

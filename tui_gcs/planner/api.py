@@ -64,6 +64,7 @@ limit apart. Where they share a height, `avoid(position_m, velocity_m_s, wanted_
 velocities (n, 3) that are wanted for the next step such as keep everybody apart: for `velocity` intents, in every step,
 each for two steps (`valid_s`): the guard looks at where it leads as long as it is valid. Give it all of
 `ctx.fleet` whose position is finite, also who is lost or held (they want to stand), and take the rows of the active.
+Keep farther from the lost: for the guard one may be anywhere on the way that it may have come since.
 
 **Time.** `ctx.deadline_s` is what a step may take. Three steps in a row longer than the period, or 2 s without a plan:
 the vehicles hold, the operator is told, the process is killed and begun anew. So long work is cut into `iterations`:
