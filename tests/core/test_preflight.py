@@ -166,6 +166,7 @@ def test_an_override_names_the_check_and_the_operator_and_is_journalled(rig: Mak
     assert flight.ask(m.Start(vehicles=flight.ids, overrides=("rehearsal",), operator="Ada")).ok
     told = flight.texts("console-1")
     assert any(text.startswith("OVERRIDDEN by Ada for this start: rehearsal: this plan was not") for text in told)
+    assert any(text.startswith("start signed by Ada") and text.endswith("overridden: rehearsal") for text in told)
 
 
 def test_an_override_holds_for_one_start(rig: MakeRig, tmp_path: Path) -> None:

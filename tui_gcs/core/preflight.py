@@ -182,9 +182,11 @@ class PreflightDesk:
             return
         operator = _name(request.operator) or (self._signed[0] if self._signed else "")
         checks = self.look(request.vehicles, operator)
-        for check in refusing(checks, request.vehicles):
+        overridden = refusing(checks, request.vehicles)
+        for check in overridden:
             self._tell(principal, f"OVERRIDDEN by {operator} for this start: {check.words()}", WARNING)
-        self._tell(principal, f"start signed by {operator}: {count_words(checks)}", NOTICE)
+        names = f"; overridden: {', '.join(names_of(overridden))}" if overridden else ""
+        self._tell(principal, f"start signed by {operator}: {count_words(checks)}{names}", NOTICE)
         self._signed, self._newest = None, (-math.inf, ())
 
     # ---------------------------------------------------------------- what operators say
