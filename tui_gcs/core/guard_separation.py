@@ -123,7 +123,9 @@ def meetings(judged: Flock, others: Flock, passed: Sequence[bool], limits: Limit
     before, high = pairs.some(known), limits.separation_vertical_m + SPARE_UP_M
     me, they = _Futures.of(judged), _Futures.of(others)
     first = np.full((3, len(pairs.mine)), np.inf)
-    first[AS_KNOWN] = _first(me, pairs, (they.goes, they.late, they.stops), pairs.theirs, high)
+    new = np.flatnonzero(pairs.judged < 0)
+    later = pairs.some(new)
+    first[AS_KNOWN, new] = _first(me, later, (they.goes, they.late, they.stops), later.theirs, high)
     first[GOES, known] = _first(me, before, (me.goes, me.late, me.stops), before.judged, high)
     first[BRAKES, known] = _first(me, before, (me.stops,) * FUTURES, before.judged, high)
     found: dict[int, Meeting] = {}
