@@ -1,7 +1,7 @@
 """`tui-gcs preflight`, and what `run` and `rehearse` have to do with it."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import msgspec
@@ -19,7 +19,7 @@ from tui_gcs.core.messages_preflight import Check, CheckState
 from tui_gcs.core.rehearsals import FILE, RehearsalBook, plan_digest
 from tui_gcs.core.results import Check as Gate
 from tui_gcs.core.results import Result
-from tui_gcs.core.script import Script
+from tui_gcs.core.script import Script, Step
 
 OPTIONS = argparse.Namespace(kind=None, json=False, read_again=False, acknowledge=[], sign=False, operator="Ada")
 
@@ -90,23 +90,58 @@ def test_what_cannot_be_acknowledged_or_overridden_is_one_line(rig: Rig, capsys:
 # ---------------------------------------------------------------- run
 
 
-def test_a_run_that_is_refused_for_what_does_not_heal_ends_at_once_and_says_what_helps() -> None:
+def refused(checks: Sequence[Check], insists: bool, seconds: int) -> tuple[Script, list[m.Start]]:
+    """A script whose starts are refused by what it does not override; what it asked for in so many seconds."""
     bus, asked = MemoryBus(), []
 
-    def answer(_key: str, payload: bytes, reply: object) -> None:
+    def answer(_key: str, payload: bytes, reply: Callable[[bytes], None]) -> None:
         asked.append(m.decode(payload, m.Start))
-        refused = (Check("rehearsal", CheckState.FAIL, "this plan was not rehearsed"),)
-        reply(m.encode(m.Reply(ok=False, text="not started: rehearsal", refused_by=refused)))  # type: ignore[operator]
+        stopping = tuple(check for check in checks if check.name not in asked[-1].overrides)
+        reply(m.encode(m.Reply(ok=not stopping, text="not started: so and so", refused_by=stopping)))
 
     bus.answer(keys.REQUEST.format(principal="*"), answer)
-    script = Script(scenario(1), bus, principal="run", whole_duration=True, operator="Ada", overrides=("fence",))
+    script = Script(
+        scenario(1),
+        bus,
+        principal="run",
+        whole_duration=True,
+        operator="Ada",
+        overrides=("fence",),
+        insists=insists,
+    )
     team = m.TeamStatus("defend", "home", "defend", "patrol", (1,), "ready", 0, 5, 0, 0, 0, 0, 0, 0, 0)
-    status = m.StationStatus(0, 0.0, 0.0, Kind.LIVE, "it", 1, m.RunPhase.IDLE, 0, ("r",), 0.0, 1, 1, 0, "", (team,))
-    script.on_status(status)
-    script.on_frame(_frame())
-    script.tick()
+    for t_s in range(seconds):
+        script.on_status(
+            m.StationStatus(t_s, 0.0, 0.0, Kind.LIVE, "it", 1, m.RunPhase.IDLE, 0, ("r",), 0.0, 1, 1, 0, "", (team,))
+        )
+        script.on_frame(msgspec.structs.replace(_frame(), t_s=float(t_s)))
+        script.tick()
+        if script.step is not Step.WAIT:
+            break
+    return script, asked
+
+
+NOT_REHEARSED = Check("rehearsal", CheckState.FAIL, "this plan was not rehearsed")
+NOT_READ = Check("battery-loss", CheckState.UNKNOWN, "not read yet", vehicles=(1,))
+
+
+def test_a_run_that_is_refused_for_what_does_not_heal_ends_at_once_and_says_what_helps() -> None:
+    script, asked = refused([NOT_REHEARSED], insists=False, seconds=1)
     assert script.done and "--override rehearsal" in script.problem
     assert asked == [m.Start((1,), overrides=("fence",), operator="Ada")]
+
+
+def test_a_run_whose_command_line_is_the_order_overrides_by_name_and_tells() -> None:
+    script, asked = refused([NOT_REHEARSED], insists=True, seconds=2)
+    assert script.step is Step.TAKE_OFF and script.overridden == (NOT_REHEARSED,)
+    assert asked[-1] == m.Start((1,), overrides=("fence", "rehearsal"), operator="Ada")
+
+
+def test_what_is_being_read_of_the_vehicles_is_waited_for_before_it_is_overridden() -> None:
+    script, _ = refused([NOT_READ], insists=True, seconds=15)
+    assert script.step is Step.WAIT and not script.overridden
+    script, _ = refused([NOT_READ], insists=True, seconds=30)
+    assert script.step is Step.TAKE_OFF and script.overridden == (NOT_READ,)
 
 
 def _frame() -> m.FleetFrame:

@@ -86,7 +86,10 @@ def _add_run(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser = _add(commands, "run", "run", "fly a whole scenario without a console: every round, return, land, result")
     _scenario_and_links(parser)
     parser.add_argument("--json", metavar="FILE", help="write the result there too")
-    parser.add_argument("--yes", action="store_true", help="do not ask for the number of vehicles on a terminal")
+    known = (
+        "on a terminal, too, this command is the order: nothing is asked; checks that can be overridden are, by name"
+    )
+    parser.add_argument("--yes", action="store_true", help=known)
     known = "LIVE: fly although this check before the start fails (`tui-gcs preflight` names them); may be repeated"
     parser.add_argument("--override", action="append", default=[], metavar="CHECK", help=known)
     known = "LIVE: who signs the checks before the start, for the journal (default: your login name)"

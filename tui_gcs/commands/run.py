@@ -69,12 +69,14 @@ def _fly(scenario: "Scenario", kind: Kind, arguments: argparse.Namespace) -> int
         whole_duration=True,
         operator=arguments.operator or login_name() or "run",
         overrides=tuple(arguments.override),
+        insists=arguments.yes or not sys.stdin.isatty(),
     )
     interrupted = threading.Event()
     signal.signal(signal.SIGINT, lambda *_: interrupted.set())
     signal.signal(signal.SIGTERM, lambda *_: interrupted.set())
     bar = ProgressBar()
     heard_s = time.monotonic()
+    told = 0
     while not script.done:
         time.sleep(POLL_S)
         if bus.run_pending():
@@ -84,6 +86,9 @@ def _fly(scenario: "Scenario", kind: Kind, arguments: argparse.Namespace) -> int
         if time.monotonic() - heard_s > SILENT_S:
             raise CommandError(f"the station has been silent for {SILENT_S:.0f} s: `tui-gcs attach` looks at it")
         script.tick()
+        for check in script.overridden[told:]:
+            sys.stderr.write(f"tui-gcs: flying in spite of {check.words()}\n")
+        told = len(script.overridden)
         bar.show(script.progress, script.headline)
     bar.end()
     with contextlib.suppress(Exception):

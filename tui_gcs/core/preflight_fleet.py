@@ -8,7 +8,7 @@ from tui_gcs.core.kinds import Kind
 from tui_gcs.core.messages import Freshness, Phase
 from tui_gcs.core.messages_preflight import Check, CheckState
 from tui_gcs.core.rehearsals import Rehearsal
-from tui_gcs.core.wire.mavlink import AUTOPILOT_PX4
+from tui_gcs.core.wire.mavlink import autopilot_name
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station
@@ -62,7 +62,7 @@ def _others(station: "Station", found: Rehearsal) -> str:
     """Autopilots that will fly and were not rehearsed."""
     rehearsed = {"ardupilot", "px4"} if found.autopilots == "mixed" else {found.autopilots}
     heard = [v for f in station.book if (v := station.fleet.vehicles.get(f.vehicle)) is not None]
-    flown = {"px4" if vehicle.autopilot == AUTOPILOT_PX4 else "ardupilot" for vehicle in heard}
+    flown = {autopilot_name(vehicle.autopilot).casefold() for vehicle in heard}
     missing = ", ".join(sorted(flown - rehearsed))
     return f"but with {found.autopilots} only, not with {missing}" if missing else ""
 

@@ -10,13 +10,15 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as m
 from tui_gcs.core.bus import Bus, BusError
 from tui_gcs.core.messages import FleetFrame, Freshness, Phase, Reply, RunPhase, StationStatus, decode, encode
-from tui_gcs.core.messages_preflight import CheckState, names_of
+from tui_gcs.core.messages_preflight import Check, CheckState, names_of
 from tui_gcs.core.results import Referee
 from tui_gcs.core.scenario import Round, Scenario
 
 READY_LIMIT_S = 90.0
 """Vehicles that are not heard, ready and started after this long end the flight before it begins."""
 TRY_AGAIN_S = 2.0
+UNREAD_LIMIT_S = 20.0
+"""So long what has not been read of the vehicles yet is waited for, before it is overridden, too."""
 TAKE_OFF_LIMIT_S = 150.0
 HOLD_S = 3.0
 RESUME_GAP_S = 10.0
@@ -49,12 +51,15 @@ class Script:
         whole_duration: bool,
         operator: str = "",
         overrides: tuple[str, ...] = (),
+        insists: bool = False,
     ) -> None:
         """`whole_duration`: each round lasts its `duration_s`; else until everything is measured.
 
-        `operator` signs the checks before the start, and overrides those named.
+        `operator` signs the checks before the start, and overrides those named; who `insists` all that can be.
         """
-        self._operator, self._overrides = operator, overrides
+        self._operator, self._overrides, self._insists = operator, overrides, insists
+        self.overridden: tuple[Check, ...] = ()
+        """What refused the start and was overridden by insisting."""
         self.step = Step.WAIT
         self.problem = ""
         """Why the flight ended early; empty if it did not."""
@@ -69,7 +74,7 @@ class Script:
         self._status: StationStatus | None = None
         self._since_s = math.nan
         self._try_s = -math.inf
-        self._refusal = ""
+        self._refusal, self._unread_s = "", math.nan
         self._flown_s = -math.inf
         self._held_s = math.nan
         bus.subscribe(keys.FLEET, lambda _, data: self.on_frame(decode(data, FleetFrame)))
@@ -178,15 +183,27 @@ class Script:
                 self.referee.started = tuple(sorted(ready))
                 self._enter(Step.TAKE_OFF)
                 return
-            self._refusal = _why(reply)
-            if reply.refused_by and not any(check.state is CheckState.UNKNOWN for check in reply.refused_by):
-                names = " ".join(f"--override {name}" for name in names_of(reply.refused_by))
-                self._end(f"{self._refusal}; put it right, or: {names}")  # none of that heals by waiting
-                return
-        if now - self._since_s > READY_LIMIT_S:
+            self._refused(now, reply)
+        if not self.done and now - self._since_s > READY_LIMIT_S:
             names = ", ".join(map(str, missing)) or "all heard"
             text = f"{len(ready)} of {expected} vehicles (missing: {names}) {self._refusal}"
             self._end(f"not ready after {READY_LIMIT_S:.0f} s: {text}".strip())
+
+    def _refused(self, now: float, reply: Reply) -> None:
+        """Wait for what may heal or is being read; override the rest if the order stands, else give up."""
+        self._refusal = _why(reply)
+        unread = any(check.state is CheckState.UNKNOWN for check in reply.refused_by)
+        if unread and math.isnan(self._unread_s):
+            self._unread_s = now
+        if not reply.refused_by or (unread and not (self._insists and now - self._unread_s >= UNREAD_LIMIT_S)):
+            return
+        if not self._insists:
+            names = " ".join(f"--override {name}" for name in names_of(reply.refused_by))
+            self._end(f"{self._refusal}; put it right, or: {names}")  # none of that heals by waiting
+            return
+        self.overridden += reply.refused_by
+        self._overrides = tuple(dict.fromkeys((*self._overrides, *names_of(reply.refused_by))))
+        self._try_s = -math.inf
 
     def _take_off(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
         if status.run is RunPhase.RUNNING:
