@@ -66,6 +66,7 @@ async def test_a_mission_is_drawn_by_keys_and_every_key_taken_back() -> None:
         assert c.missions.editor.history.draft == drawn
 
 
+@pytest.mark.long
 async def test_fields_say_where_how_high_and_what_and_one_field_is_one_step_to_undo() -> None:
     async with mission_console() as c:
         await c.press("plus")
@@ -125,6 +126,7 @@ async def test_a_new_mission_climbs_to_the_own_layer_and_grows_before_its_return
         assert c.commands(5) == [TAKE_OFF, WAYPOINT]
 
 
+@pytest.mark.long
 async def test_the_cursor_draws_a_way_and_the_mouse_chooses_and_moves() -> None:
     async with mission_console() as c:
         await c.press("x", "plus", *["right"] * 10, "plus", *["up"] * 5, "plus", "escape")
@@ -149,6 +151,7 @@ async def test_the_cursor_draws_a_way_and_the_mouse_chooses_and_moves() -> None:
         assert editor.vehicle == 4
 
 
+@pytest.mark.long
 async def test_fences_and_rally_points_and_clearing() -> None:
     async with mission_console() as c:
         await c.press("t", "plus")
@@ -173,6 +176,7 @@ async def test_fences_and_rally_points_and_clearing() -> None:
 # ---------------------------------------------------------------- generating
 
 
+@pytest.mark.long
 async def test_a_survey_is_seen_before_it_is_taken_and_shared_out() -> None:
     async with mission_console() as c:
         await c.press("g")
@@ -352,6 +356,7 @@ async def test_work_that_was_not_saved_is_there_after_a_crash(tmp_path: Path) ->
         assert c.missions.editor.history.draft.is_empty
 
 
+@pytest.mark.long
 async def test_saved_missions_are_opened_again_and_files_of_one_vehicle_too(tmp_path: Path) -> None:
     folder, file = tmp_path / "sim", tmp_path / "m.json"
     one = tmp_path / "one.waypoints"
