@@ -59,7 +59,9 @@ def test_vehicles_are_named(text: str, ids: tuple[int, ...]) -> None:
     assert vehicle_ids(text) == ids
 
 
-@pytest.mark.parametrize("text", ["", "all", "*", "0", "-1", "7-3", "1,", "1-", "1-9999", "²", "9" * 30, "3 4"])
+@pytest.mark.parametrize(
+    "text", ["", "all", "*", "0", "-1", "7-3", "1,", "1-", "1-9999", "²", "9" * 30, "3 4", "0000000123"]
+)
 def test_what_names_no_vehicles_is_one_line(text: str, tell: Tell, tmp_path: Path) -> None:
     with pytest.raises(CommandError):
         vehicle_ids(text)
@@ -156,6 +158,16 @@ def test_parameters_from_one_vehicle_to_another_by_a_file(tmp_path: Path, tell: 
     assert code == 1 and "vehicle 1: holds all of it already" in out
     assert "vehicle 2: FAILED: 1 of 1 parameter set; it has no FS_GCS_ENABLE" in out
     assert servers[1].params["RTL_ALT"][1] == 1500.0
+
+
+def test_a_file_of_another_autopilot_sets_nothing_although_some_names_are_the_same(tmp_path: Path, tell: Tell) -> None:
+    peer = Peer(1)
+    ParamServer(peer)
+    rig = ServiceRig(tmp_path, peer).heard()
+    Path("a.param").write_text("RTL_ALT,7\n" + "".join(f"OTHER_{number},1\n" for number in range(12)))
+    code, out, _ = tell(rig, "params", "load", "1", "a.param", "--yes")
+    assert code == 1 and "it has no 12 of the file's 13 parameters: a file of another autopilot; none was set" in out
+    assert peer.got("PARAM_SET") == []
 
 
 def test_what_a_vehicle_reckons_itself_and_who_it_is_stays(tmp_path: Path, tell: Tell) -> None:
@@ -334,6 +346,35 @@ def test_for_several_vehicles_their_number_is_typed(tmp_path: Path, tell: Tell) 
     code, out, _ = tell(rig, "mode", "1-2", "AUTO", answer="y\n")
     assert code == 1 and "type their number, 2:" in out and [peer.custom_mode for peer in peers] == [4, 4]
     assert tell(rig, "mode", "1-2", "AUTO", answer="2\n")[0] == 0 and [peer.custom_mode for peer in peers] == [3, 3]
+
+
+def test_a_file_for_several_vehicles_asks_for_their_number_too(tmp_path: Path, tell: Tell) -> None:
+    peers = [Peer(1), Peer(2)]
+    servers = [FtpServer(peer, {"/a": b"old"}) for peer in peers]
+    rig = ServiceRig(tmp_path, *peers).heard()
+    for act in (("rm", "/a"), ("put", "new", "/a")):
+        (tmp_path / "new").write_bytes(b"new")
+        code, out, _ = tell(rig, "files", "1-2", *act, answer="y\n")
+        assert code == 1 and "type their number, 2:" in out
+    assert [server.files for server in servers] == [{"/a": b"old"}] * 2
+
+
+def test_a_vehicle_that_fell_silent_in_a_mode_is_not_told_to_be_in_it(tmp_path: Path, tell: Tell) -> None:
+    peer = Peer(1, custom_mode=4, answers={"COMMAND_LONG": obeys})
+    rig = ServiceRig(tmp_path, peer).heard()
+    assert tell(rig, "mode", "1", "GUIDED")[:2] == (0, "vehicle 1: in GUIDED\n")
+    peer.silent = True
+    assert tell(rig, "mode", "1", "GUIDED")[:2] == (1, "vehicle 1: FAILED: no answer\n")
+
+
+def test_what_waits_behind_a_long_transfer_says_so(tmp_path: Path, tell: Tell) -> None:
+    peer = Peer(1)
+    FtpServer(peer, {"/big": bytes(2_000_000)}, bursts=False, listing={"/": [b"Fa.txt\t5"]})
+    rig = ServiceRig(tmp_path, peer).heard()
+    before = rig.station.services.ftp.download(1, "/big", lambda job: None)
+    peer.after(8.0, lambda: rig.station.services.context.jobs.cancel_job(before))
+    code, _, err = tell(rig, "files", "1", "ls", "/")
+    assert code == 0 and "vehicle 1: waits its turn" in err
 
 
 def test_a_shell_line(tmp_path: Path, tell: Tell) -> None:

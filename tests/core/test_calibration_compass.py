@@ -144,6 +144,17 @@ def test_a_reboot_meanwhile_needs_no_other_one(tmp_path: Path) -> None:
     assert job.error == "it rebooted" and not job.needs_reboot
 
 
+def test_compasses_are_asked_again_where_an_answer_was_of_another_question(tmp_path: Path) -> None:
+    peer = Compasses()
+    peer.on_order[INTERVAL] = lambda fields: peer.ack(INTERVAL)
+    rig = make(tmp_path, peer)
+    job = begun(rig, Sensor.COMPASS)
+    rig.run(2.0)
+    peer.on_order[INTERVAL] = peer.interval
+    rig.until(lambda: job.over, 30.0)
+    assert job.state is JobState.DONE, job.error
+
+
 def test_compasses_that_fall_silent(tmp_path: Path) -> None:
     peer = Compasses()
     peer.on_order[INTERVAL] = lambda fields: peer.ack(INTERVAL)

@@ -68,14 +68,15 @@ def _get(station: StationClient, arguments: argparse.Namespace) -> int:
 def _put(station: StationClient, arguments: argparse.Namespace) -> int:
     ids = vehicle_ids(arguments.ids)
     data = read_here(Path(arguments.file), MOST_FILE_BYTES)
-    if not confirmed(f"write {arguments.path} ({len(data)} bytes) on {listed(ids)}", yes=arguments.yes):
+    act = f"write {arguments.path} ({len(data)} bytes) on {listed(ids)}"
+    if not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
         return FAILED
     return tell(station.carry_out(WriteFile(ids, arguments.path, data)), as_json=arguments.json)
 
 
 def _rm(station: StationClient, arguments: argparse.Namespace) -> int:
     ids = vehicle_ids(arguments.ids)
-    if not confirmed(f"remove {arguments.path} on {listed(ids)}", yes=arguments.yes):
+    if not confirmed(f"remove {arguments.path} on {listed(ids)}", yes=arguments.yes, vehicles=len(ids)):
         return FAILED
     return tell(station.carry_out(RemoveFile(ids, arguments.path)), as_json=arguments.json)
 

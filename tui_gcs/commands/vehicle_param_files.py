@@ -34,6 +34,8 @@ from tui_gcs.core.services.param_values import ParamType, same, shown
 from tui_gcs.exits import FAILED, OK, CommandError
 
 AUTOPILOT_COMPONENT = 1
+FOREIGN_NAMES = 10
+"""A vehicle that lacks more names of a file than this, and more than half of them, is of another autopilot."""
 NETWORK_STEP = 1000
 """Vehicles of further networks are numbered so far apart."""
 
@@ -99,7 +101,10 @@ def load(station: StationClient, arguments: argparse.Namespace) -> int:
     """Set on vehicles what differs from a file; what a vehicle reckons itself, and who it is, stays."""
     wanted, left_out = _wanted(arguments)
     found, failed = _differences(station, vehicle_ids(arguments.ids), wanted)
-    ended = [Ended(one.vehicle, not one.missing, _untouched(one)) for one in found if not one.wanted]
+    foreign = [one for one in found if len(one.missing) > max(FOREIGN_NAMES, len(wanted) // 2)]
+    ended = [Ended(one.vehicle, False, _of_another(one, len(wanted))) for one in foreign]
+    found = [one for one in found if one not in foreign]
+    ended += [Ended(one.vehicle, not one.missing, _untouched(one)) for one in found if not one.wanted]
     changed = [one for one in found if one.wanted]
     if not arguments.json:
         for text in left_out:
@@ -114,6 +119,10 @@ def load(station: StationClient, arguments: argparse.Namespace) -> int:
             return FAILED
     ended += [_set(station, one) for one in changed]
     return tell(sorted([*failed, *ended], key=lambda one: one.vehicle), as_json=arguments.json)
+
+
+def _of_another(one: Difference, names: int) -> str:
+    return f"it has no {len(one.missing)} of the file's {names} parameters: a file of another autopilot; none was set"
 
 
 def _untouched(one: Difference) -> str:

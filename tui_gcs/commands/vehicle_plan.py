@@ -82,7 +82,7 @@ def _upload(station: StationClient, arguments: argparse.Namespace) -> int:
         for note in (*content.notes, *content.left_out):
             say(f"{arguments.file}: {note}")
     act = f"change the {' and the '.join(plan.kind.word for plan in plans)} of {listed(ids)} also while it is flown"
-    if arguments.in_flight and not confirmed(act, yes=arguments.yes):
+    if arguments.in_flight and not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
         return FAILED
     ended: list[Ended] = []
     for plan in plans:  # what failed to take its fence gets no mission

@@ -107,7 +107,7 @@ def _choose(station: StationClient, ids: tuple[int, ...], arguments: argparse.Na
         raise CommandError("which airframe? `list` shows the choices, with their labels")
     warnings = dict.fromkeys(row.warning for row in station.ask(GetAirframes(ids)).airframes)
     act = f"airframe {' '.join(arguments.words)} for {listed(ids)}" + "".join(f" ({words})" for words in warnings)
-    if not confirmed(act, yes=arguments.yes):
+    if not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
         return FAILED
     return tell(station.carry_out(ChooseAirframe(ids, tuple(arguments.words))), as_json=arguments.json)
 

@@ -72,7 +72,7 @@ def _show(v: VehicleInfo) -> None:
     trip = f"round trip {v.rtt_s * 1e3:.0f} ms" if math.isfinite(v.rtt_s) else "round trip not measured"
     say(f"  links      {', '.join(v.links)}; {trip}; {v.loss_pct:.1f} % lost")
     items = "mission not known" if v.mission_items is None else f"mission of {v.mission_items} items"
-    current = f", at item {v.mission_current + 1}" if v.mission_current is not None else ""
+    current = f", at item {v.mission_current + 1}" if v.mission_items and v.mission_current is not None else ""
     params = "all parameters known" if v.params_complete else f"{v.params_known} parameters known"
     say(f"  holds      {items}{current}; {params}" + (f"; busy: {v.busy}" if v.busy else ""))
     say(f"  health     {'armed' if v.armed else 'ready to arm' if v.ready else 'NOT READY'}")

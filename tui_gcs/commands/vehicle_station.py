@@ -22,6 +22,10 @@ POLL_S = 0.2
 ASK_LIMIT_S = 5.0
 SILENT_TRIES = 3
 """Questions about tasks that a station may leave unanswered, e.g. while it is restarted."""
+WAITS = "waits its turn"
+"""Behind another transfer of the vehicle, or of two others on its link."""
+LONG_LOOKS = 25
+"""So often in a row something is seen to wait before that is told where there is no terminal: 5 s."""
 LINE_CELLS = 400
 BIGGEST_ID = 1_000_000
 MOST_OF_A_RANGE = 999
@@ -156,14 +160,25 @@ class StationClient:
 
 
 class Progress:
-    """On a terminal: how far all are, in one line that is written over."""
+    """On a terminal: how far all are, in one line that is written over. Elsewhere: that something waits for long."""
+
+    def __init__(self) -> None:
+        """Nothing was looked at."""
+        self._waited = 0
+        """Looks at which some of them waited, one after the other."""
 
     def look(self, infos: Sequence[TaskInfo]) -> None:
         """Draw it."""
         over = sum(info.over for info in infos)
         running = [info for info in infos if info.state == "running" and info.total]
-        words = ", ".join(f"{info.vehicle}: {100 * info.done // info.total} %" for info in running[:4])
-        self._draw(f"{over} of {len(infos)} done  {words}")
+        words = [f"{info.vehicle}: {100 * info.done // info.total} %" for info in running[:4]]
+        queued = [info.vehicle for info in infos if info.state == "queued"]
+        words += [f"{vehicle}: {WAITS}" for vehicle in queued[:4]]
+        self._draw(f"{over} of {len(infos)} done  {', '.join(words)}")
+        self._waited = self._waited + 1 if queued else 0
+        if self._waited == LONG_LOOKS and not sys.stderr.isatty():
+            sys.stderr.write(f"{listed(queued)}: {WAITS}: `tui-gcs vehicle tasks` shows what goes on\n")
+            sys.stderr.flush()
 
     def interrupted(self, infos: Sequence[TaskInfo]) -> bool:
         """The tasks go on without us."""
@@ -195,11 +210,16 @@ def vehicle_ids(text: str) -> tuple[int, ...]:
         first, dash, last = part.partition("-")
         if not (first.isascii() and first.isdigit() and (not dash or (last.isascii() and last.isdigit()))):
             raise CommandError(f"{clean(text, 40)!r}: vehicles are named as 3, 3-7 or 1,4")
-        low, high = int(first[:8]), int((last or first)[:8])
+        low, high = _number(first), _number(last or first)
         if not 0 < low <= high < BIGGEST_ID or high - low > MOST_OF_A_RANGE:
             raise CommandError(f"{clean(text, 40)!r}: no such vehicles")
         ids += range(low, high + 1)
     return tuple(dict.fromkeys(ids))
+
+
+def _number(digits: str) -> int:
+    """What they say, if a vehicle may have that number: never the first of too many digits. Else `BIGGEST_ID`."""
+    return int(digits) if len(digits) < len(str(BIGGEST_ID)) else BIGGEST_ID
 
 
 def only_one(text: str, why: str) -> int:

@@ -88,7 +88,8 @@ class RequestDesk:
         refused = "; ".join(f"vehicle {r.vehicle}: {r.text}" for r in reply.results if not r.ok)
         text = (reply.text or "done") + (f" ({refused})" if refused else "")
         if not reply.ok:
-            text = f"{type(request).__name__} refused: {text}"
+            partly = " in part" if any(r.ok for r in reply.results) else ""
+            text = f"{type(request).__name__} refused{partly}: {text}"
         severity = NOTICE if reply.ok else WARNING
         self._station.events.say(EventClass.OPERATOR, principal, text, severity, every_s=every_s)
 

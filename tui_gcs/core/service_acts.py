@@ -242,6 +242,8 @@ class ServiceActs:
             action = firmware.mode(vehicle, number, manner.name, manner.retry, done)
         except ValueError as error:
             return str(error)
+        shown = action.confirmed  # and by a heartbeat that came since: an older one tells nothing
+        action.confirmed = lambda v: v.heartbeat_s > action.first_s and shown(v)
         task.stop = lambda: self._context.commands.cancel(vehicle.id, action.name)
         self._context.commands.submit(action)
         return ""

@@ -14,6 +14,8 @@ SET_MESSAGE_INTERVAL = 511
 EVERY_US, OFF_US = 500_000, -1
 SILENT_S = 20.0
 """After so long without progress or report there is none."""
+ASK_AGAIN_S = 4.0
+"""So often a silent one is asked again: over a slow link the ACK of one interval is taken for the next one's."""
 MOST_COMPASSES = 8
 """As many as `cal_mask` has bits."""
 STATUS = {
@@ -43,6 +45,8 @@ class CompassCalibration(CalibrationJob):
         self._ended: dict[int, bool] = {}
         self._mask = 0
         self._heard_s = 0.0
+        self._intervals_s = 0.0
+        """When it was last asked to tell."""
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -68,10 +72,15 @@ class CompassCalibration(CalibrationJob):
             self._intervals(OFF_US)
 
     def watch(self, vehicle: Vehicle, now: float) -> None:
-        """Notice when it falls silent."""
-        if self._heard_s and not self.cancelling and now - self._heard_s > SILENT_S:
+        """Notice when it falls silent; before that, ask again."""
+        if not self._heard_s or self.cancelling:
+            return
+        if now - self._heard_s > SILENT_S:
             self.abort_on_board()
             self.finish("it stopped telling its progress")
+        elif now - max(self._heard_s, self._intervals_s) > ASK_AGAIN_S:
+            self._intervals_s = now
+            self._intervals(EVERY_US)
 
     def hear_progress(self, fields: Fields, now: float) -> None:
         """One compass gets on."""

@@ -16,6 +16,8 @@ GAP_S, SLOW_GAP_S = 0.5, 1.5
 AT_ONCE, SLOW_AT_ONCE = 10, 3
 """Names asked for and not answered; QGroundControl has 10, too (mavlink.md C4)."""
 MOST_NAMES_ASKED = 500
+NOT_KNOWN = "not known whether it was set"
+"""So ends why a parameter that was sent is not counted as set."""
 UNKNOWN = "no answer: it has no such parameter, or does not hear us"
 
 ERRORS = {
@@ -168,5 +170,5 @@ class ParamSetting:
 
     def _why_not(self) -> str:
         if self.held is None:
-            return "no answer: not known whether it was set" if self.sent else UNKNOWN
+            return f"no answer: {NOT_KNOWN}" if self.sent else UNKNOWN
         return f"vehicle holds {shown(self.held.value)}"

@@ -23,6 +23,7 @@ from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.metadata import PARAMETERS, MetadataJob, MetadataService
 from tui_gcs.core.services.param_ask import (
     MOST_NAMES_ASKED,
+    NOT_KNOWN,
     Asked,
     ParamReading,
     ParamSetting,
@@ -257,7 +258,7 @@ class ParamService:
         self._infos.pop(vehicle.id, None)
         for (number, _), setting in self._settings.items():
             if number == vehicle.id and not setting.over:
-                setting.end("it rebooted: not known whether it was set" if setting.sent else "it rebooted")
+                setting.end(f"it rebooted: {NOT_KNOWN}" if setting.sent else "it rebooted")
         self._tell_all()
 
     def _tell_all(self) -> None:
@@ -275,7 +276,10 @@ class ParamService:
 
     def _tell(self, setting: ParamSetting) -> None:
         name = clean(setting.name, 40)
-        text = f"parameter {name} NOT SET: {setting.error}" if setting.error else f"{name} = {shown(setting.value)}"
+        unsure = setting.error.endswith(NOT_KNOWN)  # it says itself that it may have been set
+        text = f"parameter {name}{'' if unsure else ' NOT SET'}: {setting.error}"
+        if not setting.error:
+            text = f"{name} = {shown(setting.value)}"
         vehicle = self.context.fleet.vehicles.get(setting.vehicle)
         if vehicle is not None and setting.changed and changes_airframe(vehicle, setting.name):
             vehicle.reboot_first = "airframe changed"
