@@ -1,6 +1,7 @@
 # make demo   watch eight simulated vehicles patrol two zones
 # make test   style, types and tests
 # make flights  the long tests: whole flights, rehearsals
+# make keys   whole missions at 1x with nothing but keys, as at a real terminal; ten minutes
 # make bench  the measured figures
 # make lint   style and types only
 # make guard  the guard's tests, every branch of it reached
@@ -19,16 +20,19 @@ LINK = udpin:127.0.0.1:14550
 IDS =
 ONLY =
 
-.PHONY: demo test flights bench conformance guard mutants lint clean
+.PHONY: demo test flights keys bench conformance guard mutants lint clean
 
 demo: .venv/installed
 	$(BIN)/tui-gcs demo
 
 test: lint
-	$(BIN)/pytest --numprocesses 3 --dist loadgroup -m 'not long'
+	$(BIN)/pytest --numprocesses 3 --dist loadgroup -m 'not long and not by_keys'
 
 flights: .venv/installed-dev
 	$(BIN)/pytest --numprocesses 3 --dist loadgroup -m long
+
+keys: .venv/installed-dev
+	$(BIN)/pytest -m by_keys
 
 bench: .venv/installed-dev
 	$(BIN)/python -m tests.bench

@@ -25,10 +25,11 @@ class PtyConsole:
         self.output = b""
         self.pid, self._fd = pty.fork()
         if self.pid == 0:
-            os.environ |= {"TERM": "xterm-256color", "COLUMNS": str(columns), "LINES": str(lines)}
-            os.environ |= environment or {}
-            os.execv(sys.executable, [sys.executable, "-m", module, *arguments])
-        fcntl.ioctl(self._fd, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))
+            _set_size(pty.STDOUT_FILENO, columns, lines)
+            os.environ |= {"TERM": "xterm-256color"} | (environment or {})
+            sized = {"COLUMNS", "LINES"}  # of the terminal that runs the tests; the readline module sets them, too
+            left = {name: value for name, value in os.environ.items() if name not in sized}
+            os.execve(sys.executable, [sys.executable, "-m", module, *arguments], left)
         self.modes = termios.tcgetattr(self._fd)
         """Of the terminal, when last looked at: `look_at_modes`."""
         self.modes_before = self.modes
@@ -88,8 +89,15 @@ class PtyConsole:
         return True
 
     def press(self, keys: bytes) -> None:
-        """Type."""
-        os.write(self._fd, keys)
+        """Type; what the console writes meanwhile is read, or neither would go on."""
+        while keys:
+            keys = keys[os.write(self._fd, keys[:4096]) :]
+            if keys:
+                self.read_some(0.001)
+
+    def resize(self, columns: int, lines: int) -> None:
+        """Another size: the console is told by SIGWINCH."""
+        _set_size(self._fd, columns, lines)
 
     def kill(self) -> None:
         """kill -9."""
@@ -118,3 +126,7 @@ class PtyConsole:
         self.look_at_modes()
         os.close(self._fd)
         self._fd = -1
+
+
+def _set_size(terminal: int, columns: int, lines: int) -> None:
+    fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))

@@ -17,11 +17,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-MODULES = ("guard_courses", "guard_motion", "guard_region", "guard_separation", "guard")
+MODULES = ("guard_courses", "guard_motion", "guard_lost", "guard_region", "guard_separation", "guard")
 """In the order in which they import each other."""
 TESTS = (
     "test_guard_courses.py",
     "test_guard_motion.py",
+    "test_guard_lost.py",
     "test_guard_region.py",
     "test_guard_separation.py",
     "test_guard_rules.py",
@@ -56,6 +57,7 @@ EDGES: dict[type, type] = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, as
 NAMES = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum", "any": "all", "all": "any"}
 
 FILTER = "whom the boxes let through is judged exactly"
+SLOWER = "without the short cut the same is found, slower"
 EDGE = "no distance is exactly that"
 SMALL = "only against dividing by nothing; a thousandth is nothing"
 REST = "to reshape any negative number is the rest"
@@ -82,10 +84,10 @@ EQUIVALENT: dict[str, str] = {
     "guard_region.__init__: self.free.convex_hull.area - self.free.area < SAME_M ** 2"
     " -> self.free.convex_hull.area - self.free.area <= SAME_M ** 2": EDGE,
     "guard_region.__init__: self.free.convex_hull.area - self.free.area"
-    " -> self.free.convex_hull.area + self.free.area": "without the short cut the same is found, slower",
+    " -> self.free.convex_hull.area + self.free.area": SLOWER,
     "guard_region.__init__: SAME_M ** 2 -> SAME_M * 2": "for rounding: either is nothing",
     "guard_region.__init__: 2 -> 3": "for rounding: either is nothing",
-    "guard_region.outside_m: error > 0 -> error >= 0": "without the short cut the same is found, slower",
+    "guard_region.outside_m: error > 0 -> error >= 0": SLOWER,
     "guard_region._outside_m: 0.0 -> 0.001": "who is outside is farther outside",
     "guard_courses.FAR_M: 1000000.0 -> 1500000.001": "anything is far",
     "guard_courses._steps: 0.0 -> 0.001": "rounded down to the same sample",
@@ -95,6 +97,10 @@ EQUIVALENT: dict[str, str] = {
     "guard_motion._pull: 2 * BRAKE_SHARE * ACCEL_Z_M_S2 -> 2 * BRAKE_SHARE / ACCEL_Z_M_S2": ONE,
     "guard_motion._weakly: BRAKE_SHARE * ACCEL_Z_M_S2 -> BRAKE_SHARE / ACCEL_Z_M_S2": ONE,
     "guard_motion._array: 1 -> 2": REST,
+    "guard_motion.gone: 1e-09 -> 0.0010000015": SMALL,
+    "guard_lost._ways: 1 -> 2": "a second moment that nobody looks at",
+    "guard_lost._parts: begins_s - ahead_s <= from_here.age_s <= over_s"
+    " -> begins_s - ahead_s < from_here.age_s <= over_s": AT_LIMIT,
     "guard._farthest_outside_m: 1 -> 2": REST,
     "guard._docket: 1 -> 2": REST,
     "guard_region.are_clear: shapely.length(lines) <= SAME_M -> shapely.length(lines) < SAME_M": AT_LIMIT,
@@ -116,6 +122,12 @@ EQUIVALENT: dict[str, str] = {
     " -> near |= judged.ids[:, None] != others.ids[None, :]": "oneself is excused: as near from the first sample on",
     "guard_separation._pairs: True -> False": "both are as long",
     "guard_separation._pairs: before[theirs] < mine -> before[theirs] <= mine": "equal is only oneself",
+    "guard_separation.is_exact: return self.short_m is self.far_m -> return None": SLOWER,
+    "guard_separation.meetings: pairs.judged < 0 -> pairs.judged <= 0": "as known, too, where nobody looks at that",
+    "guard_separation._first: True -> False": "both are as long",
+    "guard_separation._first: apart >= hardest - SAME -> apart > hardest - SAME": EDGE,
+    "guard_separation._may_be_close: 1.0 -> 1.501": FILTER,
+    "guard_separation._to_line: 1e-12 -> 0.0010000000015": SMALL,
     "guard_separation._first: apart < 1.0 -> apart <= 1.0": EDGE,
     "guard_separation._first: braking.min(axis=1) < 1.0 -> braking.min(axis=1) <= 1.0": EDGE,
     "guard_separation._is_no_worse: gained > BETTER -> gained >= BETTER": EDGE,

@@ -19,11 +19,12 @@ def row(vehicle: int, place: tuple[float, float, float], *, phase: Phase = Phase
     return VehicleRow(**values | {"freshness": Freshness.OK, "layer_m": place[2] or 34.0})  # type: ignore[arg-type]
 
 
+HOMES = {1: (200.0, 150.0), 2: (300.0, 150.0)}
 FLEET = {r.id: r for r in (row(1, (200.0, 200.0, 30.0)), row(2, (300.0, 212.0, 40.0)), row(3, (200.0, 300.0, 50.0)))}
 
 
 def seen(request: Request) -> tuple[str, ...]:
-    told = outlook(request, FLEET, LIMITS, ROUND)
+    told = outlook(request, FLEET, HOMES, LIMITS, ROUND)
     return (told.way, *told.warnings)
 
 
@@ -35,6 +36,10 @@ def test_how_far_and_how_long() -> None:
     assert seen(GoTo((3,), ((NAN, NAN, 47.0),))) == ("0 m away, down 3 m: about 2 s",)
     far = seen(GoTo((1, 3), ((300.0, 200.0, NAN), (250.0, 300.0, NAN))))
     assert far == ("50-100 m away: about 16 s",)
+
+
+def test_a_way_counted_from_each_ones_own_home() -> None:
+    assert seen(GoTo((1, 2), ((0.0, 10.0, NAN),) * 2, from_home=True)) == ("40-52 m away: about 10 s",)
 
 
 def test_the_layer_of_another_and_how_near_its_way_comes_to_it() -> None:
@@ -49,8 +54,8 @@ def test_the_layer_of_another_and_how_near_its_way_comes_to_it() -> None:
 
 def test_layers_of_those_on_the_ground_are_free_and_a_take_off_is_warned_of_those_above() -> None:
     fleet = FLEET | {4: row(4, (210.0, 200.0, 0.0), phase=Phase.GROUND)}
-    assert not outlook(GoTo((1,), ((NAN, NAN, 34.0),)), fleet, LIMITS, ROUND).warnings
-    told = outlook(TakeOff((4,), 34.0), fleet, LIMITS, ROUND)
+    assert not outlook(GoTo((1,), ((NAN, NAN, 34.0),)), fleet, {}, LIMITS, ROUND).warnings
+    told = outlook(TakeOff((4,), 34.0), fleet, {}, LIMITS, ROUND)
     assert (told.way, told.warnings) == ("", ("4 on the layer of 1 (30 m); 1 is 10 m from its way",))
 
 
@@ -70,9 +75,9 @@ def test_two_that_would_meet() -> None:
 def test_who_follows_is_told_how_far_he_stays_from_whom() -> None:
     assert seen(Follow((1,), 3)) == ("100 m from it, and stays so",)
     near = FLEET | {4: row(4, (206.0, 200.0, 36.0))}
-    assert outlook(Follow((1,), 4), near, LIMITS, ROUND).warnings == ("vehicle 1 too near: at least 10 m",)
+    assert outlook(Follow((1,), 4), near, {}, LIMITS, ROUND).warnings == ("vehicle 1 too near: at least 10 m",)
 
 
 def test_nothing_is_told_of_what_is_not_known() -> None:
     assert seen(Arm((1,))) == seen(GoTo((9,), ((0.0, 0.0, 0.0),))) == ("",)
-    assert "is not known here" in seen(GoTo((1,), ((50.0, 0.0, NAN),), from_home=True))[0]
+    assert "is not known here" in seen(GoTo((1, 3), ((50.0, 0.0, NAN),) * 2, from_home=True))[0]

@@ -134,11 +134,14 @@ def test_a_fleet_loses_one_and_its_station_and_the_report_shows_it(tmp_path: Pat
 
 
 @pytest.mark.long
-def test_a_tired_vehicle_is_relieved_before_it_leaves_and_every_gate_holds(tmp_path: Path) -> None:
+@pytest.mark.parametrize("autopilots", ["ardupilot", "px4"])
+def test_a_tired_vehicle_is_relieved_before_it_leaves_and_every_gate_holds(tmp_path: Path, autopilots: str) -> None:
     whole = one_team()
     team = msgspec.structs.replace(whole.teams[0], parameters={"reserve": 1, "search": 0})
     scenario = msgspec.structs.replace(whole, teams=(team,))
-    result, problem = rehearse(scenario, "", tmp_path, lambda share, text: None, happenings=drains(["2@80"]))
+    result, problem = rehearse(
+        scenario, "", tmp_path, lambda share, text: None, autopilots=autopilots, happenings=drains(["2@80"])
+    )
     assert problem == "" and [check.name for check in result.checks if not check.ok] == []
     assert "sends vehicle 2 home (relieved: its battery is low)" in (tmp_path / "run.jsonl").read_text()
 

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 from tests.console_pty import PtyConsole
+from tests.terminal_picture import TerminalPicture
 from tui_gcs.core.config import socket_path
 from tui_gcs.core.kinds import Kind
 
@@ -27,7 +28,7 @@ def station(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         for name in ("RUNTIME", "STATE"):
             patch.setenv(f"TUI_GCS_{name}_DIR", str(tmp_path_factory.mktemp(name[0])))
         process = subprocess.Popen([sys.executable, "-m", "tests.screens.paper_fleet", "8"])
-        end_s = time.monotonic() + 20.0
+        end_s = time.monotonic() + 60.0
         while not socket_path(Kind.SIM).exists() and time.monotonic() < end_s:
             time.sleep(0.05)
         yield
@@ -84,3 +85,30 @@ def test_it_ends_in_time_although_its_terminal_reads_nothing(station: None) -> N
         assert time.monotonic() - began_s < 10.0
     assert console.wait_exit(30.0) == 0
     assert is_left(console)
+
+
+@pytest.mark.parametrize("brackets", [(b"\x1b[200~", b"\x1b[201~"), (b"", b"")], ids=["brackets", "none"])
+def test_b6_108_a_megabyte_pasted_is_no_key_and_holds_nothing_up(
+    console: PtyConsole, brackets: tuple[bytes, bytes]
+) -> None:
+    begin, end = brackets
+    console.press(begin + b"!h q \r y \x1b \x1b[A \x1b[<35;40;12M" * 30_000 + end)
+    assert console.wait_for(b"NOT TAKEN", 10.0)
+    time.sleep(0.4)  # quiet: what comes now is typed
+    console.press(b"7")
+    assert console.wait_for(b"7_", 10.0)
+    assert not console.is_ended() and b"HOLD ALL:" not in console.output
+
+
+def test_b6_109_a_storm_of_sizes_ends_in_a_screen_that_answers(console: PtyConsole) -> None:
+    for columns, lines in [(1, 1), (10, 3), (80, 24), (0, 0), (79, 24), (120, 40)] * 5 + [(1000, 500)]:
+        console.resize(columns, lines)
+        console.read(0.01)
+    for size, shows in (((40, 10), "!h HOLD ALL  q leave"), ((80, 24), "8 GUIDED")):
+        console.read(0.5)
+        console.resize(*size)
+        picture, end_s = TerminalPicture(*size), time.monotonic() + 60.0
+        while not console.is_ended() and shows not in picture.text() and time.monotonic() < end_s:
+            picture.feed(console.read(0.2).decode(errors="replace"))
+        assert shows in picture.text()
+    assert b"Traceback" not in console.output

@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).parent / "core"))  # the scripted vehicles
 from ftp_peer import FtpServer
 from log_peer import LogServer
 from param_peer import ParamServer
-from plan_peers import ArduPilotPeer, fence, mission, rally
+from plan_peers import ArduPilotPeer, fence, mission, rally, square
 from service_rig import Fields, Peer, ServiceRig
 from test_shell import Nsh
 
@@ -111,6 +111,21 @@ def test_nothing_that_a_vehicle_says_reaches_the_terminal_as_it_is(tmp_path: Pat
     for words in (("files", "1", "ls"), ("events", "1")):
         code, out, _ = tell(rig, *words)
         assert code == 0 and "\x1b" not in out and "␛" in out
+
+
+def test_what_was_ordered_of_a_vehicle_is_among_its_events(tmp_path: Path, tell: Tell) -> None:
+    rig = ServiceRig(tmp_path, Peer(1, custom_mode=4, answers={"COMMAND_LONG": obeys}), Peer(2)).heard()
+    assert tell(rig, "mode", "1", "GUIDED")[0] == 0
+    assert "mode GUIDED" in tell(rig, "events", "1")[1] and "mode GUIDED" not in tell(rig, "events", "2")[1]
+
+
+def test_of_a_lost_vehicle_nothing_is_told_as_if_it_were_now(tmp_path: Path, tell: Tell) -> None:
+    peer = Peer(1)
+    rig = ServiceRig(tmp_path, peer).heard()
+    peer.silent = True
+    rig.run(5.0)
+    out = tell(rig, "show", "1")[1]
+    assert "; nothing is heard of it now" in out and "% lost" not in out and "round trip" not in out
 
 
 # ---------------------------------------------------------------- parameters
@@ -211,7 +226,7 @@ def test_plans(tmp_path: Path, tell: Tell) -> None:
     peer = ArduPilotPeer(1)
     rig = ServiceRig(tmp_path, peer).heard()
     Path("a.wpl").write_text(WPL)
-    code, out, _ = tell(rig, "plan", "upload", "1", "a.wpl")
+    code, out, _ = tell(rig, "plan", "upload", "1", "a.wpl", "--yes")
     assert code == 0 and "first line is home, and is no item" in out and "vehicle 1: 3 items" in out
     code, out, _ = tell(rig, "plan", "show", "1")
     assert code == 0 and "mission of 3 items" in out and "47.3978000 8.5457000" in out
@@ -247,12 +262,39 @@ def test_a_file_that_is_no_mission_is_not_sent(text: str, why: str, tmp_path: Pa
     assert tell(rig, "plan", "upload", "1", "gone.wpl")[0] == 2
 
 
+def test_what_is_wrong_with_a_plan_is_told_before_it_replaces_what_is_on_board(tmp_path: Path, tell: Tell) -> None:
+    """As `clear` asks: a terminal is asked, a script says --yes. Against the area, heights and the fence on board."""
+    peer = ArduPilotPeer(1)
+    rig = ServiceRig(tmp_path, peer).heard()
+    rig.station.services.missions.upload(1, fence(*square(500)))
+    rig.run(5.0)
+    Path("a.wpl").write_text(WPL.replace("000\t20\t", "000\t20000\t"))
+    code, _, err = tell(rig, "plan", "upload", "1", "a.wpl")
+    assert code == 2 and "replace the mission of vehicle 1 all the same: say --yes" in err
+    assert "vehicle 1: mission 2: 20000 m above home: meant above sea level?" in err
+    assert "20000 m is above the operating area (90 m)" in err
+    assert "its home is not known" in err
+    assert "leaves the operating area" in err and "leaves its own fence" in err
+    code, out, _ = tell(rig, "plan", "upload", "1", "a.wpl", answer="n\n")
+    assert code == 1 and "nothing was sent" in out and peer.stores[0] == []
+    assert tell(rig, "plan", "upload", "1", "a.wpl", answer="y\n")[0] == 0 and len(peer.stores[0]) == 4
+
+
+def test_a_fence_that_cannot_be_read_is_told(tmp_path: Path, tell: Tell) -> None:
+    peer = ArduPilotPeer(1)
+    rig = ServiceRig(tmp_path, peer).heard()
+    Path("a.wpl").write_text(WPL)
+    peer.silent = True
+    code, _, err = tell(rig, "plan", "upload", "1", "a.wpl")
+    assert code == 2 and "vehicle 1: its own fence could not be read: " in err
+
+
 def test_a_plan_of_qgroundcontrol_goes_up_whole_and_comes_down_whole(tmp_path: Path, tell: Tell) -> None:
     """Fence first, then rally points, then the mission; what comes down is the same."""
     peer = ArduPilotPeer(1)
     rig = ServiceRig(tmp_path, peer).heard()
     Path("a.plan").write_bytes(write_qgc(Content(mission(6), fence(), rally(20.0))).data)
-    code, out, _ = tell(rig, "plan", "upload", "1", "a.plan")
+    code, out, _ = tell(rig, "plan", "upload", "1", "a.plan", "--yes")
     assert code == 0 and [line.split(":")[1].strip() for line in out.splitlines()] == ["fence", "rally", "mission"]
     assert [len(store) for store in peer.stores] == [7, 4, 1]
     code, out, _ = tell(rig, "plan", "download", "1", "b.plan")
@@ -266,7 +308,7 @@ def test_a_vehicle_that_does_not_take_the_fence_gets_no_mission(tmp_path: Path, 
     rig = ServiceRig(tmp_path, peer).heard()
     Path("a.plan").write_bytes(write_qgc(Content(mission(6), fence())).data)
     peer.deaf_to = {0, 1, 2, 3}
-    code, out, _ = tell(rig, "plan", "upload", "1", "a.plan")
+    code, out, _ = tell(rig, "plan", "upload", "1", "a.plan", "--yes")
     assert code == 1 and "FAILED: fence" in out and "mission" not in out and peer.stores[0] == []
 
 
@@ -275,7 +317,7 @@ def test_a_plan_with_a_part_that_is_not_in_the_file_is_not_flown(tmp_path: Path,
     document = json.loads(write_qgc(Content(mission(6))).data)
     document["mission"]["items"].append({"type": "ComplexItem", "complexItemType": "StructureScan", "version": 3})
     Path("a.plan").write_text(json.dumps(document))
-    code, _, err = tell(rig, "plan", "upload", "1", "a.plan")
+    code, _, err = tell(rig, "plan", "upload", "1", "a.plan", "--yes")
     assert code == 2 and "item 7, StructureScan: its way is not in the file" in err
 
 
@@ -374,7 +416,7 @@ def test_what_waits_behind_a_long_transfer_says_so(tmp_path: Path, tell: Tell) -
     before = rig.station.services.ftp.download(1, "/big", lambda job: None)
     peer.after(8.0, lambda: rig.station.services.context.jobs.cancel_job(before))
     code, _, err = tell(rig, "files", "1", "ls", "/")
-    assert code == 0 and "vehicle 1: waits its turn" in err
+    assert code == 0 and "vehicle 1: waits for vehicle 1: download /big (" in err
 
 
 def test_a_shell_line(tmp_path: Path, tell: Tell) -> None:
@@ -448,7 +490,7 @@ def test_both_autopilots_through_a_station_of_its_own(
             f"QGC WPL 110\n0\t1\t3\t22\t0\t0\t0\t0\t{lat}\t{lon}\t15\t1\n"
             f"1\t0\t3\t16\t0\t0\t0\t0\t{lat + 2e-4}\t{lon}\t20\t1\n2\t0\t2\t20\t0\t0\t0\t0\t0\t0\t0\t1\n"
         )
-        assert command("plan", "upload", both, "a.wpl") == (0, "vehicle 1: 3 items\nvehicle 2: 3 items\n")
+        assert command("plan", "upload", both, "a.wpl", "--yes") == (0, "vehicle 1: 3 items\nvehicle 2: 3 items\n")
         assert command("plan", "show", both)[1].count("mission of 3 items") == 2
         assert command("plan", "clear", both, "--yes")[0] == 0
         assert command("files", "2", "ls", "/")[0] == 0

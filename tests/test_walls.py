@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.xdist_group("walls")  # one worker parses the sources
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted(p for top in ("tui_gcs", "sitl") for p in (ROOT / top).rglob("*.py"))
 
@@ -38,6 +39,7 @@ PLANNER_MACHINERY = {
     "watching.py",
     "describe.py",
     "preview.py",
+    "foresight.py",
 } | CHECKS
 """The rest of planner/ is planners, written against `planner.api` only, like anybody's."""
 
@@ -189,3 +191,10 @@ def test_nothing_of_this_machine_is_in_the_sources() -> None:
         if isinstance(node.value, str) and any(part in node.value for part in absolute)
     ]
     assert held == []
+
+
+def test_no_screen_of_the_console_takes_scipy_with_it() -> None:
+    """It is 40 MB and 0.4 s; who plans takes it when it is needed."""
+    screens = "tui_gcs.app, tui_gcs.screens.plan, tui_gcs.screens.missions, tui_gcs.widgets.map_on_board"
+    loaded = modules_after(f"import {screens}")
+    assert "tui_gcs.app" in loaded and "scipy" not in loaded

@@ -41,7 +41,7 @@ from tui_gcs.screens.tiny import MIN_COLUMNS, MIN_ROWS, TinyScreen
 from tui_gcs.selection import SelectionError
 from tui_gcs.widgets.alarm_bell import AlarmBell
 from tui_gcs.widgets.alarm_line import Notice
-from tui_gcs.widgets.driver import lagging
+from tui_gcs.widgets.driver import InputDropped, lagging
 from tui_gcs.widgets.glyphs import GlyphSet, glyph_set, wants_ascii
 from tui_gcs.widgets.levels import Level
 from tui_gcs.widgets.top_lines import TopLines, use_keys
@@ -153,7 +153,7 @@ class ConsoleApp(CommandingApp):
     def _plan_screen(self) -> Screen[None]:
         from tui_gcs.screens.plan import PlanScreen  # when first shown: the first frame does not wait for it
 
-        self._plan = PlanScreen(self.feed, glyphs=self.glyphs, clock=self.clock)
+        self._plan = PlanScreen(self.feed, self.clock, folder=self._folder, glyphs=self.glyphs)
         return self._plan
 
     def _missions_screen(self) -> Screen[None]:
@@ -194,6 +194,10 @@ class ConsoleApp(CommandingApp):
     def on_display_lagged(self, _message: DisplayLagged) -> None:
         """Say that the picture stood still."""
         self.notice("DISPLAY LAGGED: this terminal had stopped reading; the picture is fresh again", Level.CAUTION)
+
+    def on_input_dropped(self, message: InputDropped) -> None:
+        """Say what was not taken: an operator pasted more than a line, or a mouse went wild."""
+        self.notice(f"too much at once for keys: {message.characters} characters NOT TAKEN", Level.CAUTION)
 
     def on_resize(self, event: events.Resize) -> None:
         """Below 80x24 only the essentials."""
@@ -300,6 +304,12 @@ class ConsoleApp(CommandingApp):
     def action_show_vehicles(self) -> None:
         """The whole fleet as a grid or a table."""
         self.switch_mode("vehicles")
+
+    def action_show_planners(self) -> None:
+        """Teams, how well they do, and all that their planners count."""
+        from tui_gcs.screens.planners import PlannersDialog  # when first shown
+
+        self.push_screen(PlannersDialog(self.feed, self.glyphs))
 
     def action_show_journal(self) -> None:
         """What happened."""

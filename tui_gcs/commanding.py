@@ -5,6 +5,7 @@ from typing import Any
 from tui_gcs.actions import APP_ACTIONS, Action, refusal, situation_of
 from tui_gcs.actions.orders import BY_ID, split
 from tui_gcs.actions.places import Surroundings
+from tui_gcs.actions.table import NOTHING_HOLDS
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import Hold, Request, Resume, Return, RunPhase, Start, SwitchRound
@@ -30,6 +31,8 @@ STOP_TRIES = 3
 GONE_S = 6.0
 """So long a table stays in which all succeeded."""
 FOLLOW_S = 0.5
+LIFTS = frozenset({"arm", "take_off"})
+"""Orders before which is told what would refuse a start."""
 CLOSED_S = 1.5
 """So soon after a question closed by itself Enter was meant for that, and resumes nobody."""
 _LEVELS = {Ink.WARNING: Level.WARNING, Ink.CAUTION: Level.CAUTION}
@@ -87,7 +90,9 @@ class CommandingApp(ThinApp):
 
     def on_fly_screen_resumed(self) -> None:
         """Enter: means resume in hold, else nothing."""
-        if refusal(action_named("resume"), situation_of(self.feed)):
+        if why := refusal(action_named("resume"), situation_of(self.feed)):
+            if why != NOTHING_HOLDS:
+                self.notice(f"resume: nothing sent: {why}", Level.CAUTION)
             return
         if self.clock.now() - self._closed_s < CLOSED_S:
             self.notice("resume: nothing sent: a question had just closed; Enter again resumes", Level.CAUTION)
@@ -124,12 +129,17 @@ class CommandingApp(ThinApp):
             else:
                 self.notice("start cancelled: nothing sent")
 
-        if any(check.state is CheckState.UNKNOWN for check in feed.status.preflight):
-            self.ask_quietly(ReadChecks(), "read")
+        self._read_checks()
         self.push_screen(
             StartDialog(plan, feed.status.kind, scenario.link_loss, feed, self.glyphs, self.clock, self.operator),
             answered,
         )
+
+    def _read_checks(self) -> None:
+        """Vehicles are asked what is not known of them, so that a question about leaving the ground can tell it."""
+        status = self.feed.status
+        if status is not None and any(check.state is CheckState.UNKNOWN for check in status.preflight):
+            self.ask_quietly(ReadChecks(), "read")
 
     def ask_quietly(self, request: Request, title: str) -> None:
         """Ask the station; nothing is told unless it could not be done."""
@@ -171,6 +181,8 @@ class CommandingApp(ThinApp):
             why = "; ".join(dict.fromkeys(left_out.values())) or "no vehicle is selected"
             self.notice(f"{order.name}: nothing sent: {why}", Level.CAUTION)
             return
+        if order.id in LIFTS:
+            self._read_checks()
         self.push_screen(
             OrderDialog(order, self.feed, self.surroundings, self.glyphs, self.clock),
             lambda answer: self._answered(order.name, answer),

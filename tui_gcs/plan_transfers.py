@@ -178,7 +178,7 @@ class Transfers:
 def progress(info: TaskInfo, since_s: float) -> str:
     """How far it is, and about how long it takes yet, once that can be told."""
     if info.state == "queued":
-        return "waits"
+        return f"waits for {info.text}" if info.text else "waits"
     if not info.total:
         return ""
     left_s = since_s / info.done * (info.total - info.done) if info.done else math.inf

@@ -24,7 +24,13 @@ def wants_slow(environ: Mapping[str, str] | None = None) -> bool:
 
 
 def prepare_textual(environ: MutableMapping[str, str]) -> None:
-    """Set what Textual will read; what the operator set stays."""
+    """Set what Textual will read; what the operator set stays.
+
+    But for COLUMNS and LINES: where a shell exports them they count for more than the terminal, whose changes of size
+    would not be followed.
+    """
+    for name in ("COLUMNS", "LINES"):
+        environ.pop(name, None)
     if wants_slow(environ):
         for name, value in TEXTUAL.items():
             environ.setdefault(name, value)

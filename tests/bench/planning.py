@@ -11,6 +11,7 @@ from tests.bench.planning_baselines import greedy_worst, loops, strips, worst_of
 from tests.bench.planning_zones import unseen, wide, widest_swaths
 from tests.bench.row import Row
 from tui_gcs.core.firmware.ardupilot import ArduCopter
+from tui_gcs.core.firmware.px4 import Px4Multicopter
 from tui_gcs.core.idleness import cell_centres_m, sweep_bound_s
 from tui_gcs.core.scenario import OperatingArea
 from tui_gcs.core.scenario_load import load
@@ -42,7 +43,7 @@ def planning_long(_: Path) -> Iterator[Row]:
     """Whether time would help: searches without margins that go on for a hundred times as long."""
     warm_up()
     for name, zone, area in _rounds():
-        site = _site(zone, area, (), margins=False)
+        site = _site_without_margins(zone, area)
         search, begin_s = begun(site, 1, TEAM), time.process_time()
         for units in LONG_UNITS:
             while search.units < units:
@@ -74,7 +75,12 @@ def _round(name: str, zone: Zone, area: OperatingArea) -> Iterator[Row]:
     yield Row(f"{name}: {BACKGROUND_S:g} s in the background, CPU", time.process_time() - cpu_s, "s", BACKGROUND_S)
     yield from _judged(f"{name}, after {BACKGROUND_S:g} s", search.best, zone.shape, 1.25)
     yield from _spent(f"{name}, after {BACKGROUND_S:g} s", search.best, zone.shape)
-    site = _site(zone, area, (), margins=False)
+    site = _site(zone, area, (), Px4Multicopter.off_course_m)
+    search = begun(site, 0, TEAM)
+    _search_on(search, site)
+    ratio = _best_ratio(search, zone.shape)
+    yield Row(f"{name}, PX4s, after {BACKGROUND_S:g} s: worst idleness / B1, n = {TEAM}", ratio, "", 1.25)
+    site = _site_without_margins(zone, area)
     search = begun(site, 0, TEAM)
     _search_on(search, site)
     yield from _judged(f"{name}, no margins, after {BACKGROUND_S:g} s", search.best, zone.shape, 1.25)
@@ -131,15 +137,20 @@ def _unseen() -> Iterator[Row]:
         yield Row(f"unseen, narrower ({len(narrow)}): / better of loops and strips, most", max(narrow), "", 1.0)
 
 
-def _site(zone: Zone, area: OperatingArea, closed: tuple[Zone, ...], margins: bool = True) -> Site:
-    """As the patrol planner does by default for ArduCopters; or what vehicles that never stray could do."""
+def _site(
+    zone: Zone, area: OperatingArea, closed: tuple[Zone, ...], off_course_m: float = ArduCopter.off_course_m
+) -> Site:
+    """As the patrol planner does by default for vehicles that may be so far beside their course."""
     default = {param.name: float(param.default) for param in Patrol.params if param.type is float}
-    if margins:
-        radius_m = RADIUS_M - ArduCopter.off_course_m - default["margin_m"]
-        motion = Motion(SPEED_M_S * default["speed_fraction"], ACCEL_M_S2 * ACCEL_SHARE, radius_m)
-    else:
-        motion = Motion(SPEED_M_S, ACCEL_M_S2, RADIUS_M - MISS_M - EVENED_M)
+    radius_m = RADIUS_M - off_course_m - default["margin_m"]
+    motion = Motion(SPEED_M_S * default["speed_fraction"], ACCEL_M_S2 * ACCEL_SHARE, radius_m)
     return site_of(zone.shape, Region(area, closed, MARGIN_M, zone), motion, RADIUS_M)
+
+
+def _site_without_margins(zone: Zone, area: OperatingArea) -> Site:
+    """What vehicles that never stray could do."""
+    motion = Motion(SPEED_M_S, ACCEL_M_S2, RADIUS_M - MISS_M - EVENED_M)
+    return site_of(zone.shape, Region(area, (), MARGIN_M, zone), motion, RADIUS_M)
 
 
 def _best_ratio(search: Search, shape: Shape) -> float:

@@ -154,3 +154,16 @@ def test_when_nobody_is_heard_any_more_on_the_ground_either_that_is_told(flight:
         assert found(flight) == {}
         stack.enter_context(patch.object(Vehicle, "freshness", lambda self, now: m.Freshness.LOST))
         assert found(flight) == {"silence": [("station", "all 3 are LOST")]}
+
+
+def test_who_holds_alone_and_what_takes_him_on(flight: Rig) -> None:
+    """Enter resumes all but those who were held by name, and nobody while the fleet goes home."""
+    two, executive = flight.station.book.flights[2], flight.station.executive
+    with patch.object(two, "phase", Phase.HOLDING):
+        assert found(flight) == {"holds": [(2, "")]}
+        with patch.object(two, "stays", "was held by name"):
+            assert found(flight) == {"stays": [(2, "")]}
+        with patch.object(executive, "run", m.RunPhase.RETURNING):
+            assert found(flight) == {"stays": [(2, "")]}
+        with patch.object(executive, "run", m.RunPhase.HOLD):
+            assert found(flight) == {"hold": [(2, "")]}

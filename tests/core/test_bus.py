@@ -43,6 +43,14 @@ def test_samples_reach_subscribers_of_their_key_only(ends: tuple[Bus, Bus]):
     assert got.empty()
 
 
+@pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="only Linux tells what is mapped")
+def test_large_samples_take_no_shared_memory_that_a_killed_process_would_leave(ends: tuple[Bus, Bus]):
+    station, console = ends
+    station.answer("gcs/req/*", lambda key, data, reply: reply(data))
+    assert console.ask("gcs/req/me", bytes(100_000)) == bytes(100_000)
+    assert ".zenoh" not in Path("/proc/self/maps").read_text()
+
+
 def test_nobody_answers(ends: tuple[Bus, Bus]):
     _, console = ends
     with pytest.raises(BusError):

@@ -11,10 +11,13 @@ from tui_gcs.core import messages as m
 from tui_gcs.core import messages_flight as f
 from tui_gcs.core import messages_services as s
 from tui_gcs.core.bus import REQUEST
+from tui_gcs.core.course import STILL
 from tui_gcs.core.messages import Phase, RunPhase
 
 MakeRig = Callable[..., Rig]
 NAN = math.nan
+LOITER = 5
+"""Of ArduCopter: its own pilot flies it."""
 
 
 def ask(rig: Rig, request: m.Request) -> s.ServiceReply:
@@ -86,6 +89,7 @@ def test_one_is_taken_out_of_the_planners_hands_and_given_back(rig: MakeRig) -> 
 def test_who_is_nudged_stands_a_second_after_the_last_key(rig: MakeRig) -> None:
     flight = rig(2).flying().run(15.0)
     before = flight.place(1)
+    assert ask(flight, f.Nudge((1,), STILL)).ok
     for _ in range(10):
         assert ask(flight, f.Nudge((1,), (0.0, 100.0, 0.0))).ok
         flight.run(0.2)
@@ -95,6 +99,50 @@ def test_who_is_nudged_stands_a_second_after_the_last_key(rig: MakeRig) -> None:
     assert flight.speed(1) < 0.5
     assert flight.place(1)[1] > before[1] + 5.0
     assert flight.phase(1) is Phase.BY_HAND
+
+
+@pytest.mark.parametrize("autopilots", ["ardupilot", "px4"])
+def test_arrows_turn_who_is_nudged_also_while_it_still_brakes(rig: MakeRig, autopilots: str) -> None:
+    flight = rig(2, autopilots=autopilots).flying().run(15.0)
+    x, y, _ = flight.place(1)
+    done(flight, f.GoTo((1,), ((x + 60.0, y, NAN),)))
+    flight.until(lambda: flight.speed(1) > 5.0, 10.0)
+    assert ask(flight, f.Nudge((1,), STILL)).ok
+    flight.run(0.3)
+    assert flight.speed(1) > 3.0, "it still brakes"
+    before = flight.place(1)
+    for press in range(25):
+        assert ask(flight, f.Nudge((1,), (0.0, 2.0, 0.0))).ok
+        flight.run(0.2)
+        if press == 10:
+            assert flight.speed(1) > 2.5 and flight.place(1)[1] > before[1] + 0.5, "it turns while it brakes"
+    assert flight.speed(1) == pytest.approx(2.0, abs=0.5)
+
+
+@pytest.mark.parametrize("stop", [m.Hold(vehicles=(1,)), m.Hold(), m.Return(vehicles=(1,)), f.Land(vehicles=(1,))])
+def test_an_arrow_that_is_still_held_down_undoes_no_stop(rig: MakeRig, stop: m.Request) -> None:
+    """The stop may be another console's; only who begins anew, and is asked, takes the vehicle out of it."""
+    flight = rig(2).flying().run(15.0)
+    north = f.Nudge((1,), (0.0, 2.0, 0.0))
+    assert "begin the nudge anew" in why_not(flight, north), "an arrow alone takes nobody from its planner either"
+    assert ask(flight, f.Nudge((1,), STILL)).ok
+    assert ask(flight, north).ok
+    flight.run(0.5)
+    assert ask(flight, stop).ok
+    assert "begin the nudge anew" in why_not(flight, north)
+    flight.run(1.0)
+    assert flight.phase(1) in (Phase.HOLDING, Phase.RETURNING, Phase.LANDING)
+    assert ask(flight, f.Nudge((1,), STILL)).ok
+    assert ask(flight, north).ok
+
+
+def test_an_arrow_takes_nobody_out_of_a_pilots_hands(rig: MakeRig) -> None:
+    flight = rig(2).flying().run(15.0)
+    assert ask(flight, f.Nudge((1,), STILL)).ok
+    flight.run(0.5)
+    flight.pilot(1, LOITER)
+    flight.until(lambda: flight.phase(1) is Phase.TAKEN_OUT, 5.0)
+    assert "begin the nudge anew" in why_not(flight, f.Nudge((1,), (0.0, 2.0, 0.0)))
 
 
 def test_the_guard_judges_what_is_asked_by_hand(rig: MakeRig) -> None:

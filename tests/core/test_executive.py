@@ -459,6 +459,20 @@ def test_rtl_of_one_vehicle_is_let_alone_until_it_is_down(rig: MakeRig) -> None:
     assert flight.phase(2) is Phase.FLYING
 
 
+def test_a_mission_on_board_may_end_on_the_ground_but_not_above_it(rig: MakeRig) -> None:
+    flight = rig(2).flying().run(5.0)
+    for vehicle in (1, 2):
+        flight.station.by_hand.on_board(flight.station.fleet.vehicles[vehicle])
+    flight.run(2.0)
+    flight.sim._pilots[1].disarm()
+    flight.pilot(1, LAND)
+    flight.until(lambda: not flight.sim.armed[0], 100.0)
+    flight.run(2.0)
+    told = {e.source: (e.text, e.severity) for e in flight.events() if "isarmed by" in e.text or "DISARMED" in e.text}
+    assert told["vehicle 1"] == ("landed and disarmed by its mission on board", 6)
+    assert told["vehicle 2"] == ("DISARMED outside a landing of ours", 1)
+
+
 def test_a_vehicle_that_disarms_in_flight_is_an_alarm(rig: MakeRig) -> None:
     flight = rig(2).flying().run(5.0)
     flight.sim._pilots[1].disarm()

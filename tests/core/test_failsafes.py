@@ -7,7 +7,10 @@ import pytest
 from service_rig import PX4, Peer, ServiceRig
 from vehicles import a_vehicle
 
+from tui_gcs.core.firmware.alone import alone
 from tui_gcs.core.firmware.failsafes import FailsafeLine, explain, wanted
+from tui_gcs.core.firmware.px4_offboard import OFFBOARD
+from tui_gcs.core.guard_motion import Alone
 from tui_gcs.core.services.failsafes import FailsafeService, OnRead
 
 COPTER_DEFAULTS = {
@@ -179,3 +182,56 @@ def test_who_is_not_known_is_not_asked(tmp_path: Path) -> None:
     reader, done = Reader(), []
     FailsafeService(rig.station.fleet, reader, 255).ask(9, lambda: done.append(True))
     assert not reader.asked and done
+
+
+# ---------------------------------------------------------------- in numbers, for the guard
+
+HOME = (1.0, 2.0, 0.0)
+HOLD = 50593792
+"""AUTO LOITER."""
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ({}, None),
+        (COPTER_DEFAULTS, None),
+        ({"FS_GCS_ENABLE": 1.0}, Alone(HOME, 8.0, 15.0)),
+        ({"FS_GCS_ENABLE": 1.0, "FS_GCS_TIMEOUT": 10.0, "RTL_ALT": 3000.0}, Alone(HOME, 13.0, 30.0)),
+        ({"FS_GCS_ENABLE": 4.0, "RTL_ALT_M": 40.0}, Alone(HOME, 8.0, 40.0, sinks=True)),
+        ({"FS_GCS_ENABLE": 5.0}, Alone(HOME, 8.0, sinks=True)),
+    ],
+)
+def test_what_a_copter_does_that_hears_nothing(values: dict[str, float], expected: Alone | None) -> None:
+    assert repr(alone(a_vehicle(), values, HOME)) == repr(expected)
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ({}, Alone(HOME, 4.0, 60.0, sinks=True)),
+        (PX4_DEFAULTS, Alone(HOME, 4.0, 60.0, sinks=True)),
+        ({"COM_OBL_RC_ACT": 3.0, "RTL_RETURN_ALT": 45.0, "COM_OF_LOSS_T": 2.0}, Alone(HOME, 5.0, 45.0)),
+        ({"COM_OBL_RC_ACT": 4.0}, Alone(HOME, 4.0, sinks=True)),
+        ({"COM_OBL_RC_ACT": 5.0}, None),
+        ({"COM_OBL_RC_ACT": 5.0, "NAV_DLL_ACT": 2.0}, Alone(HOME, 18.0, 60.0)),
+        ({"COM_OBL_RC_ACT": 5.0, "NAV_DLL_ACT": 3.0, "COM_DL_LOSS_T": 20.0}, Alone(HOME, 28.0, sinks=True)),
+    ],
+)
+def test_what_a_px4_does_that_hears_nothing(values: dict[str, float], expected: Alone | None) -> None:
+    vehicle = a_vehicle()
+    vehicle.autopilot, vehicle.custom_mode = PX4, OFFBOARD
+    assert repr(alone(vehicle, values, HOME)) == repr(expected)
+
+
+def test_set_points_that_cease_are_only_missed_in_offboard() -> None:
+    vehicle = a_vehicle()
+    vehicle.autopilot, vehicle.custom_mode = PX4, HOLD
+    assert alone(vehicle, PX4_DEFAULTS, HOME) is None
+    assert alone(vehicle, PX4_DEFAULTS | {"NAV_DLL_ACT": 2.0}, HOME) == Alone(HOME, 18.0, 60.0)
+
+
+def test_of_other_autopilots_nothing_is_known() -> None:
+    vehicle = a_vehicle()
+    vehicle.autopilot = 18
+    assert alone(vehicle, {"FS_GCS_ENABLE": 1.0, "NAV_DLL_ACT": 2.0}, HOME) is None

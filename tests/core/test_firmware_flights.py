@@ -9,6 +9,7 @@ from rig import Rig
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.messages import Phase, RunPhase
+from tui_gcs.core.plan import Plan, PlanItem, PlanKind
 
 MakeRig = Callable[..., Rig]
 HOLD, OFFBOARD, GUIDED = 0x03040000, 0x060000, 4
@@ -46,3 +47,16 @@ def test_a_mixed_fleet_keeps_its_slots_holds_goes_on_and_comes_home(rig: MakeRig
     flight.until(lambda: flight.station.executive.run is RunPhase.IDLE, 200.0)
     assert all(math.dist(flight.place(v)[:2], homes[v][:2]) < 2.0 for v in flight.ids)
     assert flight.station.guard.vetoes == {} and flight.station.commands.unanswered == []
+
+
+def test_a_vehicle_that_drops_its_goals_without_a_word_is_told(rig: MakeRig) -> None:
+    """ArduCopter answers nothing to a place beyond its fence, and stays where it is (measured)."""
+    flight = rig(1).ready()
+    home = flight.station.fleet.vehicles[1]
+    around = PlanItem(5003, 0, (40.0, 0.0, 0.0, 0.0), round(home.lat_deg * 1e7), round(home.lon_deg * 1e7))
+    flight.station.services.missions.upload(1, Plan(PlanKind.FENCE, (around,)))
+    flight.station.services.params.set(1, "FENCE_ENABLE", 1)
+    flight.run(5.0)
+    flight.flying().run(15.0)
+    told = "stands still although it is asked to move: outside of its own fence"
+    assert any(told in text for text in flight.texts("vehicle 1"))

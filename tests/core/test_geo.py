@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tui_gcs.core.geo import LocalFrame, bearing_deg, distance_m
+from tui_gcs.core.geo import LocalFrame, bearing_deg, distance_m, from_straight_m
 from tui_gcs.core.scenario import Origin
 
 FIELD = LocalFrame(Origin(52.0720, -0.6280, 110.0))
@@ -50,3 +50,9 @@ def test_the_antimeridian_is_no_edge() -> None:
 def test_distance_and_bearing() -> None:
     assert distance_m((0, 0), (30, 40)) == 50
     assert [bearing_deg((0, 0), p) for p in ((0, 1), (1, 0), (0, -1), (-1, 0))] == [0, 90, 180, 270]
+
+
+def test_how_far_a_place_is_from_a_straight_ends_at_its_ends() -> None:
+    places = ((5.0, 3.0), (-3.0, 4.0), (13.0, -4.0), (10.0, 0.0))
+    assert [from_straight_m(place, (0.0, 0.0), (10.0, 0.0)) for place in places] == [3.0, 5.0, 5.0, 0.0]
+    assert from_straight_m((3.0, 4.0), (0.0, 0.0), (0.0, 0.0)) == 5.0, "a straight without length is a point"

@@ -339,6 +339,8 @@ def test_nonsense_is_no_course(intent: Intent, why: str) -> None:
 
 def test_a_stop_is_v_squared_over_two_a_ahead() -> None:
     assert stopping_point((0.0, 0.0, 30.0), (8.0, 0.0, 0.0), 2.5) == pytest.approx((12.8, 0.0, 30.0))
+    sinks = stopping_point((0.0, 0.0, 30.0), (8.0, 0.0, -1.0), 2.5)
+    assert sinks == pytest.approx((12.8, 0.0, 29.8)), "flown: sent 1.4 m down it sank faster, out of the band"
     assert stopping_point((1.0, 2.0, 3.0), (math.nan, 0.0, 0.0), 2.5) == (1.0, 2.0, 3.0)
 
 

@@ -87,6 +87,11 @@ def test_lengths() -> None:
 
 
 @pytest.mark.filterwarnings("error")
+def test_times_between_samples_beyond_all_measure_are_taken_for_the_most_and_the_least_there_is() -> None:
+    steps = steps_of([Trajectory(0.0, dt_s, PLACES, SPEEDS) for dt_s in (1e-300, 1e300)], 0.0, TIMES)
+    assert sorted(set(steps.step_s.tolist())) == [1e-100, 1e100]
+
+
 @pytest.mark.parametrize("dt_s", [1e-300, 1.0, 1e300])
 def test_numbers_beyond_all_measure_overflow_nothing_and_are_too_much(dt_s: float) -> None:
     huge = np.array([[1e308, 0.0, 40.0], [-1e308, 0.0, 40.0]])

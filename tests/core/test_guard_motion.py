@@ -216,9 +216,10 @@ def test_a_lost_one_that_stood_is_where_it_was() -> None:
 
 
 def test_a_lost_one_goes_on_to_where_it_was_sent() -> None:
-    """80 m east and 4 m up, with 8 m/s at most: after 4 s it may be on any of 32 m, 2 s later of 48 m; then all."""
-    sent = Sight(1, HERE, EAST, age_s=4.0, goal_m=(130.0, 50.0, 44.0))
-    assert lost_between(sent)[1] == [32.0, 0.0, 1.6] and lost_between(sent, 2.0)[1] == [48.0, 0.0, 2.4]
+    """80 m east and 14 m up, with 8 m/s and 3 m/s at most: after 4 s it may be on any of 32 m, 2 s later of 48 m."""
+    sent = Sight(1, HERE, EAST, age_s=4.0, goal_m=(130.0, 50.0, 54.0))
+    assert lost_between(sent)[1] == [32.0, 0.0, 12.0]
+    assert lost_between(sent, 2.0)[1] == [48.0, 0.0, 14.0], "it may climb first"
     there = Sight(1, HERE, EAST, age_s=40.0, goal_m=(130.0, 50.0, 44.0))
     assert lost_between(there)[1] == [80.0, 0.0, 4.0]
     assert lost_between(Sight(1, HERE, EAST, age_s=9.0, goal_m=HERE))[1] == [0.0, 0.0, 0.0]
@@ -229,6 +230,12 @@ def test_a_lost_one_goes_on_to_where_it_was_sent() -> None:
 def test_who_is_heard_or_known_to_brake_is_not_lost() -> None:
     for known in (Sight(1, HERE, EAST, age_s=2.9), Sight(1, HERE, EAST, Does.STOPS, age_s=9.0)):
         assert not known.is_lost and along(seen(known), "from_m", 1.0) == along(seen(known), "goes_m", 1.0)
+
+
+def test_who_is_blown_along_above_the_limit_still_brakes_at_the_end_of_what_is_foreseen() -> None:
+    """From 12 m/s it comes to rest after 6.25 s: the box holds what is foreseen last, and its slack then."""
+    flock = seen(Sight(1, HERE, (12.0, 0.0, 0.0), Does.STOPS))
+    assert flock.high_m[0, 0] == flock.stops_m[0, -1, 0] + flock.slack_m[0, -1, 0]
 
 
 # ---------------------------------------------------------------- several, and none

@@ -3,10 +3,20 @@
 import numpy as np
 import pytest
 from guard_rig import LIMITS, passing, sight, stand
+from shapely import LineString
 
 from tui_gcs.core.course import Trajectory
 from tui_gcs.core.guard_motion import Does, Sight, foresee, times_of
-from tui_gcs.core.guard_separation import Meeting, _is_no_worse, meetings
+from tui_gcs.core.guard_separation import (
+    Meeting,
+    _apart,
+    _is_no_worse,
+    _level_m,
+    _may_be_close,
+    _Pairs,
+    _Ways,
+    meetings,
+)
 
 HERE = (50.0, 50.0, 40.0)
 STILL = (0.0, 0.0, 0.0)
@@ -209,6 +219,11 @@ def test_farther_away_at_the_nearest_is_no_worse_only_if_it_is_much_farther() ->
         assert _is_no_worse(going, braking).tolist() == [better]
 
 
+def test_as_near_as_braking_is_no_worse() -> None:
+    braking = np.array([[0.9, 0.2, 0.2]])
+    assert _is_no_worse(braking, braking).tolist() == [True]
+
+
 # ---------------------------------------------------------------- several at once, in their order
 
 
@@ -244,3 +259,43 @@ def test_who_leaves_before_is_out_of_the_way_though_known_to_come() -> None:
     assert judged([turned, goes], [oncoming]) == {}
     assert judged([goes, turned], [oncoming]).keys() == {0}
     assert judged([sight((90.0, 50.0, 40.0), passing(90.0, 50.0, vx=-4.0), id_=2), goes], [turned]).keys() == {1}
+
+
+# ---------------------------------------------------------------- straights, of those who are lost
+
+
+def ways(rng: np.random.Generator, n: int, *, exact: bool = False, span_m: float = 20.0, slack_m: float = 0.0) -> _Ways:
+    """n of them at one moment: from a place to another one, or points; each up to `slack_m` wider."""
+    begin, way = rng.uniform(-span_m, span_m, (2, n, 1, 3))
+    return _Ways.between(begin, begin if exact else begin + way, rng.uniform(0.0, slack_m, (n, 1, 2)))
+
+
+def line(way: _Ways, row: int) -> LineString:
+    return LineString([way.short_m[row, 0, :2], way.far_m[row, 0, :2]])
+
+
+@pytest.mark.parametrize("span_m", [20.0, 0.5])
+@pytest.mark.parametrize(("mine", "theirs"), [(False, False), (True, False), (False, True), (True, True)])
+def test_straights_are_as_far_apart_as_their_nearest_points_and_as_the_gap_between_their_heights(
+    mine: bool, theirs: bool, span_m: float
+) -> None:
+    rng, n = np.random.default_rng(7), 200
+    a, b = (ways(rng, n, exact=exact, span_m=span_m, slack_m=3.0) for exact in (mine, theirs))
+    level = np.array([line(a, row).distance(line(b, row)) for row in range(n)])
+    assert _level_m(a, b)[:, 0] == pytest.approx(level, abs=1e-9)
+    spans = [np.sort(np.stack([way.short_m, way.far_m])[:, :, 0, 2], axis=0) for way in (a, b)]
+    upright = np.maximum(spans[1][0] - spans[0][1], spans[0][0] - spans[1][1])
+    slack = (a.slack_m + b.slack_m)[:, 0]
+    wide, high = np.full((n, 1), 6.0), 5.0
+    apart = _apart(a, b, wide, high)[:, 0]
+    assert apart == pytest.approx(np.maximum((level - slack[:, 0]) / 6.0, (upright - slack[:, 1]) / high), abs=1e-9)
+    pairs = _Pairs(np.arange(n), np.arange(n), np.full(n, -1), wide, np.zeros(n, dtype=bool))
+    assert _may_be_close(a, pairs, b, np.arange(n), high)[apart < 1.0].all(), "nobody who is too near is left out"
+
+
+def test_the_circle_about_a_way_holds_all_of_it_and_no_more() -> None:
+    way = ways(np.random.default_rng(3), 50, slack_m=3.0)
+    for end_m in (way.short_m, way.far_m):
+        off = end_m - way.middle_m
+        assert np.hypot(off[..., 0], off[..., 1]) == pytest.approx(way.reach_m[..., 0] - way.slack_m[..., 0])
+        assert np.abs(off[..., 2]) == pytest.approx(way.reach_m[..., 1] - way.slack_m[..., 1])

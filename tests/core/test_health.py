@@ -182,6 +182,9 @@ def test_failing_prearm_checks_come_with_their_texts(tmp_path: Path) -> None:
     rig.peers[1].say("STATUSTEXT", severity=2, text=b"something else")
     rig.run(0.2)
     assert blocking(rig) == ["pre-arm checks fail in GUIDED", "PreArm: Need Position Estimate"]
+    rig.peers[1].say("STATUSTEXT", severity=2, text=b"PreArm: OpenDroneID: SYSTEM not available")
+    rig.run(0.2)
+    assert "SYSTEM not available; this station sends no operator's Remote ID: another one must" in blocking(rig)[-1]
     rig.run(36.0)
     assert blocking(rig) == ["pre-arm checks fail in GUIDED"], "texts are repeated every 30 s while they are true"
 

@@ -41,6 +41,23 @@ def test_two_per_link_one_per_vehicle_in_order(rig: ServiceRig) -> None:
     assert not rig.station.jobs.busy
 
 
+def test_a_short_one_does_not_wait_for_long_ones_of_others_and_who_waits_is_told_for_what(rig: ServiceRig) -> None:
+    class Log(Count):
+        takes_long = True
+
+    logs = [Log(vehicle, "download log 1") for vehicle in (1, 2, 3)]
+    for log in logs:
+        rig.station.jobs.submit(log)
+    plan, behind = Count(4, "mission upload"), Count(1, "fence upload")
+    rig.station.jobs.submit(plan)
+    rig.station.jobs.submit(behind)
+    assert [job.state for job in (*logs, plan, behind)] == ["running", "running", "queued", "running", "queued"]
+    logs[0].done, logs[0].total = 34, 100
+    assert rig.station.jobs.waits_for(behind) == "vehicle 1: download log 1 (34 %)"
+    assert rig.station.jobs.waits_for(logs[2]) == "vehicle 1: download log 1 (34 %), vehicle 2: download log 1"
+    assert rig.station.jobs.waits_for(plan) == ""
+
+
 def test_first_goes_before_those_that_wait(rig: ServiceRig) -> None:
     for vehicle in (1, 2, 3):
         rig.station.jobs.submit(Count(vehicle))

@@ -40,6 +40,28 @@ def test_a_simulated_vehicle_takes_a_mission_and_gives_it_back(rig: Make) -> Non
     assert (job.state, job.error) == (JobState.DONE, "") and missions.holds(1, plan)
 
 
+def test_what_is_to_be_looked_at_is_said_as_the_autopilot_takes_it_and_comes_back_as_it_was(rig: Make) -> None:
+    """ArduCopter refuses a mission with DO_SET_ROI_LOCATION (195): the same is said to it by DO_SET_ROI (201)."""
+    run = rig(1).ready()
+    missions = run.station.services.missions
+    look, ahead = PlanItem(195, 3, x=473_977_000, y=85_456_000, z=5.0), PlanItem(197, 2)
+    plan = Plan(PlanKind.MISSION, (waypoint(0, command=22), look, waypoint(1), ahead, waypoint(2)))
+    job = missions.upload(1, plan)
+    run.until(lambda: job.over, 30.0)
+    assert (job.state, job.error) == (JobState.DONE, "") and missions.holds(1, plan)
+    assert [item.command for item in ARDUPILOT.to_wire(plan)] == [16, 22, 201, 16, 201, 16]
+    assert [item.command for item in PX4.to_wire(plan)] == [22, 195, 16, 197, 16]
+    held = missions.download(1, PlanKind.MISSION)
+    run.until(lambda: held.over, 30.0)
+    assert held.plan is not None and (held.plan.items[1], held.plan.items[3]) == (look, ahead)
+
+
+def test_a_region_of_interest_of_another_kind_is_left_as_it_is() -> None:
+    """DO_SET_ROI with MAV_ROI_NONE (0), as other stations write it."""
+    other = PlanItem(201, 3, x=473_977_000, y=85_456_000)
+    assert ARDUPILOT.from_wire(PlanKind.MISSION, ARDUPILOT.to_wire(Plan(PlanKind.MISSION, (other,)))).items == (other,)
+
+
 def test_a_vehicle_that_is_not_ours_gets_nothing_and_the_job_says_so(rig: Make) -> None:
     run = rig(1).ready()
     run.station.fleet.vehicles[1].firmware_token = "somebody else's"

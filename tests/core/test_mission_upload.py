@@ -16,7 +16,7 @@ from plan_peers import (
     square,
     waypoint,
 )
-from service_rig import ServiceRig
+from service_rig import Fields, Peer, ServiceRig
 
 from tui_gcs.core.firmware.plans import dialect_of
 from tui_gcs.core.plan import Plan, PlanItem, PlanKind
@@ -330,6 +330,36 @@ def test_an_item_that_never_arrives_ends_it(make: Make, autopilot: type[PlanPeer
     assert job.state is JobState.FAILED
     assert missions.state(1).held[PlanKind.MISSION].known, "it was asked what it holds"
     assert not missions.holds(1, mission(8))
+
+
+@pytest.mark.parametrize(
+    ("reports", "error"),
+    [
+        ([{"spacing": 100, "pending": 0}], ""),
+        ([{"spacing": 100, "pending": 4}, {"spacing": 100, "pending": 0}], ""),
+        ([{"spacing": 0, "pending": 0}], "it has no terrain data: it would sink into the ground"),
+        ([], "it did not say whether it has terrain data"),
+    ],
+)
+def test_heights_above_the_ground_are_sent_to_who_knows_the_ground_only(
+    make: Make, reports: list[dict[str, int]], error: str
+) -> None:
+    """A real ArduCopter without terrain data takes them and sinks at 1.5 m/s until it hits the ground."""
+    peer = ArduPilotPeer(1)
+    left = iter(reports)
+
+    def asked(peer: Peer, fields: Fields) -> None:
+        peer.ack(fields["command"])
+        told = next(left, None) if fields["param1"] == 136 else None
+        if told is not None:
+            place = {"lat": 0, "lon": 0, "terrain_height": 0.0, "current_height": 0.0, "loaded": 56}
+            peer.say("TERRAIN_REPORT", **place, **told)
+
+    rig, missions = make(peer)
+    peer.answers["COMMAND_LONG"] = asked
+    job = run(rig, missions.upload(1, Plan(PlanKind.MISSION, (waypoint(0), waypoint(1, frame=10)))))
+    assert error in job.error and bool(error) == bool(job.error)
+    assert bool(peer.got("MISSION_COUNT")) == (not error)
 
 
 def test_an_empty_plan_is_not_sent(make: Make) -> None:

@@ -10,10 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.messages import Annotation
 from tui_gcs.core.missions import build, corridor, fences, survey
 from tui_gcs.core.missions.conflicts import conflicts
-from tui_gcs.core.missions.draft import VehicleDraft
+from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.findings import Level, Site, battery_left_pct, findings
+from tui_gcs.core.missions.forecast import Forecast
+from tui_gcs.core.missions.patrols import patrols
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.way import Home, Way, way_of
 from tui_gcs.core.plan import AMSL, JUMP, LAND, LOITER_TURNS, LOITER_UNLIMITED, MISSION_FRAME, PlanItem, PlanKind
@@ -154,6 +157,35 @@ def test_who_has_landed_is_in_nobodys_way() -> None:
     (found,) = conflicts(ways, 10.0, 5.0)  # the way of 2 leads over the place that 1 climbs from
     assert found.together == (found.first_s < ways[1].duration_s and abs(found.first_s - found.second_s) < 1)
     assert conflicts({1: ways[1]}, 10.0, 5.0) == []
+
+
+def test_a_mission_that_crosses_a_planners_tour_is_told_whoever_is_where_on_it() -> None:
+    look = Forecast()
+    look.frame, look.performance = FRAME, CRAFT
+    look.draft = MissionDraft({1: VehicleDraft(mission=(UP, to(200, 200), BACK))})
+    loop = Annotation("polyline", ((100.0, 60.0), (140.0, 60.0), (140.0, 160.0), (100.0, 160.0), (100.0, 60.0)))
+    open_line = Annotation("polyline", loop.points_m[:-1])
+    look.patrols = patrols({1: ("home", 30.0), 2: ("home", 30.0), 3: ("home", 60.0)}, {"home": (open_line, loop)})
+    assert look.compare_ways()
+    (found,) = look.conflicts  # 3 flies on another layer, and 1 has a mission of its own
+    assert (found.first, found.second, found.on_tour, found.together) == (1, 2, True, False)
+    assert math.isfinite(found.first_s)
+    assert not look.compare_ways(), "nothing changed"
+    look.patrols = patrols({2: ("home", 30.0)}, {"home": (open_line,)})
+    assert look.compare_ways() and not look.conflicts
+
+
+def test_an_edit_compares_only_the_pairs_it_is_about_and_may_be_left_between_two() -> None:
+    look = Forecast()
+    look.frame, look.performance = FRAME, CRAFT
+    ways = {v: VehicleDraft(mission=(UP, to(200, 10.0 * v), BACK)) for v in range(1, 9)}
+    look.draft = MissionDraft(ways)
+    assert sum(1 for _ in look.comparing()) == 28
+    assert sum(1 for _ in look.comparing()) == 0
+    look.draft = MissionDraft(ways | {8: VehicleDraft(mission=(UP, to(200, 300), BACK))})
+    halfway = look.comparing()
+    assert next(halfway, "over") is None
+    assert sum(1 for _ in look.comparing()) == 6, "what was compared before it was left is not compared again"
 
 
 # ---------------------------------------------------------------- surveys

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from tui_gcs.core.missions import edits, fences, store
 from tui_gcs.core.missions.autopilots import differences
 from tui_gcs.core.missions.commands import COMMANDS, MISSION_WORDS, with_command, word_of
-from tui_gcs.core.missions.draft import History, MissionDraft, VehicleDraft
+from tui_gcs.core.missions.draft import MissionDraft, MissionHistory, VehicleDraft
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.walk import Walk
-from tui_gcs.core.plan import JUMP, MISSION_FRAME, RELATIVE, TAKE_OFF, WAYPOINT, Plan, PlanItem, PlanKind
+from tui_gcs.core.plan import JUMP, MISSION_FRAME, RELATIVE, WAYPOINT, Plan, PlanItem, PlanKind
 from tui_gcs.core.plan_check import check
 
 MISSION, FENCE = PlanKind.MISSION, PlanKind.FENCE
@@ -89,7 +89,7 @@ def test_corners_of_a_fence_always_say_how_many_they_are() -> None:
 
 
 def test_undo_and_redo_go_through_the_same_drafts() -> None:
-    history = History()
+    history = MissionHistory(MissionDraft())
     drafts = [history.draft]
     for number in range(3):
         history.do(f"add {number}", history.draft.with_items(1, MISSION, [waypoint(number)]))
@@ -101,7 +101,7 @@ def test_undo_and_redo_go_through_the_same_drafts() -> None:
 
 
 def test_typing_in_one_field_is_one_step_until_it_is_left() -> None:
-    history = History()
+    history = MissionHistory(MissionDraft())
     for number in (1, 12, 123):
         history.do("height", history.draft.with_items(1, MISSION, [waypoint(number)]), "1 height")
     history.end_subject()
@@ -112,7 +112,7 @@ def test_typing_in_one_field_is_one_step_until_it_is_left() -> None:
 
 
 def test_a_draft_is_unsaved_until_it_is_as_in_the_file() -> None:
-    history = History()
+    history = MissionHistory(MissionDraft())
     history.do("add", history.draft.with_items(1, MISSION, [waypoint(1)]))
     assert history.unsaved
     history.saved()
@@ -209,18 +209,6 @@ def test_what_is_no_draft_is_one_line(data: bytes) -> None:
     with pytest.raises(store.DraftFileError) as caught:
         store.from_bytes(data)
     assert "\n" not in str(caught.value)
-
-
-def test_work_is_kept_against_crashes(tmp_path) -> None:
-    folder = tmp_path / "sim"
-    draft = MissionDraft().with_items(3, MISSION, [PlanItem(TAKE_OFF, RELATIVE, (0.0, 0.0, 0.0, math.nan), z=20.0)])
-    assert store.kept(folder) is None
-    store.keep(folder, store.Saved(draft))
-    assert repr(store.kept(folder)) == repr(store.Saved(draft))
-    (folder / store.KEPT).write_bytes(b"half of i")
-    assert store.kept(folder) is None
-    store.forget(folder)
-    assert not (folder / store.KEPT).exists()
 
 
 def test_differences_are_those_that_the_autopilot_would_keep() -> None:

@@ -31,13 +31,13 @@ def test_a_sound_mission_needs_no_words() -> None:
 
 
 def test_a_command_that_the_autopilot_does_not_take() -> None:
-    look = PlanItem(195, 3, x=473_977_000, y=85_456_000)
+    wait = PlanItem(200, 2)
     spline = waypoint(1, command=82)
-    assert "ERROR mission 1: ArduPilot takes no look at (command 195)" in said(look, spline, by=ARDUPILOT)
+    assert "ERROR mission 1: ArduPilot takes no command 200" in said(wait, spline, by=ARDUPILOT)
     assert "ERROR mission 2: PX4 takes no spline (command 82) in a mission (and 1 more)" in said(
-        look, spline, spline, by=PX4
+        wait, spline, spline, by=PX4
     )
-    assert said(look, spline) == "", "nobody knows who flies it"
+    assert said(wait, spline) == "", "nobody knows who flies it"
 
 
 def test_heights_that_are_easily_wrong() -> None:

@@ -2,16 +2,19 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import msgspec
 import pytest
 from rig import Rig, scenario
+from service_asking import ask
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.firmware.failsafes import explain
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Phase, RunPhase
+from tui_gcs.core.messages_flight import Arm
 from tui_gcs.core.messages_preflight import (
     FAILSAFES,
     OVERRIDABLE,
@@ -23,9 +26,13 @@ from tui_gcs.core.messages_preflight import (
     SignOff,
     refusing,
 )
+from tui_gcs.core.missions.fences import circle
+from tui_gcs.core.plan import WAYPOINT, Plan, PlanItem, PlanKind
 from tui_gcs.core.rehearsals import Rehearsal, plan_digest, remember
+from tui_gcs.core.services.plan_book import Held
 
 MakeRig = Callable[..., Rig]
+MISSION = Plan(PlanKind.MISSION, (PlanItem(WAYPOINT, 3, x=520_000_000, y=-6_000_000, z=30.0),))
 SAFE = {"FS_GCS_ENABLE": 1.0, "BATT_FS_LOW_ACT": 2.0, "BATT_FS_CRT_ACT": 1.0, "BATT_CRT_VOLT": 9.0, "FENCE_ENABLE": 1.0}
 """An ArduCopter that does something whatever is lost."""
 
@@ -115,6 +122,95 @@ def test_vehicles_that_are_missing_are_told_and_stop_nobody(rig: MakeRig, tmp_pa
     flight.station.scenario = msgspec.structs.replace(flight.station.scenario, teams=(team,))
     check = lines(flight)["heard"]
     assert (check.state, check.vehicles, check.text) == (CheckState.WARN, (3,), "2 of the scenario's 3 are heard")
+
+
+def without_gps(flight: Rig) -> None:
+    flight.station.fleet.vehicles[1].gps_fix = 1
+
+
+def out_of_the_area(flight: Rig) -> None:
+    flight.station.fleet.vehicles[1].position_m = (5000.0, 0.0, 0.0)
+
+
+def lossy(flight: Rig) -> None:
+    flight.station.fleet.vehicles[1].loss_pct = 30.0
+
+
+def with_a_link_down(flight: Rig) -> None:
+    flight.link.error = "no such device"
+
+
+def with_a_full_disk(flight: Rig) -> None:
+    flight.station.recorder = SimpleNamespace(error="no space left")
+
+
+def without_a_planner(flight: Rig) -> None:
+    next(iter(flight.station.desks.values())).error = "it crashed"
+
+
+def armed_already(flight: Rig) -> None:
+    flight.station.fleet.vehicles[1].armed = True
+
+
+def with_a_double(flight: Rig) -> None:
+    flight.station.fleet.vehicles[1].blocked = "two vehicles use id 1"
+
+
+def silent(flight: Rig) -> None:
+    flight.clock.advance(60.0)
+
+
+WRONG: tuple[tuple[str, CheckState, Callable[[Rig], None]], ...] = (
+    ("gps", CheckState.FAIL, without_gps),
+    ("place", CheckState.FAIL, out_of_the_area),
+    ("links", CheckState.WARN, lossy),
+    ("links", CheckState.WARN, with_a_link_down),
+    ("recording", CheckState.WARN, with_a_full_disk),
+    ("planner", CheckState.FAIL, without_a_planner),
+    ("arming", CheckState.FAIL, armed_already),
+    ("ids", CheckState.FAIL, with_a_double),
+    ("heard", CheckState.FAIL, silent),
+)
+
+
+@pytest.mark.parametrize(("name", "state", "spoil"), WRONG, ids=[spoil.__name__ for _, _, spoil in WRONG])
+def test_a_check_is_good_until_what_it_is_about_goes_wrong(
+    rig: MakeRig, name: str, state: CheckState, spoil: Callable[[Rig], None]
+) -> None:
+    flight = rig(1).ready()
+    assert lines(flight)[name].state not in (state, CheckState.FAIL)
+    spoil(flight)
+    assert lines(flight)[name].state is state
+
+
+def test_what_is_on_board_is_ours_or_not(rig: MakeRig, tmp_path: Path) -> None:
+    flight = live(rig, tmp_path, 1)
+    fence = Plan(PlanKind.FENCE, circle((52.0, 0.0), 300.0))
+    said = {
+        "fence": (
+            (Held(fence, ours=True), CheckState.OK, "1 shape, as uploaded and read back"),
+            (Held(fence), CheckState.FAIL, "that this station did not put there"),
+            (Held(fence, ours=True, partial=True), CheckState.FAIL, "only its beginning is there"),
+            (
+                Held(fence, ours=True, stale="station 252 changed it"),
+                CheckState.FAIL,
+                "changed: station 252 changed it",
+            ),
+            (Held(Plan(PlanKind.FENCE)), CheckState.WARN, "no fence on board"),
+            (Held(), CheckState.UNKNOWN, "not read yet"),
+        ),
+        "mission": (
+            (Held(MISSION, ours=True), CheckState.OK, "as uploaded and read back"),
+            (Held(MISSION), CheckState.WARN, "that this station did not put there"),
+            (Held(MISSION, ours=True, stale="it has 7 items instead of 1"), CheckState.FAIL, "7 items instead of 1"),
+            (Held(), CheckState.NOT_NEEDED, "none was put on board"),
+        ),
+    }
+    for name, cases in said.items():
+        for held, state, text in cases:
+            flight.station.services.missions.state(1).held[PlanKind[name.upper()]] = held
+            check = lines(flight)[name]
+            assert (check.state, text in check.text) == (state, True), check
 
 
 def test_nothing_is_told_of_vehicles_in_the_air(rig: MakeRig) -> None:
@@ -229,6 +325,50 @@ def test_an_acknowledgement_is_of_what_was_read_and_ends_when_that_changes(rig: 
     worst = lines(flight)["station-loss"]
     assert (worst.state, worst.vehicles) == (CheckState.FAIL, (1,))
     assert "FS_GCS_ENABLE is 99" in worst.text
+
+
+def fence_put(flight: Rig) -> None:
+    """A circle about the first vehicle, on board and read back."""
+    here = flight.station.fleet.frame.to_geodetic(0.0, 0.0)
+    plan = Plan(PlanKind.FENCE, circle((float(here[0]), float(here[1])), 300.0))
+    job = flight.station.services.missions.upload(1, plan)
+    flight.until(lambda: job.over, 20.0, "fence is on board")
+    assert job.error == ""
+
+
+def test_what_was_acknowledged_and_uploaded_is_known_after_a_restart_of_the_station(
+    rig: MakeRig, tmp_path: Path
+) -> None:
+    flight = live(rig, tmp_path, 1)
+    fence_put(flight)
+    job = flight.station.services.missions.upload(1, MISSION)
+    flight.until(lambda: job.over, 20.0, "mission is on board")
+    read(flight)
+    acknowledged(flight)
+    assert "as uploaded and read back" in lines(flight)["fence"].text
+    StationMemory(tmp_path / "memory.json").remember(flight.station)
+    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    flight.ready()
+    found = lines(flight)
+    assert (found["station-loss"].state, found["mission"].state) == (CheckState.UNKNOWN,) * 2, "they are read anew"
+    read(flight)
+    flight.until(lambda: lines(flight)["mission"].state is not CheckState.UNKNOWN, 10.0, "mission read")
+    found = lines(flight)
+    assert (found["station-loss"].state, found["station-loss"].todo) == (CheckState.ACKNOWLEDGED, "acknowledged by Ada")
+    assert (found["fence"].state, found["fence"].text) == (CheckState.OK, "1 shape, as uploaded and read back")
+    assert (found["mission"].state, lines(flight)["mission"].state) == (CheckState.OK,) * 2
+    flight.station.fleet.vehicles[1].uid = "another airframe"
+    assert lines(flight)["station-loss"].state is CheckState.FAIL
+
+
+def test_who_is_armed_by_hand_is_told_with_what_speaks_against_it(rig: MakeRig, tmp_path: Path) -> None:
+    flight = live(rig, tmp_path)
+    read(flight)
+    assert ask(flight, Arm((1,)), "console-1").ok
+    flight.until(lambda: bool(flight.sim.armed[0]), 10.0, "armed")
+    told = [text for text in flight.texts("console-1") if "armed by hand" in text]
+    assert any("vehicle 1 is armed by hand although station-loss: " in text for text in told)
+    assert not any("sign-off" in text or "rehearsal" in text for text in told), "these are about the scenario"
 
 
 def test_what_is_not_so_cannot_be_acknowledged(rig: MakeRig, tmp_path: Path) -> None:

@@ -161,3 +161,16 @@ def test_a_hold_in_a_return_of_all_is_followed_by_no_flight_that_nobody_named(ri
     assert flight.ask(m.Return()).ok
     flight.run(2.0)
     assert flight.phases() == {Phase.RETURNING}
+
+
+def test_b6_112_two_operators_press_opposite_keys_within_50_ms(rig: MakeRig) -> None:
+    """One after the other, both in the journal with who it was; everybody sees who gave the last order."""
+    flight = rig(2).flying().run(5.0)
+    assert flight.ask(m.Hold(), "console-1").ok
+    flight.run(0.05)
+    assert flight.ask(m.Resume(), "console-2").ok
+    assert station_status(flight.station, 1).in_control == "console-2"
+    told = [(e.source, e.text.split(":")[0]) for e in flight.events() if e.cls is m.EventClass.OPERATOR]
+    assert told[-2:] == [("console-1", "hold"), ("console-2", "resume")]
+    flight.run(3.0)
+    assert [flight.phase(v) for v in flight.ids] == [Phase.FLYING] * 2

@@ -3,12 +3,13 @@
 import difflib
 from pathlib import Path
 
+import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import tui_gcs
-from tui_gcs.core.scenario import OperatingArea
+from tui_gcs.core.scenario import OperatingArea, TakeOffPlace, Team
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Zone
@@ -199,3 +200,41 @@ def test_an_edit_that_cannot_be_made_leaves_the_text_as_it_was() -> None:
 def test_a_text_that_is_no_toml_is_refused() -> None:
     with pytest.raises(ScenarioError, match="not valid TOML"):
         ScenarioDocument("a = ")
+
+
+# ---------------------------------------------------------------- rounds, teams, places
+
+
+def test_a_round_is_added_like_another_one_and_taken_out_again() -> None:
+    document = ScenarioDocument(TEXT)
+    document.add_round(2, "round 4")
+    before, after = parse(TEXT).rounds, parse(document.text).rounds
+    assert after[:3] == before
+    assert msgspec.structs.replace(after[3], name="round 3") == before[2]
+    assert set(TEXT.splitlines()) <= set(document.text.splitlines()), "comments stay"
+    document.remove_round(3)
+    assert parse(document.text) == parse(TEXT)
+    document.remove_round(0)
+    assert parse(document.text).rounds == before[1:]
+
+
+def test_a_team_and_its_places_are_added_and_taken_out_again() -> None:
+    document = ScenarioDocument(TEXT)
+    document.add_team(Team("scouts", "home", "patrol", (9,), parameters={"search": 5}))
+    document.add_place(TakeOffPlace((65.0, 200.0), 83.0, 9))
+    after = parse(document.text)
+    assert after.teams[2] == Team("scouts", "home", "patrol", (9,), parameters={"search": 5})
+    document.set_place(8, TakeOffPlace((66.0, 200.0), 84.0, None))
+    assert parse(document.text).places[8] == TakeOffPlace((66.0, 200.0), 84.0, None)
+    document.remove_team("scouts")
+    document.remove_place(8)
+    assert parse(document.text) == parse(TEXT)
+
+
+def test_places_in_degrees_stay_in_degrees() -> None:
+    text = TEXT.replace("place_m = [45.0, 170.0]", "place_deg = [52.0735, -0.6274]")
+    document = ScenarioDocument(text)
+    place = parse(text).places[0]
+    document.set_place(0, msgspec.structs.replace(place, place_m=(place.place_m[0] + 10.0, place.place_m[1])))
+    assert "place_deg = [52.073" in document.text
+    assert parse(document.text).places[0].place_m[0] == pytest.approx(place.place_m[0] + 10.0, abs=1e-3)

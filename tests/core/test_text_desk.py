@@ -1,6 +1,20 @@
 """Texts of vehicles: chunks put together, bounded for each vehicle by itself (B.6-82)."""
 
-from tui_gcs.core.services.text import FRAMES_PER_S, MOST_CHUNKS, MOST_OPEN, URGENT, FramePace, TextAssembler
+from collections import Counter
+
+from vehicles import a_vehicle
+
+from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.events import EventLog
+from tui_gcs.core.services.text import (
+    FRAMES_PER_S,
+    MOST_CHUNKS,
+    MOST_OPEN,
+    URGENT,
+    FramePace,
+    TextAssembler,
+    TextDesk,
+)
 
 FULL = "x" * 50
 
@@ -73,3 +87,19 @@ def test_a_flood_is_not_even_read_and_hides_nothing_urgent() -> None:
     assert pace.has_room(1, URGENT, 0.0) and pace.has_room(2, 6, 0.0)
     assert not pace.has_room(1, 6, 0.99)
     assert pace.has_room(1, 6, 1.0)
+
+
+def test_what_is_said_every_five_seconds_for_ever_is_told_ever_more_seldom() -> None:
+    """ArduPilot's "ODID: lost operator location"; what comes again later is told at once."""
+    clock = VirtualClock()
+    events = EventLog(clock)
+    desk = TextDesk(clock, events, Counter())
+    for _ in range(120):  # ten minutes
+        desk.status_text(a_vehicle(1), chunk("ODID: lost operator location", 0, 0))
+        clock.advance(5.0)
+    told = [event.t_s for event in events.since(0)]
+    assert told[:5] == [0.0, 5.0, 15.0, 35.0, 75.0] and len(told) == 13
+    assert events.since(0)[-1].text == "ODID: lost operator location … (11 more)"
+    clock.advance(200.0)
+    desk.status_text(a_vehicle(1), chunk("ODID: lost operator location", 0, 0))
+    assert events.since(0)[-1].t_s == clock.now()

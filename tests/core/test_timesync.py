@@ -1,5 +1,6 @@
 """TIMESYNC and PING: answered at once, to who asked, and no flood of them; each vehicle's clock is asked for."""
 
+import itertools
 from collections.abc import Callable
 from pathlib import Path
 
@@ -128,6 +129,23 @@ def test_the_quickest_answer_of_a_minute_tells_the_offset(tmp_path: Path) -> Non
     measured = rig.station.services.link_times.of(rig.vehicle())
     assert measured is not None and measured.rtt_s > 1.9 and measured.best_rtt_s < 0.1
     assert measured.offset_s == pytest.approx(1000.0, abs=0.05)
+
+
+def test_who_did_not_answer_is_asked_again_soon_and_then_ever_more_seldom(tmp_path: Path) -> None:
+    """Whose an ACK is can be told once the way is measured."""
+    rig = ServiceRig(tmp_path, Peer(1)).heard().run(30.0)
+    asked_s = [t for t, name, _ in rig.peers[1].heard if name == "TIMESYNC"]
+    assert [round(b - a, 1) for a, b in itertools.pairwise(asked_s)] == pytest.approx([2.5, 5.0, 10.0, 10.0], abs=0.3)
+
+
+def test_one_answer_that_was_held_up_does_not_count_as_the_longest(tmp_path: Path) -> None:
+    rig = ServiceRig(tmp_path, Clocked(), delay_s=0.1).heard().run(32.0)
+    rig.delay_s = 2.0
+    rig.run(8.0)
+    rig.delay_s = 0.1
+    rig.run(20.0)
+    measured = rig.station.services.link_times
+    assert measured.trips(1) == pytest.approx((0.22, 0.22), abs=0.05)
 
 
 def test_answers_that_nobody_asked_for_measure_nothing(tmp_path: Path) -> None:

@@ -141,6 +141,14 @@ def test_the_lead_is_learnt_in_a_minute_or_two(late_s: float, outward_s2: float)
     assert abs(flown.tracking.lag_s) < 0.03
 
 
+def test_what_a_link_that_loses_frames_does_in_curves_is_not_led_away() -> None:
+    """Straight on until the next set-point comes: not the autopilot's, and led away it made it worse (flown)."""
+    autopilot = Autopilot(circle(), Lead(0.1, 1.0), late_s=0.3, outward_s2=2.0)
+    autopilot.vehicle.loss_pct = 10.0
+    lead = autopilot.fly(120.0).tracking.lead
+    assert lead.accel_s2 == 1.0 and lead.time_s == pytest.approx(0.3, abs=0.05), "when it comes by is learnt"
+
+
 def test_who_is_far_away_teaches_nothing() -> None:
     """It is catching up, or something is wrong."""
     flown = Autopilot(circle(), Lead(0.25, 1.9), late_s=3.0, outward_s2=0.0).fly(60.0)

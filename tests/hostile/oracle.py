@@ -174,7 +174,7 @@ class Oracle:
         self.begun_s = self.flight.clock.now()
         self.first_event = self.flight.station.events.since(0, 2000)[-1].seq
         self.judged = False
-        settle_memory()
+        gc.collect()  # what tests before left is not looked through in the middle of a step
         self.before_mb = rss_mb()
         self.changed: list[str] = []
         watch_files(self.changed, folder)
@@ -315,7 +315,6 @@ class Oracle:
 
     def close(self) -> None:
         watch_files(None, self.folder)
-        gc.unfreeze()
         self.flight.close()
         self.twin.close()
 
@@ -340,12 +339,6 @@ def _frames(rig: Watched) -> list[tuple[float, Address, str, bytes]]:
         for t_s, address, data in rig.wire
         for frame in cut_datagram(data).frames
     ]
-
-
-def settle_memory() -> None:
-    """As a station process after its start: what tests before left is not looked through in the middle of a step."""
-    gc.collect()
-    gc.freeze()
 
 
 def rss_mb() -> float:

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from tests.hostile.oracle import MOST_GROWTH_MB, MOST_STEP_S, rss_mb, settle_memory, watch_files
+from tests.hostile.oracle import MOST_GROWTH_MB, MOST_STEP_S, rss_mb, watch_files
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "core"))
 
@@ -30,7 +30,7 @@ class PeerRig(ServiceRig):
         self.changed: list[str] = []
         self.here = set(Path.cwd().iterdir())
         self.heard()
-        settle_memory()
+        gc.collect()
         self.before_mb = rss_mb()
         watch_files(self.changed, folder)
 

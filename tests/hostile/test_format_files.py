@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import re
 import time
 import zipfile
 from pathlib import Path
@@ -12,15 +13,23 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import tui_gcs
 from tui_gcs.cli import main
 from tui_gcs.core.formats.bounded import MOST_BYTES
 from tui_gcs.core.formats.content import Content, FormatError
 from tui_gcs.core.formats.files import read_file
+from tui_gcs.core.messages import ScenarioChanged
+from tui_gcs.core.missions.store import DraftFileError
+from tui_gcs.core.scenario_load import parse
+from tui_gcs.widgets.edit_model import EditModel
+from tui_gcs.widgets.mission_editor import MissionEditor
+from tui_gcs.widgets.mission_files import MissionFile
 
 ENTITY_BOMB = b'<?xml version="1.0"?><!DOCTYPE k [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><kml>&b;</kml>'
 OUTSIDE = b'<?xml version="1.0"?><!DOCTYPE k [<!ENTITY x SYSTEM "file:///etc/passwd">]><kml>&x;</kml>'
 POINT = "<Placemark><Point><coordinates>8,47</coordinates></Point></Placemark>"
 QUICK_S = 1.0
+SCENARIO = (Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml").read_text()
 
 
 def packed(name: str, data: bytes, method: int = zipfile.ZIP_DEFLATED) -> bytes:
@@ -93,6 +102,25 @@ def test_what_is_wrong_is_one_line_and_changes_nothing(
     error = capsys.readouterr().err
     assert why in error and error.count("\n") == 1 and "in.file" in error
     assert [path.name for path in tmp_path.iterdir()] == ["in.file"] and source.read_bytes() == data
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_screens_that_open_a_file_say_the_same_and_keep_what_they_have(name: str, tmp_path: Path) -> None:
+    data, why = HOSTILE[name]
+    source = tmp_path / "in.file"
+    source.write_bytes(data)
+    missions, zones = MissionEditor(), EditModel()
+    missions.add()
+    zones.station_changed(ScenarioChanged(revision=1, path="", toml=SCENARIO, scenario=parse(SCENARIO, "it")))
+    drawn, text = missions.history.draft, zones.text
+    begin_s = time.process_time()
+    with pytest.raises(DraftFileError, match=re.escape(why)) as caught:
+        MissionFile(missions, None).open(source)
+    (problem,), done = zones.import_zones(source)
+    assert time.process_time() - begin_s < 2 * QUICK_S
+    assert why in problem and not done
+    assert "\n" not in str(caught.value) and "\n" not in problem
+    assert (missions.history.draft, zones.text) == (drawn, text)
 
 
 def test_a_pipe_is_no_file_to_wait_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

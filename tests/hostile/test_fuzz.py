@@ -15,7 +15,7 @@ import pytest
 from fastcrc.crc16 import mcrf4xx
 
 from tests.core.rig import scenario, toml
-from tests.hostile.oracle import KEY, MOST_STEP_S, Watched, rss_mb, settle_memory
+from tests.hostile.oracle import KEY, MOST_STEP_S, Watched, rss_mb
 from tests.hostile.test_framing import ROOT, raw_frame
 from tui_gcs.core import messages as m
 from tui_gcs.core.forward import Endpoint
@@ -129,7 +129,7 @@ def test_ten_megabytes_of_frames(
     """As datagrams and, a third of it, as streams cut anywhere."""
     rig = Watched(scenario(2), toml(), tmp_path, stream=stream, keyed=(2,), partners=a_partner).flying()
     rig.slowest_s = 0.0
-    settle_memory()
+    gc.collect()
     chance = random.Random(SEED)
     before_mb, sent, fed = rss_mb(), 0, 0
     limit = (GENERATED_BYTES if source is generated else MUTATED_BYTES) // (3 if stream else 1)
@@ -166,7 +166,6 @@ def test_ten_megabytes_of_frames(
     assert rig.slowest_s < MOST_STEP_S
     assert rss_mb() - before_mb < 100
     rig.close()
-    gc.unfreeze()
 
 
 def test_what_is_generated_is_well_made() -> None:

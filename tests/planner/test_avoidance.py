@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sitl.weather import Weather, WeatherSpec
 from tui_gcs.planner.api import Limits
 from tui_gcs.planner.avoidance import ACCEL_Z_M_S2, CLIMB_M_S, DESCENT_M_S, avoid
 
@@ -24,12 +25,17 @@ def separation(places: np.ndarray) -> float:
     return float((np.maximum(level, upright) + np.eye(len(places)) * 1e9).min())
 
 
-def fly(places: np.ndarray, goals: np.ndarray, seconds: float) -> tuple[float, np.ndarray]:
-    """The smallest separation on the way to the goals, and where everybody is in the end."""
+def fly(
+    places: np.ndarray, goals: np.ndarray, seconds: float, gps_noise_m: float = 0.0, seed: int = 1
+) -> tuple[float, np.ndarray]:
+    """The smallest separation on the way to the goals, by GPS, and where everybody is in the end."""
     places, velocity, worst = places.astype(float), np.zeros(places.shape), np.inf
+    sky = Weather(WeatherSpec(gps_noise_m=gps_noise_m), len(places), seed)
     for _ in range(round(seconds / STEP_S)):
-        wanted = 0.5 * (goals - places)
-        told = avoid(places, velocity, wanted, LIMITS)
+        sky.step(STEP_S)
+        told_m = places + sky.gps_error_m
+        wanted = 0.5 * (goals - told_m)
+        told = avoid(told_m, velocity, wanted, LIMITS)
         for _ in range(4):
             dt = STEP_S / 4
             change = (told - velocity) * (dt / LAG_S)
@@ -37,7 +43,7 @@ def fly(places: np.ndarray, goals: np.ndarray, seconds: float) -> tuple[float, n
             change[:, :2] *= np.minimum(1.0, LIMITS.accel_m_s2 * dt / np.maximum(size, 1e-9))[:, None]
             velocity = velocity + change
             places = places + velocity * dt
-            worst = min(worst, separation(places))
+            worst = min(worst, separation(places + sky.gps_error_m))
     return worst, places
 
 
@@ -113,6 +119,14 @@ def test_random_swarms_keep_apart(seed: int, n: int, heights: tuple[float, float
     rng = np.random.default_rng(seed)
     size_m = 20.0 * np.sqrt(n)
     worst, _ = fly(swarm(rng, n, size_m, heights), swarm(rng, n, size_m, heights), 25.0)
+    assert worst >= 1.0
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_where_gps_wanders_they_keep_apart_as_it_tells(seed: int) -> None:
+    """The limits are meant as told: what two receivers are wrong by comes on top of it, half a metre each here."""
+    rng = np.random.default_rng(seed)
+    worst, _ = fly(swarm(rng, 6, 50.0, (25.0, 60.0)), swarm(rng, 6, 50.0, (25.0, 60.0)), 25.0, 0.5, seed)
     assert worst >= 1.0
 
 

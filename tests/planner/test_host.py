@@ -206,6 +206,18 @@ def test_the_fleet_view_is_the_team_by_id_with_who_may_be_told() -> None:
     assert view.position_m.shape == view.velocity_m_s.shape == (5, 3)
 
 
+def test_a_step_is_told_its_time_its_deadline_the_wind_and_what_it_must_not_write_into(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told: list[Context] = []
+    monkeypatch.setattr(Probe, "step", lambda _, ctx: told.append(ctx) or Output())
+    frame = msgspec.structs.replace(fleet(2).frame(), t_s=7.5, wind_m_s=(3.0, -1.0))
+    assert not probing().step(frame).error
+    (ctx,) = told
+    assert (ctx.t_s, ctx.wind_m_s, ctx.deadline_s) == (7.5, (3.0, -1.0), 0.1)
+    assert not ctx.fleet.position_m.flags.writeable and not ctx.tracks.position_m.flags.writeable
+
+
 def test_on_a_bus_tasks_come_in_and_plans_go_out() -> None:
     bus, plans, vehicles = MemoryBus(), list[Plan](), fleet(2)
     bus.subscribe(PLAN.format(team="red"), lambda _, data: plans.append(decode(data, Plan)))

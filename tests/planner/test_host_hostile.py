@@ -38,6 +38,7 @@ ENDS = {
     "a list that holds itself": source(after="a = []; a.append(a); out.annotations = a"),
     "nonsense after a while": source(after="self.count += 1; out.annotations = [3] if self.count > 3 else None"),
     "too many intents": source(after="out.intents = [Intent(1, 'hold')] * 1000"),
+    "intents without end": source(after="out.intents = iter(lambda: Intent(1, 'hold'), None)"),
     "too much to draw": source(
         after="from tui_gcs.core.messages import Annotation\n"
         "        out.annotations = [Annotation('polyline', ((1.0, 2.0),) * 300_000)]"
@@ -89,6 +90,11 @@ def test_numpy_in_drawings_travels_as_numbers(tmp_path: Path) -> None:
     drawn = plans_of(source(after=DRAWS + f"[A('polyline', points) for points in ({', '.join(points)})]"), tmp_path)[-1]
     assert not drawn.error and drawn.annotations is not None
     assert [line.points_m for line in drawn.annotations] == [((1.0, 2.0), (3.0, 4.0))] * 4
+
+
+def test_drawings_without_end_are_cut(tmp_path: Path) -> None:
+    plan = plans_of(source(after=DRAWS + "iter(lambda: A('marker', ((1.0, 2.0),)), None)"), tmp_path)[-1]
+    assert not plan.error and plan.annotations is not None and len(plan.annotations) == 201
 
 
 def test_a_drawing_of_no_kind_says_which_there_are(tmp_path: Path) -> None:

@@ -71,6 +71,7 @@ class FakeStation:
     planners: tuple[m.PlannerInfo, ...] = ()
     preflight: tuple[Check, ...] = ()
     metrics: dict[str, float] = field(default_factory=dict)
+    planner_error: str = ""
     """What every planner counts."""
     seq: int = 0
     started_s: float = NAN
@@ -251,6 +252,7 @@ class FakeStation:
             bound_s=20.9,
             ratio=1.15 * known,
             metrics=self.metrics,
+            error=self.planner_error,
         )
 
     # ------------------------------------------------------------ what is answered
@@ -353,6 +355,9 @@ class FakeStation:
             m.GetTask,
             m.GetPlan,
             m.GetPlanners,
+            m.GetPreviews,
+            m.Preview,
+            m.CancelPreview,
             GetTraffic,
             m.GetJournal,
             m.Note,

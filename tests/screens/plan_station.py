@@ -30,6 +30,8 @@ class PlanStation(FakeStation):
     toml: str = ""
     revision: int = 1
     refuse_apply: str = ""
+    answers: Callable[[m.AnyRequest], m.Reply | None] = lambda _request: None
+    """Before everything else: a reply, or None."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -48,6 +50,8 @@ class PlanStation(FakeStation):
         return [request for request in self.requests if isinstance(request, m.ApplyScenario)]
 
     def _reply(self, request: m.AnyRequest) -> m.Reply:
+        if (reply := self.answers(request)) is not None:
+            return reply
         if isinstance(request, m.GetScenario):
             return m.Reply(ok=True, scenario=self.change())
         if isinstance(request, m.ApplyScenario):

@@ -99,6 +99,26 @@ async def test_many_vehicles_scroll_to_the_selected_one() -> None:
         assert "37" in c.fly.roster.text()
 
 
+async def test_of_many_vehicles_those_in_trouble_are_seen_first() -> None:
+    def forty(station: FakeStation) -> None:
+        station.count = 40
+        station.fly()
+        station.changes = {33: {"battery_pct": 10.0}, 21: {"battery_pct": 24.0}, 22: {"battery_pct": 24.0}}
+
+    async with console(NARROW, forty) as c:
+        shown = [line[:5].split() for line in c.fly.roster.text().splitlines()[1:]]
+        assert shown[:4] == [["!", "33"], ["^", "21"], ["^", "22"], ["1"]]
+        await c.pilot.click(c.fly.roster, offset=(5, 3))
+        assert c.fly.selected == 21, "what was clicked is what was shown there"
+
+
+async def test_of_a_lost_vehicle_the_last_place_is_told_not_how_it_flies() -> None:
+    async with console(NARROW, trouble) as c:
+        await c.press("5", "enter")
+        assert "5 attack LOST 12 s" in c.text() and "last 52.07" in c.text() and "then 55m up, bat 78%" in c.text()
+        assert "flying slot" not in c.text()
+
+
 async def test_silent_station_is_said_and_values_go() -> None:
     async with console(WIDE, flight) as c:
         c.station.silent = True
@@ -172,3 +192,18 @@ async def test_what_there_is_no_room_for_is_left_out_with_a_sign() -> None:
         c.station.metrics = {f"a_number_with_a_long_name_{i}": float(i) for i in range(64)}
         await c.tick(1.0)
         assert "DEF a number with a long name 0 0" in c.text() and "0 0 …" in c.text()
+
+
+async def test_everything_of_the_planners_is_one_key_away_on_the_smallest_terminal() -> None:
+    async with console(NARROW, flight) as c:
+        c.station.metrics = {f"a_number_with_a_long_name_{i}": float(i) for i in range(30)}
+        c.station.planner_error = 'File "mine.py", line 7\nZeroDivisionError: [/] division by zero'
+        await c.tick(1.0)
+        await c.press("M")
+        assert "defend: vehicles 1-4, patrol at 5 Hz running" in c.text() and "x bound 20.9  cover 100%" in c.text()
+        seen = c.text()
+        for _ in range(4):
+            await c.press("pagedown")
+            seen += c.text()
+        assert "a number with a long name 29 29" in seen and "ZeroDivisionError: [/] division by zero" in seen
+        assert "nearest pair" in c.text(), "that is its end"

@@ -5,8 +5,8 @@ from console import NARROW, WIDE, Console, console
 from fake_station import WALL_START_S, FakeStation
 from pictures import same_as_snapshot
 
+from tui_gcs.core.concerning import concerns
 from tui_gcs.core.messages import Event, EventClass
-from tui_gcs.screens.journal import concerns
 
 
 def told(station: FakeStation) -> None:
@@ -99,8 +99,10 @@ async def test_filters_by_severity_class_vehicle_and_words() -> None:
         ("vehicle 5", "I am vehicle 7", False),
         ("console-1", "vehicles 1-999999999 " + "9" * 60, True),
         ("station", "7 m above home", False),
+        ("console-1", "all hold", True),
     ],
 )
 def test_of_a_vehicle_is_also_what_others_were_told_about_it(source: str, text: str, passes: bool) -> None:
-    event = Event(seq=1, t_s=0.0, wall_s=0.0, cls=EventClass.OPERATOR, severity=6, source=source, text=text)
+    cls = EventClass.OPERATOR if source.startswith("console") else EventClass.MISSION
+    event = Event(seq=1, t_s=0.0, wall_s=0.0, cls=cls, severity=6, source=source, text=text)
     assert concerns(event, {7}) is passes

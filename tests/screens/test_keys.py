@@ -129,6 +129,23 @@ async def test_space_in_flight_holds_without_asking() -> None:
         assert "HOLD" in c.line(0)
 
 
+async def test_space_in_a_hold_stops_those_who_still_fly() -> None:
+    """One was sent home meanwhile; where all stand already it says what goes on from there."""
+    async with console(prepare=flight) as c:
+        await c.press("space")
+        c.station.changes = {v: {"phase": m.Phase.HOLDING} for v in range(1, 9)}
+        await c.tick()
+        await c.press("space")
+        assert c.station.commands() == [m.Hold()]
+        assert "all hold already: Enter goes on" in c.told()
+        c.station.changes[7] = {"phase": m.Phase.RETURNING}
+        await c.tick()
+        await c.tick()
+        assert "Space HOLD" in c.line(-1)
+        await c.press("space")
+        assert c.station.commands() == [m.Hold(), m.Hold()]
+
+
 async def test_enter_resumes_only_in_hold() -> None:
     async with console(prepare=flight) as c:
         await c.press("enter")
@@ -150,6 +167,7 @@ async def test_enter_resumes_those_that_hold_while_others_fly() -> None:
         await c.tick()
         await c.press("enter")
         assert c.station.commands() == [m.Resume()], "nobody is taken into flight while the fleet goes home"
+        assert "the others return: select who holds, then c p to planner or r return" in c.told()
 
 
 async def test_who_stays_when_all_are_resumed_is_named() -> None:

@@ -9,10 +9,12 @@ from pictures import same_as_snapshot
 
 from tui_gcs import plan_transfers
 from tui_gcs.core.messages import Resume, RunPhase
-from tui_gcs.core.missions import build, fences, store
+from tui_gcs.core.messages_services import OnBoardRow
+from tui_gcs.core.missions import build, fences
 from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.plan import LAND, RETURN, TAKE_OFF, WAYPOINT, Plan, PlanKind
 from tui_gcs.core.plan_rows import plan_rows
+from tui_gcs.screens import missions
 from tui_gcs.widgets.glyphs import ASCII
 from tui_gcs.widgets.mission_map import drawings
 
@@ -136,11 +138,11 @@ async def test_the_cursor_draws_a_way_and_the_mouse_chooses_and_moves() -> None:
 
         view, editor = c.missions.map_view, c.missions.editor
         column, row = view.world_to_cell(*editor.place_m(editor.items[1]))
-        await c.pilot.click("MissionMap", offset=(column + 1, row + 1))
+        await c.pilot.click("DraftMap", offset=(column + 1, row + 1))
         await c.settle()
         assert editor.index == 1
         await c.press("e")
-        await c.pilot.click("MissionMap", offset=(30, 10))
+        await c.pilot.click("DraftMap", offset=(30, 10))
         await c.settle()
         assert editor.place_m(editor.items[1]) == pytest.approx(view.cell_to_world(29, 9), abs=0.1)
         await c.pilot.click("ItemTable", offset=(5, 1))
@@ -202,6 +204,19 @@ async def test_a_survey_is_seen_before_it_is_taken_and_shared_out() -> None:
         assert "vehicle 99 is neither in the scenario nor heard" in c.verdict()
 
 
+async def test_clearing_is_asked_about_and_the_question_expires() -> None:
+    async with mission_console() as c:
+        await c.press("plus", "C")
+        assert "C again clears it" in c.said()
+        c.clock.advance(10.1)
+        c.missions._expire()
+        assert "nothing done" in c.said()
+        await c.press("C")
+        assert c.commands()
+        await c.press("C")
+        assert not c.commands()
+
+
 async def test_times_and_batteries_follow_what_vehicles_are_said_to_can() -> None:
     async with mission_console() as c:
         await c.press("plus", "b")
@@ -219,7 +234,7 @@ async def test_times_and_batteries_follow_what_vehicles_are_said_to_can() -> Non
 # ---------------------------------------------------------------- conflicts
 
 
-async def test_ways_that_meet_are_told_on_map_list_and_below() -> None:
+async def test_ways_that_meet_are_told_on_map_list_and_below(monkeypatch: pytest.MonkeyPatch) -> None:
     async with mission_console() as c:
         frame = c.missions.editor.frame
         homes = {v: c.missions.editor.forecast.member(v).home.place_m for v in (1, 2)}
@@ -229,7 +244,10 @@ async def test_ways_that_meet_are_told_on_map_list_and_below() -> None:
             draft = draft.with_items(vehicle, PlanKind.MISSION, items)
         c.missions.editor.take("two", draft)
         c.missions.did("")
-        await c.compared()
+        monkeypatch.setattr(missions, "SLICE_S", 0.0)
+        c.missions.compare_ways()
+        assert not c.missions.editor.forecast.conflicts, "keys come between two pairs"
+        await c.pilot.pause(0.05)
         assert "1 and 2 MEET at" in c.verdict()
         assert "!1-2" in [word.text for word in drawings(c.missions.editor)[1] if word.must]
         assert "▸!  1" in c.text()
@@ -256,7 +274,11 @@ async def take(c, draft: MissionDraft) -> None:
 async def test_one_vehicle_gets_its_plan_after_y_and_several_after_their_number_fences_first() -> None:
     async with mission_console() as c:
         await take(c, planned(c))
-        await c.press("U", "enter")
+        old = plan_rows(Plan(PlanKind.MISSION, (build.waypoint(c.missions.editor.frame, (9.0, 9.0), 9.0),) * 3))
+        c.station.on_board[1] = OnBoardRow(1, mission=old)
+        await c.press("U")
+        assert "instead of mission of 3 on board" in c.text()
+        await c.press("enter")
         assert c.mission_station.uploads() == []
         await c.press("y")
         assert c.mission_station.uploads() == [(1, "mission")]
@@ -356,6 +378,16 @@ async def test_work_that_was_not_saved_is_there_after_a_crash(tmp_path: Path) ->
         assert c.missions.editor.history.draft.is_empty
 
 
+async def test_two_consoles_keep_a_file_each_and_neither_loses_the_others_work(tmp_path: Path) -> None:
+    async with mission_console(folder=tmp_path) as one, mission_console(folder=tmp_path) as two:
+        await one.press("plus")
+        await two.press("plus", "plus", "plus")
+        counts = {len(one.commands()), len(two.commands())}
+    async with mission_console(folder=tmp_path) as heir, mission_console(folder=tmp_path) as other:
+        assert {len(heir.commands()), len(other.commands())} == counts
+        assert "another console, not saved:" in heir.verdict()
+
+
 @pytest.mark.long
 async def test_saved_missions_are_opened_again_and_files_of_one_vehicle_too(tmp_path: Path) -> None:
     folder, file = tmp_path / "sim", tmp_path / "m.json"
@@ -369,7 +401,7 @@ async def test_saved_missions_are_opened_again_and_files_of_one_vehicle_too(tmp_
         c.missions.query_one("SaveBar PathField").value = str(file)
         await c.press("enter")
         assert "missions saved" in c.said()
-        assert store.kept(folder) is None
+    assert not list(folder.glob("*.json")), "nothing is in progress"
     async with mission_console(folder=folder) as c:
         await c.press("ctrl+o")
         c.missions.query_one("OpenBar PathField").value = str(file)
@@ -399,3 +431,4 @@ async def test_a_vehicles_plans_are_written_for_other_programs_and_never_over_a_
         c.missions.query_one("OpenBar PathField").value = str(file)
         await c.press("enter")
         assert repr(c.missions.editor.history.draft.of(3)) == repr(drawn)
+        assert c.said().count("u takes it back") == 1

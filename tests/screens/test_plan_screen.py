@@ -7,6 +7,7 @@ from console import NARROW, WIDE
 from fake_station import SCENARIO_FILE
 from pictures import same_as_snapshot
 from plan_station import PlanConsole, PlanStation, plan_console
+from textual.events import Key
 
 from tui_gcs.core.messages import Hold, PlannerInfo, Resume, RunPhase
 from tui_gcs.core.scenario_load import parse, read_text
@@ -149,7 +150,7 @@ async def test_role_and_altitude_band() -> None:
 async def test_team_and_its_planners_parameters() -> None:
     async with plan_console() as c:
         await c.type_into("vehicles", "1-3")
-        assert "vehicle 4 is in no team" in c.verdict()
+        assert "4: in no team now, no take-off place" in c.said()
         await c.type_into("vehicles", "1-5")
         assert "5 from attack to defend" in c.said()
         await c.press("ctrl+z")
@@ -538,3 +539,15 @@ async def test_zones_come_from_a_map_program(
         assert c.plan.model.zone("barn") is None and c.plan.model.changes == 0
         await c.press("ctrl+o", "escape")
         assert "nothing imported" in c.said()
+
+
+async def test_what_is_typed_ahead_of_a_slow_console_goes_into_the_next_field() -> None:
+    async with plan_console() as c:
+        await c.field("name")
+        keys = "ctrl+u a b backspace c tab right tab tab ctrl+u 1 6 0 enter ctrl+u 2 0 1 down ctrl+u 5 9"
+        for key in keys.split():  # all of them before any is looked at
+            c.app.post_message(Key(key, key if len(key) == 1 else None))
+        await c.settle()
+        texts = c.plan.zone_form.texts
+        assert (texts.name, texts.role) == ("ac", "attack")
+        assert (texts.east_m, texts.north_m, texts.radius_m) == ("160", "201", "59")

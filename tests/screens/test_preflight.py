@@ -162,3 +162,13 @@ async def test_simulated_vehicles_start_by_enter_whatever_the_list_says() -> Non
         assert "checks: 1 warn, 8 ok, 1 not needed" in c.text()
         await c.press("enter")
         assert starts(c) == [Start(ALL)]
+
+
+async def test_who_is_lifted_by_hand_is_asked_about_with_what_would_refuse_a_start() -> None:
+    async with console(NARROW, with_checks(*CHECKS), kind=Kind.LIVE) as c:
+        await c.press("s", "1", "enter", "c", "a")
+        assert ReadChecks() in c.station.requests, "what is not known is read"
+        text = c.text()
+        assert "! check station-loss vehicles 1-4: " in text
+        assert "rehearsal" not in text and "sign-off" not in text, "these are about the scenario's start"
+        assert "fence" not in text, "nothing is said of others"

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 import tui_gcs
 from tui_gcs.core.messages import ScenarioChanged
@@ -10,11 +11,13 @@ from tui_gcs.core.scenario import OperatingArea, Team
 from tui_gcs.core.scenario_load import parse, read_text
 from tui_gcs.core.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.widgets.edit_model import EditModel, Problems
+from tui_gcs.widgets.edit_parts import EditParts
 from tui_gcs.widgets.plan_draft import PlanDraft
 from tui_gcs.widgets.team_text import team_text
 from tui_gcs.widgets.zone_text import ZoneText, zone_text
 
 TEXT = read_text(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
+ROUNDS = parse(TEXT).rounds
 
 
 def change(text: str = TEXT, revision: int = 1) -> ScenarioChanged:
@@ -113,6 +116,54 @@ def test_new_names_are_free_in_every_round(model: EditModel) -> None:
     assert model.new_zone_name() == "zone 2"
 
 
+def test_undone_changes_can_be_redone_until_something_else_is_changed(model: EditModel) -> None:
+    model.set_zone("home", home(60.0))
+    model.select_round(1)
+    model.set_zone("home", home(50.0))
+    assert (model.undo(), model.undo(), model.undo()) == ("zone home", "zone home", "")
+    assert model.redo() == "zone home" and model.zone("home") == home(60.0) and model.round_index == 0
+    assert model.redo() == "zone home" and model.round_index == 1 and model.redo() == ""
+    model.undo()
+    model.set_zone("home", home(40.0))
+    assert model.redo() == ""
+
+
+def test_rounds_are_added_named_and_deleted(model: EditModel) -> None:
+    parts = EditParts(model)
+    model.select_round(1)
+    assert parts.add_round() == ()
+    assert model.round_index == 3 and model.current_round is not None
+    assert model.current_round == replace(ROUNDS[1], name="round 4")
+    assert parts.set_round(replace(model.current_round, name="late", duration_s=60.0)) == ()
+    assert (model.current_round.name, model.current_round.duration_s) == ("late", 60.0)
+    assert parts.remove_round() == () and model.round_index == 2
+    for _ in range(2):
+        assert parts.remove_round() == ()
+    assert "must be 1 to 64 tables" in parts.remove_round()[0]
+
+
+def test_a_zone_is_copied_into_rounds_that_have_it_or_not(model: EditModel) -> None:
+    parts = EditParts(model)
+    model.add_zone(home(20.0, "gate"))
+    gate = model.zone("gate")
+    assert gate is not None
+    assert parts.copy_zone(gate, [1, 2]) == () and "gate" in model.common_zones()
+    bigger = home(25.0, "gate")
+    assert parts.copy_zone(bigger, [0, 2]) == () and model.zone("gate") == bigger
+    assert model.undo() == "copy zone gate" and model.zone("gate") == gate
+
+
+def test_teams_come_with_places_and_go_with_them(model: EditModel) -> None:
+    parts = EditParts(model)
+    assert parts.add_team() == ((), "team-3")
+    team = model.team("team-3")
+    assert team is not None and team.vehicles == (9,) and team.zone == "home"
+    assert model.set_team("team-3", replace(team, name="scouts", vehicles=(9, 10))) == ()
+    assert model.scenario is not None and [place.vehicle for place in model.scenario.places[8:]] == [9, 10]
+    assert parts.remove_team("scouts") == () and model.scenario.places == parse(TEXT).places
+    assert parts.remove_team("attack") == () and "must be 1 to 32 tables" in parts.remove_team("defend")[0]
+
+
 def test_area_and_team(model: EditModel) -> None:
     area = OperatingArea(Rectangle((300.0, 200.0), 700.0, 400.0), 20.0, 90.0)
     assert model.set_area(area) == ()
@@ -136,7 +187,9 @@ def test_vehicle_typed_into_a_team_leaves_the_one_that_had_it(model: EditModel) 
     assert typed((5, 6, 7, 8, 4)) == (), "2 was not meant: it stays where it was"
     assert teams() == [(1, 2, 3), (5, 6, 7, 8, 4)] and model.moved == "4 from defend to attack"
     assert typed((1, 2, 3, 4, 5)) == ("vehicles: 1-4 would leave nobody in team defend",)
-    assert typed((5, 6)) and "its new one" in typed((5, 6))[-1]
+    assert typed((5, 6)) == () and model.moved == "7-8: in no team now, no take-off place"
+    assert typed((5, 6, 7, 8, 9)) == () and model.moved == "9: new take-off place and layer"
+    assert model.scenario is not None and model.scenario.places[-1].vehicle == 9
     model.undo()
     assert teams() == [(1, 2, 3, 4), (5, 6, 7, 8)]
 

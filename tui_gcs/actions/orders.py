@@ -145,7 +145,7 @@ def _is_armed(row: VehicleRow) -> str:
 
 
 def _in_flight(row: VehicleRow) -> str:
-    return _heard(row) or ("" if in_the_air(row) else "is on the ground")
+    return _heard(row) or ("" if in_the_air(row) else "is on the ground: take off first")
 
 
 # ---------------------------------------------------------------- what is sent

@@ -8,6 +8,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
+from tui_gcs.core.course import rest_to_rest_s
+from tui_gcs.core.geo import from_straight_m
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.messages import Phase, Request, Vec3, VehicleRow
@@ -15,6 +17,8 @@ from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.messages_flight import Circle, Follow, GoTo, TakeOff
 from tui_gcs.core.scenario import Limits, Round
 
+Homes = Mapping[int, tuple[float, float]]
+"""East and north of each vehicle's home, metres."""
 MOST_WARNINGS = 4
 
 
@@ -50,32 +54,25 @@ class _Way:
 
     def seconds(self, speed_m_s: float, accel_m_s2: float) -> float:
         """Until it is there, from a stand, upright and level at the same time."""
-        level_s = 0.0
-        if self.level_m > 0:
-            ramp_m = speed_m_s * speed_m_s / accel_m_s2
-            slow = self.level_m < ramp_m
-            level_s = 2.0 * math.sqrt(self.level_m / accel_m_s2) if slow else (self.level_m + ramp_m) / speed_m_s
+        level_s = rest_to_rest_s(self.level_m, speed_m_s, accel_m_s2)
         return max(level_s, abs(self.climb_m) / (CLIMB_M_S if self.climb_m > 0 else DESCENT_M_S))
 
     def away_m(self, place_m: Vec3) -> float:
         """How near its way comes to a place, level."""
-        ax, ay = self.here_m[:2]
-        dx, dy = self.goal_m[0] - ax, self.goal_m[1] - ay
-        long2 = dx * dx + dy * dy
-        share = ((place_m[0] - ax) * dx + (place_m[1] - ay) * dy) / long2 if long2 > 0 else 0.0
-        share = min(max(share, 0.0), 1.0)
         if self.radius_m:
             return abs(math.dist(self.goal_m[:2], place_m[:2]) - self.radius_m)
-        return math.dist((ax + share * dx, ay + share * dy), place_m[:2])
+        return from_straight_m(place_m[:2], self.here_m[:2], self.goal_m[:2])
 
 
-def outlook(request: Request, rows: Mapping[int, VehicleRow], limits: Limits, round_: Round | None) -> Outlook:
+def outlook(
+    request: Request, rows: Mapping[int, VehicleRow], homes: Homes, limits: Limits, round_: Round | None
+) -> Outlook:
     """What `request` will meet, as far as positions are known; nothing for what moves nobody to a place."""
     if isinstance(request, Follow):
         return _beside(request, rows, limits)
-    if isinstance(request, GoTo) and request.from_home:
+    if isinstance(request, GoTo) and request.from_home and not all(v in homes for v in request.vehicles):
         return Outlook("counted from each one's own home: how far that is, is not known here")
-    ways = [way for way in _ways(request, rows) if all(map(math.isfinite, (*way.here_m, *way.goal_m)))]
+    ways = [way for way in _ways(request, rows, homes) if all(map(math.isfinite, (*way.here_m, *way.goal_m)))]
     if not ways:
         return Outlook()
     asked = getattr(request, "speed_m_s", math.nan)
@@ -101,11 +98,12 @@ def _span(far_m: list[float]) -> str:
     return f"{min(far_m):.0f}-{max(far_m):.0f} m" if max(far_m) - min(far_m) >= 1.0 else f"{max(far_m):.0f} m"
 
 
-def _ways(request: Request, rows: Mapping[int, VehicleRow]) -> Iterable[_Way]:
+def _ways(request: Request, rows: Mapping[int, VehicleRow], homes: Homes) -> Iterable[_Way]:
     if isinstance(request, GoTo):
-        for vehicle, point in zip(request.vehicles, request.points_m, strict=True):
+        for vehicle, (x, y, z) in zip(request.vehicles, request.points_m, strict=True):
+            from_x, from_y = homes[vehicle] if request.from_home else (0.0, 0.0)
             if vehicle in rows:
-                yield _Way(rows[vehicle], _known(point, rows[vehicle].position_m))
+                yield _Way(rows[vehicle], _known((from_x + x, from_y + y, z), rows[vehicle].position_m))
     elif isinstance(request, Circle):
         for vehicle in request.vehicles:
             if vehicle in rows:

@@ -12,8 +12,13 @@ def _heard(situation: Situation) -> str:
     return situation.silent
 
 
+NOTHING_HOLDS = "nothing holds"
+
+
 def _start_or_hold(situation: Situation) -> str:
-    if situation.run is RunPhase.HOLD:
+    frame = situation.frame
+    at_rest = frame is not None and {Phase.GROUND, Phase.HOLDING}.issuperset(frame.phase)
+    if situation.run is RunPhase.HOLD and at_rest:
         return "all hold already: Enter goes on, !r brings them home"
     return situation.silent
 
@@ -24,8 +29,11 @@ def _start_or_hold_label(situation: Situation) -> str:
 
 def _resumes(situation: Situation) -> str:
     frame = situation.frame
-    some_hold = situation.run is RunPhase.RUNNING and frame is not None and Phase.HOLDING in frame.phase
-    return situation.silent or ("" if situation.run is RunPhase.HOLD or some_hold else "nothing holds")
+    some_hold = frame is not None and Phase.HOLDING in frame.phase
+    if situation.run is RunPhase.RETURNING and some_hold:
+        return "the others return: select who holds, then c p to planner or r return"
+    goes_on = situation.run is RunPhase.HOLD or (situation.run is RunPhase.RUNNING and some_hold)
+    return situation.silent or ("" if goes_on else NOTHING_HOLDS)
 
 
 def _needs_selection(situation: Situation) -> str:
@@ -101,11 +109,12 @@ APP_ACTIONS = (
         "checks before a start: what refuses it; acknowledge, read again, sign",
         SCREENS,
     ),
+    Action("show_planners", ("M", "shift+m"), "M", "", "teams and planners, with all that they count", SCREENS),
     Action("show_vehicles", ("v",), "v", "Vehicles", "the whole fleet as cells or as a table", SCREENS, 4),
     Action("show_journal", ("J", "shift+j"), "J", "Journal", "what happened: filter, follow, older lines", SCREENS, 3),
     Action("next_theme", ("T", "shift+t"), "T", "", "colours: dark, night (red), day, high contrast", SCREENS),
     Action("redraw", ("ctrl+l",), "^L", "", "write the whole screen again", SCREENS),
-    Action("palette", ("colon", "ctrl+p"), ":", "all", "find any action by name; ^P too", SCREENS, 7),
+    Action("palette", ("colon", "ctrl+p"), ":", "find", "any action by name; ^P too", SCREENS, 7),
     Action("show_help", ("question_mark",), "?", "help", "all keys, and what works now", SCREENS, 8),
     Action("detach", ("q",), "q", "detach", "leave; station and vehicles go on", SCREENS, 8),
 )

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.commands.convert import MOST_CELLS, SCENARIO, read_any, read_base, round_of
 from tui_gcs.core.formats.content import Content, counted
 from tui_gcs.core.text import clean
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
@@ -21,8 +22,7 @@ if TYPE_CHECKING:
 NOTE, CAUTION, ERROR = "note", "caution", "ERROR"
 WORDS = (NOTE, CAUTION, ERROR)
 """By `missions.findings.Level`."""
-AUTOPILOTS = {"ardupilot": 3, "px4": 12}
-"""MAV_AUTOPILOT."""
+AUTOPILOTS = {"ardupilot": AUTOPILOT_ARDUPILOT, "px4": AUTOPILOT_PX4}
 
 
 @dataclass(frozen=True)

@@ -48,8 +48,8 @@ def _check_overrides(names: list[str]) -> None:
 
 def _ask_count(scenario: "Scenario") -> None:
     """LIVE: the number of vehicles is typed, not clicked."""
-    count = sum(len(team.vehicles) or team.count for team in scenario.teams)
-    teams = ", ".join(f"{team.name} {len(team.vehicles) or team.count}" for team in scenario.teams)
+    count = scenario.vehicle_count
+    teams = ", ".join(f"{team.name} {team.size}" for team in scenario.teams)
     answer = input(f"LIVE: {scenario.name} will arm and fly {count} vehicles ({teams}). Type their number to start: ")
     if answer.strip() != str(count):
         raise CommandError("not started")

@@ -1,11 +1,11 @@
 """`tui-gcs vehicle files, logs`, and files here."""
 
 import argparse
-import os
 import shutil
 import time
 from pathlib import Path
 
+from tui_gcs.commands.convert import put
 from tui_gcs.commands.vehicle_station import (
     Ended,
     StationClient,
@@ -164,11 +164,5 @@ def write_here(path: Path, data: bytes, *, yes: bool) -> bool:
     """Write a file of the user's as a whole; False if he does not want the one that is there overwritten."""
     if path.exists() and not confirmed(f"overwrite {path}", yes=yes):
         return False
-    new = path.with_name(f".{path.name}.{os.getpid()}.new")
-    try:
-        new.write_bytes(data)
-        new.replace(path)
-    except OSError as error:
-        new.unlink(missing_ok=True)
-        raise CommandError(f"{path}: cannot be written ({error.strerror})") from None
+    put(path, data, force=True)
     return True

@@ -22,13 +22,7 @@ from tui_gcs.commands.vehicle_station import (
 )
 from tui_gcs.core.formats.content import Content, ParamLine, counted
 from tui_gcs.core.formats.files import format_of
-from tui_gcs.core.formats.params import (
-    IDENTITIES,
-    NOT_TO_WRITE,
-    write_mavproxy,
-    write_mission_planner,
-    write_qgc_params,
-)
+from tui_gcs.core.formats.params import IDENTITIES, NOT_TO_WRITE, WRITERS, write_mavproxy
 from tui_gcs.core.messages_services import MEANT, MOST_VALUES, FetchParams, GetParams, GetVehicles, ParamRow, SetParams
 from tui_gcs.core.services.param_values import ParamType, same, shown
 from tui_gcs.exits import FAILED, OK, CommandError
@@ -53,8 +47,7 @@ def save(station: StationClient, arguments: argparse.Namespace) -> int:
     if not reply.complete:
         return tell([Ended(vehicle, False, "not all of its parameters came")], as_json=arguments.json)
     target = format_of(arguments.file)
-    writers = {"params": write_qgc_params, "param": write_mission_planner}
-    write = writers.get(target.name, write_mavproxy) if target is not None else write_mavproxy
+    write = WRITERS.get(target.name, write_mavproxy) if target is not None else write_mavproxy
     lines = tuple(_line(vehicle, row) for row in reply.params)
     who = f"{info[0].autopilot} {info[0].firmware}".strip() if info else ""
     head = f"# vehicle {vehicle} {who}".rstrip() + "\n"

@@ -85,7 +85,7 @@ def _leaf(
 def _add_looks(actions: Actions) -> None:
     _leaf(actions, "show", "one vehicle: identity, health, failsafes, links", ids=True)
     _leaf(actions, "failsafes", "what it does by itself when something is lost, read from it now", ids=True)
-    events = _leaf(actions, "events", "what it said and what happened to it", ids=True)
+    events = _leaf(actions, "events", "what it said, what happened to it, what was ordered", ids=True)
     events.add_argument("--last", type=int, default=30, metavar="N", help="so many (default 30)")
     events.add_argument("--follow", action="store_true", help="and go on with what comes")
 
@@ -190,7 +190,8 @@ def _add_setup(actions: Actions) -> None:
     airframe.add_argument("act", nargs="?", choices=("list", "set"), metavar="list|set", help="the choices; choose")
     airframe.add_argument("words", nargs="*", metavar="X", help="number or name: class=quad type=X, or 4001")
     motor = _leaf(actions, "motor-test", "turn one motor, propellers off; not while armed", ids=True, destructive=True)
-    motor.add_argument("motor", type=int, metavar="MOTOR", help="from 1")
+    order = "from 1; of ArduPilot as its motor test counts: clockwise from the front right (A, B, …)"
+    motor.add_argument("motor", type=int, metavar="MOTOR", help=order)
     motor.add_argument("--throttle", type=float, default=15.0, metavar="PCT", help="at most 30 (default 15)")
     motor.add_argument("--seconds", type=float, default=1.0, metavar="S", help="at most 3 (default 1)")
 

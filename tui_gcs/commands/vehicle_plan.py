@@ -7,6 +7,7 @@ from pathlib import Path
 from tui_gcs.commands.convert import read_any
 from tui_gcs.commands.vehicle_acts import carry_out_sure
 from tui_gcs.commands.vehicle_files import write_here
+from tui_gcs.commands.vehicle_plan_findings import warnings
 from tui_gcs.commands.vehicle_station import (
     Ended,
     StationClient,
@@ -81,8 +82,10 @@ def _upload(station: StationClient, arguments: argparse.Namespace) -> int:
     if not arguments.json:
         for note in (*content.notes, *content.left_out):
             say(f"{arguments.file}: {note}")
-    act = f"change the {' and the '.join(plan.kind.word for plan in plans)} of {listed(ids)} also while it is flown"
-    if arguments.in_flight and not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
+    told = warnings(station, ids, plans)
+    act = f"replace the {' and the '.join(plan.kind.word for plan in plans)} of {listed(ids)}"
+    act += " also while it is flown" * arguments.in_flight + " all the same" * bool(told)
+    if not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
         return FAILED
     ended: list[Ended] = []
     for plan in plans:  # what failed to take its fence gets no mission

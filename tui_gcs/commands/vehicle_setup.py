@@ -17,6 +17,8 @@ from tui_gcs.commands.vehicle_station import (
     tell_failed,
     vehicle_ids,
 )
+from tui_gcs.core.firmware.setup import motor_word
+from tui_gcs.core.messages_services import GetVehicles
 from tui_gcs.core.messages_setup import (
     AirframeRow,
     ChooseAirframe,
@@ -118,9 +120,9 @@ def _choose(station: StationClient, ids: tuple[int, ...], arguments: argparse.Na
 def run_motor_test(station: StationClient, arguments: argparse.Namespace) -> int:
     """Turn one motor of one vehicle; ctrl-c stops it."""
     vehicle = only_one(arguments.ids, "for one motor")
-    turn = (
-        f"turn motor {arguments.motor} of vehicle {vehicle} with {arguments.throttle:g} % for {arguments.seconds:g} s"
-    )
+    known = station.ask(GetVehicles((vehicle,))).vehicles
+    motor = motor_word(known[0].autopilot if known else "", arguments.motor)
+    turn = f"turn {motor} of vehicle {vehicle} with {arguments.throttle:g} % for {arguments.seconds:g} s"
     if not confirmed(f"{turn}: are ALL its propellers OFF", yes=arguments.yes):
         return FAILED
     request = TestMotor((vehicle,), arguments.motor, arguments.throttle / 100, arguments.seconds, props_removed=True)

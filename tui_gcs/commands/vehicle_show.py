@@ -14,6 +14,7 @@ from tui_gcs.commands.vehicle_station import (
     tell_failed,
     vehicle_ids,
 )
+from tui_gcs.core.concerning import concerns
 from tui_gcs.core.messages import GetEvents
 from tui_gcs.core.messages_services import (
     CancelTask,
@@ -70,7 +71,8 @@ def _show(v: VehicleInfo) -> None:
     armed = "ARMED" + (", in the air" if v.in_flight else "") if v.armed else "disarmed"
     say(f"  state      {v.mode} {armed}; {v.freshness}, heard {v.heard_age_s:.1f} s ago")
     trip = f"round trip {v.rtt_s * 1e3:.0f} ms" if math.isfinite(v.rtt_s) else "round trip not measured"
-    say(f"  links      {', '.join(v.links)}; {trip}; {v.loss_pct:.1f} % lost")
+    quality = f"{trip}; {v.loss_pct:.1f} % lost" if v.freshness != "lost" else "nothing is heard of it now"
+    say(f"  links      {', '.join(v.links)}; {quality}")
     items = "mission not known" if v.mission_items is None else f"mission of {v.mission_items} items"
     current = f", at item {v.mission_current + 1}" if v.mission_items and v.mission_current is not None else ""
     params = "all parameters known" if v.params_complete else f"{v.params_known} parameters known"
@@ -102,16 +104,15 @@ def run_failsafes(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def run_events(station: StationClient, arguments: argparse.Namespace) -> int:
-    """The newest events of vehicles, and those that come."""
+    """The newest events of vehicles, what was ordered of them, and what comes."""
     ids = vehicle_ids(arguments.ids)
     reply = station.ask(GetVehicles(ids))
     if reply.results:
         raise CommandError(f"{listed([r.vehicle for r in reply.results])}: {reply.results[0].text}")
-    sources = {f"vehicle {number}" for number in ids}
     after, last = 0, max(0, min(arguments.last, MOST_EVENTS))
     while True:
         events = station.ask(GetEvents(after=after)).events
-        shown = [event for event in events if event.source in sources]
+        shown = [event for event in events if concerns(event, ids)]
         for event in shown[len(shown) - last if last < len(shown) else 0 :] if last else []:
             if arguments.json:
                 say_json(event)

@@ -22,8 +22,8 @@ POLL_S = 0.2
 ASK_LIMIT_S = 5.0
 SILENT_TRIES = 3
 """Questions about tasks that a station may leave unanswered, e.g. while it is restarted."""
-WAITS = "waits its turn"
-"""Behind another transfer of the vehicle, or of two others on its link."""
+WAITS = "waits for"
+"""For another transfer of the vehicle, or for two others on its link."""
 LONG_LOOKS = 25
 """So often in a row something is seen to wait before that is told where there is no terminal: 5 s."""
 LINE_CELLS = 400
@@ -172,12 +172,13 @@ class Progress:
         over = sum(info.over for info in infos)
         running = [info for info in infos if info.state == "running" and info.total]
         words = [f"{info.vehicle}: {100 * info.done // info.total} %" for info in running[:4]]
-        queued = [info.vehicle for info in infos if info.state == "queued"]
-        words += [f"{vehicle}: {WAITS}" for vehicle in queued[:4]]
+        queued = [info for info in infos if info.state == "queued"]
+        words += [f"{info.vehicle}: {WAITS} {clean(info.text, LINE_CELLS)}" for info in queued[:4]]
         self._draw(f"{over} of {len(infos)} done  {', '.join(words)}")
         self._waited = self._waited + 1 if queued else 0
         if self._waited == LONG_LOOKS and not sys.stderr.isatty():
-            sys.stderr.write(f"{listed(queued)}: {WAITS}: `tui-gcs vehicle tasks` shows what goes on\n")
+            ids, what = listed([info.vehicle for info in queued]), clean(queued[0].text, LINE_CELLS)
+            sys.stderr.write(f"{ids}: {WAITS} {what}: `tui-gcs vehicle tasks` shows what goes on, `cancel N` ends it\n")
             sys.stderr.flush()
 
     def interrupted(self, infos: Sequence[TaskInfo]) -> bool:

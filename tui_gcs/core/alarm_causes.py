@@ -30,8 +30,8 @@ class Cause:
 
 _TOLD = ("alert", "report")
 _OF_LOST = (
-    *("stale", "left", "holds", "battery-critical", "battery-low", "battery-unknown", "position", "poor-position"),
-    *("health", "failsafe", "outside", "stop", "poor-link", "vetoed", *_TOLD),
+    *("stale", "left", "holds", "stays", "battery-critical", "battery-low", "battery-unknown", "position"),
+    *("poor-position", "health", "failsafe", "outside", "stop", "poor-link", "vetoed", *_TOLD),
 )
 """Nothing of that is known any more, or anything but a consequence."""
 
@@ -127,14 +127,25 @@ CAUSES = (
     Cause("battery-low", CAUTION, "BAT", "battery low", "plan its return: [return_all] return", on_s=2.0),
     Cause("battery-unknown", CAUTION, "BAT", "battery not known", "return it by the clock", on_s=5.0),
     Cause("poor-position", CAUTION, "GPS", "position poor", "keep away from edges and others", on_s=3.0, off_s=5.0),
-    Cause("planner", CAUTION, "PLN", "planner trouble", "its vehicles hold: [resume] resume, or [return_all] return"),
+    Cause(
+        "planner", CAUTION, "PLN", "planner trouble", "its vehicles hold: [resume] resume, or [show_planners] look why"
+    ),
     Cause("vetoed", CAUTION, "VET", "set-points refused", "it holds: look at zones and limits", on_s=3.0),
     Cause(
         "holds",
         CAUTION,
         "HLD",
         "holds alone",
-        "[resume] resume; who was held by name: [orders] p, or [return_all] return",
+        "[resume] resume, or [return_all] return",
+        on_s=1.0,
+        off_s=0.5,
+    ),
+    Cause(
+        "stays",
+        CAUTION,
+        "HLD",
+        "holds alone",
+        "its number, then [orders] p to planner, or [return_selected] return",
         on_s=1.0,
         off_s=0.5,
     ),

@@ -184,7 +184,9 @@ class AlarmFinder:
         run = self._station.executive.run
         held: list[Flight] = self._station.book.in_phase(Phase.HOLDING)
         if run in (RunPhase.RUNNING, RunPhase.RETURNING):
-            yield from (Finding("holds", flight.vehicle) for flight in held)
+            for flight in held:
+                by_name = run is RunPhase.RETURNING or flight.stays  # who does not go on when all are resumed
+                yield Finding("stays" if by_name else "holds", flight.vehicle)
         elif run is RunPhase.HOLD:
             yield from (Finding("hold", flight.vehicle) for flight in held)
 

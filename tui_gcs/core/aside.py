@@ -3,8 +3,7 @@
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
+from tui_gcs.core.geo import from_straight_m
 from tui_gcs.core.guard_motion import Sight
 from tui_gcs.core.guard_separation import SPARE_M, SPARE_UP_M
 from tui_gcs.core.messages import Vec3
@@ -37,14 +36,8 @@ def columns_aside(
             place = (x + ring * wide_m * math.cos(angle), y + ring * wide_m * math.sin(angle))
             free = all(math.dist(place, other.position_m[:2]) >= wide_m + other.error_m for other in between)
             if free and all(math.dist(place, other) >= wide_m for other in taken_m):
-                clear = all(_off(other.position_m, place, home_m) >= wide_m + other.error_m for other in beside)
+                clear = all(
+                    from_straight_m(other.position_m[:2], place, home_m) >= wide_m + other.error_m for other in beside
+                )
                 found.append((not clear, math.dist(here_m[:2], place) + math.dist(place, home_m), (*place, z)))
     return [place for *_, place in sorted(found)]
-
-
-def _off(place_m: Vec3, begin_m: Place, end_m: Place) -> float:
-    """How far a place is from a straight way."""
-    point, begin, end = np.array(place_m[:2]), np.array(begin_m), np.array(end_m)
-    way = end - begin
-    share = float(np.clip((point - begin) @ way / max(float(way @ way), 1e-9), 0.0, 1.0))
-    return float(np.hypot(*(point - begin - share * way)))

@@ -67,6 +67,11 @@ class ByHand:
             return "is not in the air: take off first"
         return "" if flight.phase in FLIES else f"not now: {flight.phase}"
 
+    def home_of(self, vehicle: Vehicle) -> Vec3 | None:
+        """Where it took off, or what it says itself; None: not known."""
+        flight = self._book.get(vehicle.id)
+        return (flight.home_m if flight is not None else None) or vehicle.home_m
+
     def go_to(self, vehicle: Vehicle, point_m: Vec3, request: GoTo) -> str:
         """Fly there; "" or why not."""
         limit = self._guard.limits.speed_m_s
@@ -75,8 +80,7 @@ class ByHand:
             return f"{speed:g} m/s: {LEAST_SPEED_M_S:g} to {limit:g} are allowed"
         here = self._steering.stop_place(vehicle)
         if request.from_home:
-            flight = self._book.get(vehicle.id)
-            home = (flight.home_m if flight is not None else None) or vehicle.home_m
+            home = self.home_of(vehicle)
             if home is None:
                 return "its home is not known"
             point_m = (home[0] + point_m[0], home[1] + point_m[1], point_m[2])
@@ -121,6 +125,11 @@ class ByHand:
         place, moving = self._begin_of(flight, vehicle, now)
         course = Cruise(now, place, moving, velocity, now + NUDGE_S, ACCEL_SHARE * limits.accel_m_s2)
         return self._take(vehicle, course)
+
+    def is_nudged(self, vehicle: Vehicle) -> bool:
+        """Whether it still does what a nudge told it, and nobody has taken it away from that."""
+        flight = self._book.get(vehicle.id)
+        return flight is not None and flight.phase is Phase.BY_HAND and isinstance(flight.course, Cruise)
 
     def _begin_of(self, flight: Flight | None, vehicle: Vehicle, now: float) -> tuple[Vec3, Vec3]:
         """Place and velocity to go on from: of the nudge before, as long as it is followed, or its own."""

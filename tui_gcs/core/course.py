@@ -87,13 +87,22 @@ Course = Stand | Moving
 
 
 def stopping_point(position_m: Vec3, velocity_m_s: Vec3, accel_m_s2: float) -> Vec3:
-    """Where a vehicle comes to rest when it brakes now: v² / 2a ahead."""
-    speed = math.sqrt(sum(v * v for v in velocity_m_s))
-    if not math.isfinite(speed) or speed < 0.05:
+    """Where a vehicle comes to rest when it brakes now: v² / 2a ahead, sideways and in height each by its own speed.
+
+    Who sinks a little while it is fast must not be sent lower for being fast: it would sink faster than before.
+    """
+    level, up = math.hypot(velocity_m_s[0], velocity_m_s[1]), abs(velocity_m_s[2])
+    if not math.isfinite(level + up) or math.hypot(level, up) < 0.05:
         return position_m
-    share = speed / (2 * accel_m_s2)
-    x, y, z = (p + share * v for p, v in zip(position_m, velocity_m_s, strict=True))
+    seconds = (level / (2 * accel_m_s2), level / (2 * accel_m_s2), up / (2 * accel_m_s2))
+    x, y, z = (p + t * v for p, t, v in zip(position_m, seconds, velocity_m_s, strict=True))
     return (x, y, z)
+
+
+def rest_to_rest_s(way_m: float, speed_m_s: float, accel_m_s2: float) -> float:
+    """How long a straight way takes from a stand to a stand, at no more than `speed_m_s` (a trapezium of speeds)."""
+    ramp_m = speed_m_s * speed_m_s / accel_m_s2
+    return way_m / speed_m_s + speed_m_s / accel_m_s2 if way_m > ramp_m else 2.0 * math.sqrt(way_m / accel_m_s2)
 
 
 def _between(samples: Samples, i: int, share: float) -> Vec3:

@@ -23,8 +23,8 @@ class EventLog:
         self._events: deque[Event] = deque(maxlen=KEPT)
         self._seq = 0
         self._listeners: list[Callable[[Event], None]] = []
-        self._last_said: dict[tuple[str, str], tuple[float, int]] = {}
-        """(source, text, or what counts as the same): when it was told, and how often not since."""
+        self._last_said: dict[tuple[str, str], tuple[float, int, float]] = {}
+        """(source, text, or what counts as the same): when it was told, how often not since, for how long not again."""
         self.suppressed = 0
         """Repeats that `say` did not tell because of `every_s`."""
 
@@ -33,24 +33,34 @@ class EventLog:
         self._listeners.append(listener)
 
     def say(
-        self, cls: EventClass, source: str, text: str, severity: int = INFO, *, every_s: float = 0.0, same: str = ""
+        self,
+        cls: EventClass,
+        source: str,
+        text: str,
+        severity: int = INFO,
+        *,
+        every_s: float = 0.0,
+        same: str = "",
+        seldom_s: float = 0.0,
     ) -> bool:
         """Record an event; the same text of the same source at most once per `every_s` seconds. Whether it was told.
 
-        `same`: what counts as the same text, where it holds numbers that always change.
+        `same`: what counts as the same text, where it holds numbers that always change. `seldom_s`: what goes on being
+        said is told after twice the time each time, up to this.
         When it is told again it says how often it was not: "... (12 more)".
         """
         now = self._clock.now()
         if every_s > 0:
             key = (source, same or text)
-            told_s, more = self._last_said.get(key, (-math.inf, 0))
-            if now - told_s < every_s:
+            told_s, more, gap_s = self._last_said.get(key, (-math.inf, 0, every_s))
+            if now - told_s < gap_s:
                 self.suppressed += 1
-                self._last_said[key] = (told_s, more + 1)
+                self._last_said[key] = (told_s, more + 1, gap_s)
                 return False
             if len(self._last_said) > KEPT:
                 self._last_said.clear()
-            self._last_said[key] = (now, 0)
+            goes_on = now - told_s <= 2 * gap_s
+            self._last_said[key] = (now, 0, max(every_s, min(2 * gap_s, seldom_s)) if goes_on else every_s)
             if more:
                 text = f"{text} … ({more} more)"
         self._tell(cls, source, text, severity)

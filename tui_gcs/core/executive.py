@@ -6,6 +6,7 @@ it interrupts everything and is never queued.
 """
 
 import math
+from collections.abc import Iterator
 
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.course import Stand
@@ -14,7 +15,7 @@ from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
-from tui_gcs.core.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, Flight, FlightBook
+from tui_gcs.core.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, ON_BOARD_STEP, Flight, FlightBook
 from tui_gcs.core.homing import LAYER_TOLERANCE_M, Homing
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.messages_alarms import vehicles_words
@@ -38,6 +39,8 @@ HEARD_S = 2.0
 """Stale and heard within this time: only the position is missing. A silent vehicle is left to become LOST."""
 REPLACED = "replaced"
 """Step of a vehicle taken out because another one has its id: it is not taken back."""
+LANDED_M = 2.0
+"""Above home: who disarms higher up has not landed, whatever it was doing."""
 HELD_BY_NAME = "was held by name"
 OUT_MODE_GRACE_S = 3.0
 """A mode change we asked for may show this much later in the heartbeat."""
@@ -146,11 +149,7 @@ class Executive:
         now = self._clock.now()
         self.resume_found = False
         results = []
-        for flight in self._book:
-            vehicle = self._fleet.vehicles.get(flight.vehicle)
-            wanted = flight.vehicle in vehicles if vehicles else flight.phase is not Phase.GROUND
-            if not wanted or vehicle is None:
-                continue
+        for flight, vehicle in self._meant(vehicles):
             if why := self._firmware.of(vehicle).why_not(vehicle):
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif flight.phase is Phase.ARMING:
@@ -168,11 +167,7 @@ class Executive:
         now = self._clock.now()
         self.resume_found = False
         results = []
-        for flight in self._book:
-            vehicle = self._fleet.vehicles.get(flight.vehicle)
-            wanted = flight.vehicle in vehicles if vehicles else flight.phase is not Phase.GROUND
-            if not wanted or vehicle is None:
-                continue
+        for flight, vehicle in self._meant(vehicles):
             if why := self._firmware.of(vehicle).why_not(vehicle):
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif vehicle.airborne and (why := vehicle.no_commands):  # it would be told to who knows whom
@@ -192,6 +187,14 @@ class Executive:
         if results and not vehicles and self.run is not RunPhase.IDLE:
             self.run = RunPhase.RETURNING
         return tuple(results)
+
+    def _meant(self, vehicles: tuple[int, ...]) -> Iterator[tuple[Flight, Vehicle]]:
+        """These, or (none named) every vehicle of a team that is not on the ground."""
+        for flight in self._book:
+            vehicle = self._fleet.vehicles.get(flight.vehicle)
+            wanted = flight.vehicle in vehicles if vehicles else flight.phase is not Phase.GROUND
+            if wanted and vehicle is not None:
+                yield flight, vehicle
 
     def give_up_by_hand(self, vehicle: Vehicle) -> None:
         """A take-off by hand did not come about: what is armed is disarmed."""
@@ -449,9 +452,12 @@ class Executive:
                 self.started_s = now
 
     def _down(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        expected = flight.phase is Phase.LANDING or flight.step == CANCELLED
+        on_board = flight.step == ON_BOARD_STEP and vehicle.alt_rel_m < LANDED_M
+        expected = flight.phase is Phase.LANDING or flight.step == CANCELLED or on_board
         text = "DISARMED outside a landing of ours"
-        if expected:
+        if on_board:
+            text = "landed and disarmed by its mission on board"
+        elif expected:
             text = "start cancelled, disarmed" if flight.step == CANCELLED else "landed and disarmed"
         flight.touchdown_m = vehicle.position_m
         self._commands.cancel(vehicle.id)

@@ -8,7 +8,7 @@ the door; heartbeats of other stations, set-points and keys never.
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from tui_gcs.core.clock import Clock
@@ -96,6 +96,8 @@ class Forwarder:
                 raise LinkError(f"{port.link.name}: no link has network {port.link.spec.network!r}; there is {known}")
         self._plans: defaultdict[int, Plan] = defaultdict(Plan)
         """The mission of each vehicle, by number."""
+        self.on_passed: list[Callable[[Vehicle, str, str], None]] = []
+        """Called with what was passed on to a vehicle, the guard's word for it, and who asked."""
         self.forwarded = 0
         """Frames out, once per partner."""
         self.passed = 0
@@ -229,6 +231,8 @@ class Forwarder:
                 return
             self.passed += 1
             note_passed(asked)
+            for listener in self.on_passed:
+                listener(vehicle, ruling.what, source)
             if not ruling.quiet:
                 text = f"{foreign.who}: {ruling.what}, vehicle {vehicle.id}"
                 self._tell(port, "passed on", text, TELL_GAP_S, NOTICE)

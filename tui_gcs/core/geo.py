@@ -54,6 +54,15 @@ def distance_m(a_m: tuple[float, float], b_m: tuple[float, float]) -> float:
     return math.hypot(b_m[0] - a_m[0], b_m[1] - a_m[1])
 
 
+def from_straight_m(place_m: tuple[float, float], begin_m: tuple[float, float], end_m: tuple[float, float]) -> float:
+    """Horizontal distance of an ENU point from the straight between two others, its ends included."""
+    east, north = end_m[0] - begin_m[0], end_m[1] - begin_m[1]
+    long2 = east * east + north * north
+    share = ((place_m[0] - begin_m[0]) * east + (place_m[1] - begin_m[1]) * north) / long2 if long2 > 0 else 0.0
+    share = min(max(share, 0.0), 1.0)
+    return distance_m(place_m, (begin_m[0] + share * east, begin_m[1] + share * north))
+
+
 def bearing_deg(a_m: tuple[float, float], b_m: tuple[float, float]) -> float:
     """Compass direction from `a_m` to `b_m`, 0 north, clockwise, [0, 360)."""
     return math.degrees(math.atan2(b_m[0] - a_m[0], b_m[1] - a_m[1])) % 360.0

@@ -18,6 +18,7 @@ from shapely.geometry import LineString, Point
 
 from tui_gcs.core.course import Reference, Samples, Stand
 from tui_gcs.core.guard_courses import FAR_M, Steps, finite_in, length_of, steps_of
+from tui_gcs.core.guard_lost import own_ways
 from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S, Flock, Sight, foresee, times_of
 from tui_gcs.core.guard_region import Walls, band_miss_m
 from tui_gcs.core.guard_separation import Meeting, meetings
@@ -163,7 +164,8 @@ class Guard:
 
     def _look(self, judged: list[Sight], known: list[Sight], now: float) -> tuple[Flock, Flock]:
         """Both foreseen; at once, because most of what it costs does not depend on how many they are."""
-        return foresee(judged + known, self.limits, self._times_s, now).split(len(judged))
+        others = known + own_ways(known, self.limits, float(self._times_s[-1]))
+        return foresee(judged + others, self.limits, self._times_s, now).split(len(judged))
 
     def judge_action(self, what: str, *, lost: bool) -> Verdict:
         """Stops may always go out; everything else only to a vehicle that is heard."""

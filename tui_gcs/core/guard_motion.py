@@ -5,6 +5,7 @@ futures of each are foreseen: it goes on; it goes on for a moment and then brake
 nobody knows beforehand: who brakes is somewhere between where the hardest and the weakest braking takes it.
 """
 
+import math
 from dataclasses import dataclass, fields, replace
 from enum import Enum
 
@@ -47,12 +48,29 @@ TURNED_S = 1.0
 """The last that it was told may have turned it for so long."""
 
 
+RETURN_M_S = 12.0
+"""By its own failsafe it may be faster than the scenario's limit: MPC_XY_VEL_MAX (WPNAV_SPEED is 10)."""
+
+
 class Does(Enum):
     """What a vehicle is doing, as far as the station knows."""
 
     FOLLOWS = "follows its course"
     STOPS = "brakes and holds"
     DRIFTS = "whatever it wants: straight on is the best guess"
+
+
+@dataclass(frozen=True)
+class Alone:
+    """What a vehicle does by its own failsafe when it hears nothing."""
+
+    home_m: Vec3
+    leaves_s: float
+    """By when it has begun to, after it was heard last."""
+    height_m: float = math.nan
+    """At the least so high above home it returns; NaN: it does not return."""
+    sinks: bool = False
+    """It may come down where it is."""
 
 
 @dataclass(frozen=True)
@@ -73,11 +91,15 @@ class Sight:
     """Taking off or landing vertically: exempt from separation."""
     goal_m: Vec3 | None = None
     """Of one that is lost: the place it was sent to, and flies to by itself."""
+    alone: Alone | None = None
+    """Of one that is lost: what else it may do by itself; None if it does nothing."""
+    on_own_way: bool = False
+    """Not where it is, but where a part of a way begins that it may fly by its failsafe, to `goal_m`, since `age_s`."""
 
     @property
     def is_lost(self) -> bool:
         """Whether nobody knows what it does, nor where it is by now."""
-        return self.does is Does.DRIFTS and self.age_s >= LOST_AGE_S
+        return self.does is Does.DRIFTS and (self.age_s >= LOST_AGE_S or self.on_own_way)
 
 
 @dataclass(frozen=True)
@@ -127,8 +149,7 @@ def times_of(limits: Limits) -> Samples:
 
 def foresee(sights: list[Sight], limits: Limits, times_s: Samples, now: float) -> Flock:
     """The futures of all of them; `times_s` as `times_of` gives them."""
-    place = np.clip(np.nan_to_num(_array([s.position_m for s in sights])), -FAR_M, FAR_M)
-    velocity = np.nan_to_num(_array([s.velocity_m_s for s in sights]), posinf=0.0, neginf=0.0)
+    place, velocity = _seen(sights)
     age = np.clip(np.array([s.age_s for s in sights], dtype=float), 0.0, MOST_AGE_S)
     here = place + velocity * (age / 2)[:, None]  # somewhere between where it was and straight on from there
     error = np.array([s.error_m for s in sights], dtype=float) + np.hypot(velocity[:, 0], velocity[:, 1]) * age / 2
@@ -146,8 +167,8 @@ def foresee(sights: list[Sight], limits: Limits, times_s: Samples, now: float) -
     if lost:
         begins = goes.copy()
         begins[lost] = short[lost] = place[lost, None, :]
-        goes[lost] = late[lost] = stops[lost] = _gone(sights, lost, place, velocity, limits, times_s)
-        error[lost] = [sights[i].error_m for i in lost] + _turned_m(velocity[lost], age[lost], limits)
+        goes[lost] = late[lost] = stops[lost] = [gone(sights[i], limits, times_s) for i in lost]
+        error[lost] = [sights[i].error_m + turned_m(sights[i], limits) for i in lost]
     follows = [i for i, s in enumerate(sights) if s.does is Does.FOLLOWS and s.course is not None]
     if follows:
         courses = [course for i in follows if (course := sights[i].course) is not None]
@@ -167,27 +188,34 @@ def foresee(sights: list[Sight], limits: Limits, times_s: Samples, now: float) -
     return Flock(tuple(sights), ids, here, error, begins, goes, late, stops, short, slack, rests, low, high)
 
 
-def _gone(
-    sights: list[Sight], rows: list[int], place: Samples, velocity: Samples, limits: Limits, times_s: Samples
-) -> Samples:
-    """(m, k, 3) how far those of `rows` may have come: to where they were sent, or straight on until they braked."""
-    gone = np.empty((len(rows), len(times_s), 3))
-    for k, i in enumerate(rows):
-        age_s, goal = sights[i].age_s, sights[i].goal_m
-        if goal is not None:
-            way = np.nan_to_num(np.array(goal, dtype=float)) - place[i]
-            least_s = max(float(np.hypot(way[0], way[1])) / limits.speed_m_s, abs(float(way[2])) / CLIMB_M_S, 1e-9)
-            gone[k] = place[i] + np.minimum((age_s + times_s) / least_s, 1.0)[:, None] * way
-        else:
-            brakes_s = float(np.hypot(velocity[i, 0], velocity[i, 1])) / (2 * BRAKE_SHARE * limits.accel_m_s2)
-            gone[k] = place[i] + (min(age_s, MOST_AGE_S) + brakes_s) * velocity[i]
-    return gone
+def _seen(sights: list[Sight]) -> tuple[Samples, Samples]:
+    """(n, 3) places and velocities that they were seen with; what is no number does no harm."""
+    place = np.clip(np.nan_to_num(_array([s.position_m for s in sights])), -FAR_M, FAR_M)
+    return place, np.nan_to_num(_array([s.velocity_m_s for s in sights]), posinf=0.0, neginf=0.0)
 
 
-def _turned_m(velocity: Samples, age_s: Samples, limits: Limits) -> Samples:
-    """(m,) how far from that way they may be, who flew with another velocity than they were last seen to have."""
-    other: Samples = np.minimum(np.hypot(velocity[:, 0], velocity[:, 1]), TURNED_S * limits.accel_m_s2) * age_s
-    return other
+def gone(sight: Sight, limits: Limits, times_s: Samples) -> Samples:
+    """(k, 3) how far one that is lost may have come: to where it was sent, or straight on until it braked.
+
+    Sideways and in height as fast as it may, each for itself: it may climb first.
+    """
+    place, velocity = (both[0] for both in _seen([sight]))
+    if sight.goal_m is None:
+        brakes_s = math.hypot(velocity[0], velocity[1]) / (2 * BRAKE_SHARE * limits.accel_m_s2)
+        return np.repeat([place + (min(sight.age_s, MOST_AGE_S) + brakes_s) * velocity], len(times_s), axis=0)
+    way = np.nan_to_num(_array([sight.goal_m])[0]) - place
+    speed = max(RETURN_M_S, limits.speed_m_s) if sight.on_own_way else limits.speed_m_s
+    level_s, upright_s = math.hypot(way[0], way[1]) / speed, abs(way[2]) / CLIMB_M_S
+    least_s = np.maximum([level_s, level_s, upright_s], 1e-9)
+    come: Samples = place + np.clip((sight.age_s + times_s[:, None]) / least_s, 0.0, 1.0) * way
+    return come
+
+
+def turned_m(sight: Sight, limits: Limits) -> float:
+    """How far from that way it may be, because it flew with another velocity than it was last seen to have."""
+    velocity, age_s = _seen([sight])[1][0], min(sight.age_s, MOST_AGE_S)
+    speed = math.hypot(velocity[0], velocity[1])
+    return min(speed, TURNED_S * limits.accel_m_s2) * age_s
 
 
 def _speed_of(course: Course, limits: Limits) -> float:

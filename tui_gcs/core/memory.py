@@ -1,4 +1,6 @@
-"""What a station must know again after `kill -9`: scenario, round, teams, homes, answered alarms, who must be rebooted.
+"""What a station must know again after `kill -9`.
+
+Scenario, round, teams, homes, answered alarms, who must be rebooted, what was acknowledged, which plans are ours.
 
 A restarted station shows the whole picture and sends no set-point: vehicles found in the air are shown as holding.
 """
@@ -64,6 +66,8 @@ class StationMemory:
         station.set_round(min(self._held["round_index"], len(station.scenario.rounds) - 1))
         station.alarms.recall(self._held.get("alarms", {}))
         station.reboots.recall(self._held.get("reboots", {}))
+        station.preflight.recall(self._held.get("acknowledged", []))
+        station.services.missions.book.recall(self._held.get("plans", []))
 
     def remember(self, station: "Station") -> None:
         """Write down what changed."""
@@ -88,6 +92,8 @@ class StationMemory:
             ],
             "alarms": station.alarms.memory(),
             "reboots": station.reboots.memory(),
+            "acknowledged": station.preflight.memory(),
+            "plans": station.services.missions.book.memory(),
         }
         text = json.dumps(held)
         if text == self._written:

@@ -5,6 +5,7 @@ z up above home), times `*_s` are the station's monotonic seconds unless the nam
 Unknown numbers are NaN.
 """
 
+import math
 from enum import StrEnum
 from typing import Any, Literal, TypeVar
 
@@ -41,7 +42,7 @@ from tui_gcs.core.messages_planning import Track as Track
 from tui_gcs.core.messages_preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.scenario import Scenario
 
-PROTOCOL = 12
+PROTOCOL = 13
 """Version of this file's contract; consoles and workers say it first (`Hello`)."""
 
 
@@ -116,6 +117,8 @@ class StationStatus(Message, frozen=True):
     """What should never happen, counted since start: "planner", "unanswered commands", "refused on slot", "link"."""
     dropped: dict[str, int] = {}
     """What was received and not used, by reason."""
+    homes: dict[int, tuple[float, float]] = {}
+    """East and north of where each one's return leads: where it took off, or what it says itself."""
     recording: str = ""
     planner_files: dict[str, str] = {}
     """Planners given on the command line: path and sha256 at the start, by name."""
@@ -149,6 +152,8 @@ class PreviewTask(Message, frozen=True):
     number: int
     task: PlannerTask | None
     frame: FleetFrame | None
+    idleness_s: float = 0.0
+    """Above 0: with as many vehicles as it takes for this worst idleness."""
 
 
 class PreviewResult(Message, frozen=True):
@@ -161,6 +166,14 @@ class PreviewResult(Message, frozen=True):
     annotations: tuple[Annotation, ...] = ()
     text: str = ""
     """Why it failed."""
+    worst_s: float = math.nan
+    """Predicted worst idleness; NaN: not all of the zone would be seen."""
+    ratio: float = math.nan
+    """Of it to the sweep bound."""
+    separation: float = math.nan
+    """The least within the team, as a multiple of the allowed one."""
+    vehicles: int = 0
+    """With so many."""
 
 
 class Hello(Request, frozen=True, tag="hello"):
@@ -241,6 +254,12 @@ class Preview(Request, frozen=True, tag="preview"):
 
     base_revision: int
     toml: str
+    round_index: int = 0
+    """Of the edited scenario."""
+    team: str = ""
+    """Only this one; "": all."""
+    idleness_s: float = 0.0
+    """Above 0: how many vehicles does it take for this worst idleness?"""
 
 
 class CancelPreview(Request, frozen=True, tag="cancel-preview"):

@@ -111,7 +111,8 @@ class FleetFrame(Message, frozen=True):
     slot_error_m: tuple[float, ...] = ()
     """Distance from the planned place at the time of its newest position."""
     lag_s: tuple[float, ...] = ()
-    """How much later than planned it comes by; negative: earlier. NaN where its course does not move."""
+    """How much later than planned it comes by; negative: earlier. NaN where its course does not move, and until it is
+    on its slot: before, there is nothing to be late for."""
     link: tuple[str, ...] = ()
     signing: tuple[str, ...] = ()
     """What signatures are worth: "unsigned", "signed, not verified", "signed by us", "unknown key"."""

@@ -78,7 +78,10 @@ class LimitSpeed(Request, frozen=True, tag="limit-speed"):
 
 
 class Nudge(Request, frozen=True, tag="nudge"):
-    """Move with this velocity for a second at most: to be said again and again, a stand follows by itself."""
+    """Move with this velocity for a second at most: to be said again and again, a stand follows by itself.
+
+    Zero begins: it takes the vehicle from whatever it does. Any other velocity is for who is being nudged already.
+    """
 
     vehicles: Vehicles
     velocity_m_s: Vec3

@@ -54,6 +54,8 @@ FAILSAFES = ("station-loss", "setpoint-loss", "battery-loss", "fence-cross", "po
 """What vehicles do by themselves, by their own parameters: doing nothing can be acknowledged."""
 OVERRIDABLE = (*FAILSAFES, "fence", "mission", "rehearsal", "sign-off")
 """What an operator may override by name for one start; asked of LIVE vehicles only."""
+BY_HAND = (*FAILSAFES, "fence", "mission")
+"""What is as true of a vehicle that is lifted by hand; the others are about the scenario's flight."""
 MOST_NAME_CHARS = 40
 """Of an operator's name."""
 
@@ -113,6 +115,11 @@ def refusing(checks: Iterable[Check], vehicles: Iterable[int]) -> tuple[Check, .
         for check in checks
         if check.state in STOPS and not check.hard and (not check.vehicles or starting.intersection(check.vehicles))
     )
+
+
+def open_by_hand(checks: Iterable[Check], vehicles: Iterable[int]) -> tuple[Check, ...]:
+    """What would refuse a start, of that which counts for vehicles that are lifted by hand: told, and stops nobody."""
+    return tuple(check for check in refusing(checks, vehicles) if check.name in BY_HAND)
 
 
 def names_of(checks: Iterable[Check]) -> tuple[str, ...]:

@@ -179,7 +179,7 @@ class TaskInfo(Message, frozen=True):
     total: int
     """0: not known."""
     text: str
-    """Why it failed, or what is to be said of a success."""
+    """Why it failed, what is to be said of a success, or what must be over before it begins."""
     age_s: float
     prompt: str = ""
     """What the operator does now, of a task that is led."""

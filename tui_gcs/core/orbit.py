@@ -6,7 +6,7 @@ PX4's own DO_ORBIT reaches 88 % of the asked speed and reads the sticks; ArduCop
 import math
 from dataclasses import dataclass, replace
 
-from tui_gcs.core.course import STILL
+from tui_gcs.core.course import STILL, rest_to_rest_s
 from tui_gcs.core.messages import Vec3
 
 ACCEL_SHARE = 0.9
@@ -73,9 +73,7 @@ class Orbit:
     @property
     def circle_s(self) -> float:
         """When the circle begins."""
-        away_m, speed, accel = math.dist(self.from_m, self.entry_m), self.speed_m_s, self.accel_m_s2
-        ramp_m = speed * speed / accel
-        return self.begin_s + (away_m / speed + speed / accel if away_m > ramp_m else 2.0 * math.sqrt(away_m / accel))
+        return self.begin_s + rest_to_rest_s(math.dist(self.from_m, self.entry_m), self.speed_m_s, self.accel_m_s2)
 
     def at(self, t_s: float) -> tuple[Vec3, Vec3]:
         """Position and velocity wanted at `t_s`."""

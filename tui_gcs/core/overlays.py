@@ -12,7 +12,6 @@ import msgspec
 
 from tui_gcs.core.formats.bounded import data_of
 from tui_gcs.core.formats.content import Drawing, FormatError
-from tui_gcs.core.formats.files import read_file
 
 Kind = Literal["point", "line", "area"]
 
@@ -35,6 +34,8 @@ def load_overlay(path: Path) -> tuple[Overlay, ...]:
     Raises:
         OverlayError: not readable, too large, not a drawing, or without anything to draw.
     """
+    from tui_gcs.core.formats.files import read_file  # a tenth of the console's start, for who draws files only
+
     try:
         drawings = read_file(data_of(path)).drawings
     except FormatError as error:

@@ -10,6 +10,8 @@ MOST_BYTES, MOST_BYTES_EACH = 3_000_000, 20_000
 FEWEST_INTENTS, INTENTS_EACH = 64, 2
 MOST_ANNOTATIONS, MOST_POINTS, MOST_TEXT_CELLS = 200, 20_000, 40
 """What a planner may draw; the rest is cut."""
+MOST_METRICS = 64
+"""And count."""
 
 
 def too_large(size: int, members: int) -> str:
@@ -18,10 +20,15 @@ def too_large(size: int, members: int) -> str:
     return f"plan of {size / 1e6:.1f} MB: at most {most / 1e6:.1f} MB" if size > most else ""
 
 
+def most_intents(members: int) -> int:
+    """How many intents a plan may have."""
+    return max(FEWEST_INTENTS, INTENTS_EACH * members)
+
+
 def too_many(plan: Plan, members: int) -> str:
     """What is wrong with the number of its intents, "" if nothing is."""
-    most = max(FEWEST_INTENTS, INTENTS_EACH * members)
-    return f"{len(plan.intents)} intents for {members} vehicles" if len(plan.intents) > most else ""
+    most = most_intents(members)
+    return f"more than {most} intents for {members} vehicles" if len(plan.intents) > most else ""
 
 
 def shown(annotations: Sequence[Annotation]) -> tuple[Annotation, ...]:

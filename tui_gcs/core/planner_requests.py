@@ -1,12 +1,14 @@
 """Requests about planners: parameters in flight, and a look at what an edited scenario would give."""
 
+import math
 from typing import TYPE_CHECKING
 
 import msgspec
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.bus import PREVIEW_TASK
-from tui_gcs.core.messages import PreviewResult, PreviewTask, Reply, encode
+from tui_gcs.core.messages import PlannerTask, PreviewResult, PreviewTask, Reply, encode
+from tui_gcs.core.scenario import Scenario, Team
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.text import clean
@@ -69,17 +71,23 @@ class PlannerRequests:
             scenario = parse(request.toml, where="edited scenario")
         except ScenarioError as error:
             return Reply(ok=False, text=str(error))
-        round_ = scenario.rounds[min(station.round_index, len(scenario.rounds) - 1)]
+        if not 0 <= request.round_index < len(scenario.rounds) or not 0.0 <= request.idleness_s < math.inf:
+            return Reply(ok=False, text="no such round, or no such idleness")
+        round_ = scenario.rounds[request.round_index]
         self.cancel()
         self._number += 1
         self._asked_s = station.clock.now()
         for team in scenario.teams:
+            if request.team not in ("", team.name):
+                continue
             desk = station.desks.get(team.name)
             if desk is None:
+                text = "new, or renamed: its planner answers once the edit is applied"
+                self.previews[team.name] = PreviewResult(team.name, self._number, "failed", text=text)
                 continue
-            task = desk.task_for(scenario, round_, team, self._number)
+            task = _crewed(desk.task_for(scenario, round_, team, self._number), scenario, team)
             self.previews[team.name] = PreviewResult(team.name, self._number, "running")
-            ask = PreviewTask(self._number, task, station.frame())
+            ask = PreviewTask(self._number, task, station.frame(), request.idleness_s)
             station.bus.publish(PREVIEW_TASK.format(team=team.name), encode(ask))
         return Reply(ok=True, text="preview begun", previews=dict(self.previews))
 
@@ -104,3 +112,13 @@ class PlannerRequests:
                 if result.state == "running":
                     self.previews[team] = msgspec.structs.replace(result, state="failed", text=text)
         return Reply(ok=True, previews=dict(self.previews))
+
+
+def _crewed(task: PlannerTask, scenario: Scenario, team: Team) -> PlannerTask:
+    """With the vehicles and layers that the edit gives the team; counted ones as they are now."""
+    if not team.vehicles:
+        return task
+    layers_m = {place.vehicle: place.layer_m for place in scenario.places if place.vehicle in team.vehicles}
+    free = (place.layer_m for place in scenario.places if place.vehicle is None)
+    layers = {vehicle: layers_m[vehicle] if vehicle in layers_m else next(free) for vehicle in team.vehicles}
+    return msgspec.structs.replace(task, members=team.vehicles, layers_m=layers)

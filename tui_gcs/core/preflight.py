@@ -9,7 +9,8 @@ cannot be overridden. The others are asked of LIVE vehicles: each can be overrid
 
 import math
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from tui_gcs.core import messages as m
 from tui_gcs.core import preflight_fleet as fleet
@@ -27,6 +28,7 @@ from tui_gcs.core.messages_preflight import (
     SignOff,
     count_words,
     names_of,
+    open_by_hand,
     refusing,
 )
 from tui_gcs.core.plan import PlanKind
@@ -51,6 +53,16 @@ _STATES = list(CheckState)
 _NAMES = list(TITLES)
 
 
+@dataclass(frozen=True)
+class _Accepted:
+    """A failsafe that an operator took as it is."""
+
+    text: str
+    operator: str
+    uid: str
+    """The vehicle's hardware id; "" if it was not known."""
+
+
 Findings = list[tuple[int, Finding]]
 """(vehicle, finding)."""
 
@@ -62,8 +74,8 @@ class PreflightDesk:
         """Nobody has said anything."""
         self._station = station
         self._rehearsals = RehearsalBook(station.config.rehearsals)
-        self._accepted: dict[tuple[str, int], tuple[str, str]] = {}
-        """(check, vehicle): the text that was acknowledged, and by whom."""
+        self._accepted: dict[tuple[str, int], _Accepted] = {}
+        """By check and vehicle."""
         self._signed: tuple[str, int] | None = None
         """By whom, and the revision of the scenario."""
         self._asked_s: dict[int, float] = {}
@@ -71,6 +83,7 @@ class PreflightDesk:
         self._newest: tuple[float, tuple[Check, ...]] = (-math.inf, ())
         station.fleet.on_gone(self._forget)
         station.fleet.paths.on_replace.append(self._forget)
+        station.forwarder.on_passed.append(self._passed)
 
     # ---------------------------------------------------------------- the list
 
@@ -122,15 +135,17 @@ class PreflightDesk:
             return
         yield from link_quality(vehicle)
         if fleet.is_live(self._station):
-            yield from (self._judged(vehicle_id, finding) for finding in failsafes(self._station, vehicle))
+            yield from (self._judged(vehicle, finding) for finding in failsafes(self._station, vehicle))
             yield from plans_on_board(self._station, vehicle)
 
-    def _judged(self, vehicle: int, finding: Finding) -> Finding:
+    def _judged(self, vehicle: Vehicle, finding: Finding) -> Finding:
         """A failsafe, as the operator took it."""
-        text, operator = self._accepted.get((finding.name, vehicle), ("", ""))
-        if finding.state is not CheckState.FAIL or text != finding.text:
+        accepted = self._accepted.get((finding.name, vehicle.id))
+        if finding.state is not CheckState.FAIL or accepted is None or accepted.text != finding.text:
             return finding
-        return Finding(finding.name, CheckState.ACKNOWLEDGED, finding.text, f"acknowledged by {operator}")
+        if accepted.uid and vehicle.uid and accepted.uid != vehicle.uid:
+            return finding
+        return Finding(finding.name, CheckState.ACKNOWLEDGED, finding.text, f"acknowledged by {accepted.operator}")
 
     def _sign_off(self, operator: str) -> Check:
         if not fleet.is_live(self._station):
@@ -189,6 +204,19 @@ class PreflightDesk:
         self._tell(principal, f"start signed by {operator}: {count_words(checks)}{names}", NOTICE)
         self._signed, self._newest = None, (-math.inf, ())
 
+    def lifted(self, principal: str, vehicle: int) -> None:
+        """A vehicle is armed by hand: no start, so nothing is refused; what speaks against it is journalled."""
+        if fleet.is_live(self._station):
+            for check in open_by_hand(self.look((vehicle,)), (vehicle,)):
+                self._tell(
+                    principal, f"vehicle {vehicle} is armed by hand although {check.name}: {check.text}", WARNING
+                )
+
+    def _passed(self, vehicle: Vehicle, what: str, who: str) -> None:
+        """Another station was let through to it."""
+        if what == "arm":
+            self.lifted(who, vehicle.id)
+
     # ---------------------------------------------------------------- what operators say
 
     def acknowledge(self, principal: str, request: AcknowledgeCheck) -> Reply:
@@ -203,7 +231,8 @@ class PreflightDesk:
         if line is None:
             return Reply(ok=False, text=f"{request.name}: that is not so (any more): look again")
         for vehicle in line.vehicles:
-            self._accepted[request.name, vehicle] = line.text, operator
+            uid = self._station.fleet.vehicles[vehicle].uid
+            self._accepted[request.name, vehicle] = _Accepted(line.text, operator, uid)
         self._newest = -math.inf, ()
         text = f"acknowledged by {operator}: {line.words()}"
         self._tell(principal, text, NOTICE)
@@ -251,27 +280,34 @@ class PreflightDesk:
         self._newest = -math.inf, ()
         return Reply(ok=True, text=f"reading from {len(asked)} vehicles" if asked else "nothing to read now")
 
-    def _answers(self, vehicle: Vehicle) -> bool:
-        """Whether it makes sense to ask it."""
-        known = not self._station.firmware.of(vehicle).why_not(vehicle)
-        return known and not (vehicle.armed or vehicle.path.high_latency or vehicle.no_commands)
-
     def _ask(self, vehicle: Vehicle, *, anew: bool) -> bool:
         """Whether anything had to be asked."""
         services = self._station.services
-        held = services.missions.state(vehicle.id).held[PlanKind.FENCE]
+        book = services.missions.book
+        fence = book.state(vehicle.id).held[PlanKind.FENCE]
         unread = anew or not services.failsafes.known(vehicle)
-        unseen = anew or (not held.known and not held.partial and not held.stale)
+        unseen = {kind for kind in PlanKind if book.to_read(vehicle.id, kind)}
+        if anew or not (fence.known or fence.partial or fence.stale):
+            unseen.add(PlanKind.FENCE)
         if unread:
             services.failsafes.ask(vehicle.id)
-        if unseen and not services.context.jobs.jobs(vehicle.id):
-            services.missions.download(vehicle.id, PlanKind.FENCE)
-        return unread or unseen
+        if not services.context.jobs.jobs(vehicle.id):
+            for kind in sorted(unseen):
+                services.missions.download(vehicle.id, kind)
+        return unread or bool(unseen)
 
     def _forget(self, vehicle: Vehicle) -> None:
         """What was accepted of one vehicle is not true of another."""
         self._accepted = {key: value for key, value in self._accepted.items() if key[1] != vehicle.id}
         self._asked_s.pop(vehicle.id, None)
+
+    def memory(self) -> list[list[str | int]]:
+        """What was acknowledged, for the station's next start; a signature is not kept: look at the list anew."""
+        return [[name, vehicle, a.text, a.operator, a.uid] for (name, vehicle), a in self._accepted.items()]
+
+    def recall(self, held: list[list[Any]]) -> None:
+        """Go on from what `memory` gave: it holds for a vehicle of which the same is true."""
+        self._accepted = {(name, vehicle): _Accepted(*said) for name, vehicle, *said in held}
 
     def _tell(self, principal: str, text: str, severity: int) -> None:
         self._station.events.say(EventClass.OPERATOR, principal, text, severity)

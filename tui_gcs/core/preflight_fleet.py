@@ -20,7 +20,7 @@ def complete(station: "Station") -> Iterator[Check]:
     """Vehicles of the scenario that were never heard, or are LOST on the ground."""
     now = station.clock.now()
     heard = {v.id for v in station.fleet.vehicles.values() if v.freshness(now) is not Freshness.LOST}
-    expected = sum(len(team.vehicles) or team.count for team in station.scenario.teams)
+    expected = station.scenario.vehicle_count
     here = [flight.vehicle for flight in station.book if flight.vehicle in heard]
     absent = tuple(v for team in station.scenario.teams for v in team.vehicles if v not in heard)
     if len(here) < expected:

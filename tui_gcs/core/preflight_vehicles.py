@@ -81,10 +81,14 @@ def failsafes(station: "Station", vehicle: Vehicle) -> Iterator[Finding]:
 
 def plans_on_board(station: "Station", vehicle: Vehicle) -> Iterator[Finding]:
     """Whether fence, mission and rally points on board are those that this station put there."""
-    held = station.services.missions.state(vehicle.id).held
+    book = station.services.missions.book
+    held = book.state(vehicle.id).held
     yield _fence(held[PlanKind.FENCE])
     for kind in (PlanKind.MISSION, PlanKind.RALLY):
-        yield from _mission(kind, held[kind])
+        if book.to_read(vehicle.id, kind):
+            yield Finding("mission", CheckState.UNKNOWN, f"{kind.word} that was uploaded: not read again yet", _READ)
+        else:
+            yield from _mission(kind, held[kind])
 
 
 def _fence(held: Held) -> Finding:

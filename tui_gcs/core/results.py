@@ -360,7 +360,7 @@ class Referee:
         misses = [math.dist(self._landed_at[v][:2], self._places[v][:2]) for v in kept if v not in missing]
         separation = self._separation if math.isfinite(self._separation) else None
         checks += [
-            _at_least("vehicles flown", float(len(self._flew)), float(self._wanted())),
+            _at_least("vehicles flown", float(len(self._flew)), float(self._scenario.vehicle_count)),
             _at_least("separation, x limit", separation, 1.0),
             _at_most("outside operating area, m", self._outside_m, 0.0),
             _at_most("outside altitude band, m", max(self._band_m, 0.0), 0.0),
@@ -373,9 +373,6 @@ class Referee:
             _at_most("link faults", float(faults.get("link", 0)), 0.0),
         ]
         return checks
-
-    def _wanted(self) -> int:
-        return sum(len(team.vehicles) or team.count for team in self._scenario.teams)
 
 
 def _outside(shape: shapely.Geometry, x: float, y: float) -> float:

@@ -4,6 +4,7 @@ Everything is done relative to a descriptor of that directory, so that nobody ca
 written through a link, nothing that exists is overwritten by a download (security.md B.6-88…93).
 """
 
+import fcntl
 import os
 import re
 import stat
@@ -83,6 +84,19 @@ class SafeFolder:
     def remove(self, name: str) -> None:
         """Remove a file of ours, if it is there."""
         self._unlink(_checked(name))
+
+    def lock(self, name: str) -> int | None:
+        """A descriptor that holds the lock file `name` until it is closed; None: another one has it, or it cannot."""
+        try:
+            fd = os.open(_checked(name), os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600, dir_fd=self._fd)
+        except OSError:
+            return None
+        try:
+            fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(fd)
+            return None
+        return fd
 
     def names(self) -> list[str]:
         """Plain files, the oldest first."""

@@ -81,6 +81,11 @@ class Team(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     count: int = 0
     parameters: dict[str, float | int | bool | str] = {}
 
+    @property
+    def size(self) -> int:
+        """How many vehicles it wants."""
+        return len(self.vehicles) or self.count
+
 
 class TakeOffPlace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A spot on the ground and the altitude layer of the vehicle that starts there.
@@ -114,3 +119,8 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     rounds: tuple[Round, ...]
     teams: tuple[Team, ...]
     places: tuple[TakeOffPlace, ...]
+
+    @property
+    def vehicle_count(self) -> int:
+        """How many vehicles all teams want together."""
+        return sum(team.size for team in self.teams)

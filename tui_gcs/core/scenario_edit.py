@@ -12,7 +12,7 @@ from typing import Any
 import tomlkit
 
 from tui_gcs.core.geo import LocalFrame
-from tui_gcs.core.scenario import OperatingArea, Origin
+from tui_gcs.core.scenario import OperatingArea, Origin, TakeOffPlace, Team
 from tui_gcs.core.scenario_lines import Span, map_lines
 from tui_gcs.core.scenario_load import ScenarioError
 from tui_gcs.core.zones import Circle, Polygon, Rectangle, Shape, Zone
@@ -52,6 +52,21 @@ class ScenarioDocument:
         with self._all_or_nothing():
             self._apply(self._round(round_index), {k: v for k, v in given.items() if v is not None})
 
+    def add_round(self, like_index: int, name: str) -> None:
+        """Add a round behind the last one: the same as this one under another name. Its comments are not copied."""
+        rounds = len(self._tables("", "round"))
+        lines = self._lines()
+        copied: list[str] = []
+        for span in self._spans_under(self._round(like_index)):
+            copied += ["", *(line.rstrip("\r") for line in lines[span.first : span.last + 1])]
+        with self._all_or_nothing():
+            self._insert_after(self._spans_under(self._round(rounds - 1))[-1].last, copied)
+            self._apply(self._round(rounds), {"name": name})
+
+    def remove_round(self, round_index: int) -> None:
+        """Remove a round with its zones; comments around it stay."""
+        self._remove_tables(self._round(round_index))
+
     def set_area(self, round_index: int, area: OperatingArea) -> None:
         """Set a round's operating area."""
         path = f"{self._round(round_index)}.area"
@@ -72,16 +87,11 @@ class ScenarioDocument:
         after = f"{path}.zone[{len(zones)}]" if zones else f"{path}.area"
         if not self._has_header(after):
             after = path
-        self._insert_table(after, "[[round.zone]]", self._zone_keys("", zone))
+        self._insert_table(self._span(after).last, "[[round.zone]]", self._zone_keys("", zone))
 
     def remove_zone(self, round_index: int, zone_name: str) -> None:
         """Remove one round's zone; comments around it stay."""
-        path = self._zone(round_index, zone_name)
-        span, lines = self._span(path), self._lines()
-        first, last = span.first, span.last
-        if last + 1 < len(lines) and not lines[last + 1].strip():
-            last += 1
-        self._commit([*lines[:first], *lines[last + 1 :]])
+        self._remove_tables(self._zone(round_index, zone_name))
 
     def rename_zone(self, old: str, new: str) -> None:
         """Give a zone another name in every round, and in the teams that serve it."""
@@ -93,6 +103,36 @@ class ScenarioDocument:
             for team in self._tables("", "team"):
                 if team.get("zone") == old:
                     self._apply(self._team(str(team.get("name"))), {"zone": new})
+
+    def add_team(self, team: Team) -> None:
+        """Add a team behind the last one."""
+        numbers: dict[str, Value] = {"vehicles": list(team.vehicles)} if team.vehicles else {"count": team.count}
+        keys: dict[str, Value] = {"name": team.name, "zone": team.zone, "planner": team.planner, **numbers}
+        teams = len(self._tables("", "team"))
+        with self._all_or_nothing():
+            self._insert_table(self._spans_under(f"team[{teams}]")[-1].last, "[[team]]", keys)
+            if team.parameters:
+                self._set_parameters(self._team(team.name), team.parameters)
+
+    def remove_team(self, name: str) -> None:
+        """Remove a team with its planner's parameters."""
+        self._remove_tables(self._team(name))
+
+    def add_place(self, place: TakeOffPlace) -> None:
+        """Add a take-off place behind the last one."""
+        places = len(self._tables("", "place"))
+        keys = self._place_keys(f"place[{places}]", place)
+        self._insert_table(self._spans_under(f"place[{places}]")[-1].last, "[[place]]", keys)
+
+    def set_place(self, index: int, place: TakeOffPlace) -> None:
+        """Replace a take-off place, counted from 0."""
+        path = self._place(index)
+        with self._all_or_nothing():
+            self._apply(path, self._place_keys(path, place), ("vehicle",))
+
+    def remove_place(self, index: int) -> None:
+        """Remove a take-off place, counted from 0."""
+        self._remove_tables(self._place(index))
 
     def set_team(
         self,
@@ -119,7 +159,7 @@ class ScenarioDocument:
         path = f"{team_path}.parameters"
         have = self._at(team_path).get("parameters")
         if have is None and parameters:
-            self._insert_table(team_path, "[team.parameters]", parameters)
+            self._insert_table(self._span(team_path).last, "[team.parameters]", parameters)
         elif have is not None and self._has_header(path):
             self._apply(path, parameters, tuple(have))
         elif have is not None:  # an inline table is a value
@@ -149,6 +189,11 @@ class ScenarioDocument:
 
     def _team(self, name: str) -> str:
         return self._named("", "team", name)
+
+    def _place(self, index: int) -> str:
+        if not 0 <= index < len(self._tables("", "place")):
+            raise ScenarioError([f"scenario: there is no take-off place {index + 1}"])
+        return f"place[{index + 1}]"
 
     def _named(self, path: str, key: str, name: str) -> str:
         for i, table in enumerate(self._tables(path, key)):
@@ -183,6 +228,13 @@ class ScenarioDocument:
             )
         return spans[path]
 
+    def _spans_under(self, path: str) -> list[Span]:
+        """Of the table at `path` and of all tables with a header of their own in it, in the order of the file."""
+        self._span(path)
+        lines = self._lines()
+        inside = [span for at, span in self._spans().items() if at == path or at.startswith(f"{path}.")]
+        return sorted(span for span in inside if lines[span.first].lstrip().startswith("["))
+
     # ------------------------------------------------------------ edits
 
     def _apply(self, path: str, values: Mapping[str, Any], owned: Iterable[str] = ()) -> None:
@@ -211,8 +263,16 @@ class ScenarioDocument:
     def _add_key(self, path: str, key: str, value: Value) -> None:
         self._insert_after(self._span(path).last, [_key_line(key, value)])
 
-    def _insert_table(self, after: str, header: str, values: Mapping[str, Any]) -> None:
-        self._insert_after(self._span(after).last, ["", header, *(_key_line(k, v) for k, v in values.items())])
+    def _insert_table(self, after_line: int, header: str, values: Mapping[str, Any]) -> None:
+        self._insert_after(after_line, ["", header, *(_key_line(k, v) for k, v in values.items())])
+
+    def _remove_tables(self, path: str) -> None:
+        """This table and those in it, each with the empty line behind it."""
+        lines = self._lines()
+        for span in reversed(self._spans_under(path)):
+            last = span.last + (span.last + 1 < len(lines) and not lines[span.last + 1].strip())
+            del lines[span.first : last + 1]
+        self._commit(lines)
 
     def _insert_after(self, line: int, new: list[str]) -> None:
         lines = self._lines()
@@ -240,9 +300,9 @@ class ScenarioDocument:
         """The keys of a shape; positions stay in degrees where they were."""
         match shape:
             case Circle():
-                return {"shape": "circle", **self._centre(path, shape.centre_m), "radius_m": shape.radius_m}
+                return {"shape": "circle", **self._at_place(path, "centre", shape.centre_m), "radius_m": shape.radius_m}
             case Rectangle():
-                keys = {"shape": "rectangle", **self._centre(path, shape.centre_m)}
+                keys = {"shape": "rectangle", **self._at_place(path, "centre", shape.centre_m)}
                 keys |= {"width_m": shape.width_m, "height_m": shape.height_m}
                 if shape.heading_deg or "heading_deg" in self._at(path):
                     keys["heading_deg"] = shape.heading_deg
@@ -252,10 +312,14 @@ class ScenarioDocument:
                 points = [self._degrees(point) if degrees else list(point) for point in shape.vertices_m]
                 return {"shape": "polygon", "vertices_deg" if degrees else "vertices_m": points}
 
-    def _centre(self, path: str, centre_m: tuple[float, float]) -> dict[str, Value]:
-        if "centre_deg" in self._at(path):
-            return {"centre_deg": self._degrees(centre_m)}
-        return {"centre_m": list(centre_m)}
+    def _place_keys(self, path: str, place: TakeOffPlace) -> dict[str, Value]:
+        keys = {"vehicle": place.vehicle} if place.vehicle is not None else {}
+        return {**keys, **self._at_place(path, "place", place.place_m), "layer_m": place.layer_m}
+
+    def _at_place(self, path: str, stem: str, point_m: tuple[float, float]) -> dict[str, Value]:
+        if f"{stem}_deg" in self._at(path):
+            return {f"{stem}_deg": self._degrees(point_m)}
+        return {f"{stem}_m": list(point_m)}
 
     def _degrees(self, point_m: tuple[float, float]) -> list[float]:
         """[latitude, longitude] to 1e-9 degrees (0.1 mm)."""

@@ -9,7 +9,7 @@ import shapely
 
 from tui_gcs.core.idleness import sweep_bound_s
 from tui_gcs.core.missions.findings import Level
-from tui_gcs.core.scenario import OperatingArea, Round, Scenario, Team
+from tui_gcs.core.scenario import OperatingArea, Round, Scenario, Team, band_m
 from tui_gcs.core.zones import Role, Zone, area_m2, polygon_of
 
 
@@ -51,7 +51,7 @@ def area_finding(current: Round) -> ScenarioFinding:
 def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "x") -> list[ScenarioFinding]:
     """What a team's vehicles can at best do in its zone."""
     zone = next((zone for zone in current.zones if zone.name == team.zone), None)
-    vehicles = len(team.vehicles) or team.count
+    vehicles = team.size
     if zone is None or zone.role is Role.NO_FLY or not vehicles:
         return []
     speed_m_s, radius_m = scenario.limits.speed_m_s, scenario.footprint_radius_m
@@ -63,9 +63,34 @@ def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "
         ScenarioFinding(Level.NOTE, f"{team.name}: bound {bound_s:.1f} s worst idleness", reckoned),
         ScenarioFinding(Level.NOTE, f"{flown_km:.1f} km per vehicle in {current.duration_s:g} s"),
     ]
+    found += [*crowded(scenario, zone, team, size_m2), *wrong_layers(scenario, current, zone, team)]
     if bound_s > current.duration_s:
         text = (
             f"{team.name}: cannot see all of {zone.name} once: {bound_s:.0f} s at best, {current.duration_s:g} s flown"
         )
         found.append(ScenarioFinding(Level.CAUTION, text))
     return found
+
+
+def crowded(scenario: Scenario, zone: Zone, team: Team, size_m2: float) -> list[ScenarioFinding]:
+    """Too small for so many: on one way over the zone they would follow each other nearer than is allowed."""
+    apart_m, swath_m = scenario.limits.separation_horizontal_m, 2.0 * scenario.footprint_radius_m
+    most = max(1, int(size_m2 / swath_m / apart_m)) if apart_m > 0.0 else team.size
+    if team.size <= most:
+        return []
+    text = f"{zone.name} is too small for {team.size} vehicles: {most} follow each other {apart_m:g} m apart"
+    return [ScenarioFinding(Level.CAUTION, f"{team.name}: {text}", "the others are kept apart by their layers alone")]
+
+
+def wrong_layers(scenario: Scenario, current: Round, zone: Zone, team: Team) -> list[ScenarioFinding]:
+    """Vehicles keep their altitude layers, whatever band their zone has."""
+    low_m, high_m = band_m(zone, current.area)
+    named = [place for place in scenario.places if place.vehicle in team.vehicles]
+    outside = sorted(place.vehicle or 0 for place in named if not low_m <= place.layer_m <= high_m)
+    if not outside:
+        return []
+    who = ", ".join(map(str, outside))
+    text = f"layers of {who} are outside the {low_m:g} to {high_m:g} m of {zone.name}"
+    return [
+        ScenarioFinding(Level.CAUTION, f"{team.name}: {text}", "change the zone's altitude, or their take-off places")
+    ]

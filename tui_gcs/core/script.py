@@ -174,7 +174,7 @@ class Script:
         rows = [row for row in frame.rows() if row.id in wanted]
         ready = [r.id for r in rows if r.freshness is Freshness.OK and r.gps_fix >= 3]
         missing = sorted(wanted - set(ready))
-        expected = sum(len(team.vehicles) or team.count for team in self._scenario.teams)
+        expected = self._scenario.vehicle_count
         if len(ready) == expected and now - self._try_s >= TRY_AGAIN_S:
             self._try_s = now
             start = m.Start(vehicles=tuple(sorted(ready)), overrides=self._overrides, operator=self._operator)

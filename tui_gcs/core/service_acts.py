@@ -14,6 +14,7 @@ from tui_gcs.core.firmware.mode_manners import manner_of
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.shell import why_no_shell
 from tui_gcs.core.firmware.speech import Speech
+from tui_gcs.core.formats.content import counted
 from tui_gcs.core.plan import PlanKind, PlanWord
 from tui_gcs.core.plan_rows import plan_of, plan_rows
 from tui_gcs.core.service_carry import CarryActs
@@ -153,7 +154,7 @@ class ServiceActs:
         plan = plan_of(_kind(request.kind), request.items)
         if not plan.items:
             return "there is nothing in it: clear it instead"
-        done = self._plan_done(task, f"{len(plan.items)} items")
+        done = self._plan_done(task, counted(len(plan.items), "item"))
         return self._follow(task, self._services.missions.upload(vehicle.id, plan, done, in_flight=request.in_flight))
 
     def _clear_plan(self, vehicle: Vehicle, request: s.ClearPlan, task: Task) -> str:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 FORCE = 21196
 """param2 of COMPONENT_ARM_DISARM: also in the air."""
 MOST_REASON_CELLS = 80
+NUDGE_OVER = "does something else meanwhile: begin the nudge anew"
 
 
 class FlightActs:
@@ -111,6 +112,9 @@ class FlightActs:
         return self._began(task, self._station.by_hand.circle(vehicle, request), "on its way to the circle")
 
     def _nudge(self, vehicle: Vehicle, request: f.Nudge, task: Task) -> str:
+        """Only a nudge of zero begins: an arrow still held down takes nobody out of a hold or a pilot's hands."""
+        if any(request.velocity_m_s) and not self._station.by_hand.is_nudged(vehicle):
+            return NUDGE_OVER
         return self._began(task, self._station.by_hand.nudge(vehicle, request), "moves")
 
     def _follow(self, vehicle: Vehicle, request: f.Follow, task: Task) -> str:
@@ -166,6 +170,7 @@ class FlightActs:
 
     def _submit_arm(self, vehicle: Vehicle, task: Task, then: Callable[[], None]) -> None:
         firmware = self._station.firmware.of(vehicle)
+        self._station.preflight.lifted(task.who, vehicle.id)
         self._submit(firmware.arm(vehicle, self._goes_on(vehicle, task, then)), task)
 
     def _goes_on(self, vehicle: Vehicle, task: Task, then: Callable[[], None]) -> Done:

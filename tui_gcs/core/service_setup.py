@@ -6,7 +6,8 @@ from typing import Any
 
 from tui_gcs.core import messages_setup as s
 from tui_gcs.core.firmware.base import may_be_flying
-from tui_gcs.core.firmware.setup import Sensor, calibration
+from tui_gcs.core.firmware.registry import name_of
+from tui_gcs.core.firmware.setup import Sensor, calibration, motor_word
 from tui_gcs.core.messages_services import MEANT, TaskResult
 from tui_gcs.core.service_tasks import Guidance, Task
 from tui_gcs.core.services.calibration import CalibrationJob
@@ -225,8 +226,8 @@ class SetupActs:
 
     def _test_motor(self, vehicle: Vehicle, request: s.TestMotor, task: Task) -> str:
         def done(outcome: Outcome, why: str) -> None:
-            ok = outcome is Outcome.CONFIRMED
-            task.end("" if ok else why or outcome.value, text=f"motor {request.motor}: {why}")
+            ok, motor = outcome is Outcome.CONFIRMED, motor_word(name_of(vehicle), request.motor)
+            task.end("" if ok else why or outcome.value, text=f"{motor}: {why}")
 
         why = self._services.motor_tests.start(
             vehicle.id,

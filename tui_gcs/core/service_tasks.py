@@ -40,6 +40,8 @@ class Task:
         self.confirm: Callable[[], str] | None = None
         """The operator did what its prompt says; "" or why that is of no use."""
         self.guidance: Callable[[], Guidance] = Guidance
+        self.waits_for: Callable[[], str] = str
+        """What must be over before it begins."""
         self.progress: Callable[[], tuple[int, int]] = lambda: (0, 0)
         self._job: Job | None = None
         self._state: JobState | None = None
@@ -61,6 +63,7 @@ class Task:
         """Its progress is that of `job`; what its end means is told by whoever submitted it, with `end`."""
         self._job = job
         self.progress = lambda: (job.done, job.total)
+        self.waits_for = lambda: jobs.waits_for(job)
         self.stop = lambda: jobs.cancel_job(job)
 
     def end(
@@ -75,6 +78,7 @@ class Task:
             self.progress = (lambda last: lambda: last)(self.progress())  # what it was: lets go of the job
             self.guidance = (lambda notes: lambda: Guidance(notes=notes))(self.guidance().notes)
             self._job = self.stop = self.confirm = None
+            self.waits_for = str
 
     def cancel(self) -> str:
         """End it; "" or why not."""
@@ -134,7 +138,7 @@ class TaskBook:
             state=task.state.value,
             done=done,
             total=total,
-            text=task.text,
+            text=task.text or task.waits_for(),
             age_s=self._clock.now() - task.began_s,
             prompt=guidance.prompt,
             waits=guidance.waits,

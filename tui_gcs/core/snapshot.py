@@ -53,7 +53,7 @@ def fleet_frame(
                 for f, v in zip(flights, vehicles, strict=True)
             ]
         ),
-        lag_s=tuple([f.tracking.lag_s if f and f.tracking else math.nan for f in flights]),
+        lag_s=tuple([f.tracking.lag_s if f and f.tracking and f.joined else math.nan for f in flights]),
         link=tuple([v.link for v in vehicles]),
         signing=tuple([v.signing.value for v in vehicles]),
         problem=tuple([problem_of(v) for v in vehicles]),

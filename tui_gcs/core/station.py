@@ -180,6 +180,7 @@ class Station:
         self.services = Services(
             Context(self.fleet, self.door, self.commands, self.jobs, clock, self.events, own, specs, config.folder)
         )
+        self.steering.alone = self.services.failsafes.alone
         self.monitor = FleetMonitor(self.guard, self.book)
         self.tracks = TrackBook(self.fleet, self.events)
         self.detections = Detections(self.fleet, clock, self.tracks.take)

@@ -7,6 +7,7 @@ but nobody judges them.
 import math
 import re
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 from tui_gcs.core.aside import columns_aside
 from tui_gcs.core.clock import Clock
@@ -16,7 +17,7 @@ from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.guard import Guard, Verdict
-from tui_gcs.core.guard_motion import Does, Sight
+from tui_gcs.core.guard_motion import Alone, Does, Sight
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.monitor import error_m
 from tui_gcs.core.orbit import Orbit
@@ -65,6 +66,8 @@ class Steering:
         self._commands = commands
         self._events = events
         self._clock = clock
+        self.alone: Callable[[Vehicle, Vec3], Alone | None] = lambda vehicle, home_m: None
+        """What a vehicle, with its home there, does by itself when it hears nothing."""
         self.vetoed_on_slot = 0
         """Set-points refused for vehicles that were on their slot: a planner fault."""
 
@@ -118,7 +121,7 @@ class Steering:
 
     def _sight(self, vehicle: Vehicle, does: Does, course: Course | None, now: float) -> Sight:
         flight = self._book.get(vehicle.id)
-        return Sight(
+        sight = Sight(
             vehicle.id,
             vehicle.position_m,
             vehicle.velocity_m_s,
@@ -129,6 +132,8 @@ class Steering:
             in_column=flight is not None and flight.in_own_column(vehicle),
             goal_m=flight.sent_to_m if flight is not None else None,
         )
+        home = (flight.home_m if flight is not None else None) or vehicle.home_m
+        return replace(sight, alone=self.alone(vehicle, home)) if sight.is_lost and home is not None else sight
 
     def hold(self, vehicle: Vehicle) -> None:
         """Stop it, and see to it that it stops. Never judged."""
@@ -143,7 +148,7 @@ class Steering:
         me = self._sight(vehicle, Does.FOLLOWS, flight.course, now)
         known = [sight for sight in self.known(now) if minds is None or sight.id in minds]
         near_m, here = NEAR_S * self._guard.limits.speed_m_s, me.position_m[:2]
-        known = [sight for sight in known if math.dist(sight.position_m[:2], here) < near_m + sight.error_m]
+        known = [s for s in known if s.is_lost or math.dist(s.position_m[:2], here) < near_m + s.error_m]
         return self._guard.separation(me, known, now).text
 
     def columns_aside(

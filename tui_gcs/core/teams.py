@@ -22,7 +22,7 @@ from tui_gcs.core.guard import Guard
 from tui_gcs.core.intents import IntentDesk
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.messages import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
-from tui_gcs.core.plan_limits import shown, too_many
+from tui_gcs.core.plan_limits import MOST_METRICS, shown, too_many
 from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.team_measures import ZoneMeasure
@@ -37,7 +37,7 @@ CONFIGURE_S = 20.0
 SLOWEST_HZ, FASTEST_HZ = 1.0, 20.0
 """Of planners' steps."""
 MOST_PLANS_PER_S = 25
-MOST_METRICS, MOST_NAME_CELLS = 64, 32
+MOST_NAME_CELLS = 32
 """What a planner may count; the rest is cut."""
 MOST_TRACE_LINES, MOST_TRACE_CELLS = 30, 160
 MOST_NOTES = 5

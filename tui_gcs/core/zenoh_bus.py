@@ -55,6 +55,8 @@ def _open(mode: str, settings: dict[str, str], what: str) -> zenoh.Session:
     config.insert_json5("mode", f'"{mode}"')
     config.insert_json5("scouting/multicast/enabled", "false")
     config.insert_json5("scouting/gossip/enabled", "false")
+    # Zenoh would pass on whatever is large by shared memory: 20 MB more in each process, and a kill -9 leaves it there.
+    config.insert_json5("transport/shared_memory/enabled", "false")
     for key, value in settings.items():
         config.insert_json5(key, value)
     try:

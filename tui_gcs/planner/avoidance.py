@@ -51,8 +51,9 @@ def avoid(
 ) -> Floats:
     """(n, 3) velocities for the next step, as near to the wanted ones as keeps everybody apart.
 
-    All arrays are (n, 3), ENU. The result keeps the speed limits; it can be had `within_s`: a step, and what a vehicle
-    needs to follow.
+    All arrays are (n, 3), ENU. The limits are kept as places are told: what GPS is wrong by comes on top (wandering by
+    0.5 m, in 40 random swarms: 1.16 of the limits as told, 0.96 in truth). The result keeps the speed limits; it can be
+    had `within_s`: a step, and what a vehicle needs to follow.
     """
     velocity = np.asarray(velocity_m_s, dtype=float)
     wanted = _slow_enough(np.asarray(wanted_m_s, dtype=float), limits)

@@ -6,6 +6,7 @@ place waits longer than the gap that the lost one left (short cuts to new slots 
 it). A vehicle that only takes the place of another goes to that place, and the others stay where they are.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -18,7 +19,7 @@ from tui_gcs.planner.lazy_scipy import paired
 from tui_gcs.planner.region import Region
 from tui_gcs.planner.slots import assign, delayed
 from tui_gcs.planner.tour import Tour
-from tui_gcs.planner.transit import Mobility, Transit, plan_transit
+from tui_gcs.planner.transit import LONGEST_S, Mobility, Transit, along, plan_transit
 
 Floats = NDArray[np.floating[Any]]
 
@@ -31,8 +32,8 @@ OLD_POSITION_S = 1.0
 """Older positions say nothing about how well a vehicle follows."""
 FEW = 24
 """Of more vehicles than this, ways to slots are planned a few in each step."""
-WAYS_PER_STEP = 3
-"""Of many vehicles, so many get their transit planned in one step."""
+WAYS_S_PER_STEP = 60.0
+"""Of many vehicles, ways of so many seconds are planned in one step: what a way costs grows with how long it takes."""
 SLOWER = 0.6
 """A vehicle that falls back flies slower by at most this share."""
 SLOWING_M_S2 = 0.3
@@ -62,6 +63,14 @@ class Berth:
     """… at this time."""
 
     @property
+    def flown(self) -> "Berth":
+        """What it flies: this, or the one before for as long as the way to this one is not planned yet."""
+        berth = self
+        while berth.before is not None:
+            berth = berth.before
+        return berth
+
+    @property
     def waiting(self) -> bool:
         """Its way is still to be planned."""
         return self.planned_s == -np.inf and not self.joined
@@ -74,21 +83,23 @@ class Berth:
     @property
     def back_took_s(self) -> float:
         """How long it takes to fall back: so long that neither speed nor acceleration changes much."""
-        return max(1.5 * self.back_s / SLOWER, float(np.sqrt(6.0 * 8.0 * self.back_s / SLOWING_M_S2)))
+        return max(1.5 * self.back_s / SLOWER, math.sqrt(6.0 * 8.0 * self.back_s / SLOWING_M_S2))
 
     def falls_back(self, t_s: float) -> bool:
         """Whether it still does."""
         return t_s < self.back_from_s + self.back_took_s
 
-    def ahead(self, times_s: Floats) -> tuple[Floats, Floats]:
-        """(k,) how far it is ahead of its slot, and how fast that changes: a cubic that ends at 0 and 0."""
-        took_s = max(self.back_took_s, 1e-9)
-        share = np.clip((times_s - self.back_from_s) / took_s, 0.0, 1.0)
-        left = 1.0 - share
-        begun_s = self.back_rate * took_s
-        ahead_s = left**2 * (self.back_s * (1.0 + 2.0 * share) + begun_s * share)
-        rate = left * (begun_s * (1.0 - 3.0 * share) - 6.0 * self.back_s * share) / took_s
-        return ahead_s, rate
+
+def _ahead(berths: Sequence[Berth], times_s: Floats) -> tuple[Floats, Floats]:
+    """(n, k) how far each is ahead of its slot, and how fast that changes: a cubic that ends at 0 and 0."""
+    falls = [(berth.back_s, berth.back_rate, berth.back_from_s, max(berth.back_took_s, 1e-9)) for berth in berths]
+    back_s, back_rate, from_s, took_s = np.array(falls).T[:, :, None]
+    share = np.clip((times_s - from_s) / took_s, 0.0, 1.0)
+    left = 1.0 - share
+    begun_s = back_rate * took_s
+    ahead_s = left**2 * (back_s * (1.0 + 2.0 * share) + begun_s * share)
+    rate = left * (begun_s * (1.0 - 3.0 * share) - 6.0 * back_s * share) / took_s
+    return ahead_s, rate
 
 
 @dataclass
@@ -125,33 +136,33 @@ class Course:
 
     def reference(self, berth: Berth, times_s: Floats) -> tuple[Floats, Floats]:
         """(k, 2) places and velocities where the vehicle should be at `times_s`: on its transit, then on its slot."""
-        if berth.before is not None:
-            return self.reference(berth.before, times_s)
-        xy, velocity = (rows[0] for rows in self.on_slots([berth], times_s))
-        if berth.transit is not None:
-            under_way = times_s < berth.transit.end_s
-            xy[under_way], velocity[under_way] = berth.transit.at(times_s[under_way])
-        return xy, velocity
+        xy, velocity = self.references([berth], times_s)
+        return xy[0], velocity[0]
 
     def references(self, berths: Sequence[Berth], times_s: Floats) -> tuple[Floats, Floats]:
         """(n, k, 2) of many."""
-        xy, velocity = self.on_slots(berths, times_s)
-        for row, berth in enumerate(berths):
-            if berth.transit is not None or berth.before is not None:
-                xy[row], velocity[row] = self.reference(berth, times_s)
+        flown = [berth.flown for berth in berths]
+        xy, velocity = self.on_slots(flown, times_s)
+        transits = [(row, berth.transit) for row, berth in enumerate(flown) if berth.transit is not None]
+        if transits:
+            rows, ways = [row for row, _ in transits], [way for _, way in transits]
+            under_way = (times_s < np.array([way.end_s for way in ways])[:, None])[..., None]
+            way_xy, way_velocity = along(ways, times_s)
+            xy[rows] = np.where(under_way, way_xy, xy[rows])
+            velocity[rows] = np.where(under_way, way_velocity, velocity[rows])
         return xy, velocity
 
     def on_slots(self, berths: Sequence[Berth], times_s: Floats) -> tuple[Floats, Floats]:
         """(n, k, 2) places and velocities of the slots themselves."""
         phase = times_s - np.array([berth.origin_s for berth in berths])[:, None]
         back = [row for row, berth in enumerate(berths) if berth.falls_back(times_s[0])]
-        rate = np.ones_like(phase)
-        for row in back:
-            ahead_s, change = berths[row].ahead(times_s)
-            phase[row] += ahead_s
-            rate[row] += change
+        if not back:
+            return self.tour.at(phase)
+        ahead_s, change = _ahead([berths[row] for row in back], times_s)
+        phase[back] += ahead_s
         xy, velocity = self.tour.at(phase)
-        return xy, velocity * rate[..., None] if back else velocity
+        velocity[back] *= 1.0 + change[..., None]
+        return xy, velocity
 
     # ---------------------------------------------------------------- slots
 
@@ -216,7 +227,8 @@ class Course:
         n, first_s, taken = len(starts), 0.0, set[int]()
         if on:
             now = np.array([t_s])
-            falls = [tuple(float(part[0]) for part in old[v].ahead(now)) for v in on]
+            ahead_s, rates = (part[:, 0].tolist() for part in _ahead([old[v] for v in on], now))
+            falls = list(zip(ahead_s, rates, strict=True))
             phase = np.array([t_s - old[v].origin_s + ahead for v, (ahead, _) in zip(on, falls, strict=True)])
             least_s = LEAST_FALL_S if any(rate for _, rate in falls) else 0.0
             phases, slots = delayed(phase, n, self.tour.period_s, least_s)
@@ -262,19 +274,17 @@ class Course:
         here, _ = _now(fleet, index)
         error_m = np.hypot(*(self.references(berths, np.array([t_s]))[0][:, 0] - here).T)
         fresh = ~(fleet.age_s[index] > OLD_POSITION_S)
-        ways = WAYS_PER_STEP if len(ids) > FEW else len(ids)
+        left_s = WAYS_S_PER_STEP if len(ids) > FEW else np.inf
         for k, (vehicle, berth) in enumerate(zip(ids, berths, strict=True)):
-            if berth.waiting and ways:
-                self._send(berth, t_s, *self._start(berth, t_s, fleet, rows[vehicle]))
-                ways -= 1
+            if berth.waiting and left_s > 0.0:
+                left_s -= self._send(berth, t_s, *self._start(berth, t_s, fleet, rows[vehicle]))
             elif fresh[k] and not berth.waiting:
                 if berth.transit is None and not berth.stuck and error_m[k] <= JOINED_M:
                     berth.joined = True
                 lost = berth.stuck or error_m[k] > LOST_TRACK_M
-                if lost and ways and t_s - berth.planned_s >= berth.patience_s:
+                if lost and left_s > 0.0 and t_s - berth.planned_s >= berth.patience_s:
                     xy, velocity = _now(fleet, [rows[vehicle]])
-                    self._send(berth, t_s, xy[0], velocity[0])
-                    ways -= 1
+                    left_s -= self._send(berth, t_s, xy[0], velocity[0])
 
     def _start(self, berth: Berth | None, t_s: float, fleet: Fleet, row: int) -> tuple[Floats, Floats]:
         """Where a vehicle's next transit begins: on its reference if it follows it, else where it is."""
@@ -285,12 +295,14 @@ class Course:
                 return reference[0], speed[0]
         return xy, velocity
 
-    def _send(self, berth: Berth, t_s: float, xy: Floats, velocity: Floats) -> None:
+    def _send(self, berth: Berth, t_s: float, xy: Floats, velocity: Floats) -> float:
+        """Plan its way; how many seconds of flight that took to find."""
         berth.back_s, berth.before = 0.0, None
         berth.transit = plan_transit(t_s, xy, velocity, self.tour, t_s - berth.origin_s, self.mobility, self.region)
         berth.stuck = berth.transit is None
         berth.patience_s = min(2.0 * berth.patience_s, MOST_PATIENCE_S) if berth.stuck else PATIENCE_S
         berth.planned_s, berth.joined = t_s, False
+        return LONGEST_S if berth.transit is None else berth.transit.end_s - t_s
 
 
 _Starts = dict[int, tuple[Floats, Floats]]

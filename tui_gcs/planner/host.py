@@ -11,6 +11,7 @@ import time
 import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from itertools import islice
 from zlib import crc32
 
 import msgspec
@@ -18,7 +19,7 @@ import numpy as np
 
 from tui_gcs.core.bus import FLEET, PLAN, PREVIEW, PREVIEW_TASK, TASK, Bus, Closable
 from tui_gcs.core.messages import FleetFrame, Plan, PlannerInfo, PlannerTask, PreviewResult, PreviewTask, decode, encode
-from tui_gcs.core.plan_limits import too_large, too_many
+from tui_gcs.core.plan_limits import MOST_ANNOTATIONS, most_intents, too_large, too_many
 from tui_gcs.planner import kept as keeping
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Context, Output, Planner
@@ -73,6 +74,8 @@ class PlannerHost:
         self.files = files or {}
         self.pace: Pace | None = None
         """Of a worker in the air; without one all work is done, however long it takes."""
+        self.searches = True
+        """False: no background work is granted, only what a step needs."""
         self._job: Job | None = None
         self._next_s = -np.inf
         self._seq = 0
@@ -265,7 +268,7 @@ class PlannerHost:
                 job.started = True
             for event in job.changes.look(frame, job.task):
                 planner.event(event)
-            plans.append(_filled(blank, planner.step(context), job.task.planner))
+            plans.append(_filled(blank, planner.step(context), job.task))
 
         if error := self._guarded(run):
             return self._failed(job, blank, error)
@@ -278,6 +281,8 @@ class PlannerHost:
         job.credit += _within(planner.iterations_per_s, 0.0, registry.MOST_ITERATIONS_PER_S, 0.0) * since_s
         whole = math.floor(job.credit + 1e-9)
         job.credit = max(job.credit - whole, 0.0)
+        if not self.searches:
+            return 0
         return whole if self.pace is None else math.floor(whole * self.pace.share)
 
     def _failed(self, job: Job, blank: Plan, error: str) -> Plan:
@@ -330,14 +335,20 @@ def _last_line(text: str) -> str:
     return (text.strip().splitlines() or ["it does not say why"])[-1]
 
 
-def _filled(blank: Plan, output: object, name: str) -> Plan:
-    """The plan with what a step wants. Raises TypeError or ValueError if it is no output."""
+def _filled(blank: Plan, output: object, task: PlannerTask) -> Plan:
+    """The plan with what a step wants; of what is too many, one too many.
+
+    Raises:
+        TypeError, ValueError: it is no output.
+    """
     if not isinstance(output, Output):
-        raise TypeError(f"planner {name!r}: step returned {type(output).__name__}, not Output")
+        raise TypeError(f"planner {task.planner!r}: step returned {type(output).__name__}, not Output")
+    intents, drawn = islice(output.intents, most_intents(len(task.members)) + 1), output.annotations
+    shown = None if drawn is None else tuple(map(plain_annotation, islice(drawn, MOST_ANNOTATIONS + 1)))
     return msgspec.structs.replace(
         blank,
-        intents=tuple([plain_intent(intent) for intent in output.intents]),
-        annotations=None if output.annotations is None else tuple(map(plain_annotation, output.annotations)),
+        intents=tuple(map(plain_intent, intents)),
+        annotations=shown,
         metrics={str(key): float(value) for key, value in output.metrics.items()},
     )
 

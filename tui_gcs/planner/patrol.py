@@ -5,6 +5,7 @@ searched for between steps, and taken when vehicles are on their slots and it is
 """
 
 from collections.abc import Mapping
+from itertools import repeat
 from typing import Any
 
 import numpy as np
@@ -246,8 +247,8 @@ class Patrol(Planner):
         xy, velocity = self._course.references(berths, times)
         layer_m = fleet.layer_m[rows]
         z = np.where(np.isfinite(layer_m), layer_m, fleet.position_m[rows, 2])
-        places = np.concatenate([xy, np.broadcast_to(z[:, None, None], (*xy.shape[:2], 1))], axis=2).tolist()
-        speeds = np.concatenate([velocity, np.zeros((*xy.shape[:2], 1))], axis=2).tolist()
+        places = [tuple(zip(x, y, repeat(up))) for x, y, up in zip(*_lists(xy), z.tolist(), strict=True)]
+        speeds = [tuple(zip(east, north, repeat(0.0))) for east, north in zip(*_lists(velocity), strict=True)]
         found = {}
         for k, (i, berth) in enumerate(zip(rows, berths, strict=True)):
             vehicle, slot = int(fleet.id[i]), f"{berth.slot + 1}/{formation.slots}"
@@ -260,8 +261,8 @@ class Patrol(Planner):
                 "trajectory",
                 t0_s=t_s,
                 dt_s=SAMPLE_S,
-                positions_m=tuple(map(tuple, places[k])),
-                velocities_m_s=tuple(map(tuple, speeds[k])),
+                positions_m=places[k],
+                velocities_m_s=speeds[k],
                 slot=slot,
                 joined=berth.joined and not berth.falls_back(t_s),
                 reason=_reason(berth, t_s),
@@ -320,6 +321,11 @@ def _reason(berth: Berth, t_s: float) -> str:
 
 def _active(fleet: Fleet) -> set[int]:
     return set(fleet.id[fleet.active].tolist())
+
+
+def _lists(vectors: Floats) -> tuple[list[list[float]], list[list[float]]]:
+    """East and north of (n, k, 2)."""
+    return vectors[..., 0].tolist(), vectors[..., 1].tolist()
 
 
 def _drawing(tour: Tour) -> Annotation:

@@ -8,6 +8,7 @@ import numpy as np
 from tui_gcs.core.messages import Annotation, Intent
 
 _FIELDS = Intent.__struct_fields__
+_TRAVELS = frozenset({str, int, float, bool})
 _DRAWN = get_args(get_type_hints(Annotation)["kind"])
 
 
@@ -15,7 +16,8 @@ def plain_intent(intent: object) -> Intent:
     """`intent` without anything of numpy's. Raises TypeError if it is none."""
     if not isinstance(intent, Intent):
         raise TypeError(f"an intent is an Intent, not {type(intent).__name__}")
-    odd = {name: _plain(value) for name in _FIELDS if _is_odd(value := getattr(intent, name))}
+    values = zip(_FIELDS, msgspec.structs.astuple(intent), strict=True)
+    odd = {name: _plain(value) for name, value in values if type(value) not in _TRAVELS and _is_odd(value)}
     return msgspec.structs.replace(intent, **odd) if odd else intent
 
 
@@ -35,8 +37,7 @@ def _is_odd(value: Any) -> bool:
     """Whether it, or the first row of it, holds something of numpy's or a list. A mixture is told when it is sent."""
     while isinstance(value, tuple) and value and isinstance(value[0], tuple):
         value = value[0]
-    parts = value if isinstance(value, tuple) else (value,)
-    return any(isinstance(part, (np.generic, np.ndarray, list)) for part in parts)
+    return not _TRAVELS.issuperset(map(type, value if isinstance(value, tuple) else (value,)))
 
 
 def _plain(value: Any) -> Any:

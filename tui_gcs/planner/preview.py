@@ -1,4 +1,4 @@
-"""What a planner would make of a task, without flying it: its first plan with the whole team in the air.
+"""What a planner would make of a task, without flying it, with the whole team in the air.
 
 `python -m tui_gcs.planner.preview [--file NAME SHA256 PATH]…` reads a `PreviewTask` and writes a `PreviewResult`: a
 process of its own, which can be killed when nobody wants to know any more.
@@ -16,9 +16,8 @@ from pathlib import Path
 
 import msgspec
 
-from tui_gcs.core.messages import FleetFrame, Freshness, Phase, PlannerTask, PreviewResult, PreviewTask, decode, encode
-from tui_gcs.core.zones import polygon_of
-from tui_gcs.planner.host import PlannerHost
+from tui_gcs.core.messages import PreviewResult, PreviewTask, decode, encode
+from tui_gcs.planner.foresight import foresee, vehicles_for
 from tui_gcs.planner.registry import PlannerFile
 
 LIMIT_S = 60.0
@@ -27,45 +26,32 @@ NICE = 10
 
 
 def preview(ask: PreviewTask, files: Mapping[str, PlannerFile]) -> PreviewResult:
-    """Configure and step once. Raises ValueError if there is nothing to look at."""
-    if ask.task is None or ask.frame is None:
+    """What comes of it. Raises ValueError if there is nothing to look at."""
+    task, frame = ask.task, ask.frame
+    if task is None or frame is None:
         raise ValueError("nothing to look at")
-    host = PlannerHost(ask.task.team, files)
-    host.set_task(ask.task)
-    plan = host.step(all_in_the_air(ask.task, ask.frame))
-    if plan.error:
-        text = plan.error.strip().splitlines()[-1]
-        return PreviewResult(ask.task.team, ask.number, "failed", text=text)
-    return PreviewResult(ask.task.team, ask.number, "done", plan.metrics, plan.annotations or ())
-
-
-def all_in_the_air(task: PlannerTask, frame: FleetFrame) -> FleetFrame:
-    """The team on its layers, above where it is; above the middle of the area where nobody knows."""
-    place = {vehicle: i for i, vehicle in enumerate(frame.ids)}
-    middle = polygon_of(task.area.shape).representative_point()
-    ids = tuple(sorted(task.members))
-    spots = []
-    for k, vehicle in enumerate(ids):
-        x, y, _ = frame.position_m[place[vehicle]] if vehicle in place else (math.nan,) * 3
-        known = math.isfinite(x) and math.isfinite(y)
-        layer_m = task.layers_m.get(vehicle, task.area.alt_min_m)
-        spots.append((x, y, layer_m) if known else (float(middle.x) + k, float(middle.y), layer_m))
-    n = len(ids)
-    return FleetFrame(
-        seq=frame.seq,
-        t_s=frame.t_s,
-        wall_s=frame.wall_s,
-        kind=frame.kind,
-        ids=ids,
-        team=(task.team,) * n,
-        phase=(Phase.FLYING,) * n,
-        freshness=(Freshness.OK,) * n,
-        position_m=tuple(spots),
-        velocity_m_s=((0.0, 0.0, 0.0),) * n,
-        heading_deg=(0.0,) * n,
-        battery_pct=(100.0,) * n,
-        age_s=(0.0,) * n,
-        wind_m_s=frame.wind_m_s,
+    layers_m = dict.fromkeys(task.members, task.area.alt_min_m) | task.layers_m
+    task = msgspec.structs.replace(task, members=tuple(sorted(task.members)), layers_m=layers_m)
+    vehicles = len(task.members)
+    try:
+        if ask.idleness_s > 0.0:
+            vehicles, found = vehicles_for(ask.idleness_s, task, frame, files)
+        else:
+            found = foresee(task, frame, files)
+    except ValueError as why:
+        return PreviewResult(task.team, ask.number, "failed", text=str(why))
+    if found.plan.error:
+        return PreviewResult(task.team, ask.number, "failed", text=found.plan.error.strip().splitlines()[-1])
+    return PreviewResult(
+        task.team,
+        ask.number,
+        "done",
+        found.plan.metrics,
+        found.plan.annotations or (),
+        worst_s=found.worst_s,
+        ratio=found.ratio,
+        separation=found.separation,
+        vehicles=vehicles,
     )
 
 

@@ -46,6 +46,8 @@ PROMISING = 1.02
 """A try that costs up to so much more than the last one that was finished at once is finished, too."""
 WORTH_JUDGING = 1.01
 """The worst place need not wait longer on a tour that takes so much longer."""
+HOPEFUL = 1.01
+"""A draft that misses no cell is worked on if it is not so much longer than the best: that gains a percent at most."""
 WORTH_S = 0.05
 """A change must gain so much (of the tour's duration) to count."""
 
@@ -75,22 +77,27 @@ class Search:
         if self.finishing is not None:
             self.finishing = site.tightened(self.finishing)
             if self.finishing.done:
-                self._admit(site, self.finishing.draft, self.finishing.instead_of)
+                self._admit(site, self.finishing.best, self.finishing.instead_of)
                 self.finishing = None
             return
         rng = np.random.default_rng([self.seed, self.units])
         if rng.random() < NEW_SHARE:
             for tried in self.new(site, self.units, rng):
                 if tried.cost <= self.bar:
-                    self.finishing = site.begun(tried.respaced(FINER))
+                    self.finishing = site.begun(tried.respaced(FINER), enough=self._hopeful())
         else:
             before = self.pool[int(len(self.pool) * rng.random() * rng.random())]
-            self.finishing = site.begun(site.bent(_changed(before, rng), CHANGE), before.cost)
+            changed = site.bent(_changed(before, rng), CHANGE)
+            self.finishing = site.begun(changed, before.cost, self._hopeful())
 
     def new(self, site: Site, number: int, rng: np.random.Generator) -> list[Draft]:
         """A new guess, tried; none if chance gives nothing of use."""
         path = round_trip(site.zone, site.motion.radius_m, rng)
         return [] if path is None else [site.bent(site.draft(f"round trip {number}", path), *TRY)]
+
+    def _hopeful(self) -> float:
+        """What a draft may cost to be worked on when it misses no cell."""
+        return HOPEFUL * self.pool[0].cost if self.pool else math.inf
 
     def _admit(self, site: Site, draft: Draft, instead_of: float = math.inf) -> None:
         """Into the pool, if it is good enough and no other is as long; a change only instead of what was changed."""
@@ -121,7 +128,7 @@ def begun(site: Site, seed: int, n: int) -> Search:
     most = min(len(tries), max(FEWEST_FINISHED, round(FINISHED * share)))
     search.bar = tries[most - 1].cost * PROMISING
     for draft in tries[:most]:
-        search._admit(site, site.finished(draft))
+        search._admit(site, site.finished(draft, search._hopeful()))
     return search
 
 

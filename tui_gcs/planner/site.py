@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tui_gcs.planner.api import Shape, area_m2, cell_centres_m, polygon_of
 from tui_gcs.planner.lazy_scipy import nearest
 from tui_gcs.planner.region import Region
-from tui_gcs.planner.smoothing import Draft, Effort, Motion, draft_of, smooth
+from tui_gcs.planner.smoothing import Draft, Effort, Motion, draft_of, flown_as, smooth
 from tui_gcs.planner.tour import PATH_STEP_M, Evaluation, Tour, evaluate, timed
 
 Floats = NDArray[np.floating[Any]]
@@ -20,7 +20,9 @@ CELL_M = 2.5
 COARSE_M = 5.0
 MOST_CELLS = 6000
 """Larger zones are judged on larger cells."""
-FINISH, FINISH_ROUNDS = Effort(10.0, 5.0, 24), 5
+FINISH, FINISH_ROUNDS = Effort(10.0, 5.0, 24), 6
+WORTH_A_ROUND = 0.003
+"""Another round is flown if the last one made the tour shorter by this share."""
 FINER = 2.0
 """Times the control points of a try that a finished draft has: corners get tighter, lanes straighter."""
 MISS_M = 0.1
@@ -54,19 +56,24 @@ class Design:
 
 @dataclass(frozen=True)
 class Finishing:
-    """A draft on the way to missing no cell."""
+    """A draft on the way to missing no cell and to its shortest."""
 
-    draft: Draft
+    going: Draft
+    """What the next round begins with."""
     less_m: Floats
     """For each cell: so much less is its footprint taken for."""
+    best: Draft
+    """Of all rounds; costs its exact duration. Infinite before the first."""
     left: int = FINISH_ROUNDS
     """Rounds at most."""
     instead_of: float = math.inf
     """Cost of the draft that it was changed from."""
+    enough: float = math.inf
+    """What the best may cost to be worth more rounds."""
 
     @property
     def done(self) -> bool:
-        """No cell is missed, or nothing helps."""
+        """No cell is missed and it hardly gets shorter, or nothing helps."""
         return self.left == 0
 
 
@@ -92,29 +99,36 @@ class Site:
             draft = smooth(draft, self.coarse, self.motion, self.region, effort)
         return draft
 
-    def finished(self, draft: Draft) -> Draft:
+    def finished(self, draft: Draft, enough: float = math.inf) -> Draft:
         """The draft with more control points after descent on all cells; its cost is its exact duration then."""
-        finishing = self.begun(draft.respaced(FINER))
+        finishing = self.begun(draft.respaced(FINER), enough=enough)
         while not finishing.done:
             finishing = self.tightened(finishing)
-        return finishing.draft
+        return finishing.best
 
-    def begun(self, draft: Draft, instead_of: float = math.inf) -> Finishing:
+    def begun(self, draft: Draft, instead_of: float = math.inf, enough: float = math.inf) -> Finishing:
         """Before the first round."""
-        return Finishing(draft, np.zeros(len(self.cells)), instead_of=instead_of)
+        nothing = replace(draft, cost=math.inf)
+        return Finishing(draft, np.zeros(len(self.cells)), nothing, instead_of=instead_of, enough=enough)
 
-    def tightened(self, before: "Finishing") -> "Finishing":
+    def tightened(self, before: Finishing) -> Finishing:
         """One round. What a cell is still missed by is added to what its footprint is taken less by.
 
         This is an augmented Lagrangian, which finds shorter tours than ever harder penalties do.
         """
-        draft = smooth(before.draft, self.cells, self.motion, self.region, FINISH, before.less_m)
+        draft = smooth(before.going, self.cells, self.motion, self.region, FINISH, before.less_m)
         over_m = nearest(draft.path_m(), self.cells)[0] - self.motion.radius_m
         missed_m = float(over_m.max()) - MISS_M
-        left = 0 if missed_m <= 0.0 else before.left - 1
-        if left == 0:
-            draft = replace(draft, cost=self.timed(draft).period_s + MISSED_S_PER_M * max(missed_m, 0.0))
-        return replace(before, draft=draft, less_m=np.maximum(before.less_m + over_m, 0.0), left=left)
+        tour = self.timed(draft)
+        cost = tour.period_s + MISSED_S_PER_M * max(missed_m, 0.0)
+        worth_more = missed_m > 0.0 or (cost < (1.0 - WORTH_A_ROUND) * before.best.cost and cost <= before.enough)
+        return replace(
+            before,
+            going=flown_as(draft, tour),
+            less_m=np.maximum(before.less_m + over_m, 0.0),
+            best=replace(draft, cost=cost) if cost < before.best.cost else before.best,
+            left=before.left - 1 if worth_more else 0,
+        )
 
     def timed(self, draft: Draft) -> Tour:
         """The draft with its exact time law."""

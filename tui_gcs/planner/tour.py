@@ -2,12 +2,14 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
+Rows = NDArray[np.intp]
 
 SAMPLE_S = 0.1
 """Spacing of a tour's samples; straight between them is within a dt^2 / 8 = 3 mm at 2.5 m/s^2."""
@@ -48,16 +50,30 @@ class Tour:
         """Way of one round trip."""
         return float(np.hypot(*np.diff(self.xy_m, axis=0, append=self.xy_m[:1]).T).sum())
 
+    @cached_property
+    def top_speed_m_s(self) -> float:
+        """The largest speed on it."""
+        return float(np.hypot(self.velocity_m_s[:, 0], self.velocity_m_s[:, 1]).max())
+
     def at(self, phase_s: Floats) -> tuple[Floats, Floats]:
         """Positions and velocities (…, 2) at times (…) since the tour's first point; any number of rounds."""
-        place = np.asarray(phase_s, dtype=float) / self.dt_s
-        whole = np.floor(place)
-        share = (place - whole)[..., None]
-        i = whole.astype(np.int64) % len(self.xy_m)
-        j = (i + 1) % len(self.xy_m)
+        i, j, share = self._samples(phase_s)
         xy = (1.0 - share) * self.xy_m[i] + share * self.xy_m[j]
         velocity = (1.0 - share) * self.velocity_m_s[i] + share * self.velocity_m_s[j]
         return xy, velocity
+
+    def places(self, phase_s: Floats) -> Floats:
+        """As `at`, the positions only."""
+        i, j, share = self._samples(phase_s)
+        xy: Floats = (1.0 - share) * self.xy_m[i] + share * self.xy_m[j]
+        return xy
+
+    def _samples(self, phase_s: Floats) -> tuple[Rows, Rows, Floats]:
+        """The sample before, the one after, and how far between them it is."""
+        place = np.asarray(phase_s, dtype=float) / self.dt_s
+        whole = np.floor(place)
+        i = whole.astype(np.intp) % len(self.xy_m)
+        return i, (i + 1) % len(self.xy_m), (place - whole)[..., None]
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ the slot's velocity within the limits, that manoeuvre is taken. The result is st
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -44,12 +45,25 @@ class Transit:
         return self.t0_s + STEP_S * (len(self.xy_m) - 1)
 
     def at(self, t_s: Floats) -> tuple[Floats, Floats]:
-        """Positions and velocities (k, 2) at times (k,) not after `end_s`."""
-        place = np.clip((t_s - self.t0_s) / STEP_S, 0.0, len(self.xy_m) - 1)
-        index = np.arange(len(self.xy_m))
-        xy = np.stack([np.interp(place, index, self.xy_m[:, axis]) for axis in range(2)], axis=1)
-        velocity = np.stack([np.interp(place, index, self.velocity_m_s[:, axis]) for axis in range(2)], axis=1)
-        return xy, velocity
+        """Positions and velocities (k, 2) at times (k,), in order; past its end it is there."""
+        xy, velocity = along([self], t_s)
+        return xy[0], velocity[0]
+
+
+def along(transits: Sequence[Transit], t_s: Floats) -> tuple[Floats, Floats]:
+    """(n, k, 2) positions and velocities on n transits at the same times (k,), in order; past its end it is there."""
+    place = (t_s - np.array([transit.t0_s for transit in transits])[:, None]) / STEP_S
+    last = np.array([len(transit.xy_m) - 1 for transit in transits])[:, None]
+    place = np.clip(place, 0.0, last)
+    index = np.minimum(place.astype(np.intp), np.maximum(last - 1, 0))
+    share = (place - index)[..., None]
+    begins, ends = index[:, 0].tolist(), (index[:, -1] + 2).tolist()  # of the samples that count
+    parts = [(t.xy_m[i:j], t.velocity_m_s[i:j]) for t, i, j in zip(transits, begins, ends, strict=True)]
+    xy, velocity = (np.concatenate([part[which] for part in parts]) for which in range(2))
+    first = np.cumsum([0, *(len(part) for part, _ in parts[:-1])])
+    low = first[:, None] + index - index[:, :1]
+    high = low + (last > 0)
+    return (1.0 - share) * xy[low] + share * xy[high], (1.0 - share) * velocity[low] + share * velocity[high]
 
 
 @dataclass(frozen=True)
@@ -81,11 +95,13 @@ def plan_transit(
     """
     flight = _Flight(xy_m, velocity_m_s, mobility)
     lap_s = np.arange(0.0, _longest_wait_s(xy_m, tour, mobility), LOOK_AHEAD_S)
-    aim, corner = xy_m, False
+    aim, corner, near_s = xy_m, False, 0.0
     for step in range(round(LONGEST_S / STEP_S)):
         now_s = step * STEP_S
         if step % LOOK_EVERY == 0:
-            ending = _manoeuvre(flight, tour, phase_s + now_s, mobility, region)
+            if now_s >= near_s:
+                near_s = now_s + _too_far_s(flight, tour, phase_s + now_s, mobility)
+            ending = _manoeuvre(flight, tour, phase_s + now_s, mobility, region) if now_s >= near_s else None
             if ending is not None:
                 found = flight.transit(t_s, ending)
                 return None if region.enters_no_fly(found.xy_m) else found
@@ -141,9 +157,17 @@ def _longest_wait_s(xy_m: Floats, tour: Tour, mobility: Mobility) -> float:
 
 def _meeting_point(xy: tuple[float, float], tour: Tour, phase_s: float, lap_s: Floats, speed_m_s: float) -> Floats:
     """Where the slot will be when the vehicle can first be there too."""
-    path = tour.at(phase_s + lap_s)[0]
+    path = tour.places(phase_s + lap_s)
     needed = np.hypot(path[:, 0] - xy[0], path[:, 1] - xy[1]) / speed_m_s + ALLOWANCE_S
     return np.asarray(path[int(np.argmax(needed <= lap_s))])
+
+
+def _too_far_s(flight: _Flight, tour: Tour, phase_s: float, mobility: Mobility) -> float:
+    """For so long at the least no manoeuvre ends on the slot, even if both fly towards each other."""
+    path = tour.places(phase_s + MANOEUVRES_S)
+    least_m = float(np.hypot(path[:, 0] - flight.xy[0], path[:, 1] - flight.xy[1]).min())
+    beyond_m = least_m - mobility.speed_m_s * float(MANOEUVRES_S[-1])
+    return max(0.0, beyond_m / (mobility.speed_m_s + tour.top_speed_m_s))
 
 
 def _manoeuvre(
@@ -156,8 +180,6 @@ def _manoeuvre(
     """
     p0, v0, took = np.array(flight.xy), np.array(flight.velocity), MANOEUVRES_S[:, None]
     p1, v1 = tour.at(phase_s + MANOEUVRES_S)
-    if np.hypot(*(p1 - p0).T).min() > mobility.speed_m_s * MANOEUVRES_S[-1]:
-        return None
     mean = (p1 - p0) / took
     begin, end = (6 * mean - 4 * v0 - 2 * v1) / took, (-6 * mean + 2 * v0 + 4 * v1) / took
     good = np.maximum(np.hypot(*begin.T), np.hypot(*end.T)) <= mobility.accel_m_s2

@@ -170,8 +170,9 @@ class _Place:
         """Positions and velocities (k, 2)."""
         xy, velocity = tour.at(times_s - self.origin_s)
         if self.transit is not None:
-            under_way = times_s < self.transit.end_s
-            xy[under_way], velocity[under_way] = self.transit.at(times_s[under_way])
+            under_way = (times_s < self.transit.end_s)[:, None]
+            way_xy, way_velocity = self.transit.at(times_s)
+            xy, velocity = np.where(under_way, way_xy, xy), np.where(under_way, way_velocity, velocity)
         return xy, velocity
 
 

@@ -243,7 +243,7 @@ class FlyScreen(MapKeys):
         selected = self.feed.selection.ids[:MOST_ON_BOARD]
         rows = await self.feed.on_board(selected) if selected else ()
         scenario = self.feed.scenario
-        if scenario is None or (rows, scenario.scenario.origin) == self._on_board:
+        if scenario is None or (rows, scenario.scenario.origin) == self._on_board or not (rows or self._on_board[0]):
             return
         from tui_gcs.widgets.map_on_board import drawings  # when there is something to draw
 

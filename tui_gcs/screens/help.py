@@ -6,12 +6,15 @@ from textwrap import wrap
 from textual import events
 
 from tui_gcs.actions import Action, Situation, refusal
+from tui_gcs.actions.action import ALARMS, COMMAND, SCREENS, SELECT, VIEW
 from tui_gcs.actions.entries import Entry, found
-from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.screens.text_dialog import MOST_CELLS, ScrolledDialog, TextDialog
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line
 from tui_gcs.widgets.palette import Ink
 
+EVERYWHERE = (COMMAND, SELECT, ALARMS, SCREENS, VIEW)
+"""Groups of most screens, in the order in which somebody new needs them."""
 MOST_TYPED = 40
 KEY_CELLS = 18
 """Group and key, before what it does."""
@@ -19,9 +22,10 @@ LINES_BESIDE = 3
 """Of the palette's box: line to type in, reason, keys."""
 
 
-class HelpDialog(TextDialog[None]):
+class HelpDialog(ScrolledDialog):
     """All keys, from the action tables."""
 
+    LEAVE_KEYS = (*ScrolledDialog.LEAVE_KEYS, "question_mark")
     title_text = "keys"
 
     def __init__(self, actions: Sequence[Action], situation: Situation, glyphs: GlyphSet) -> None:
@@ -29,36 +33,12 @@ class HelpDialog(TextDialog[None]):
         super().__init__(glyphs)
         self._actions = actions
         self._situation = situation
-        self._first = 0
-
-    def on_key(self, event: events.Key) -> None:
-        """Arrows scroll; Esc, q or ? leaves."""
-        event.stop()
-        if event.key in ("escape", "q", "question_mark", "enter"):
-            self.finish(None)
-        elif event.key in ("down", "j", "pagedown", "space"):
-            self._scroll(+1 if event.key in ("down", "j") else +10)
-        elif event.key in ("up", "k", "pageup"):
-            self._scroll(-1 if event.key in ("up", "k") else -10)
-
-    def _scroll(self, by: int) -> None:
-        self._first = max(0, min(self._first + by, len(self.all_lines()) - self._room()))
-        self.redraw()
-
-    def _room(self) -> int:
-        """Lines for keys: all but the last one."""
-        return self.room - 1
-
-    def body(self) -> list[Line]:
-        """The keys that fit, and how to leave."""
-        room, lines = self._room(), self.all_lines()
-        more = "   arrows: more" if len(lines) > room else ""
-        return [*lines[self._first : self._first + room], [(" Esc = close ", Ink.SELECTED), (more, Ink.MUTED)]]
 
     def all_lines(self) -> list[Line]:
-        """All keys, by group: this screen's first. What can do nothing now is grey, with the reason below it."""
+        """All keys, by group: what only this screen has first. What can do nothing now is grey, its reason below it."""
         lines: list[Line] = []
-        for group in dict.fromkeys(action.group for action in self._actions):
+        groups = dict.fromkeys(action.group for action in self._actions)
+        for group in sorted(groups, key=lambda group: EVERYWHERE.index(group) if group in EVERYWHERE else -1):
             told = [action for action in self._actions if action.group == group and action.help]
             for index, action in enumerate(told):
                 name = (f"{group if index == 0 else '':<9}", Ink.ADVISORY)
@@ -82,6 +62,7 @@ def legend(glyphs: GlyphSet) -> list[Line]:
             f"{glyphs.headings[0]} {glyphs.armed_on_ground} {glyphs.disarmed} {glyphs.lost}",
             "in the air, its nose forward; armed on the ground; disarmed; not heard",
         ),
+        (f"{glyphs.place} {glyphs.marker}", "on the map: a take-off place; where a vehicle is sent"),
         ("^ ! x i", "caution; warning; not heard; to be known"),
         ("OVER", "an alarm that is not true any more and that nobody has seen"),
         ("8/8", "vehicles heard of those that are known"),

@@ -4,9 +4,8 @@ New events come with the feed; older ones are asked of the station, piece by pie
 earlier starts of the station, too.
 """
 
-import re
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -17,6 +16,7 @@ from textual.screen import Screen
 
 from tui_gcs.actions import APP_ACTIONS, Action, bindings
 from tui_gcs.actions.looking import JOURNAL_ACTIONS
+from tui_gcs.core.concerning import concerns
 from tui_gcs.core.messages import Event, EventClass, GetJournal
 from tui_gcs.core.messages_journal import JOURNAL_END
 from tui_gcs.feed import EventRaised, Feed, SelectionChanged, StationBack, StationLost
@@ -39,9 +39,6 @@ SEVERITIES = (7, 5, 4, 2)
 """Steps of the severity filter: all, notices and worse, warnings and worse, critical and worse."""
 SEVERITY_WORDS = {7: "all", 5: "notice+", 4: "warning+", 2: "critical+"}
 
-_NAMED = re.compile(r"\bvehicles? \(?[0-9]{1,9}(?:-[0-9]{1,9})?(?:,? [0-9]{1,9}(?:-[0-9]{1,9})?)*")
-_RANGE = re.compile(r"([0-9]+)(?:-([0-9]+))?")
-
 
 @dataclass(frozen=True)
 class Sieve:
@@ -61,18 +58,6 @@ class Sieve:
             return False
         line = f"{event.source} {event.cls} {event.text}".casefold()
         return all(word in line for word in self.words.casefold().split())
-
-
-def concerns(event: Event, vehicles: Collection[int]) -> bool:
-    """Whether it comes from one of `vehicles`, or the station or an operator names one of them in it."""
-    kind, _, name = event.source.partition(" ")
-    if kind == "vehicle":  # what a vehicle says of others is not believed
-        return name.isdecimal() and int(name) in vehicles
-    for match in _NAMED.finditer(event.text):
-        for low, high in _RANGE.findall(match[0]):
-            if any(int(low) <= vehicle <= int(high or low) for vehicle in vehicles):
-                return True
-    return False
 
 
 class JournalLines(LinesView):

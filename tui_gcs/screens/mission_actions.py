@@ -9,7 +9,7 @@ MISSION_ACTIONS = (
     Action("download", ("d",), "d", "download", "what this vehicle holds, as an edit that u takes back", VEHICLE, 5),
     Action("compare", ("equals_sign",), "=", "compare", "how what it holds differs from what is planned", VEHICLE, 4),
     Action("save", ("ctrl+s",), "^S", "save", "all vehicles' plans to a file", EDIT, 8),
-    Action("open", ("ctrl+o",), "^O", "open", "a file: missions of all, or a plan for this vehicle", EDIT, 3),
+    Action("open", ("ctrl+o",), "^O", "open", "a file: missions of all, or a plan for this vehicle", EDIT, 5),
     Action("write", ("W", "shift+w"), "W", "", "this vehicle's plans to a file: .plan .waypoints .kml .geojson", EDIT),
     Action("undo", ("u", "ctrl+z"), "u/^Z", "undo", "take back the last edit", EDIT, 7),
     Action("redo", ("Y", "shift+y", "ctrl+y"), "Y/^Y", "redo", "do again what was taken back", EDIT, 2),

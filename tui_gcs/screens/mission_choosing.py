@@ -1,20 +1,17 @@
-"""The missions screen's keys that choose: which vehicle, which kind of plan, which item, what the map shows."""
+"""The missions screen's keys that choose: which vehicle, which kind of plan, which item."""
 
-from textual.screen import Screen
-
-from tui_gcs.screens.map_keys import ZOOM
+from tui_gcs.screens.draft_screen import DraftScreen
 from tui_gcs.widgets.mission_editor import MissionEditor
-from tui_gcs.widgets.mission_map import MissionMap
 from tui_gcs.widgets.mission_table import ItemTable, PlanList
 from tui_gcs.widgets.palette import Ink
 
 
-class MissionChoosing(Screen[None]):
+class MissionChoosing(DraftScreen):
     """They change what is looked at, and nothing else."""
 
     editor: MissionEditor
     item_table: ItemTable
-    map_view: MissionMap
+    plan_list: PlanList
 
     def did(self, text: str, ink: Ink = Ink.TEXT) -> None:
         """The draft, or what is edited of it, changed."""
@@ -79,15 +76,3 @@ class MissionChoosing(Screen[None]):
     def _pick(self, vehicle: int) -> None:
         known = self.editor.choose_vehicle(vehicle)
         self.did("" if known else f"vehicle {vehicle} is neither in the scenario nor heard", Ink.CAUTION)
-
-    def action_zoom_in(self) -> None:
-        """Closer."""
-        self.map_view.zoom(ZOOM)
-
-    def action_zoom_out(self) -> None:
-        """Farther."""
-        self.map_view.zoom(1.0 / ZOOM)
-
-    def action_fit(self) -> None:
-        """Everything."""
-        self.map_view.fit()

@@ -1,12 +1,10 @@
 """The missions screen's keys that ask something of vehicles: upload, download, compare; and what came of it."""
 
 from collections.abc import Sequence
-from typing import ClassVar
 
 from textual import work
-from textual.screen import Screen
 
-from tui_gcs.actions import Action, refusal, situation_of
+from tui_gcs.actions import refusal, situation_of
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.missions.autopilots import differences
 from tui_gcs.core.missions.draft import VehicleDraft
@@ -14,39 +12,25 @@ from tui_gcs.core.missions.findings import Level
 from tui_gcs.core.plan import PlanKind
 from tui_gcs.feed import Feed
 from tui_gcs.plan_transfers import Transfer, Transfers
+from tui_gcs.screens.mission_choosing import MissionChoosing
 from tui_gcs.screens.upload_dialog import UploadDialog
 from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.mission_editor import MissionEditor
-from tui_gcs.widgets.mission_table import PlanList
+from tui_gcs.widgets.mission_text import conflict_text
 from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.save_flow import WorkingCopy
 from tui_gcs.widgets.verdict import Remark
 from tui_gcs.widgets.words import ids
 
 
-class MissionVehicles(Screen[None]):
+class MissionVehicles(MissionChoosing):
     """Nothing is sent that was not asked about; what takes time goes on in the station if this console is gone."""
 
-    ACTIONS: ClassVar[tuple[Action, ...]]
-    feed: Feed
-    editor: MissionEditor
-    plan_list: PlanList
-
-    def __init__(self, feed: Feed, clock: Clock, glyphs: GlyphSet) -> None:
-        """For this feed."""
-        super().__init__()
-        self.feed = feed
-        self.glyphs = glyphs
+    def __init__(self, feed: Feed, clock: Clock, glyphs: GlyphSet, work: WorkingCopy) -> None:
+        """For this feed and this work."""
+        super().__init__(feed, clock, glyphs, work)
         self.transfers = Transfers(feed, clock, self._on_transfer)
         self.told: list[Remark] = []
         """What came of the last upload, download or comparison; stays until something else is done."""
-
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
-        """Tell what became of a key."""
-        raise NotImplementedError
-
-    def did(self, text: str, ink: Ink = Ink.TEXT) -> None:
-        """The draft, or what is edited of it, changed."""
-        raise NotImplementedError
 
     def show_all(self) -> None:
         """Everything from the draft."""
@@ -80,6 +64,13 @@ class MissionVehicles(Screen[None]):
         armed = [row.id for row in self.feed.frame.rows() if row.armed] if self.feed.frame is not None else []
         dialog = UploadDialog(groups, draft.vehicles, doubts, armed, self.glyphs)
         self.app.push_screen(dialog, self._upload)
+        self._tell_held(dialog, tuple(sorted(asked)))
+
+    @work(group="on board", exclusive=True, exit_on_error=False)
+    async def _tell_held(self, dialog: UploadDialog, vehicles: tuple[int, ...]) -> None:
+        held = await self.feed.on_board(vehicles)
+        if dialog.is_attached:
+            dialog.show_held(held)
 
     def _why_not(self, groups: Sequence[object]) -> str:
         refused = refusal(next(a for a in self.ACTIONS if a.id == "upload"), situation_of(self.feed))
@@ -97,6 +88,7 @@ class MissionVehicles(Screen[None]):
         remarks += [
             f"MEETS {c.second if c.first == vehicle else c.first} in flight if both begin together" for c in met
         ]
+        remarks += [conflict_text(c) for c in look.conflicts if c.on_tour and vehicle == c.first]
         remarks += [str(f) for f in look.findings(vehicle) if f.level is Level.CAUTION]
         return remarks[0] if remarks else ""
 

@@ -4,70 +4,67 @@ What is edited here is a draft of this console; vehicles get it only by an uploa
 taken back, and unsaved work is there again after a crash.
 """
 
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
-from textual.containers import Horizontal, Vertical
-from textual.events import DescendantBlur, DescendantFocus
+from textual.containers import Vertical
+from textual.events import DescendantBlur
 from textual.timer import Timer
 from textual.widgets import Input
 
-from tui_gcs.actions import APP_ACTIONS, Action, bindings
+from tui_gcs.actions import Action, bindings
 from tui_gcs.core.clock import Clock
+from tui_gcs.core.missions.conflicts import Conflict
 from tui_gcs.core.missions.store import DraftFileError
 from tui_gcs.core.missions.survey import GeneratorError
-from tui_gcs.feed import Feed, FleetUpdated, ScenarioChanged, StationBack, StationLost, StatusUpdated
-from tui_gcs.screens.fly import FlyScreen, present_round
+from tui_gcs.feed import Feed, PlannerUpdated, ScenarioChanged, StatusUpdated
+from tui_gcs.screens.fly import present_round
 from tui_gcs.screens.mission_actions import MISSION_ACTIONS
-from tui_gcs.screens.mission_choosing import MissionChoosing
 from tui_gcs.screens.mission_vehicles import MissionVehicles
-from tui_gcs.screens.second_press import SecondPress
 from tui_gcs.widgets.choice import Choice
 from tui_gcs.widgets.craft_form import CraftForm
-from tui_gcs.widgets.footer import FooterLine
+from tui_gcs.widgets.draft_map import DraftMap
 from tui_gcs.widgets.form_text import FieldError
 from tui_gcs.widgets.generate_form import GenerateForm
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.mission_editor import MissionEditor
 from tui_gcs.widgets.mission_files import FILE_NAME, MissionFile
 from tui_gcs.widgets.mission_form import ItemForm
-from tui_gcs.widgets.mission_map import CURSOR_HEADING, ITEM_HEADING, WHOLE_HEADING, MissionMap, drawings
+from tui_gcs.widgets.mission_map import drawings
 from tui_gcs.widgets.mission_profile import AltitudeProfile
 from tui_gcs.widgets.mission_remarks import mission_remarks, state_remark
 from tui_gcs.widgets.mission_table import ItemTable, PlanList
 from tui_gcs.widgets.mission_text import ItemText, item_text, item_title, to_item
 from tui_gcs.widgets.open_bar import OpenBar
 from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.save_bar import SaveBar
-from tui_gcs.widgets.save_flow import SaveNext
 from tui_gcs.widgets.titles import set_title
-from tui_gcs.widgets.top_lines import TopLines
-from tui_gcs.widgets.vehicle_alarms import by_vehicle
-from tui_gcs.widgets.verdict import EditLine, Remark, VerdictLines
+from tui_gcs.widgets.verdict import Remark
 from tui_gcs.widgets.words import ids
 
 COMPARE_S = 0.2
 """Ways are compared with each other so long after the last edit: keys do not wait for it."""
+SLICE_S, BREATH_S = 0.02, 0.01
+"""And then for so long at a time, with a pause for keys."""
 KEEP_S = 1.0
 """And so long after it the work is kept against crashes."""
+ITEM_HEADING, WHOLE_HEADING = "moving the item: arrows, Esc", "moving ALL items: arrows, Esc"
+CURSOR_HEADING = "cursor: arrows, + adds, Esc"
 
 
-class MissionsScreen(MissionVehicles, MissionChoosing):
+class MissionsScreen(MissionVehicles):
     """Edits missions, fences and rally points; knows widgets and the draft, nothing of protocols."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = MISSION_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(MISSION_ACTIONS, "missions")
-    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]
-    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]
+    FILE_NAME = FILE_NAME
+    HERE = "missions"
     AUTO_FOCUS = "ItemTable"
     CSS = """
-    MissionsScreen { layout: vertical; }
-    MissionsScreen #middle { height: 1fr; }
     MissionsScreen #left { width: 1fr; height: 1fr; }
-    MissionsScreen MissionMap { width: 1fr; height: 1fr; }
-    MissionsScreen #side { width: 50; height: 1fr; }
     MissionsScreen #vehicles, MissionsScreen #items { border: solid #4a5560; border-title-color: #d8dee4; }
     MissionsScreen.-ascii #vehicles, MissionsScreen.-ascii #items { border: ascii #4a5560; }
     MissionsScreen #vehicles { height: 12; }
@@ -84,67 +81,55 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
 
     def __init__(self, feed: Feed, clock: Clock, *, folder: Path | None = None, glyphs: GlyphSet = UNICODE) -> None:
         """For this feed; work in progress is kept in `folder`, nowhere if that is None."""
-        super().__init__(feed, clock, glyphs)
         self.editor = MissionEditor()
         self.file = MissionFile(self.editor, folder)
-        self._message = Remark("")
+        super().__init__(feed, clock, glyphs, self.file)
+        self._clock = clock
         self._problem = ""
-        self._second = SecondPress(clock)
         self._moves_whole = False
         self._first_site = True
         self._compare: Timer | None = None
         self._keep: Timer | None = None
-        self.top_lines = TopLines(feed, glyphs=glyphs)
-        self.edit_line = EditLine(glyphs=glyphs)
-        self.map_view = MissionMap(glyphs=glyphs)
+        self.map_view = DraftMap(glyphs=glyphs)
         self.profile = AltitudeProfile(self.editor, glyphs=glyphs)
         self.plan_list = PlanList(self.editor, glyphs=glyphs)
-        self.item_table = ItemTable(self.editor, glyphs=glyphs)
+        self.work_list = self.item_table = ItemTable(self.editor, glyphs=glyphs)
         self.item_form = ItemForm(glyphs=glyphs)
         self.generate_form = GenerateForm(glyphs=glyphs)
         self.craft_form = CraftForm(glyphs=glyphs)
-        self.verdict = VerdictLines(glyphs=glyphs)
-        self.save_bar = SaveBar(self.file, FILE_NAME)
-        self.open_bar = OpenBar()
-        self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed, here="missions")
-        self.set_class(not glyphs.unicode, "-ascii")
 
-    def compose(self) -> ComposeResult:
-        """Status, alarm, state of the draft; map, profile, lists, form; keys."""
-        yield self.top_lines
-        yield self.edit_line
-        with Horizontal(id="middle"):
-            with Vertical(id="left"):
-                yield self.map_view
-                yield self.profile
-            with Vertical(id="side"):
-                with Vertical(id="vehicles") as vehicles:
-                    set_title(vehicles, "missions")
-                    yield self.plan_list
-                with Vertical(id="items"):
-                    yield self.item_table
-                yield self.item_form
-                yield self.generate_form
-                yield self.craft_form
-                yield self.verdict
-        yield self.save_bar
-        yield self.open_bar
-        yield self.footer
+    def compose_middle(self) -> ComposeResult:
+        """Map, profile, lists, form."""
+        with Vertical(id="left"):
+            yield self.map_view
+            yield self.profile
+        with Vertical(id="side"):
+            with Vertical(id="vehicles") as vehicles:
+                set_title(vehicles, "missions")
+                yield self.plan_list
+            with Vertical(id="items"):
+                yield self.item_table
+            yield self.item_form
+            yield self.generate_form
+            yield self.craft_form
+            yield self.verdict
 
     def on_mount(self) -> None:
-        """Listen to the feed; what a crash left is there again."""
-        self.feed.listen(self)
+        """What a crash left is there again."""
         self._take_site()
-        count = self.file.recover()
-        if count:
-            plans = f"plans of {count} vehicle{'s' * (count > 1)}"
-            self.say(f"recovered: {plans} that were not saved; u drops them", Ink.CAUTION)
+        try:
+            recovered = self.file.recover()
+        except DraftFileError as error:
+            recovered = f"work in progress is not kept: {error}"
+        if recovered:
+            self.say(recovered, Ink.CAUTION)
+        self.told = [Remark(f"of another console, not saved: {path}", Ink.CAUTION) for path in self.file.waiting]
         self.show_all()
 
     def on_unmount(self) -> None:
-        """No more messages; what is in progress is kept."""
-        self.feed.leave(self)
+        """What is in progress is kept."""
         self._keep_work()
+        self.file.close()
 
     def on_screen_resume(self) -> None:
         """What changed while another screen was shown."""
@@ -163,18 +148,10 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
         if self.is_current and self._take_site():
             self.show_all()
 
-    def on_fleet_updated(self, _message: FleetUpdated) -> None:
-        """Vehicles moved."""
-        if self.is_current:
-            self.show_fleet()
-
-    def on_station_lost(self, _message: StationLost) -> None:
-        """Nothing is known of the vehicles."""
-        self.show_fleet()
-
-    def on_station_back(self, _message: StationBack) -> None:
-        """Known again."""
-        self.show_fleet()
+    def on_planner_updated(self, _message: PlannerUpdated) -> None:
+        """Another tour, perhaps."""
+        if self.is_current and self._take_site():
+            self.show_all()
 
     def _take_site(self) -> bool:
         """Plan where the station flies; whether that changed anything."""
@@ -184,17 +161,13 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
         scenario = self.feed.scenario.scenario
         rows = self.feed.frame.rows() if self.feed.frame is not None else []
         self.map_view.set_scenario(current, scenario.places, scenario.origin)
-        changed = self.editor.set_site(scenario, current, rows)
+        changed = self.editor.set_site(scenario, current, rows, self.feed.annotations)
         if self._first_site and self.feed.selection.lead is not None:
             self.editor.choose_vehicle(self.feed.selection.lead)
         self._first_site = False
         return changed
 
     # ------------------------------------------------------------ showing
-
-    def show_fleet(self) -> None:
-        """Vehicles on the map."""
-        self.map_view.set_fleet(self.feed.frame, by_vehicle(self.feed.alarms), known=not self.feed.station_lost)
 
     def show_all(self, *, form: bool | None = None) -> None:
         """Everything from the draft; the form (None) only where the operator does not type."""
@@ -214,7 +187,7 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
         set_title(self.query_one("#items"), f"vehicle {editor.vehicle}  {editor.kind.word} of {len(editor.items)}")
         set_title(self.profile, f"height of vehicle {editor.vehicle}")
         self.item_table.update_lines()
-        self.edit_line.show(state_remark(editor.history), self._message)
+        self.show_message()
         self.verdict.show(mission_remarks(editor, self._problem, self.told))
 
     def show_form(self) -> None:
@@ -225,16 +198,23 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
 
     def _later(self) -> None:
         """Compare ways, and keep the work, once the operator pauses."""
-        if self._compare is not None:
-            self._compare.stop()
-        if self._keep is not None:
-            self._keep.stop()
+        for timer in (self._compare, self._keep):
+            if timer is not None:
+                timer.stop()
         self._compare = self.set_timer(COMPARE_S, self.compare_ways)
         self._keep = self.set_timer(KEEP_S, self._keep_work)
 
     def compare_ways(self) -> None:
-        """Where do they meet?"""
-        if self.editor.forecast.compare_ways():
+        """Where do they meet? Many long ways take a while: keys come between."""
+        self._compare_on(self.editor.forecast.comparing(), self.editor.forecast.conflicts)
+
+    def _compare_on(self, comparing: Iterator[None], before: list[Conflict]) -> None:
+        until_s = self._clock.now() + SLICE_S
+        for _ in comparing:
+            if self._clock.now() >= until_s:
+                self._compare = self.set_timer(BREATH_S, partial(self._compare_on, comparing, before))
+                return
+        if self.editor.forecast.conflicts != before:
             self.map_view.set_drawings(*drawings(self.editor))
             self._show_lists()
 
@@ -244,12 +224,9 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
         except DraftFileError as error:
             self.say(f"work in progress is not kept: {error}", Ink.CAUTION)
 
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
-        """Tell what became of a key; a question that waited for its second press is over."""
-        self._second.forget()
-        self.save_bar.forget()
-        self._message = Remark(text, ink)
-        self.edit_line.show(state_remark(self.editor.history), self._message)
+    def show_message(self) -> None:
+        """How far the draft is from the file, and what became of a key."""
+        self.edit_line.show(state_remark(self.editor.history), self.message)
 
     def did(self, text: str, ink: Ink = Ink.TEXT) -> None:
         """The draft, or what is edited of it, changed."""
@@ -272,18 +249,8 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
         self.item_table.focus()
         self.did("a value that was not allowed was put back" if self._problem else "")
 
-    def action_resume(self) -> None:
-        """Enter outside a field means the same as on the fly screen."""
-        if self.focused is None or self.focused is self.item_table:
-            self.post_message(FlyScreen.Resumed())
-
-    def on_descendant_focus(self, event: DescendantFocus) -> None:
-        """Other keys work while something is typed."""
-        self.footer.show_typing(isinstance(event.widget, Input))
-
     def on_descendant_blur(self, _event: DescendantBlur) -> None:
         """A field was left: what comes next is another edit."""
-        self.footer.show_typing(False)
         self.editor.history.end_subject()
 
     # ------------------------------------------------------------ editing
@@ -329,11 +296,8 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
     def action_clear(self) -> None:
         """All of this kind; the second press does it."""
         what = f"clear {self.editor.vehicle} {self.editor.kind.word}"
-        if not self.editor.items or self._second.answers(what):
+        if not self.editor.items or self.confirmed(what, f"{what}? C again clears it here; what is on board stays"):
             self.did(self.editor.clear())
-        else:
-            self._message = Remark(f"{what}? C again clears it here; what is on board stays", Ink.CAUTION)
-            self._show_lists()
 
     def action_undo(self) -> None:
         """Values that were not allowed first, then edits."""
@@ -366,11 +330,11 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
         self.map_view.begin(CURSOR_HEADING)
         self.map_view.show_cursor()
 
-    def on_mission_map_moved(self, message: MissionMap.Moved) -> None:
+    def on_draft_map_moved(self, message: DraftMap.Moved) -> None:
         """By arrows."""
         self.did(self.editor.shift(message.east_m, message.north_m, whole=self._moves_whole))
 
-    def on_mission_map_clicked(self, message: MissionMap.Clicked) -> None:
+    def on_draft_map_clicked(self, message: DraftMap.Clicked) -> None:
         """Move the item there while it is being moved; else choose what is there."""
         if self.map_view.has_focus and self.map_view.cursor_m is None and not self._moves_whole:
             self.editor.place(message.place_m)
@@ -445,23 +409,6 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
 
     # ------------------------------------------------------------ files
 
-    def action_save(self) -> None:
-        """To the file, or ask where."""
-        self.save_bar.save()
-
-    def on_save_bar_said(self, message: SaveBar.Said) -> None:
-        """Saved, asked or failed."""
-        if message.closed:
-            self.item_table.focus()
-        done = message.step.what is SaveNext.DONE
-        self._second.forget()
-        self._message = Remark(message.step.text, Ink.TEXT if done else Ink.CAUTION)
-        self._show_lists()
-
-    def action_open(self) -> None:
-        """Which file?"""
-        self.open_bar.ask()
-
     def action_write(self) -> None:
         """Into which file?"""
         if self.editor.history.draft.of(self.editor.vehicle).is_empty:
@@ -477,9 +424,7 @@ class MissionsScreen(MissionVehicles, MissionChoosing):
             self.say(f"nothing {done}")
             return
         try:
-            text = (
-                self.file.write(message.path) if message.write else f"{self.file.open(message.path)}; u takes it back"
-            )
+            text = self.file.write(message.path) if message.write else self.file.open(message.path)
         except DraftFileError as error:
             self.say(f"not {done}: {error}", Ink.CAUTION)
         else:

@@ -12,6 +12,8 @@ from tui_gcs.actions.outlook import Outlook, outlook
 from tui_gcs.actions.places import Surroundings
 from tui_gcs.core.clock import Clock, MonotonicClock
 from tui_gcs.core.messages import Freshness, Kind, Request, VehicleRow
+from tui_gcs.core.messages_flight import Arm, TakeOff
+from tui_gcs.core.messages_preflight import open_by_hand
 from tui_gcs.feed import Feed
 from tui_gcs.screens.fly import present_round
 from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
@@ -32,6 +34,8 @@ CHECK_S = 0.25
 OUTLOOK_S = 1.0
 """What a way meets is looked at anew so often: of hundreds of vehicles it takes a tenth of a second."""
 MOST_ROWS = 8
+MOST_OPEN = 2
+"""Checks that would refuse a start; all of them are on the list of `P`."""
 LINES_BESIDE = 3
 """Of the menu: a gap, what is told, keys."""
 MOST_TYPED = 60
@@ -320,11 +324,23 @@ class OrderDialog(TextDialog["Confirmed | str"]):
             return []
         now = self._clock.now()
         if not 0.0 <= now - self._outlook_s < OUTLOOK_S:
-            limits, round_ = scenario.scenario.limits, present_round(self._feed)
-            self._outlook, self._outlook_s = outlook(self._request, rows_of(self._feed), limits, round_), now
+            status, limits, round_ = self._feed.status, scenario.scenario.limits, present_round(self._feed)
+            homes = status.homes if status is not None else {}
+            self._outlook = outlook(self._request, rows_of(self._feed), homes, limits, round_)
+            self._outlook_s = now
         seen = self._outlook
         lines: list[Line] = [[(f"  {seen.way}"[:MOST_CELLS], Ink.TEXT)]] if seen.way else []
-        return [*lines, *([(f"! {text}"[:MOST_CELLS], Ink.CAUTION)] for text in seen.warnings)]
+        warnings = [*seen.warnings, *self._open_checks()]
+        return [*lines, *([(f"! {text}"[:MOST_CELLS], Ink.CAUTION)] for text in warnings)]
+
+    def _open_checks(self) -> list[str]:
+        """What would refuse a start of those that are lifted by hand, the worst first."""
+        if not isinstance(self._request, Arm | TakeOff) or self._feed.status is None:
+            return []
+        found = open_by_hand(self._feed.status.preflight, self.vehicles)
+        more = f" (and {len(found) - MOST_OPEN} more: P)" if len(found) > MOST_OPEN else ""
+        told = [f"check {check.words()}" for check in found[:MOST_OPEN]]
+        return [*told[:-1], told[-1][: MOST_CELLS - len(more) - 2] + more] if told else []
 
     def _field_lines(self) -> list[Line]:
         lines: list[Line] = []
@@ -386,6 +402,8 @@ def _row_line(vehicle: int, row: VehicleRow | None) -> Line:
 def _typed(text: str, event: events.Key) -> str:
     if event.key == "backspace":
         return text[:-1]
+    if event.key == "ctrl+u":
+        return ""
     if event.character is not None and event.character.isprintable():
         return (text + event.character)[:MOST_TYPED]
     return text

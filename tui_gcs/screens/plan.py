@@ -4,61 +4,57 @@ What is typed goes into a working copy (`EditModel`); only an explicit apply sen
 not allowed stay in their field with the reason, and reach neither the map nor the station.
 """
 
+import contextlib
 from dataclasses import replace
+from pathlib import Path
 from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
-from textual.containers import Horizontal, Vertical
+from textual.containers import Vertical
 from textual.events import DescendantBlur, DescendantFocus
-from textual.screen import Screen
-from textual.widgets import Input
+from textual.timer import Timer
 
-from tui_gcs.actions import APP_ACTIONS, Action, bindings
-from tui_gcs.core.clock import Clock, MonotonicClock
+from tui_gcs.actions import Action, bindings
+from tui_gcs.core.clock import Clock
 from tui_gcs.core.messages import ApplyScenario
-from tui_gcs.feed import Feed, FleetUpdated, ScenarioChanged, StationBack, StationLost, StatusUpdated
-from tui_gcs.screens.fly import FlyScreen
+from tui_gcs.core.safe_files import FileRefused
+from tui_gcs.core.scenario import Round
+from tui_gcs.core.zones import area_m2, contains
+from tui_gcs.feed import Feed, ScenarioChanged, StatusUpdated
 from tui_gcs.screens.plan_actions import PLAN_ACTIONS
-from tui_gcs.screens.plan_text import remarks, state_remark
-from tui_gcs.screens.second_press import EXPIRES_S, SecondPress
+from tui_gcs.screens.plan_parts import PlanParts
+from tui_gcs.screens.plan_text import preview_remarks, remarks, state_remark
 from tui_gcs.widgets.edit_map import EditMap
 from tui_gcs.widgets.edit_model import EditModel
-from tui_gcs.widgets.footer import FooterLine
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.idleness_bar import IdlenessBar
 from tui_gcs.widgets.open_bar import OpenBar
 from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.plan_autosave import PlanAutosave
 from tui_gcs.widgets.plan_draft import PlanDraft, reshaped
 from tui_gcs.widgets.round_chooser import RoundChooser
-from tui_gcs.widgets.save_bar import SaveBar
-from tui_gcs.widgets.save_flow import SaveNext
 from tui_gcs.widgets.shape_edit import converted
 from tui_gcs.widgets.team_form import TeamForm
 from tui_gcs.widgets.team_text import TeamText, team_text
 from tui_gcs.widgets.titles import set_title
-from tui_gcs.widgets.top_lines import TopLines
-from tui_gcs.widgets.vehicle_alarms import by_vehicle
-from tui_gcs.widgets.verdict import EditLine, Remark, VerdictLines
 from tui_gcs.widgets.zone_form import ZoneForm
 from tui_gcs.widgets.zone_list import AREA_ROW, ZoneList
 from tui_gcs.widgets.zone_text import zone_text
 
-QUIET = Remark("")
+KEEP_S = 1.0
+"""So long after an edit the work is kept against crashes."""
 
 
-class PlanScreen(Screen[None]):
+class PlanScreen(PlanParts):
     """Edits a scenario; knows widgets and the working copy, nothing of protocols."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = PLAN_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(PLAN_ACTIONS, "plan")
-    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]
-    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]
+    FILE_NAME = "scenario.toml"
+    map_view: EditMap
     AUTO_FOCUS = "ZoneList"
     CSS = """
-    PlanScreen { layout: vertical; }
-    PlanScreen #middle { height: 1fr; }
-    PlanScreen EditMap { width: 1fr; height: 1fr; }
-    PlanScreen #side { width: 50; height: 1fr; }
     PlanScreen #rounds { border: solid #4a5560; border-title-color: #d8dee4; height: 9; }
     PlanScreen.-ascii #rounds { border: ascii #4a5560; }
     PlanScreen TeamForm { max-height: 15; }
@@ -69,57 +65,47 @@ class PlanScreen(Screen[None]):
     PlanScreen.-short.-team TeamForm { display: block; }
     """
 
-    def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE, clock: Clock | None = None) -> None:
-        """For this feed."""
-        super().__init__()
-        self.feed = feed
-        self._second = SecondPress(clock or MonotonicClock())
+    def __init__(self, feed: Feed, clock: Clock, *, folder: Path | None = None, glyphs: GlyphSet = UNICODE) -> None:
+        """For this feed; work in progress is kept in `folder`, nowhere if that is None."""
         self.model = EditModel()
+        self.autosave = PlanAutosave(self.model, folder)
+        super().__init__(feed, clock, glyphs, self.model)
         self.draft = PlanDraft(self.model)
-        self._glyphs = glyphs
-        self._message = QUIET
+        self.idleness_bar = IdlenessBar()
         self._refusal = ""
         self._applying = False
-        self.top_lines = TopLines(feed, glyphs=glyphs)
-        self.edit_line = EditLine(glyphs=glyphs)
+        self._keep: Timer | None = None
         self.map_view = EditMap(glyphs=glyphs)
         self.round_chooser = RoundChooser(glyphs=glyphs)
-        self.zone_list = ZoneList(glyphs=glyphs)
+        self.work_list = self.zone_list = ZoneList(glyphs=glyphs)
         self.zone_form = ZoneForm(glyphs=glyphs)
         self.team_form = TeamForm(glyphs=glyphs)
-        self.verdict = VerdictLines(glyphs=glyphs)
-        self.save_bar = SaveBar(self.model)
-        self.open_bar = OpenBar()
-        self.footer = FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=glyphs, feed=feed)
-        self.set_class(not glyphs.unicode, "-ascii")
 
-    def compose(self) -> ComposeResult:
-        """Status, alarm, state of the copy; map and forms; keys."""
-        yield self.top_lines
-        yield self.edit_line
-        with Horizontal(id="middle"):
-            yield self.map_view
-            with Vertical(id="side"):
-                with Vertical(id="rounds") as rounds:
-                    set_title(rounds, "rounds and zones")
-                    yield self.round_chooser
-                    yield self.zone_list
-                yield self.zone_form
-                yield self.team_form
-                yield self.verdict
-        yield self.save_bar
-        yield self.open_bar
-        yield self.footer
+    def compose_middle(self) -> ComposeResult:
+        """Map and forms."""
+        yield self.map_view
+        with Vertical(id="side"):
+            with Vertical(id="rounds") as rounds:
+                set_title(rounds, "rounds and zones")
+                yield self.round_chooser
+                yield self.zone_list
+            yield self.zone_form
+            yield self.team_form
+            yield self.verdict
+
+    def compose_questions(self) -> ComposeResult:
+        """One more than files."""
+        yield from super().compose_questions()
+        yield self.idleness_bar
 
     def on_mount(self) -> None:
-        """Listen to the feed."""
-        self.feed.listen(self)
+        """Show what there is."""
         self._take_scenario()
         self.show_fleet()
 
-    def on_unmount(self) -> None:
-        """No more messages."""
-        self.feed.leave(self)
+    def on_screen_suspend(self) -> None:
+        """Nobody looks: no need to plan."""
+        self.end_preview()
 
     def on_screen_resume(self) -> None:
         """What changed while another screen was shown."""
@@ -132,23 +118,22 @@ class PlanScreen(Screen[None]):
         """The station flies something else: followed, or told."""
         self._take_scenario()
 
-    def on_fleet_updated(self, _message: FleetUpdated) -> None:
-        """Vehicles moved."""
-        if self.is_current:
-            self.show_fleet()
-
     def on_status_updated(self, _message: StatusUpdated) -> None:
         """Perhaps another round is flown."""
         if self.is_current:
             self.show_plan()
 
-    def on_station_lost(self, _message: StationLost) -> None:
-        """Nothing is known of the vehicles."""
-        self.show_fleet()
+    @property
+    def what_to_foresee(self) -> tuple[int, str, int] | None:
+        """(base revision, text, round) of what is shown; None while nothing can be planned for it."""
+        if self.model.scenario is None or self.draft.problems or self.model.newer is not None:
+            return None
+        return self.model.base_revision, self.model.text, self.model.round_index
 
-    def on_station_back(self, _message: StationBack) -> None:
-        """Known again."""
-        self.show_fleet()
+    def show_foreseen(self) -> None:
+        """Tours on the map, numbers below the forms."""
+        self.map_view.set_annotations({team: found.annotations for team, found in self.previews.items()})
+        self.show_plan()
 
     def _take_scenario(self) -> None:
         if self.feed.scenario is None:
@@ -159,42 +144,81 @@ class PlanScreen(Screen[None]):
         self.model.station_changed(self.feed.scenario)
         if first:
             self.model.select_round(self._flown() or 0)
+            recovered = self._recover()
             self.draft.choose_first()
             self.show_forms()
+            if recovered:
+                self.say(recovered, Ink.CAUTION)
         elif self.model.text != before:
-            self._say("the station's scenario changed: this is the new one")
+            self.say("the station's scenario changed: this is the new one")
             self.show_forms()
         self.show_plan()
+
+    def _recover(self) -> str:
+        """What a crash left, in words."""
+        try:
+            return self.autosave.recover(self.feed.scenario) if self.feed.scenario is not None else ""
+        except FileRefused as error:
+            return f"work in progress is not kept: {error}"
+
+    def _keep_later(self) -> None:
+        """Once the operator pauses."""
+        if self._keep is None and self.autosave.is_behind:
+            self._keep = self.set_timer(KEEP_S, self._keep_work)
+
+    def _keep_work(self) -> None:
+        self._keep = None
+        try:
+            self.autosave.keep()
+        except FileRefused as error:
+            self.say(f"work in progress is not kept: {error}", Ink.CAUTION)
+
+    def on_unmount(self) -> None:
+        """What is in progress is kept."""
+        with contextlib.suppress(FileRefused):
+            self.autosave.keep()
+        self.autosave.close()
 
     def _flown(self) -> int | None:
         return self.feed.status.round_index if self.feed.status is not None else None
 
     # ------------------------------------------------------------ showing
 
-    def show_fleet(self) -> None:
-        """Vehicles on the map."""
-        alarms = by_vehicle(self.feed.alarms)
-        self.map_view.set_fleet(self.feed.frame, alarms, known=not self.feed.station_lost)
-
     def show_plan(self) -> None:
         """Everything but the forms, from the working copy."""
         model = self.model
         scenario, current = model.scenario, model.current_round
-        self.edit_line.show(state_remark(model), self._message)
+        self.edit_line.show(state_remark(model), self.message)
         if scenario is None or current is None:
             return
         self.map_view.set_scenario(current, scenario.places, scenario.origin)
         self.map_view.edited_zone = self.draft.zone_name
+        self._show_edited(current)
         self.round_chooser.show([r.name for r in scenario.rounds], model.round_index, self._flown())
         names = [zone.name for zone in current.zones]
         zone_name = self.draft.zone_name
         self.zone_list.show(current, names.index(zone_name) + 1 if zone_name in names else AREA_ROW)
-        self.verdict.show(remarks(model, self.draft, self._refusal, self._glyphs))
+        team = self.draft.team
+        previewed = preview_remarks(team, self.previews.get(team.name), self.asked_s) if team is not None else []
+        self.verdict.show(remarks(model, self.draft, self._refusal, self.glyphs, previewed))
+        self.foresee_later()
+        self._keep_later()
+
+    def _show_edited(self, current: Round) -> None:
+        edited, pending = self.draft.edited, self.draft.pending
+        others = [zone.shape for zone in current.zones if zone.name != self.draft.zone_name]
+        if edited is not None:
+            if self.draft.zone_name is not None:
+                others.append(current.area.shape)
+            self.map_view.show_edited((pending or edited).shape, tuple(others), allowed=pending is None)
 
     def show_forms(self) -> None:
         """Fill both forms from the working copy; what was typed and not allowed is gone."""
         self.draft.refilled()
-        current, edited = self.model.current_round, self.draft.edited
+        self._fill_forms()
+
+    def _fill_forms(self) -> None:
+        current, edited = self.model.current_round, self.draft.pending or self.draft.edited
         if current is not None and edited is not None:
             self.zone_form.show(edited, current.area)
             self._show_team()
@@ -212,27 +236,9 @@ class PlanScreen(Screen[None]):
             params=self.draft.declared(shown.planner)[0],
         )
 
-    def _say(self, text: str, ink: Ink = Ink.TEXT) -> None:
-        """Tell what became of a key; a question that waited for its second press is over."""
-        self._second.forget()
-        self.save_bar.forget()
-        self._message = Remark(text, ink)
+    def show_message(self) -> None:
+        """It stands among everything else."""
         self.show_plan()
-
-    def _confirmed(self, what: str, question: str) -> bool:
-        """Whether this is the second press of the same key in a row, and soon enough; the first one asks."""
-        if self._second.answers(what):
-            return True
-        self._message = Remark(question, Ink.CAUTION)
-        self.save_bar.forget()
-        self.set_timer(EXPIRES_S, self._expire)
-        self.show_plan()
-        return False
-
-    def _expire(self) -> None:
-        """Nobody answered: the same key asks anew."""
-        if self._second.is_over or self.save_bar.asks:
-            self._say(f"nothing done: no second key within {EXPIRES_S:.0f} s")
 
     # ------------------------------------------------------------ choosing
 
@@ -241,7 +247,7 @@ class PlanScreen(Screen[None]):
         dropped = bool(self.draft.problems)
         self.draft.choose_zone(zone_name)
         self.show_forms()
-        self._say("values that were not allowed were put back" if dropped else "", Ink.CAUTION)
+        self.say("values that were not allowed were put back" if dropped else "", Ink.CAUTION)
 
     def on_zone_list_selected(self, message: ZoneList.Selected) -> None:
         """Another zone."""
@@ -254,14 +260,32 @@ class PlanScreen(Screen[None]):
         self._choose_round(message.index)
 
     def action_digit(self, digit: str) -> None:
-        """Edit round 1 to 9."""
-        self._choose_round(int(digit) - 1)
+        """Edit round 1 to 9; or copy the zone there, if that was asked."""
+        index = int(digit) - 1
+        if self.copies:
+            self.copy_zone([index])
+        else:
+            self._choose_round(index)
 
     def _choose_round(self, index: int) -> None:
         if self.model.select_round(index):
             self._select(self.draft.zone_name)
         else:
-            self._say(f"there is no round {index + 1}", Ink.CAUTION)
+            self.say(f"there is no round {index + 1}", Ink.CAUTION)
+
+    def action_how_many(self) -> None:
+        """How many vehicles does it take?"""
+        if self.draft.team is not None:
+            self.idleness_bar.ask(self.draft.team.name)
+
+    def on_idleness_bar_wanted(self, message: IdlenessBar.Wanted) -> None:
+        """The planner finds out."""
+        self.zone_list.focus()
+        if message.idleness_s is None or self.draft.team is None:
+            self.say(message.why or "nothing asked", Ink.CAUTION if message.why else Ink.TEXT)
+        else:
+            self.foresee_now(self.draft.team.name, message.idleness_s)
+            self.say("")
 
     def action_missions(self) -> None:
         """What single vehicles fly by themselves."""
@@ -284,29 +308,22 @@ class PlanScreen(Screen[None]):
     def action_leave(self) -> None:
         """Back to the list."""
         self.zone_list.focus()
-        self._say("")
+        self.say("")
 
     async def action_detach_asking(self) -> None:
         """Leave; what was neither applied nor saved would be lost, so that takes a second press."""
         lost = self.model.changes and self.model.unsaved
-        if not lost or self._confirmed("detach", "changes neither applied nor saved: q again leaves without them"):
+        if not lost or self.confirmed("detach", "changes neither applied nor saved: q again leaves without them"):
             await self.run_action("app.detach")
-
-    def action_resume(self) -> None:
-        """Enter outside a field means the same as on the fly screen."""
-        if self.focused is None or self.focused is self.zone_list:
-            self.post_message(FlyScreen.Resumed())
 
     def on_descendant_focus(self, event: DescendantFocus) -> None:
         """Say what a planner's parameter is about."""
-        self.footer.show_typing(isinstance(event.widget, Input))
         text = self.team_form.help_of(getattr(event.widget, "field", ""))
         if text:
-            self._say(text, Ink.MUTED)
+            self.say(text, Ink.MUTED)
 
     def on_descendant_blur(self, _event: DescendantBlur) -> None:
         """A field was left: what comes next is another change."""
-        self.footer.show_typing(False)
         self.draft.end_field()
 
     # ------------------------------------------------------------ typing
@@ -325,13 +342,13 @@ class PlanScreen(Screen[None]):
         if self.draft.zone_name != name:
             set_title(self.zone_form, f"zone {self.draft.zone_name}")
             self._show_team()
-        self._say("")
+        self.say("")
 
     def on_team_form_chosen(self, message: TeamForm.Chosen) -> None:
         """Another team."""
         self.draft.team_name = message.name
         self._show_team()
-        self._say("")
+        self.say("")
 
     def on_team_form_edited(self, message: TeamForm.Edited) -> None:
         """Take over what was typed, or say why not."""
@@ -340,69 +357,86 @@ class PlanScreen(Screen[None]):
             texts = replace(texts, parameters=team_text(old).parameters if texts.planner == old.planner else {})
             self._show_team(texts)
         self.draft.team_typed(texts, message.field)
-        self._say(self.model.moved, Ink.CAUTION)
+        if message.field == "team_name" and texts.new_name and not self.draft.problems:
+            self._show_team()
+        self.say(self.model.moved, Ink.CAUTION)
 
     # ------------------------------------------------------------ changing
 
     def action_add_zone(self) -> None:
-        """A new zone in the middle of the area, with the cursor in its form."""
+        """A new zone in the middle of the area, with the cursor in its form; in the line of teams a new team."""
+        if self.is_on_teams:
+            self.add_team()
+            return
         problems = self.draft.add_zone()
         if problems:
-            self._say(f"not added: {problems[0]}", Ink.CAUTION)
+            self.say(f"not added: {problems[0]}", Ink.CAUTION)
             return
         self.show_forms()
         self.remove_class("-team")
         self.call_after_refresh(self.zone_form.focus_first)
-        self._say(f"{self.draft.zone_name} added")
-
-    def action_import_zones(self) -> None:
-        """From which file?"""
-        self.open_bar.ask()
+        self.say(f"{self.draft.zone_name} added")
 
     def on_open_bar_named(self, message: OpenBar.Named) -> None:
         """Its areas become zones; undo takes them back."""
         self.zone_list.focus()
         if message.path is None:
-            self._say("nothing imported")
+            self.say("nothing imported")
             return
         problems, done = self.model.import_zones(message.path)
         self.show_forms()
-        self._say(f"not imported: {problems[0]}" if problems else f"{done}; u takes it back", Ink.CAUTION)
+        self.say(f"not imported: {problems[0]}" if problems else f"{done}; u takes it back", Ink.CAUTION)
 
     def action_delete_zone(self) -> None:
-        """Take the zone out; the second press does it."""
+        """Take the zone out, in the line of teams the team; the second press does it."""
+        if self.is_on_teams:
+            self.delete_team()
+            return
         name = self.draft.zone_name
-        if name is not None and not self._confirmed(f"delete {name}", f"delete zone {name}? Del again deletes it"):
+        if name is not None and not self.confirmed(f"delete {name}", f"delete zone {name}? Del again deletes it"):
             return
         problems = self.draft.delete_zone()
         if problems:
-            self._say(f"not deleted: {problems[0]}", Ink.CAUTION)
+            self.say(f"not deleted: {problems[0]}", Ink.CAUTION)
         else:
             self.show_forms()
-            self._say(f"zone {name} deleted, u brings it back")
+            self.say(f"zone {name} deleted, u brings it back")
 
     def action_undo(self) -> None:
         """Values that were not allowed first, then changes."""
         if self.draft.problems:
             self.show_forms()
-            self._say("values that were not allowed were put back")
+            self.say("values that were not allowed were put back")
             return
         label = self.model.undo()
         self.show_forms()
-        self._say(f"undone: {label}" if label else "nothing to undo")
+        self.say(f"undone: {label}" if label else "nothing to undo")
+
+    def action_redo(self) -> None:
+        """What was taken back last."""
+        label = self.model.redo()
+        self.show_forms()
+        self.say(f"done again: {label}" if label else "nothing to do again")
 
     def action_move_on_map(self) -> None:
         """Arrows and brackets change the shape until Esc."""
         self.map_view.begin()
-        self._say("")
+        self.say("")
 
     def on_edit_map_reshaped(self, message: EditMap.Reshaped) -> None:
-        """Moved, turned or sized on the map."""
-        edited = self.draft.edited
-        if edited is not None:
-            problems = self.draft.replace(reshaped(edited, message.change(edited.shape)), "on map")
-            self.show_forms()
-            self._say(f"! {problems[0]}" if problems else "", Ink.CAUTION)
+        """Changed on the map; what is not allowed is shown there until it is changed further, or taken back."""
+        self.draft.reshape(message.shape, message.step)
+        self.map_view.heard()
+        self._fill_forms()
+        self.say("")
+
+    def on_draft_map_clicked(self, message: EditMap.Clicked) -> None:
+        """The smallest zone there is edited."""
+        current = self.model.current_round
+        zones = current.zones if current is not None else ()
+        there = [zone for zone in zones if contains(zone.shape, [message.place_m])[0]]
+        if there:
+            self._select(min(there, key=lambda zone: area_m2(zone.shape)).name)
 
     # ------------------------------------------------------------ apply, keep, discard
 
@@ -411,22 +445,22 @@ class PlanScreen(Screen[None]):
         if self._applying:
             return
         if self.draft.problems:
-            self._say("not applied: a value is not allowed (u puts it back)", Ink.CAUTION)
+            self.say("not applied: a value is not allowed (u puts it back)", Ink.CAUTION)
         elif self.model.newer is not None:
-            self._say("not applied: first k keep this copy, or d take the station's", Ink.CAUTION)
+            self.say("not applied: first k keep this copy, or d take the station's", Ink.CAUTION)
         elif not self.model.changes:
-            self._say("nothing to apply: the station flies this")
+            self.say("nothing to apply: the station flies this")
         elif self._may_apply():
             self._applying = True
             base_revision, text = self.model.sending()
             self._refusal = ""
-            self._say("applying: sent")
+            self.say("applying: sent")
             self.run_worker(self._apply(base_revision, text), group="apply")
 
     def _may_apply(self) -> bool:
         armed = self.feed.status.armed if self.feed.status is not None else 0
         question = f"{armed} vehicles armed: a or ^G again changes their flight now"
-        return not armed or self._confirmed(f"apply to {armed}", question)
+        return not armed or self.confirmed(f"apply to {armed}", question)
 
     async def _apply(self, base_revision: int, text: str) -> None:
         reply = await self.feed.request(ApplyScenario(base_revision=base_revision, toml=text))
@@ -434,42 +468,31 @@ class PlanScreen(Screen[None]):
         if reply.ok:
             if reply.scenario is not None:
                 self.model.applied(text, reply.scenario.revision)
-            self._say("applied: the station flies this now")
+            self.say("applied: the station flies this now")
         else:
             vehicles = "".join(f"\nvehicle {r.vehicle}: {r.text}" for r in reply.results if not r.ok)
             self._refusal = (reply.text or "no reason given") + vehicles
-            self._say("NOT APPLIED, see right", Ink.WARNING)
+            self.say("NOT APPLIED, see right", Ink.WARNING)
 
     def action_keep(self) -> None:
         """Stay with this copy although the station has a newer scenario."""
         if self.model.newer is not None:
             self.model.keep()
-            self._say("kept: the next apply replaces the station's newer scenario")
+            self.say("kept: the next apply replaces the station's newer scenario")
 
     def action_discard(self) -> None:
         """Drop this copy for the station's newer scenario; the second press does it."""
-        if self.model.newer is not None and self._confirmed("discard", "drop your changes? d again drops them"):
+        if self.model.newer is not None and self.confirmed("discard", "drop your changes? d again drops them"):
             self.model.discard()
             self._refusal = ""
             self.show_forms()
-            self._say("this is what the station flies")
+            self.say("this is what the station flies")
 
     # ------------------------------------------------------------ save
 
     def action_save(self) -> None:
-        """To the scenario's file, or ask where."""
+        """Only what is allowed."""
         if self.draft.problems:
-            self._say("not saved: a value is not allowed (u puts it back)", Ink.CAUTION)
+            self.say("not saved: a value is not allowed (u puts it back)", Ink.CAUTION)
         else:
-            self.save_bar.save()
-
-    def on_save_bar_said(self, message: SaveBar.Said) -> None:
-        """Saved, asked or failed."""
-        if message.closed:
-            self.zone_list.focus()
-        done = message.step.what is SaveNext.DONE
-        self._second.forget()
-        self._message = Remark(message.step.text, Ink.TEXT if done else Ink.CAUTION)
-        if message.step.what is SaveNext.CONFIRM:
-            self.set_timer(EXPIRES_S, self._expire)
-        self.show_plan()
+            super().action_save()

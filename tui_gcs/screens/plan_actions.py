@@ -2,7 +2,7 @@
 
 from tui_gcs.actions import COMMAND, SELECT, Action
 
-EDIT = "Plan"
+EDIT, MAP = "Plan", "Map"
 
 PLAN_ACTIONS = (
     Action(
@@ -27,14 +27,38 @@ PLAN_ACTIONS = (
         "undo", ("u", "ctrl+z"), "u/^Z", "undo", "take back the last change, or values that were not allowed", EDIT, 6
     ),
     Action("form", (), "Tab", "field", "next field; Shift+Tab the one before, Esc back to the list", EDIT, 5),
-    Action("add_zone", ("plus", "insert"), "+", "add", "new zone in this round", EDIT, 4),
     Action(
-        "import_zones", ("ctrl+o",), "^O", "", "zones from a file: KML, KMZ or GeoJSON of a map program, or ours", EDIT
+        "add_zone", ("plus", "insert"), "+", "add", "new zone in this round; in the line of teams a new team", EDIT, 4
     ),
-    Action("delete_zone", ("delete", "backspace"), "Del", "delete", "delete the zone (press twice)", EDIT, 3),
+    Action(
+        "open", ("ctrl+o",), "^O", "open", "zones from a file: KML, KMZ or GeoJSON of a map program, or ours", EDIT, 5
+    ),
+    Action(
+        "delete_zone",
+        ("delete", "backspace"),
+        "Del",
+        "delete",
+        "delete the zone, or there the team (press twice)",
+        EDIT,
+        3,
+    ),
     Action("digit", tuple("123456789"), "1-9", "edit round", "edit another round; the flown one is marked", SELECT, 4),
     Action("team_page", ("t",), "t", "team", "zone form or team form, where only one of them fits", SELECT, 5),
-    Action("move_on_map", ("e",), "e", "on map", "edit on the map: arrows move, [ ] turn, { } size", EDIT, 2),
+    Action("redo", ("Y", "shift+y", "ctrl+y"), "Y/^Y", "redo", "do again what was taken back", EDIT, 1),
+    Action("copy_zone", ("c",), "c", "copy", "the zone: then the number of a round, or 0 for all others", EDIT, 1),
+    Action("copy_to_all", ("0",), "0", "", "", EDIT),
+    Action("add_round", ("R", "shift+r"), "R", "", "new round like this one", EDIT),
+    Action("delete_round", ("X", "shift+x"), "X", "", "delete this round (press twice)", EDIT),
+    Action("how_many", ("i",), "i", "how many", "how many vehicles the team needs for a worst idleness", EDIT, 1),
+    Action(
+        "move_on_map", ("e",), "e", "on map", "arrows move (Shift: ten steps), [ ] turn, { } size; Esc ends", MAP, 2
+    ),
+    Action("corner", (), "n N", "", "on the map: next and previous corner, then all; arrows move it, + Del", MAP),
+    Action("snapping", (), "S", "", "on the map: draw what moves to corners and edges, or a grid of 5 m", MAP),
+    Action("pointer", (), "mouse", "", "drag a corner or the inside, Ctrl turns; a double click adds a corner", MAP),
+    Action("zoom_in", ("greater_than_sign",), "< >", "", "farther, closer", MAP),
+    Action("zoom_out", ("less_than_sign",), "<", "", "", MAP),
+    Action("fit", ("z",), "z", "", "everything in view", MAP),
     Action("missions", ("m",), "m", "missions", "missions, fences, rally points of each vehicle", EDIT, 7),
     Action("keep", ("k",), "k", "", "scenario changed meanwhile: keep this copy", EDIT),
     Action("discard", ("d",), "d", "", "scenario changed meanwhile: take the station's", EDIT),

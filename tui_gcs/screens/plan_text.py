@@ -1,6 +1,11 @@
 """What the plan screen says about a plan: where a zone lies, what a team can reach there. Plain, no Textual."""
 
+from collections.abc import Sequence
+from math import isfinite
+
+from tui_gcs.core.messages import PreviewResult
 from tui_gcs.core.missions.findings import Level
+from tui_gcs.core.scenario import Team
 from tui_gcs.core.scenario_findings import ScenarioFinding, area_finding, team_findings, zone_finding
 from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.glyphs import GlyphSet
@@ -21,8 +26,31 @@ def _remarks(found: list[ScenarioFinding]) -> list[Remark]:
     return said
 
 
-def remarks(model: EditModel, draft: PlanDraft, refusal: str, glyphs: GlyphSet) -> list[Remark]:
-    """All there is to say, the most urgent first."""
+def preview_remarks(team: Team, found: PreviewResult | None, asked_s: float) -> list[Remark]:
+    """What the planner would make of it; `asked_s`: how many vehicles it takes for this idleness was the question."""
+    if found is None:
+        return []
+    if found.state == "running":
+        what = f"how many for {asked_s:g} s?" if asked_s else "planning"
+        return [Remark(f"{team.name}: {what} ...", Ink.MUTED)]
+    if found.state == "failed":
+        return [Remark(f"{team.name}: no plan: {found.text}", Ink.CAUTION)]
+    seen = f"{found.worst_s:.1f} s worst, {found.ratio:.2f} x bound" if isfinite(found.worst_s) else "not all is seen"
+    apart = f", separation {found.separation:.2f} x" if isfinite(found.separation) else ""
+    said = [Remark(f"{team.name}: {found.vehicles} planned: {seen}{apart}", Ink.TEXT)]
+    if asked_s:
+        more = found.vehicles - team.size
+        words = "as it has" if not more else f"{abs(more)} {'more' if more > 0 else 'fewer'} than it has"
+        said.insert(0, Remark(f"{team.name}: {found.vehicles} vehicles for {asked_s:g} s, {words}", Ink.BOLD))
+    if found.separation < 1.0:
+        said.append(Remark(f"^ {team.name}: two would come too near; the guard would stop them", Ink.CAUTION))
+    return said
+
+
+def remarks(
+    model: EditModel, draft: PlanDraft, refusal: str, glyphs: GlyphSet, previewed: Sequence[Remark] = ()
+) -> list[Remark]:
+    """All there is to say, the most urgent first; `previewed` below what is wrong."""
     scenario, current = model.scenario, model.current_round
     if scenario is None or current is None:
         return []
@@ -32,7 +60,9 @@ def remarks(model: EditModel, draft: PlanDraft, refusal: str, glyphs: GlyphSet) 
     zone, team = draft.zone, draft.team
     found = [zone_finding(zone, current.area) if zone is not None else area_finding(current)]
     found += team_findings(scenario, current, team, glyphs.times) if team is not None else []
-    return [*said, *_remarks(sorted(found, key=lambda finding: -finding.level))]
+    found.sort(key=lambda finding: -finding.level)
+    wrong = [finding for finding in found if finding.level > Level.NOTE]
+    return [*said, *_remarks(wrong), *previewed, *_remarks(found[len(wrong) :])]
 
 
 def state_remark(model: EditModel) -> Remark:

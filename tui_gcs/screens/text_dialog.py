@@ -6,6 +6,7 @@ A box never covers the first two lines and the last one: alarms, what waits for 
 from collections.abc import Sequence
 from typing import TypeVar
 
+from textual import events
 from textual.app import ComposeResult
 from textual.screen import ModalScreen
 
@@ -125,3 +126,43 @@ class TextDialog(ModalScreen[T]):
     def text(self) -> str:
         """The text without colours."""
         return "\n".join("".join(text for text, _ in line) for line in self.body())
+
+
+class ScrolledDialog(TextDialog[None]):
+    """More lines than there is room for: arrows scroll, Esc leaves."""
+
+    LEAVE_KEYS: tuple[str, ...] = ("escape", "q", "enter")
+
+    def __init__(self, glyphs: GlyphSet) -> None:
+        """At the first line."""
+        super().__init__(glyphs)
+        self._first = 0
+
+    def on_key(self, event: events.Key) -> None:
+        """Arrows and pages scroll."""
+        event.stop()
+        if event.key in self.LEAVE_KEYS:
+            self.finish(None)
+        elif event.key in ("down", "j", "pagedown", "space"):
+            self._scroll(+1 if event.key in ("down", "j") else +10)
+        elif event.key in ("up", "k", "pageup"):
+            self._scroll(-1 if event.key in ("up", "k") else -10)
+
+    def _scroll(self, by: int) -> None:
+        self._first = max(0, min(self._first + by, len(self.all_lines()) - self._lines_shown()))
+        self.redraw()
+
+    def _lines_shown(self) -> int:
+        """All but the last one."""
+        return self.room - 1
+
+    def all_lines(self) -> list[Line]:
+        """The whole text."""
+        raise NotImplementedError
+
+    def body(self) -> list[Line]:
+        """The lines that fit, and how to leave."""
+        room, lines = self._lines_shown(), self.all_lines()
+        shown = lines[self._first : self._first + room]
+        more = f"   arrows: more, {self._first + len(shown)} of {len(lines)} lines" if len(lines) > room else ""
+        return [*shown, [(" Esc = close ", Ink.SELECTED), (more, Ink.MUTED)]]

@@ -4,8 +4,10 @@ from collections.abc import Mapping, Sequence
 
 from textual import events
 
+from tui_gcs.core.messages_services import OnBoardRow
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.plan_rows import plan_rows
 from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line
@@ -34,9 +36,15 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         self._plans = plans
         self._doubts = doubts
         self._armed = armed
+        self._instead: dict[int, str] = {}
         self._at = 0
         self._typed = ""
         self._problem = ""
+
+    def show_held(self, rows: Sequence[OnBoardRow]) -> None:
+        """What vehicles hold now, as far as that is known: it will be replaced."""
+        self._instead = {row.vehicle: _instead(row, self._plans[row.vehicle]) for row in rows}
+        self.redraw()
 
     @property
     def _vehicles(self) -> tuple[int, ...]:
@@ -48,8 +56,8 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         self._problem = ""
         if event.key == "escape":
             self.finish(())
-        elif event.key in ("left", "right", "tab"):
-            self._at = (self._at + (-1 if event.key == "left" else 1)) % len(self._groups)
+        elif event.key in ("left", "right", "up", "down", "tab"):
+            self._at = (self._at + (-1 if event.key in ("left", "up") else 1)) % len(self._groups)
             self._typed = ""
             self.redraw()
         elif len(self._vehicles) == 1:
@@ -83,6 +91,8 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         for vehicle in vehicles[:MOST_LINES]:
             doubt = self._doubts.get(vehicle, "")
             lines.append([(f"  {vehicle:>3}  {_words(self._plans[vehicle])}", Ink.TEXT)])
+            if instead := self._instead.get(vehicle, ""):
+                lines.append([(f"       instead of {instead} on board"[:MOST_CELLS], Ink.CAUTION)])
             if doubt:
                 lines.append([(f"       {doubt}"[:MOST_CELLS], Ink.CAUTION)])
         if len(vehicles) > MOST_LINES:
@@ -101,6 +111,15 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         else:
             keys.append((f"type {len(self._vehicles)} and Enter = send: [{self._typed:_<3}]", Ink.BOLD))
         return [*keys, ("   arrows: whom else", Ink.MUTED)] if len(self._groups) > 1 else keys
+
+
+def _instead(row: OnBoardRow, plan: VehicleDraft) -> str:
+    """What another plan replaces."""
+    held = {PlanKind.FENCE: row.fence, PlanKind.RALLY: row.rally, PlanKind.MISSION: row.mission}
+    other = {
+        kind: rows for kind, rows in held.items() if rows and plan.items(kind) and rows != plan_rows(plan.plan(kind))
+    }
+    return ", ".join(f"{kind.word} of {len(rows)}" for kind, rows in other.items())
 
 
 def _words(plan: VehicleDraft) -> str:

@@ -8,6 +8,7 @@ from textual.binding import Binding
 from textual.message import Message
 
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.key_order import own_binding
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run
@@ -22,8 +23,8 @@ class Choice(LinesView, can_focus=True):
     BINDINGS = [
         Binding("left", "step(-1)", "previous", show=False),
         Binding("right", "step(1)", "next", show=False),
-        Binding("up", "app.focus_previous", "previous field", show=False),
-        Binding("down,enter", "app.focus_next", "next field", show=False),
+        Binding("up,shift+tab", "app.focus_previous", "previous field", show=False, priority=True),
+        Binding("down,enter,tab", "app.focus_next", "next field", show=False, priority=True),
     ]
 
     class Changed(Message):
@@ -65,6 +66,9 @@ class Choice(LinesView, can_focus=True):
             self._value = self._options[index % len(self._options)]
             self.update_lines()
             self.post_message(self.Changed(self, self._value))
+
+    async def _on_key(self, event: events.Key) -> None:
+        await own_binding(self, event)
 
     def on_click(self, event: events.Click) -> None:
         """The option under the pointer; between arrows, the next one."""

@@ -1,4 +1,4 @@
-"""A driver that can tell whether the terminal keeps up, waits for none, and loses no Esc.
+"""A driver that can tell whether the terminal keeps up, waits for none, loses no Esc, and takes no floods for keys.
 
 Textual writes through a queue of 30 whose `put` blocks the event loop; a terminal that stops reading would freeze the
 console for seconds (facts/terminal.md B4). The feed posts nothing while this driver lags, what finds the queue full is
@@ -22,8 +22,12 @@ from textual.driver import Driver
 from textual.drivers import linux_driver
 from textual.drivers.linux_driver import LinuxDriver
 from textual.events import Key
+from textual.message import Message
+
+from tui_gcs.widgets.typing_sieve import TypingSieve
 
 QUEUED_WRITES_MAX = 3
+MOST_COLUMNS, MOST_LINES = 500, 150
 READS_WITHIN_S, CLOSE_S = 0.5, 3.0
 """A terminal that reads has read the last words by then; and for so long one that does not is asked to forget."""
 
@@ -31,8 +35,29 @@ _BEGIN_SEQUENCES = frozenset("[OP]_^X\x1b")
 """What may stand second in something that a terminal sends for one key, or as an answer."""
 
 
+class InputDropped(Message):
+    """More came from the terminal than anybody types: so many characters were not taken."""
+
+    def __init__(self, characters: int) -> None:
+        super().__init__()
+        self.characters = characters
+
+
 class EscapeParser(XTermParser):
     """Textual's reader of the terminal's bytes, in which Esc and the key behind it are two keys."""
+
+    def __init__(self, debug: bool = False) -> None:
+        """Nothing was typed yet."""
+        self._sieve = TypingSieve()
+        super().__init__(debug)
+
+    def feed(self, data: str) -> Iterable[Message]:
+        """See `XTermParser.feed`; no data means that there will be no more."""
+        kept = self._sieve.sift(data, time.monotonic())
+        if kept or not data:
+            yield from super().feed(kept)
+        if dropped := self._sieve.take_dropped():
+            yield InputDropped(dropped)
 
     def _sequence_to_key_events(self, sequence: str, alt: bool = False) -> Iterable[Key]:
         if alt or (len(sequence) == 2 and sequence[0] == "\x1b" and sequence[1] not in _BEGIN_SEQUENCES):
@@ -46,6 +71,11 @@ linux_driver.XTermParser = EscapeParser  # type: ignore[attr-defined]  # the dri
 
 class PatientDriver(LinuxDriver):
     """The Unix driver, with a look at its queue of writes, that waits for no terminal."""
+
+    def _get_terminal_size(self) -> tuple[int, int]:
+        """As large as the terminal, or as one that is painted within a second."""
+        columns, lines = super()._get_terminal_size()
+        return min(columns, MOST_COLUMNS), min(lines, MOST_LINES)
 
     def write(self, data: str) -> None:
         """Queue `data`; where the queue is full it is lost, and all is painted anew when the terminal reads again."""

@@ -6,17 +6,21 @@ and what is sent can be flown; everything else is answered with the reasons.
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from tui_gcs.core.formats.bounded import data_of
 from tui_gcs.core.formats.content import FormatError
 from tui_gcs.core.formats.files import read_file
 from tui_gcs.core.formats.scenario_drawings import Put, put_drawings
+from tui_gcs.core.history import History, Step
 from tui_gcs.core.messages import ScenarioChanged
 from tui_gcs.core.scenario import OperatingArea, Round, Scenario, Team
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import ScenarioError, parse
+from tui_gcs.core.scenario_places import fit_places
 from tui_gcs.core.zones import Role, Zone
 from tui_gcs.widgets.form_text import ids_text
 
@@ -24,29 +28,24 @@ Problems = tuple[str, ...]
 """Why a change was not taken, one line each; empty if it was."""
 
 WHERE = "plan"
-MAX_UNDO = 500
+UNKNOWN_REVISION = -1
+"""Of a text that the station does not fly any more."""
 _PLACE = re.compile(rf"^{WHERE}: (?:(?P<path>\S+) \(line \d+\): )?")
 
 
 @dataclass(frozen=True)
-class Step:
-    """One change that can be undone: what it was, and everything as it was before."""
+class Copy:
+    """A scenario's text, and what it says (None: nothing is known yet)."""
 
-    label: str
-    subject: str
-    """Changes of the same subject in a row (typing in one field) are one step."""
-    text: str
-    scenario: Scenario
-    round_index: int
-    """Where the change is to be seen."""
+    text: str = ""
+    scenario: Scenario | None = field(default=None, compare=False)
 
 
 class EditModel:
     """A scenario being edited. Empty (`scenario` is None) until the station's is known."""
 
     def __init__(self) -> None:
-        self.text = ""
-        self.scenario: Scenario | None = None
+        self._history: History[Copy, int] = History(Copy())
         self.round_index = 0
         """The round that is edited; which one is flown is the station's business."""
         self.path = ""
@@ -55,17 +54,28 @@ class EditModel:
         """The station's revision this copy was made from."""
         self.newer: ScenarioChanged | None = None
         """What the station flies by now, if that is not what this copy was made from."""
-        self._base_text = ""
+        self.base_text = ""
+        """The station's text of that revision."""
+        self.origin = ""
+        """Where the station has its scenario from."""
         self._saved_text = ""
         self._sent_text = ""
         self._known_texts: set[str] = set()
-        self._steps: list[Step] = []
-        self._applied_steps = 0
-        self._open_subject = ""
+        self._applied_edits = 0
         self.moved = ""
-        """Who changed teams by the last change of a team, in words."""
+        """Who changed teams, got or lost a take-off place by the last change of a team, in words."""
 
     # ------------------------------------------------------------ what is there
+
+    @property
+    def text(self) -> str:
+        """The copy, as it is sent and saved."""
+        return self._history.draft.text
+
+    @property
+    def scenario(self) -> Scenario | None:
+        """What the text says."""
+        return self._history.draft.scenario
 
     @property
     def current_round(self) -> Round | None:
@@ -75,19 +85,14 @@ class EditModel:
     @property
     def changes(self) -> int:
         """How many steps the copy is away from what the station flies."""
-        if self.text == self._base_text:
+        if self.text == self.base_text:
             return 0
-        return max(1, abs(len(self._steps) - self._applied_steps))
+        return max(1, abs(self._history.edits - self._applied_edits))
 
     @property
     def unsaved(self) -> bool:
         """Whether the copy differs from the file."""
         return self.text != self._saved_text
-
-    @property
-    def undo_label(self) -> str:
-        """What `undo` would take back; empty if nothing."""
-        return self._steps[-1].label if self._steps else ""
 
     def zone(self, name: str) -> Zone | None:
         """A zone of the edited round."""
@@ -120,33 +125,45 @@ class EditModel:
     def station_changed(self, change: ScenarioChanged) -> None:
         """The station flies this. Followed while nothing was edited; otherwise kept aside as `newer`."""
         if self.scenario is None or self.changes == 0:
-            if (change.revision, change.toml) != (self.base_revision, self._base_text):
+            if (change.revision, change.toml) != (self.base_revision, self.base_text):
                 self._take(change)
         elif change.toml in (self.text, self._sent_text):
             self.applied(change.toml, change.revision)
-        elif (change.revision, change.toml) != (self.base_revision, self._base_text):
+        elif (change.revision, change.toml) != (self.base_revision, self.base_text):
             self.newer = change
         else:
             self.newer = None
 
+    def recover(self, text: str, base: str, flown: ScenarioChanged) -> Problems:
+        """Take edits that were made from `base` before a crash; returns why not."""
+        try:
+            scenario = parse(text, WHERE)
+        except ScenarioError as error:
+            return explained(error)
+        self._history.do("what was recovered", Copy(text, scenario), where=self.round_index)
+        if base != self.base_text:
+            self.base_revision, self.base_text, self.newer = UNKNOWN_REVISION, base, flown
+        self.keep_round()
+        return ()
+
     def sending(self) -> tuple[int, str]:
         """(base revision, text) for an apply; what is edited meanwhile stays a change."""
         self._sent_text = self.text
-        self._open_subject = ""
+        self.end_field()
         return self.base_revision, self.text
 
     def applied(self, text: str, revision: int) -> None:
         """The station took `text`."""
-        self.base_revision, self._base_text = revision, text
+        self.base_revision, self.base_text = revision, text
         self._known_texts.add(text)
-        self._applied_steps = len(self._steps)
-        self._open_subject = ""
+        self._applied_edits = self._history.edits
+        self.end_field()
         self.newer = None
 
     def keep(self) -> None:
         """Stay with this copy: the next apply replaces what the station flies by now."""
         if self.newer is not None:
-            self.base_revision, self._base_text = self.newer.revision, self.newer.toml
+            self.base_revision, self.base_text = self.newer.revision, self.newer.toml
             self.newer = None
 
     def discard(self) -> None:
@@ -157,13 +174,14 @@ class EditModel:
     def _take(self, change: ScenarioChanged) -> None:
         if self.scenario is None or self.text == self._saved_text:
             self._saved_text = change.toml
-        self.text, self.scenario = change.toml, change.scenario
+        self._history = History(Copy(change.toml, change.scenario))
         self.path = self.path or change.path
-        self.base_revision, self._base_text = change.revision, change.toml
+        self.origin = change.path
+        self.base_revision, self.base_text = change.revision, change.toml
         self._known_texts.add(change.toml)
-        self._steps, self._applied_steps, self._open_subject = [], 0, ""
+        self._applied_edits = 0
         self.newer = None
-        self._keep_round()
+        self.keep_round()
 
     # ------------------------------------------------------------ changes
 
@@ -172,7 +190,7 @@ class EditModel:
         if self.scenario is None or not 0 <= index < len(self.scenario.rounds):
             return False
         self.round_index = index
-        self._open_subject = ""
+        self.end_field()
         return True
 
     def set_zone(self, name: str, zone: Zone, field: str = "") -> Problems:
@@ -189,12 +207,12 @@ class EditModel:
                 document.set_zone(index, name, zone)
 
         subject = f"zone {index} name" if field == "name" else f"zone {index} {name} {field}"
-        return self._edit(f"zone {name}", subject, change)
+        return self.edit(f"zone {name}", subject, change)
 
     def add_zone(self, zone: Zone) -> Problems:
         """Add a zone to the edited round."""
         index = self.round_index
-        return self._edit(f"add zone {zone.name}", "", lambda document: document.add_zone(index, zone))
+        return self.edit(f"add zone {zone.name}", "", lambda document: document.add_zone(index, zone))
 
     def import_zones(self, path: Path) -> tuple[Problems, str]:
         """The areas of a drawing as zones, those that say nothing to be defended, in the edited round.
@@ -215,7 +233,7 @@ class EditModel:
         def change(document: ScenarioDocument) -> None:
             done.append(put_drawings(document, scenario, drawn, index, Role.DEFEND))
 
-        problems = self._edit(f"zones of {path.name}", "", change)
+        problems = self.edit(f"zones of {path.name}", "", change)
         if problems:
             return problems, ""
         lost = "".join(f"; left out: {text}" for text in done[0].left_out)
@@ -224,40 +242,49 @@ class EditModel:
     def remove_zone(self, name: str) -> Problems:
         """Remove a zone from the edited round."""
         index = self.round_index
-        return self._edit(f"delete zone {name}", "", lambda document: document.remove_zone(index, name))
+        return self.edit(f"delete zone {name}", "", lambda document: document.remove_zone(index, name))
 
     def set_area(self, area: OperatingArea, field: str = "") -> Problems:
         """Replace the edited round's operating area."""
         index = self.round_index
         if self.current_round is not None and self.current_round.area == area:
             return ()
-        return self._edit("operating area", f"area {index} {field}", lambda document: document.set_area(index, area))
+        return self.edit("operating area", f"area {index} {field}", lambda document: document.set_area(index, area))
 
     def set_team(self, name: str, team: Team, field: str = "") -> Problems:
         """Replace a team: vehicles, zone, planner, parameters. A vehicle named here leaves the team that had it."""
-        subject = f"team {name} {field}"
-        if field and subject == self._open_subject:
+        renamed = field == "team_name"
+        subject = "team name" if renamed else f"team {name} {field}"
+        if field and not renamed and subject == self._history.subject:
             self.retract()  # numbers half typed took vehicles from other teams that are not meant
         self.moved = ""
-        if self.scenario is None or self.team(name) == team:
+        scenario = self.scenario
+        if scenario is None or self.team(name) == team:
             return ()
-        others = {each.name: each.vehicles for each in self.scenario.teams if each.name != name}
+        others = {each.name: each.vehicles for each in scenario.teams if each.name != name}
         leaving = {other: [v for v in had if v in team.vehicles] for other, had in others.items()}
         leaving = {other: gone for other, gone in leaving.items() if gone}
         for other, gone in leaving.items():
             if len(gone) == len(others[other]):
                 return (f"vehicles: {ids_text(gone)} would leave nobody in team {other}",)
 
-        def change(document: ScenarioDocument) -> None:
-            for other, gone in leaving.items():
-                document.set_team(other, vehicles=[v for v in others[other] if v not in gone])
-            numbers = {"vehicles": team.vehicles} if team.vehicles else {"count": team.count}
-            document.set_team(name, zone=team.zone, planner=team.planner, parameters=team.parameters, **numbers)
+        kept = {other: tuple(v for v in had if v not in team.vehicles) for other, had in others.items()}
+        teams = [team] + [replace(each, vehicles=kept[each.name]) for each in scenario.teams if each.name != name]
 
-        problems = self._edit(f"team {name}", subject, change)
-        if problems and field == "vehicles":
-            return (*problems, "a vehicle changes teams when it is typed into its new one")
-        self.moved = "; ".join(f"{ids_text(gone)} from {other} to {name}" for other, gone in leaving.items())
+        def change(document: ScenarioDocument) -> None:
+            for other in leaving:
+                document.set_team(other, vehicles=kept[other])
+            numbers = {"vehicles": team.vehicles} if team.vehicles else {"count": team.count}
+            named = team.name if team.name != name else None
+            document.set_team(
+                name, name=named, zone=team.zone, planner=team.planner, parameters=team.parameters, **numbers
+            )
+            fit_places(document, scenario, teams)
+
+        problems = self.edit(f"team {name}", subject, change)
+        if not problems and self.scenario is not None:
+            moved = [f"{ids_text(gone)} from {other} to {name}" for other, gone in leaving.items()]
+            self.moved = "; ".join(moved + _places_changed(scenario, self.scenario))
         return problems
 
     def new_zone_name(self) -> str:
@@ -268,34 +295,39 @@ class EditModel:
 
     def undo(self) -> str:
         """Take the last step back; returns what it was, empty if there was none."""
-        if not self._steps:
+        return self._went(self._history.undo())
+
+    def redo(self) -> str:
+        """Do again what was taken back; returns what it is, empty if there was nothing."""
+        return self._went(self._history.redo())
+
+    def _went(self, step: Step[Copy, int] | None) -> str:
+        if step is None:
             return ""
-        step = self._steps.pop()
-        self.text, self.scenario, self.round_index = step.text, step.scenario, step.round_index
-        self._open_subject = ""
-        self._keep_round()
+        self.round_index = step.where or 0
+        self.keep_round()
         return step.label
 
     def end_field(self) -> None:
         """A field was left: more changes of it are a step of their own."""
-        self._open_subject = ""
+        self._history.end_subject()
 
     def retract(self) -> bool:
         """Take back what the open field changed: it holds a value that is not allowed, and half of one is not meant."""
-        if not self._open_subject or not self._steps:
-            return False
-        self.undo()
-        return True
+        return self._history.retract()
 
     def saved(self, path: Path, text: str) -> None:
         """`text` is in the file `path` now, and that is the operator's file from here on."""
         self.path = str(path)
         self._saved_text = text
         self._known_texts.add(text)
-        self._open_subject = ""
+        self.end_field()
 
-    def _edit(self, label: str, subject: str, change: Callable[[ScenarioDocument], None]) -> Problems:
-        """Try a change on a copy; take it over if the result is a valid scenario."""
+    def edit(self, label: str, subject: str, change: Callable[[ScenarioDocument], None]) -> Problems:
+        """Try a change on a copy; take it over if the result is a valid scenario.
+
+        Changes of one `subject` in a row (typing in one field) are one step.
+        """
         if self.scenario is None:
             return ("no scenario yet",)
         try:
@@ -304,20 +336,21 @@ class EditModel:
             scenario = parse(document.text, WHERE)
         except ScenarioError as error:
             return explained(error)
-        if document.text == self.text:
-            return ()
-        if not subject or subject != self._open_subject:
-            self._steps.append(Step(label, subject, self.text, self.scenario, self.round_index))
-            if len(self._steps) > MAX_UNDO:
-                del self._steps[0]
-                self._applied_steps -= 1
-        self._open_subject = subject
-        self.text, self.scenario = document.text, scenario
+        self._history.do(label, Copy(document.text, scenario), subject, self.round_index)
         return ()
 
-    def _keep_round(self) -> None:
+    def keep_round(self) -> None:
+        """Edit a round that is there, after some were added or taken out."""
         rounds = len(self.scenario.rounds) if self.scenario is not None else 1
         self.round_index = min(self.round_index, rounds - 1)
+
+
+def _places_changed(before: Scenario, after: Scenario) -> list[str]:
+    """Whose take-off places came and went, in words."""
+    had, have = ({place.vehicle for place in each.places if place.vehicle} for each in (before, after))
+    came, went = ids_text(sorted(have - had)), ids_text(sorted(had - have))
+    said = [f"{went}: in no team now, no take-off place"] if went else []
+    return said + ([f"{came}: new take-off place and layer"] if came else [])
 
 
 def explained(error: ScenarioError) -> Problems:

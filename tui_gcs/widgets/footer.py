@@ -5,7 +5,8 @@ from dataclasses import replace
 
 from tui_gcs.actions import APP, APP_ACTIONS, Action, footer_actions, situation_of
 from tui_gcs.actions.keymap import with_keys
-from tui_gcs.feed import Feed, SelectionChanged, StatusUpdated
+from tui_gcs.core.messages import Phase
+from tui_gcs.feed import Feed, FleetUpdated, SelectionChanged, StatusUpdated
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
@@ -31,6 +32,8 @@ class FooterLine(LinesView):
         self._feed = feed
         self._typing = False
         self._here = here
+        self._phases: frozenset[Phase] = frozenset()
+        """Of all vehicles: what keys do depends on who flies, holds, or stands on the ground."""
 
     def on_mount(self) -> None:
         """Follow what the fleet does."""
@@ -45,6 +48,13 @@ class FooterLine(LinesView):
     def on_status_updated(self, _message: StatusUpdated) -> None:
         """Other keys may be valid now."""
         self.update_lines()
+
+    def on_fleet_updated(self, message: FleetUpdated) -> None:
+        """Somebody flies, or holds, who did not."""
+        phases = frozenset(message.frame.phase)
+        if phases != self._phases:
+            self._phases = phases
+            self.update_lines()
 
     def on_selection_changed(self, _message: SelectionChanged) -> None:
         """Other vehicles."""

@@ -3,12 +3,14 @@
 from collections.abc import Iterator
 
 from rich.text import Text
+from textual import events
 from textual.binding import Binding
 from textual.containers import Horizontal, VerticalScroll
 from textual.widget import Widget
 from textual.widgets import Input, Static
 
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.key_order import own_binding
 
 
 class FormField(Input):
@@ -19,8 +21,8 @@ class FormField(Input):
     FormField:focus { border: none; background: $surface-lighten-1; }
     """
     BINDINGS = [
-        Binding("up", "app.focus_previous", "previous field", show=False),
-        Binding("down,enter", "app.focus_next", "next field", show=False),
+        Binding("up,shift+tab", "app.focus_previous", "previous field", show=False, priority=True),
+        Binding("down,enter,tab", "app.focus_next", "next field", show=False, priority=True),
     ]
 
     def __init__(self, field: str, *, placeholder: str = "") -> None:
@@ -28,6 +30,10 @@ class FormField(Input):
         super().__init__(compact=True, placeholder=placeholder)
         self.field = field
         self.cursor_blink = False
+
+    async def _on_key(self, event: events.Key) -> None:
+        """Textual inserts characters after this."""
+        await own_binding(self, event)
 
     def show(self, text: str) -> None:
         """Show this without telling anybody."""

@@ -255,6 +255,11 @@ class MapView(Widget):
         self._follow, self._fitted = False, False
         self._set_view(self.view.panned(round(dx * self.view.columns), -round(dy * self.view.rows)))
 
+    def centre_on(self, place_m: tuple[float, float]) -> None:
+        """Have this place in the middle, at the same scale."""
+        self._follow, self._fitted = False, False
+        self._set_view(replace(self.view, centre_m=place_m))
+
     def zoom(self, factor: float) -> None:
         """Closer for factors above 1."""
         self._fitted = False

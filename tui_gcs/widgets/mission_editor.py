@@ -4,16 +4,17 @@ Places go in and out as ENU metres; heights as the item's own.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from tui_gcs.core.geo import LocalFrame
-from tui_gcs.core.messages import VehicleRow
+from tui_gcs.core.messages import Annotation, VehicleRow
 from tui_gcs.core.missions import build, edits, fences
 from tui_gcs.core.missions.crew import crew
-from tui_gcs.core.missions.draft import History, Items, MissionDraft, Step, Where
+from tui_gcs.core.missions.draft import Items, MissionDraft, MissionHistory, MissionStep, Where
 from tui_gcs.core.missions.forecast import Forecast
 from tui_gcs.core.missions.generate import OWN_ITEMS, Wanted, generated
+from tui_gcs.core.missions.patrols import Flown, flown_by, patrols
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.plan import LAND, RETURN, VTOL_LAND, PlanItem, PlanKind
 from tui_gcs.core.plan_check import MOST_ITEMS
@@ -35,7 +36,7 @@ class MissionEditor:
 
     def __init__(self) -> None:
         """Of nothing yet."""
-        self.history = History()
+        self.history = MissionHistory(MissionDraft())
         self.forecast = Forecast()
         self.scenario: Scenario | None = None
         self.vehicle = 0
@@ -43,6 +44,8 @@ class MissionEditor:
         self.index = 0
         self.preview: MissionDraft | None = None
         """What would be generated; shown instead of the draft until it is taken or dropped."""
+        self._beside: tuple[Flown, Mapping[str, Sequence[Annotation]]] = ({}, {})
+        """Who flies for planners, and what these have drawn."""
         self.has_assumed = False
         """What vehicles can was said by the operator or a file; else the speed is the scenario's."""
 
@@ -79,10 +82,17 @@ class MissionEditor:
             return None
         return self.frame.to_enu(item.lat_deg, item.lon_deg)
 
-    def set_site(self, scenario: Scenario, current: Round, rows: Iterable[VehicleRow]) -> bool:
-        """Plan here, for these; whether anything changed."""
+    def set_site(
+        self,
+        scenario: Scenario,
+        current: Round,
+        rows: Sequence[VehicleRow],
+        drawn: Mapping[str, Sequence[Annotation]],
+    ) -> bool:
+        """Plan here, for these, beside what planners have `drawn`; whether anything changed."""
         look = self.forecast
         before = (look.current, look.crew, look.limits)
+        beside_before, self._beside = self._beside, (flown_by(rows), drawn)
         if self.scenario is None or self.scenario.origin != scenario.origin:
             look.frame = LocalFrame(scenario.origin)
         if self.scenario is None or self.scenario.limits != scenario.limits:
@@ -95,7 +105,9 @@ class MissionEditor:
         look.crew = crew(scenario, rows, look.crew)
         if self.vehicle not in self.vehicles and self.vehicles:
             self.choose_vehicle(self.vehicles[0])
-        return before != (look.current, look.crew, look.limits)
+        if self._beside != beside_before:
+            look.patrols = patrols(*self._beside)
+        return self._beside != beside_before or before != (look.current, look.crew, look.limits)
 
     def assume(self, performance: Performance | None) -> None:
         """Foretell with this; None: as before."""
@@ -247,7 +259,7 @@ class MissionEditor:
         """Do it again."""
         return self._went("done again", self.history.redo()) or "nothing to do again"
 
-    def _went(self, what: str, step: Step | None) -> str:
+    def _went(self, what: str, step: MissionStep | None) -> str:
         self.preview = None
         self._look()
         if step is None:

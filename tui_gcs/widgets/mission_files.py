@@ -5,6 +5,7 @@ Plain, no Textual.
 
 from pathlib import Path
 
+from tui_gcs.core.autosave import Autosave
 from tui_gcs.core.formats.bounded import data_of
 from tui_gcs.core.formats.content import Content, FormatError, Home
 from tui_gcs.core.formats.conversion import Options, convert
@@ -14,6 +15,7 @@ from tui_gcs.core.missions import store
 from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.missions.store import DraftFileError
 from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.safe_files import FileRefused
 from tui_gcs.widgets.mission_editor import MissionEditor
 
 FILE_NAME = "missions.json"
@@ -27,6 +29,7 @@ class MissionFile:
         self.path = ""
         self._editor = editor
         self._folder = folder
+        self._autosave: Autosave | None = None
         self._known: set[str] = set()
         self._kept: MissionDraft | None = None
 
@@ -47,8 +50,8 @@ class MissionFile:
         self.path = str(path)
         self._known.add(text)
         self._editor.history.saved()
-        if self._folder is not None:
-            store.forget(self._folder)
+        if self._autosave is not None:
+            self._autosave.forget()
 
     def open(self, path: Path) -> str:
         """Take what is in a file: everybody's missions, or one plan for the edited vehicle. Raises DraftFileError."""
@@ -78,7 +81,8 @@ class MissionFile:
         """Instead of the plans that are there of the kinds that the file holds. Raises DraftFileError."""
         editor = self._editor
         if content.not_flown:
-            raise DraftFileError(f"{path.name}: parts of its mission have no items: {'; '.join(content.not_flown)}")
+            parts = "; ".join(content.not_flown)
+            raise DraftFileError(f"{path.name}: {parts}: the way is not in the file; save way-points in QGroundControl")
         draft, words = editor.history.draft, []
         for kind in PlanKind:
             plan = content.plan(kind)
@@ -117,16 +121,44 @@ class MissionFile:
     def keep(self) -> None:
         """Have the work in progress there after a crash, if it changed. Raises DraftFileError."""
         draft = self._editor.history.draft
-        if self._folder is not None and draft is not self._kept and self._editor.history.unsaved:
-            store.keep(self._folder, self._saved())
+        if self._autosave is not None and draft is not self._kept and self._editor.history.unsaved:
+            try:
+                self._autosave.write(self.text.encode())
+            except FileRefused as error:
+                raise DraftFileError(str(error)) from None
         self._kept = draft
 
-    def recover(self) -> int:
-        """Take what a crash left; of how many vehicles it is."""
-        saved = store.kept(self._folder) if self._folder is not None else None
-        if saved is None or saved.draft.is_empty:
-            return 0
+    def recover(self) -> str:
+        """Take what a crash left; in words, empty if nothing. Raises DraftFileError: nothing is kept from here on."""
+        if self._folder is None:
+            return ""
+        try:
+            self._autosave = Autosave(self._folder, "missions")
+            data = self._autosave.read(store.MOST_BYTES)
+            if data is None:
+                return ""
+            try:
+                saved = store.from_bytes(data)
+            except DraftFileError as error:
+                aside = self._autosave.set_aside(data)
+                return f"what a crash left cannot be read ({error}): it is in {aside}"
+        except FileRefused as error:
+            raise DraftFileError(str(error)) from None
+        if saved.draft.is_empty:
+            return ""
         self._editor.assume(saved.performance)
         self._editor.take("recovered", saved.draft)
         self._kept = saved.draft
-        return len(saved.draft.vehicles)
+        count = len(saved.draft.vehicles)
+        return f"recovered: plans of {count} vehicle{'s' * (count > 1)} that were not saved; u drops them"
+
+    @property
+    def waiting(self) -> tuple[Path, ...]:
+        """Work that crashes of other consoles left."""
+        return self._autosave.waiting if self._autosave is not None else ()
+
+    def close(self) -> None:
+        """What is kept may be another console's."""
+        if self._autosave is not None:
+            self._autosave.close()
+            self._autosave = None

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from tui_gcs.core.missions.draft import History
+from tui_gcs.core.missions.draft import MissionHistory
 from tui_gcs.core.missions.findings import Level
 from tui_gcs.widgets.mission_editor import MissionEditor
 from tui_gcs.widgets.mission_text import clock, conflict_text, distance, of_vehicle
@@ -39,7 +39,7 @@ def mission_remarks(editor: MissionEditor, problem: str, told: Sequence[Remark])
     return said
 
 
-def state_remark(history: History) -> Remark:
+def state_remark(history: MissionHistory) -> Remark:
     """How far the draft is from its file."""
     if history.draft.is_empty and not history.unsaved:
         return Remark("nothing planned", Ink.MUTED)

@@ -134,6 +134,8 @@ def conflict_text(conflict: Conflict) -> str:
     near = f"{conflict.horizontal_m:.0f} m apart, {conflict.vertical_m:.0f} m in height"
     if conflict.together:
         return f"{who} MEET at {clock(conflict.first_s)}: {near}"
+    if conflict.on_tour:
+        return f"{conflict.first} crosses the tour of {conflict.second} at {clock(conflict.first_s)}: {near}"
     return f"{who} cross: {near}, at {clock(conflict.first_s)} and {clock(conflict.second_s)}"
 
 

@@ -2,24 +2,13 @@
 
 from pathlib import Path
 
-from textual import on
-from textual.binding import Binding
-from textual.containers import Horizontal
 from textual.message import Message
-from textual.widgets import Input, Static
 
-from tui_gcs.widgets.save_bar import PathField
+from tui_gcs.widgets.path_bar import PathBar
 
 
-class OpenBar(Horizontal):
-    """Hidden until it is asked for; then Enter answers and Esc forgets."""
-
-    DEFAULT_CSS = """
-    OpenBar { height: 1; display: none; background: $surface; }
-    OpenBar.-open { display: block; }
-    OpenBar > Static { width: auto; padding: 0 1; text-style: bold; }
-    """
-    BINDINGS = [Binding("escape", "close", "cancel", show=False, priority=True)]
+class OpenBar(PathBar):
+    """Says which file was named."""
 
     class Named(Message):
         """This file, to be written or read; None: none."""
@@ -29,34 +18,25 @@ class OpenBar(Horizontal):
             self.path = path
             self.write = write
 
-    def __init__(self) -> None:
-        """Hidden."""
-        self._field = PathField("path")
-        self._label = Static("Open", markup=False)
-        self._writes = False
-        super().__init__(self._label, self._field)
+    _writes = False
 
     def ask(self, *, write: bool = False, suggestion: str = "") -> None:
         """Which one?"""
         self._writes = write
-        self._label.update("Write" if write else "Open")
-        self._field.show(suggestion)
-        self.add_class("-open")
-        self._field.focus()
+        self.open("Write" if write else "Open", suggestion)
 
-    def action_close(self) -> None:
-        """Esc."""
-        self._leave(None)
-
-    @on(Input.Submitted)
-    def _submitted(self, event: Input.Submitted) -> None:
-        event.stop()
-        typed = event.value.strip()
+    def answered(self, typed: str) -> None:
+        """This one, or none."""
+        typed = typed.strip()
         try:
             self._leave(Path(typed).expanduser() if typed and "\0" not in typed else None)
         except RuntimeError:  # no such user's home
             self._leave(Path(typed))
 
+    def action_cancel(self) -> None:
+        """None."""
+        self._leave(None)
+
     def _leave(self, path: Path | None) -> None:
-        self.remove_class("-open")
+        self.close()
         self.post_message(self.Named(path, write=self._writes))

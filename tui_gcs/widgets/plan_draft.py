@@ -9,17 +9,21 @@ import msgspec
 
 from tui_gcs.core.messages_planning import TYPES, ParamInfo, PlannerInfo
 from tui_gcs.core.scenario import OperatingArea, Team
-from tui_gcs.core.zones import Circle, Role, Zone
+from tui_gcs.core.zones import Circle, Role, Shape, Zone
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Param
 from tui_gcs.widgets.edit_model import EditModel, Problems
+from tui_gcs.widgets.edit_parts import EditParts, free_name
 from tui_gcs.widgets.form_text import FieldError
-from tui_gcs.widgets.shape_edit import centre_of
+from tui_gcs.widgets.shape_edit import centre_of, moved
 from tui_gcs.widgets.team_text import TeamText, to_team
 from tui_gcs.widgets.zone_text import ZoneText, to_area, to_zone
 
 NEW_RADIUS_M = 30.0
 NO_AREA = "the operating area stays: every round has one"
+ASIDE_M = ((20.0, -20.0), (-20.0, 20.0), (0.0, 0.0))
+DUPLICATED_CELLS = 28
+"""Names have at most 32; a number comes behind."""
 
 
 class PlanDraft:
@@ -28,15 +32,19 @@ class PlanDraft:
     def __init__(self, model: EditModel) -> None:
         """For this working copy."""
         self.model = model
+        self.parts = EditParts(model)
         self.zone_name: str | None = None
         """None is the operating area."""
         self.team_name = ""
         self.files: Mapping[str, PlannerInfo] = {}
         """Planners in files of the operator's own, as the station told what they declare."""
+        self.pending: Zone | OperatingArea | None = None
+        """What the edited one would be, if it were allowed; None: it is as it is shown."""
         self._zone_problems: Problems = ()
         self._team_problems: Problems = ()
         self._field = ""
         self._name_before: str | None = None
+        self._team_before = ""
 
     @property
     def problems(self) -> Problems:
@@ -82,6 +90,7 @@ class PlanDraft:
     def refilled(self) -> None:
         """The forms show the working copy again: nothing is wrong, and what is edited still exists."""
         self._zone_problems = self._team_problems = ()
+        self.pending = None
         if self.zone is None:
             self.zone_name = None
         team = self.team
@@ -96,38 +105,49 @@ class PlanDraft:
             self._field, self._name_before = field, self.zone_name
         try:
             new = to_zone(texts, old) if isinstance(old, Zone) else to_area(texts, old)
-            self._zone_problems = self.replace(new, field)
+            self.replace(new, field)
         except FieldError as error:
-            self._zone_problems = (str(error),)
+            self._zone_problems, self.pending = (str(error),), None
         if self._zone_problems and self.model.retract():
             self.zone_name = self._name_before
 
-    def replace(self, new: Zone | OperatingArea, field: str = "") -> Problems:
-        """Put this in the place of what is edited; returns why not."""
+    def replace(self, new: Zone | OperatingArea, field: str = "") -> None:
+        """Put this in the place of what is edited; what is not allowed stays `pending`, with the reasons."""
         if isinstance(new, OperatingArea):
-            return self.model.set_area(new, field)
-        problems = self.model.set_zone(self.zone_name or "", new, field)
-        if not problems:
-            self.zone_name = new.name
-        return problems
+            problems = self.model.set_area(new, field)
+        else:
+            problems = self.model.set_zone(self.zone_name or "", new, field)
+            self.zone_name = new.name if not problems else self.zone_name
+        self._zone_problems, self.pending = problems, new if problems else None
+
+    def reshape(self, shape: Shape, step: str) -> None:
+        """The edited one with another shape, drawn on the map."""
+        edited = self.pending or self.edited
+        if edited is not None:
+            self.replace(reshaped(edited, shape), f"on map {step}")
 
     def team_typed(self, texts: TeamText, field: str) -> None:
         """Take over what stands in the team form, or keep the reasons why not."""
         old = self.team
         if old is None:
             return
+        if field != self._field:
+            self._field, self._team_before = field, old.name
         self._team_problems = self._replace_team(texts, old, field)
-        if self._team_problems:
-            self.model.retract()
+        if self._team_problems and self.model.retract():
+            self.team_name = self._team_before
 
     def _replace_team(self, texts: TeamText, old: Team, field: str) -> Problems:
         params, problem = self.declared(texts.planner)
         if problem and texts.planner != old.planner:
             return (problem,)
         try:
-            return self.model.set_team(old.name, to_team(texts, old, params), field)
+            new = to_team(texts, old, params)
         except FieldError as error:
             return (str(error),)
+        problems = self.model.set_team(old.name, new, field)
+        self.team_name = self.team_name if problems else new.name
+        return problems
 
     def planners(self) -> tuple[str, ...]:
         """All that may be chosen, sorted."""
@@ -154,6 +174,26 @@ class PlanDraft:
             self.choose_zone(name)
         return problems
 
+    def duplicate_zone(self) -> Problems:
+        """The same once more, a little aside where there is room; returns why not."""
+        zone = self.zone
+        if zone is None:
+            return (NO_AREA,)
+        current = self.model.current_round
+        name = free_name(zone.name[:DUPLICATED_CELLS], [each.name for each in current.zones] if current else [])
+        for east_m, north_m in ASIDE_M:
+            shape = moved(zone.shape, east_m, north_m)
+            problems = self.model.add_zone(msgspec.structs.replace(zone, name=name, shape=shape))
+            if not problems:
+                self.choose_zone(name)
+                break
+        return problems
+
+    def copy_zone(self, indices: list[int]) -> Problems:
+        """Into these rounds, instead of what has its name there; returns why not."""
+        zone = self.zone
+        return self.parts.copy_zone(zone, indices) if zone is not None else (NO_AREA,)
+
     def delete_zone(self) -> Problems:
         """Take the edited zone out of the round; returns why not."""
         if self.zone_name is None:
@@ -164,7 +204,7 @@ class PlanDraft:
         return problems
 
 
-def reshaped(edited: Zone | OperatingArea, shape: object) -> Zone | OperatingArea:
+def reshaped(edited: Zone | OperatingArea, shape: Shape) -> Zone | OperatingArea:
     """The same zone or area with another shape."""
     new: Zone | OperatingArea = msgspec.structs.replace(edited, shape=shape)
     return new

@@ -1,5 +1,7 @@
 """How well each team does its job: worst idleness beside the bound, coverage, slots; what its planner counts."""
 
+from collections.abc import Iterable
+
 from rich.cells import cell_len, set_cell_size
 
 from tui_gcs.core.messages import StationStatus, TeamStatus, VehicleRow
@@ -105,16 +107,25 @@ def team_lines(team: TeamStatus, glyphs: GlyphSet) -> list[list[Run]]:
 
 def metric_lines(status: StationStatus, width: int, most: int) -> list[Line]:
     """What each team's planner counts, on `most` lines; what there is no room for, `tui-gcs status` tells."""
-    rows = [""]
+    counted: list[str] = []
     for team in status.teams:
         told = all_words(team.metrics, SHOWN_BEFORE)
-        for words in (f"{team.role[:3].upper()} {told[0]}", *told[1:]) if told else ():
-            if rows[-1] and cell_len(rows[-1]) + 2 + cell_len(words) > width:
-                rows.append("")
-            rows[-1] += f"  {words}" if rows[-1] else words
+        counted += (f"{team.role[:3].upper()} {told[0]}", *told[1:]) if told else ()
+    rows = packed(counted, width)
     if len(rows) > most > 0:
         rows[most - 1] = set_cell_size(rows[most - 1], width - len(MORE)).rstrip() + MORE
-    return [[(row, Ink.MUTED)] for row in rows[: max(most, 0)] if row]
+    return [[(row, Ink.MUTED)] for row in rows[: max(most, 0)]]
+
+
+def packed(words: Iterable[str], width: int) -> list[str]:
+    """As many as fit on each line, none of them cut."""
+    rows: list[str] = []
+    for one in words:
+        if rows and cell_len(rows[-1]) + 2 + cell_len(one) <= width:
+            rows[-1] += f"  {one}"
+        else:
+            rows.append(one)
+    return rows
 
 
 def _plan_age(team: TeamStatus) -> str:

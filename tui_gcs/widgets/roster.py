@@ -1,6 +1,6 @@
 """The fleet as a table: narrow terminals drop columns, never rows."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from textwrap import wrap
 
@@ -68,7 +68,7 @@ MARK_CELLS = 2
 
 
 class Roster(LinesView):
-    """One line per vehicle; the selected one stays in view."""
+    """One line per vehicle, those in trouble first where not all are seen; the selected one stays in view."""
 
     DEFAULT_CSS = """
     Roster { border: solid #4a5560; border-title-color: #d8dee4; }
@@ -81,6 +81,8 @@ class Roster(LinesView):
     _alarms: AlarmsOf = {}
     _first = 0
     _waiting = ""
+    _order: Sequence[int] = ()
+    """Ids as they were shown last."""
 
     class Picked(Message):
         """A vehicle was clicked."""
@@ -115,22 +117,33 @@ class Roster(LinesView):
         rows = self._frame.rows()
         columns = fitting_columns(width, max(row.id for row in rows))
         room = max(1, height - 1)
+        if len(rows) > room:
+            rows.sort(key=self._trouble, reverse=True)
+        self._order = [row.id for row in rows]
         self._first = _first_shown(self._first, room, rows, self._lead)
         shown = rows[self._first : self._first + room]
         return [header(columns), *(self._line(row, columns) for row in shown)]
 
+    def _trouble(self, row: VehicleRow) -> Level:
+        """How urgently it is to be seen: who is merely silent waits on the ground."""
+        level = self._level(row)
+        return level if level >= Level.CAUTION else Level.NORMAL
+
+    def _level(self, row: VehicleRow) -> Level:
+        return level_now(row, self._alarms.get(row.id, ()))
+
     def _line(self, row: VehicleRow, columns: list[Column]) -> list[Run]:
-        level = level_now(row, self._alarms.get(row.id, ()))
+        level = self._level(row)
         return roster_line(row, columns, row.id in self._selected, level, self.glyphs)
 
     def on_click(self, event: events.Click) -> None:
         """Pick the clicked vehicle."""
         offset = event.get_content_offset(self)
-        if offset is None or self._frame is None or offset.y < 1:
+        if offset is None or offset.y < 1:
             return
         index = self._first + offset.y - 1
-        if index < len(self._frame.ids):
-            self.post_message(self.Picked(self._frame.ids[index]))
+        if index < len(self._order):
+            self.post_message(self.Picked(self._order[index]))
 
 
 def fitting_columns(width: int, highest_id: int = 0) -> list[Column]:

@@ -8,7 +8,7 @@ from tui_gcs.widgets.levels import INKS
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.vehicle_alarms import level_now
-from tui_gcs.widgets.words import UNKNOWN, gps, heading, number, speed_m_s
+from tui_gcs.widgets.words import gps, heading, number, slot_words, speed_m_s
 
 
 def row_of(frame: FleetFrame | None, vehicle: int | None) -> VehicleRow | None:
@@ -20,20 +20,26 @@ def brief_lines(row: VehicleRow | None, alarms: Sequence[Alarm], glyphs: GlyphSe
     """Three lines for small terminals; `alarms` are its own."""
     if row is None:
         return [[("n or number+Enter selects", Ink.MUTED)], [], []]
-    known = row.freshness is not Freshness.LOST
+    if row.freshness is Freshness.LOST:
+        return _last_known(row, INKS[level_now(row, alarms)])
     motion = f"{number(row.position_m[2], 1)}m {number(speed_m_s(row.velocity_m_s), 1)}m/s {_heading(row, glyphs)}"
     power = f"bat {number(row.battery_pct)}% {number(row.battery_v, 1)}V gps {gps(row.gps_fix, row.satellites)}"
     return [
-        [(f"{row.id} {row.team[:8]} ", Ink.BOLD), (_if(known, motion), Ink.TEXT)],
-        [(_if(known, power), INKS[level_now(row, alarms)])],
+        [(f"{row.id} {row.team[:8]} ", Ink.BOLD), (motion, Ink.TEXT)],
+        [(power, INKS[level_now(row, alarms)])],
         [(row.problem, Ink.WARNING)]
         if row.problem
-        else [(f"{row.phase} slot {row.slot or UNKNOWN} off {number(row.slot_error_m, 0, 'm')}", Ink.TEXT)],
+        else [(f"{row.phase} {slot_words(row.slot)} off {number(row.slot_error_m, 0, 'm')}", Ink.TEXT)],
     ]
 
 
-def _if(known: bool, text: str) -> str:
-    return text if known else UNKNOWN
+def _last_known(row: VehicleRow, ink: Ink) -> list[list[Run]]:
+    """Of one that is lost: since when, and where it was."""
+    return [
+        [(f"{row.id} {row.team[:8]} ", Ink.BOLD), (f"LOST {number(row.heard_age_s)} s", ink)],
+        [(f"last {number(row.lat_deg, 6)} {number(row.lon_deg, 6)}", Ink.TEXT)],
+        [(f"then {number(row.position_m[2])}m up, bat {number(row.battery_pct, 0, '%')}", Ink.TEXT)],
+    ]
 
 
 def _heading(row: VehicleRow, glyphs: GlyphSet) -> str:

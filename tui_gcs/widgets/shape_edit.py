@@ -38,21 +38,28 @@ def converted(shape: Shape, kind: str) -> Shape:
     if kind == kind_of(shape):
         return shape
     if kind == "circle":
-        return Circle(_tidy(centre_of(shape)), round(math.sqrt(area_m2(shape) / math.pi), 1))
+        return Circle(tidy(centre_of(shape)), round(math.sqrt(area_m2(shape) / math.pi), 1))
     if kind == "rectangle":
         min_x, min_y, max_x, max_y = bounds(shape)
-        return Rectangle(_tidy(centre_of(shape)), round(max_x - min_x, 1), round(max_y - min_y, 1))
+        return Rectangle(tidy(centre_of(shape)), round(max_x - min_x, 1), round(max_y - min_y, 1))
+    return as_polygon(shape)
+
+
+def as_polygon(shape: Shape) -> Polygon:
+    """The shape as a polygon; a circle becomes one with few corners."""
+    if isinstance(shape, Polygon):
+        return shape
     outline = outline_m(shape)
     step = len(outline) // CIRCLE_CORNERS if isinstance(shape, Circle) else 1
-    return Polygon(tuple(_tidy(point) for point in outline[::step]))
+    return Polygon(tuple(tidy(point) for point in outline[::step]))
 
 
 def moved(shape: Shape, east_m: float, north_m: float) -> Shape:
     """The shape so many metres further east and north."""
     if isinstance(shape, Polygon):
-        return Polygon(tuple(_tidy((x + east_m, y + north_m)) for x, y in shape.vertices_m))
+        return Polygon(tuple(tidy((x + east_m, y + north_m)) for x, y in shape.vertices_m))
     x, y = shape.centre_m
-    return msgspec.structs.replace(shape, centre_m=_tidy((x + east_m, y + north_m)))
+    return msgspec.structs.replace(shape, centre_m=tidy((x + east_m, y + north_m)))
 
 
 def turned(shape: Shape, clockwise_deg: float) -> Shape:
@@ -64,7 +71,7 @@ def turned(shape: Shape, clockwise_deg: float) -> Shape:
     (cx, cy), angle = centre_of(shape), math.radians(clockwise_deg)
     cos, sin = math.cos(angle), math.sin(angle)
     points = ((x - cx, y - cy) for x, y in shape.vertices_m)
-    return Polygon(tuple(_tidy((cx + dx * cos + dy * sin, cy - dx * sin + dy * cos)) for dx, dy in points))
+    return Polygon(tuple(tidy((cx + dx * cos + dy * sin, cy - dx * sin + dy * cos)) for dx, dy in points))
 
 
 def sized(shape: Shape, factor: float) -> Shape:
@@ -77,12 +84,12 @@ def sized(shape: Shape, factor: float) -> Shape:
             return msgspec.structs.replace(shape, width_m=width_m, height_m=height_m)
         case Polygon():
             cx, cy = centre_of(shape)
-            return Polygon(tuple(_tidy((cx + (x - cx) * factor, cy + (y - cy) * factor)) for x, y in shape.vertices_m))
+            return Polygon(tuple(tidy((cx + (x - cx) * factor, cy + (y - cy) * factor)) for x, y in shape.vertices_m))
         case _:
             assert_never(shape)
 
 
-def _tidy(point: tuple[float, float]) -> tuple[float, float]:
+def tidy(point: tuple[float, float]) -> tuple[float, float]:
     """Rounded to a centimetre: what people type, and 0.0 instead of 1e-14."""
     return round(point[0], 2) + 0.0, round(point[1], 2) + 0.0
 

@@ -36,6 +36,7 @@ class TeamForm(Form):
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
         """An empty form."""
         self._team = Choice("team", glyphs=glyphs)
+        self._new_name = FormField("team_name")
         self._vehicles = FormField("vehicles", placeholder="ids")
         self._count = FormField("count")
         self._zone = Choice("zone", glyphs=glyphs)
@@ -43,6 +44,7 @@ class TeamForm(Form):
         self._params = ParamForm(glyphs=glyphs)
         super().__init__(
             FormRow("Team", self._team),
+            FormRow("Name", self._new_name),
             FormRow("Vehicles", self._vehicles, "or count", self._count),
             FormRow("Zone", self._zone),
             FormRow("Planner", self._planner),
@@ -61,6 +63,7 @@ class TeamForm(Form):
             self._zone.value,
             self._planner.value,
             self._params.values,
+            self._new_name.value,
         )
 
     def show(
@@ -74,6 +77,7 @@ class TeamForm(Form):
     ) -> None:
         """Fill the fields."""
         self._team.show(texts.name, teams)
+        self._new_name.show(texts.new_name or texts.name)
         self._vehicles.show(texts.vehicles)
         self._count.show(texts.count)
         self._zone.show(texts.zone, zones)

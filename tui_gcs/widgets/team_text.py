@@ -20,6 +20,8 @@ class TeamText:
     zone: str = ""
     planner: str = ""
     parameters: Mapping[str, str] = field(default_factory=dict)
+    new_name: str = ""
+    """What the team is to be called; empty: as before."""
 
 
 def team_text(team: Team) -> TeamText:
@@ -44,7 +46,14 @@ def to_team(texts: TeamText, old: Team, params: Sequence[Param]) -> Team:
     for name, text in texts.parameters.items():
         if name in known and text.strip():
             parameters[name] = to_value(known[name], text, old.parameters.get(name))
-    return Team(texts.name, texts.zone, texts.planner, vehicles, count, _in_old_order(parameters, old.parameters))
+    return Team(
+        texts.new_name or texts.name,
+        texts.zone,
+        texts.planner,
+        vehicles,
+        count,
+        _in_old_order(parameters, old.parameters),
+    )
 
 
 def value_text(value: ParamValue) -> str:

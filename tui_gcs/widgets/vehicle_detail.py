@@ -15,7 +15,7 @@ from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.vehicle_alarms import LEVELS, level_now
 from tui_gcs.widgets.visible import whole_age_s
-from tui_gcs.widgets.words import UNKNOWN, gps, heading, number, speed_m_s
+from tui_gcs.widgets.words import UNKNOWN, gps, heading, number, slot_words, speed_m_s
 
 MOST_ALARMS, MOST_CHECK_LINES = 3, 4
 LABEL_CELLS = 6
@@ -83,7 +83,7 @@ class DetailLines:
             ("spd", f"{self._speed()}  home {self._home()}"),
             ("bat", self._battery()),
             ("gps", f"{self._gps()}   ekf {self._estimator()}"),
-            ("slot", self._slot()),
+            ("slot", self._slot("")),
             ("link", self._link()),
             ("att", f"{self._attitude()}  air {number(self._more.airspeed_m_s, 1)} m/s"),
             ("item", f"{self._item()}   wind {self._wind_words()}"),
@@ -108,8 +108,8 @@ class DetailLines:
         else:
             where = [(f"last place {number(row.lat_deg, 6)} {number(row.lon_deg, 6)}", Ink.TEXT)]
             power = []
-        slot = self._slot() if self._known else self._row.slot or UNKNOWN
-        others = f"slot {slot}   {self._item()}   wind {self._wind_words()}"
+        slot = self._slot() if self._known else slot_words(self._row.slot)
+        others = f"{slot}   {self._item()}   wind {self._wind_words()}"
         others += f"   {self._attitude()}" if self._known else f"   {self._link()}"
         return [first, where, power, self._checks(width)[0] if self._is_in_doubt() else [(others, Ink.TEXT)]]
 
@@ -171,9 +171,9 @@ class DetailLines:
         bearing_deg = math.degrees(math.atan2(east, north)) % 360.0
         return f"{math.hypot(east, north):.0f} m {heading(bearing_deg, self._glyphs.degree)}"
 
-    def _slot(self) -> str:
+    def _slot(self, label: str = "slot ") -> str:
         lag = f"  {_signed(self._row.lag_s)} s" if math.isfinite(self._row.lag_s) else ""
-        return f"{self._row.slot or UNKNOWN}  off {number(self._row.slot_error_m, 1)} m{lag}"
+        return f"{slot_words(self._row.slot, label)}  off {number(self._row.slot_error_m, 1)} m{lag}"
 
     def _link(self) -> str:
         rtt_s = self._info.rtt_s if self._info is not None else math.nan

@@ -37,6 +37,11 @@ def clock(seconds: float) -> str:
     return f"T+{hours}:{minutes:02d}:{whole % 60:02d}" if hours else f"T+{minutes:02d}:{whole % 60:02d}"
 
 
+def slot_words(slot: str, label: str = "slot ") -> str:
+    """The place that a vehicle keeps: one of its planner, behind `label`, or beside the one that it follows."""
+    return f"follows {slot[1:]}" if slot.startswith(">") else f"{label}{slot or UNKNOWN}"
+
+
 def gps(fix: int, satellites: int) -> str:
     """Fix and satellites in at most five cells: `3D12`, `RTK14`."""
     return f"{GPS_FIX.get(fix, '?')}{satellites if satellites >= 0 else ''}"

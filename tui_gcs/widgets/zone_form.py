@@ -28,12 +28,19 @@ class CornersField(TextArea):
     CornersField:focus { border: none; background: $surface-lighten-1; }
     """
 
-    BINDINGS = [Binding("ctrl+z", "screen.undo", "undo", show=False)]
+    BINDINGS = [
+        Binding("ctrl+z", "screen.undo", "undo", show=False),
+        Binding("ctrl+u", "empty", "empty it", show=False),
+    ]
 
     def __init__(self) -> None:
         super().__init__(compact=True, soft_wrap=True, tab_behavior="focus", highlight_cursor_line=False)
         self.field = "vertices_m"
         self.cursor_blink = False
+
+    def action_empty(self) -> None:
+        """All lines of it, as in other fields."""
+        self.clear()
 
     def show(self, text: str) -> None:
         """Show this without telling anybody."""

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from tui_gcs.core.course import STILL
 from tui_gcs.core.firmware import commands as c
-from tui_gcs.core.firmware.base import Lead, has_left_ground, is_settled, may_be_flying, stands_still
+from tui_gcs.core.firmware.base import Lead, is_settled, may_be_flying, stands_still
 from tui_gcs.core.firmware.speech import Done, Speech
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.services.command import CommandService
@@ -84,17 +84,7 @@ class ArduCopter:
     def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> Action:
         """NAV_TAKEOFF's height is above home."""
         order = Order(c.CMD_TAKEOFF, (0, 0, 0, 0, 0, 0, alt_rel_m))
-        states = (c.LANDED_IN_AIR, c.LANDED_TAKEOFF)
-        return self._speech.action(
-            vehicle.id,
-            "take-off",
-            Retry.START,
-            order,
-            lambda v: has_left_ground(v, states),
-            on_done,
-            confirm_s=8.0,
-            shown_by=c.EXTENDED_SYS_STATE,
-        )
+        return self._speech.take_off(vehicle.id, order, on_done)
 
     def land(self, vehicle: Vehicle) -> Action:
         """LAND."""

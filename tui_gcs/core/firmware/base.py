@@ -48,7 +48,8 @@ class Firmware(Protocol):
     lead: Lead
     """What a vehicle's lead is before its own was measured."""
     off_course_m: float
-    """On a moving course it is hardly ever farther beside it than this: planners leave so much of the footprint."""
+    """On a moving course it is hardly ever farther beside it than this, whatever its height and however late: planners
+    leave so much of the footprint."""
 
     def why_not(self, vehicle: Vehicle) -> str:
         """Why this vehicle cannot be commanded at all, or ""."""
@@ -186,8 +187,3 @@ def is_settled(vehicle: Vehicle, action: Action) -> bool:
 def may_be_flying(vehicle: Vehicle) -> bool:
     """In the air, or armed and nobody knows: no position since its heartbeat."""
     return vehicle.airborne or (vehicle.armed and vehicle.heartbeat_s - vehicle.position_s > BLIND_S)
-
-
-def has_left_ground(vehicle: Vehicle, landed_states: tuple[int, ...]) -> bool:
-    """Whether a take-off shows."""
-    return vehicle.armed and (vehicle.alt_rel_m > 1.0 or vehicle.landed_state in landed_states)

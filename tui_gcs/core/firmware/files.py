@@ -1,14 +1,12 @@
 """Where each autopilot keeps its logs, and what they are called."""
 
 from tui_gcs.core.vehicle import Vehicle
-
-_ARDUPILOT, _PX4 = 3, 12
-"""MAV_AUTOPILOT."""
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
 
 def log_ending(vehicle: Vehicle) -> str:
     """Of a log's file name here."""
-    return {_ARDUPILOT: "bin", _PX4: "ulg"}.get(vehicle.autopilot, "log")
+    return {AUTOPILOT_ARDUPILOT: "bin", AUTOPILOT_PX4: "ulg"}.get(vehicle.autopilot, "log")
 
 
 def log_folders(vehicle: Vehicle) -> tuple[str, ...]:
@@ -16,4 +14,4 @@ def log_folders(vehicle: Vehicle) -> tuple[str, ...]:
 
     ArduPilot serves its logs by FTP, too, at a third of the speed of LOG_DATA (ardupilot.md).
     """
-    return ("/log", "/fs/microsd/log") if vehicle.autopilot == _PX4 else ()
+    return ("/log", "/fs/microsd/log") if vehicle.autopilot == AUTOPILOT_PX4 else ()

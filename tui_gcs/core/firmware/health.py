@@ -113,6 +113,11 @@ PREARM_TEXT_S = 35.0
 """ArduPilot repeats its pre-arm texts every 30 s."""
 
 
+REMOTE_ID_TEXTS = ("PreArm: OpenDroneID", "PreArm: ODID")
+"""Of ArduPilot with DID_ENABLE 1 and bit 0 of DID_OPTIONS set."""
+NO_OPERATOR_ID = "; this station sends no operator's Remote ID: another one must, or DID_OPTIONS must not ask for it"
+
+
 Concern = Literal["position", "battery", "health"]
 """What a problem in flight puts in doubt."""
 
@@ -301,7 +306,8 @@ def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[
         yield Problem(f"pre-arm checks fail in {mode}", blocks=flown)
         for text in vehicle.reasons_since(now - PREARM_TEXT_S):
             if text.startswith("PreArm:"):
-                yield Problem(text, blocks=flown or "mode" not in text.lower())
+                hint = NO_OPERATOR_ID if text.startswith(REMOTE_ID_TEXTS) else ""
+                yield Problem(text + hint, blocks=flown or "mode" not in text.lower())
     elif not flown:
         wanted = mode_name(vehicle.autopilot, vehicle.type, flight_mode(vehicle))
         yield Problem(f"its checks are for {mode}; those for {wanted} are known in {wanted} only", blocks=False)

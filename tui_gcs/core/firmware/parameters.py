@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
-_ARDUPILOT, _PX4 = 3, 12
-"""MAV_AUTOPILOT."""
 CAPABILITY_ENCODE_BYTEWISE, CAPABILITY_FTP, CAPABILITY_ENCODE_C_CAST = 16, 32, 131072
 """MAV_PROTOCOL_CAPABILITY."""
 
@@ -33,14 +32,14 @@ class Ways:
 
 def hash_name(vehicle: Vehicle) -> str:
     """The parameter that is a checksum of all others; "" if the autopilot has none."""
-    return "_HASH_CHECK" if vehicle.autopilot == _PX4 else ""
+    return "_HASH_CHECK" if vehicle.autopilot == AUTOPILOT_PX4 else ""
 
 
 def encoding(vehicle: Vehicle, capabilities: Callable[[], int]) -> Encoding:
     """By autopilot, for neither always sets the bit (mavlink.md C4); by capability for all others."""
-    if vehicle.autopilot == _PX4:
+    if vehicle.autopilot == AUTOPILOT_PX4:
         return Encoding.BYTEWISE
-    if vehicle.autopilot == _ARDUPILOT:
+    if vehicle.autopilot == AUTOPILOT_ARDUPILOT:
         return Encoding.C_CAST
     bits = capabilities()
     bytewise = bits & CAPABILITY_ENCODE_BYTEWISE and not bits & CAPABILITY_ENCODE_C_CAST
@@ -49,7 +48,7 @@ def encoding(vehicle: Vehicle, capabilities: Callable[[], int]) -> Encoding:
 
 def ways(vehicle: Vehicle, capabilities: int) -> Ways:
     """ArduPilot packs them with their defaults (0.4 s for 1350); PX4 tells a checksum, and may pack them since 2026."""
-    if vehicle.autopilot == _ARDUPILOT:
+    if vehicle.autopilot == AUTOPILOT_ARDUPILOT:
         return Ways(("@PARAM/param.pck?withdefaults=1", "@PARAM/param.pck"), "")
     packed = ("@PARAM/param.pck",) if capabilities & CAPABILITY_FTP else ()
     return Ways(packed, hash_name(vehicle))

@@ -27,6 +27,7 @@ from tui_gcs.core.plan import (
     POLYGONS,
     RALLY_POINT,
     RETURN,
+    ROI_LOCATION,
     SPLINE,
     TAKE_OFF,
     TERRAIN,
@@ -44,6 +45,10 @@ from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
 FLIES_MISSION = frozenset({"AUTO", "AUTO_RTL", "MISSION"})
 """Modes in which what is held is being flown."""
+ROI_NONE, SET_ROI = 197, 201
+"""DO_SET_ROI_NONE; DO_SET_ROI, which is superseded by it and by DO_SET_ROI_LOCATION."""
+OLD_ROI = {ROI_LOCATION: 3.0, ROI_NONE: 0.0}
+"""The MAV_ROI in the first parameter of DO_SET_ROI that means the same."""
 CMD_SET_CURRENT = 224
 """MAV_CMD_DO_SET_MISSION_CURRENT."""
 
@@ -119,7 +124,9 @@ class PlanDialect:
     plain_numbers: bool = False
     """NaN is no number for it: what is not said is 0."""
     terrain: bool = True
-    """Heights above the ground are understood."""
+    """Heights above the ground are understood..."""
+    terrain_blind: bool = False
+    """... and flown without terrain data, too: into the ground."""
     home_inside: bool = False
     """A fence that does not contain home is thrown away after it was accepted."""
     fence_text: str = ""
@@ -127,6 +134,8 @@ class PlanDialect:
     kept: "dict[int, Rules] | None" = None
     """What is kept of a command's parameters; None: all of them. What is not listed is kept, or comes back as 0."""
     z_tolerance_m: float = 0.001
+    old_roi: bool = False
+    """What is to be looked at is said by the superseded command."""
     commands: frozenset[int] | None = None
     """Those that it takes in a mission; None: not known."""
 
@@ -138,13 +147,13 @@ class PlanDialect:
         if plan.kind is PlanKind.FENCE:  # PX4 takes the vertices of a polygon after a circle for circles
             shapes = sorted(fence_shapes(items), key=lambda shape: shape.command not in POLYGONS)
             items = tuple(item for shape in shapes for item in shape.items)
-        sent = tuple(self._plain(self._said(item, +self._home_items(plan.kind))) for item in items)
+        sent = tuple(self._plain(self._said(item, +self._home_items(plan.kind))) for item in map(self._as_old, items))
         return (HOME_PLACE_HOLDER, *sent) if self._home_items(plan.kind) else sent
 
     def from_wire(self, kind: PlanKind, items: tuple[PlanItem, ...]) -> Plan:
         """The plan that a vehicle sent."""
         shift = self._home_items(kind)
-        return Plan(kind, tuple(self._said(item, -shift) for item in items[shift:]))
+        return Plan(kind, tuple(self._as_new(self._said(item, -shift)) for item in items[shift:]))
 
     def index_of(self, seq: int) -> int:
         """Which item of the plan a mission's seq is; -1 is ArduPilot's home."""
@@ -172,6 +181,20 @@ class PlanDialect:
             return replace(item, frame=frame, params=(item.params[0] + shift, *item.params[1:]))
         return replace(item, frame=frame)
 
+    def _as_old(self, item: PlanItem) -> PlanItem:
+        if not self.old_roi or item.command not in OLD_ROI:
+            return item
+        return replace(item, command=SET_ROI, params=(OLD_ROI[item.command], 0.0, 0.0, 0.0))
+
+    def _as_new(self, item: PlanItem) -> PlanItem:
+        if not self.old_roi or item.command != SET_ROI:
+            return item
+        is_place = bool(item.x or item.y)
+        for command, roi in OLD_ROI.items():
+            if item.params[0] == roi and is_place == (command == ROI_LOCATION):
+                return replace(item, command=command, params=(0.0, 0.0, 0.0, 0.0))
+        return item
+
     def _plain(self, item: PlanItem) -> PlanItem:
         if not self.plain_numbers or item.command not in PLACES:
             return item
@@ -182,6 +205,7 @@ class PlanDialect:
 
     def stored(self, kind: PlanKind, item: PlanItem) -> PlanItem:
         """What the vehicle is known to keep of an item of a plan: compare that, of both sides."""
+        item = self._as_new(item)
         rules = self.rules(item.command)
         one, two, three, four = (rule(float32(value)) for rule, value in zip(rules, item.params, strict=True))
         kept = replace(self._said(item, 0), params=(one, two, three, four), z=float32(item.z))
@@ -226,6 +250,11 @@ class PlanDialect:
             if self.home_inside and home_deg is not None and not _allows(shape.command, shape.items, home_deg):
                 found.append(f"{shape.text}: home is outside of what it allows, {self.name} would drop it")
         return found
+
+    def flies_blind(self, plan: Plan) -> bool:
+        """Whether a plan is dangerous unless the vehicle knows the ground."""
+        above_ground = any(PLAIN_FRAME.get(item.frame) == TERRAIN for item in plan.items)
+        return self.terrain_blind and plan.kind is PlanKind.MISSION and above_ground
 
     def flies_mission(self, vehicle: Vehicle) -> bool:
         """Whether it is flying its mission now."""
@@ -284,6 +313,8 @@ _ARDUPILOT_KEPT: dict[int, Rules] = {
     JUMP: (_whole, _whole, _gone, _gone),
     178: (_whole, _same, _same, _gone),
     206: (_same, _gone, _whole, _gone),
+    ROI_LOCATION: NOTHING,
+    ROI_NONE: NOTHING,
     207: (_whole, _gone, _gone, _gone),
     211: (_whole, _whole, _gone, _gone),
     POLYGON_IN: FIRST,
@@ -302,12 +333,14 @@ ARDUPILOT = PlanDialect(
     has_home=True,
     tells_when_asked=True,
     plain_numbers=True,
+    terrain_blind=True,
     most_vertices=255,
     kept=_ARDUPILOT_KEPT,
     z_tolerance_m=0.0101,
+    old_roi=True,
     commands=frozenset(
         {16, 17, 18, 19, 20, 21, 22, 30, 31, 82, 83, 84, 85, 92, 93, 94, 112, 114, 115, 177, 178, 179}
-        | {181, 182, 183, 184, 188, 189, 191, 193, 194, 201, 202, 203, 205, 206, 207, 208, 210, 211, 212, 213}
+        | {181, 182, 183, 184, 188, 189, 191, 193, 194, 195, 197, 201, 202, 203, 205, 206, 207, 208, 210, 211, 212, 213}
         | {215, 216, 217, 218, 222, 223, 531, 532, 534, 600, 601, 1000, 2000, 2001, 2500, 2501, 3000}
         | {42600, 42702, 42703}
     ),
@@ -347,7 +380,7 @@ PX4 = PlanDialect(
         LOITER_TO_ALT: (_flag, _same, _gone, _flag),
         VTOL_TAKE_OFF: (_gone, _gone, _gone, _yaw),
         VTOL_LAND: (_gone, _gone, _gone, _yaw),
-        195: NOTHING,
+        ROI_LOCATION: NOTHING,
         POLYGON_IN: FIRST,
         5002: FIRST,
         5003: FIRST,

@@ -191,6 +191,16 @@ def motor_test(vehicle: Vehicle, motor: int, throttle: float, seconds: float) ->
     return None
 
 
+def motor_word(autopilot: str, motor: int) -> str:
+    """Which one an autopilot, called as in fleet frames, takes for motor 1, 2, … of a motor test.
+
+    ArduPilot counts round the vehicle, as A, B, … of its motor test, and not as its outputs are numbered; PX4 does.
+    """
+    if not autopilot.startswith("Ardu") or not 1 <= motor <= MOST_MOTORS:
+        return f"motor {motor}"
+    return f"motor {chr(ord('A') + motor - 1)} ({motor} in the test's order: clockwise from the front right)"
+
+
 def motors(vehicle: Vehicle) -> int:
     """So many motors it has at most."""
     return MOTORS.get(vehicle.type, MOST_MOTORS)

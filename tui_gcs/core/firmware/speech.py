@@ -77,6 +77,20 @@ class Speech:
         order = Order(c.CMD_ARM_DISARM, (0,))
         return self.action(vehicle, "disarm", Retry.STOP, order, lambda v: not v.armed)
 
+    def take_off(self, vehicle: int, order: Order, on_done: Done) -> Action:
+        """Take off; done when it shows that it left the ground."""
+        left = (c.LANDED_IN_AIR, c.LANDED_TAKEOFF)
+        return self.action(
+            vehicle,
+            "take-off",
+            Retry.START,
+            order,
+            lambda v: v.armed and (v.alt_rel_m > 1.0 or v.landed_state in left),
+            on_done,
+            confirm_s=8.0,
+            shown_by=c.EXTENDED_SYS_STATE,
+        )
+
     def say(self, vehicle: int, what: str, order: Order, copy: int) -> str:
         """Send one copy of an order, or say why it does not leave; `what` is the operator's word for it."""
         return self._door.action(vehicle, what, order.message, **order.fields(copy))

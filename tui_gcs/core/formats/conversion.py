@@ -50,7 +50,7 @@ def convert(read: Content | Base, target: Format, options: Options) -> Written:
     if (have is Family.PARAMS) != (target.family is Family.PARAMS):
         raise FormatError(f"parameters and plans do not become each other ({target.name})")
     if target.family is Family.PARAMS:
-        return _after(before, _params(read, target))
+        return _after(before, params.WRITERS[target.name](read.params))
     if target.family is Family.DRAWING:
         drawn = drawings.Drawn(read.drawings) if have is Family.DRAWING else drawings.draw(read)
         if not drawn.drawings:
@@ -72,11 +72,6 @@ def _drawing(drawn: tuple[Drawing, ...], target: Format, options: Options) -> by
     if target.name == "geojson":
         return geojson.write_geojson(drawn)
     return (kml.write_kmz if target.name == "kmz" else kml.write_kml)(drawn, options.title)
-
-
-def _params(read: Content, target: Format) -> Written:
-    writers = {"params": params.write_qgc_params, "param": params.write_mission_planner, "parm": params.write_mavproxy}
-    return writers[target.name](read.params)
 
 
 # ---------------------------------------------------------------- plans

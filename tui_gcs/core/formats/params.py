@@ -7,6 +7,7 @@
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 from tui_gcs.core.formats.content import FormatError, ParamLine, Written, counted
@@ -152,3 +153,11 @@ def _one_component(params: tuple[ParamLine, ...]) -> tuple[list[ParamLine], tupl
     told = f"{counted(lost, 'parameter')} of other vehicles or components than {owner[0]}/{owner[1]}"
     typed = any(line.type is not None for line in params)
     return kept, (told,) * bool(lost), ("types and numbers of vehicles are not in such a file",) * typed
+
+
+WRITERS: dict[str, Callable[[tuple[ParamLine, ...]], Written]] = {
+    "params": write_qgc_params,
+    "param": write_mission_planner,
+    "parm": write_mavproxy,
+}
+"""By the name of the format (`files.Format`)."""

@@ -4,6 +4,7 @@ The first is a collision if both begin together; the second becomes one when one
 later. Who stands on the ground is in nobody's way.
 """
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
@@ -22,7 +23,7 @@ STILL_M = 1e-6
 
 @dataclass(frozen=True)
 class Conflict:
-    """Two vehicles and where they are too close; `first` has the lower id."""
+    """Two vehicles and where they are too close; of two missions `first` has the lower id."""
 
     first: int
     second: int
@@ -33,6 +34,12 @@ class Conflict:
     first_s: float
     """When the first one is there, from the beginning of its mission."""
     second_s: float
+    """NaN: it flies a planner's tour, and is there again and again."""
+
+    @property
+    def on_tour(self) -> bool:
+        """Whether the second one flies a planner's tour."""
+        return math.isnan(self.second_s)
 
     @property
     def together(self) -> bool:
@@ -53,6 +60,11 @@ def prepared(way: Way) -> Prepared:
     return Prepared(_sampled(way), _Lines.of(way))
 
 
+def round_and_round(loop_m: Floats, height_m: float) -> Prepared:
+    """A closed line, (n, 2), at one height: flown nobody knows when."""
+    return Prepared(np.empty((0, 3)), _Lines.at(loop_m, height_m))
+
+
 def between(
     first: int, second: int, a: Prepared, b: Prepared, horizontal_m: float, vertical_m: float
 ) -> Conflict | None:
@@ -62,7 +74,8 @@ def between(
     """
     if not _may_meet(a.lines, b.lines, horizontal_m):
         return None
-    at_once = _at_once(first, second, a.sampled, b.sampled, horizontal_m, vertical_m)
+    timed = len(a.sampled) and len(b.sampled)
+    at_once = _at_once(first, second, a.sampled, b.sampled, horizontal_m, vertical_m) if timed else None
     return at_once or _in_place(first, second, a.lines, b.lines, horizontal_m, vertical_m)
 
 
@@ -122,6 +135,7 @@ def _held(points: Floats, count: int) -> Floats:
 class _Lines:
     """The legs of a way on the ground plan, with their heights and times."""
 
+    ends_m: Floats
     shapes: NDArray[np.object_]
     low_m: Floats
     high_m: Floats
@@ -135,12 +149,22 @@ class _Lines:
         ends = np.array([(leg.from_m[:2], leg.to_m[:2]) for leg in flown], dtype=float).reshape(-1, 2, 2)
         heights = np.array([(leg.from_m[2], leg.to_m[2]) for leg in flown], dtype=float).reshape(-1, 2)
         times = np.array([(leg.begin_s, leg.end_s) for leg in flown], dtype=float).reshape(-1, 2)
+        return cls._of(ends, heights, times)
+
+    @classmethod
+    def at(cls, line_m: Floats, height_m: float) -> "_Lines":
+        """A line at one height, at no time."""
+        ends = np.stack([line_m[:-1], line_m[1:]], axis=1)
+        return cls._of(ends, np.full((len(ends), 2), height_m), np.full((len(ends), 2), np.nan))
+
+    @classmethod
+    def _of(cls, ends: Floats, heights: Floats, times: Floats) -> "_Lines":
         box = (
             (*ends.min(axis=(0, 1)).tolist(), *ends.max(axis=(0, 1)).tolist())
             if len(ends)
             else (np.inf, np.inf, -np.inf, -np.inf)
         )
-        return cls(_shapes(ends), heights.min(axis=1), heights.max(axis=1), times[:, 0], times[:, 1], box)
+        return cls(ends, _shapes(ends), heights.min(axis=1), heights.max(axis=1), times[:, 0], times[:, 1], box)
 
 
 def _shapes(ends: Floats) -> NDArray[np.object_]:
@@ -148,6 +172,13 @@ def _shapes(ends: Floats) -> NDArray[np.object_]:
     still = np.hypot(*(ends[:, 1] - ends[:, 0]).T) < STILL_M
     shapes: NDArray[np.object_] = np.where(still, shapely.points(ends[:, 0]), shapely.linestrings(ends))
     return shapes
+
+
+def _boxes(ends_m: Floats, margin_m: float) -> NDArray[np.object_]:
+    """Around each leg, so much larger."""
+    low, high = ends_m.min(axis=1) - margin_m, ends_m.max(axis=1) + margin_m
+    boxes: NDArray[np.object_] = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+    return boxes
 
 
 def _may_meet(a: _Lines, b: _Lines, horizontal_m: float) -> bool:
@@ -158,16 +189,13 @@ def _may_meet(a: _Lines, b: _Lines, horizontal_m: float) -> bool:
 
 def _in_place(a: int, b: int, of_a: _Lines, of_b: _Lines, horizontal_m: float, vertical_m: float) -> Conflict | None:
     """The nearest two legs whose heights come too close, too. Heights of a leg that climbs are all of those in it."""
-    tree = shapely.STRtree(of_b.shapes)
-    first, second = tree.query(of_a.shapes, predicate="dwithin", distance=horizontal_m)
-    if not len(first):
-        return None
+    first, second = shapely.STRtree(of_b.shapes).query(_boxes(of_a.ends_m, horizontal_m))
     gap_m = np.maximum(of_b.low_m[second] - of_a.high_m[first], of_a.low_m[first] - of_b.high_m[second])
-    close = gap_m < vertical_m
-    if not close.any():
-        return None
+    close = gap_m < vertical_m  # far fewer, where everybody has a layer: distances cost more than heights
     first, second, gap_m = first[close], second[close], gap_m[close]
     ground_m = shapely.distance(of_a.shapes[first], of_b.shapes[second])
+    if not (ground_m < horizontal_m).any():
+        return None
     i = int(np.argmin(ground_m))
     leg_a, leg_b = of_a.shapes[first[i]], of_b.shapes[second[i]]
     ends = shapely.get_coordinates(shapely.shortest_line(leg_a, leg_b))

@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+from tui_gcs.core.history import History, Step
 from tui_gcs.core.plan import Plan, PlanItem, PlanKind
 
-MOST_UNDO = 500
 Items = tuple[PlanItem, ...]
 
 
@@ -74,82 +74,5 @@ class MissionDraft:
 Where = tuple[int, PlanKind, int]
 """Vehicle, kind of plan, index of an item."""
 
-
-@dataclass(frozen=True)
-class Step:
-    """One edit: what it was called, the draft that it was made from or led to, and where it is to be seen."""
-
-    label: str
-    draft: MissionDraft
-    where: Where | None = None
-
-
-class History:
-    """The present draft, those before it and those that were taken back."""
-
-    def __init__(self, draft: MissionDraft | None = None) -> None:
-        """Begin with this, as it is in its file."""
-        self.draft = draft or MissionDraft()
-        self._saved = self.draft
-        self._before: list[Step] = []
-        self._after: list[Step] = []
-        self._subject = ""
-
-    @property
-    def unsaved(self) -> bool:
-        """Whether the draft differs from what was saved."""
-        return self.draft is not self._saved and self.draft != self._saved
-
-    @property
-    def edits(self) -> int:
-        """How many can be taken back."""
-        return len(self._before)
-
-    def do(self, label: str, draft: MissionDraft, subject: str = "", where: Where | None = None) -> bool:
-        """Take over an edit; False if it changes nothing. Edits of one `subject` in a row (typing) are one step.
-
-        `where` is where the operator was before it.
-        """
-        if draft == self.draft:
-            return False
-        if not subject or subject != self._subject:
-            self._before.append(Step(label, self.draft, where))
-            del self._before[:-MOST_UNDO]
-        self._subject = subject
-        self._after.clear()
-        self.draft = draft
-        return True
-
-    def end_subject(self) -> None:
-        """What comes next is a step of its own."""
-        self._subject = ""
-
-    def retract(self) -> bool:
-        """Take back what the open `subject` changed: half of a value is not meant. Whether there was something."""
-        if not self._subject or not self._before:
-            return False
-        self.draft = self._before.pop().draft
-        self._subject = ""
-        return True
-
-    def undo(self) -> Step | None:
-        """Take back the last edit, and tell of it; None if there was none."""
-        return self._go(self._before, self._after)
-
-    def redo(self) -> Step | None:
-        """Do again what was taken back, and tell of it; None if there was nothing."""
-        return self._go(self._after, self._before)
-
-    def saved(self) -> None:
-        """This is in the file now."""
-        self._saved = self.draft
-        self.end_subject()
-
-    def _go(self, source: list[Step], target: list[Step]) -> Step | None:
-        self._subject = ""
-        if not source:
-            return None
-        step = source.pop()
-        target.append(Step(step.label, self.draft, step.where))
-        self.draft = step.draft
-        return step
+MissionStep = Step[MissionDraft, Where]
+MissionHistory = History[MissionDraft, Where]

@@ -1,12 +1,14 @@
 """What a draft would come to: the way of every vehicle, where ways meet, what is wrong; computed once for each edit."""
 
-from itertools import combinations
+from collections.abc import Iterator
+from itertools import combinations, product
 
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.missions.conflicts import Conflict, Prepared, between, gravest_first, prepared
 from tui_gcs.core.missions.crew import Member
 from tui_gcs.core.missions.draft import Items, MissionDraft, VehicleDraft
 from tui_gcs.core.missions.findings import Finding, Site, battery_left_pct, findings
+from tui_gcs.core.missions.patrols import Patrol
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.way import EMPTY, Home, Way, way_of
 from tui_gcs.core.scenario import Limits, Origin, Round
@@ -14,6 +16,7 @@ from tui_gcs.core.scenario import Limits, Origin, Round
 NOBODY = Member(Home())
 Near = tuple[float, float]
 """Separation, horizontal and vertical, metres."""
+Compared = tuple[Way, Way, Near, Conflict | None]
 
 
 class Forecast:
@@ -30,8 +33,11 @@ class Forecast:
         self._ways: dict[int, tuple[Items, Home, Performance, LocalFrame, Way]] = {}
         self._found: dict[int, tuple[VehicleDraft, Way, Site, list[Finding]]] = {}
         self._prepared: dict[int, tuple[Way, Prepared]] = {}
-        self._pairs: dict[tuple[int, int], tuple[Way, Way, Near, Conflict | None]] = {}
+        self._pairs: dict[tuple[int, int], Compared] = {}
         self._met: list[Conflict] = []
+        self.patrols: dict[int, Patrol] = {}
+        """Who flies for a planner; who has a mission in the draft is taken for not being there."""
+        self._crossed: dict[tuple[int, int], tuple[Way, Patrol, Near, Conflict | None]] = {}
 
     def member(self, vehicle: int) -> Member:
         """Who it is."""
@@ -75,27 +81,44 @@ class Forecast:
         return self._met
 
     def compare_ways(self) -> bool:
-        """Look where ways meet; whether that changed. Only pairs of which a way changed are compared again."""
-        ways = {vehicle: way for vehicle in self.draft.vehicles if (way := self.way(vehicle)).legs}
-        self._prepared = {
-            vehicle: known
-            if (known := self._prepared.get(vehicle)) is not None and known[0] is way
-            else (way, prepared(way))
-            for vehicle, way in ways.items()
-        }
-        near = (self.limits.separation_horizontal_m, self.limits.separation_vertical_m)
-        pairs: dict[tuple[int, int], tuple[Way, Way, Near, Conflict | None]] = {}
-        for a, b in combinations(sorted(ways), 2):
-            known_pair = self._pairs.get((a, b))
-            if (
-                known_pair is None
-                or known_pair[0] is not ways[a]
-                or known_pair[1] is not ways[b]
-                or known_pair[2] != near
-            ):
-                conflict = between(a, b, self._prepared[a][1], self._prepared[b][1], *near)
-                known_pair = (ways[a], ways[b], near, conflict)
-            pairs[a, b] = known_pair
-        self._pairs = pairs
-        before, self._met = self._met, gravest_first(pair[3] for pair in pairs.values())
+        """Look where ways meet; whether that changed."""
+        before = self._met
+        for _ in self.comparing():
+            pass
         return before != self._met
+
+    def comparing(self) -> Iterator[None]:
+        """The same, to be left after each pair of which a way changed; `conflicts` are new after the last one."""
+        ways = {vehicle: way for vehicle in self.draft.vehicles if (way := self.way(vehicle)).legs}
+        near = (self.limits.separation_horizontal_m, self.limits.separation_vertical_m)
+        pairs: dict[tuple[int, int], Compared] = {}
+        for a, b in combinations(sorted(ways), 2):
+            known = self._pairs.get((a, b))
+            if known is None or known[0] is not ways[a] or known[1] is not ways[b] or known[2] != near:
+                conflict = between(a, b, self._prepare(a, ways[a]), self._prepare(b, ways[b]), *near)
+                known = self._pairs[a, b] = (ways[a], ways[b], near, conflict)
+                yield
+            pairs[a, b] = known
+        crossed: dict[tuple[int, int], tuple[Way, Patrol, Near, Conflict | None]] = {}
+        patrols = [(v, patrol) for v, patrol in self.patrols.items() if v not in ways]
+        for a, (b, patrol) in product(sorted(ways), patrols):
+            seen = self._crossed.get((a, b))
+            if seen is None or seen[0] is not ways[a] or seen[1] is not patrol or seen[2] != near:
+                seen = self._crossed[a, b] = (ways[a], patrol, near, self._crossing(a, b, ways[a], patrol, near))
+                yield
+            crossed[a, b] = seen
+        self._pairs, self._crossed = pairs, crossed
+        self._prepared = {vehicle: each for vehicle, each in self._prepared.items() if vehicle in ways}
+        self._met = gravest_first(pair[3] for pair in (*pairs.values(), *crossed.values()))
+
+    def _crossing(self, vehicle: int, other: int, way: Way, patrol: Patrol, near: Near) -> Conflict | None:
+        """Where a mission comes too near to a tour."""
+        mine = self._prepare(vehicle, way)
+        found = (between(vehicle, other, mine, loop, *near) for loop in patrol.loops)
+        return next((conflict for conflict in found if conflict is not None), None)
+
+    def _prepare(self, vehicle: int, way: Way) -> Prepared:
+        known = self._prepared.get(vehicle)
+        if known is None or known[0] is not way:
+            known = self._prepared[vehicle] = (way, prepared(way))
+        return known[1]

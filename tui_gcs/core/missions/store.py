@@ -5,7 +5,6 @@ Files of other programs, one vehicle each, are `core/formats`.
 
 import math
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import msgspec
 
@@ -13,13 +12,11 @@ from tui_gcs.core.missions.draft import Items, MissionDraft, VehicleDraft
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.plan import PlanItem, PlanKind
 from tui_gcs.core.plan_check import MOST_ITEMS
-from tui_gcs.core.safe_files import FileRefused, SafeFolder
 
 Params = tuple[float | None, float | None, float | None, float | None]
 VERSION = 1
 MOST_BYTES = 32 << 20
 MOST_VEHICLES = 255
-KEPT = "missions-autosave.json"
 
 
 class DraftFileError(Exception):
@@ -126,34 +123,3 @@ def _params(item: PlanItem) -> Params:
 def _numbers(params: Params) -> tuple[float, float, float, float]:
     one, two, three, four = (math.nan if value is None else value for value in params)
     return one, two, three, four
-
-
-# ---------------------------------------------------------------- against crashes
-
-
-def keep(folder: Path, saved: Saved) -> None:
-    """Have it there after a crash. Raises DraftFileError."""
-    try:
-        with SafeFolder(folder) as kept:
-            kept.replace(KEPT, to_bytes(saved))
-    except FileRefused as error:
-        raise DraftFileError(str(error)) from None
-
-
-def kept(folder: Path) -> Saved | None:
-    """What a crash left; None if nothing, or nothing that can be read."""
-    try:
-        with SafeFolder(folder) as place:
-            data = place.read(KEPT, MOST_BYTES)
-        return from_bytes(data) if data is not None else None
-    except (FileRefused, DraftFileError):
-        return None
-
-
-def forget(folder: Path) -> None:
-    """It is saved, or not wanted."""
-    try:
-        with SafeFolder(folder) as place:
-            place.remove(KEPT)
-    except FileRefused:
-        return

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from scipy.optimize import linear_sum_assignment
 from shapely import affinity
 
 Place = tuple[float, float]
@@ -186,6 +185,8 @@ def _handed_out(runs: list[list[Lane]], homes_m: Sequence[Place]) -> list[list[L
     """Who flies which run: the ways to their beginnings and from their ends are shortest in all."""
     costs = np.array([[math.dist(home, run[0][0]) + math.dist(run[-1][1], home) for run in runs] for home in homes_m])
     shares: list[list[Lane]] = [[] for _ in homes_m]
+    from scipy.optimize import linear_sum_assignment  # 40 MB and 0.4 s, which consoles need for this only
+
     for vehicle, run in zip(*linear_sum_assignment(costs), strict=True):
         shares[vehicle] = runs[run]
     return shares

@@ -5,9 +5,10 @@ The three retry classes of architecture.md (security.md C.4):
 * start: at most 3 copies within 2 s, then expired; never repeated later.
 * stop: every 400 ms for 10 s until telemetry confirms, then an alarm and every 2 s until confirmed or superseded;
   it cancels what is queued for that vehicle.
-* set: 5 tries, 0.6 s apart; idempotent; dropped when superseded.
+* set: 5 tries, 0.6 s apart, or what an answer takes if that is longer; idempotent; dropped when superseded.
 
-Success is what telemetry shows; an ACK only ends the copies. A refusal collects the vehicle's own words for 0.5 s.
+Success is what telemetry shows; an ACK only ends the copies (whose it is: `ack_book.py`). A refusal collects the
+vehicle's own words for 0.5 s.
 """
 
 from collections import Counter, OrderedDict
@@ -17,6 +18,7 @@ from dataclasses import dataclass
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import ALERT, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.messages import EventClass
+from tui_gcs.core.services.ack_book import AckBook
 from tui_gcs.core.services.order import Action as Action
 from tui_gcs.core.services.order import Order as Order
 from tui_gcs.core.services.order import Outcome as Outcome
@@ -51,6 +53,8 @@ LATE_S = 60.0
 """How long it is remembered what was given up, so that its late ACK is told as late."""
 DOUBT_S = 15.0
 """So long after giving up without an answer an ACK may belong to either of two equal commands (B.6-45)."""
+SURE_ACKS = 2
+"""Of an order in such doubt: the given-up one's late ACK alone proves nothing."""
 MOST_REMEMBERED = 1000
 MOST_UNANSWERED = 100
 LOOK_FROM = 2
@@ -95,6 +99,7 @@ class CommandService:
         """The newest of them, in words."""
         self.ignored: Counter[str] = Counter()
         """ACKs that belonged to nothing, by reason."""
+        self.ack_book = AckBook()
 
     # ---------------------------------------------------------------- asking
 
@@ -150,14 +155,16 @@ class CommandService:
 
     def on_ack(self, vehicle: Vehicle, command: int, result: int) -> None:
         """A COMMAND_ACK arrived."""
-        action = self._waiting_for(vehicle.id, command)
-        if action is None:
+        action, now = self._waiting_for(vehicle.id, command), self._clock.now()
+        is_older = self.ack_book.is_older(vehicle.id, command, action, now, last=result != IN_PROGRESS)
+        if action is None or (is_older and not action.in_progress):
             self._ack_for_nobody(vehicle.id, command, result)
             return
         action.acks += 1
         if action.acks > action.sent * (2 if action.double_ack else 1):
             self.ignored["repeated ack"] += 1
-        now = self._clock.now()
+        if action.doubtful and action.acks < SURE_ACKS:
+            return
         if self._turns(action, result):
             action.next_s = now
         elif result in (ACCEPTED, IN_PROGRESS):
@@ -265,12 +272,11 @@ class CommandService:
         if _is_too_late(action, now):
             last = action.sent  # nobody expects it any more, whatever held us up
         if action.sent < last:
-            action.send(action.sent)
-            action.sent += 1
+            self._send_copy(action, now)
             if action.look is not None and action.sent > LOOK_FROM:
                 self._look(action)
             patient = action.command is None or action.retry is Retry.START  # no more copies, but telemetry may tell
-            wait_s = action.confirm_s if action.sent == last and patient else action.retry.gap_s
+            wait_s = action.confirm_s if action.sent == last and patient else self._gap_s(action)
             action.next_s = now + (action.retry.gap_s if action.retry is Retry.STOP else wait_s)
         elif action.retry is Retry.STOP:
             self._keep_stopping(action, now)
@@ -285,15 +291,25 @@ class CommandService:
                 del self.unanswered[:-MOST_UNANSWERED]
             self._end(action, Outcome.EXPIRED, "" if action.sent else "not sent in time")
 
+    def _gap_s(self, action: Action) -> float:
+        """Where the way is long, what is only set is not repeated before its answer can have come."""
+        if action.retry is not Retry.SET or action.command is None:
+            return action.retry.gap_s
+        return max(action.retry.gap_s, self.ack_book.patience_s(action.vehicle))
+
     def _keep_stopping(self, action: Action, now: float) -> None:
         if not action.alarmed:
             action.alarmed = True
             text = f"{action.name} not confirmed after 10 s: still trying"
             self._events.say(EventClass.CONNECTION, f"vehicle {action.vehicle}", text, ALERT)
-        action.send(action.sent)
-        action.sent += 1
+        self._send_copy(action, now)
         self._look(action)
         action.next_s = now + action.retry.slow_gap_s
+
+    def _send_copy(self, action: Action, now: float) -> None:
+        action.send(action.sent)
+        action.sent += 1
+        self.ack_book.sent(action, now)
 
     def _look(self, action: Action) -> None:
         if action.look is not None:

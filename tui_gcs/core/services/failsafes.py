@@ -6,8 +6,11 @@ counts instead of what was read.
 
 from collections.abc import Callable, Sequence
 
+from tui_gcs.core.firmware.alone import alone
 from tui_gcs.core.firmware.failsafes import FailsafeLine, Values, explain, wanted
 from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.guard_motion import Alone
+from tui_gcs.core.messages import Vec3
 from tui_gcs.core.services.params import ParamService
 from tui_gcs.core.vehicle import Vehicle
 
@@ -81,10 +84,16 @@ class FailsafeService:
 
     def report(self, vehicle: Vehicle) -> tuple[FailsafeLine, ...]:
         """What it does when something is lost; all of it is a warning until it was read."""
+        return explain(vehicle, self._told(vehicle), self._own_system)
+
+    def alone(self, vehicle: Vehicle, home_m: Vec3) -> Alone | None:
+        """The same in numbers, of what it does when it hears nothing."""
+        return alone(vehicle, self._told(vehicle), home_m)
+
+    def _told(self, vehicle: Vehicle) -> Values:
         read = self._values.get(vehicle.id, {})
         told = {name: self._heard(vehicle.id, name) for name in wanted(vehicle)}
-        values: Values = read | {name: value for name, value in told.items() if value is not None}
-        return explain(vehicle, values, self._own_system)
+        return read | {name: value for name, value in told.items() if value is not None}
 
     def warnings(self, vehicle: Vehicle) -> tuple[FailsafeLine, ...]:
         """What an operator has to accept before a start."""

@@ -46,6 +46,8 @@ class CopyCheck:
 class FtpDownloadJob(Job):
     """Downloads a file; `path` is where it is once it is done."""
 
+    takes_long = True
+
     def __init__(
         self, ftp: "FtpService", vehicle: int, remote: str, on_done: Callable[[Job], None] | None, max_bytes: int
     ) -> None:

@@ -2,7 +2,8 @@
 
 A job is a small state machine that is begun, ticked and told what arrives by its own service. The desk says when it
 may begin: never two on one vehicle (autopilots have one FTP session and one mission transfer), and at most
-`MOST_PER_LINK` on one link, so that fifty vehicles do not download at once over one radio (mavlink.md D).
+`MOST_PER_LINK` on one link, so that fifty vehicles do not download at once over one radio (mavlink.md D). Long ones
+are counted by themselves: a plan does not wait until logs of others are here.
 """
 
 from collections.abc import Callable
@@ -32,6 +33,9 @@ class Job:
 
     waits_for_people = False
     """It sends next to nothing, and takes minutes (a calibration): it takes no other vehicle's place on its link."""
+
+    takes_long = False
+    """It moves megabytes, minutes of a radio's time."""
 
     def __init__(self, vehicle: int, name: str, on_done: "Callable[[Job], None] | None" = None) -> None:
         """`name` is the operator's word for it, e.g. "mission upload"; `on_done` is called once, however it ends."""
@@ -146,16 +150,29 @@ class JobDesk:
             elif vehicle.path.high_latency:
                 job.finish("heard over a high-latency link: commands only")
                 self._over(job)
-            elif job.vehicle not in self._running and (
-                job.waits_for_people or self._on_link(vehicle.link) < MOST_PER_LINK
-            ):
+            elif not self._in_its_way(job, vehicle):
                 self._queue.remove(job)
                 self._running[job.vehicle] = job
                 job.state, job.link, job.begun_s = JobState.RUNNING, vehicle.link, now
                 job.begin(vehicle, now)
 
-    def _on_link(self, link: str) -> int:
-        return sum(1 for job in self._running.values() if job.link == link and not job.waits_for_people)
+    def waits_for(self, job: Job) -> str:
+        """What must be over before a queued job begins, e.g. "vehicle 3: download log 12 (34 %)"; "" if nothing."""
+        vehicle = self._vehicles.get(job.vehicle)
+        others = self._in_its_way(job, vehicle) if vehicle is not None and job.state is JobState.QUEUED else []
+        return ", ".join(map(_far, others)) or ("others that wait, too" if job.state is JobState.QUEUED else "")
+
+    def _in_its_way(self, job: Job, vehicle: Vehicle) -> list[Job]:
+        """What runs, and keeps `job` from running."""
+        mine = self._running.get(job.vehicle)
+        if mine is not None:
+            return [mine]
+        on_link = [
+            other
+            for other in self._running.values()
+            if other.link == vehicle.link and not other.waits_for_people and other.takes_long == job.takes_long
+        ]
+        return [] if job.waits_for_people or len(on_link) < MOST_PER_LINK else on_link
 
     def _over(self, job: Job) -> None:
         """Take it off the desk and tell how it ended."""
@@ -168,3 +185,8 @@ class JobDesk:
         self._events.say(EventClass.MISSION, f"vehicle {job.vehicle}", text, INFO if good else WARNING)
         if job.on_done is not None:
             job.on_done(job)
+
+
+def _far(job: Job) -> str:
+    how = f" ({100 * job.done // job.total} %)" if job.total else ""
+    return f"vehicle {job.vehicle}: {job.name}{how}"

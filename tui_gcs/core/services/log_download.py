@@ -36,6 +36,8 @@ RATE_S = 2.0
 class LogDownloadJob(Job):
     """One log into a file; `path` is where it is once it is done."""
 
+    takes_long = True
+
     def __init__(
         self, service: "LogService", vehicle: int, entry: LogEntry, on_done: Callable[[Job], None] | None
     ) -> None:

@@ -25,6 +25,8 @@ MOST_LOG_BYTES = 1 << 30
 class LogFtpJob(Job):
     """As `LogDownloadJob`, for autopilots that serve their logs as files."""
 
+    takes_long = True
+
     def __init__(
         self, service: "LogService", vehicle: int, entry: LogEntry, on_done: Callable[[Job], None] | None
     ) -> None:

@@ -47,7 +47,7 @@ class MissionService:
     def __init__(self, context: Context) -> None:
         """Hear from now on."""
         self._context = context
-        self._book = PlanBook()
+        self.book = PlanBook()
         self._next_look_s = -math.inf
         for name in TRANSFER:
             context.fleet.on_message(name, partial(self._on_transfer, name))
@@ -67,17 +67,17 @@ class MissionService:
 
         Problems of the plan, and what the vehicle says against it, are the job's `error`. `first`: before all others.
         """
-        return self._submit(UploadJob(self._context, self._book, vehicle, plan, in_flight=in_flight), on_done, first)
+        return self._submit(UploadJob(self._context, self.book, vehicle, plan, in_flight=in_flight), on_done, first)
 
     def download(
         self, vehicle: int, kind: PlanKind, on_done: OnDone | None = None, *, first: bool = False
     ) -> DownloadJob:
         """Read what a vehicle holds: `job.plan`."""
-        return self._submit(DownloadJob(self._context, self._book, vehicle, kind), on_done, first)
+        return self._submit(DownloadJob(self._context, self.book, vehicle, kind), on_done, first)
 
     def clear(self, vehicle: int, kind: PlanKind, on_done: OnDone | None = None) -> ClearJob:
         """Delete one kind of plan; all of them: one call each (ArduPilot knows no "all")."""
-        return self._submit(ClearJob(self._context, self._book, vehicle, kind), on_done, False)
+        return self._submit(ClearJob(self._context, self.book, vehicle, kind), on_done, False)
 
     def restore(self, vehicle: int, kind: PlanKind, on_done: OnDone | None = None) -> UploadJob | None:
         """Put back what a vehicle held before an upload failed; None if that is not known."""
@@ -112,7 +112,7 @@ class MissionService:
 
     def state(self, vehicle: int) -> MissionState:
         """What is known of a vehicle's plans and progress; do not keep it: after a reboot it is another one."""
-        return self._book.state(vehicle)
+        return self.book.state(vehicle)
 
     def holds(self, vehicle: int, plan: Plan) -> bool | None:
         """Whether the vehicle holds `plan`, as far as it is known; None: it has to be asked (`download`)."""
@@ -235,7 +235,7 @@ class MissionService:
 
     def _on_reboot(self, vehicle: Vehicle) -> None:
         """Nothing is known any more, and no transfer goes on."""
-        self._book.forget(vehicle.id)
+        self.book.forget(vehicle.id)
         job = self._context.jobs.running(vehicle.id)
         if isinstance(job, PlanJob):
             job.finish("the vehicle rebooted, or is another one")

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import Any
 
 from tui_gcs.core.plan import Plan, PlanKind
 
@@ -35,8 +36,8 @@ class Held:
     before: Plan | None = None
     """What it held before an upload that failed: it may be restored."""
     since_s: float = -math.inf
-    proven: dict[int, str] = field(default_factory=dict)
-    """Fingerprints of plans that were read back, by the number that the vehicle gave them: same number, same plan."""
+    proven: dict[int, tuple[str, str]] = field(default_factory=dict)
+    """Fingerprints of a plan as it was sent and read back, by the vehicle's number for it: same number, same plan."""
 
     rejected: dict[int, str] = field(default_factory=dict)
     """Why a plan with that number could not be flown: PX4 does not look again at one that it has already."""
@@ -77,6 +78,8 @@ class PlanBook:
     def __init__(self) -> None:
         """Nothing is known."""
         self._states: dict[int, MissionState] = {}
+        self._ours: dict[tuple[int, PlanKind], str] = {}
+        """Fingerprints of what vehicles last gave back of what we put there; outlives reboots and this station."""
 
     def state(self, vehicle: int) -> MissionState:
         """What is known of a vehicle; made empty when it is first asked for."""
@@ -84,6 +87,28 @@ class PlanBook:
         if found is None:
             found = self._states[vehicle] = MissionState()
         return found
+
+    def put(self, vehicle: int, kind: PlanKind, fingerprint: str) -> None:
+        """What we put there comes back as this."""
+        self._ours[vehicle, kind] = fingerprint
+
+    def is_ours(self, vehicle: int, plan: Plan) -> bool:
+        """Whether a plan as it was read is what came back of the last one that we put there."""
+        return self._ours.get((vehicle, plan.kind)) == plan.fingerprint
+
+    def to_read(self, vehicle: int, kind: PlanKind) -> bool:
+        """Whether we put one there of which is not known whether it is still there."""
+        held = self.state(vehicle).held[kind]
+        put = self._ours.get((vehicle, kind), "")
+        return held.plan is None and not held.stale and put not in ("", Plan(kind).fingerprint)
+
+    def memory(self) -> list[list[int | str]]:
+        """What the station's next start must know."""
+        return [[vehicle, int(kind), fingerprint] for (vehicle, kind), fingerprint in self._ours.items()]
+
+    def recall(self, held: list[list[Any]]) -> None:
+        """Go on from what `memory` gave."""
+        self._ours = {(vehicle, PlanKind(kind)): fingerprint for vehicle, kind, fingerprint in held}
 
     def forget(self, vehicle: int) -> None:
         """It rebooted, was replaced or is gone."""

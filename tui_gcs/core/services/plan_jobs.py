@@ -23,6 +23,7 @@ from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.plan_book import Held, MissionState, PlanBook, Progress
 from tui_gcs.core.services.plan_read import Reading
 from tui_gcs.core.services.plan_send import Sending, Verdict
+from tui_gcs.core.services.plan_terrain import TerrainQuestion
 from tui_gcs.core.services.plan_wire import ACCEPTED, CANCELLED, DENIED, Pace, Wire, result_word
 from tui_gcs.core.vehicle import Vehicle
 
@@ -70,15 +71,17 @@ class PlanJob(Job):
     def _say(self, text: str, severity: int) -> None:
         self._context.events.say(EventClass.MISSION, f"vehicle {self.vehicle}", text, severity)
 
-    def _keep(self, plan: Plan, now: float, *, ours: bool, opaque_id: int) -> None:
-        """This is on board now."""
+    def _keep(self, plan: Plan, now: float, *, read: str, ours: bool, opaque_id: int) -> None:
+        """This is on board now, and was read as what has the fingerprint `read`."""
         held = self._held
+        if ours:
+            self._book.put(self.vehicle, self.kind, read)
         held.plan, held.ours, held.opaque_id = plan, ours, opaque_id
         held.stale, held.partial, held.since_s = "", False, now
         if opaque_id:
             if len(held.proven) > MOST_PROVEN:
                 held.proven.clear()
-            held.proven[opaque_id] = plan.fingerprint
+            held.proven[opaque_id] = plan.fingerprint, read
         self._state.changed_s[self.kind] = now
         self._state.strange.pop(self.kind, None)
         if self.kind is PlanKind.MISSION:
@@ -137,11 +140,12 @@ class DownloadJob(PlanJob):
         if self.problems:
             self._say(f"{self.kind.word} on board: {self.problems[0]}", WARNING)
         held = self._held
-        ours = held.ours and held.plan is not None and compare(held.plan, self.plan, dialect_of(vehicle)).same
+        same = held.ours and held.plan is not None and compare(held.plan, self.plan, dialect_of(vehicle)).same
+        ours = same or self._book.is_ours(self.vehicle, self.plan)
         if held.ours and held.known and not ours:
             self._say(f"{self.kind.word} on vehicle is not ours", ALERT)
-        kept = held.plan if ours and held.plan is not None else self.plan
-        self._keep(kept, now, ours=ours, opaque_id=reading.opaque_id)
+        kept = held.plan if same and held.plan is not None else self.plan
+        self._keep(kept, now, read=self.plan.fingerprint, ours=ours, opaque_id=reading.opaque_id)
         self.finish()
 
 
@@ -156,6 +160,8 @@ class UploadJob(PlanJob):
         self._touched = False
         """The vehicle was told that a plan comes."""
         self._dialect: PlanDialect
+        self._terrain: TerrainQuestion | None = None
+        """Asked before anything is sent."""
         self._sending: Sending | None = None
         self._reading: Reading | None = None
         self._opaque_id = 0
@@ -173,7 +179,13 @@ class UploadJob(PlanJob):
         why = self._why_not(vehicle)
         if why:
             self.finish(why)
-            return
+        elif self._dialect.flies_blind(self.plan):
+            self._terrain = TerrainQuestion(self._context)
+            self._terrain.tick(vehicle, now)
+        else:
+            self._send(vehicle, now)
+
+    def _send(self, vehicle: Vehicle, now: float) -> None:
         items = self._dialect.to_wire(self.plan)
         self.total = len(items)
         patience_s = self._dialect.patience_s
@@ -198,13 +210,24 @@ class UploadJob(PlanJob):
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
         """Repeat what is not answered; wait for the vehicle's second thoughts."""
-        if self._reading is not None:
+        if self._terrain is not None:
+            self._ask_terrain(self._terrain, vehicle, now)
+        elif self._reading is not None:
             self._reading.tick(now)
         elif self._acked_s is not None:
             self._judge(vehicle, now)
         elif self._sending is not None:
             self._sending.tick(now)
         self._look(vehicle, now)
+
+    def _ask_terrain(self, terrain: TerrainQuestion, vehicle: Vehicle, now: float) -> None:
+        terrain.tick(vehicle, now)
+        if terrain.answer is not None:
+            self._terrain = None
+            if terrain.answer:
+                self.finish(terrain.answer)
+            else:
+                self._send(vehicle, now)
 
     def hear(self, vehicle: Vehicle, name: str, fields: dict[str, Any], now: float) -> None:
         """A part of the dialogue."""
@@ -241,11 +264,16 @@ class UploadJob(PlanJob):
                 return
         elif sending.verdict is Verdict.DOUBTFUL:
             self._doubt = self._with_reasons(vehicle, sending.error)
-        elif self._opaque_id and self._held.proven.get(self._opaque_id) == self.plan.fingerprint:
-            self._proven(vehicle, now)
+        elif (read := self._proven_before(self._opaque_id)) is not None:
+            self._proven(vehicle, read, now)
             return
         self._reading = Reading(self._wire, self._pace, gives_up_s=self._dialect.gives_up_s)
         self._reading.begin(now)
+
+    def _proven_before(self, opaque_id: int) -> str | None:
+        """What was read back of just this plan when it had just this number; None: it never was."""
+        sent, read = self._held.proven.get(opaque_id, ("", ""))
+        return read if opaque_id and sent == self.plan.fingerprint else None
 
     def _read_back(self, vehicle: Vehicle, reading: Reading, now: float) -> None:
         """What is on board is known, or cannot be known."""
@@ -260,7 +288,7 @@ class UploadJob(PlanJob):
         if result.same and not self._failure:
             self._opaque_id = reading.opaque_id or self._opaque_id
             self.notes += result.notes
-            self._proven(vehicle, now)
+            self._proven(vehicle, held.fingerprint, now)
         else:
             self._holds_other(held, reading.opaque_id, why, result.differences, now)
 
@@ -268,10 +296,10 @@ class UploadJob(PlanJob):
         """The upload failed, and this is what the vehicle holds now."""
         before = self.before.plan if self.before is not None else None
         if self.before is not None and before is not None and compare(before, held, self._dialect).same:
-            self._keep(before, now, ours=self.before.ours, opaque_id=opaque_id)
+            self._keep(before, now, read=held.fingerprint, ours=self.before.ours, opaque_id=opaque_id)
             self.finish(f"{why or 'accepted'}; it still holds the {self.kind.word} from before")
             return
-        self._keep(held, now, ours=False, opaque_id=opaque_id)
+        self._keep(held, now, read=held.fingerprint, ours=False, opaque_id=opaque_id)
         new = begins_alike(self.plan, held, self._dialect) if why else 0
         self._held.partial = new > 0
         if self._held.partial:
@@ -290,10 +318,10 @@ class UploadJob(PlanJob):
         self._held.stale = what
         self.finish(f"{why}; {what}")
 
-    def _proven(self, vehicle: Vehicle, now: float) -> None:
-        """The vehicle holds the plan; does it also want it?"""
+    def _proven(self, vehicle: Vehicle, read: str, now: float) -> None:
+        """The vehicle holds the plan, which comes back as `read`; does it also want it?"""
         self._reading = self._sending = None
-        self._keep(self.plan, now, ours=True, opaque_id=self._opaque_id)
+        self._keep(self.plan, now, read=read, ours=True, opaque_id=self._opaque_id)
         self._held.before = None
         waits = self.kind is PlanKind.MISSION and self._dialect.judges_afterwards
         if waits or (self.kind is PlanKind.FENCE and self._dialect.fence_text):
@@ -421,7 +449,8 @@ class ClearJob(PlanJob):
         elif left > 0:
             self.finish(f"accepted, but {left} items are left")
         else:
-            self._keep(Plan(self.kind), now, ours=True, opaque_id=0)
+            nothing = Plan(self.kind)
+            self._keep(nothing, now, read=nothing.fingerprint, ours=True, opaque_id=0)
             self.finish()
 
 

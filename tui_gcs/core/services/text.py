@@ -158,6 +158,10 @@ class Twins:
         return False
 
 
+SELDOM_S = 60.0
+"""What a vehicle says again and again is told at least this often: ArduPilot repeats some texts every 5 s for ever."""
+
+
 class TextDesk:
     """Tells the operator what vehicles say, each thing once and not too fast, and keeps what may explain a refusal."""
 
@@ -219,5 +223,5 @@ class TextDesk:
             self._dropped["status texts too fast"] += 1
             return
         cls = EventClass.SENSOR if text.startswith(("PreArm", "Arm:", "EKF", "GPS")) else EventClass.VEHICLE
-        if self._events.say(cls, f"vehicle {vehicle.id}", text, severity, every_s=5):
+        if self._events.say(cls, f"vehicle {vehicle.id}", text, severity, every_s=5, seldom_s=SELDOM_S):
             self._pace.told(vehicle.id, severity, now)

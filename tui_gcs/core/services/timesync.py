@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.door import Door
 from tui_gcs.core.fleet import Fields, Fleet
+from tui_gcs.core.services.ack_book import Trips
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.vehicle import Vehicle
 
@@ -14,6 +15,8 @@ MOST_PER_S = 50
 """Per vehicle: ArduPilot asks every 10 s, PX4 at 10 Hz at most. More is a flood, and is not answered."""
 ASK_GAP_S = 10.0
 """How often each vehicle is asked for its time."""
+FIRST_GAP_S = 2.5
+"""How soon again while it never answered: twice as long each time. Whose an ACK is depends on it (`AckBook`)."""
 LOOK_GAP_S, MOST_AT_ONCE = 0.25, 10
 """How often it is looked who is due, and how many are asked then: a fleet's questions are spread."""
 KEPT = 6
@@ -82,6 +85,7 @@ class _Book:
     asked: dict[int, float] = field(default_factory=dict)
     """Station time of questions under way, by what they say in ts1."""
     next_s: float = -math.inf
+    gap_s: float = FIRST_GAP_S
     heard: deque[tuple[float, float, float]] = field(default_factory=lambda: deque(maxlen=KEPT))
     """(when, round trip, offset)."""
 
@@ -100,6 +104,7 @@ class LinkTimes:
         fleet.on_gone(self._forget)
         fleet.paths.on_reboot.append(self._forget)
         fleet.paths.on_replace.append(self._forget)
+        fleet.paths.on_move.append(self._forget)
 
     def of(self, vehicle: Vehicle) -> LinkTime | None:
         """What was measured to a vehicle; None if it never answered."""
@@ -109,6 +114,17 @@ class LinkTimes:
         when, rtt_s, _ = book.heard[-1]
         _, best_rtt_s, offset_s = min(book.heard, key=lambda entry: entry[1])
         return LinkTime(rtt_s, best_rtt_s, offset_s, self._context.clock.now() - when)
+
+    def trips(self, vehicle: int) -> Trips | None:
+        """The shortest and the longest time there and back of the last minute; None if nothing was measured.
+
+        Of three and more the very longest is left out: one answer that was held up makes nobody wait for a minute.
+        """
+        book = self._books.get(vehicle)
+        if book is None or not book.heard:
+            return None
+        times_s = sorted(rtt_s for _, rtt_s, _ in book.heard)
+        return times_s[0], times_s[-2] if len(times_s) > 2 else times_s[-1]
 
     def tick(self) -> None:
         """Ask who is due."""
@@ -121,7 +137,8 @@ class LinkTimes:
             book = self._books.setdefault(vehicle.id, _Book())
             if now < book.next_s or not self._may_ask(vehicle, now):
                 continue
-            book.next_s = now + ASK_GAP_S
+            book.next_s = now + (ASK_GAP_S if book.heard else book.gap_s)
+            book.gap_s = min(2 * book.gap_s, ASK_GAP_S)
             book.asked = {ts1: asked_s for ts1, asked_s in book.asked.items() if now - asked_s < MOST_RTT_S}
             ts1 = round(now * 1e9)
             book.asked[ts1] = now

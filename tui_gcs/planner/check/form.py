@@ -11,11 +11,10 @@ from tui_gcs.core.cruise import LONGEST_S
 from tui_gcs.core.guard import BAND_TOLERANCE_M, SPEED_TOLERANCE
 from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.messages import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
+from tui_gcs.core.plan_limits import MOST_ANNOTATIONS, MOST_METRICS
 from tui_gcs.core.zones import Shape, polygon_of
 
 MOST_SAMPLES = 600
-MOST_ANNOTATIONS, MOST_METRICS = 200, 64
-"""More of them are cut off by the station."""
 
 
 def active_ids(frame: FleetFrame) -> set[int]:
@@ -48,7 +47,7 @@ def faults(plan: Plan, frame: FleetFrame, task: PlannerTask, *, inside: bool = T
 def _drawing_faults(plan: Plan) -> Iterator[str]:
     drawn = plan.annotations or ()
     if len(drawn) > MOST_ANNOTATIONS:
-        yield f"{len(drawn)} annotations: only {MOST_ANNOTATIONS} are drawn"
+        yield f"more than {MOST_ANNOTATIONS} annotations: only so many are drawn"
     if not all(_finite(point) for annotation in drawn for point in annotation.points_m):
         yield "an annotation with a point that is not finite"
     if len(plan.metrics) > MOST_METRICS:

@@ -1,0 +1,54 @@
+"""What a plan is worth is known before it is flown: idleness, its ratio to the bound, separation, how many it takes."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tui_gcs.core.messages import PreviewTask
+from tui_gcs.core.scenario import Limits
+from tui_gcs.core.zones import Circle
+from tui_gcs.planner.check.world import World, scattered, task_for
+from tui_gcs.planner.foresight import foresee, separation, vehicles_for, with_vehicles
+from tui_gcs.planner.preview import preview
+
+LIMITS = Limits(separation_horizontal_m=10.0, separation_vertical_m=5.0)
+SMALL = Circle((250.0, 200.0), 25.0)
+
+
+def test_separation_is_the_better_of_beside_and_above_of_the_nearest_two() -> None:
+    assert separation(np.array([[0.0, 0.0, 20.0], [5.0, 0.0, 27.0], [100.0, 0.0, 20.0]]), LIMITS) == pytest.approx(1.4)
+    assert separation(np.array([[0.0, 0.0, 20.0], [20.0, 0.0, 20.0]]), LIMITS) == pytest.approx(2.0)
+    assert separation(np.zeros((1, 3)), LIMITS) == math.inf
+
+
+def test_vehicles_that_do_not_exist_fly_above_the_others() -> None:
+    task = task_for((1, 2), "patrol")
+    four = with_vehicles(task, 4)
+    assert four.members == (1, 2, 3, 4) and (four.layers_m[3], four.layers_m[4]) == (39.0, 44.0)
+    assert with_vehicles(task, 1).members == (1,)
+
+
+def test_a_patrol_says_how_often_it_will_see_all_and_is_seen_to_keep_apart() -> None:
+    task = task_for((1, 2), "patrol", shape=SMALL)
+    frame = World(task, scattered(2)).frame()
+    found = foresee(task, frame, {})
+    assert found.worst_s == found.plan.metrics["predicted_worst_s"]
+    assert 1.0 < found.ratio < 3.0 and found.separation >= 1.0
+
+
+def test_so_many_are_enough_and_one_less_is_not() -> None:
+    task = task_for((1,), "patrol", shape=SMALL)
+    frame = World(task, scattered(1)).frame()
+    one = foresee(task, frame, {})
+    n, found = vehicles_for(one.worst_s * 0.6, task, frame, {})
+    assert n == 2 and found.worst_s <= one.worst_s * 0.6
+    assert vehicles_for(one.worst_s, task, frame, {})[0] == 1
+
+
+def test_what_cannot_be_is_told() -> None:
+    task = task_for((1, 2), "patrol", shape=SMALL)
+    frame = World(task, scattered(2)).frame()
+    assert "not with 64 vehicles either" in preview(PreviewTask(1, task, frame, 1e-3), {}).text
+    wrong = preview(PreviewTask(1, task_for((1, 2), "nobody"), frame), {})
+    assert wrong.state == "failed" and "nobody" in wrong.text

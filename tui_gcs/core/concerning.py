@@ -1,0 +1,24 @@
+"""Which vehicles an event is about: who looks at some wants what the station and operators say of them, too."""
+
+import re
+from collections.abc import Collection
+
+from tui_gcs.core.messages_journal import Event, EventClass
+
+_NAMED = re.compile(r"\bvehicles? \(?[0-9]{1,9}(?:-[0-9]{1,9})?(?:,? [0-9]{1,9}(?:-[0-9]{1,9})?)*")
+_RANGE = re.compile(r"([0-9]+)(?:-([0-9]+))?")
+
+
+def concerns(event: Event, vehicles: Collection[int]) -> bool:
+    """Whether it comes from one of `vehicles`, the station or an operator names one of them in it, or it is for all.
+
+    For all is what an operator orders without naming any.
+    """
+    kind, _, name = event.source.partition(" ")
+    if kind == "vehicle":  # what a vehicle says of others is not believed
+        return name.isdecimal() and int(name) in vehicles
+    named = [match[0] for match in _NAMED.finditer(event.text)]
+    for low, high in _RANGE.findall(" ".join(named)):
+        if any(int(low) <= vehicle <= int(high or low) for vehicle in vehicles):
+            return True
+    return not named and event.cls is EventClass.OPERATOR

@@ -1,0 +1,54 @@
+"""What a vehicle does by itself when it hears nothing, in numbers for the guard: `failsafes` tells it in words.
+
+What was not told counts as shipped: both autopilots ship with the failsafe for a lost ground station switched off, and
+PX4 leaves OFFBOARD for a mode of its pilot's: without one it returns or sinks (`px4_failsafe`).
+"""
+
+import math
+
+from tui_gcs.core.firmware.failsafes import Values
+from tui_gcs.core.firmware.modes import mode_name
+from tui_gcs.core.guard_motion import Alone
+from tui_gcs.core.messages import Vec3
+from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
+
+_GCS_RETURNS, _GCS_SINKS = frozenset({1, 2, 3, 4, 6}), frozenset({4, 5, 7})
+"""FS_GCS_ENABLE; SmartRTL counts as a straight return, at the height of RTL."""
+_OBL_RETURNS, _OBL_SINKS = frozenset({0, 1, 2, 3}), frozenset({0, 1, 2, 4, 6, 7})
+"""COM_OBL_RC_ACT."""
+_DLL_RETURNS, _DLL_SINKS = frozenset({2}), frozenset({3, 5, 6})
+"""NAV_DLL_ACT."""
+LATER_S = 3.0
+"""A failsafe comes so much later than its time is set to (measured: PX4 up to 2.7 s, ArduCopter up to 0 s)."""
+
+
+def alone(vehicle: Vehicle, values: Values, home_m: Vec3) -> Alone | None:
+    """By the parameters that it told; None if it stays where it is, or goes on to where it was sent."""
+    if vehicle.autopilot == AUTOPILOT_PX4:
+        return _px4(vehicle, values, home_m)
+    return _copter(values, home_m) if vehicle.autopilot == AUTOPILOT_ARDUPILOT else None
+
+
+def _copter(values: Values, home_m: Vec3) -> Alone | None:
+    action = values.get("FS_GCS_ENABLE", 0)
+    height_m = values.get("RTL_ALT_M", values.get("RTL_ALT", 1500.0) / 100.0)
+    leaves_s = values.get("FS_GCS_TIMEOUT", 5.0) + LATER_S
+    return _alone(home_m, leaves_s, height_m, returns=action in _GCS_RETURNS, sinks=action in _GCS_SINKS)
+
+
+def _px4(vehicle: Vehicle, values: Values, home_m: Vec3) -> Alone | None:
+    """COM_OBL_RC_ACT is about a vehicle that was in OFFBOARD."""
+    in_offboard = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode) == "OFFBOARD"
+    offboard, link = values.get("COM_OBL_RC_ACT", 0) if in_offboard else None, values.get("NAV_DLL_ACT", 0)
+    acts_on_link = link in _DLL_RETURNS | _DLL_SINKS
+    link_s = values.get("COM_DL_LOSS_T", 10.0) + values.get("COM_FAIL_ACT_T", 5.0)
+    leaves_s = (link_s if acts_on_link else values.get("COM_OF_LOSS_T", 1.0)) + LATER_S
+    returns, sinks = offboard in _OBL_RETURNS or link in _DLL_RETURNS, offboard in _OBL_SINKS or link in _DLL_SINKS
+    return _alone(home_m, leaves_s, values.get("RTL_RETURN_ALT", 60.0), returns=returns, sinks=sinks)
+
+
+def _alone(home_m: Vec3, leaves_s: float, height_m: float, *, returns: bool, sinks: bool) -> Alone | None:
+    if not (returns or sinks):
+        return None
+    return Alone(home_m, leaves_s, height_m if returns else math.nan, sinks)

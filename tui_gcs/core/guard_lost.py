@@ -1,0 +1,66 @@
+"""The ways that a LOST vehicle may fly by its own failsafe: home, or down where it is.
+
+Each is a row of parts, and each part is foreseen like a vehicle that is lost on the way to the part's end: it may be
+anywhere between its begin and where the fastest would be by now. A part begins when the fastest gets there who left at
+once, and is over when the slowest has passed who left at the latest.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from tui_gcs.core.guard_motion import CLIMB_M_S, RETURN_M_S, Alone, Sight, gone, turned_m
+from tui_gcs.core.messages import Vec3
+from tui_gcs.core.scenario import Limits
+
+SLOW_M_S, SLOW_CLIMB_M_S, SLOW_DESCENT_M_S = 4.0, 2.0, 0.4
+"""So slowly a way is flown at the worst, with a fifth to spare: MPC_XY_CRUISE 5, WPNAV_SPEED_UP 2.5, LAND_SPEED 0.5."""
+WAITS_S = 10.0
+"""And so long it waits in between: COM_FAIL_ACT_T and RTL_LOIT_TIME are 5 s."""
+HOME_ERROR_M = 3.0
+"""Home is known, and flown to, as well as this."""
+
+
+def own_ways(known: list[Sight], limits: Limits, ahead_s: float) -> list[Sight]:
+    """The parts of all ways of those who are lost, where they may be now or in the next seconds."""
+    lost = [(sight, sight.alone) for sight in known if sight.is_lost and sight.alone is not None]
+    return [part for sight, alone in lost for part in _ways(sight, alone, limits, ahead_s)]
+
+
+def _ways(sight: Sight, alone: Alone, limits: Limits, ahead_s: float) -> Iterator[Sight]:
+    """It leaves from somewhere between where it was seen and where it had come to by then."""
+    left = replace(sight, age_s=min(sight.age_s, alone.leaves_s))
+    seen = np.array(sight.position_m, dtype=float)
+    come = gone(left, limits, np.zeros(1))[0]
+    x, y = ((seen + come) / 2)[:2].tolist()
+    z = float(seen[2])
+    error_m = sight.error_m + math.dist(seen[:2], come[:2]) / 2 + turned_m(left, limits)
+    from_here = replace(sight, error_m=error_m, velocity_m_s=(0.0, 0.0, 0.0), alone=None, on_own_way=True)
+    if alone.sinks:
+        yield from _parts(from_here, [(x, y, z), (x, y, 0.0)], alone.leaves_s, ahead_s)
+    if math.isfinite(alone.height_m):
+        yield from _parts(from_here, _way_home((x, y, z), alone), alone.leaves_s, ahead_s)
+
+
+def _way_home(here_m: Vec3, alone: Alone) -> list[Vec3]:
+    """Up, over and down. From near home it climbs less (RTL_CONE_ANG, RTL_CONE_SLOPE): anything between."""
+    (x, y, z), (home_x, home_y, home_z) = here_m, alone.home_m
+    high = max(z, home_z + alone.height_m)
+    is_near = math.hypot(home_x - x, home_y - y) < alone.height_m
+    climb: list[Vec3] = [] if is_near or high == z else [(x, y, high)]
+    return [here_m, *climb, (home_x, home_y, high), (home_x, home_y, home_z)]
+
+
+def _parts(from_here: Sight, way_m: list[Vec3], leaves_s: float, ahead_s: float) -> Iterator[Sight]:
+    begins_s, over_s = 0.0, leaves_s + WAITS_S
+    for number, (begin, end) in enumerate(pairwise(way_m)):
+        level_m, up_m = math.dist(begin[:2], end[:2]), end[2] - begin[2]
+        over_s += level_m / SLOW_M_S + max(up_m / SLOW_CLIMB_M_S, -up_m / SLOW_DESCENT_M_S)
+        if begins_s - ahead_s <= from_here.age_s <= over_s:
+            error_m = HOME_ERROR_M if number > 0 and level_m == 0.0 else from_here.error_m
+            age_s = from_here.age_s - begins_s
+            yield replace(from_here, position_m=begin, goal_m=end, age_s=age_s, error_m=error_m)
+        begins_s += max(level_m / RETURN_M_S, abs(up_m) / CLIMB_M_S)

@@ -1,0 +1,44 @@
+"""Tours that planners' vehicles fly round and round: where missions cross them, for nobody knows who is there then."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tui_gcs.core.messages import Annotation, VehicleRow
+from tui_gcs.core.missions.conflicts import Prepared, round_and_round
+
+LEAST_CORNERS = 3
+
+
+@dataclass(frozen=True)
+class Patrol:
+    """One vehicle of a team, on each of the tours that its planner has drawn."""
+
+    team: str
+    loops: tuple[Prepared, ...]
+
+
+Flown = Mapping[int, tuple[str, float]]
+"""By vehicle: its team, and the layer on which it flies whatever its planner plans, metres."""
+
+
+def flown_by(rows: Iterable[VehicleRow]) -> Flown:
+    """Who is heard and flies for a planner, or will."""
+    return {row.id: (row.team, row.layer_m) for row in rows if row.team and math.isfinite(row.layer_m)}
+
+
+def patrols(flown: Flown, drawn: Mapping[str, Sequence[Annotation]]) -> dict[int, Patrol]:
+    """By vehicle. A tour is a line that ends where it begins."""
+    found = {}
+    for vehicle, (team, layer_m) in flown.items():
+        loops = [np.array(line.points_m) for line in drawn.get(team, ()) if _is_loop(line)]
+        if loops:
+            found[vehicle] = Patrol(team, tuple(round_and_round(loop, layer_m) for loop in loops))
+    return found
+
+
+def _is_loop(line: Annotation) -> bool:
+    points = line.points_m
+    return line.kind == "polyline" and len(points) > LEAST_CORNERS and points[0] == points[-1]

@@ -1,0 +1,106 @@
+"""Take-off places for a team that gets more vehicles, and which ones nobody needs any more. Pure."""
+
+import math
+from collections.abc import Sequence
+from itertools import count
+
+import msgspec
+import numpy as np
+
+from tui_gcs.core.scenario import Limits, Round, Scenario, TakeOffPlace, Team
+from tui_gcs.core.scenario_edit import ScenarioDocument
+from tui_gcs.core.scenario_load import ScenarioError
+from tui_gcs.core.zones import contains
+
+Point = tuple[float, float]
+LAYER_GAP_M = 2.0
+"""New layers are so much farther apart than they must be, where there is room."""
+STEP_SHARE = 2.0
+"""New places are so many times the allowed distance apart."""
+RINGS = 30
+"""So many steps from the others a place is looked for."""
+
+
+def needless(teams: Sequence[Team], places: Sequence[TakeOffPlace]) -> list[int]:
+    """Indices of the places of vehicles that are in no team, where teams name their vehicles."""
+    if any(team.count for team in teams):
+        return []
+    named = {vehicle for team in teams for vehicle in team.vehicles}
+    return [i for i, place in enumerate(places) if place.vehicle is not None and place.vehicle not in named]
+
+
+def missing(teams: Sequence[Team], places: Sequence[TakeOffPlace]) -> list[int | None]:
+    """The vehicles (None: counted ones) for which there is neither a place of their own nor a free one."""
+    named = sorted({vehicle for team in teams for vehicle in team.vehicles})
+    own = {place.vehicle for place in places}
+    without: list[int | None] = [vehicle for vehicle in named if vehicle not in own]
+    counted = sum(team.count for team in teams)
+    without += [None] * counted
+    free = sum(place.vehicle is None or (counted > 0 and place.vehicle not in named) for place in places)
+    return without[free:]
+
+
+def fit_places(document: ScenarioDocument, before: Scenario, teams: Sequence[Team]) -> None:
+    """Give everybody in `teams` a place in the text of `before`; who left gives theirs to who came.
+
+    Raises ScenarioError.
+    """
+    places = list(before.places)
+    spare, without = needless(teams, places), missing(teams, places)
+    for i, vehicle in zip(spare, without, strict=False):
+        document.set_place(i, msgspec.structs.replace(places[i], vehicle=vehicle))
+    for i in reversed(spare[len(without) :]):
+        document.remove_place(i)
+    for vehicle in without[len(spare) :]:
+        places.append(new_place(places, before.rounds, before.limits, vehicle))
+        document.add_place(places[-1])
+
+
+def new_place(
+    places: Sequence[TakeOffPlace], rounds: Sequence[Round], limits: Limits, vehicle: int | None
+) -> TakeOffPlace:
+    """One more, near the others, in the area of every round, on a layer of its own. Raises ScenarioError."""
+    return TakeOffPlace(_spot(places, rounds, limits), _layer_m(places, rounds, limits), vehicle)
+
+
+def _spot(places: Sequence[TakeOffPlace], rounds: Sequence[Round], limits: Limits) -> Point:
+    """The nearest to the last one, on a grid about it; northward before the rest, as rows of vehicles are laid out."""
+    last = np.array(places[-1].place_m if places else (0.0, 0.0))
+    step_m = max(STEP_SHARE * limits.separation_horizontal_m, 1.0)
+    steps = np.arange(-RINGS, RINGS + 1)
+    east, north = (axis.ravel() for axis in np.meshgrid(steps, steps))
+    order = np.lexsort((east, np.abs(east), -north, np.hypot(east, north)))
+    points = last + step_m * np.column_stack([east, north])[order]
+    free = np.ones(len(points), dtype=bool)
+    for current in rounds:
+        free &= contains(current.area.shape, points)
+    for place in places:
+        free &= np.hypot(*(points - place.place_m).T) >= limits.separation_horizontal_m
+    if not free.any():
+        raise ScenarioError(["plan: no room for another take-off place in the operating area of every round"])
+    east_m, north_m = points[int(np.argmax(free))].tolist()
+    return east_m, north_m
+
+
+def _layer_m(places: Sequence[TakeOffPlace], rounds: Sequence[Round], limits: Limits) -> float:
+    """Above the highest one, as far as usual; else the lowest that is free."""
+    low_m = max(r.area.alt_min_m for r in rounds)
+    high_m = min(r.area.alt_max_m for r in rounds)
+    taken = [place.layer_m for place in places]
+    apart_m = max(limits.separation_vertical_m, 0.1)
+    usual_m = max(taken, default=low_m) + apart_m + LAYER_GAP_M
+    if usual_m <= high_m:
+        return usual_m
+    for k in count():
+        layer_m = low_m + 0.5 * k
+        if layer_m > high_m:
+            break
+        if layer_m > 0.0 and all(abs(layer_m - other) >= apart_m for other in taken):
+            return layer_m
+    room = math.floor((high_m - low_m) / apart_m) + 1
+    raise ScenarioError(
+        [
+            f"plan: no altitude layer left for vehicle {len(places) + 1}: {low_m:g} to {high_m:g} m has room for "
+            f"{room} at {apart_m:g} m (separation_vertical_m), layers of {len(places)} are there"
+        ]
+    )

@@ -1,0 +1,88 @@
+"""What planners would make of the edited round, found out in the background while it is edited.
+
+The station's planner workers do it on the side, in processes of their own; a newer question ends an older one.
+"""
+
+from collections.abc import Mapping
+
+from textual.timer import Timer
+
+from tui_gcs.core.messages import CancelPreview, GetPreviews, Preview, PreviewResult
+from tui_gcs.screens.draft_screen import DraftScreen
+
+PAUSE_S = 0.7
+"""So long after the last edit: nobody wants to know of half a number."""
+POLL_S = 0.4
+
+
+class PlanPreview(DraftScreen):
+    """The question that is asked now, and what is known of the answer."""
+
+    previews: Mapping[str, PreviewResult] = {}
+    """By team; empty while nothing is known."""
+    asked_s = 0.0
+    """Above 0: the question was how many vehicles it takes for this idleness."""
+    _foreseen: tuple[int, str, int] | None = None
+    """What was asked about last."""
+    _numbers: frozenset[int] | set[int] = frozenset()
+    """Of the question that was asked last."""
+    _pause: Timer | None = None
+    """Until it is asked, or looked for an answer."""
+
+    @property
+    def what_to_foresee(self) -> tuple[int, str, int] | None:
+        """(base revision, text, round) of what is shown; None while nothing can be planned for it."""
+        raise NotImplementedError
+
+    def show_foreseen(self) -> None:
+        """Something is known, or not known any more."""
+        raise NotImplementedError
+
+    def foresee_later(self) -> None:
+        """Ask about what is shown once the operator pauses, if it is something new; what was known is old then."""
+        what = self.what_to_foresee
+        if what == self._foreseen or not self.is_current:
+            return
+        self._foreseen, self.asked_s = what, 0.0
+        self._stop()
+        if self.previews:
+            self.previews = {}
+            self.call_later(self.show_foreseen)
+        if what is not None:
+            self._pause = self.set_timer(PAUSE_S, lambda: self._wonder(Preview(*what)))
+
+    def foresee_now(self, team: str, idleness_s: float) -> None:
+        """How many vehicles does this team need?"""
+        what = self.what_to_foresee
+        if what is not None:
+            self._stop()
+            self._foreseen, self.asked_s = what, idleness_s
+            self._wonder(Preview(*what, team, idleness_s))
+
+    def end_preview(self) -> None:
+        """Nobody wants to know any more."""
+        self._stop()
+        if any(found.state == "running" for found in self.previews.values()):
+            self.run_worker(self.feed.request(CancelPreview()), group="preview")
+        self._foreseen, self.previews = None, {}
+
+    def _stop(self) -> None:
+        if self._pause is not None:
+            self._pause.stop()
+        self.workers.cancel_group(self, "preview")
+
+    def _wonder(self, question: Preview | GetPreviews) -> None:
+        self.run_worker(self._ask_station(question), group="preview", exclusive=True)
+
+    async def _ask_station(self, question: Preview | GetPreviews) -> None:
+        """Ask, and look again until all have answered; somebody else's question ends this one."""
+        reply = await self.feed.request(question)
+        numbers = {found.number for found in reply.previews.values()}
+        if isinstance(question, Preview):
+            self._numbers = numbers
+        known = reply.previews if reply.ok and numbers == self._numbers else {}
+        if known != self.previews:
+            self.previews = known
+            self.show_foreseen()
+        if any(found.state == "running" for found in known.values()):
+            self._pause = self.set_timer(POLL_S, lambda: self._wonder(GetPreviews()))

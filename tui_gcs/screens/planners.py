@@ -1,0 +1,59 @@
+"""Teams and their planners, with everything that the panels of a small terminal have no room for."""
+
+from textwrap import wrap
+
+from tui_gcs.core.messages import TeamStatus
+from tui_gcs.core.metrics import all_words
+from tui_gcs.feed import Feed, StatusUpdated
+from tui_gcs.screens.text_dialog import MOST_CELLS, ScrolledDialog
+from tui_gcs.widgets.glyphs import GlyphSet
+from tui_gcs.widgets.lines import Line
+from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.planner_panel import fleet_lines, packed, team_lines
+from tui_gcs.widgets.words import ids
+
+
+class PlannersDialog(ScrolledDialog):
+    """Over any screen; follows the station."""
+
+    LEAVE_KEYS = (*ScrolledDialog.LEAVE_KEYS, "M")
+    title_text = "teams and planners"
+
+    def __init__(self, feed: Feed, glyphs: GlyphSet) -> None:
+        """Of this station."""
+        super().__init__(glyphs)
+        self._feed = feed
+
+    def on_mount(self) -> None:
+        """Follow the station."""
+        super().on_mount()
+        self._feed.listen(self)
+
+    def on_unmount(self) -> None:
+        """No more messages."""
+        self._feed.leave(self)
+
+    def on_status_updated(self, _message: StatusUpdated) -> None:
+        """Numbers change."""
+        self.redraw()
+
+    def all_lines(self) -> list[Line]:
+        """A paragraph a team, then what concerns all."""
+        status = self._feed.status
+        if status is None:
+            return [[("no station is heard yet", Ink.MUTED)]]
+        paragraphs = [[*team_text(team, self.glyphs), []] for team in status.teams]
+        return [*(line for lines in paragraphs for line in lines), *fleet_lines(status)]
+
+
+def team_text(team: TeamStatus, glyphs: GlyphSet) -> list[Line]:
+    """All that is known of a team; what its planner counts and why it failed is the planner's own text."""
+    who = f"{team.name}: vehicles {ids(team.members) or 'none'}, {team.planner} at {team.rate_hz:g} Hz {team.worker}"
+    counted = packed(all_words(team.metrics), MOST_CELLS - 2)
+    failed = [part for line in team.error.splitlines() for part in wrap(line, MOST_CELLS - 2)]
+    return [
+        [(who[:MOST_CELLS], Ink.BOLD)],
+        *team_lines(team, glyphs),
+        *([(f"  {line}", Ink.MUTED)] for line in counted),
+        *([(f"  {line}", Ink.CAUTION)] for line in failed),
+    ]
