@@ -34,9 +34,8 @@ def flown(
 
 def test_eight_vehicles_one_mission_keys_only(flown: tuple[Operator, str]) -> None:
     operator, second_round = flown
-    operator.sees("8/8", 60.0)
+    operator.sees("ready 8/8", 60.0)
     operator.sees("Space start")
-    operator.screen(5.0)  # until they have a position
     operator.press(" ", "Enter = start")
     operator.press("\r", "start 1-8: begun for all 8")
     operator.sees("all 4 on their slots over home", 120.0)

@@ -1,4 +1,4 @@
-"""The top line: SIM/LIVE/REPLAY, what flies, is everybody heard, how many are armed, who is in control."""
+"""The top line: SIM/LIVE/REPLAY, what flies, is everybody heard, how many are armed or ready, who is in control."""
 
 import time
 
@@ -66,7 +66,7 @@ def status_runs(status: StationStatus, width: int, wall_s: float, principal: str
         word = clock(status.mission_time_s) if running else RUN_WORDS[status.run]
         runs += [("  ", Ink.TEXT), (word, Ink.CAUTION if status.run is RunPhase.HOLD else Ink.TEXT)]
     runs += [gap, *_links(status, glyphs), ("  ", Ink.TEXT), *_heard(status, wide)]
-    runs += [gap, (f"armed {status.armed}", Ink.BOLD if status.armed else Ink.TEXT)]
+    runs += [gap, *_armed_or_ready(status)]
     planner = _planner(status, wide, glyphs)
     if planner:
         runs += [gap, *planner]
@@ -92,6 +92,15 @@ def _links(status: StationStatus, glyphs: GlyphSet) -> list[Run]:
 def _heard(status: StationStatus, wide: bool) -> list[Run]:
     ink = Ink.TEXT if status.heard >= status.vehicles else Ink.CAUTION
     return [(f"{status.heard}/{status.vehicles}" + (" heard" if wide else ""), ink)]
+
+
+def _armed_or_ready(status: StationStatus) -> list[Run]:
+    """How many are armed; before the mission's first start how many could be started."""
+    members = [vehicle for team in status.teams for vehicle in team.members]
+    if status.armed or status.mission_time_s > 0.0 or not members:
+        return [(f"armed {status.armed}", Ink.BOLD if status.armed else Ink.TEXT)]
+    ready = sum(vehicle not in status.not_ready for vehicle in members)
+    return [(f"ready {ready}/{len(members)}", Ink.TEXT if ready == len(members) else Ink.CAUTION)]
 
 
 def _planner(status: StationStatus, wide: bool, glyphs: GlyphSet) -> list[Run]:

@@ -74,6 +74,7 @@ def visible_status(status: StationStatus) -> Key:
     return (
         *(status.kind, status.scenario, status.revision, status.run, status.round_index, status.rounds),
         *(int(status.mission_time_s), status.heard, status.vehicles, status.armed, status.in_control, teams),
+        tuple(status.not_ready),
         tuple((link.name, link.up, link.error) for link in status.links),
         *(steps(status.min_separation_m, 0.1), steps(status.outside_area_m, 1.0), tuple(status.vetoes.items())),
         *(status.recording, status.alarms),
