@@ -1,25 +1,14 @@
 """What a plan is worth is known before it is flown: idleness, its ratio to the bound, separation, how many it takes."""
 
-import math
-
-import numpy as np
-import pytest
-
 from tui_gcs.core.messages import PreviewTask
 from tui_gcs.core.scenario import Limits
 from tui_gcs.core.zones import Circle
 from tui_gcs.planner.check.world import World, scattered, task_for
-from tui_gcs.planner.foresight import foresee, separation, vehicles_for, with_vehicles
+from tui_gcs.planner.foresight import foresee, vehicles_for, with_vehicles
 from tui_gcs.planner.preview import preview
 
 LIMITS = Limits(separation_horizontal_m=10.0, separation_vertical_m=5.0)
 SMALL = Circle((250.0, 200.0), 25.0)
-
-
-def test_separation_is_the_better_of_beside_and_above_of_the_nearest_two() -> None:
-    assert separation(np.array([[0.0, 0.0, 20.0], [5.0, 0.0, 27.0], [100.0, 0.0, 20.0]]), LIMITS) == pytest.approx(1.4)
-    assert separation(np.array([[0.0, 0.0, 20.0], [20.0, 0.0, 20.0]]), LIMITS) == pytest.approx(2.0)
-    assert separation(np.zeros((1, 3)), LIMITS) == math.inf
 
 
 def test_vehicles_that_do_not_exist_fly_above_the_others() -> None:

@@ -67,11 +67,6 @@ class ByHand:
             return "is not in the air: take off first"
         return "" if flight.phase in FLIES else f"not now: {flight.phase}"
 
-    def home_of(self, vehicle: Vehicle) -> Vec3 | None:
-        """Where it took off, or what it says itself; None: not known."""
-        flight = self._book.get(vehicle.id)
-        return (flight.home_m if flight is not None else None) or vehicle.home_m
-
     def go_to(self, vehicle: Vehicle, point_m: Vec3, request: GoTo) -> str:
         """Fly there; "" or why not."""
         limit = self._guard.limits.speed_m_s
@@ -80,7 +75,7 @@ class ByHand:
             return f"{speed:g} m/s: {LEAST_SPEED_M_S:g} to {limit:g} are allowed"
         here = self._steering.stop_place(vehicle)
         if request.from_home:
-            home = self.home_of(vehicle)
+            home = self._book.home_m(vehicle)
             if home is None:
                 return "its home is not known"
             point_m = (home[0] + point_m[0], home[1] + point_m[1], point_m[2])
@@ -128,13 +123,12 @@ class ByHand:
 
     def is_nudged(self, vehicle: Vehicle) -> bool:
         """Whether it still does what a nudge told it, and nobody has taken it away from that."""
-        flight = self._book.get(vehicle.id)
-        return flight is not None and flight.phase is Phase.BY_HAND and isinstance(flight.course, Cruise)
+        return _nudge_of(self._book.get(vehicle.id)) is not None
 
     def _begin_of(self, flight: Flight | None, vehicle: Vehicle, now: float) -> tuple[Vec3, Vec3]:
         """Place and velocity to go on from: of the nudge before, as long as it is followed, or its own."""
-        before = flight.course if flight is not None and flight.phase is Phase.BY_HAND else None
-        if isinstance(before, Cruise) and flight is not None and not flight.vetoed:
+        before = _nudge_of(flight)
+        if before is not None and flight is not None and not flight.vetoed:
             place, velocity = before.at(now)
             if math.dist(place, vehicle.position_m) <= FOLLOWS_M:
                 return place, velocity
@@ -194,3 +188,10 @@ class ByHand:
             self._commands.submit(self._firmware.of(vehicle).change_speed(vehicle, limit))
         flight.course, flight.passed, flight.vetoed = course, None, ""
         return ""
+
+
+def _nudge_of(flight: Flight | None) -> Cruise | None:
+    """What a nudge told it, as long as nobody has taken it away from that."""
+    if flight is None or flight.phase is not Phase.BY_HAND or not isinstance(flight.course, Cruise):
+        return None
+    return flight.course

@@ -141,6 +141,11 @@ class FlightBook:
         """The flight of `vehicle`, if it is in a team."""
         return self.flights.get(vehicle)
 
+    def home_m(self, vehicle: Vehicle) -> Vec3 | None:
+        """Where it took off, or what it says itself; None: not known."""
+        flight = self.flights.get(vehicle.id)
+        return (flight.home_m if flight is not None else None) or vehicle.home_m
+
     def in_phase(self, *phases: Phase) -> list[Flight]:
         """Flights in one of `phases`."""
         return [flight for flight in self if flight.phase in phases]

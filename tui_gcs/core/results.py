@@ -17,6 +17,7 @@ from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
 from tui_gcs.core.incursions import IntruderResult
 from tui_gcs.core.messages import FleetFrame, Phase, StationStatus, TeamStatus, Vec3, VehicleRow
 from tui_gcs.core.scenario import Round, Scenario, Team
+from tui_gcs.core.separation import least_separation
 from tui_gcs.core.zones import Zone, area_m2, polygon_of
 
 WARM_UP_LIMIT_S = 600.0
@@ -314,12 +315,7 @@ class Referee:
                 if row.phase is Phase.FLYING:
                     self._band_m = max(self._band_m, area.alt_min_m - z, z - area.alt_max_m)
         free = np.array([r.position_m for r in flying if not self._in_own_column(r)], dtype=float).reshape(-1, 3)
-        one, other = np.triu_indices(len(free), 1)
-        apart, limits = free[one] - free[other], self._scenario.limits
-        level = np.hypot(apart[:, 0], apart[:, 1]) / limits.separation_horizontal_m
-        upright = np.abs(apart[:, 2]) / limits.separation_vertical_m
-        nearest = np.fmin.reduce(np.maximum(level, upright), initial=np.inf)
-        self._separation = min(self._separation, float(nearest))
+        self._separation = min(self._separation, least_separation(free, self._scenario.limits))
 
     def _in_own_column(self, row: VehicleRow) -> bool:
         place = self._places.get(row.id)

@@ -45,7 +45,7 @@ def station_status(station: "Station", seq: int) -> StationStatus:
             for f in station.book
             if (v := station.fleet.vehicles.get(f.vehicle)) is not None
         },
-        homes={v.id: home[:2] for v in vehicles if (home := station.by_hand.home_of(v)) is not None},
+        homes={v.id: home[:2] for v in vehicles if (home := station.book.home_m(v)) is not None},
         faults=_faults(station),
         dropped=_dropped(station),
         recording=_recording(station),

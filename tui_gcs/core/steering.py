@@ -132,7 +132,7 @@ class Steering:
             in_column=flight is not None and flight.in_own_column(vehicle),
             goal_m=flight.sent_to_m if flight is not None else None,
         )
-        home = (flight.home_m if flight is not None else None) or vehicle.home_m
+        home = self._book.home_m(vehicle)
         return replace(sight, alone=self.alone(vehicle, home)) if sight.is_lost and home is not None else sight
 
     def hold(self, vehicle: Vehicle) -> None:

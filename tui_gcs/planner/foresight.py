@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
 from tui_gcs.core.messages import FleetFrame, Plan, PlannerTask
-from tui_gcs.core.scenario import Limits
+from tui_gcs.core.separation import least_separation
 from tui_gcs.core.zones import area_m2, polygon_of
 from tui_gcs.planner.check.world import World
 from tui_gcs.planner.host import PlannerHost
@@ -76,18 +76,9 @@ def _fly(host: PlannerHost, world: World, plan: Plan, duration_s: float) -> tupl
         if grid.full_cover_t is not None and not measuring:
             grid.begin_window(world.t_s)
             measuring = True
-        nearest = min(nearest, separation(world.position_m, task.limits))
+        nearest = min(nearest, least_separation(world.position_m, task.limits))
         plan = host.step(world.frame())
     return grid.worst_idleness_s, nearest if math.isfinite(nearest) else math.nan
-
-
-def separation(position_m: Floats, limits: Limits) -> float:
-    """Of the two that are nearest: the share of the allowed distance they have, beside or above each other."""
-    one, other = np.triu_indices(len(position_m), 1)
-    apart = np.abs(position_m[one] - position_m[other])
-    beside = np.hypot(apart[:, 0], apart[:, 1]) / max(limits.separation_horizontal_m, 1e-9)
-    above = apart[:, 2] / max(limits.separation_vertical_m, 1e-9)
-    return float(np.maximum(beside, above).min(initial=math.inf))
 
 
 def start_m(task: PlannerTask, frame: FleetFrame) -> Floats:

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass, field
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from tui_gcs.core.idleness import IdlenessGrid, cell_centres_m, sweep_bound_s
 from tui_gcs.core.messages import Event, FleetFrame, Freshness, Phase, Plan, RunPhase, StationStatus, VehicleRow, decode
 from tui_gcs.core.results import GROUND_M
 from tui_gcs.core.scenario import Round, Scenario
+from tui_gcs.core.separation import least_separation
 from tui_gcs.core.zones import Zone, area_m2
 
 Floats = NDArray[np.floating[Any]]
@@ -135,7 +135,6 @@ class FlightRecord:
 
     def _least(self, rows: list[VehicleRow]) -> float:
         """Of vehicles that fly their planner's courses, hold or return: columns of take-offs and landings apart."""
-        limits = self.scenario.limits
         free = [
             row.position_m
             for row in rows
@@ -145,11 +144,7 @@ class FlightRecord:
             and row.position_m[2] > GROUND_M
             and row.phase in (Phase.FLYING, Phase.HOLDING, Phase.BY_HAND, Phase.RETURNING)
         ]
-        least = math.inf
-        for a, b in combinations(free, 2):
-            level = math.dist(a[:2], b[:2]) / limits.separation_horizontal_m
-            least = min(least, max(level, abs(a[2] - b[2]) / limits.separation_vertical_m))
-        return least
+        return least_separation(np.array(free, dtype=float).reshape(-1, 3), self.scenario.limits)
 
     def _on_plan(self, plan: Plan) -> None:
         if not self.rounds or not plan.annotations:

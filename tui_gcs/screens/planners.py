@@ -9,8 +9,8 @@ from tui_gcs.screens.text_dialog import MOST_CELLS, ScrolledDialog
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line
 from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.planner_panel import fleet_lines, packed, team_lines
-from tui_gcs.widgets.words import ids
+from tui_gcs.widgets.planner_panel import fleet_lines, team_lines
+from tui_gcs.widgets.words import ids, packed
 
 
 class PlannersDialog(ScrolledDialog):

@@ -12,6 +12,7 @@ from tui_gcs.widgets.map_raster import DotRaster
 from tui_gcs.widgets.map_scene import Word
 from tui_gcs.widgets.map_viewport import Viewport
 from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.words import packed
 
 MEASURE_DASH = (2.0, 2.0)
 
@@ -37,7 +38,8 @@ def pointer_words(view: Viewport, pointer: Pointer, origin: Origin | None, glyph
         cell = view.world_to_cell(*place) if place is not None else None
         if cell is not None and view.contains(cell):
             words.append(Word(*cell, sign, Ink.SELECTED))
-    lines = packed(pointer_texts(pointer, origin, glyphs), view.columns)
+    texts = pointer_texts(pointer, origin, glyphs)
+    lines = packed((text[: view.columns] for text in texts), view.columns)
     words += [Word(0, view.rows - len(lines) + row, line, Ink.BOLD) for row, line in enumerate(lines)]
     return words
 
@@ -56,17 +58,6 @@ def pointer_texts(pointer: Pointer, origin: Origin | None, glyphs: GlyphSet) -> 
         metres = distance_m(pointer.mark_m, pointer.at_m)
         texts.append(f"from {glyphs.marker}: {metres:.1f} m {direction:03.0f}{glyphs.degree.strip()}")
     return texts
-
-
-def packed(texts: list[str], width: int) -> list[str]:
-    """The pieces in as few lines as they fit into."""
-    lines: list[str] = []
-    for text in texts:
-        if lines and len(lines[-1]) + 2 + len(text) <= width:
-            lines[-1] += f"  {text}"
-        else:
-            lines.append(text[:width])
-    return lines
 
 
 def degrees(lat_deg: float, lon_deg: float) -> str:

@@ -1,8 +1,6 @@
 """How well each team does its job: worst idleness beside the bound, coverage, slots; what its planner counts."""
 
-from collections.abc import Iterable
-
-from rich.cells import cell_len, set_cell_size
+from rich.cells import set_cell_size
 
 from tui_gcs.core.messages import StationStatus, TeamStatus, VehicleRow
 from tui_gcs.core.metrics import all_words
@@ -14,7 +12,7 @@ from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.vehicle_alarms import AlarmsOf
 from tui_gcs.widgets.visible import whole_age_s
-from tui_gcs.widgets.words import number
+from tui_gcs.widgets.words import number, packed
 
 ROLE_INKS = {"defend": Ink.DEFEND, "attack": Ink.ATTACK}
 WORKER_INKS = {"absent": Ink.MUTED, "late": Ink.WARNING, "dead": Ink.WARNING, "quarantined": Ink.WARNING}
@@ -115,17 +113,6 @@ def metric_lines(status: StationStatus, width: int, most: int) -> list[Line]:
     if len(rows) > most > 0:
         rows[most - 1] = set_cell_size(rows[most - 1], width - len(MORE)).rstrip() + MORE
     return [[(row, Ink.MUTED)] for row in rows[: max(most, 0)]]
-
-
-def packed(words: Iterable[str], width: int) -> list[str]:
-    """As many as fit on each line, none of them cut."""
-    rows: list[str] = []
-    for one in words:
-        if rows and cell_len(rows[-1]) + 2 + cell_len(one) <= width:
-            rows[-1] += f"  {one}"
-        else:
-            rows.append(one)
-    return rows
 
 
 def _plan_age(team: TeamStatus) -> str:

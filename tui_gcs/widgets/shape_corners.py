@@ -108,7 +108,8 @@ class Snap:
 
     def shift(self, shape: Shape, reach_m: float) -> Point:
         """How much farther a shape goes that was moved as a whole, so that a corner meets something; else (0, 0)."""
-        points = outline_m(shape)[:: len(outline_m(shape)) // 4 if isinstance(shape, Circle) else 1]
+        outline = outline_m(shape)
+        points = outline[:: len(outline) // 4] if isinstance(shape, Circle) else outline
         return self._near(points, reach_m) or (0.0, 0.0)
 
     def _near(self, points: Iterable[Point], reach_m: float) -> Point | None:

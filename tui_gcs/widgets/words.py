@@ -1,6 +1,9 @@
 """Numbers as an operator reads them; `--` when not known."""
 
 import math
+from collections.abc import Iterable
+
+from rich.cells import cell_len
 
 from tui_gcs.core.messages_alarms import id_ranges
 
@@ -60,3 +63,14 @@ def speed_m_s(velocity_m_s: tuple[float, float, float]) -> float:
 def heading(value_deg: float, degree: str) -> str:
     """Three digits, 000 to 359."""
     return f"{round(value_deg) % 360:03d}{degree}" if math.isfinite(value_deg) else UNKNOWN
+
+
+def packed(words: Iterable[str], width: int) -> list[str]:
+    """As many as fit on each line, none of them cut."""
+    rows: list[str] = []
+    for one in words:
+        if rows and cell_len(rows[-1]) + 2 + cell_len(one) <= width:
+            rows[-1] += f"  {one}"
+        else:
+            rows.append(one)
+    return rows
