@@ -5,7 +5,7 @@ The numbers and texts are those measured on ArduCopter 4.7 SITL.
 
 import math
 
-from sitl import ardupilot_commands, ardupilot_failsafes, arming, guided
+from sitl import ardupilot_commands, ardupilot_failsafes, arming, guided, remote_id
 from sitl.ardupilot_mission import ARM_IN_AUTO, WITHOUT_THROTTLE, CopterMission
 from sitl.ardupilot_telemetry import BUILDERS
 from sitl.autopilot import SIM_STATION_SYSID, Autopilot, Command, Fields
@@ -111,6 +111,7 @@ class ArduCopter(Autopilot):
         self._checked_us, self._checks_pass = -CHECK_GAP_US, False
         self.prearm_text_us = self.now_us + PREARM_TEXT_US
         self.timesync_us = self.now_us + TIMESYNC_US
+        self.stores.remote_id.on = self.params["DID_ENABLE"] > 0
 
     def reached(self, stage: Stage, at_us: int) -> None:
         """A stage of the boot was reached; its texts follow."""
@@ -153,6 +154,7 @@ class ArduCopter(Autopilot):
             if not self.armed:
                 self.say_prearm()
         ardupilot_failsafes.watch(self)
+        remote_id.watch(self)
 
     def lose_gps(self) -> None:
         """No satellites."""

@@ -9,6 +9,7 @@ from sitl.calibration_ardupilot import mag_cal_progress, mag_cal_report
 from sitl.manual import RELEASE, RELEASED
 from sitl.modes import AUTO, GUIDED, POSITION_CONTROLLED, RETURN_MODES, Stage
 from sitl.payload import ardupilot_attitude, ardupilot_camera, ardupilot_manager, ardupilot_manager_status
+from sitl.remote_id import arm_status
 from sitl.telemetry import COMMON, course_cdeg, place, wind_m_s
 from sitl.traffic import adsb_vehicle
 
@@ -198,6 +199,7 @@ BUILDERS: "dict[str, Callable[[ArduCopter], Fields | None]]" = {
     "GIMBAL_DEVICE_ATTITUDE_STATUS": ardupilot_attitude,
     "GIMBAL_MANAGER_INFORMATION": ardupilot_manager,
     "GIMBAL_MANAGER_STATUS": ardupilot_manager_status,
+    "OPEN_DRONE_ID_ARM_STATUS": arm_status,
     "MAG_CAL_PROGRESS": mag_cal_progress,
     "MAG_CAL_REPORT": mag_cal_report,
     "HEARTBEAT": _heartbeat,

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from sitl import remote_id
 from sitl.boot import NOT_BOOTED
 from sitl.modes import AUTO, NEED_POSITION, Stage
 
@@ -33,4 +34,6 @@ def problems(ap: "ArduCopter") -> list[str]:
         found.append("GCS failsafe on")
     if "battery" in ap.failsafes:
         found.append("Battery failsafe")
+    if why := remote_id.problem(ap):
+        found.append(why)
     return found

@@ -12,6 +12,7 @@ from sitl import (
     parameter_protocol,
     plan_ardupilot,
     plan_px4,
+    remote_id,
     shell,
     traffic,
 )
@@ -126,6 +127,9 @@ _HANDLERS: dict[str, Handlers] = {
         **_COMMON,
         "ADSB_VEHICLE": traffic.heard,
         "COMMAND_ACK": calibration_ardupilot.heard_ack,
+        "OPEN_DRONE_ID_BASIC_ID": remote_id.heard,
+        "OPEN_DRONE_ID_SYSTEM": remote_id.heard,
+        "OPEN_DRONE_ID_SYSTEM_UPDATE": remote_id.heard,
         "SERIAL_CONTROL": shell.ardupilot,
         "PARAM_REQUEST_READ": parameter_protocol.ardupilot_read,
         "PARAM_REQUEST_LIST": parameter_protocol.ardupilot_list,

@@ -23,6 +23,13 @@ _ARDUPILOT_KINDS = {"1": INT8, "2": INT16, "3": INT32, "4": REAL32}
 
 # What the simulation wants otherwise: 20 min of battery at 28 A, and no counters of another life.
 _ARDUPILOT_CHANGES = {"BATT_CAPACITY": 9333, "MIS_TOTAL": 0, "STAT_RUNTIME": 0}
+_REMOTE_ID: dict[str, tuple[int, float]] = {
+    "DID_MAVPORT": (INT8, -1),
+    "DID_CANDRIVER": (INT8, 0),
+    "DID_OPTIONS": (INT16, 0),
+    "DID_BARO_ACC": (REAL32, -1.0),
+}
+"""Type and value of what DID_ENABLE reveals, as ArduPilot's source has it."""
 
 
 class Entry(NamedTuple):
@@ -45,7 +52,9 @@ class Defaults:
     volatile: set[str] = field(default_factory=set)
     """PX4: not in `_HASH_CHECK`."""
     late: frozenset[str] = frozenset()
-    """PX4: listed only once somebody used them; then the indices of all that follow shift."""
+    """Listed only once somebody used them (PX4) or `reveals` is on; then the indices of all that follow shift."""
+    reveals: str = ""
+    """ArduPilot: a parameter that switches on what the late ones are for."""
 
 
 def _lines(file: str) -> Iterator[list[str]]:
@@ -57,13 +66,16 @@ def _lines(file: str) -> Iterator[list[str]]:
 @cache
 def ardupilot_defaults() -> Defaults:
     """ArduCopter's table, in the order of its list."""
-    table = Defaults()
+    table = Defaults(late=frozenset(_REMOTE_ID), reveals="DID_ENABLE")
     for name, kind, value, *default in _lines("arducopter.param"):
         table.kinds[name] = _ARDUPILOT_KINDS[kind]
         number = float if table.kinds[name] == REAL32 else int
         table.values[name] = _ARDUPILOT_CHANGES.get(name, number(value))
         if default or name in _ARDUPILOT_CHANGES:
             table.factory[name] = number((default or [value])[0])
+        if name == table.reveals:
+            table.values.update({late: value for late, (_, value) in _REMOTE_ID.items()})
+            table.kinds.update({late: kind for late, (kind, _) in _REMOTE_ID.items()})
     return table
 
 
@@ -127,7 +139,7 @@ class ParameterTable:
         return self._entry(names[index]) if 0 <= index < len(names) else None
 
     def use_all(self) -> None:
-        """PX4: every parameter has been used, so the list is longer from now on."""
+        """Every parameter has been used, so the list is longer from now on."""
         if len(self._used) < len(self.defaults.late):
             self._used = set(self.defaults.late)
             self._listed = None
@@ -149,6 +161,8 @@ class ParameterTable:
         else:
             value = int(max(limits[0], min(limits[1], value)))
         self._changed[name] = value
+        if name == self.defaults.reveals and value:
+            self.use_all()
         return self._entry(name)
 
     def value_bits(self, name: str) -> int:

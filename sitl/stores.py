@@ -6,6 +6,7 @@ from typing import Any
 from sitl.calibration import Calibration
 from sitl.missions import Transfer
 from sitl.payload import Payload
+from sitl.remote_id import RemoteId
 
 
 @dataclass
@@ -32,3 +33,4 @@ class Stores:
     payload: Payload = field(default_factory=Payload)
     traffic: dict[int, tuple[int, dict[str, Any]]] = field(default_factory=dict)
     """ArduPilot: aircraft heard of from stations, by ICAO address: when, and the message."""
+    remote_id: RemoteId = field(default_factory=RemoteId)

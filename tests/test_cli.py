@@ -164,6 +164,21 @@ def test_other_stations_are_named_like_links(tmp_path: Path):
     assert "somewhere" in told and "udpout:HOST:PORT" in told
 
 
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        ("--operator-at 0 0", "no place on the globe"),
+        ("--operator-at nan nan", "km from the scenario's origin"),
+        ("--operator-at -33.0 151.0", "km from the scenario's origin"),
+        ("--operator-at 52.07 -0.63 --operator-alt -1000", "cannot be"),
+        ("--operator-alt 50", "needs --operator-at"),
+    ],
+)
+def test_a_place_where_no_operator_can_stand_is_told_before_anything_starts(options: str, why: str):
+    told = refused("run", str(SCENARIO), "--link", "udpin:127.0.0.1:14999", *options.split(), "--yes")
+    assert told.startswith("tui-gcs: --operator-") and why in told
+
+
 @pytest.mark.parametrize("seed", ["-1", str(2**63), "9" * 30])
 @pytest.mark.parametrize(
     "command", [["rehearse"], ["demo", "--headless"], ["sim", "--count", "1"], ["planner", "check", "patrol"]]

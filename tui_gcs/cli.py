@@ -289,6 +289,16 @@ def _scenario_and_links(parser: argparse.ArgumentParser) -> None:
         help="MAVLink definitions of your own, beside all that are known; may be repeated",
     )
     parser.add_argument(
+        "--operator-at",
+        nargs=2,
+        type=float,
+        metavar=("LAT", "LON"),
+        help="where you stand (degrees), for Remote ID, in place of the scenario's [remote_id]",
+    )
+    parser.add_argument(
+        "--operator-alt", type=float, metavar="M", help="with --operator-at: your height above the WGS-84 ellipsoid"
+    )
+    parser.add_argument(
         "--kind",
         choices=("live", "sim"),
         default="live",

@@ -64,12 +64,14 @@ def launch(
     fault: str = "",
     planners: "list[PlannerInfo] | None" = None,
     watch: bool = False,
+    operator_at: dict[str, float] | None = None,
 ) -> None:
     """Start a supervised station, detached from this terminal; returns at once.
 
     With `sim_spec` (see `sitl.launch`) the supervisor starts those vehicles too, with a token only this run knows;
     `fault` makes their links bad (see `sitl.faults`).
     `forward`: (link, whether commands may come in) of other stations. `dialects`: files of MAVLink definitions.
+    `operator_at`: fields of `OperatorId` for Remote ID.
     `planners`: those in files, as they declared themselves; `watch`: what is saved there flies on (SIM only).
     """
     if watch and kind is not Kind.SIM:
@@ -88,6 +90,7 @@ def launch(
         "dialects": dialects or [],
         "planners": [_builtins(info) for info in planners or []],
         "watch": watch,
+        "operator_at": operator_at,
     }
     if sim_spec is not None:
         port = free_port()

@@ -2,6 +2,7 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tui_gcs.commands.common import (
     check_dialects,
@@ -17,6 +18,9 @@ from tui_gcs.commands.common import (
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
 from tui_gcs.launcher import launch, running_scenario
+
+if TYPE_CHECKING:
+    from tui_gcs.core.scenario import Scenario
 
 DEFAULT_LINK = "udpin:127.0.0.1:14550"
 
@@ -48,6 +52,7 @@ def start(kind: Kind, arguments: argparse.Namespace) -> None:
     check_forward(links, [link for link, _ in forward])
     check_links(links + [link for link, _ in forward])
     check_dialects(arguments.dialect)
+    operator_at = _operator_at(arguments, scenario)
     dialects = [str(Path(file).resolve()) for file in arguments.dialect]
     say_planners(planners, scenario)
     launch(
@@ -59,7 +64,28 @@ def start(kind: Kind, arguments: argparse.Namespace) -> None:
         forward=forward,
         dialects=dialects,
         planners=list(planners.values()),
+        operator_at=operator_at,
     )
+
+
+def _operator_at(arguments: argparse.Namespace, scenario: "Scenario") -> dict[str, float] | None:
+    """Where the command line says the operator stands, as fields of `OperatorId`. Raises `CommandError`."""
+    from tui_gcs.core.geo import LocalFrame
+    from tui_gcs.core.scenario_remote_id import HIGH_ALT_M, LOW_ALT_M, why_no_place
+
+    alt_m = arguments.operator_alt
+    if arguments.operator_at is None:
+        if alt_m is not None:
+            raise CommandError("--operator-alt: needs --operator-at LAT LON")
+        return None
+    lat_deg, lon_deg = arguments.operator_at
+    if why := why_no_place((lat_deg, lon_deg), LocalFrame(scenario.origin)):
+        raise CommandError(f"--operator-at: {why}")
+    if alt_m is None:
+        return {"lat_deg": lat_deg, "lon_deg": lon_deg}
+    if not LOW_ALT_M < alt_m <= HIGH_ALT_M:
+        raise CommandError(f"--operator-alt: a height of {alt_m:g} m cannot be")
+    return {"lat_deg": lat_deg, "lon_deg": lon_deg, "alt_m": alt_m}
 
 
 def _same_scenario(kind: Kind, arguments: argparse.Namespace) -> None:
@@ -74,3 +100,7 @@ def _same_scenario(kind: Kind, arguments: argparse.Namespace) -> None:
         )
     if arguments.link:
         raise CommandError(f"a {kind} station already runs with its own links: `tui-gcs attach` joins it")
+    if arguments.operator_at:
+        raise CommandError(
+            f"a {kind} station already runs: --operator-at is for a new one; change [remote_id] and apply it instead"
+        )

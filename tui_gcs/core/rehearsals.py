@@ -47,7 +47,8 @@ class Rehearsal(msgspec.Struct, frozen=True):
 def plan_digest(scenario: Scenario, planners: dict[str, PlannerInfo]) -> str:
     """The same for the same plan; `planners` are those in files (others may be among them), by name."""
     code = {team.planner: _code_of(planners.get(team.planner), team.planner) for team in scenario.teams}
-    what = (msgspec.json.encode(scenario, order="deterministic"), msgspec.json.encode(code, order="deterministic"))
+    flown = msgspec.structs.replace(scenario, remote_id=None)  # where the operator stands changes nothing that flies
+    what = (msgspec.json.encode(flown, order="deterministic"), msgspec.json.encode(code, order="deterministic"))
     return hashlib.sha256(b"\0".join((*what, _own_code().encode()))).hexdigest()
 
 

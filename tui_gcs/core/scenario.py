@@ -106,6 +106,22 @@ class LinkLoss(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     resume: bool = False
 
 
+class OperatorId(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What Remote ID tells of the operator, and the numbers of the aircraft. What is empty is not sent."""
+
+    operator_id: str = ""
+    """As registered, without the secret part."""
+    lat_deg: float | None = None
+    lon_deg: float | None = None
+    """Where the operator stands; nobody sees whether this is still so."""
+    alt_m: float | None = None
+    """Above the WGS-84 ellipsoid, not above mean sea level; None: unknown."""
+    description: str = ""
+    """Of the flight."""
+    uas_ids: dict[int, str] = {}
+    """Serial numbers by vehicle, of those that do not know their own."""
+
+
 class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Everything about one mission. Built by `load`; immutable."""
 
@@ -119,6 +135,8 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     rounds: tuple[Round, ...]
     teams: tuple[Team, ...]
     places: tuple[TakeOffPlace, ...]
+    remote_id: OperatorId | None = None
+    """None: nothing is sent."""
 
     @property
     def vehicle_count(self) -> int:

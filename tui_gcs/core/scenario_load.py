@@ -26,6 +26,7 @@ from tui_gcs.core.scenario import (
 from tui_gcs.core.scenario_check import Parts, check
 from tui_gcs.core.scenario_fields import MAX_DISTANCE_M, Point, Problems, Table, kind_of, printable, shown, shown_key
 from tui_gcs.core.scenario_lines import map_lines
+from tui_gcs.core.scenario_remote_id import read_remote_id
 from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
 
 FORMAT = 1
@@ -110,6 +111,7 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
         places=[(t.path, _place(t, frame)) for t in root.tables("place", MAX_VEHICLES)],
     )
     results, link_loss = _results(root.table("results")), _link_loss(root.table("link_loss"))
+    remote_id = read_remote_id(root.table("remote_id"), frame)
     root.done()
     check(parts, problems, known_planners)
     if problems.lines or origin is None:
@@ -125,6 +127,7 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
         rounds=tuple(r for _, r in parts.rounds if r is not None),
         teams=tuple(t for _, t in parts.teams if t is not None),
         places=tuple(p for _, p in parts.places if p is not None),
+        remote_id=remote_id,
     )
 
 

@@ -53,10 +53,11 @@ from tui_gcs.core.reboots import RebootBook
 from tui_gcs.core.reception import Reception
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.requests import RequestDesk
-from tui_gcs.core.scenario import Round, Scenario, Team
+from tui_gcs.core.scenario import OperatorId, Round, Scenario, Team
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.jobs import JobDesk
+from tui_gcs.core.services.operator_id import OperatorIdService
 from tui_gcs.core.services.services import Services
 from tui_gcs.core.services.timesync import TimeAnswers
 from tui_gcs.core.snapshot import fleet_frame
@@ -101,6 +102,8 @@ class StationConfig:
     """Where what is downloaded from vehicles goes, and caches of it; None: nothing is written."""
     rehearsals: Path | None = None
     """The file that tells which plans were rehearsed; None: none was."""
+    operator_at: OperatorId | None = None
+    """Where the operator stands (nothing else of it), by the command line: it goes before the scenario's."""
 
 
 class Station:
@@ -177,9 +180,11 @@ class Station:
         self.rates = RateDesk(self.fleet, self.commands, self.speech, specs, clock, self.events)
         self.answers = TimeAnswers(self.fleet, self.door, clock, own)
         self.jobs = JobDesk(self.fleet.vehicles, clock, self.events)
-        self.services = Services(
-            Context(self.fleet, self.door, self.commands, self.jobs, clock, self.events, own, specs, config.folder)
+        context = Context(
+            self.fleet, self.door, self.commands, self.jobs, clock, self.events, own, specs, config.folder
         )
+        self.services = Services(context)
+        self.operator_id = OperatorIdService(context, self.operator, lambda: (flight.vehicle for flight in self.book))
         self.steering.alone = self.services.failsafes.alone
         self.monitor = FleetMonitor(self.guard, self.book)
         self.tracks = TrackBook(self.fleet, self.events)
@@ -205,6 +210,13 @@ class Station:
     def round(self) -> Round:
         """The present round."""
         return self.scenario.rounds[self.round_index]
+
+    def operator(self) -> OperatorId | None:
+        """What Remote ID is to tell of the operator, if anything."""
+        told, at = self.scenario.remote_id, self.config.operator_at
+        if at is None:
+            return told
+        return msgspec.structs.replace(told or at, lat_deg=at.lat_deg, lon_deg=at.lon_deg, alt_m=at.alt_m)
 
     @property
     def waiting(self) -> bool:
@@ -245,6 +257,7 @@ class Station:
         self.commands.tick(self.fleet.vehicles)
         self.jobs.tick()
         self.services.tick()
+        self.operator_id.tick()
         self.reboots.tick()
         self.executive.tick()
         self.firmware.tick()

@@ -31,6 +31,7 @@ from tui_gcs.core.links import Link, LinkError, open_link
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import PlannerInfo
 from tui_gcs.core.recorder import TlogWriter
+from tui_gcs.core.scenario import OperatorId
 from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.station import Station, StationConfig
 from tui_gcs.core.wire import dialect
@@ -101,6 +102,7 @@ def run(run_file: Path) -> None:
         folder=logs,
         rehearsals=state_dir(Kind.SIM) / rehearsals.FILE,
         planners={info.name: info for info in files},
+        operator_at=OperatorId(**setting["operator_at"]) if setting.get("operator_at") else None,
     )
     try:
         station = Station(config, clock, bus, links, recorder, journal)

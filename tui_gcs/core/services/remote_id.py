@@ -2,7 +2,7 @@
 
 A transmitter is a component of the vehicle (236-238) or part of its autopilot. Its own messages carry no address of a
 receiver's (`id_or_mac` is zero); with one they tell of another aircraft that a receiver hears.
-Not done here: the operator's part (SELF_ID, SYSTEM, OPERATOR_ID sent to the transmitter), and message packs.
+What the operator has to tell is `operator_id`'s. Message packs are not read.
 """
 
 from collections import Counter, OrderedDict
