@@ -1,5 +1,6 @@
 """The host: tasks, frames, timing and planners that fail."""
 
+import gc
 from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 
@@ -408,6 +409,19 @@ def test_a_planner_that_fails_again_is_left_alone_until_a_new_task() -> None:
 
 def test_a_planner_that_ends_its_process_does_not() -> None:
     assert "SystemExit" in run(probing(trouble="exit"), fleet(1), 1)[0].error
+
+
+def test_garbage_is_not_looked_for_while_a_planner_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor is it forgotten afterwards, whatever comes out of the step."""
+    was_on: list[bool] = []
+
+    def step(self: Probe, ctx: Context) -> Output:
+        was_on.append(gc.isenabled())
+        raise KeyError(ctx.t_s)
+
+    monkeypatch.setattr(Probe, "step", step)
+    plan = probing().step(fleet(2).frame())
+    assert plan.error and was_on == [False] and gc.isenabled()
 
 
 def test_numpy_in_intents_travels_as_numbers() -> None:

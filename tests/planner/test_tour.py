@@ -102,3 +102,11 @@ def test_a_cell_that_is_never_seen_makes_the_worst_infinite() -> None:
     tour = timed(circle(50.0), 8.0, 2.5)
     found = evaluate(tour, np.array([(50.0, 0.0), (0.0, 0.0)]), 10.0, 4)
     assert (found.worst_s, found.coverage) == (math.inf, 0.5)
+
+
+def test_one_place_is_bit_for_bit_one_of_many() -> None:
+    tour = timed(circle(50.0), 8.0, 2.5)
+    phases = np.random.default_rng(3).uniform(-200.0, 400.0, 500)
+    many = tour.places(phases)
+    np.testing.assert_array_equal(many, tour.at(phases)[0])
+    np.testing.assert_array_equal(many, [tour.place(phase) for phase in phases.tolist()])

@@ -1,5 +1,7 @@
 """Transits end on the slot, within speed and acceleration, inside the region."""
 
+import math
+
 import numpy as np
 import pytest
 from flights import AREA, no_fly, region_of, zone_of
@@ -7,7 +9,7 @@ from flights import AREA, no_fly, region_of, zone_of
 from tui_gcs.core.zones import Circle, Rectangle
 from tui_gcs.planner.region import Region
 from tui_gcs.planner.tour import Tour, resampled, timed
-from tui_gcs.planner.transit import STEP_S, Mobility, Transit, plan_transit
+from tui_gcs.planner.transit import ALLOWANCE_S, LOOK_AHEAD_S, STEP_S, Mobility, Transit, _meeting_point, plan_transit
 
 MOBILITY = Mobility(7.84, 2.25)
 ZONE = zone_of(Rectangle((450.0, 200.0), 100.0, 80.0))
@@ -62,3 +64,19 @@ def test_the_shortest_way_turns_at_corners() -> None:
             break
         here, turns = leg, turns + 1
     assert 1 <= turns <= 6
+
+
+@pytest.mark.parametrize("speed_m_s", [7.84, 7.6, 3.0])
+def test_a_slot_is_met_where_it_first_can_be(speed_m_s: float) -> None:
+    """Also by vehicles that are slower than the tour, and those that never can."""
+    rng, tour, lap_s = np.random.default_rng(5), oval(), np.arange(0.0, 60.0, LOOK_AHEAD_S)
+    for _ in range(100):
+        x, y, phase_s = (float(number) for number in rng.uniform((0.0, 0.0, -50.0), (600.0, 400.0, 500.0)))
+        path = tour.places(phase_s + lap_s)
+        in_time = [
+            k
+            for k, (east, north) in enumerate(path.tolist())
+            if math.hypot(east - x, north - y) / speed_m_s + ALLOWANCE_S <= lap_s[k]
+        ]
+        found = _meeting_point((x, y), tour, phase_s, lap_s, speed_m_s)
+        np.testing.assert_array_equal(found, path[in_time[0] if in_time else 0])

@@ -87,7 +87,7 @@ class Berth:
 
     def falls_back(self, t_s: float) -> bool:
         """Whether it still does."""
-        return t_s < self.back_from_s + self.back_took_s
+        return self.back_from_s > -math.inf and t_s < self.back_from_s + self.back_took_s
 
 
 def _ahead(berths: Sequence[Berth], times_s: Floats) -> tuple[Floats, Floats]:

@@ -6,10 +6,12 @@ A planner that fails in a step is begun anew once, from its last snapshot; when 
 the operator changes something (a new task comes).
 """
 
+import gc
 import math
 import time
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import islice
 from zlib import crc32
@@ -232,7 +234,8 @@ class PlannerHost:
         late = frame.t_s - self._next_s > period_s
         self._next_s = frame.t_s + period_s if late else self._next_s + period_s
         begin_s = time.perf_counter()
-        plan = self._plan(job, frame, period_s)
+        with _without_collections():
+            plan = self._plan(job, frame, period_s)
         took_s = time.perf_counter() - begin_s
         if self.pace is not None and self.pace.took(took_s, period_s):
             job.notes.append("computer too busy: steps come first, background work is cut")
@@ -318,6 +321,21 @@ class PlannerHost:
                 raise
             return _trace()
         return ""
+
+
+@contextmanager
+def _without_collections() -> Iterator[None]:
+    """What a step makes lives until its plan is sent: to look through it for garbage meanwhile takes half of the time.
+
+    With 250 vehicles whose ways are planned, 50 ms of one step in ten.
+    """
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
 
 
 def _within(value: object, least: float, most: float, otherwise: float) -> float:

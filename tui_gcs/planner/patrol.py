@@ -190,7 +190,7 @@ class Patrol(Planner):
         formation = self._state.formation
         free = active - set(formation.owners) - formation.leaving
         rows = [i for i, vehicle in enumerate(fleet.id) if int(vehicle) in free]
-        middle = self._course.tour.xy_m.mean(axis=0)
+        middle = self._course.tour.middle_m
         low = fleet.battery_pct[rows] < LOW_BATTERY_PCT
         away_m = np.hypot(*(fleet.position_m[rows, :2] - middle).T)
         busy = np.array([int(fleet.id[i]) in formation.reliefs for i in rows], dtype=bool)

@@ -8,7 +8,7 @@ import numpy as np
 from tui_gcs.core.messages import Annotation, Intent
 
 _FIELDS = Intent.__struct_fields__
-_TRAVELS = frozenset({str, int, float, bool})
+_TRAVELS = frozenset({str, int, float, bool, type(None)})
 _DRAWN = get_args(get_type_hints(Annotation)["kind"])
 
 
@@ -16,9 +16,9 @@ def plain_intent(intent: object) -> Intent:
     """`intent` without anything of numpy's. Raises TypeError if it is none."""
     if not isinstance(intent, Intent):
         raise TypeError(f"an intent is an Intent, not {type(intent).__name__}")
-    values = zip(_FIELDS, msgspec.structs.astuple(intent), strict=True)
-    odd = {name: _plain(value) for name, value in values if type(value) not in _TRAVELS and _is_odd(value)}
-    return msgspec.structs.replace(intent, **odd) if odd else intent
+    values = msgspec.structs.astuple(intent)
+    odd = [k for k, value in enumerate(values) if type(value) not in _TRAVELS and _is_odd(value)]
+    return msgspec.structs.replace(intent, **{_FIELDS[k]: _plain(values[k]) for k in odd}) if odd else intent
 
 
 def plain_annotation(drawing: object) -> Annotation:

@@ -55,6 +55,21 @@ class Tour:
         """The largest speed on it."""
         return float(np.hypot(self.velocity_m_s[:, 0], self.velocity_m_s[:, 1]).max())
 
+    @cached_property
+    def top_way_m_s(self) -> float:
+        """The largest speed from one sample to the next."""
+        return float(np.hypot(*np.diff(self.xy_m, axis=0, append=self.xy_m[:1]).T).max()) / self.dt_s
+
+    @cached_property
+    def middle_m(self) -> Floats:
+        """(2,) the mean of its samples."""
+        return np.asarray(self.xy_m.mean(axis=0))
+
+    @cached_property
+    def bounds_m(self) -> tuple[Floats, Floats]:
+        """(2,) and (2,): its least and its largest east and north."""
+        return self.xy_m.min(axis=0), self.xy_m.max(axis=0)
+
     def at(self, phase_s: Floats) -> tuple[Floats, Floats]:
         """Positions and velocities (…, 2) at times (…) since the tour's first point; any number of rounds."""
         i, j, share = self._samples(phase_s)
@@ -67,6 +82,19 @@ class Tour:
         i, j, share = self._samples(phase_s)
         xy: Floats = (1.0 - share) * self.xy_m[i] + share * self.xy_m[j]
         return xy
+
+    def place(self, phase_s: float) -> tuple[float, float]:
+        """As `places`, of one moment; in plain floats, which takes a tenth of the time."""
+        place = phase_s / self.dt_s
+        whole = math.floor(place)
+        i, share = whole % len(self.xy_m), place - whole
+        (x, y), (x1, y1) = self._points[i], self._points[(i + 1) % len(self.xy_m)]
+        return (1.0 - share) * x + share * x1, (1.0 - share) * y + share * y1
+
+    @cached_property
+    def _points(self) -> list[list[float]]:
+        points: list[list[float]] = self.xy_m.tolist()
+        return points
 
     def _samples(self, phase_s: Floats) -> tuple[Rows, Rows, Floats]:
         """The sample before, the one after, and how far between them it is."""

@@ -6,6 +6,7 @@ the slot's velocity within the limits, that manoeuvre is taken. The result is st
 """
 
 import math
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -29,6 +30,10 @@ CHECKED: Floats = np.linspace(0.0, 1.0, 9)[1:-1]
 LONGEST_S = 600.0
 ON_SLOT_M = 0.05
 CORNER_SPEED_M_S = 3.0
+SLOWER_SHARE = 0.999
+"""Of a tour no faster than this share of the vehicle's speed, a place that can be met stays so the later it is met."""
+SAME_M = 1e-6
+"""Against rounding, where something is left out that cannot be."""
 
 
 @dataclass(frozen=True)
@@ -100,11 +105,12 @@ def plan_transit(
         now_s = step * STEP_S
         if step % LOOK_EVERY == 0:
             if now_s >= near_s:
-                near_s = now_s + _too_far_s(flight, tour, phase_s + now_s, mobility)
-            ending = _manoeuvre(flight, tour, phase_s + now_s, mobility, region) if now_s >= near_s else None
-            if ending is not None:
-                found = flight.transit(t_s, ending)
-                return None if region.enters_no_fly(found.xy_m) else found
+                slots = tour.at(phase_s + now_s + MANOEUVRES_S)
+                near_s = now_s + _too_far_s(flight, slots[0], tour.top_speed_m_s, mobility)
+                ending = _manoeuvre(flight, slots, mobility, region) if now_s >= near_s else None
+                if ending is not None:
+                    found = flight.transit(t_s, ending)
+                    return None if region.enters_no_fly(found.xy_m) else found
             target = _meeting_point(flight.xy, tour, phase_s + now_s, lap_s, mobility.speed_m_s)
             aim, corner = region.next_leg(np.array(flight.xy), target)
         flight.step(aim, corner)
@@ -149,50 +155,67 @@ class _Flight:
 
 def _longest_wait_s(xy_m: Floats, tour: Tour, mobility: Mobility) -> float:
     """After so long every slot can be met from everywhere: a large zone's lap need not be looked at whole."""
-    low, high = np.minimum(tour.xy_m.min(axis=0), xy_m), np.maximum(tour.xy_m.max(axis=0), xy_m)
+    least, most = tour.bounds_m
+    low, high = np.minimum(least, xy_m), np.maximum(most, xy_m)
     across_s = 1.5 * float(np.hypot(*(high - low))) / mobility.speed_m_s + ALLOWANCE_S
     lap_s = max(tour.period_s, 2 * MANOEUVRES_S[-1]) + LONGEST_S / 4
     return float(min(lap_s, across_s + 2 * MANOEUVRES_S[-1]))
 
 
 def _meeting_point(xy: tuple[float, float], tour: Tour, phase_s: float, lap_s: Floats, speed_m_s: float) -> Floats:
-    """Where the slot will be when the vehicle can first be there too."""
-    path = tour.places(phase_s + lap_s)
-    needed = np.hypot(path[:, 0] - xy[0], path[:, 1] - xy[1]) / speed_m_s + ALLOWANCE_S
-    return np.asarray(path[int(np.argmax(needed <= lap_s))])
+    """Where the slot will be when the vehicle can first be there too; where it is now, if it never can."""
+    if tour.top_way_m_s > SLOWER_SHARE * speed_m_s:
+        path = tour.places(phase_s + lap_s)
+        needed = np.hypot(path[:, 0] - xy[0], path[:, 1] - xy[1]) / speed_m_s + ALLOWANCE_S
+        return np.asarray(path[int(np.argmax(needed <= lap_s))])
+
+    def in_time(wait_s: float) -> bool:
+        x, y = tour.place(phase_s + wait_s)
+        return math.hypot(x - xy[0], y - xy[1]) / speed_m_s + ALLOWANCE_S <= wait_s
+
+    first = bisect_left(lap_s, True, key=in_time)
+    return np.array(tour.place(phase_s + float(lap_s[first % len(lap_s)])))
 
 
-def _too_far_s(flight: _Flight, tour: Tour, phase_s: float, mobility: Mobility) -> float:
-    """For so long at the least no manoeuvre ends on the slot, even if both fly towards each other."""
-    path = tour.places(phase_s + MANOEUVRES_S)
-    least_m = float(np.hypot(path[:, 0] - flight.xy[0], path[:, 1] - flight.xy[1]).min())
-    beyond_m = least_m - mobility.speed_m_s * float(MANOEUVRES_S[-1])
-    return max(0.0, beyond_m / (mobility.speed_m_s + tour.top_speed_m_s))
+def _too_far_s(flight: _Flight, path: Floats, top_speed_m_s: float, mobility: Mobility) -> float:
+    """For so long at the least no manoeuvre ends on a slot, even if both fly towards each other.
+
+    `path` (k, 2): where the slot is after each of `MANOEUVRES_S`. None is on average faster than the vehicle may be.
+    """
+    away_m = np.hypot(path[:, 0] - flight.xy[0], path[:, 1] - flight.xy[1])
+    beyond_m = float((away_m - mobility.speed_m_s * MANOEUVRES_S).min()) - SAME_M
+    return max(0.0, beyond_m / (mobility.speed_m_s + top_speed_m_s))
 
 
 def _manoeuvre(
-    flight: _Flight, tour: Tour, phase_s: float, mobility: Mobility, region: Region
+    flight: _Flight, slots: tuple[Floats, Floats], mobility: Mobility, region: Region
 ) -> tuple[Floats, Floats] | None:
     """The shortest cubic onto the slot that keeps all limits, sampled without its first point; None without one.
 
-    A cubic's acceleration is linear in time, so its ends are its extremes: (6 d / T - 4 v0 - 2 v1) / T at the start and
-    (-6 d / T + 2 v0 + 4 v1) / T at the end.
+    `slots`: where the slot is, and how fast, after each of `MANOEUVRES_S`. A cubic's acceleration is linear in time, so
+    its ends are its extremes: (6 d / T - 4 v0 - 2 v1) / T at the start and (-6 d / T + 2 v0 + 4 v1) / T at the end. Its
+    velocity half way is (6 d / T - v0 - v1) / 4.
     """
     p0, v0, took = np.array(flight.xy), np.array(flight.velocity), MANOEUVRES_S[:, None]
-    p1, v1 = tour.at(phase_s + MANOEUVRES_S)
+    p1, v1 = slots
     mean = (p1 - p0) / took
+    half_way = 6 * mean - v0 - v1
     begin, end = (6 * mean - 4 * v0 - 2 * v1) / took, (-6 * mean + 2 * v0 + 4 * v1) / took
     good = np.maximum(np.hypot(*begin.T), np.hypot(*end.T)) <= mobility.accel_m_s2
+    good &= np.hypot(*half_way.T) <= 4 * mobility.speed_m_s + SAME_M  # most are not
+    rows = np.flatnonzero(good)
+    if not len(rows):
+        return None
     share = CHECKED[:, None, None]
-    speed = v0 + share * took * begin + share**2 / 2 * took * (end - begin)
-    good &= np.hypot(speed[..., 0], speed[..., 1]).max(axis=0) <= mobility.speed_m_s
-    for i in np.flatnonzero(good):
+    speed = v0 + share * took[rows] * begin[rows] + share**2 / 2 * took[rows] * (end - begin)[rows]
+    slow = np.hypot(speed[..., 0], speed[..., 1]).max(axis=0) <= mobility.speed_m_s
+    for i in rows[slow].tolist():
         duration = float(MANOEUVRES_S[i])
         at = STEP_S * np.arange(1, round(duration / STEP_S) + 1)[:, None]
         jerk = (end[i] - begin[i]) / duration
         xy = p0 + v0 * at + begin[i] * at**2 / 2 + jerk * at**3 / 6
         velocity = v0 + begin[i] * at + jerk * at**2 / 2
-        slow = np.hypot(*velocity.T).max() <= mobility.speed_m_s
-        if slow and region.can_stop(xy, velocity, mobility.accel_m_s2).all():
+        keeps_speed = np.hypot(*velocity.T).max() <= mobility.speed_m_s
+        if keeps_speed and region.can_stop(xy, velocity, mobility.accel_m_s2).all():
             return xy, velocity
     return None

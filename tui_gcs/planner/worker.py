@@ -6,6 +6,7 @@ A new task is configured on a thread beside the present planner, which plans on 
 
 import argparse
 import contextlib
+import gc
 import logging
 import os
 import resource
@@ -214,6 +215,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     limit_memory()
     threading.Thread(target=_ends_with, args=(arguments.parent,), daemon=True).start()
     worker = Worker(bus, arguments.team, files, watches=arguments.watch)
+    gc.freeze()  # what start-up left is never garbage: looking through it would hold steps up
     signal.signal(signal.SIGTERM, lambda *_: worker.stop())
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
