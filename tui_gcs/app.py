@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import events
+from textual.await_complete import AwaitComplete
 from textual.binding import BindingType
 from textual.screen import ModalScreen, Screen
 from textual.widgets import Input
@@ -22,16 +23,18 @@ from textual.widgets import Input
 from tui_gcs import slow
 from tui_gcs.actions import APP, APP_ACTIONS, Action, bindings, situation_of
 from tui_gcs.actions.entries import Entry, entries_of, order_entries
-from tui_gcs.actions.keymap import with_keys
+from tui_gcs.actions.keymap import human, with_keys
 from tui_gcs.chord import PREFIX_S, Chord
 from tui_gcs.commanding import FOLLOW_S, CommandingApp, action_named
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.clock import Clock, MonotonicClock
-from tui_gcs.core.messages import Acknowledge, Alarm, Kind
+from tui_gcs.core.messages import Acknowledge, Alarm, Kind, RunPhase
 from tui_gcs.core.overlays import Overlay
 from tui_gcs.dispatch import Dispatcher
 from tui_gcs.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
 from tui_gcs.groups import GroupFile, GroupsError
+from tui_gcs.key_guard import KeyGuard
+from tui_gcs.key_turns import LONGEST_S, KeyHandled, KeyTurns
 from tui_gcs.line_entry import LineEntry
 from tui_gcs.screens.alarms import REACTION_S, AlarmScreen
 from tui_gcs.screens.fly import FlyScreen
@@ -121,6 +124,8 @@ class ConsoleApp(CommandingApp):
         self._groups = groups
         self._folder = folder
         self._chord = Chord()
+        self._turns = KeyTurns()
+        self._guard = KeyGuard()
         self._entry: LineEntry | None = None
         self._notices = 0
         self.bell_rings = AlarmBell()
@@ -211,8 +216,12 @@ class ConsoleApp(CommandingApp):
 
     async def on_event(self, event: events.Event) -> None:
         """Keys pass the chord of last resort first: dialogs, forms and small terminals cannot swallow it."""
-        if not isinstance(event, events.Key) or event.is_forwarded:
+        if not isinstance(event, events.Key | events.Paste) or event.is_forwarded:
             await super().on_event(event)
+            return
+        if isinstance(event, events.Paste):
+            self._turns.add((event, self.clock.now()))
+            await self._take_turns()
             return
         if event.key in MODIFIERS:  # some terminals tell of Shift itself: it is part of the key that comes with it
             return
@@ -227,8 +236,48 @@ class ConsoleApp(CommandingApp):
         if action:
             await self.run_action(f"app.{action}")
         for key in keys:
-            if not self._typed(key):
-                await super().on_event(key)
+            self._turns.add((key, pressed_s))
+        await self._take_turns()
+
+    async def _take_turns(self) -> None:
+        """What was typed, in turn, as far as the screens have come."""
+        while (typed := self._turns.next()) is not None:
+            event, pressed_s = typed
+            if isinstance(event, events.Key) and (self._keeps_back(event, pressed_s) or self._typed(event)):
+                continue
+            turn, target = self._turns.begin(), self.focused or self.screen
+            await super().on_event(event)
+            if not target.post_message(KeyHandled(turn)):
+                self._turns.end(turn)
+        if held_up := self._turns.held_up:
+            self.set_timer(LONGEST_S, lambda: self.post_message(KeyHandled(held_up)))
+
+    async def on_key_handled(self, message: KeyHandled) -> None:
+        """The next one."""
+        if self._turns.end(message.turn):
+            await self._take_turns()
+
+    def _keeps_back(self, key: events.Key, pressed_s: float) -> bool:
+        """Whether the key was meant for a question that had just closed by itself; that is told."""
+        if self._stops(key) or not self._guard.keeps_back(pressed_s):
+            return False
+        shown = key.character if key.is_printable and key.key != "space" else human(key.key)
+        self.notice(f"{shown} NOT TAKEN, a question had just closed: {self._guard.why}", Level.CAUTION)
+        return True
+
+    def pop_screen(self) -> AwaitComplete:
+        """See `App`. Keys behind a question that closed by itself were still meant for it."""
+        if why := getattr(self.screen, "closed_by_itself", ""):
+            self._guard.begin(why, self.clock.now())
+        return super().pop_screen()
+
+    def _stops(self, key: events.Key) -> bool:
+        """Whether the key holds everybody now."""
+        status = self.feed.status
+        if status is None or status.run is RunPhase.IDLE or isinstance(self.focused, Input) or _is_typing(self.screen):
+            return False
+        bound = self.screen.active_bindings.get(key.key)
+        return bound is not None and bound.binding.action.removeprefix("app.") == "start_stop"
 
     # ------------------------------------------------------------ selection
 

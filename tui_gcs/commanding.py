@@ -35,6 +35,7 @@ LIFTS = frozenset({"arm", "take_off"})
 """Orders before which is told what would refuse a start."""
 CLOSED_S = 1.5
 """So soon after a question closed by itself Enter was meant for that, and resumes nobody."""
+CANCELLED = "cancelled"
 _LEVELS = {Ink.WARNING: Level.WARNING, Ink.CAUTION: Level.CAUTION}
 
 
@@ -106,14 +107,15 @@ class CommandingApp(ThinApp):
             return
         flying = status.run is not RunPhase.IDLE
         dialog = RoundDialog(status.rounds, status.round_index, flying, self.feed, self.glyphs, self.clock)
-        self.push_screen(dialog, self._switch_round)
 
-    def _switch_round(self, index: int | None) -> None:
-        if index is not None:
-            self.send(SwitchRound(index=index), f"round {index + 1}")
-        else:
-            self._closed_s = self.clock.now()
-            self.notice("round: nothing sent")
+        def answered(index: int | None) -> None:
+            if index is not None:
+                self.send(SwitchRound(index=index), f"round {index + 1}")
+            else:
+                self._closed_s = self.clock.now()
+                self.notice(f"round: nothing sent: {dialog.closed_by_itself or CANCELLED}")
+
+        self.push_screen(dialog, answered)
 
     def _ask_start(self) -> None:
         feed = self.feed
@@ -123,17 +125,16 @@ class CommandingApp(ThinApp):
         scenario = feed.scenario.scenario
         plan = start_plan(scenario, feed.status, feed.frame)
 
+        dialog = StartDialog(plan, feed.status.kind, scenario.link_loss, feed, self.glyphs, self.clock, self.operator)
+
         def answered(request: Start | None) -> None:
             if request is not None:
                 self.send(request, f"start {ids(plan.vehicles)}")
             else:
-                self.notice("start cancelled: nothing sent")
+                self.notice(f"start: nothing sent: {dialog.closed_by_itself or CANCELLED}")
 
         self._read_checks()
-        self.push_screen(
-            StartDialog(plan, feed.status.kind, scenario.link_loss, feed, self.glyphs, self.clock, self.operator),
-            answered,
-        )
+        self.push_screen(dialog, answered)
 
     def _read_checks(self) -> None:
         """Vehicles are asked what is not known of them, so that a question about leaving the ground can tell it."""
@@ -207,7 +208,7 @@ class CommandingApp(ThinApp):
                 )
         else:
             self._closed_s = self.clock.now()
-            self.notice(f"{name}: nothing sent: {answer or 'cancelled'}")
+            self.notice(f"{name}: nothing sent: {answer or CANCELLED}")
 
     def _nudge(self, request: Request) -> None:
         """Without a table: what is refused is told at once."""

@@ -107,7 +107,7 @@ async def test_a_live_start_can_be_stopped_in_the_last_seconds() -> None:
         await c.press("space", "8", "enter", "escape")
         assert isinstance(c.app.screen, FlyScreen)
         assert c.station.commands() == []
-        assert "start cancelled" in c.told()
+        assert "start: nothing sent: cancelled" in c.told()
 
 
 async def test_refused_vehicle_is_listed() -> None:
@@ -323,7 +323,7 @@ async def test_a_round_is_asked_for_ten_seconds_and_as_things_were() -> None:
         await c.press("o")
         c.clock.advance(10.1)
         await c.press("y")
-        await c.tick()
+        await c.tick(1.0)
         await c.press("o")
         dialog = c.app.screen
         c.station.run = m.RunPhase.HOLD  # by another console

@@ -10,7 +10,7 @@ from tui_gcs.core.messages import Kind, Start
 from tui_gcs.core.messages_preflight import Check, names_of, refusing
 from tui_gcs.core.scenario import LinkLoss
 from tui_gcs.feed import Feed
-from tui_gcs.screens.orders import ARMING_S, LATE_S
+from tui_gcs.screens.orders import ARMING_S, LATE_S, NO_KEY, TOO_LATE
 from tui_gcs.screens.preflight import Operator, typed_into
 from tui_gcs.screens.start_plan import StartPlan, fingerprint
 from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
@@ -25,6 +25,8 @@ MOST_CHECKS = 6
 SIGN_OFF = "sign-off"
 CANCEL_AFTER_S = 10.0
 CHECK_S = 0.5
+CHANGED = "fleet, links or round changed meanwhile: look, and ask again"
+UNSEEN = "nobody could see its last seconds: look, and ask again"
 
 
 class StartDialog(TextDialog[Start | None]):
@@ -77,12 +79,14 @@ class StartDialog(TextDialog[Start | None]):
         """
         now, starts_s = self._clock.now(), self._starts_s
         unseen = starts_s is not None and (not self.is_active or now >= starts_s + LATE_S)
-        if unseen or fingerprint(self._feed) != self._seen:
-            self.finish(None)
+        if fingerprint(self._feed) != self._seen:
+            self.lapse(None, CHANGED)
+        elif unseen:
+            self.lapse(None, UNSEEN)
         elif starts_s is not None and now >= starts_s:
-            self.finish(self._request())
+            self.lapse(self._request(), TOO_LATE)
         elif now >= self._deadline_s:
-            self.finish(None)
+            self.lapse(None, NO_KEY)
         else:
             self.redraw()
 
@@ -90,7 +94,7 @@ class StartDialog(TextDialog[Start | None]):
         """Enter, Esc, and in LIVE digits. A question that is too old takes no answer."""
         event.stop()
         if self._clock.now() >= self._deadline_s:
-            self.finish(None)
+            self.lapse(None, NO_KEY)
             return
         self._deadline_s = self._clock.now() + CANCEL_AFTER_S
         if event.key == "escape":
@@ -120,10 +124,13 @@ class StartDialog(TextDialog[Start | None]):
             self._sign()
         elif self._kind is Kind.LIVE and self._typed != str(count):
             self._problem = f"type {count}, the number of vehicles, then Enter"
-        elif self._kind is Kind.LIVE and fingerprint(self._feed) == self._seen:
+        elif fingerprint(self._feed) != self._seen:
+            self.lapse(None, CHANGED)
+            return
+        elif self._kind is Kind.LIVE:
             self._starts_s = self._clock.now() + ARMING_S
         else:
-            self.finish(self._request() if fingerprint(self._feed) == self._seen else None)
+            self.finish(self._request())
             return
         self.redraw()
 
@@ -305,13 +312,17 @@ class RoundDialog(TextDialog[int | None]):
 
     def tick(self) -> None:
         """Cancel when time is up or what was shown is no longer so."""
-        if self._clock.now() >= self._deadline_s or _round_now(self._feed) != self._seen:
-            self.finish(None)
+        if _round_now(self._feed) != self._seen:
+            self.lapse(None, CHANGED)
+        elif self._clock.now() >= self._deadline_s:
+            self.lapse(None, NO_KEY)
 
     def on_key(self, event: events.Key) -> None:
         """Digits, arrows, Enter or y, Esc. A question that is too old takes no answer."""
         event.stop()
         self.tick()
+        if self.closed_by_itself:
+            return
         self._deadline_s = self._clock.now() + CANCEL_AFTER_S
         self._problem = ""
         if event.key == "escape":

@@ -46,6 +46,8 @@ ENDS_S = 10.0
 class NudgeScreen(ModalScreen[None]):
     """A box over the map's lower edge; arrows move the vehicles."""
 
+    closed_by_itself = ""
+    """Why no key closed it, see `TextDialog`."""
     DEFAULT_CSS = "NudgeScreen { align: center bottom; background: #101418 0%; }"
 
     def __init__(
@@ -91,6 +93,7 @@ class NudgeScreen(ModalScreen[None]):
     def tick(self) -> None:
         """Close when nobody is there."""
         if self._clock.now() - self._key_s > ENDS_S and self.is_current:
+            self.closed_by_itself = f"by hand had ended: no key for {ENDS_S:.0f} s"
             self.dismiss(None)
 
     def refuse(self, why: str) -> None:

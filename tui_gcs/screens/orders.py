@@ -31,6 +31,9 @@ ARMING_S = 3.0
 LATE_S = 1.0
 """Not sent any more so long after its time: the console was stopped, and what it shows is of before."""
 CHECK_S = 0.25
+NO_KEY = "no key was pressed"
+TOO_LATE = "it was just sent"
+"""Why a question closes by itself."""
 OUTLOOK_S = 1.0
 """What a way meets is looked at anew so often: of hundreds of vehicles it takes a tenth of a second."""
 MOST_ROWS = 8
@@ -180,15 +183,15 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         """Cancel when time is up or a vehicle changed; send when the last seconds are over."""
         now = self._clock.now()
         if why := self._changed():
-            self.finish(why)
+            self._void(why)
         elif self._sends_s is not None and not self.is_active:
-            self.finish("the terminal became too small to see it")
+            self._void("the terminal became too small to see it")
         elif self._sends_s is not None and now >= self._sends_s + LATE_S:
-            self.finish("this console stood still meanwhile: look, and ask again")
-        elif self._sends_s is not None and now >= self._sends_s:
-            self._send()
+            self._void("this console stood still meanwhile: look, and ask again")
+        elif self._sends_s is not None and now >= self._sends_s and self._request is not None:
+            self.lapse(self._confirmed(self._request), TOO_LATE)
         elif now >= self._deadline_s:
-            self.finish("no key was pressed")
+            self._void(NO_KEY)
         else:
             self.redraw()
 
@@ -198,7 +201,7 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         """Typing, Enter, Esc. A question that is too old takes no answer: the console may have stood still."""
         event.stop()
         if self._clock.now() >= self._deadline_s and event.key != "escape":
-            self.finish("no key was pressed")
+            self._void(NO_KEY)
             return
         self._wake()
         self._problem = ""
@@ -260,9 +263,16 @@ class OrderDialog(TextDialog["Confirmed | str"]):
     def _send(self) -> None:
         """State is looked at once more at the moment of sending."""
         if (why := self._changed()) or self._request is None:
-            self.finish(why or "nothing was asked")
+            self._void(why or "nothing was asked")
         else:
-            self.finish(Confirmed(self.order, self._request, self.vehicles, self._left_out))
+            self.finish(self._confirmed(self._request))
+
+    def _confirmed(self, request: Request) -> Confirmed:
+        return Confirmed(self.order, request, self.vehicles, self._left_out)
+
+    def _void(self, why: str) -> None:
+        """Nothing is sent, and no key said so."""
+        self.lapse(why, why)
 
     def _wake(self) -> None:
         typing = self._request is None and bool(self.order.fields)

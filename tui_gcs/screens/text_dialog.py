@@ -70,6 +70,8 @@ class TextDialog(ModalScreen[T]):
     """
 
     title_text = ""
+    closed_by_itself = ""
+    """Why no key closed it; "": one did. The app keeps back the keys that were still meant for it."""
 
     def __init__(self, glyphs: GlyphSet) -> None:
         """With these characters."""
@@ -91,6 +93,12 @@ class TextDialog(ModalScreen[T]):
             self.dismiss(result)
         else:
             self._left_with = [result]
+
+    def lapse(self, result: T, why: str) -> None:
+        """Leave with this though no key said so; `why` is for the operator, who may be typing an answer."""
+        if not self._finished:
+            self.closed_by_itself = why
+        self.finish(result)
 
     def on_screen_resume(self) -> None:
         """On top again: leave, if that was decided meanwhile."""
