@@ -154,7 +154,7 @@ class CommandingApp(ThinApp):
 
     def action_show_checks(self) -> None:
         """What is checked before a start."""
-        self.push_screen(PreflightScreen(self.feed, self.ask_quietly, self.operator, self.glyphs))
+        self.push_screen(PreflightScreen(self.feed, self.ask_quietly, self.operator, self.glyphs, self.clock))
 
     # ------------------------------------------------------------ those who are selected
 

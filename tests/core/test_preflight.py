@@ -14,6 +14,7 @@ from tui_gcs.core.firmware.failsafes import explain
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Phase, RunPhase
+from tui_gcs.core.messages_alarms import id_ranges
 from tui_gcs.core.messages_flight import Arm
 from tui_gcs.core.messages_preflight import (
     FAILSAFES,
@@ -377,6 +378,18 @@ def test_what_is_not_so_cannot_be_acknowledged(rig: MakeRig, tmp_path: Path) -> 
     assert not flight.ask(AcknowledgeCheck("station-loss", "it will be fine", "Ada")).ok
     assert not flight.ask(AcknowledgeCheck("rehearsal", lines(flight)["rehearsal"].text, "Ada")).ok
     assert not flight.ask(AcknowledgeCheck("station-loss", lines(flight)["station-loss"].text, "")).ok
+
+
+def test_what_is_so_of_more_vehicles_than_the_operator_saw_is_not_acknowledged(rig: MakeRig, tmp_path: Path) -> None:
+    flight = live(rig, tmp_path)
+    read(flight)
+    check = lines(flight)["station-loss"]
+    seen, others = check.vehicles[:1], check.vehicles[1:]
+    reply = flight.ask(AcknowledgeCheck(check.name, check.text, "Ada", seen))
+    assert not reply.ok
+    assert reply.text == f"station-loss: it is so of {id_ranges(others)}, too: look again"
+    assert lines(flight)["station-loss"].state is CheckState.FAIL
+    assert flight.ask(AcknowledgeCheck(check.name, check.text, "Ada", check.vehicles)).ok
 
 
 def test_a_failsafe_that_is_set_meanwhile_is_good(rig: MakeRig, tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ async def ask(c: Console, keys: str) -> None:
         c.clock.advance(3.1)  # what takes a number is sent after three seconds
         c.app.screen.tick()
         await c.settle()
-        await c.tick()
+        await c.tick(1.0)
 
 
 def sent(c: Console) -> str:

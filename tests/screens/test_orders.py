@@ -67,6 +67,31 @@ async def test_arrows_in_the_menu_tell_all_of_an_order_and_enter_takes_it() -> N
         assert c.station.commands() == []
 
 
+async def test_behind_a_letter_that_the_menu_refuses_no_other_counts_until_an_arrow() -> None:
+    """`t`, a height, Enter: who is in the air takes off no more, and none of it may choose something else."""
+    async with console(NARROW, flight) as c:
+        await select(c, "3")
+        await c.press("c", "t", "h", "enter", "y", "l", "enter")
+        menu = c.app.screen
+        assert isinstance(menu, OrderMenu)
+        assert "take off: is in the air" in c.text()
+        assert "an arrow, then choose again; what follows is not taken" in c.text()
+        assert c.station.commands() == []
+        await c.press("down", "h")
+        assert isinstance(c.app.screen, OrderDialog)
+        assert c.app.screen.order.id == "hold"
+
+
+async def test_behind_a_letter_that_is_none_escape_leaves_the_menu() -> None:
+    async with console(NARROW, flight) as c:
+        await select(c, "3")
+        await c.press("c", "7", "h")
+        assert "no order has that letter" in c.text()
+        await c.press("escape")
+        assert isinstance(c.app.screen, FlyScreen)
+        assert c.station.commands() == []
+
+
 async def test_what_has_only_begun_is_never_called_done() -> None:
     """On its way home or to a place: begun. Who stands disarmed on the ground already: done."""
     async with console(NARROW, flight) as c:
@@ -301,7 +326,7 @@ async def test_orders_that_make_no_sense_now_are_grey_and_say_why() -> None:
         await select(c, "2")
         await c.press("c", "g")
         assert "go to: is on the ground: take off first" in c.app.screen.text()
-        await c.press("5")
+        await c.press("down", "5")
         assert "no order has that letter" in c.app.screen.text()
         await c.press("escape", "colon", *"orbit", "enter")
         assert "not now: is on the ground" in c.app.screen.text()

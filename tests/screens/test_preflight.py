@@ -70,7 +70,7 @@ async def test_a_failsafe_is_acknowledged_by_name_and_the_name_is_asked_once() -
         await c.press("P", "y")
         assert "your name" in c.text()
         await typed(c, "Ada")
-        wanted = AcknowledgeCheck("station-loss", NOTHING, "Ada")
+        wanted = AcknowledgeCheck("station-loss", NOTHING, "Ada", (1, 2, 3, 4))
         assert c.station.commands()[-1] == wanted
         await c.press("y")
         assert c.station.commands()[-2:] == [wanted, wanted]
@@ -85,6 +85,54 @@ async def test_the_mark_stays_on_its_check_when_others_come() -> None:
         await c.tick()
         marked = c.app.screen.marked()
         assert marked is not None and marked.name == "rehearsal"
+
+
+async def test_what_slid_under_the_mark_is_not_acknowledged_by_a_key_for_what_was_there() -> None:
+    """The marked check is put right as the operator presses `y`; a moment later he has seen which is marked now."""
+    other = Check("stick-loss", CheckState.FAIL, "sticks lost: NOTHING", "set the parameter", (2,))
+    async with console(NARROW, with_checks(CHECKS[0], other), kind=Kind.LIVE) as c:
+        c.app.operator.name = "Ada"
+        await c.press("P")
+        c.station.preflight = (other,)
+        await c.tick()
+        await c.press("y")
+        assert "this line had just changed: look at it, then y again" in c.text()
+        assert not [r for r in c.station.commands() if isinstance(r, AcknowledgeCheck)]
+        await c.tick(1.0)
+        await c.press("y")
+        assert c.station.commands()[-1] == AcknowledgeCheck("stick-loss", "sticks lost: NOTHING", "Ada", (2,))
+
+
+async def test_a_new_check_on_top_does_not_slide_under_the_mark_of_a_list_that_was_just_opened() -> None:
+    top = Check("battery-loss", CheckState.FAIL, "battery low: NOTHING", "set the parameter", (8,))
+    async with console(NARROW, with_checks(*CHECKS), kind=Kind.LIVE) as c:
+        c.app.operator.name = "Ada"
+        await c.press("P")
+        c.station.preflight = (top, *CHECKS)
+        await c.tick()
+        await c.press("y")
+        assert c.station.commands()[-1] == AcknowledgeCheck("station-loss", NOTHING, "Ada", (1, 2, 3, 4))
+
+
+async def test_a_check_that_has_just_come_to_be_about_others_too_is_looked_at_first() -> None:
+    async with console(NARROW, with_checks(CHECKS[0]), kind=Kind.LIVE) as c:
+        c.app.operator.name = "Ada"
+        await c.press("P")
+        c.station.preflight = (Check("station-loss", CheckState.FAIL, NOTHING, "", ALL),)
+        await c.tick()
+        await c.press("y")
+        assert "this line had just changed" in c.text()
+        assert not [r for r in c.station.commands() if isinstance(r, AcknowledgeCheck)]
+
+
+async def test_a_check_that_is_put_right_on_the_ground_leaves_the_open_list() -> None:
+    """Nothing else changes there, not even the time of the mission."""
+    async with console(NARROW, with_checks(*CHECKS), kind=Kind.LIVE) as c:
+        await c.press("P")
+        assert "battery at 23 %" in c.text()
+        c.station.preflight = tuple(check for check in CHECKS if check.name != "battery")
+        await c.tick()
+        assert "battery at 23 %" not in c.text()
 
 
 async def test_the_list_is_signed_for_the_scenario_that_was_seen() -> None:

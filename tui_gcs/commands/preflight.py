@@ -91,7 +91,7 @@ def _acknowledge(bus: "ZenohBus", status: "StationStatus", name: str, operator: 
         raise CommandError(f"--acknowledge {name!r}: what can be acknowledged: {', '.join(FAILSAFES)}")
     for check in status.preflight:
         if check.name == name and check.state is CheckState.FAIL:
-            _done(_ask(bus, AcknowledgeCheck(check.name, check.text, operator)))
+            _done(_ask(bus, AcknowledgeCheck(check.name, check.text, operator, check.vehicles)))
 
 
 def _sign(bus: "ZenohBus", status: "StationStatus", operator: str) -> None:

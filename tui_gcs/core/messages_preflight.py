@@ -92,6 +92,8 @@ class AcknowledgeCheck(Request, frozen=True, tag="acknowledge-check"):
     name: str
     text: str
     operator: str
+    vehicles: tuple[int, ...] = ()
+    """Whom it was about when the operator looked: refused if it is about others, too; none: whoever it is about."""
 
 
 class SignOff(Request, frozen=True, tag="sign-off"):

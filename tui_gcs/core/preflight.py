@@ -16,6 +16,7 @@ from tui_gcs.core import messages as m
 from tui_gcs.core import preflight_fleet as fleet
 from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.messages import EventClass, Reply
+from tui_gcs.core.messages_alarms import id_ranges
 from tui_gcs.core.messages_preflight import (
     FAILSAFES,
     MOST_NAME_CHARS,
@@ -230,6 +231,8 @@ class PreflightDesk:
         line = next((c for c in lines if c.text == request.text and c.state is CheckState.FAIL), None)
         if line is None:
             return Reply(ok=False, text=f"{request.name}: that is not so (any more): look again")
+        if request.vehicles and (others := set(line.vehicles) - set(request.vehicles)):
+            return Reply(ok=False, text=f"{request.name}: it is so of {id_ranges(sorted(others))}, too: look again")
         for vehicle in line.vehicles:
             uid = self._station.fleet.vehicles[vehicle].uid
             self._accepted[request.name, vehicle] = _Accepted(line.text, operator, uid)

@@ -42,6 +42,8 @@ MOST_OPEN = 2
 LINES_BESIDE = 3
 """Of the menu: a gap, what is told, keys."""
 MOST_TYPED = 60
+HINT = "   a letter chooses; arrows tell more; grey: not now"
+STUCK = "   an arrow, then choose again; what follows is not taken"
 
 
 class OrderMenu(TextDialog[str | None]):
@@ -52,19 +54,26 @@ class OrderMenu(TextDialog[str | None]):
         super().__init__(glyphs)
         self._feed = feed
         self._problem = ""
+        self._stuck = False
+        """A letter was not taken: those behind it were meant for its question, not for this menu."""
         self._at: int | None = None
         """The marked order."""
         self.title_text = f"vehicle{'s' * (len(feed.selection.ids) > 1)} {ids(feed.selection.ids)}: what to do?"
 
     def on_key(self, event: events.Key) -> None:
-        """A letter chooses; arrows mark one, which is told whole, and Enter takes it."""
+        """A letter chooses; arrows mark one, which is told whole, and Enter takes it.
+
+        Behind one that was not taken no other counts until an arrow.
+        """
         event.stop()
-        self._problem = ""
         if event.key == "escape":
             self.finish(None)
             return
         if event.key in ("down", "up", "left", "right"):
+            self._problem, self._stuck = "", False
             self._mark(event.key)
+            return
+        if self._stuck:
             return
         if event.key == "enter" and self._at is not None:
             order: Order | None = ORDERS[self._at]
@@ -77,6 +86,7 @@ class OrderMenu(TextDialog[str | None]):
         else:
             self.finish(order.id)
             return
+        self._stuck = True
         self.redraw()
 
     def _mark(self, key: str) -> None:
@@ -107,7 +117,7 @@ class OrderMenu(TextDialog[str | None]):
             *lines,
             [],
             [(told, ink)],
-            [(" Esc = nothing ", Ink.SELECTED), ("   a letter chooses; arrows tell more; grey: not now", Ink.MUTED)],
+            [(" Esc = nothing ", Ink.SELECTED), (STUCK, Ink.BOLD) if self._stuck else (HINT, Ink.MUTED)],
         ]
 
     def _cell(self, at: int, width: int) -> Run:

@@ -1,10 +1,12 @@
 """The list of checks before a start: what is wrong, whom it is about, what to do; acknowledging, reading, signing."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from textual import events
 
+from tui_gcs.core.clock import Clock
 from tui_gcs.core.messages import Request
 from tui_gcs.core.messages_preflight import (
     FAILSAFES,
@@ -22,6 +24,11 @@ from tui_gcs.widgets.check_lines import check_line, count_line, detail_lines, lo
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line
 from tui_gcs.widgets.palette import Ink
+
+REACTION_S = 0.7
+"""So long a key still means what was shown before."""
+Mark = tuple[str, str, tuple[int, ...]]
+"""Name, text and vehicles of a check."""
 
 
 @dataclass
@@ -46,14 +53,20 @@ class PreflightScreen(TextDialog[None]):
 
     title_text = "checks before a start"
 
-    def __init__(self, feed: Feed, ask: Callable[[Request, str], None], operator: Operator, glyphs: GlyphSet) -> None:
+    def __init__(
+        self, feed: Feed, ask: Callable[[Request, str], None], operator: Operator, glyphs: GlyphSet, clock: Clock
+    ) -> None:
         """For this feed; `ask` sends a request to the station and tells why it was not done."""
         super().__init__(glyphs)
+        self._clock = clock
         self._feed = feed
         self._ask = ask
         self._operator = operator
-        self._marked = ("", "")
-        """Name and text of a check: it stays marked while others come and go."""
+        self._marked: Mark = ("", "", ())
+        """It stays marked while others come and go."""
+        self._moved_s = -math.inf
+        """When the mark went to another check by itself, or its check came to be about others."""
+        self._told = ""
         self._naming: Callable[[str], None] | None = None
         """What is done with the name that is being typed; None: none is."""
         self._typed = ""
@@ -62,6 +75,7 @@ class PreflightScreen(TextDialog[None]):
         """Follow the station, and have it read what it does not know."""
         super().on_mount()
         self._feed.listen(self)
+        self._marked = _mark_of(self.marked())
         self._read(anew=False)
 
     def on_unmount(self) -> None:
@@ -69,14 +83,21 @@ class PreflightScreen(TextDialog[None]):
         self._feed.leave(self)
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
-        """Checks change."""
+        """Checks change. The mark stays with its check, and goes on only when that is gone."""
+        self._follow()
         self.redraw()
+
+    def _follow(self) -> None:
+        if (now := _mark_of(self.marked())) != self._marked:
+            self._marked, self._moved_s = now, self._clock.now()
 
     # ------------------------------------------------------------ keys
 
     def on_key(self, event: events.Key) -> None:
         """Arrows, and the letters of the last line; a name while it is asked for."""
         event.stop()
+        self._told = ""
+        self._follow()  # it may be news that is not drawn yet
         if self._naming is not None:
             self._type(event)
         elif event.key in ("escape", "q", "enter", "P"):
@@ -108,11 +129,17 @@ class PreflightScreen(TextDialog[None]):
 
     def _acknowledge(self) -> None:
         check = self.marked()
-        if check is None or not self._can_acknowledge(check):
+        if check is None:
+            return
+        if self._clock.now() - self._moved_s < REACTION_S:
+            self._told = "this line had just changed: look at it, then y again"
+            return
+        if not self._can_acknowledge(check):
+            self._told = "only a failsafe that fails can be acknowledged" if not self._feed.read_only else ""
             return
 
         def ask(name: str) -> None:
-            self._ask(AcknowledgeCheck(check.name, check.text, name), "acknowledge")
+            self._ask(AcknowledgeCheck(check.name, check.text, name, check.vehicles), "acknowledge")
 
         if self._operator.name:
             ask(self._operator.name)
@@ -140,14 +167,15 @@ class PreflightScreen(TextDialog[None]):
 
     def marked(self) -> Check | None:
         """The check that keys answer."""
-        rows = self.rows()
-        return next((row for row in rows if (row.name, row.text) == self._marked), rows[0] if rows else None)
+        rows, was = self.rows(), self._marked
+        alike = (next((row for row in rows if _mark_of(row)[:parts] == was[:parts]), None) for parts in (3, 2, 1, 0))
+        return next((row for row in alike if row is not None), None)
 
     def _mark(self, by: int) -> None:
         rows, marked = self.rows(), self.marked()
         if marked is not None:
-            row = rows[(rows.index(marked) + by) % len(rows)]
-            self._marked = row.name, row.text
+            self._marked = _mark_of(rows[(rows.index(marked) + by) % len(rows)])
+            self._moved_s = -math.inf
 
     def _can_acknowledge(self, check: Check) -> bool:
         return check.name in FAILSAFES and check.state is CheckState.FAIL and not self._feed.read_only
@@ -159,7 +187,7 @@ class PreflightScreen(TextDialog[None]):
             return [*self._nothing(), [], [(" Esc = close ", Ink.SELECTED)]]
         detail = detail_lines(marked, MOST_CELLS) if marked is not None else []
         title: list[Line] = [[(TITLES.get(marked.name, marked.name), Ink.MUTED)]] if marked is not None else []
-        bottom = [[], *title, *detail, [], self._key_line()]
+        bottom = [[], *title, *detail, [(self._told, Ink.CAUTION)] if self._told else [], self._key_line()]
         quiet = quiet_lines(checks, MOST_CELLS)
         room = max(3, self.room - len(bottom) - len(quiet) - 1)
         at = rows.index(marked) if marked is not None else 0
@@ -181,4 +209,10 @@ class PreflightScreen(TextDialog[None]):
         marked = self.marked()
         keys = ["y acknowledge"] if marked is not None and self._can_acknowledge(marked) else []
         keys += [] if self._feed.read_only else ["S sign", "R read again"]
+        keys += ["arrows mark"] if len(self.rows()) > 1 else []
         return [(" Esc = close ", Ink.SELECTED), (f"  {'   '.join(keys)}", Ink.BOLD)]
+
+
+def _mark_of(check: Check | None) -> Mark:
+    """What the operator sees of a check when he answers it."""
+    return (check.name, check.text, check.vehicles) if check is not None else ("", "", ())

@@ -67,7 +67,7 @@ def visible_status(status: StationStatus) -> Key:
             *(team.name, team.zone, team.role, team.planner, team.members, team.worker, team.on_slot, team.slots),
             whole_age_s(team.plan_age_s),
             *(steps(team.rate_hz, 1.0), steps(team.worst_idleness_s, 0.1), steps(team.average_idleness_s, 0.1)),
-            *(steps(team.coverage, 0.01), steps(team.bound_s, 0.1), steps(team.ratio, 0.01)),
+            *(steps(team.coverage, 0.01), steps(team.bound_s, 0.1), steps(team.ratio, 0.01), team.error),
         )
         for team in status.teams
     )
@@ -77,5 +77,5 @@ def visible_status(status: StationStatus) -> Key:
         tuple(status.not_ready),
         tuple((link.name, link.up, link.error) for link in status.links),
         *(steps(status.min_separation_m, 0.1), steps(status.outside_area_m, 1.0), tuple(status.vetoes.items())),
-        *(status.recording, status.alarms),
+        *(status.recording, status.alarms, status.preflight, tuple(status.homes.items())),
     )
