@@ -15,6 +15,7 @@ from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.plan import LAND, RETURN, TAKE_OFF, WAYPOINT, Plan, PlanKind
 from tui_gcs.core.plan_rows import plan_rows
 from tui_gcs.screens import missions
+from tui_gcs.screens.upload_dialog import UploadDialog
 from tui_gcs.widgets.glyphs import ASCII
 from tui_gcs.widgets.mission_map import drawings
 
@@ -294,6 +295,32 @@ async def test_one_vehicle_gets_its_plan_after_y_and_several_after_their_number_
         uploads = c.mission_station.uploads()
         assert sorted(uploads) == [(1, "mission"), (2, "fence"), (2, "mission")]
         assert uploads.index((2, "fence")) < uploads.index((2, "mission"))
+
+
+@pytest.mark.parametrize("void", ["no key", "armed", "plan"])
+async def test_the_question_before_an_upload_is_void_after_ten_seconds_and_when_what_it_is_about_changes(
+    void: str,
+) -> None:
+    async with mission_console() as c:
+        await take(c, planned(c))
+        await c.press("U")
+        dialog = c.app.screen
+        assert isinstance(dialog, UploadDialog)
+        assert "Esc = cancel (10 s)" in dialog.text()
+        if void == "no key":
+            c.clock.advance(10.1)
+        elif void == "armed":
+            c.station.changes[1] = {"armed": True}
+        else:
+            c.missions.editor.take("downloaded", MissionDraft())
+        await c.tick()
+        dialog.tick()
+        await c.settle()
+        why = "no key was pressed" if void == "no key" else "a vehicle or a plan changed meanwhile"
+        assert f"nothing sent: {why}" in c.said()
+        await c.press("y")
+        assert "y NOT TAKEN, a question had just closed" in c.line(1)
+        assert c.mission_station.uploads() == []
 
 
 async def test_no_mission_follows_a_fence_that_failed_and_r_tries_again() -> None:

@@ -1,6 +1,6 @@
 """The missions screen's keys that ask something of vehicles: upload, download, compare; and what came of it."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from textual import work
 
@@ -13,6 +13,7 @@ from tui_gcs.core.plan import PlanKind
 from tui_gcs.feed import Feed
 from tui_gcs.plan_transfers import Transfer, Transfers
 from tui_gcs.screens.mission_choosing import MissionChoosing
+from tui_gcs.screens.orders import rows_of
 from tui_gcs.screens.upload_dialog import UploadDialog
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.mission_text import conflict_text
@@ -28,6 +29,7 @@ class MissionVehicles(MissionChoosing):
     def __init__(self, feed: Feed, clock: Clock, glyphs: GlyphSet, work: WorkingCopy) -> None:
         """For this feed and this work."""
         super().__init__(feed, clock, glyphs, work)
+        self._clock = clock
         self.transfers = Transfers(feed, clock, self._on_transfer)
         self.told: list[Remark] = []
         """What came of the last upload, download or comparison; stays until something else is done."""
@@ -62,9 +64,17 @@ class MissionVehicles(MissionChoosing):
         self.editor.forecast.compare_ways()
         doubts = {vehicle: self._doubt(vehicle) for vehicle in asked}
         armed = [row.id for row in self.feed.frame.rows() if row.armed] if self.feed.frame is not None else []
-        dialog = UploadDialog(groups, draft.vehicles, doubts, armed, self.glyphs)
-        self.app.push_screen(dialog, self._upload)
+        dialog = UploadDialog(
+            groups, draft.vehicles, doubts, armed, lambda: self._asked_about(asked), self.glyphs, self._clock
+        )
+        self.app.push_screen(dialog, lambda vehicles: self._upload(vehicles, dialog.closed_by_itself))
         self._tell_held(dialog, tuple(sorted(asked)))
+
+    def _asked_about(self, vehicles: Collection[int]) -> object:
+        """Changes when the question whether to send is void."""
+        rows = rows_of(self.feed)
+        now = [(r.id, r.armed, r.phase, r.freshness) if (r := rows.get(v)) is not None else v for v in vehicles]
+        return self.editor.history.draft, now, self.feed.station_lost, self.feed.read_only
 
     @work(group="on board", exclusive=True, exit_on_error=False)
     async def _tell_held(self, dialog: UploadDialog, vehicles: tuple[int, ...]) -> None:
@@ -95,9 +105,9 @@ class MissionVehicles(MissionChoosing):
     def _errors(self, vehicle: int) -> list[str]:
         return [str(f) for f in self.editor.forecast.findings(vehicle) if f.level is Level.ERROR]
 
-    def _upload(self, vehicles: tuple[int, ...] | None) -> None:
+    def _upload(self, vehicles: tuple[int, ...] | None, closed_by_itself: str) -> None:
         if not vehicles:
-            self.say("nothing sent")
+            self.say(f"nothing sent: {closed_by_itself or 'cancelled'}", Ink.CAUTION if closed_by_itself else Ink.TEXT)
             return
         draft = self.editor.history.draft
         self.did(f"sending to {ids(vehicles)}: K ends it")

@@ -1,13 +1,15 @@
 """The question before plans are sent to vehicles: what, to whom; for several their number is typed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from textual import events
 
+from tui_gcs.core.clock import Clock
 from tui_gcs.core.messages_services import OnBoardRow
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.plan import PlanKind
 from tui_gcs.core.plan_rows import plan_rows
+from tui_gcs.screens.orders import CHECK_S, EXPIRES_S, NO_KEY
 from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line
@@ -15,10 +17,14 @@ from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.words import ids
 
 MOST_LINES = 8
+CHANGED = "a vehicle or a plan changed meanwhile: look, and ask again"
 
 
 class UploadDialog(TextDialog[tuple[int, ...]]):
-    """Ends with the vehicles to send to; with none if nothing shall be sent."""
+    """Ends with the vehicles to send to; with none if nothing shall be sent.
+
+    Cancelled by itself after ten seconds without a key, and when what it was asked about is no longer so.
+    """
 
     title_text = "upload plans?"
 
@@ -28,10 +34,18 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         plans: Mapping[int, VehicleDraft],
         doubts: Mapping[int, str],
         armed: Sequence[int],
+        state: Callable[[], object],
         glyphs: GlyphSet,
+        clock: Clock,
     ) -> None:
-        """`groups` are whom it may be for, each with a word; `doubts` what is to be said of a vehicle's plans."""
+        """`groups` are whom it may be for, each with a word; `doubts` what is to be said of a vehicle's plans.
+
+        `state` gives something that changes when the question is void.
+        """
         super().__init__(glyphs)
+        self._state, self._seen = state, state()
+        self._clock = clock
+        self._deadline_s = clock.now() + EXPIRES_S
         self._groups = groups
         self._plans = plans
         self._doubts = doubts
@@ -40,6 +54,23 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         self._at = 0
         self._typed = ""
         self._problem = ""
+
+    def on_mount(self) -> None:
+        """Watch time, vehicles and plans while open."""
+        super().on_mount()
+        self.set_interval(CHECK_S, self.tick)
+
+    def tick(self) -> None:
+        """Cancel when time is up or what was shown is no longer so."""
+        if why := self._void():
+            self.lapse((), why)
+        else:
+            self.redraw()
+
+    def _void(self) -> str:
+        if self._state() != self._seen:
+            return CHANGED
+        return NO_KEY if self._clock.now() >= self._deadline_s else ""
 
     def show_held(self, rows: Sequence[OnBoardRow]) -> None:
         """What vehicles hold now, as far as that is known: it will be replaced."""
@@ -51,8 +82,12 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         return self._groups[self._at][1]
 
     def on_key(self, event: events.Key) -> None:
-        """Arrows choose whom, `y` or the number sends, Esc does not."""
+        """Arrows choose whom, `y` or the number sends, Esc does not. A question that is too old takes no answer."""
         event.stop()
+        if event.key != "escape" and (why := self._void()):
+            self.lapse((), why)
+            return
+        self._deadline_s = self._clock.now() + EXPIRES_S
         self._problem = ""
         if event.key == "escape":
             self.finish(())
@@ -105,7 +140,8 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         return [*lines, self._keys()]
 
     def _keys(self) -> Line:
-        keys: list[tuple[str, Ink]] = [(" Esc = cancel ", Ink.SELECTED), ("   ", Ink.TEXT)]
+        left_s = max(0, round(self._deadline_s - self._clock.now()))
+        keys: list[tuple[str, Ink]] = [(f" Esc = cancel ({left_s} s) ", Ink.SELECTED), ("   ", Ink.TEXT)]
         if len(self._vehicles) == 1:
             keys.append(("y = send", Ink.BOLD))
         else:
