@@ -57,18 +57,20 @@ class FlyScreen(MapKeys):
     DIGITS_SELECT = True
     """A digit begins the number of a vehicle, see `ConsoleApp`."""
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]
-    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall"), (48, "-high")]
     AUTO_FOCUS = None
     CSS = """
     FlyScreen { layout: vertical; }
     FlyScreen #middle { height: 1fr; }
     FlyScreen MapView { width: 1fr; height: 1fr; }
     FlyScreen #side { width: 56; height: 1fr; }
-    FlyScreen EventLines { height: 8; }
+    FlyScreen EventLines { height: 5; }
+    FlyScreen.-high EventLines { height: 8; }
     FlyScreen BriefPanel { display: none; }
     FlyScreen.-narrow #side { width: 30; }
     FlyScreen.-narrow BriefPanel, FlyScreen.-short BriefPanel { display: block; }
-    FlyScreen VehicleDetail { height: 10; }
+    FlyScreen VehicleDetail { height: 13; }
+    FlyScreen.-high VehicleDetail { height: 16; }
     FlyScreen.-narrow VehicleDetail, FlyScreen.-short VehicleDetail { display: none; }
     FlyScreen.-narrow PlannerPanel, FlyScreen.-short PlannerPanel { display: none; }
     FlyScreen.-short EventLines { height: 2; border: none; }

@@ -45,6 +45,7 @@ class VehiclesScreen(Screen[None]):
     VehiclesScreen.-table FleetGrid { display: none; }
     VehiclesScreen #beside { width: 50; height: 1fr; }
     VehiclesScreen #below { display: none; height: 4; }
+    VehiclesScreen.-table #below { height: 5; }
     VehiclesScreen.-narrow #beside { display: none; }
     VehiclesScreen.-narrow #below { display: block; }
     """

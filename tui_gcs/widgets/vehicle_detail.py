@@ -87,9 +87,8 @@ class DetailLines:
             ("link", self._link()),
             ("att", f"{self._attitude()}  air {number(self._more.airspeed_m_s, 1)} m/s"),
             ("item", f"{self._item()}   wind {self._wind_words()}"),
+            *self._identity(width),
             ("place", f"{number(self._row.lat_deg, 6)} {number(self._row.lon_deg, 6)}"),
-            ("fw", self._firmware()),
-            ("uid", self._uid()),
         ]
         always = ("link", "fw", "uid", "item")
         lines = [*first, *(_pair(name, text if self._known or name in always else UNKNOWN) for name, text in values)]
@@ -98,7 +97,7 @@ class DetailLines:
         return [*lines[:at], *checks, *lines[at:]]
 
     def dense(self, width: int) -> list[Line]:
-        """Four lines of eighty cells."""
+        """Five lines of eighty cells."""
         row = self._row
         who = f"vehicle {row.id}  {row.team[:10]}  {row.autopilot}  "
         first: Line = [(who, Ink.BOLD), (self._state(), INKS[level_now(row, self._alarms)])]
@@ -111,7 +110,10 @@ class DetailLines:
         slot = self._slot() if self._known else slot_words(self._row.slot)
         others = f"{slot}   {self._item()}   wind {self._wind_words()}"
         others += f"   {self._attitude()}" if self._known else f"   {self._link()}"
-        return [first, where, power, self._checks(width)[0] if self._is_in_doubt() else [(others, Ink.TEXT)]]
+        identity: Line = [(f"fw {self._firmware()}  {self._uid()}", Ink.TEXT)]
+        if self._known:
+            identity = [(f"loss {number(row.loss_pct, 1)} %{self._round_trip()}   ", Ink.TEXT), *identity]
+        return [first, where, power, self._checks(width)[0] if self._is_in_doubt() else [(others, Ink.TEXT)], identity]
 
     # ------------------------------------------------------------ pieces
 
@@ -127,7 +129,8 @@ class DetailLines:
             return f"LOST, last heard {UNKNOWN if age_s is None else age_s} s ago"
         age_s = whole_age_s(row.age_s) if row.freshness is Freshness.STALE else 0
         old = f"  position {age_s} s old" if age_s else ""
-        return f"{row.mode}  {'ARMED' if row.armed else 'disarmed'}  {row.phase}{old}"
+        prearm = "  prearm ok" if self._info is not None and self._info.ready and not row.armed else ""
+        return f"{row.mode}  {'ARMED' if row.armed else 'disarmed'}  {row.phase}{prearm}{old}"
 
     def _alarm_line(self, alarm: Alarm) -> Line:
         mark = MARKS[LEVELS[alarm.level]] or "i"
@@ -176,9 +179,11 @@ class DetailLines:
         return f"{slot_words(self._row.slot, label)}  off {number(self._row.slot_error_m, 1)} m{lag}"
 
     def _link(self) -> str:
+        return f"loss {number(self._row.loss_pct, 1)} %{self._round_trip()}  {self._row.link}"
+
+    def _round_trip(self) -> str:
         rtt_s = self._info.rtt_s if self._info is not None else math.nan
-        rtt = f"  rtt {rtt_s * 1000:.0f} ms" if math.isfinite(rtt_s) else ""
-        return f"loss {number(self._row.loss_pct, 1)} %{rtt}  {self._row.link}"
+        return f"  rtt {rtt_s * 1000:.0f} ms" if math.isfinite(rtt_s) else ""
 
     def _item(self) -> str:
         info = self._info
@@ -197,7 +202,14 @@ class DetailLines:
 
     def _firmware(self) -> str:
         version = self._info.firmware if self._info is not None else ""
-        return f"{version or UNKNOWN}   {self._row.signing}"
+        return f"{version or UNKNOWN}  {self._row.signing}"
+
+    def _identity(self, width: int) -> list[tuple[str, str]]:
+        """Firmware and hardware, in one line if they fit."""
+        both = f"{self._firmware()}  {self._uid()}"
+        if LABEL_CELLS + len(both) <= width:
+            return [("fw", both)]
+        return [("fw", self._firmware()), ("uid", self._uid())]
 
     def _uid(self) -> str:
         return (self._info.uid if self._info is not None else "") or UNKNOWN
