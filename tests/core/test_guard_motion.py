@@ -297,3 +297,19 @@ def test_nobody_is_no_trouble() -> None:
 def test_a_speed_that_is_no_number_is_the_limit() -> None:
     told = seen(Sight(1, HERE, EAST, Does.FOLLOWS, Stand((250.0, 50.0, 40.0), math.nan)))
     assert along(told, "goes_m", 5.0)[0] == pytest.approx(40.0)
+
+
+@pytest.mark.parametrize("speed_m_s", [8.0, 16.0, 16.3])
+def test_the_box_is_about_all_that_a_vehicle_may_do_and_no_larger(speed_m_s: float) -> None:
+    """Those of them that go on, those that brake, and those that turn are each the farthest of somebody's."""
+    rng = np.random.default_rng(3)
+    sights = []
+    for number in range(40):
+        velocity = (*rng.uniform(-5.0, 5.0, 2).tolist(), float(rng.uniform(-1.0, 1.0)))
+        x, y, z = rng.uniform((40.0, 40.0, 35.0), (60.0, 60.0, 45.0)).tolist()
+        sights.append(sight(HERE, stand(x, y, z) if number % 2 else None, velocity))
+    flock = seen(*sights, limits=Limits(speed_m_s=speed_m_s))
+    ways = np.concatenate([flock.goes_m, flock.late_m, flock.stops_m, flock.short_m], axis=1)
+    room = flock.slack_m[:, -1][:, [0, 0, 1]]
+    np.testing.assert_array_equal(flock.low_m, ways.min(axis=1) - room)
+    np.testing.assert_array_equal(flock.high_m, ways.max(axis=1) + room)

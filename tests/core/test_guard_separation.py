@@ -211,6 +211,13 @@ def test_into_somebody_who_comes_through_anyway_is_worse_than_waiting() -> None:
     assert met(sight(HERE, stand(50.0, 50.0)), comes) is None
 
 
+@pytest.mark.parametrize(("x", "y", "vx", "vy"), [(72.0, 20.0, 1.0, 4.0), (64.0, 25.0, 3.0, 3.0)])
+def test_to_flee_is_only_for_those_who_cannot_wait_clear_of_him(x: float, y: float, vx: float, vy: float) -> None:
+    """Who brakes now lets him pass in front, just clear. Going on is clearer, but braking a moment later is not."""
+    comes = Sight(2, (x, y, 40.0), (vx, vy, 0.0), Does.DRIFTS)
+    assert met(sight(HERE, passing(50.0, 50.0, vx=8.0)), comes) == Meeting(2, 4.75)
+
+
 def test_farther_away_at_the_nearest_is_no_worse_only_if_it_is_much_farther() -> None:
     """On its way there it is nearer for a while: by a third of the limits and less that does not count as better."""
     braking = np.array([[0.9, 0.9, 0.2, 0.2]])

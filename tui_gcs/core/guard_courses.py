@@ -106,8 +106,8 @@ def wanted(courses: Sequence[Course], now: float, times_s: Samples) -> Samples:
     for i, course in enumerate(courses):
         if not isinstance(course, Trajectory):
             asked[i] = np.concatenate(_samples(course, now, times_s), axis=1)
-    harmless: Samples = np.clip(np.where(np.isnan(asked), 0.0, asked), -FAR_M, FAR_M)
-    return harmless
+    asked[np.isnan(asked)] = 0.0
+    return np.clip(asked, -FAR_M, FAR_M, out=asked)
 
 
 def _samples(course: Reference, now: float, times_s: Samples) -> tuple[Samples, Samples]:
@@ -133,6 +133,10 @@ def _along(tracks: list[Trajectory], at_s: Samples) -> Samples:
     place = np.clip((at_s - t0_s) / dt_s, 0.0, last)
     i = np.minimum(place.astype(np.int64), last - 1)
     share = (place - i)[:, :, None]
-    found: Samples = (1 - share) * samples[first + i] + share * samples[first + i + 1]
+    found: Samples = np.take(samples, first + i, axis=0)
+    after = np.take(samples, first + i + 1, axis=0)
+    found *= 1 - share
+    after *= share
+    found += after
     found[:, :, 3:] *= ((at_s >= t0_s) & (at_s < t0_s + dt_s * last))[:, :, None]
     return found

@@ -181,11 +181,26 @@ def foresee(sights: list[Sight], limits: Limits, times_s: Samples, now: float) -
             begin, speeds[:, GO_ON_STEPS], times_s[:-GO_ON_STEPS], _weakly(limits)
         )
     room = slack[:, -1][:, [0, 0, 1]]
-    low = np.minimum(np.minimum(goes, late), np.minimum(stops, short)).min(axis=1) - room  # `begins` is one of them
-    high = np.maximum(np.maximum(goes, late), np.maximum(stops, short)).max(axis=1) + room
+    low = _folded(np.minimum, goes, late, stops, short) - room  # `begins` is one of them
+    high = _folded(np.maximum, goes, late, stops, short) + room
     ids = np.array([s.id for s in sights], dtype=np.int64)
     rests = np.stack([late_rest, stop_rest], axis=1)
     return Flock(tuple(sights), ids, here, error, begins, goes, late, stops, short, slack, rests, low, high)
+
+
+def _folded(extreme: np.ufunc, *ways_m: Samples) -> Samples:
+    """(n, 3) the least, or largest, of all of (n, k, 3).
+
+    k is halved again and again: numpy takes a fifth of the time for that.
+    """
+    found = ways_m[0]
+    for way_m in ways_m[1:]:
+        found = extreme(found, way_m)
+    while (count := found.shape[1]) > 1:
+        half = count // 2
+        found = extreme(found[:, : count - half], found[:, half:])
+    folded: Samples = found[:, 0]
+    return folded
 
 
 def _seen(sights: list[Sight]) -> tuple[Samples, Samples]:

@@ -54,6 +54,8 @@ class _Ways:
     @staticmethod
     def between(short_m: Samples, far_m: Samples, slack_m: Samples) -> "_Ways":
         """These, with middle and reach."""
+        if short_m is far_m:
+            return _Ways(short_m, short_m, slack_m, short_m, slack_m)
         half = np.abs(far_m - short_m) / 2
         reach = np.stack([np.hypot(half[..., 0], half[..., 1]), half[..., 2]], axis=2) + slack_m
         return _Ways(short_m, far_m, slack_m, (short_m + far_m) / 2, reach)
@@ -172,8 +174,11 @@ def _first(me: _Futures, pairs: _Pairs, they: tuple[_Ways, ...], theirs: Rows, h
     first = np.full(len(pairs.mine), np.inf)
     for future, (my_way, their_way) in enumerate(zip((me.goes, me.late, me.late), they, strict=True)):
         close = np.flatnonzero(_may_be_close(my_way, pairs, their_way, theirs, high_m))
+        apart = _apart(my_way.some(pairs.mine[close]), their_way.some(theirs[close]), pairs.wide_m[close], high_m)
+        near = apart < 1.0
+        met = near.any(axis=1)
+        close, apart, near = close[met], apart[met], near[met]
         mine, wide, other = pairs.mine[close], pairs.wide_m[close], their_way.some(theirs[close])
-        apart = _apart(my_way.some(mine), other, wide, high_m)
         hardest = _apart(me.short.some(mine), other, wide, high_m)
         leads_apart: NDArray[np.bool_] = np.logical_and.reduce(apart >= hardest - SAME, axis=1)
         free = np.flatnonzero(pairs.free[close])
@@ -182,8 +187,7 @@ def _first(me: _Futures, pairs: _Pairs, they: tuple[_Ways, ...], theirs: Rows, h
             braking, going = (_apart(way.some(me_free), they_free, wide, high_m) for way in (me.stops, me.goes))
             better = _is_no_worse(apart[free], braking) | _is_no_worse(going, braking)
             leads_apart[free] |= (braking.min(axis=1) < 1.0) & better
-        near = apart < 1.0
-        when = np.where(near.any(axis=1), FUTURES * np.argmax(near, axis=1) + future, np.inf)
+        when = FUTURES * np.argmax(near, axis=1) + future
         first[close] = np.minimum(first[close], np.where(leads_apart, np.inf, when))
     return first
 
@@ -199,9 +203,9 @@ def _may_be_close(mine: _Ways, pairs: _Pairs, theirs: _Ways, rows: Rows, high_m:
 
 def _apart(mine: _Ways, theirs: _Ways, wide_m: Samples, high_m: float) -> Samples:
     """(p, k) least distances, as the larger share of the two limits: below 1 is too close."""
-    low, high = np.minimum(mine.short_m, mine.far_m)[..., 2], np.maximum(mine.short_m, mine.far_m)[..., 2]
-    their_low = np.minimum(theirs.short_m, theirs.far_m)[..., 2]
-    their_high = np.maximum(theirs.short_m, theirs.far_m)[..., 2]
+    short, far, their_short, their_far = (z[..., 2] for z in (mine.short_m, mine.far_m, theirs.short_m, theirs.far_m))
+    low, high = np.minimum(short, far), np.maximum(short, far)
+    their_low, their_high = np.minimum(their_short, their_far), np.maximum(their_short, their_far)
     slack = mine.slack_m + theirs.slack_m
     upright = np.maximum(their_low - high, low - their_high) - slack[..., 1]
     return _both((_level_m(mine, theirs) - slack[..., 0]) / wide_m, upright / high_m)
