@@ -66,3 +66,26 @@ REMEMBERS = source(
     def snapshot(self): return str(self.count).encode()
     def restore(self, data): self.count = int(data)""",
 )
+
+# Each of these breaks one promise, and keeps all others: what it does wrong is done where only one check looks.
+SOMETIMES_BY_CHANCE = source(imports="import random", body="shift = random.random() * (120.0 < ctx.t_s < 124.0)")
+NEEDS_A_TEAM = source(after="1 / len(self.task.members)")
+FOR_FEW = source(after="assert len(rows) <= 8, 'too many'")
+NEEDS_SOMEBODY = source(after="assert len(rows) or not len(fleet.id) or len(ctx.tracks.id), 'nobody is left'")
+KNOWS_NO_OTHERS = source(
+    after="self.kept = self.kept or fleet.id[rows].tolist(); assert {*fleet.id[rows]} <= {*self.kept}, 'who is that'"
+)
+WANTS_NEWS = source(after="assert not (fleet.age_s > 30.0).any(), 'too old'")
+ALWAYS_ON_TIME = source(
+    after="assert ctx.t_s - self.before < 30.0; self.before = ctx.t_s", extra="before = float('inf')"
+)
+SLOW_WITH_EIGHT = source(after="__import__('time').sleep(0.051 * (len(rows) in (7, 8)))", extra="rate_hz = 20.0")
+GOES_TO_THE_ZONE = source(body="shift = getattr(self.task.zone.shape, 'centre_m', (250.0, 0.0))[0] - 250.0")
+SURE_OF_TARGETS = source(after="assert ctx.tracks.confirmed.all(), 'what is that'")
+NO_LOW_GAIN = source(params="Param('gain', float, 1.0, 0.0, 5.0), ", after="1 / self.gain")
+BOASTS = source(extra="version = 2")
+
+# Only vehicles that fly show what is wrong with these.
+FLIES = "out.intents = [Intent(int(v), {}) for v in fleet.id[rows]]"
+DRIFTS_AWAY = source(after=FLIES.format("'velocity', velocity_m_s=(4.0, 0.0, 0.0), valid_s=2.0"))
+ALL_IN_ONE_PLACE = source(after=FLIES.format("'goto', position_m=(300.0, 200.0, 40.0)"))

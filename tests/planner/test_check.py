@@ -68,6 +68,33 @@ def test_what_is_wrong_is_caught_by_its_check(name: str, source: str, told: tupl
     assert [words for words in told if words not in line] == [], line
 
 
+@pytest.mark.parametrize(
+    ("name", "source"),
+    [
+        ("declares", "BOASTS"),
+        ("parameters", "NO_LOW_GAIN"),
+        ("same again", "SOMETIMES_BY_CHANCE"),
+        ("other process", "BY_SET_ORDER"),
+        ("restart", "FORGETFUL"),
+        ("vehicle order", "BY_ID"),
+        ("fleet sizes", "NEEDS_A_TEAM"),
+        ("fleet sizes", "FOR_FEW"),
+        ("loss and join", "NEEDS_SOMEBODY"),
+        ("loss and join", "KNOWS_NO_OTHERS"),
+        ("odd telemetry", "NAN"),
+        ("odd telemetry", "WANTS_NEWS"),
+        ("odd telemetry", "ALWAYS_ON_TIME"),
+        ("tracks", "SURE_OF_TARGETS"),
+        ("odd zones", "GOES_TO_THE_ZONE"),
+        ("step time", "SLOW_WITH_EIGHT"),
+        ("memory", "LEAKING"),
+    ],
+)
+def test_who_breaks_one_promise_fails_that_check_and_no_other(name: str, source: str, tmp_path: Path) -> None:
+    mine = subject(tmp_path, getattr(bad, source))
+    assert {f.check for each in CHECKS for f in check(each, mine) if f.verdict == "FAIL"} == {name}
+
+
 def test_who_declares_that_numbers_matter_is_not_asked(tmp_path: Path) -> None:
     declared = bad.BY_ID.replace("version = '1'", "ids_matter = True")
     (only,) = check("vehicle order", subject(tmp_path, declared))

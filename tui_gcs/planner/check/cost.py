@@ -11,7 +11,7 @@ from tui_gcs.core.scenario import OperatingArea
 from tui_gcs.core.zones import Rectangle
 from tui_gcs.planner.check.finding import Finding, failed, noted, passed
 from tui_gcs.planner.check.subject import Subject
-from tui_gcs.planner.check.world import World, scattered, task_for
+from tui_gcs.planner.check.world import FRAME_S, World, scattered, task_for
 from tui_gcs.planner.host import DEADLINE_SHARE
 
 FEW, MANY = 8, 250
@@ -59,13 +59,14 @@ def _times_ms(subject: Subject, count: int, duration_s: float) -> list[float]:
 def memory(subject: Subject) -> Iterator[Finding]:
     """Steps that keep what they make."""
     check, steps = "memory", QUICK_STEPS if subject.quick else STEPS
+    rate_hz = min(subject.planner.rate_hz, 1.0 / FRAME_S)  # nobody steps more often than frames come
     task = task_for((1, 2, 3), subject.name, seed=subject.seed)
     host, world = subject.host(task), World(task, scattered(3))
     held_b: list[int] = []
     before = None
     tracemalloc.start()
     try:
-        for number, _ in enumerate(subject.fly(host, world, steps / subject.planner.rate_hz + 1.0), 1):
+        for number, _ in enumerate(subject.fly(host, world, steps / rate_hz + 1.0), 1):
             if number % (steps // 4) == 0:
                 gc.collect()
                 held_b.append(tracemalloc.get_traced_memory()[0])
@@ -75,7 +76,7 @@ def memory(subject: Subject) -> Iterator[Finding]:
         where = _grown_most(before, subject) if before is not None else ""
     finally:
         tracemalloc.stop()
-    per_hour_mb = grown_b / (steps / 2) * subject.planner.rate_hz * 3600 / 1e6
+    per_hour_mb = grown_b / (steps / 2) * rate_hz * 3600 / 1e6
     value = f"{grown_b / 1000:+.1f} kB from step {steps // 2} to {steps} ({per_hour_mb:+.1f} MB an hour)"
     if min(held_b[2] - held_b[1], held_b[3] - held_b[2]) > LEAK_B + LEAK_B_PER_STEP * steps / 4:
         yield failed(check, value, f"a list or dict grows with every step{where}")
