@@ -42,6 +42,7 @@ BUILD = {
 }
 ARDUCOPTER_PARAMETERS = """\
 FRAME_CLASS 1
+BATT_MONITOR 4
 INS_ACCOFFS_X 0.001
 INS_ACCOFFS_Y 0.001
 INS_ACCOFFS_Z 0.001
@@ -58,7 +59,10 @@ COMPASS_OFS_X 5
 COMPASS_OFS2_X 5
 COMPASS_OFS3_X 5
 """
-"""Without these ArduCopter arms in no simulator: a frame, and sensors that look calibrated (found by trying)."""
+"""Without these ArduCopter arms in no simulator: a frame, and sensors that look calibrated (found by trying).
+
+And without BATT_MONITOR it tells of no battery (measured: SYS_STATUS without volts, no BATTERY_STATUS at all).
+"""
 ARDUCOPTER_SILENT_PORTS = (1, 2, 5, 6, 7, 8)
 """Further serial ports: otherwise TCP servers on all interfaces, on numbers that two fleets would share."""
 

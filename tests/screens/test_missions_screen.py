@@ -8,6 +8,7 @@ from mission_station import MissionStation, mission_console
 from pictures import same_as_snapshot
 
 from tui_gcs import plan_transfers
+from tui_gcs.core.firmware.plans import ARDUPILOT
 from tui_gcs.core.messages import Resume, RunPhase
 from tui_gcs.core.messages_services import OnBoardRow
 from tui_gcs.core.missions import build, fences
@@ -321,6 +322,21 @@ async def test_the_question_before_an_upload_is_void_after_ten_seconds_and_when_
         await c.press("y")
         assert "y NOT TAKEN, a question had just closed" in c.line(1)
         assert c.mission_station.uploads() == []
+
+
+async def test_a_plan_that_the_autopilot_keeps_in_its_own_way_is_no_other_plan() -> None:
+    """A real ArduCopter's fence and rally point, just downloaded, were told to be replaced by others."""
+    async with mission_console() as c:
+        await take(c, planned(c))
+        ours = planned(c).of(2)
+        kept = {
+            kind: plan_rows(Plan(kind, tuple(ARDUPILOT.stored(kind, item) for item in ours.items(kind))))
+            for kind in (PlanKind.MISSION, PlanKind.FENCE)
+        }
+        assert kept[PlanKind.MISSION] != plan_rows(ours.plan(PlanKind.MISSION))
+        c.station.on_board[2] = OnBoardRow(2, mission=kept[PlanKind.MISSION], fence=kept[PlanKind.FENCE])
+        await c.press("n", "U")
+        assert "fence of 1 points, mission of" in c.text() and "instead of" not in c.text()
 
 
 async def test_no_mission_follows_a_fence_that_failed_and_r_tries_again() -> None:

@@ -63,9 +63,18 @@ class MissionVehicles(MissionChoosing):
         asked = {vehicle for _, group in groups for vehicle in group}
         self.editor.forecast.compare_ways()
         doubts = {vehicle: self._doubt(vehicle) for vehicle in asked}
-        armed = [row.id for row in self.feed.frame.rows() if row.armed] if self.feed.frame is not None else []
+        rows = rows_of(self.feed)
+        armed = [row.id for row in rows.values() if row.armed]
+        autopilots = {row.id: row.autopilot for row in rows.values()}
         dialog = UploadDialog(
-            groups, draft.vehicles, doubts, armed, lambda: self._asked_about(asked), self.glyphs, self._clock
+            groups,
+            draft.vehicles,
+            doubts,
+            armed,
+            autopilots,
+            lambda: self._asked_about(asked),
+            self.glyphs,
+            self._clock,
         )
         self.app.push_screen(dialog, lambda vehicles: self._upload(vehicles, dialog.closed_by_itself))
         self._tell_held(dialog, tuple(sorted(asked)))

@@ -6,9 +6,10 @@ from textual import events
 
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.messages_services import OnBoardRow
+from tui_gcs.core.missions.autopilots import differences
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.plan import PlanKind
-from tui_gcs.core.plan_rows import plan_rows
+from tui_gcs.core.plan_rows import plan_of
 from tui_gcs.screens.orders import CHECK_S, EXPIRES_S, NO_KEY
 from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
 from tui_gcs.widgets.glyphs import GlyphSet
@@ -34,13 +35,15 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         plans: Mapping[int, VehicleDraft],
         doubts: Mapping[int, str],
         armed: Sequence[int],
+        autopilots: Mapping[int, str],
         state: Callable[[], object],
         glyphs: GlyphSet,
         clock: Clock,
     ) -> None:
         """`groups` are whom it may be for, each with a word; `doubts` what is to be said of a vehicle's plans.
 
-        `state` gives something that changes when the question is void.
+        `autopilots` as in fleet frames: what they hold is compared as they keep it. `state` gives something that
+        changes when the question is void.
         """
         super().__init__(glyphs)
         self._state, self._seen = state, state()
@@ -50,6 +53,7 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         self._plans = plans
         self._doubts = doubts
         self._armed = armed
+        self._autopilots = autopilots
         self._instead: dict[int, str] = {}
         self._at = 0
         self._typed = ""
@@ -74,7 +78,7 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
 
     def show_held(self, rows: Sequence[OnBoardRow]) -> None:
         """What vehicles hold now, as far as that is known: it will be replaced."""
-        self._instead = {row.vehicle: _instead(row, self._plans[row.vehicle]) for row in rows}
+        self._instead = {row.vehicle: self._other(row, self._plans[row.vehicle]) for row in rows}
         self.redraw()
 
     @property
@@ -139,6 +143,17 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         lines += [[(self._problem, Ink.CAUTION)]] if self._problem else []
         return [*lines, self._keys()]
 
+    def _other(self, row: OnBoardRow, plan: VehicleDraft) -> str:
+        """What another plan replaces."""
+        held = {PlanKind.FENCE: row.fence, PlanKind.RALLY: row.rally, PlanKind.MISSION: row.mission}
+        autopilot = self._autopilots.get(row.vehicle, "")
+        other = {
+            kind: rows
+            for kind, rows in held.items()
+            if rows and plan.items(kind) and differences(plan.plan(kind), plan_of(kind, rows), autopilot)
+        }
+        return ", ".join(f"{kind.word} of {len(rows)}" for kind, rows in other.items())
+
     def _keys(self) -> Line:
         left_s = max(0, round(self._deadline_s - self._clock.now()))
         keys: list[tuple[str, Ink]] = [(f" Esc = cancel ({left_s} s) ", Ink.SELECTED), ("   ", Ink.TEXT)]
@@ -147,15 +162,6 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         else:
             keys.append((f"type {len(self._vehicles)} and Enter = send: [{self._typed:_<3}]", Ink.BOLD))
         return [*keys, ("   arrows: whom else", Ink.MUTED)] if len(self._groups) > 1 else keys
-
-
-def _instead(row: OnBoardRow, plan: VehicleDraft) -> str:
-    """What another plan replaces."""
-    held = {PlanKind.FENCE: row.fence, PlanKind.RALLY: row.rally, PlanKind.MISSION: row.mission}
-    other = {
-        kind: rows for kind, rows in held.items() if rows and plan.items(kind) and rows != plan_rows(plan.plan(kind))
-    }
-    return ", ".join(f"{kind.word} of {len(rows)}" for kind, rows in other.items())
 
 
 def _words(plan: VehicleDraft) -> str:
