@@ -1,6 +1,7 @@
 """A console and its terminal: whatever ends or stops the console, the terminal is left as it was."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -112,3 +113,52 @@ def test_b6_109_a_storm_of_sizes_ends_in_a_screen_that_answers(console: PtyConso
             picture.feed(console.read(0.2).decode(errors="replace"))
         assert shows in picture.text()
     assert b"Traceback" not in console.output
+
+
+@pytest.mark.parametrize("term", ["dumb", "unknown", ""])
+def test_b6_110_a_terminal_that_can_show_nothing_is_told_what_works_there(term: str) -> None:
+    console = PtyConsole(["demo"], 100, 30, environment={"TERM": term})
+    assert console.wait_exit(30.0) == 2
+    assert b"`tui-gcs status`" in console.output and b"Traceback" not in console.output
+    assert ENTERED not in console.output
+
+
+BARE = {"LC_ALL": "C", "LANG": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii"}
+
+
+@pytest.mark.parametrize(
+    "environment",
+    [BARE, {"NO_COLOR": "1"}, {"TERM": "linux"}, {"TERM": "vt100"}, BARE | {"NO_COLOR": "1", "TERM": "screen"}],
+    ids=["no-locale", "no-colour", "linux", "vt100", "all"],
+)
+def test_b6_110_poor_terminals_get_a_screen_they_can_show(station: None, environment: dict[str, str]) -> None:
+    console = PtyConsole([], 100, 30, environment, module="tests.bench.console_child")
+    assert console.wait_for(b"swarm", 60.0) and console.wait_for(b"detach", 60.0)
+    console.read(1.0)
+    if "LC_ALL" in environment or environment.get("TERM") == "linux":
+        assert console.output.isascii()
+    if "NO_COLOR" in environment:
+        codes = {code for pen in re.findall(rb"\x1b\[([0-9;]*)m", console.output) for code in pen.split(b";")}
+        coloured = {b"38", b"48", *(str(n).encode() for n in (*range(30, 38), *range(40, 48), *range(90, 108)))}
+        assert not codes & coloured
+    if "TERM" in environment:
+        assert b"38;2;" not in console.output and b"38;5;" not in console.output, "16 colours"
+    console.end()
+
+
+def test_b6_111_a_terminal_that_is_not_read_is_felt_by_no_vehicle_and_no_other_console(station: None) -> None:
+    asleep = PtyConsole(["--storm"], 200, 60, module="tests.bench.console_child")
+    assert asleep.wait_for(b"swarm", 60.0)
+    before, unread = -1, asleep.unread()
+    while unread != before:  # until nothing more fits into the terminal's buffer
+        time.sleep(1.0)
+        before, unread = unread, asleep.unread()
+    other = PtyConsole([], 100, 30, module="tests.bench.console_child")
+    picture, times, end_s = TerminalPicture(100, 30), set(), time.monotonic() + 60.0
+    while len(times) < 4 and time.monotonic() < end_s:
+        picture.feed(other.read(0.3).decode(errors="replace"))
+        times |= set(re.findall(r"T\+\d\d:\d\d", picture.text()))
+    assert len(times) >= 4, "the flight goes on"
+    assert not asleep.is_ended()
+    for console in (asleep, other):
+        console.end()

@@ -1,7 +1,9 @@
 """Text from outside (B.6-75…87, as far as decoding): every string of every message is one line of plain text."""
 
+import re
 import time
 import unicodedata
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,6 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from rich.cells import cell_len
 
+import tui_gcs
 from tests.core.rig import Rig
 from tests.hostile.oracle import Oracle
 from tests.hostile.test_framing import raw_frame
@@ -189,6 +192,13 @@ def test_b6_85_a_text_that_sounds_like_us(attack: Any) -> None:
     oracle.run(0.1)
     assert [event.source for event in oracle.told("ALL LANDED")] == ["vehicle 1"]
     oracle.holds(told="ALL LANDED")
+
+
+def test_b6_86_no_table_is_written_that_a_spreadsheet_would_calculate() -> None:
+    """Cells of vehicles' texts that begin with = + - @ are formulas there; we write JSON lines and HTML only."""
+    sources = {path: path.read_text(encoding="utf-8") for path in Path(tui_gcs.__file__).parent.rglob("*.py")}
+    assert len(sources) > 100
+    assert [str(path) for path, text in sources.items() if re.search(r"import csv|\.csv|text/csv|\.tsv", text)] == []
 
 
 def test_b6_87_a_text_cannot_forge_a_record_of_the_journal(attack: Any) -> None:

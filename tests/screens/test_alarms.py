@@ -100,6 +100,36 @@ async def test_the_list_tells_what_to_do_and_shelves() -> None:
         assert "battery low" in c.line(1) and "A list" in c.line(1)
 
 
+async def test_more_alarms_than_lines_are_all_reached_by_arrows_and_the_marked_one_is_in_view() -> None:
+    async with console(NARROW, trouble) as c:
+        many = tuple(
+            Alarm(f"test-{n}", AlarmLevel.CAUTION, "TST", f"trouble {n}", "[hold_all] hold all", "new", n + 1, 1.0)
+            for n in range(12)
+        )
+        c.station.alarms = lambda: many  # type: ignore[method-assign]
+        await c.tick()
+        await c.press("A")
+        assert "1-8 of 12 alarms: arrows show the others" in c.text()
+        for n in range(12):
+            line = next(line for line in c.text().splitlines() if "▸" in line and "trouble" in line)
+            assert f"trouble {n}" in line
+            assert "Esc close" in c.text()
+            await c.press("down")
+
+
+async def test_a_key_for_the_alarm_that_was_marked_before_is_told() -> None:
+    async with console(NARROW, trouble) as c:
+        await c.press("A")
+        c.station.changes.pop(5)
+        await c.tick()
+        c.station.desk.acknowledge("somebody", Acknowledge(raised={"lost": 1}))
+        await c.tick()
+        assert isinstance(c.app.screen, AlarmScreen)
+        await c.press("a")
+        assert "another alarm is marked now: look at it, then the key again" in c.text()
+        assert not [r for r in c.station.commands() if isinstance(r, Acknowledge)]
+
+
 async def test_the_vehicles_of_an_alarm_are_selected_by_one_key() -> None:
     async with console(NARROW, trouble) as c:
         await c.press("A", "down", "v")

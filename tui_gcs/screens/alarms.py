@@ -40,6 +40,7 @@ class AlarmScreen(TextDialog[None]):
         self._marked = ""
         self._moved_s = -math.inf
         """When the mark went to another alarm by itself."""
+        self._told = ""
 
     def on_mount(self) -> None:
         """Follow the station."""
@@ -54,10 +55,13 @@ class AlarmScreen(TextDialog[None]):
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
         """Alarms change. The mark stays with its alarm, and goes on only when that is gone."""
+        self._follow()
+        self.redraw()
+
+    def _follow(self) -> None:
         marked = self.marked()
         if marked is not None and _key(marked) != self._marked:
             self._marked, self._moved_s = _key(marked), self._clock.now()
-        self.redraw()
 
     def on_event_raised(self, _message: EventRaised) -> None:
         """The history grows."""
@@ -68,26 +72,31 @@ class AlarmScreen(TextDialog[None]):
     def on_key(self, event: events.Key) -> None:
         """Arrows, and the letters of the last line."""
         event.stop()
+        self._told = ""
+        self._follow()  # it may be news that is not drawn yet
         marked = self.marked()
         if event.key in ("escape", "q", "enter", "A"):
             self.finish(None)
+            return
         elif event.key in ("down", "j", "up", "k"):
             self._mark(1 if event.key in ("down", "j") else -1)
         elif event.key == "x":
             self._acknowledge([alarm for alarm in self.alarms() if alarm.state in ("new", "over")])
         elif marked is None or self._clock.now() - self._moved_s < REACTION_S:
-            return  # the key was meant for the alarm that was marked before
+            self._told = "another alarm is marked now: look at it, then the key again" if marked is not None else ""
         elif event.key == "a":
             self._acknowledge([marked])
         elif event.key == "v" and marked.vehicles:
             self._feed.selection.set(marked.vehicles)
             self.finish(None)
+            return
         elif event.key == "s" and marked.state == "over":
-            return  # there is nothing to put aside: `a` forgets it
+            self._told = "it is over, there is nothing to put aside: a forgets it"
         elif event.key == "s" and marked.state != "shelved":
             self._ask(Shelve(raised={marked.cause: marked.raised}, minutes=SHELVE_MIN), "shelve")
         elif event.key == "s":
             self._ask(Unshelve(causes=(marked.cause,)), "unshelve")
+        self.redraw()
 
     def _acknowledge(self, alarms: list[Alarm]) -> None:
         if alarms:
@@ -107,25 +116,29 @@ class AlarmScreen(TextDialog[None]):
         alarms, marked = self.alarms(), self.marked()
         if marked is not None:
             self._marked = _key(alarms[(alarms.index(marked) + by) % len(alarms)])
-            self.redraw()
+            self._moved_s = -math.inf
 
     # ------------------------------------------------------------ text
 
     def body(self) -> list[Line]:
-        """Alarms, what was before, keys."""
-        alarms = self.alarms()
+        """Alarms, as many as there is room for, the marked one among them; what was before, keys."""
+        alarms, marked = self.alarms(), self.marked()
         room = self.room - 2
         lines: list[Line] = []
-        for alarm in alarms:
-            if len(lines) + 2 > room - 1:
-                lines.append([(f"  and {len(alarms) - len(lines) // 2} more: a taller terminal shows them", Ink.MUTED)])
-                break
+        most = len(alarms) if 2 * len(alarms) <= room else max(1, (room - 1) // 2)
+        at = alarms.index(marked) if marked is not None else 0
+        first = max(0, min(at - most + 1, len(alarms) - most))
+        for alarm in alarms[first : first + most]:
             lines += self._alarm_lines(alarm)
+        if most < len(alarms):
+            lines.append(
+                [(f"  {first + 1}-{first + most} of {len(alarms)} alarms: arrows show the others", Ink.CAUTION)]
+            )
         if not alarms:
             silent = "the station is silent: nothing is known" if self._feed.station_lost else "no alarm"
             lines.append([(silent, Ink.MUTED)])
         lines += self._history_lines(room - len(lines))
-        return [*lines, [], self._key_line()]
+        return [*lines, [(self._told, Ink.CAUTION)] if self._told else [], self._key_line()]
 
     def _alarm_lines(self, alarm: Alarm) -> list[Line]:
         status = self._feed.status
@@ -154,12 +167,12 @@ class AlarmScreen(TextDialog[None]):
         marked = self.marked()
         if marked is None:
             return [(" Esc = close ", Ink.SELECTED)]
-        keys = ["x all"]
+        keys = ["x all", "arrows"] if len(self.alarms()) > 1 else ["x all"]
         if marked.state != "over":
             keys.append("s unshelve" if marked.state == "shelved" else f"s shelve {SHELVE_MIN:.0f} min")
         if marked.vehicles:
-            keys.append("v select them")
-        return [(" a = acknowledge ", Ink.SELECTED), (f"  {'   '.join(keys)}   Esc close", Ink.BOLD)]
+            keys.append("v select")
+        return [(" a = acknowledge ", Ink.SELECTED), (f"  {'  '.join(keys)}  Esc close", Ink.BOLD)]
 
 
 def _key(alarm: Alarm) -> str:

@@ -316,6 +316,8 @@ class RoundDialog(TextDialog[int | None]):
             self.lapse(None, CHANGED)
         elif self._clock.now() >= self._deadline_s:
             self.lapse(None, NO_KEY)
+        else:
+            self.redraw()
 
     def on_key(self, event: events.Key) -> None:
         """Digits, arrows, Enter or y, Esc. A question that is too old takes no answer."""
@@ -355,7 +357,8 @@ class RoundDialog(TextDialog[int | None]):
             lines.append([(f"{mark} {index + 1}  {name}{now}", ink)])
         who = f"fly there at once: {ids(self._flying)}" if self._flying else "nothing flies"
         yes = "y = switch" if self._flying else "Enter = switch"
-        keys: Line = [(" Esc = cancel ", Ink.SELECTED), (f"   {yes}   number, arrows: another", Ink.BOLD)]
+        left_s = max(0, round(self._deadline_s - self._clock.now()))
+        keys: Line = [(f" Esc = cancel ({left_s} s) ", Ink.SELECTED), (f"   {yes}   number, arrows: another", Ink.BOLD)]
         return [*lines, [], [(who[:MOST_CELLS], Ink.TEXT)], [(self._problem, Ink.CAUTION)], keys]
 
 

@@ -48,7 +48,10 @@ class NudgeScreen(ModalScreen[None]):
 
     closed_by_itself = ""
     """Why no key closed it, see `TextDialog`."""
-    DEFAULT_CSS = "NudgeScreen { align: center bottom; background: #101418 0%; }"
+    DEFAULT_CSS = """
+    NudgeScreen { align: center bottom; background: #101418 0%; }
+    NudgeScreen DialogBox { margin: 0 0 1 0; }
+    """
 
     def __init__(
         self,

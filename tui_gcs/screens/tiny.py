@@ -1,5 +1,7 @@
 """What remains on a terminal below 80x24: how many are armed, the worst alarm, HOLD ALL."""
 
+from textwrap import wrap
+
 from textual.app import ComposeResult
 from textual.screen import ModalScreen
 
@@ -94,6 +96,5 @@ class TinyScreen(ModalScreen[None]):
 
 
 def _wrapped(text: str, width: int) -> list[str]:
-    """Cut into pieces of `width`, three at most."""
-    width = max(width, 8)
-    return [text[start : start + width] for start in range(0, min(len(text), 3 * width), width)]
+    """In lines of `width`, three at most."""
+    return wrap(text, max(width, 8))[:3]

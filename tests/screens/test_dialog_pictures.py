@@ -1,0 +1,69 @@
+"""Pictures of every question, list and box over a screen, at 80x24 and 120x40."""
+
+import pytest
+from console import NARROW, WIDE, console
+from fake_station import FakeStation, trouble
+from pictures import same_as_snapshot
+
+from tui_gcs.core.messages import Kind, RunPhase
+
+
+def ground(_station: FakeStation) -> None:
+    pass
+
+
+def flight(station: FakeStation) -> None:
+    station.fly()
+
+
+def hold(station: FakeStation) -> None:
+    station.fly()
+    station.run = RunPhase.HOLD
+
+
+SELECT_TWO = ("s", "2", "minus", "3", "enter")
+PICTURES = {
+    "start-sim": (ground, ("space",)),
+    "round-ground": (ground, ("o",)),
+    "round-flight": (flight, ("o", "3")),
+    "menu-ground": (ground, ("2", "enter", "c")),
+    "menu-flight": (flight, (*SELECT_TWO, "c")),
+    "menu-refused": (flight, (*SELECT_TWO, "c", "t", "h")),
+    "order-value": (flight, (*SELECT_TWO, "c", "u")),
+    "order-yes": (flight, ("2", "enter", "c", "u", "4", "0", "enter")),
+    "order-enter": (flight, (*SELECT_TWO, "c", "h")),
+    "order-count": (ground, (*SELECT_TWO, "c", "a")),
+    "order-last-seconds": (ground, (*SELECT_TWO, "c", "a", "2", "enter")),
+    "nudge": (flight, ("2", "enter", "c", "n", "y")),
+    "result": (hold, (*SELECT_TWO, "c", "h", "enter")),
+    "alarms": (trouble, ("A",)),
+    "palette": (flight, ("colon", "o", "r")),
+    "help": (flight, ("question_mark",)),
+    "layers": (flight, ("L",)),
+    "planners": (flight, ("M",)),
+    "journal": (trouble, ("J",)),
+}
+
+
+@pytest.mark.parametrize("size", [NARROW, WIDE], ids=["80x24", "120x40"])
+@pytest.mark.parametrize("name", PICTURES)
+async def test_pictures(name: str, size: tuple[int, int]) -> None:
+    prepare, keys = PICTURES[name]
+    async with console(size, prepare) as c:
+        await c.press(*keys)
+        assert same_as_snapshot(f"box-{name}-{size[0]}x{size[1]}", c.text())
+
+
+@pytest.mark.parametrize("name", ["count", "last-seconds"])
+async def test_pictures_of_a_live_start(name: str) -> None:
+    async with console(NARROW, kind=Kind.LIVE) as c:
+        await c.press("space", *(("8", "enter") if name == "last-seconds" else ()))
+        assert same_as_snapshot(f"box-start-live-{name}-80x24", c.text())
+
+
+@pytest.mark.parametrize("keys", [(), ("!",), ("!", "h")], ids=["trouble", "prefix", "held"])
+async def test_pictures_of_the_tiny_screen(keys: tuple[str, ...], request: pytest.FixtureRequest) -> None:
+    async with console((40, 10), trouble) as c:
+        await c.press(*keys)
+        assert "LOST in the air" in c.text() and "!h HOLD ALL" in c.text()
+        assert same_as_snapshot(f"tiny-{request.node.callspec.id}-40x10", c.text())
