@@ -87,5 +87,5 @@ BOASTS = source(extra="version = 2")
 
 # Only vehicles that fly show what is wrong with these.
 FLIES = "out.intents = [Intent(int(v), {}) for v in fleet.id[rows]]"
-DRIFTS_AWAY = source(after=FLIES.format("'velocity', velocity_m_s=(4.0, 0.0, 0.0), valid_s=2.0"))
+DRIFTS_AWAY = source(after=FLIES.format("'velocity', velocity_m_s=(7.5, 0.0, 0.0), valid_s=2.0"))
 ALL_IN_ONE_PLACE = source(after=FLIES.format("'goto', position_m=(300.0, 200.0, 40.0)"))
