@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import tui_gcs
-from tui_gcs.core.scenario import OperatingArea, TakeOffPlace, Team
+from tui_gcs.core.scenario import Limits, OperatingArea, Origin, ResultLimits, TakeOffPlace, Team
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Zone
@@ -52,7 +52,7 @@ def test_setting_what_is_already_there_changes_nothing() -> None:
             document.set_zone(i, zone.name, zone)
     for team in scenario.teams:
         document.set_team(team.name, zone=team.zone, planner=team.planner, vehicles=team.vehicles, parameters={})
-    document.rename(scenario.name)
+    document.set_scenario(name=scenario.name, seed=scenario.seed, footprint_radius_m=scenario.footprint_radius_m)
     assert document.text == TEXT
 
 
@@ -238,3 +238,46 @@ def test_places_in_degrees_stay_in_degrees() -> None:
     document.set_place(0, msgspec.structs.replace(place, place_m=(place.place_m[0] + 10.0, place.place_m[1])))
     assert "place_deg = [52.073" in document.text
     assert parse(document.text).places[0].place_m[0] == pytest.approx(place.place_m[0] + 10.0, abs=1e-3)
+
+
+BARE = TEXT[: TEXT.index("# What no vehicle may exceed")] + TEXT[TEXT.index("# A round is a named set") :]
+INLINE = BARE.replace("[[round]]", "LATER", 1).replace(
+    "[origin]\nlat_deg = 52.0720\nlon_deg = -0.6280\nground_amsl_m = 110.0 ",
+    "origin = {lat_deg = 52.0720, lon_deg = -0.6280, ground_amsl_m = 110.0} # here\n"
+    "limits = {speed_m_s = 8.0} # at most\n#",
+).replace("LATER", "[[round]]")  # fmt: skip
+
+
+def test_settings_change_their_own_lines_and_keep_the_comments() -> None:
+    document = ScenarioDocument(TEXT)
+    document.set_scenario(name="mine", seed=7, footprint_radius_m=12.5)
+    document.set_origin(Origin(47.1234567, 8.5, 430.0))
+    document.set_limits(Limits(speed_m_s=6.0, separation_vertical_m=4.0))
+    document.set_results(ResultLimits(measured_s=60.0))
+    document.set_resume(True)
+    new = parse(document.text)
+    assert (new.name, new.seed, new.footprint_radius_m) == ("mine", 7, 12.5)
+    assert new.origin == Origin(47.1234567, 8.5, 430.0)
+    assert new.limits == Limits(speed_m_s=6.0, separation_vertical_m=4.0)
+    assert new.results == ResultLimits(measured_s=60.0) and new.link_loss.resume
+    assert [line for line in document.text.splitlines() if line.lstrip().startswith("#")] == COMMENTS
+    assert len(changed_lines(TEXT, document.text)) == 2 * 10
+    assert "measured_s = 60.0          # how long" in document.text
+
+
+@pytest.mark.parametrize("text", [BARE, INLINE], ids=["no tables", "inline tables"])
+def test_settings_that_are_not_written_are_added_only_where_they_differ(text: str) -> None:
+    document = ScenarioDocument(text)
+    document.set_limits(Limits())
+    document.set_results(ResultLimits())
+    document.set_resume(False)
+    document.set_origin(parse(text).origin)
+    assert document.text == text
+    document.set_limits(Limits(speed_m_s=6.0, home_spread_m=4.0))
+    document.set_results(ResultLimits(coverage_min=0.9))
+    document.set_origin(Origin(47.0, 8.5, 430.0))
+    new = parse(document.text)
+    assert new.limits == Limits(speed_m_s=6.0, home_spread_m=4.0) and "accel_m_s2" not in document.text
+    assert new.results == ResultLimits(coverage_min=0.9) and new.origin == Origin(47.0, 8.5, 430.0)
+    assert new.rounds == parse(text).rounds
+    assert ("# at most" in document.text) is (text is INLINE)

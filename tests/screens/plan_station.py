@@ -87,7 +87,7 @@ class PlanConsole(Console):
     async def type_into(self, name: str, text: str) -> None:
         """Replace what stands in a field, key by key."""
         await self.field(name)
-        await self.press("ctrl+u", *(_KEYS.get(character, character) for character in text))
+        await self.press("ctrl+u", *(KEYS.get(character, character) for character in text))
 
     def map_zone(self, name: str) -> object:
         """The shape the map draws for a zone."""
@@ -101,7 +101,7 @@ class PlanConsole(Console):
         return self.plan.edit_line.text()
 
 
-_KEYS = {" ": "space", ".": "full_stop", "-": "minus", ",": "comma", "/": "slash", "_": "underscore"}
+KEYS = {" ": "space", ".": "full_stop", "-": "minus", ",": "comma", "/": "slash", "_": "underscore"}
 
 
 @asynccontextmanager

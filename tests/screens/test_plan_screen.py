@@ -98,11 +98,11 @@ async def test_bound_follows_too() -> None:
 
 
 NOT_ALLOWED = [
-    ("radius_m", "abc", "radius_m: 'abc' is not a number; must be a number"),
-    ("radius_m", "-5", "round[1].zone[1].radius_m: -5.0 is out of range; must be a number from more than 0"),
-    ("radius_m", "200", "reaches outside the operating area"),
+    ("radius_m", "abc", "! home: radius_m: 'abc' is not a number; must be a number"),
+    ("radius_m", "-5", "! home: radius_m: -5.0 is out of range; must be a number from more than 0"),
+    ("radius_m", "200", "! home: zone 'home' reaches outside the operating area"),
     ("name", "field", "a second zone 'field'"),
-    ("alt_max_m", "99999", "round[1].zone[1].alt_max_m"),
+    ("alt_max_m", "99999", "! home: alt_max_m: 99999.0 is out of range"),
     ("vehicles", "1-9x", "vehicles: '1-9x' is no system id; must be ids from 1 to 254"),
     ("vehicles", "1-8", "would leave nobody in team attack"),
     ("speed_fraction", "7", "speed_fraction: '7' is not allowed; must be 0.1 to 1"),

@@ -309,7 +309,7 @@ def test_earlier_changes_survive_a_bad_value_in_another_field(model: EditModel) 
     draft.end_field()
     typed(draft, "east_m", "x")
     assert model.zone("home") == home(60.0)
-    assert draft.problems == ("centre_m E: 'x' is not a number; must be a number like 80 or -12.5",)
+    assert draft.problems == ("home: centre_m E: 'x' is not a number; must be a number like 80 or -12.5",)
 
 
 def test_unknown_planner_is_refused_but_an_old_one_may_stay() -> None:

@@ -1,4 +1,4 @@
-"""The arguments of `tui-gcs convert` and `tui-gcs check`; imports nothing heavy."""
+"""The arguments of `tui-gcs convert`, `check` and `scenario`; imports nothing heavy."""
 
 import argparse
 from typing import Any
@@ -28,7 +28,8 @@ CHECK = "Exit code 0 if there is no error (cautions are none), 1 if there is one
 
 
 def add(commands: Commands) -> None:
-    """Add both commands."""
+    """Add the commands."""
+    _add_scenario(commands)
     _add_convert(commands)
     text = "what is wrong with a scenario, a plan or another file, before it flies"
     check = commands.add_parser("check", help=text, description=text, epilog=CHECK)
@@ -42,6 +43,18 @@ def add(commands: Commands) -> None:
     check.add_argument("--round", metavar="N|NAME", help="of the scenario (default: the first)")
     check.add_argument("--home", metavar="LAT,LON", help="where it starts, if the file does not say it")
     check.add_argument("--json", action="store_true", help="for scripts")
+
+
+def _add_scenario(commands: Commands) -> None:
+    text = "a small scenario to begin with; the rest is done by keys on the plan screen"
+    scenario = commands.add_parser("scenario", help=text, description=text)
+    scenario.set_defaults(module="scenario_new")
+    actions = scenario.add_subparsers(title="actions", required=True, metavar="ACTION", dest="what")
+    new = actions.add_parser("new", help="write FILE.toml; one that exists is not touched", description=text)
+    new.add_argument("file", metavar="FILE.toml")
+    known = "degrees, and metres of the ground above sea level (default: the demo's); south: --origin=-33.86,151.2,5"
+    new.add_argument("--origin", metavar="LAT,LON[,AMSL]", help=known)
+    new.add_argument("--vehicles", type=int, default=4, metavar="N", help="with system ids from 1 on (default 4)")
 
 
 def _add_convert(commands: Commands) -> None:

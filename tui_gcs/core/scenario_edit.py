@@ -9,10 +9,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+import msgspec
 import tomlkit
 
 from tui_gcs.core.geo import LocalFrame
-from tui_gcs.core.scenario import OperatingArea, Origin, TakeOffPlace, Team
+from tui_gcs.core.scenario import Limits, OperatingArea, Origin, ResultLimits, TakeOffPlace, Team
 from tui_gcs.core.scenario_lines import Span, map_lines
 from tui_gcs.core.scenario_load import ScenarioError
 from tui_gcs.core.zones import Circle, Polygon, Rectangle, Shape, Zone
@@ -42,9 +43,26 @@ class ScenarioDocument:
         """The file as it stands; without edits the very text given."""
         return self._text
 
-    def rename(self, name: str) -> None:
-        """Set the scenario's name."""
-        self._apply("", {"name": name})
+    def set_scenario(self, *, name: str, seed: int, footprint_radius_m: float) -> None:
+        """Set what stands above all tables."""
+        with self._all_or_nothing():
+            self._apply("", {"name": name, "seed": seed, "footprint_radius_m": footprint_radius_m})
+
+    def set_origin(self, origin: Origin) -> None:
+        """Set where ENU (0, 0) lies: what is written in metres moves with it, what is written in degrees stays."""
+        self._set_table("origin", msgspec.structs.asdict(origin))
+
+    def set_limits(self, limits: Limits) -> None:
+        """Set what no vehicle may exceed; what is as preset and was not written is not written."""
+        self._set_table("limits", msgspec.structs.asdict(limits), msgspec.structs.asdict(Limits()))
+
+    def set_results(self, results: ResultLimits) -> None:
+        """Set what a good run must reach; what is as preset and was not written is not written."""
+        self._set_table("results", msgspec.structs.asdict(results), msgspec.structs.asdict(ResultLimits()))
+
+    def set_resume(self, resume: bool) -> None:
+        """Set whether a restarted station flies on by itself."""
+        self._set_table("link_loss", {"resume": resume}, {"resume": False})
 
     def set_round(self, round_index: int, *, name: str | None = None, duration_s: float | None = None) -> None:
         """Set a round's name or duration."""
@@ -166,6 +184,32 @@ class ScenarioDocument:
             table = tomlkit.inline_table()
             table.update(parameters)
             self._apply(team_path, {"parameters": table})
+
+    def _set_table(self, path: str, values: Parameters, preset: Parameters | None = None) -> None:
+        """Set a table's keys; those that are as `preset` are not added."""
+        have = self._at(path)
+        values = {k: v for k, v in values.items() if k in have or preset is None or preset[k] != v}
+        with self._all_or_nothing():
+            if have and path in self._inline():
+                table = tomlkit.inline_table()
+                table.update({**have, **values})
+                self._apply("", {path: table})
+            elif have or self._has_header(path):
+                self._apply(path, values)
+            elif values:
+                lines = self._lines()
+                written = (number for number in reversed(range(len(lines))) if lines[number].strip())
+                last = self._span("origin").last if self._has_header("origin") else next(written)
+                self._insert_table(last, f"[{path}]", values)
+
+    def _inline(self) -> set[str]:
+        """Keys above all tables that hold a table in braces."""
+        lines, spans = self._lines(), self._spans()
+        return {
+            key
+            for key, value in self._data.items()
+            if isinstance(value, dict) and key in spans and not lines[spans[key].first].lstrip().startswith("[")
+        }
 
     @contextmanager
     def _all_or_nothing(self) -> Iterator[None]:

@@ -5,25 +5,22 @@ not allowed stay in their field with the reason, and reach neither the map nor t
 """
 
 import contextlib
-from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Vertical
-from textual.events import DescendantBlur, DescendantFocus
 from textual.timer import Timer
 
 from tui_gcs.actions import Action, bindings
 from tui_gcs.core.clock import Clock
-from tui_gcs.core.messages import ApplyScenario
 from tui_gcs.core.safe_files import FileRefused
 from tui_gcs.core.scenario import Round
 from tui_gcs.core.zones import area_m2, contains
 from tui_gcs.feed import Feed, ScenarioChanged, StatusUpdated
 from tui_gcs.screens.plan_actions import PLAN_ACTIONS
-from tui_gcs.screens.plan_parts import PlanParts
+from tui_gcs.screens.plan_apply import PlanApply
 from tui_gcs.screens.plan_text import preview_remarks, remarks, state_remark
 from tui_gcs.widgets.edit_map import EditMap
 from tui_gcs.widgets.edit_model import EditModel
@@ -32,21 +29,19 @@ from tui_gcs.widgets.idleness_bar import IdlenessBar
 from tui_gcs.widgets.open_bar import OpenBar
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.plan_autosave import PlanAutosave
-from tui_gcs.widgets.plan_draft import PlanDraft, reshaped
+from tui_gcs.widgets.plan_draft import PlanDraft
 from tui_gcs.widgets.round_chooser import RoundChooser
-from tui_gcs.widgets.shape_edit import converted
+from tui_gcs.widgets.settings_form import SettingsForm
 from tui_gcs.widgets.team_form import TeamForm
-from tui_gcs.widgets.team_text import TeamText, team_text
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.zone_form import ZoneForm
 from tui_gcs.widgets.zone_list import AREA_ROW, ZoneList
-from tui_gcs.widgets.zone_text import zone_text
 
 KEEP_S = 1.0
 """So long after an edit the work is kept against crashes."""
 
 
-class PlanScreen(PlanParts):
+class PlanScreen(PlanApply):
     """Edits a scenario; knows widgets and the working copy, nothing of protocols."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = PLAN_ACTIONS
@@ -63,6 +58,11 @@ class PlanScreen(PlanParts):
     PlanScreen.-short ZoneForm, PlanScreen.-short TeamForm { height: 9; }
     PlanScreen.-short TeamForm, PlanScreen.-short.-team ZoneForm { display: none; }
     PlanScreen.-short.-team TeamForm { display: block; }
+    PlanScreen SettingsForm { display: none; }
+    PlanScreen.-settings SettingsForm { display: block; }
+    PlanScreen.-settings #rounds, PlanScreen.-settings ZoneForm, PlanScreen.-settings TeamForm { display: none; }
+    PlanScreen.-settings VerdictLines { height: 6; }
+    PlanScreen.-short.-settings VerdictLines { height: 4; }
     """
 
     def __init__(self, feed: Feed, clock: Clock, *, folder: Path | None = None, glyphs: GlyphSet = UNICODE) -> None:
@@ -72,14 +72,13 @@ class PlanScreen(PlanParts):
         super().__init__(feed, clock, glyphs, self.model)
         self.draft = PlanDraft(self.model)
         self.idleness_bar = IdlenessBar()
-        self._refusal = ""
-        self._applying = False
         self._keep: Timer | None = None
         self.map_view = EditMap(glyphs=glyphs)
         self.round_chooser = RoundChooser(glyphs=glyphs)
         self.work_list = self.zone_list = ZoneList(glyphs=glyphs)
         self.zone_form = ZoneForm(glyphs=glyphs)
         self.team_form = TeamForm(glyphs=glyphs)
+        self.settings_form = SettingsForm(glyphs=glyphs)
 
     def compose_middle(self) -> ComposeResult:
         """Map and forms."""
@@ -91,6 +90,7 @@ class PlanScreen(PlanParts):
                 yield self.zone_list
             yield self.zone_form
             yield self.team_form
+            yield self.settings_form
             yield self.verdict
 
     def compose_questions(self) -> ComposeResult:
@@ -200,7 +200,7 @@ class PlanScreen(PlanParts):
         self.zone_list.show(current, names.index(zone_name) + 1 if zone_name in names else AREA_ROW)
         team = self.draft.team
         previewed = preview_remarks(team, self.previews.get(team.name), self.asked_s) if team is not None else []
-        self.verdict.show(remarks(model, self.draft, self._refusal, self.glyphs, previewed))
+        self.verdict.show(remarks(model, self.draft, self.refusal, self.glyphs, previewed))
         self.foresee_later()
         self._keep_later()
 
@@ -211,30 +211,6 @@ class PlanScreen(PlanParts):
             if self.draft.zone_name is not None:
                 others.append(current.area.shape)
             self.map_view.show_edited((pending or edited).shape, tuple(others), allowed=pending is None)
-
-    def show_forms(self) -> None:
-        """Fill both forms from the working copy; what was typed and not allowed is gone."""
-        self.draft.refilled()
-        self._fill_forms()
-
-    def _fill_forms(self) -> None:
-        current, edited = self.model.current_round, self.draft.pending or self.draft.edited
-        if current is not None and edited is not None:
-            self.zone_form.show(edited, current.area)
-            self._show_team()
-
-    def _show_team(self, texts: TeamText | None = None) -> None:
-        scenario, team = self.model.scenario, self.draft.team
-        if scenario is None or team is None:
-            return
-        shown = texts or team_text(team)
-        self.team_form.show(
-            shown,
-            teams=[each.name for each in scenario.teams],
-            zones=self.model.common_zones(),
-            planners=self.draft.planners(),
-            params=self.draft.declared(shown.planner)[0],
-        )
 
     def show_message(self) -> None:
         """It stands among everything else."""
@@ -257,7 +233,7 @@ class PlanScreen(PlanParts):
 
     def on_round_chooser_chosen(self, message: RoundChooser.Chosen) -> None:
         """Another round."""
-        self._choose_round(message.index)
+        self.choose_round(message.index)
 
     def action_digit(self, digit: str) -> None:
         """Edit round 1 to 9; or copy the zone there, if that was asked."""
@@ -265,9 +241,10 @@ class PlanScreen(PlanParts):
         if self.copies:
             self.copy_zone([index])
         else:
-            self._choose_round(index)
+            self.choose_round(index)
 
-    def _choose_round(self, index: int) -> None:
+    def choose_round(self, index: int) -> None:
+        """Edit another round."""
         if self.model.select_round(index):
             self._select(self.draft.zone_name)
         else:
@@ -302,11 +279,13 @@ class PlanScreen(PlanParts):
     def action_team_page(self) -> None:
         """Zone form or team form."""
         self.set_class(not self.has_class("-team") or not self.has_class("-short"), "-team")
+        self.close_settings()
         form = self.team_form if self.has_class("-team") else self.zone_form
         self.call_after_refresh(form.focus_first)
 
     def action_leave(self) -> None:
-        """Back to the list."""
+        """Back to the list; out of the settings."""
+        self.close_settings()
         self.zone_list.focus()
         self.say("")
 
@@ -315,51 +294,6 @@ class PlanScreen(PlanParts):
         lost = self.model.changes and self.model.unsaved
         if not lost or self.confirmed("detach", "changes neither applied nor saved: q again leaves without them"):
             await self.run_action("app.detach")
-
-    def on_descendant_focus(self, event: DescendantFocus) -> None:
-        """Say what a planner's parameter is about."""
-        text = self.team_form.help_of(getattr(event.widget, "field", ""))
-        if text:
-            self.say(text, Ink.MUTED)
-
-    def on_descendant_blur(self, _event: DescendantBlur) -> None:
-        """A field was left: what comes next is another change."""
-        self.draft.end_field()
-
-    # ------------------------------------------------------------ typing
-
-    def on_zone_form_edited(self, message: ZoneForm.Edited) -> None:
-        """Take over what was typed, or say why not."""
-        edited, texts = self.draft.edited, message.texts
-        if edited is None:
-            return
-        if message.field == "shape":
-            shape = converted(edited.shape, texts.shape)
-            self.zone_form.show_shape(zone_text(reshaped(edited, shape)))
-            texts = self.zone_form.texts
-        name = self.draft.zone_name
-        self.draft.zone_typed(texts, message.field)
-        if self.draft.zone_name != name:
-            set_title(self.zone_form, f"zone {self.draft.zone_name}")
-            self._show_team()
-        self.say("")
-
-    def on_team_form_chosen(self, message: TeamForm.Chosen) -> None:
-        """Another team."""
-        self.draft.team_name = message.name
-        self._show_team()
-        self.say("")
-
-    def on_team_form_edited(self, message: TeamForm.Edited) -> None:
-        """Take over what was typed, or say why not."""
-        texts, old = message.texts, self.draft.team
-        if message.field == "planner" and old is not None:
-            texts = replace(texts, parameters=team_text(old).parameters if texts.planner == old.planner else {})
-            self._show_team(texts)
-        self.draft.team_typed(texts, message.field)
-        if message.field == "team_name" and texts.new_name and not self.draft.problems:
-            self._show_team()
-        self.say(self.model.moved, Ink.CAUTION)
 
     # ------------------------------------------------------------ changing
 
@@ -374,6 +308,7 @@ class PlanScreen(PlanParts):
             return
         self.show_forms()
         self.remove_class("-team")
+        self.close_settings()
         self.call_after_refresh(self.zone_form.focus_first)
         self.say(f"{self.draft.zone_name} added")
 
@@ -427,7 +362,7 @@ class PlanScreen(PlanParts):
         """Changed on the map; what is not allowed is shown there until it is changed further, or taken back."""
         self.draft.reshape(message.shape, message.step)
         self.map_view.heard()
-        self._fill_forms()
+        self.fill_forms()
         self.say("")
 
     def on_draft_map_clicked(self, message: EditMap.Clicked) -> None:
@@ -437,56 +372,6 @@ class PlanScreen(PlanParts):
         there = [zone for zone in zones if contains(zone.shape, [message.place_m])[0]]
         if there:
             self._select(min(there, key=lambda zone: area_m2(zone.shape)).name)
-
-    # ------------------------------------------------------------ apply, keep, discard
-
-    def action_apply(self) -> None:
-        """Send the working copy to the station; in flight the second press does it."""
-        if self._applying:
-            return
-        if self.draft.problems:
-            self.say("not applied: a value is not allowed (u puts it back)", Ink.CAUTION)
-        elif self.model.newer is not None:
-            self.say("not applied: first k keep this copy, or d take the station's", Ink.CAUTION)
-        elif not self.model.changes:
-            self.say("nothing to apply: the station flies this")
-        elif self._may_apply():
-            self._applying = True
-            base_revision, text = self.model.sending()
-            self._refusal = ""
-            self.say("applying: sent")
-            self.run_worker(self._apply(base_revision, text), group="apply")
-
-    def _may_apply(self) -> bool:
-        armed = self.feed.status.armed if self.feed.status is not None else 0
-        question = f"{armed} vehicles armed: a or ^G again changes their flight now"
-        return not armed or self.confirmed(f"apply to {armed}", question)
-
-    async def _apply(self, base_revision: int, text: str) -> None:
-        reply = await self.feed.request(ApplyScenario(base_revision=base_revision, toml=text))
-        self._applying = False
-        if reply.ok:
-            if reply.scenario is not None:
-                self.model.applied(text, reply.scenario.revision)
-            self.say("applied: the station flies this now")
-        else:
-            vehicles = "".join(f"\nvehicle {r.vehicle}: {r.text}" for r in reply.results if not r.ok)
-            self._refusal = (reply.text or "no reason given") + vehicles
-            self.say("NOT APPLIED, see right", Ink.WARNING)
-
-    def action_keep(self) -> None:
-        """Stay with this copy although the station has a newer scenario."""
-        if self.model.newer is not None:
-            self.model.keep()
-            self.say("kept: the next apply replaces the station's newer scenario")
-
-    def action_discard(self) -> None:
-        """Drop this copy for the station's newer scenario; the second press does it."""
-        if self.model.newer is not None and self.confirmed("discard", "drop your changes? d again drops them"):
-            self.model.discard()
-            self._refusal = ""
-            self.show_forms()
-            self.say("this is what the station flies")
 
     # ------------------------------------------------------------ save
 

@@ -63,7 +63,7 @@ class PlanPreview(DraftScreen):
         """Nobody wants to know any more."""
         self._stop()
         if any(found.state == "running" for found in self.previews.values()):
-            self.run_worker(self.feed.request(CancelPreview()), group="preview")
+            self.run_worker(self.feed.request(CancelPreview()), group="end of preview")
         self._foreseen, self.previews = None, {}
 
     def _stop(self) -> None:
@@ -72,6 +72,8 @@ class PlanPreview(DraftScreen):
         self.workers.cancel_group(self, "preview")
 
     def _wonder(self, question: Preview | GetPreviews) -> None:
+        if not self.is_current:  # a timer that had run out before it was stopped
+            return
         self.run_worker(self._ask_station(question), group="preview", exclusive=True)
 
     async def _ask_station(self, question: Preview | GetPreviews) -> None:

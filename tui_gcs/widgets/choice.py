@@ -52,6 +52,11 @@ class Choice(LinesView, can_focus=True):
         """The chosen option."""
         return self._value
 
+    @property
+    def index(self) -> int:
+        """Of the chosen option."""
+        return self._options.index(self._value)
+
     def show(self, value: str, options: Sequence[str] | None = None) -> None:
         """Show this without telling anybody. A value that is no option is shown as one more."""
         known = self._options if options is None else tuple(options)

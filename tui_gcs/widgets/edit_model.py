@@ -255,8 +255,8 @@ class EditModel:
         """Replace a team: vehicles, zone, planner, parameters. A vehicle named here leaves the team that had it."""
         renamed = field == "team_name"
         subject = "team name" if renamed else f"team {name} {field}"
-        if field and not renamed and subject == self._history.subject:
-            self.retract()  # numbers half typed took vehicles from other teams that are not meant
+        if field and not renamed:
+            self.retract_if(subject)  # numbers half typed took vehicles from other teams that are not meant
         self.moved = ""
         scenario = self.scenario
         if scenario is None or self.team(name) == team:
@@ -315,6 +315,10 @@ class EditModel:
     def retract(self) -> bool:
         """Take back what the open field changed: it holds a value that is not allowed, and half of one is not meant."""
         return self._history.retract()
+
+    def retract_if(self, subject: str) -> bool:
+        """Take back what was changed last, if it was about this."""
+        return subject == self._history.subject and self.retract()
 
     def saved(self, path: Path, text: str) -> None:
         """`text` is in the file `path` now, and that is the operator's file from here on."""

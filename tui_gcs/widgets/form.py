@@ -1,11 +1,13 @@
 """Rows of a form: a label and one-line fields. Everything in them is plain text, never markup."""
 
 from collections.abc import Iterator
+from typing import ClassVar
 
 from rich.text import Text
 from textual import events
 from textual.binding import Binding
 from textual.containers import Horizontal, VerticalScroll
+from textual.scrollbar import ScrollBarRender
 from textual.widget import Widget
 from textual.widgets import Input, Static
 
@@ -59,6 +61,12 @@ class FormRow(Horizontal):
         self.styles.height = height
 
 
+class _PlainBars(ScrollBarRender):
+    """Of colour alone: the ends of Textual's bars are drawn with parts of a cell."""
+
+    VERTICAL_BARS: ClassVar[list[str]] = [" "] * 8
+
+
 class Form(VerticalScroll, can_focus=False):
     """A bordered panel of rows; scrolls where it is too small."""
 
@@ -72,6 +80,8 @@ class Form(VerticalScroll, can_focus=False):
         super().__init__(*rows, id=id)
         self.glyphs = glyphs
         self.set_class(not glyphs.unicode, "-ascii")
+        if not glyphs.unicode:
+            self.vertical_scrollbar.renderer = _PlainBars  # type: ignore[misc]  # of this bar, not of all
 
     def focus_first(self) -> None:
         """Put the cursor into the first field that is shown."""

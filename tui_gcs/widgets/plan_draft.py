@@ -15,9 +15,10 @@ from tui_gcs.planner.api import Param
 from tui_gcs.widgets.edit_model import EditModel, Problems
 from tui_gcs.widgets.edit_parts import EditParts, free_name
 from tui_gcs.widgets.form_text import FieldError
+from tui_gcs.widgets.settings_draft import SettingsDraft
 from tui_gcs.widgets.shape_edit import centre_of, moved
 from tui_gcs.widgets.team_text import TeamText, to_team
-from tui_gcs.widgets.zone_text import ZoneText, to_area, to_zone
+from tui_gcs.widgets.zone_text import AREA_NAME, ZoneText, to_area, to_zone
 
 NEW_RADIUS_M = 30.0
 NO_AREA = "the operating area stays: every round has one"
@@ -33,6 +34,7 @@ class PlanDraft:
         """For this working copy."""
         self.model = model
         self.parts = EditParts(model)
+        self.settings = SettingsDraft(model)
         self.zone_name: str | None = None
         """None is the operating area."""
         self.team_name = ""
@@ -49,7 +51,7 @@ class PlanDraft:
     @property
     def problems(self) -> Problems:
         """Why values in the forms are not in the working copy."""
-        return (*self._zone_problems, *self._team_problems)
+        return (*self._zone_problems, *self._team_problems, *self.settings.problems)
 
     @property
     def zone(self) -> Zone | None:
@@ -91,6 +93,7 @@ class PlanDraft:
         """The forms show the working copy again: nothing is wrong, and what is edited still exists."""
         self._zone_problems = self._team_problems = ()
         self.pending = None
+        self.settings.refilled()
         if self.zone is None:
             self.zone_name = None
         team = self.team
@@ -107,7 +110,7 @@ class PlanDraft:
             new = to_zone(texts, old) if isinstance(old, Zone) else to_area(texts, old)
             self.replace(new, field)
         except FieldError as error:
-            self._zone_problems, self.pending = (str(error),), None
+            self._zone_problems, self.pending = self._located((str(error),)), None
         if self._zone_problems and self.model.retract():
             self.zone_name = self._name_before
 
@@ -118,7 +121,16 @@ class PlanDraft:
         else:
             problems = self.model.set_zone(self.zone_name or "", new, field)
             self.zone_name = new.name if not problems else self.zone_name
-        self._zone_problems, self.pending = problems, new if problems else None
+        self._zone_problems, self.pending = self._located(problems), new if problems else None
+
+    def _located(self, problems: Problems) -> Problems:
+        """Each with the name of what is edited, instead of where that stands in the file."""
+        current, name = self.model.current_round, self.zone_name
+        names = [zone.name for zone in current.zones] if current is not None else []
+        inside = f"zone[{names.index(name) + 1}]" if name in names else "area"
+        path = f"round[{self.model.round_index + 1}].{inside}"
+        said = (line.removeprefix(f"{path}.").removeprefix(f"{path}: ") for line in problems)
+        return tuple(f"{name or AREA_NAME}: {line}" for line in said)
 
     def reshape(self, shape: Shape, step: str) -> None:
         """The edited one with another shape, drawn on the map."""

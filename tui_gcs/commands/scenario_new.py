@@ -1,0 +1,74 @@
+"""`tui-gcs scenario new FILE.toml`: a small scenario that flies, to be changed on the plan screen."""
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+
+from tui_gcs.core.scenario import Origin
+from tui_gcs.core.scenario_load import ScenarioError, parse
+from tui_gcs.core.scenario_new import MOST_VEHICLES, new_scenario
+from tui_gcs.core.text import clean
+from tui_gcs.exits import OK, CommandError
+
+DEMO = Origin(52.0720, -0.6280, 110.0)
+NAME_CELLS = 64
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Write it; a file that exists is not touched."""
+    path, vehicles = Path(arguments.file), arguments.vehicles
+    if path.suffix.lower() != ".toml":
+        raise CommandError(f"{clean(str(path), 200)}: a scenario's name ends in .toml")
+    if not 1 <= vehicles <= MOST_VEHICLES:
+        raise CommandError(f"--vehicles {vehicles}: must be 1 to {MOST_VEHICLES}")
+    origin = _origin(arguments.origin)
+    text = new_scenario(clean(path.stem, NAME_CELLS), origin, vehicles)
+    try:
+        parse(text, path.name)
+    except ScenarioError as error:
+        raise CommandError(error.problems[0]) from None
+    _write(path, text)
+    name = shlex.quote(str(path))
+    who = "vehicle 1" if vehicles == 1 else f"vehicles 1-{vehicles}"
+    sys.stdout.write(
+        f"{clean(str(path), 200)}: one round, one zone, {who}. {_where(arguments.origin, origin)}\n"
+        f"  tui-gcs demo --scenario {name}     p shows the plan screen: g settings, + zone, R round, ^S saves\n"
+        f"  tui-gcs check {name}\n"
+        f"  tui-gcs rehearse {name}\n"
+    )
+    return OK
+
+
+def _where(given: str | None, origin: Origin) -> str:
+    if given is None:
+        return "It lies where the demo does: set the origin (g). Next:"
+    if given.count(",") == 1:
+        return "The ground is taken to be at 0 m above mean sea level: set it (g). Next:"
+    return f"The ground is {origin.ground_amsl_m:g} m above mean sea level. Next:"
+
+
+def _origin(text: str | None) -> Origin:
+    """What was given, or where the demo is. Raises `CommandError`."""
+    if text is None:
+        return DEMO
+    try:
+        lat_deg, lon_deg, *amsl_m = (float(part) for part in text.split(","))
+        (ground_amsl_m,) = amsl_m or [0.0]
+    except ValueError:
+        raise CommandError(
+            f"--origin {clean(text, 40)}: must be LAT,LON or LAT,LON,AMSL in degrees and metres, like 52.07,-0.63,110"
+        ) from None
+    return Origin(lat_deg, lon_deg, ground_amsl_m)
+
+
+def _write(path: Path, text: str) -> None:
+    where = clean(str(path), 200)
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise CommandError(f"{where}: exists already and is left as it is; give another name") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise CommandError(f"{where}: cannot be written: {reason}") from None
