@@ -8,7 +8,7 @@ from typing import cast
 
 import msgspec
 from console import WIDE
-from plan_station import _KEYS, PlanConsole, PlanStation
+from plan_station import KEYS, PlanConsole, PlanStation
 
 from tui_gcs.app import ConsoleApp
 from tui_gcs.core import messages as m
@@ -95,7 +95,7 @@ class MissionConsole(PlanConsole):
                 widget.focus()
                 await self.pilot.pause()
                 break
-        await self.press("ctrl+u", *(_KEYS.get(character, character) for character in text))
+        await self.press("ctrl+u", *(KEYS.get(character, character) for character in text))
 
     async def compared(self) -> None:
         """As if the operator had paused."""

@@ -281,7 +281,7 @@ class PlanScreen(PlanApply):
         self.set_class(not self.has_class("-team") or not self.has_class("-short"), "-team")
         self.close_settings()
         form = self.team_form if self.has_class("-team") else self.zone_form
-        self.call_after_refresh(form.focus_first)
+        form.focus_first()
 
     def action_leave(self) -> None:
         """Back to the list; out of the settings."""
@@ -309,7 +309,7 @@ class PlanScreen(PlanApply):
         self.show_forms()
         self.remove_class("-team")
         self.close_settings()
-        self.call_after_refresh(self.zone_form.focus_first)
+        self.zone_form.focus_first()
         self.say(f"{self.draft.zone_name} added")
 
     def on_open_bar_named(self, message: OpenBar.Named) -> None:

@@ -92,8 +92,9 @@ class PlanForms(PlanParts):
             texts = replace(texts, parameters=team_text(old).parameters if texts.planner == old.planner else {})
             self._show_team(texts)
         self.draft.team_typed(texts, message.field)
-        if message.field == "team_name" and texts.new_name and not self.draft.problems:
-            self._show_team()
+        scenario, team = self.model.scenario, self.draft.team
+        if message.field == "team_name" and scenario is not None and team is not None:
+            self.team_form.show_teams(team.name, [each.name for each in scenario.teams])
         self.say(self.model.moved, Ink.CAUTION)
 
     # ------------------------------------------------------------ settings

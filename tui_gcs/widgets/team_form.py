@@ -84,6 +84,10 @@ class TeamForm(Form):
         self._planner.show(texts.planner, planners)
         self._params.show(params, texts.parameters)
 
+    def show_teams(self, name: str, teams: Sequence[str]) -> None:
+        """Which team this is among the others; the fields may be a key further by now."""
+        self._team.show(name, teams)
+
     def help_of(self, field: str) -> str:
         """What a planner's parameter is about."""
         return self._params.help_of(field)

@@ -45,7 +45,9 @@ def to_team(texts: TeamText, old: Team, params: Sequence[Param]) -> Team:
         parameters = {name: value for name, value in old.parameters.items() if name not in known}
     for name, text in texts.parameters.items():
         if name in known and text.strip():
-            parameters[name] = to_value(known[name], text, old.parameters.get(name))
+            value = to_value(known[name], text, old.parameters.get(name))
+            if name in old.parameters or value != known[name].default:  # one of a few always stands there
+                parameters[name] = value
     return Team(
         texts.new_name or texts.name,
         texts.zone,
