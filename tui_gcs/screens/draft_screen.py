@@ -17,6 +17,7 @@ from tui_gcs.screens.second_press import EXPIRES_S, SecondPress
 from tui_gcs.widgets.draft_map import DraftMap
 from tui_gcs.widgets.footer import FooterLine
 from tui_gcs.widgets.glyphs import GlyphSet
+from tui_gcs.widgets.number_field import NumberField
 from tui_gcs.widgets.open_bar import OpenBar
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.save_bar import SaveBar
@@ -24,6 +25,8 @@ from tui_gcs.widgets.save_flow import SaveNext, WorkingCopy
 from tui_gcs.widgets.top_lines import TopLines
 from tui_gcs.widgets.vehicle_alarms import by_vehicle
 from tui_gcs.widgets.verdict import EditLine, Remark, VerdictLines
+
+NO_LETTER = "numbers only: a letter was NOT taken, look at the number"
 
 
 class DraftScreen(MapKeys):
@@ -57,6 +60,7 @@ class DraftScreen(MapKeys):
         self.feed = feed
         self.glyphs = glyphs
         self.message = Remark("")
+        self._took_no_letter = False
         self._second = SecondPress(clock)
         self.top_lines = TopLines(feed, glyphs=glyphs)
         self.edit_line = EditLine(glyphs=glyphs)
@@ -118,7 +122,12 @@ class DraftScreen(MapKeys):
     # ------------------------------------------------------------ what became of a key
 
     def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
-        """Tell it; a question that waited for its second press is over."""
+        """Tell it; a question that waited for its second press is over.
+
+        Letters that were not taken into a number stay told while that is typed: 3o5 would be 35.
+        """
+        if not text and self._took_no_letter:
+            text, ink = NO_LETTER, Ink.CAUTION
         self._second.forget()
         self.save_bar.forget()
         self.message = Remark(text, ink)
@@ -150,7 +159,13 @@ class DraftScreen(MapKeys):
 
     def on_descendant_blur(self, _event: DescendantBlur) -> None:
         """A field was left."""
+        self._took_no_letter = False
         self.footer.show_typing(False)
+
+    def on_number_field_refused(self, _message: NumberField.Refused) -> None:
+        """A letter would be no number."""
+        self._took_no_letter = True
+        self.say("")
 
     def action_resume(self) -> None:
         """Enter outside a field means the same as on the fly screen."""

@@ -24,7 +24,7 @@ from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.feed import Feed, PlannerUpdated, ScenarioChanged, StatusUpdated
 from tui_gcs.screens.fly import present_round
 from tui_gcs.screens.mission_actions import MISSION_ACTIONS
-from tui_gcs.screens.mission_vehicles import MissionVehicles
+from tui_gcs.screens.mission_copies import MissionCopies
 from tui_gcs.widgets.choice import Choice
 from tui_gcs.widgets.craft_form import CraftForm
 from tui_gcs.widgets.draft_map import DraftMap
@@ -55,7 +55,7 @@ ITEM_HEADING, WHOLE_HEADING = "moving the item: arrows, Esc", "moving ALL items:
 CURSOR_HEADING = "cursor: arrows, + adds, Esc"
 
 
-class MissionsScreen(MissionVehicles):
+class MissionsScreen(MissionCopies):
     """Edits missions, fences and rally points; knows widgets and the draft, nothing of protocols."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = MISSION_ACTIONS

@@ -5,7 +5,6 @@ from dataclasses import replace
 from textual.events import DescendantBlur, DescendantFocus
 
 from tui_gcs.screens.plan_parts import PlanParts
-from tui_gcs.widgets.number_field import NumberField
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.plan_draft import reshaped
 from tui_gcs.widgets.settings_form import SettingsForm
@@ -141,10 +140,6 @@ class PlanForms(PlanParts):
         self.say(settings.swapped, Ink.CAUTION)
 
     # ------------------------------------------------------------ the cursor
-
-    def on_number_field_refused(self, _message: NumberField.Refused) -> None:
-        """A letter would be no number."""
-        self.say("numbers only: that key was not taken", Ink.CAUTION)
 
     def on_descendant_focus(self, event: DescendantFocus) -> None:
         """Say what a planner's parameter, or a setting, is about."""

@@ -7,9 +7,10 @@ from textual.message import Message
 from textual.widgets import Input
 
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.widgets.form import Form, FormField, FormRow
+from tui_gcs.widgets.form import Form, FormRow
 from tui_gcs.widgets.form_text import FieldError, number_text, to_number
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.number_field import NumberField
 from tui_gcs.widgets.titles import set_title
 
 FIELDS = ("speed_m_s", "climb_m_s", "descent_m_s", "endurance_min", "reserve_pct")
@@ -25,7 +26,7 @@ class CraftForm(Form):
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
         """Empty."""
-        self._fields = {name: FormField(name) for name in FIELDS}
+        self._fields = {name: NumberField(name) for name in FIELDS}
         fields = self._fields
         super().__init__(
             FormRow("Speed", fields["speed_m_s"], "m/s"),

@@ -9,9 +9,10 @@ from textual.widgets import Input
 from tui_gcs.core.missions.generate import WHAT, Wanted
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.widgets.choice import Choice
-from tui_gcs.widgets.form import Form, FormField, FormRow
+from tui_gcs.widgets.form import Form, FormRow
 from tui_gcs.widgets.form_text import FieldError, ids_text, number_text, to_ids, to_number
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.number_field import NumberField
 from tui_gcs.widgets.titles import set_title
 
 SIDES = ("inside", "outside")
@@ -39,9 +40,9 @@ class GenerateForm(Form):
         self._over = Choice("over", glyphs=glyphs)
         self._side = Choice("side", SIDES, glyphs=glyphs)
         self._entry = Choice("entry", CORNERS, glyphs=glyphs)
-        self._vehicles = FormField("vehicles")
-        self._height = FormField("height_m", placeholder="own layers")
-        self._numbers = {name: FormField(name) for name in NUMBERS}
+        self._vehicles = NumberField("vehicles")
+        self._height = NumberField("height_m", placeholder="own layers")
+        self._numbers = {name: NumberField(name) for name in NUMBERS}
         fields = self._numbers
         super().__init__(
             FormRow("Make", self._what),

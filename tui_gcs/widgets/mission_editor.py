@@ -10,6 +10,7 @@ from dataclasses import replace
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import Annotation, VehicleRow
 from tui_gcs.core.missions import build, edits, fences
+from tui_gcs.core.missions.copies import copied
 from tui_gcs.core.missions.crew import crew
 from tui_gcs.core.missions.draft import Items, MissionDraft, MissionHistory, MissionStep, Where
 from tui_gcs.core.missions.forecast import Forecast
@@ -250,6 +251,12 @@ class MissionEditor:
         self.history.end_subject()
         self._look()
         self.choose(self.index)
+
+    def copy_to(self, vehicles: Sequence[int], kinds: Sequence[PlanKind]) -> None:
+        """Plan the same of these kinds for others. Raises GeneratorError."""
+        look = self.forecast
+        draft = copied(self.history.draft, self.vehicle, vehicles, kinds, look.crew, look.frame)
+        self.take(f"plans of {self.vehicle} copied", draft)
 
     def undo(self) -> str:
         """Take the last edit back, and go where it was."""

@@ -9,9 +9,10 @@ from textual.widgets import Input, Static
 from tui_gcs.core.missions.commands import MISSION_WORDS, ParamWord
 from tui_gcs.core.plan import PlanItem, PlanKind
 from tui_gcs.widgets.choice import Choice
-from tui_gcs.widgets.form import Form, FormField, FormRow
+from tui_gcs.widgets.form import Form, FormRow
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.mission_text import FRAME_WORDS, ItemText, has_height, labels
+from tui_gcs.widgets.number_field import NumberField
 from tui_gcs.widgets.titles import set_title
 
 
@@ -27,7 +28,7 @@ class ParamRow(Horizontal):
 
     def __init__(self, index: int) -> None:
         """For this parameter, from 0."""
-        self.field = FormField(f"param{index + 1}")
+        self.field = NumberField(f"param{index + 1}")
         self._label = Static(Text(""), classes="form-label")
         self._unit = Static(Text(""), classes="form-word")
         bracket = (Static(Text("["), classes="form-bracket"), Static(Text("]"), classes="form-bracket"))
@@ -60,7 +61,7 @@ class ItemForm(Form):
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
         """An empty form."""
         self._command = Choice("command", MISSION_WORDS, glyphs=glyphs)
-        self._east, self._north, self._height = (FormField(name) for name in ("east_m", "north_m", "height_m"))
+        self._east, self._north, self._height = (NumberField(name) for name in ("east_m", "north_m", "height_m"))
         self._frame = Choice("frame", FRAME_WORDS, glyphs=glyphs)
         self._params = [ParamRow(index) for index in range(4)]
         super().__init__(
