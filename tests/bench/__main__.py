@@ -13,6 +13,7 @@ from pathlib import Path
 from tests.bench.commands import commands
 from tests.bench.console import console
 from tests.bench.decode import decoder
+from tests.bench.editing import editing
 from tests.bench.flood import flood
 from tests.bench.guard import guard
 from tests.bench.guardian import guardian
@@ -41,6 +42,7 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "flood": flood,
     "live": live,
     "console": console,
+    "editing": editing,
     "planning": planning,
     "planning-long": planning_long,
     "planning-losses": planning_losses,

@@ -1,0 +1,112 @@
+"""What a key costs where a scenario and missions are edited: processor time, from the key to the picture."""
+
+import asyncio
+import math
+import statistics
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from textual.events import Key
+from textual.pilot import Pilot
+
+from tests.bench.row import Row
+from tui_gcs.app import ConsoleApp
+from tui_gcs.core.bus import MemoryBus
+from tui_gcs.core.clock import MonotonicClock
+from tui_gcs.core.missions import build, fences
+from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
+from tui_gcs.screens.missions import MissionsScreen
+
+VEHICLES, ITEMS = 8, 1000
+LIMIT_MS = 50.0
+SIZE = (120, 40)
+TIMES = 15
+
+
+def editing(_folder: Path) -> Iterator[Row]:
+    """Median and worst of each kind of key."""
+    yield from asyncio.run(_measured())
+
+
+async def _measured() -> list[Row]:
+    sys.path.insert(0, str(Path(__file__).parents[1] / "screens"))  # where the screens' tests have their fake station
+    from mission_station import MissionStation
+
+    bus = MemoryBus()
+    station = MissionStation(bus)
+    app = ConsoleApp(bus, "bench", clock=MonotonicClock())
+    rows: list[Row] = []
+    async with app.run_test(size=SIZE) as pilot:
+        station.tick(0.1)
+        for _ in range(10):
+            await pilot.pause(0.05)
+        await _cost(app, pilot, ["p"])
+        rows += await _rows(app, pilot, "zone editor", [
+            ("next zone", ["down", "up"], []),
+            ("moved on the map", ["right", "left"], ["e"]),
+            ("letter in a field", ["1", "2"], ["escape", "tab", "end"]),
+            ("digit of a radius", ["backspace", "0"], ["escape", "1", *["tab"] * 6, "end"]),
+            ("settings opened and closed", ["g", "escape"], ["escape"]),
+        ])  # fmt: skip
+        await _cost(app, pilot, ["escape", "m"])
+        screen = app.screen
+        assert isinstance(screen, MissionsScreen)
+        screen.editor.take("bench", _long_missions(screen))
+        screen.did("")
+        rows += await _rows(app, pilot, f"missions of {VEHICLES} x {ITEMS}", [
+            ("next item", ["down", "up"], []),
+            ("last and first item", ["end", "home"], []),
+            ("next vehicle", ["n", "N"], []),
+            ("item moved on the map", ["right", "left"], ["e"]),
+            ("digit of a height", ["1", "backspace"], ["escape", "down", *["tab"] * 4, "end"]),
+            ("item added and deleted", ["plus", "delete"], ["escape"]),
+            ("undo and redo", ["u", "Y"], []),
+            ("all items moved", ["right", "left"], ["E"]),
+        ])  # fmt: skip
+    return rows
+
+
+async def _rows(
+    app: ConsoleApp, pilot: Pilot[Any], where: str, parts: Sequence[tuple[str, list[str], list[str]]]
+) -> list[Row]:
+    rows = []
+    for name, keys, before in parts:
+        await _cost(app, pilot, before)
+        costs = [await _cost(app, pilot, [key]) for _ in range(TIMES) for key in keys]
+        rows.append(Row(f"{where}: {name}, median", statistics.median(costs), "ms", LIMIT_MS))
+        rows.append(Row(f"{where}: {name}, worst of {len(costs)}", max(costs), "ms"))
+    return rows
+
+
+async def _cost(app: ConsoleApp, pilot: Pilot[Any], keys: list[str]) -> float:
+    """Processor time in ms until all that follows from these keys is drawn."""
+    begin_s = time.process_time()
+    for key in keys:
+        app.post_message(Key(key, key if len(key) == 1 else None))
+        drawn = asyncio.Event()
+        while True:
+            await pilot.pause(0)
+            if app._turns.is_idle:
+                break
+        app.screen.call_after_refresh(drawn.set)
+        await asyncio.wait_for(drawn.wait(), 5.0)
+    return (time.process_time() - begin_s) * 1000.0
+
+
+def _long_missions(screen: MissionsScreen) -> MissionDraft:
+    """Rings about the middle, of each vehicle on its own layer, within fences of a hundred corners."""
+    frame, vehicles = screen.editor.frame, {}
+    for v in range(1, VEHICLES + 1):
+        height_m = 20.0 + 7.0 * v
+        angles = [math.tau * i / 97 for i in range(ITEMS)]
+        places = [
+            (300 + (60 + 0.1 * i) * math.cos(a), 200 + (60 + 0.1 * i) * math.sin(a)) for i, a in enumerate(angles)
+        ]
+        turns = [math.tau * i / 100 for i in range(100)]
+        corners = [(300 + 190 * math.cos(turn), 200 + 190 * math.sin(turn)) for turn in turns]
+        fence = fences.polygon([frame.to_geodetic(*corner) for corner in corners])
+        vehicles[v] = VehicleDraft(build.path_items(frame, places, height_m), fence)
+    return MissionDraft(vehicles)
