@@ -245,16 +245,25 @@ class ConsoleApp(CommandingApp):
             event, pressed_s = typed
             if isinstance(event, events.Key) and (self._keeps_back(event, pressed_s) or self._typed(event)):
                 continue
-            turn, target = self._turns.begin(), self.focused or self.screen
+            turn, target, screen = self._turns.begin(), self.focused or self.screen, self.screen
             await super().on_event(event)
-            if not target.post_message(KeyHandled(turn)):
+            if not target.post_message(KeyHandled(turn, target, screen)):
                 self._turns.end(turn)
         if held_up := self._turns.held_up:
             self.set_timer(LONGEST_S, lambda: self.post_message(KeyHandled(held_up)))
 
     async def on_key_handled(self, message: KeyHandled) -> None:
+        """What it made fields say comes up behind it; then the cursor goes where it shall be; then the next one."""
+        if message.target is not None and message.target.post_message(KeyHandled(message.turn, None, message.screen)):
+            return
+        if message.screen is not None and self.screen_stack and self.screen is not message.screen:
+            self.screen.call_after_refresh(self.call_later, self._end_turn, message.turn)
+        else:
+            self.call_later(self._end_turn, message.turn)
+
+    async def _end_turn(self, turn: int) -> None:
         """The next one."""
-        if self._turns.end(message.turn):
+        if self._turns.end(turn):
             await self._take_turns()
 
     def _keeps_back(self, key: events.Key, pressed_s: float) -> bool:

@@ -6,9 +6,12 @@ opens a menu, the digit behind the one that asks for a round.
 """
 
 from collections import deque
+from typing import Any
 
 from textual.events import Key, Paste
 from textual.message import Message
+from textual.message_pump import MessagePump
+from textual.screen import Screen
 
 Typed = tuple[Key | Paste, float]
 """What was typed, and when: seconds of the console's clock."""
@@ -18,12 +21,21 @@ LONGEST_S = 0.5
 
 
 class KeyHandled(Message):
-    """Follows a key on its way from the widget that has the cursor up to the app: there, all of it was handled."""
+    """Follows a key on its way from the widget that has the cursor up to the app: there, all of it was handled.
 
-    def __init__(self, turn: int) -> None:
-        """Behind the key of this turn."""
+    It comes twice: behind the key, and behind what that made a field and its form say.
+    """
+
+    def __init__(self, turn: int, target: MessagePump | None = None, screen: Screen[Any] | None = None) -> None:
+        """Behind the key of this turn.
+
+        `target`: where it begins the second time, None if this is that. A key that opened another screen than `screen`
+        is done when that is drawn and has its cursor.
+        """
         super().__init__()
         self.turn = turn
+        self.target = target
+        self.screen = screen
 
 
 class KeyTurns:
@@ -52,6 +64,11 @@ class KeyTurns:
         """All of it was handled, or it takes too long; whether that is news."""
         was_taken, self._is_taken = self._is_taken, self._is_taken and turn != self._turn
         return was_taken and not self._is_taken
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether everything typed was handled."""
+        return not self._waiting and not self._is_taken
 
     @property
     def held_up(self) -> int:

@@ -38,8 +38,6 @@ class DraftScreen(MapKeys):
     ACTIONS: ClassVar[tuple[Action, ...]]
     FILE_NAME: ClassVar[str]
     """Offered where the work has no file yet."""
-    KEYS_IN_TURN: ClassVar[bool] = True
-    """See `key_turns`: names and numbers are typed here, and letters outside fields are commands."""
     HERE: ClassVar[str] = ""
     """The screen, in the footer."""
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]
