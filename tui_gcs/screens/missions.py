@@ -94,6 +94,7 @@ class MissionsScreen(MissionCopies):
         self.profile = AltitudeProfile(self.editor, glyphs=glyphs)
         self.plan_list = PlanList(self.editor, glyphs=glyphs)
         self.work_list = self.item_table = ItemTable(self.editor, glyphs=glyphs)
+        self._items_panel = Vertical(id="items")
         self.item_form = ItemForm(glyphs=glyphs)
         self.generate_form = GenerateForm(glyphs=glyphs)
         self.craft_form = CraftForm(glyphs=glyphs)
@@ -107,7 +108,7 @@ class MissionsScreen(MissionCopies):
             with Vertical(id="vehicles") as vehicles:
                 set_title(vehicles, "missions")
                 yield self.plan_list
-            with Vertical(id="items"):
+            with self._items_panel:
                 yield self.item_table
             yield self.item_form
             yield self.generate_form
@@ -184,7 +185,7 @@ class MissionsScreen(MissionCopies):
     def _show_lists(self) -> None:
         editor = self.editor
         self.plan_list.show(self.transfers.states())
-        set_title(self.query_one("#items"), f"vehicle {editor.vehicle}  {editor.kind.word} of {len(editor.items)}")
+        set_title(self._items_panel, f"vehicle {editor.vehicle}  {editor.kind.word} of {len(editor.items)}")
         set_title(self.profile, f"height of vehicle {editor.vehicle}")
         self.item_table.update_lines()
         self.show_message()
