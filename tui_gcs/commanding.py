@@ -285,7 +285,12 @@ class CommandingApp(ThinApp):
             self._news_s = self.clock.now()
 
     def _show_table(self) -> None:
-        newest, *before = reversed([(order.title, order.results) for order in self.orders.orders])
+        told = [
+            (order.title, order.results) for order in self.orders.orders if order.results
+        ]  # not: refused as a whole
+        if not told:
+            return
+        newest, *before = reversed(told)
         self._panel().show(newest, before, rows_of(self.feed).get, now_words)
 
     def close_result(self) -> bool:

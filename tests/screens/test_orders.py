@@ -92,6 +92,21 @@ async def test_behind_a_letter_that_is_none_escape_leaves_the_menu() -> None:
         assert c.station.commands() == []
 
 
+async def test_what_the_station_refused_as_a_whole_is_no_success_in_the_table() -> None:
+    """Seen in the demo: round 2 was refused while the fleet started, and the table said `done for all 0`."""
+    async with console(NARROW, flight) as c:
+        await c.press("!", "h")
+        await c.tick()
+        assert "HOLD ALL" in c.result()
+        refusal = m.Reply(ok=False, text="not while the fleet is starting")
+        c.station._reply = lambda _request: refusal  # type: ignore[method-assign]
+        await c.press("o", "2", "y")
+        await c.tick()
+        assert "round 2 NOT DONE: not while the fleet is starting" in c.line(1)
+        assert "done for all 0" not in c.text()
+        assert "HOLD ALL" in c.result()
+
+
 async def test_what_has_only_begun_is_never_called_done() -> None:
     """On its way home or to a place: begun. Who stands disarmed on the ground already: done."""
     async with console(NARROW, flight) as c:
