@@ -30,6 +30,13 @@ def test_a_planner_that_prints_without_end_does_not_fill_the_disk(tmp_path: Path
     )
 
 
+def test_planners_that_printed_nothing_yet_are_no_news(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    workers = Workers(tmp_path / "bus", tmp_path / "run-planners.log")
+    workers.keep([], 0.0)
+    workers.keep([], LOOK_GAP_S)
+    assert not caplog.records
+
+
 FORKS = """
 import os, signal, sys, time
 signal.signal(signal.SIGTERM, signal.SIG_IGN)

@@ -108,6 +108,8 @@ class Workers:
                 os.truncate(self._log_file, KEPT_LOG_BYTES)
                 with self._log_file.open("ab") as output:
                     output.write(b"\n--- planners print too much: what came here is not kept ---\n")
+        except FileNotFoundError:
+            return  # nobody has printed anything yet
         except OSError as error:
             log.warning("%s cannot be shortened: %s", self._log_file, error)
 
