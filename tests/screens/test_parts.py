@@ -10,6 +10,7 @@ from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
 from textual.events import Key
 
 from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, Situation, bindings, footer_actions, refusal
+from tui_gcs.actions.entries import found, order_entries
 from tui_gcs.app import ConsoleApp
 from tui_gcs.chord import Chord
 from tui_gcs.core.bus import MemoryBus
@@ -162,3 +163,13 @@ def test_who_is_not_ready_is_left_out_of_the_start_and_named_with_the_reason() -
     plan = start_plan(station.scenario, status, station.frame())
     assert plan.vehicles == (1, 2, 4, 5, 6, 7, 8)
     assert [team.not_ready for team in plan.teams] == [((3, "no 3-D position fix (fix type 1)"),), ()]
+
+
+@pytest.mark.parametrize(
+    "word, order",
+    [("pause", "hold"), ("continue", "continue"), ("rtl", "return"), ("kill", "KILL MOTORS"), ("photo", "photo")],
+)
+def test_words_of_the_trade_find_their_order(word: str, order: str) -> None:
+    station = FakeStation(MemoryBus(), run=RunPhase.RUNNING)
+    entries = order_entries(Situation(station.status(), station.frame(), (1, 2)))
+    assert order in [entry.name for entry in found(entries, word)]

@@ -14,6 +14,8 @@ from tui_gcs.widgets.words import clock
 WIDE = 115
 LEAST_NAME_CELLS = 8
 KIND_INKS = {Kind.SIM: Ink.SELECTED, Kind.LIVE: Ink.LIVE, Kind.REPLAY: Ink.REPLAY}
+IDLE_WORD = "idle"
+"""Of a narrow terminal."""
 RUN_WORDS = {
     RunPhase.IDLE: "not started",
     RunPhase.STARTING: "starting",
@@ -64,6 +66,8 @@ def status_runs(status: StationStatus, width: int, wall_s: float, principal: str
         runs += [gap, (f"Round {number}" if wide else f"R{number}", Ink.TEXT)]
         running = status.run is RunPhase.RUNNING
         word = clock(status.mission_time_s) if running else RUN_WORDS[status.run]
+        if not wide and status.run is RunPhase.IDLE:
+            word = IDLE_WORD
         runs += [("  ", Ink.TEXT), (word, Ink.CAUTION if status.run is RunPhase.HOLD else Ink.TEXT)]
     runs += [gap, *_links(status, glyphs), ("  ", Ink.TEXT), *_heard(status, wide)]
     runs += [gap, *_armed_or_ready(status)]
