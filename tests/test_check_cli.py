@@ -25,8 +25,9 @@ def test_a_scenario(capsys: pytest.CaptureFixture[str]) -> None:
     out = capsys.readouterr().out
     assert "note    round 1, home: ok: 70 m inside the operating area\n" in out and "nothing is wrong" in out
     Path("a.toml").write_text(SCENARIO.read_text().replace("radius_m = 80.0", "radius_m = 800.0"))
+    line = SCENARIO.read_text().splitlines().index("[[round.zone]]") + 1
     assert main(["check", "a.toml"]) == 1
-    assert "ERROR   round[1].zone[1] (line 60): zone 'home' reaches outside" in capsys.readouterr().out
+    assert f"ERROR   round[1].zone[1] (line {line}): zone 'home' reaches outside" in capsys.readouterr().out
     Path("b.toml").write_text(SCENARIO.read_text().replace('planner = "patrol"', 'planner = "mine"'))
     assert main(["check", "b.toml"]) == 0
     assert "caution team defend: planner 'mine' is none of the known ones" in capsys.readouterr().out
