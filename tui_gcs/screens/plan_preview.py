@@ -6,6 +6,7 @@ The station's planner workers do it on the side, in processes of their own; a ne
 from collections.abc import Mapping
 
 from textual.timer import Timer
+from textual.worker import WorkType
 
 from tui_gcs.core.messages import CancelPreview, GetPreviews, Preview, PreviewResult
 from tui_gcs.screens.draft_screen import DraftScreen
@@ -74,7 +75,12 @@ class PlanPreview(DraftScreen):
     def _wonder(self, question: Preview | GetPreviews) -> None:
         if not self.is_current:  # a timer that had run out before it was stopped
             return
-        self.run_worker(self._ask_station(question), group="preview", exclusive=True)
+
+        async def ask() -> None:  # not begun before the worker is: one that is cancelled first has asked nothing
+            await self._ask_station(question)
+
+        work: WorkType[None] = ask
+        self.run_worker(work, group="preview", exclusive=True)
 
     async def _ask_station(self, question: Preview | GetPreviews) -> None:
         """Ask, and look again until all have answered; somebody else's question ends this one."""
