@@ -36,10 +36,11 @@ from tui_gcs.groups import GroupFile, GroupsError
 from tui_gcs.key_guard import KeyGuard
 from tui_gcs.key_turns import LONGEST_S, KeyHandled, KeyTurns
 from tui_gcs.line_entry import LineEntry
-from tui_gcs.screens.alarms import REACTION_S, AlarmScreen
+from tui_gcs.screens.alarms import AlarmScreen
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.help import HelpDialog, PaletteDialog
 from tui_gcs.screens.preflight import Operator
+from tui_gcs.screens.text_dialog import REACTION_S
 from tui_gcs.screens.tiny import MIN_COLUMNS, MIN_ROWS, TinyScreen
 from tui_gcs.selection import SelectionError
 from tui_gcs.widgets.alarm_bell import AlarmBell

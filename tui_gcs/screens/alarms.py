@@ -9,7 +9,7 @@ from tui_gcs.core.clock import Clock
 from tui_gcs.core.messages import Acknowledge, Alarm, EventClass, Request, Shelve, Unshelve
 from tui_gcs.core.messages_alarms import action_words
 from tui_gcs.feed import EventRaised, Feed, StatusUpdated
-from tui_gcs.screens.text_dialog import TextDialog
+from tui_gcs.screens.text_dialog import REACTION_S, TextDialog
 from tui_gcs.widgets.alarm_line import LEVEL_INKS, LEVEL_TAGS
 from tui_gcs.widgets.event_lines import event_line
 from tui_gcs.widgets.glyphs import GlyphSet
@@ -18,8 +18,6 @@ from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.top_lines import KEYS
 
-REACTION_S = 0.7
-"""So long a key still means what was shown before."""
 SHELVE_MIN = 5.0
 """What every level allows."""
 HISTORY_LINES = 8

@@ -19,14 +19,12 @@ from tui_gcs.core.messages_preflight import (
     SignOff,
 )
 from tui_gcs.feed import Feed, StatusUpdated
-from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.screens.text_dialog import MOST_CELLS, REACTION_S, TextDialog
 from tui_gcs.widgets.check_lines import check_line, count_line, detail_lines, loud, quiet_lines
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line
 from tui_gcs.widgets.palette import Ink
 
-REACTION_S = 0.7
-"""So long a key still means what was shown before."""
 Mark = tuple[str, str, tuple[int, ...]]
 """Name, text and vehicles of a check."""
 

@@ -17,6 +17,8 @@ from tui_gcs.widgets.titles import set_title
 
 T = TypeVar("T")
 DIALOG_WIDTH = 76
+REACTION_S = 0.7
+"""So long a key still means what was shown before."""
 MOST_CELLS = 72
 """What a line may be long at 80 columns."""
 TOP_LINES, BOTTOM_LINES, BORDER_LINES = 2, 1, 2
