@@ -16,7 +16,8 @@ from tui_gcs.core.missions import fences
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.plan import LAND, PlanItem
 from tui_gcs.feed import NO_ANSWER, Feed
-from tui_gcs.plan_transfers import Transfer, Transfers, progress
+from tui_gcs.plan_transfers import Transfer, Transfers
+from tui_gcs.transfer_times import PartTime
 
 PLANS = VehicleDraft((PlanItem(LAND),), fences.circle((52.0, 0.0), 100.0), (fences.rally_point((52.0, 0.0), 20.0),))
 RUNNING = TaskInfo(1, 3, "upload", "me", "running", 0, 0, "", 0.0)
@@ -78,9 +79,38 @@ def test_a_station_that_does_not_answer_may_have_begun() -> None:
     assert came.text.startswith("fence perhaps on board (= compares):")
 
 
-def test_how_far_it_is_and_how_long_it_takes() -> None:
-    task = msgspec.structs.replace(RUNNING, done=30, total=120)
-    assert progress(task, 10.0) == "30/120 30 s"
-    assert progress(task, 0.5) == "30/120"
-    assert progress(RUNNING, 10.0) == ""
-    assert progress(msgspec.structs.replace(task, state="queued"), 10.0) == "waits"
+def test_what_is_being_read_back_is_not_over_and_the_time_in_a_queue_is_no_pace() -> None:
+    part = PartTime()
+    waiting = msgspec.structs.replace(RUNNING, state="queued", text="vehicle 1: mission upload")
+    part.look(waiting, 0.0)
+    assert part.words(waiting) == "waits for vehicle 1"
+    sending = msgspec.structs.replace(RUNNING, total=80)
+    for now_s, done in ((30.0, 0), (34.0, 20), (38.0, 40)):  # all 40 are there after 8 s, however long it waited before
+        sending = msgspec.structs.replace(sending, done=done)
+        part.look(sending, now_s)
+    assert part.words(sending) == "50 %, 0:09 left"
+    part.look(back := msgspec.structs.replace(sending, done=80), 46.0)
+    assert part.words(back) == "100 %, 0:01 left", "0 s is over"
+
+
+def test_before_it_moves_no_time_is_told() -> None:
+    part = PartTime()
+    assert part.words(RUNNING) == ""
+    part.look(first := msgspec.structs.replace(RUNNING, done=1, total=80), 10.0)
+    assert part.words(first) == "1 %"
+
+
+def test_all_together_counts_what_waits_too() -> None:
+    transfers = Transfers(
+        cast(Feed, PaperFeed(lambda _request: told("running"))), clock := VirtualClock(), lambda: None
+    )
+    assert transfers.overall() == ""
+    for vehicle in (1, 2):
+        transfers._begin(vehicle, to_vehicle=True, plans=PLANS)
+    clock.advance(6.0)
+    transfers.by_vehicle[1].part.done = 2  # of 24 steps: two vehicles, three plans of an item each
+    assert transfers.overall() == "8 %, about 1:06 left"
+    transfers._end(transfers.by_vehicle[1], False, "refused")
+    assert transfers.overall() == "14 %, about 0:36 left", "what failed is not waited for"
+    transfers._end(transfers.by_vehicle[2], True, "on board")
+    assert transfers.overall() == ""

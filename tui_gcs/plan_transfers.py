@@ -5,7 +5,6 @@ held. What is not planned is not touched. Knows the feed and nothing of screens.
 """
 
 import asyncio
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -24,6 +23,7 @@ from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.plan import PlanKind, PlanWord
 from tui_gcs.core.plan_rows import plan_of, plan_rows
 from tui_gcs.feed import NO_ANSWER, Feed
+from tui_gcs.transfer_times import PartTime, all_words, steps_of
 
 ORDER = (PlanKind.FENCE, PlanKind.RALLY, PlanKind.MISSION)
 LOOK_S = 0.3
@@ -52,6 +52,17 @@ class Transfer:
     """What was sent, or what came."""
     text: str = ""
     """What the station said at the end."""
+    part: PartTime = field(default_factory=PartTime)
+    """Of the plan that is on its way now."""
+    steps_over: int = 0
+    """Of the plans before it."""
+
+    @property
+    def steps(self) -> tuple[float, int]:
+        """How many of how many are done; those of an end that came early are not waited for."""
+        total = steps_of(len(self.plans.items(kind)) for kind in ORDER)
+        done = self.steps_over + self.part.done
+        return (done, done) if self.over else (min(done, total), total)
 
 
 class Transfers:
@@ -63,6 +74,9 @@ class Transfers:
         self._clock = clock
         self._told = told
         self.by_vehicle: dict[int, Transfer] = {}
+        self._together: list[Transfer] = []
+        """Those begun since nothing was on its way."""
+        self._begun_s = 0.0
 
     @property
     def running(self) -> list[Transfer]:
@@ -77,6 +91,14 @@ class Transfers:
     def states(self) -> dict[int, str]:
         """How those that run stand, by vehicle."""
         return {each.vehicle: each.state for each in self.running}
+
+    def overall(self) -> str:
+        """How far what is being sent is altogether, and how long that takes yet; "" while nothing is sent."""
+        sent = [each for each in self._together if each.to_vehicle]
+        if all(each.over for each in sent):
+            return ""
+        steps = [each.steps for each in sent]
+        return all_words(sum(d for d, _ in steps), sum(t for _, t in steps), self._clock.now() - self._begun_s)
 
     async def send(self, plans: dict[int, VehicleDraft]) -> list[Transfer]:
         """Put these on their vehicles; what came of each."""
@@ -101,7 +123,10 @@ class Transfers:
     # ------------------------------------------------------------ one vehicle
 
     def _begin(self, vehicle: int, *, to_vehicle: bool, plans: VehicleDraft) -> Transfer:
+        if not self.running:
+            self._together, self._begun_s = [], self._clock.now()
         transfer = Transfer(vehicle, to_vehicle, plans=plans)
+        self._together.append(transfer)
         self.by_vehicle[vehicle] = transfer
         self._told()
         return transfer
@@ -123,6 +148,8 @@ class Transfers:
                 )
                 return
             done.append(kind.word + (f" ({info.text})" if info.text else ""))
+            transfer.steps_over += steps_of([len(plan.items)])
+            transfer.part = PartTime()
         self._end(transfer, True, f"{', '.join(done)} on board, read back" if done else "nothing planned, nothing sent")
 
     async def _fetch(self, transfer: Transfer) -> None:
@@ -146,7 +173,7 @@ class Transfers:
 
     async def _carry_out(self, transfer: Transfer, request: Request, what: str) -> TaskInfo | None:
         """Ask, and follow the task to its end; None: refused, or nobody knows (`transfer.text` says which)."""
-        transfer.state, transfer.text = what, ""
+        transfer.state, transfer.text, transfer.part = what, "", PartTime()
         self._told()
         reply = await self._feed.request(request)
         info = reply.tasks[0] if reply.tasks else None
@@ -154,14 +181,16 @@ class Transfers:
             transfer.text = next((result.text for result in reply.results if result.text), reply.text)
             return None
         transfer.task = info.number
-        begun_s = heard_s = self._clock.now()
+        heard_s = self._clock.now()
+        transfer.part.look(info, heard_s)
         while not info.over and not transfer.over:
             await asyncio.sleep(LOOK_S)
             asked = await self._feed.request(GetTasks((info.number,)))
             now = self._clock.now()
             if asked.ok and asked.tasks:
                 info, heard_s = asked.tasks[0], now
-                transfer.state = f"{what} {progress(info, now - begun_s)}".rstrip()
+                transfer.part.look(info, now)
+                transfer.state = f"{what} {transfer.part.words(info)}".rstrip()
                 self._told()
             elif now - heard_s > SILENT_S:
                 transfer.text = NOBODY_KNOWS
@@ -173,17 +202,6 @@ class Transfers:
         if not transfer.over:
             transfer.over, transfer.good, transfer.text = True, good, text
         self._told()
-
-
-def progress(info: TaskInfo, since_s: float) -> str:
-    """How far it is, and about how long it takes yet, once that can be told."""
-    if info.state == "queued":
-        return f"waits for {info.text}" if info.text else "waits"
-    if not info.total:
-        return ""
-    left_s = since_s / info.done * (info.total - info.done) if info.done else math.inf
-    eta = f" {math.ceil(left_s)} s" if math.isfinite(left_s) and since_s > 1.0 else ""
-    return f"{info.done}/{info.total}{eta}"
 
 
 def _outcome(transfer: Transfer, info: TaskInfo | None) -> str:

@@ -72,6 +72,19 @@ def test_a_plan_goes_up_and_is_read_back(make: Make, autopilot: type[PlanPeer], 
 
 
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
+def test_half_of_an_upload_is_the_reading_back(make: Make, autopilot: type[PlanPeer]) -> None:
+    rig, missions = make(peer := autopilot(1), delay_s=0.1)
+    job = missions.upload(1, mission(40))
+    seen = set()
+    while not job.over:
+        rig.run(0.05)
+        if peer.got("MISSION_REQUEST_LIST"):
+            seen.add(100 * job.done // job.total)
+    assert min(seen) <= 55 and len(seen) > 10, "100 % would be told all the time that it is read back"
+    assert job.state is JobState.DONE and job.done == job.total
+
+
+@pytest.mark.parametrize("autopilot", AUTOPILOTS)
 def test_a_thousand_items(make: Make, autopilot: type[PlanPeer]) -> None:
     peer = autopilot(1)
     if isinstance(peer, ArduPilotPeer):

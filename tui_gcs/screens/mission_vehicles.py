@@ -38,6 +38,10 @@ class MissionVehicles(MissionChoosing):
         """Everything from the draft."""
         raise NotImplementedError
 
+    def show_transfers(self) -> None:
+        """How far plans on their way are."""
+        raise NotImplementedError
+
     def action_upload(self) -> None:
         """Ask whom to send to."""
         editor = self.editor
@@ -191,4 +195,4 @@ class MissionVehicles(MissionChoosing):
 
     def _on_transfer(self) -> None:
         if self.is_attached:
-            self.plan_list.show(self.transfers.states())
+            self.show_transfers()

@@ -94,7 +94,7 @@ class MissionsScreen(MissionCopies):
         self.profile = AltitudeProfile(self.editor, glyphs=glyphs)
         self.plan_list = PlanList(self.editor, glyphs=glyphs)
         self.work_list = self.item_table = ItemTable(self.editor, glyphs=glyphs)
-        self._items_panel = Vertical(id="items")
+        self._vehicles_panel, self._items_panel = Vertical(id="vehicles"), Vertical(id="items")
         self.item_form = ItemForm(glyphs=glyphs)
         self.generate_form = GenerateForm(glyphs=glyphs)
         self.craft_form = CraftForm(glyphs=glyphs)
@@ -105,8 +105,7 @@ class MissionsScreen(MissionCopies):
             yield self.map_view
             yield self.profile
         with Vertical(id="side"):
-            with Vertical(id="vehicles") as vehicles:
-                set_title(vehicles, "missions")
+            with self._vehicles_panel:
                 yield self.plan_list
             with self._items_panel:
                 yield self.item_table
@@ -184,12 +183,18 @@ class MissionsScreen(MissionCopies):
 
     def _show_lists(self) -> None:
         editor = self.editor
-        self.plan_list.show(self.transfers.states())
+        self.show_transfers()
         set_title(self._items_panel, f"vehicle {editor.vehicle}  {editor.kind.word} of {len(editor.items)}")
         set_title(self.profile, f"height of vehicle {editor.vehicle}")
         self.item_table.update_lines()
         self.show_message()
         self.verdict.show(mission_remarks(editor, self._problem, self.told))
+
+    def show_transfers(self) -> None:
+        """How far plans on their way are: each, and above all together."""
+        self.plan_list.show(self.transfers.states())
+        overall = self.transfers.overall()
+        set_title(self._vehicles_panel, f"sending {overall}" if overall else "missions")
 
     def show_form(self) -> None:
         """The edited item; what was typed and not allowed is gone."""

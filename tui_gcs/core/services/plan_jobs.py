@@ -129,7 +129,7 @@ class DownloadJob(PlanJob):
 
     def _look(self, vehicle: Vehicle, now: float) -> None:
         reading = self._reading
-        self.done, self.total = len(reading.items), reading.count or 0
+        self.done, self.total = reading.come, reading.count or 0
         if self.over or not reading.over:
             return
         if reading.error:
@@ -187,7 +187,7 @@ class UploadJob(PlanJob):
 
     def _send(self, vehicle: Vehicle, now: float) -> None:
         items = self._dialect.to_wire(self.plan)
-        self.total = len(items)
+        self.total = 2 * len(items)  # each is sent, and read back
         patience_s = self._dialect.patience_s
         self._sending = Sending(self._wire, items, self._pace, patience_s=patience_s, from_start=not self.in_flight)
         self._sending.begin(now)
@@ -248,6 +248,8 @@ class UploadJob(PlanJob):
         if self.over or self._acked_s is not None:
             return
         if self._reading is not None:
+            items = self.total // 2
+            self.done = items + min(self._reading.come, items)
             if self._reading.over:
                 self._read_back(vehicle, self._reading, now)
         elif self._sending is not None:
@@ -321,6 +323,7 @@ class UploadJob(PlanJob):
     def _proven(self, vehicle: Vehicle, read: str, now: float) -> None:
         """The vehicle holds the plan, which comes back as `read`; does it also want it?"""
         self._reading = self._sending = None
+        self.done = self.total
         self._keep(self.plan, now, read=read, ours=True, opaque_id=self._opaque_id)
         self._held.before = None
         waits = self.kind is PlanKind.MISSION and self._dialect.judges_afterwards

@@ -44,6 +44,11 @@ class Reading:
         """What has come, in order."""
         return tuple(self._items[seq] for seq in sorted(self._items))
 
+    @property
+    def come(self) -> int:
+        """How many have come."""
+        return len(self._items)
+
     def begin(self, now: float) -> None:
         """Ask how many there are."""
         self._first_s = now
