@@ -9,7 +9,10 @@ import pytest
 
 from tests.console_pty import PtyConsole
 from tui_gcs.cli import main
+from tui_gcs.commands import common
 from tui_gcs.commands.control import lost_vehicles
+from tui_gcs.core.config import SUPERVISOR_LOCK, runtime_dir, try_lock
+from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
 
 DATA = Path(__file__).parent / "data"
@@ -140,6 +143,16 @@ def test_a_runtime_directory_that_is_a_link_is_refused(tmp_path: Path):
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "run").symlink_to(tmp_path / "elsewhere")
     assert "is not a directory" in refused("status")
+
+
+def test_a_station_that_is_slow_to_start_is_not_told_as_one_that_did_not(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(common, "START_LIMIT_S", 0.0)
+    with pytest.raises(CommandError, match="did not start: it does not answer"):
+        common.join(Kind.SIM)
+    with (runtime_dir(Kind.SIM) / SUPERVISOR_LOCK).open("a") as lock:
+        assert try_lock(lock)
+        with pytest.raises(CommandError, match="is running, but it does not answer.*tui-gcs stop"):
+            common.join(Kind.SIM)
 
 
 def test_a_second_networks_vehicles_may_be_in_a_scenario_and_are_not_simulated_with_the_first(tmp_path: Path):

@@ -1,6 +1,7 @@
 """Patrols in random runs: separation; and what a step and a loss cost, with few vehicles and with many."""
 
 import copy
+import gc
 import itertools
 import multiprocessing
 import time
@@ -88,6 +89,8 @@ def _costs(count: int, limit_ms: float, side_m: float) -> Iterator[Row]:
     shape = Rectangle((1000.0, 1000.0), side_m, 0.75 * side_m)
     task = task_for(range(1, count + 1), "patrol", shape=shape, area=MANY_AREA, parameters={"search": 0})
     host = PlannerHost(TEAM)
+    gc.collect()
+    gc.freeze()  # as planner/worker.py does
     begin_s = time.process_time()
     host.set_task(task)
     yield Row(f"{count} vehicles: planned at once, CPU", time.process_time() - begin_s, "s")

@@ -205,6 +205,11 @@ def join(kind: Kind) -> "ZenohBus":
         if why := start_error(kind):
             raise CommandError(why)
         if time.monotonic() > end:
+            if running(kind):  # on a busy machine it may be up a moment later: nobody should think that there is none
+                raise CommandError(
+                    f"the {kind} station is running, but {problem}, after {START_LIMIT_S:.0f} s: try `tui-gcs attach`"
+                    " or `tui-gcs status` again; `tui-gcs stop` ends it"
+                )
             raise CommandError(f"the {kind} station did not start: {problem}")
         time.sleep(0.05)
 

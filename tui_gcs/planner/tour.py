@@ -73,9 +73,8 @@ class Tour:
     def at(self, phase_s: Floats) -> tuple[Floats, Floats]:
         """Positions and velocities (…, 2) at times (…) since the tour's first point; any number of rounds."""
         i, j, share = self._samples(phase_s)
-        xy = (1.0 - share) * self.xy_m[i] + share * self.xy_m[j]
-        velocity = (1.0 - share) * self.velocity_m_s[i] + share * self.velocity_m_s[j]
-        return xy, velocity
+        states = (1.0 - share) * self._states[i] + share * self._states[j]
+        return states[..., :2], states[..., 2:]
 
     def places(self, phase_s: Floats) -> Floats:
         """As `at`, the positions only."""
@@ -90,6 +89,11 @@ class Tour:
         i, share = whole % len(self.xy_m), place - whole
         (x, y), (x1, y1) = self._points[i], self._points[(i + 1) % len(self.xy_m)]
         return (1.0 - share) * x + share * x1, (1.0 - share) * y + share * y1
+
+    @cached_property
+    def _states(self) -> Floats:
+        """(k, 4) places and velocities side by side: half the gathering."""
+        return np.hstack([self.xy_m, self.velocity_m_s])
 
     @cached_property
     def _points(self) -> list[list[float]]:

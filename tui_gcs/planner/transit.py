@@ -7,7 +7,7 @@ the slot's velocity within the limits, that manoeuvre is taken. The result is st
 
 import math
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -99,7 +99,7 @@ def plan_transit(
     None if there is none within `LONGEST_S`, or only through a no-fly zone: the vehicle is cut off from its slot.
     """
     flight = _Flight(xy_m, velocity_m_s, mobility)
-    lap_s = np.arange(0.0, _longest_wait_s(xy_m, tour, mobility), LOOK_AHEAD_S)
+    meeting = _Meeting(xy_m, tour, phase_s, mobility)
     aim, corner, near_s = xy_m, False, 0.0
     for step in range(round(LONGEST_S / STEP_S)):
         now_s = step * STEP_S
@@ -111,8 +111,7 @@ def plan_transit(
                 if ending is not None:
                     found = flight.transit(t_s, ending)
                     return None if region.enters_no_fly(found.xy_m) else found
-            target = _meeting_point(flight.xy, tour, phase_s + now_s, lap_s, mobility.speed_m_s)
-            aim, corner = region.next_leg(np.array(flight.xy), target)
+            aim, corner = region.next_leg(np.array(flight.xy), meeting.point(flight.xy, now_s))
         flight.step(aim, corner)
     return None
 
@@ -162,19 +161,44 @@ def _longest_wait_s(xy_m: Floats, tour: Tour, mobility: Mobility) -> float:
     return float(min(lap_s, across_s + 2 * MANOEUVRES_S[-1]))
 
 
-def _meeting_point(xy: tuple[float, float], tour: Tour, phase_s: float, lap_s: Floats, speed_m_s: float) -> Floats:
-    """Where the slot will be when the vehicle can first be there too; where it is now, if it never can."""
-    if tour.top_way_m_s > SLOWER_SHARE * speed_m_s:
-        path = tour.places(phase_s + lap_s)
-        needed = np.hypot(path[:, 0] - xy[0], path[:, 1] - xy[1]) / speed_m_s + ALLOWANCE_S
-        return np.asarray(path[int(np.argmax(needed <= lap_s))])
+class _Meeting:
+    """Where a slot will be when a vehicle can first be there too."""
 
-    def in_time(wait_s: float) -> bool:
-        x, y = tour.place(phase_s + wait_s)
-        return math.hypot(x - xy[0], y - xy[1]) / speed_m_s + ALLOWANCE_S <= wait_s
+    def __init__(self, xy_m: Floats, tour: Tour, phase_s: float, mobility: Mobility) -> None:
+        self._tour, self._phase_s, self._speed_m_s = tour, phase_s, mobility.speed_m_s
+        self._lap_s = np.arange(0.0, _longest_wait_s(xy_m, tour, mobility), LOOK_AHEAD_S)
+        self._first = 0
+        """Row of `_lap_s` of the last answer: the next one is about as many seconds nearer as went by."""
 
-    first = bisect_left(lap_s, True, key=in_time)
-    return np.array(tour.place(phase_s + float(lap_s[first % len(lap_s)])))
+    def point(self, xy: tuple[float, float], now_s: float) -> Floats:
+        """For a vehicle that is at `xy` then; where the slot is now, if it never can be met."""
+        tour, lap_s, speed_m_s, phase_s = self._tour, self._lap_s, self._speed_m_s, self._phase_s + now_s
+        if tour.top_way_m_s > SLOWER_SHARE * speed_m_s:
+            path = tour.places(phase_s + lap_s)
+            needed = np.hypot(path[:, 0] - xy[0], path[:, 1] - xy[1]) / speed_m_s + ALLOWANCE_S
+            return np.asarray(path[int(np.argmax(needed <= lap_s))])
+
+        def in_time(row: int) -> bool:
+            wait_s = float(lap_s[row])
+            x, y = tour.place(phase_s + wait_s)
+            return math.hypot(x - xy[0], y - xy[1]) / speed_m_s + ALLOWANCE_S <= wait_s
+
+        self._first = _first(in_time, len(lap_s), max(self._first - 1, 0)) % len(lap_s)
+        return np.array(tour.place(phase_s + float(lap_s[self._first])))
+
+
+def _first(holds: Callable[[int], bool], count: int, guess: int) -> int:
+    """The first of 0 … count - 1 that holds, if all after it do, too; `count` if none does. Fast near `guess`."""
+    stride = 1
+    if holds(guess):
+        low, high = guess - 1, guess
+        while low >= 0 and holds(low):
+            low, high, stride = low - stride, low, 2 * stride
+    else:
+        low, high = guess, guess + 1
+        while high < count and not holds(high):
+            low, high, stride = high, high + stride, 2 * stride
+    return bisect_left(range(count), True, max(low + 1, 0), min(high, count), key=holds)
 
 
 def _too_far_s(flight: _Flight, path: Floats, top_speed_m_s: float, mobility: Mobility) -> float:
