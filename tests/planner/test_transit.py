@@ -9,7 +9,16 @@ from flights import AREA, no_fly, region_of, zone_of
 from tui_gcs.core.zones import Circle, Rectangle
 from tui_gcs.planner.region import Region
 from tui_gcs.planner.tour import Tour, resampled, timed
-from tui_gcs.planner.transit import ALLOWANCE_S, LOOK_AHEAD_S, STEP_S, Mobility, Transit, _meeting_point, plan_transit
+from tui_gcs.planner.transit import (
+    ALLOWANCE_S,
+    LOOK_AHEAD_S,
+    STEP_S,
+    Mobility,
+    Transit,
+    _longest_wait_s,
+    _Meeting,
+    plan_transit,
+)
 
 MOBILITY = Mobility(7.84, 2.25)
 ZONE = zone_of(Rectangle((450.0, 200.0), 100.0, 80.0))
@@ -68,15 +77,18 @@ def test_the_shortest_way_turns_at_corners() -> None:
 
 @pytest.mark.parametrize("speed_m_s", [7.84, 7.6, 3.0])
 def test_a_slot_is_met_where_it_first_can_be(speed_m_s: float) -> None:
-    """Also by vehicles that are slower than the tour, and those that never can."""
-    rng, tour, lap_s = np.random.default_rng(5), oval(), np.arange(0.0, 60.0, LOOK_AHEAD_S)
-    for _ in range(100):
+    """Wherever it was met last; also by vehicles that are slower than the tour, and those that never can."""
+    rng, tour = np.random.default_rng(5), oval()
+    for _ in range(20):
         x, y, phase_s = (float(number) for number in rng.uniform((0.0, 0.0, -50.0), (600.0, 400.0, 500.0)))
-        path = tour.places(phase_s + lap_s)
-        in_time = [
-            k
-            for k, (east, north) in enumerate(path.tolist())
-            if math.hypot(east - x, north - y) / speed_m_s + ALLOWANCE_S <= lap_s[k]
-        ]
-        found = _meeting_point((x, y), tour, phase_s, lap_s, speed_m_s)
-        np.testing.assert_array_equal(found, path[in_time[0] if in_time else 0])
+        meeting = _Meeting(np.array([x, y]), tour, phase_s, Mobility(speed_m_s, 2.25))
+        lap_s = np.arange(0.0, _longest_wait_s(np.array([x, y]), tour, Mobility(speed_m_s, 2.25)), LOOK_AHEAD_S)
+        for now_s in (0.0, 0.5, 1.0, 1.5, 40.0, 20.0):
+            x, y = (float(number) for number in rng.normal((x, y), 4.0 if now_s < 2.0 else 150.0))
+            path = tour.places(phase_s + now_s + lap_s)
+            in_time = [
+                k
+                for k, (east, north) in enumerate(path.tolist())
+                if math.hypot(east - x, north - y) / speed_m_s + ALLOWANCE_S <= lap_s[k]
+            ]
+            np.testing.assert_array_equal(meeting.point((x, y), now_s), path[in_time[0] if in_time else 0])

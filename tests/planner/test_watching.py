@@ -1,7 +1,10 @@
 """A planner that is saved again while it flies: the new version goes on where the one before was, or that one does."""
 
+import sys
+import threading
 import time
 from pathlib import Path
+from types import ModuleType
 
 import bad_planners as bad
 import pytest
@@ -132,3 +135,20 @@ def test_classes_of_the_file_may_be_in_its_state(flight: Flight) -> None:
     flight.save(PICKLES.replace("200.0 + shift", "300.0 + shift"))
     assert not any("no snapshot" in note for note in flight.notes)
     assert flight.east_m() > 301.5
+
+
+def test_a_snapshot_is_not_taken_while_another_version_is_half_loaded(
+    flight: Flight, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A pickle would find the classes of the new version, and say that they are not its own."""
+    gate = ModuleType("gate")
+    gate.opened = threading.Event()
+    monkeypatch.setitem(sys.modules, "gate", gate)
+    flight.save(PICKLES)
+    flight.path.write_text("import gate\ngate.opened.wait(20.0)\n" + PICKLES)
+    for _ in range(25):  # a snapshot every two seconds
+        flight.step()
+    gate.opened.set()
+    flight.save(flight.path.read_text())
+    assert not any("no snapshot" in note for note in flight.notes)
+    assert "the new version flies" in flight.notes[-1]

@@ -296,8 +296,7 @@ class PlannerHost:
         job.restart_due = True
         return msgspec.structs.replace(blank, error=error, fate="restarts")
 
-    @staticmethod
-    def _with_snapshot(job: Job, planner: Planner, plan: Plan) -> Plan:
+    def _with_snapshot(self, job: Job, planner: Planner, plan: Plan) -> Plan:
         if plan.t_s - job.kept_s < SNAPSHOT_S - EARLY_S:
             return plan
         job.kept_s = plan.t_s
@@ -306,7 +305,7 @@ class PlannerHost:
         def pack() -> None:
             packed.append(keeping.pack(planner, job.task, plan.t_s, job.rng, job.changes, job.credit))
 
-        if error := PlannerHost._guarded(pack):
+        if error := self._guarded(pack):
             return msgspec.structs.replace(plan, notes=(*plan.notes, f"no snapshot: {_last_line(error)}"))
         job.kept = packed[0]
         return msgspec.structs.replace(plan, snapshot=packed[0])

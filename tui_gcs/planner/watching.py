@@ -13,6 +13,7 @@ from types import ModuleType
 
 from tui_gcs.core.messages import FleetFrame, Plan, PlannerInfo, PlannerTask, decode
 from tui_gcs.planner import registry
+from tui_gcs.planner.api import Planner
 from tui_gcs.planner.host import Job, PlannerHost
 from tui_gcs.planner.planner_file import blame, read_source
 from tui_gcs.planner.registry import PlannerError, PlannerFile
@@ -48,6 +49,10 @@ class WatchingHost(PlannerHost):
             self._take(self._watched[job.task.planner])
         data = super().answer(frame)
         return self._judged(frame, data) if self._before is not None else data
+
+    def _with_snapshot(self, job: Job, planner: Planner, plan: Plan) -> Plan:
+        """Later, while another version is loaded: a pickle would look for its classes in that one."""
+        return plan if self._thread is not None else super()._with_snapshot(job, planner, plan)
 
     def _look(self, job: Job, file: PlannerFile) -> None:
         """Begin to prepare a version that was saved. One that is just being written is looked at later."""
