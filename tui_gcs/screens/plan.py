@@ -79,13 +79,14 @@ class PlanScreen(PlanApply):
         self.zone_form = ZoneForm(glyphs=glyphs)
         self.team_form = TeamForm(glyphs=glyphs)
         self.settings_form = SettingsForm(glyphs=glyphs)
+        self.rounds = Vertical(id="rounds")
+        set_title(self.rounds, "rounds and zones")
 
     def compose_middle(self) -> ComposeResult:
         """Map and forms."""
         yield self.map_view
         with Vertical(id="side"):
-            with Vertical(id="rounds") as rounds:
-                set_title(rounds, "rounds and zones")
+            with self.rounds:
                 yield self.round_chooser
                 yield self.zone_list
             yield self.zone_form
@@ -278,7 +279,7 @@ class PlanScreen(PlanApply):
 
     def action_team_page(self) -> None:
         """Zone form or team form."""
-        self.set_class(not self.has_class("-team") or not self.has_class("-short"), "-team")
+        self._show_class("-team", on=not self.has_class("-team") or not self.has_class("-short"))
         self.close_settings()
         form = self.team_form if self.has_class("-team") else self.zone_form
         form.focus_first()
@@ -307,7 +308,7 @@ class PlanScreen(PlanApply):
             self.say(f"not added: {problems[0]}", Ink.CAUTION)
             return
         self.show_forms()
-        self.remove_class("-team")
+        self._show_class("-team", on=False)
         self.close_settings()
         self.zone_form.focus_first()
         self.say(f"{self.draft.zone_name} added")

@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
+from textual.containers import Vertical
 from textual.events import DescendantBlur, DescendantFocus
 
 from tui_gcs.screens.plan_parts import PlanParts
+from tui_gcs.widgets.narrow_style import show_classes
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.plan_draft import reshaped
 from tui_gcs.widgets.settings_form import SettingsForm
@@ -22,6 +24,8 @@ class PlanForms(PlanParts):
     zone_form: ZoneForm
     team_form: TeamForm
     settings_form: SettingsForm
+    rounds: Vertical
+    """The panel of rounds and zones."""
 
     def choose_round(self, index: int) -> None:
         """Edit another round."""
@@ -104,7 +108,7 @@ class PlanForms(PlanParts):
             self.action_leave()
             return
         dropped = bool(self.draft.problems)
-        self.add_class("-settings")
+        self._show_class("-settings")
         self.show_forms()
         self.settings_form.focus_first()
         self.say("values that were not allowed were put back" if dropped else "", Ink.CAUTION)
@@ -112,9 +116,13 @@ class PlanForms(PlanParts):
     def close_settings(self) -> None:
         """Zones and teams again; what was not allowed is put back."""
         if self.has_class("-settings"):
-            self.remove_class("-settings")
+            self._show_class("-settings", on=False)
             if self.draft.settings.problems:
                 self.show_forms()
+
+    def _show_class(self, name: str, *, on: bool = True) -> None:
+        """One of the classes that say which forms are shown: nothing else looks different then."""
+        show_classes(self, {name: on}, [self.rounds, self.zone_form, self.team_form, self.settings_form, self.verdict])
 
     def action_leave(self) -> None:
         """Back to the list of zones."""

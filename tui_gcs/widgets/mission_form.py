@@ -12,6 +12,7 @@ from tui_gcs.widgets.choice import Choice
 from tui_gcs.widgets.form import Form, FormRow
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.mission_text import FRAME_WORDS, ItemText, has_height, labels
+from tui_gcs.widgets.narrow_style import show_classes
 from tui_gcs.widgets.number_field import NumberField
 from tui_gcs.widgets.titles import set_title
 
@@ -88,7 +89,7 @@ class ItemForm(Form):
 
     def show(self, item: PlanItem | None, texts: ItemText, kind: PlanKind, title: str) -> None:
         """Fill the fields of this item; without one there is nothing to fill."""
-        self.set_class(item is None, "-empty")
+        show_classes(self, {"-empty": item is None}, [self])
         if item is None:
             return
         self._command.show(texts.command)
@@ -100,9 +101,10 @@ class ItemForm(Form):
             row.display = label is not None
             if label is not None:
                 row.show(label, text)
-        self.set_class(kind is not PlanKind.MISSION, "-fixed")
-        self.set_class(not item.is_place, "-nowhere")
-        self.set_class(not has_height(item), "-level")
+        is_fixed = kind is not PlanKind.MISSION
+        show_classes(
+            self, {"-fixed": is_fixed, "-nowhere": not item.is_place, "-level": not has_height(item)}, self.children
+        )
         set_title(self, title)
 
     @on(Input.Changed)

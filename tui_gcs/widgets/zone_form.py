@@ -10,6 +10,7 @@ from tui_gcs.core.zones import Zone
 from tui_gcs.widgets.choice import Choice
 from tui_gcs.widgets.form import Form, FormField, FormRow
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.narrow_style import show_classes
 from tui_gcs.widgets.shape_edit import KINDS
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.zone_text import ROLES, ZoneText, zone_text
@@ -106,9 +107,9 @@ class ZoneForm(Form):
         own_band = zone_text(area)
         for name in ("alt_min_m", "alt_max_m"):
             self._inputs[name].placeholder = f"({getattr(own_band, name)})"
-        self.set_class(isinstance(zone, OperatingArea), "-area")
-        set_title(self, "operating area" if isinstance(zone, OperatingArea) else f"zone {zone.name}")
-        self._show_rows()
+        is_area = isinstance(zone, OperatingArea)
+        set_title(self, "operating area" if is_area else f"zone {zone.name}")
+        self._show_rows(is_area=is_area)
 
     def show_shape(self, texts: ZoneText) -> None:
         """Fill in the fields of the shape alone: it was made into another kind."""
@@ -127,6 +128,9 @@ class ZoneForm(Form):
         field = getattr(event.control, "field", "")
         self.post_message(self.Edited(self.texts, field))
 
-    def _show_rows(self) -> None:
-        for kind in KINDS:
-            self.set_class(self._shape.value == kind, f"-{kind}")
+    def _show_rows(self, *, is_area: bool | None = None) -> None:
+        """Those of the shape; `is_area` None: of what it was."""
+        classes = {f"-{kind}": self._shape.value == kind for kind in KINDS}
+        if is_area is not None:
+            classes["-area"] = is_area
+        show_classes(self, classes, self.children)

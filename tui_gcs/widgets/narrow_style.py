@@ -1,0 +1,17 @@
+"""Classes that change the look of a few widgets, without styling again all that lies below them.
+
+Textual styles every widget below the one whose class changes: a whole screen of them takes longer than a key may.
+"""
+
+from collections.abc import Iterable, Mapping
+
+from textual.dom import DOMNode
+from textual.widget import Widget
+
+
+def show_classes(node: DOMNode, classes: Mapping[str, bool], affected: Iterable[Widget]) -> None:
+    """Give `node` these classes, or take them, where the style sheet names them for `affected` alone."""
+    before = node.classes
+    node.update_classes(classes, update=False)
+    if node.classes != before and node.is_attached:
+        node.app.stylesheet.update_nodes(widget for widget in affected if widget.is_attached)
