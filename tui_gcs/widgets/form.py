@@ -1,18 +1,24 @@
 """Rows of a form: a label and one-line fields. Everything in them is plain text, never markup."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import ClassVar
 
-from rich.text import Text
+from rich.cells import cell_len, set_cell_size
 from textual import events
 from textual.binding import Binding
 from textual.containers import Horizontal, VerticalScroll
 from textual.scrollbar import ScrollBarRender
+from textual.strip import Strip
 from textual.widget import Widget
-from textual.widgets import Input, Static
+from textual.widgets import Input
 
+from tui_gcs.core.text import clean
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.key_order import own_binding
+from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.strips import runs_to_strip
+
+LABEL_CELLS = 9
 
 
 class FormField(Input):
@@ -45,20 +51,79 @@ class FormField(Input):
 
 
 class FormRow(Horizontal):
-    """A label and what belongs to it."""
+    """A label and the fields that belong to it, with words such as units between them and brackets about text fields.
 
-    DEFAULT_CSS = """
-    FormRow { height: 1; }
-    FormRow > .form-label { width: 9; color: #909090; }
-    FormRow > .form-word { width: auto; padding: 0 1; color: #909090; }
-    FormRow > .form-bracket { width: 1; color: #909090; }
+    It draws its words itself, as a widget for each of them would cost as much as a field whenever the form changes.
     """
 
-    def __init__(self, label: str, *widgets: Widget | str, classes: str | None = None, height: int = 1) -> None:
-        """Strings among `widgets` are words between the fields, such as units."""
-        cells = [cell for each in widgets for cell in _cells(each)]
-        super().__init__(Static(Text(label), classes="form-label"), *cells, classes=classes)
+    DEFAULT_CSS = "FormRow { height: 1; }"
+
+    def __init__(
+        self,
+        label: str,
+        *parts: Widget | str,
+        classes: str | None = None,
+        height: int = 1,
+        label_cells: int = LABEL_CELLS,
+        ink: Ink = Ink.MUTED,
+    ) -> None:
+        """Strings among `parts` are words between the fields."""
+        self._label_cells, self._ink = label_cells, ink
+        self._fields = [part for part in parts if isinstance(part, Widget)]
+        self._words = _words(parts)
+        self._label = _cells(label, label_cells)
+        super().__init__(*self._fields, classes=classes)
         self.styles.height = height
+        self._make_room()
+
+    def say(self, label: str, unit: str) -> None:
+        """Another label and another unit, in a row of one field."""
+        words, text = _words([*self._fields, unit]), _cells(label, self._label_cells)
+        if (text, words) != (self._label, self._words):
+            self._label, self._words = text, words
+            self._make_room()
+            self.refresh()
+
+    def render_line(self, y: int) -> Strip:
+        """The words, where the fields leave room for them."""
+        width, base = self.size.width, self.rich_style
+        if y:
+            return Strip.blank(width, base)
+        text, tail = self._label, self._words[-1]
+        for field, words in zip(self._fields, self._words, strict=False):
+            left = field.virtual_region.x - cell_len(words)
+            text = set_cell_size(text, left) + words
+        if self._fields:
+            text = set_cell_size(text, width - cell_len(tail))
+        return runs_to_strip([(text + tail, self._ink)], width, base)
+
+    def _make_room(self) -> None:
+        """For the words: the fields are laid out beside them."""
+        room = [cell_len(words) for words in self._words]
+        if self._fields:
+            room[0] += cell_len(self._label)
+        for index, field in enumerate(self._fields):
+            field.styles.margin = (0, room[-1] if field is self._fields[-1] else 0, 0, room[index])
+
+
+def _words(parts: Sequence[Widget | str]) -> list[str]:
+    """What stands before each field, and behind the last one.
+
+    Text fields stand in brackets: without colour they would not be seen.
+    """
+    words = [""]
+    for part in parts:
+        if isinstance(part, str):
+            words[-1] += f" {clean(part)} "
+        else:
+            has_brackets = isinstance(part, FormField)
+            words[-1] += "[" if has_brackets else ""
+            words.append("]" if has_brackets else "")
+    return words
+
+
+def _cells(text: str, cells: int) -> str:
+    return set_cell_size(clean(text), cells)
 
 
 class _PlainBars(ScrollBarRender):
@@ -92,12 +157,3 @@ class Form(VerticalScroll, can_focus=False):
 
 def _fields(parent: Widget) -> Iterator[Widget]:
     return (w for w in parent.walk_children(Widget) if w.focusable and w.display)
-
-
-def _cells(part: Widget | str) -> list[Widget]:
-    """Text fields stand in brackets: without colour they would not be seen."""
-    if isinstance(part, str):
-        return [Static(Text(part), classes="form-word")]
-    if isinstance(part, FormField):
-        return [Static(Text("["), classes="form-bracket"), part, Static(Text("]"), classes="form-bracket")]
-    return [part]

@@ -12,6 +12,7 @@ from tui_gcs.widgets.choice import Choice
 from tui_gcs.widgets.form import Form, FormRow
 from tui_gcs.widgets.form_text import FieldError, ids_text, number_text, to_ids, to_number
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.narrow_style import show_classes
 from tui_gcs.widgets.number_field import NumberField
 from tui_gcs.widgets.titles import set_title
 
@@ -97,5 +98,4 @@ class GenerateForm(Form):
             self.post_message(self.Changed())
 
     def _show_rows(self) -> None:
-        for what in WHAT:
-            self.set_class(self._what.value == what, f"-{what}")
+        show_classes(self, {f"-{what}": self._what.value == what for what in WHAT}, self.children)

@@ -1,10 +1,8 @@
 """The form for one item of a plan: what it does, where, how high, and its parameters by name."""
 
-from rich.text import Text
 from textual import on
-from textual.containers import Horizontal
 from textual.message import Message
-from textual.widgets import Input, Static
+from textual.widgets import Input
 
 from tui_gcs.core.missions.commands import MISSION_WORDS, ParamWord
 from tui_gcs.core.plan import PlanItem, PlanKind
@@ -17,28 +15,17 @@ from tui_gcs.widgets.number_field import NumberField
 from tui_gcs.widgets.titles import set_title
 
 
-class ParamRow(Horizontal):
+class ParamRow(FormRow):
     """A parameter whose name changes with the command."""
-
-    DEFAULT_CSS = """
-    ParamRow { height: 1; }
-    ParamRow > .form-label { width: 9; color: #909090; }
-    ParamRow > .form-word { width: auto; padding: 0 1; color: #909090; }
-    ParamRow > .form-bracket { width: 1; color: #909090; }
-    """
 
     def __init__(self, index: int) -> None:
         """For this parameter, from 0."""
         self.field = NumberField(f"param{index + 1}")
-        self._label = Static(Text(""), classes="form-label")
-        self._unit = Static(Text(""), classes="form-word")
-        bracket = (Static(Text("["), classes="form-bracket"), Static(Text("]"), classes="form-bracket"))
-        super().__init__(self._label, bracket[0], self.field, bracket[1], self._unit)
+        super().__init__("", self.field, "")
 
     def show(self, label: ParamWord, text: str) -> None:
         """Name and value."""
-        self._label.update(Text(label.label[:8]))
-        self._unit.update(Text(label.unit))
+        self.say(label.label[:8], label.unit)
         self.field.placeholder = label.empty
         self.field.show(text)
 

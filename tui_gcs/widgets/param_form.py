@@ -14,14 +14,13 @@ from tui_gcs.widgets.form import FormField, FormRow
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.team_text import NO, YES, value_text
 
+LABEL_CELLS = 21
+
 
 class ParamForm(Vertical):
     """One row a parameter; an empty field stands for the declared value, which it shows."""
 
-    DEFAULT_CSS = """
-    ParamForm { height: auto; }
-    ParamForm FormRow > .form-label { width: 21; }
-    """
+    DEFAULT_CSS = "ParamForm { height: auto; }"
 
     class Edited(Message):
         """A parameter was changed by the operator; `values` are all texts by name."""
@@ -59,7 +58,7 @@ class ParamForm(Vertical):
     def compose(self) -> ComposeResult:
         """The rows."""
         for param in self._params:
-            yield FormRow(_label(param), self._fields[param.name], param.unit)
+            yield FormRow(_label(param), self._fields[param.name], param.unit, label_cells=LABEL_CELLS)
 
     def help_of(self, name: str) -> str:
         """What a parameter is about, in the planner's words."""
@@ -80,4 +79,4 @@ class ParamForm(Vertical):
 
 
 def _label(param: Param) -> str:
-    return f" {param.name}"[:20]
+    return f" {param.name}"[: LABEL_CELLS - 1]

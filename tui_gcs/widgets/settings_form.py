@@ -11,6 +11,7 @@ from tui_gcs.widgets.choice import Choice
 from tui_gcs.widgets.form import Form, FormField, FormRow
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.number_field import NumberField
+from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.settings_text import GROUP_OF, NO, YES
 from tui_gcs.widgets.titles import set_title
 
@@ -42,10 +43,7 @@ HELP = {
 class SettingsForm(Form):
     """Says what was typed; what it means and whether it is allowed is judged elsewhere."""
 
-    DEFAULT_CSS = """
-    SettingsForm { height: 1fr; }
-    SettingsForm .heading > .form-label { width: 1fr; color: #d8dee4; }
-    """
+    DEFAULT_CSS = "SettingsForm { height: 1fr; }"
 
     class Edited(Message):
         """A field was changed by the operator."""
@@ -155,4 +153,4 @@ class SettingsForm(Form):
 
 
 def _heading(text: str) -> Widget:
-    return FormRow(text, classes="heading")
+    return FormRow(text, label_cells=len(text), ink=Ink.TEXT)

@@ -107,9 +107,8 @@ class ZoneForm(Form):
         own_band = zone_text(area)
         for name in ("alt_min_m", "alt_max_m"):
             self._inputs[name].placeholder = f"({getattr(own_band, name)})"
-        is_area = isinstance(zone, OperatingArea)
-        set_title(self, "operating area" if is_area else f"zone {zone.name}")
-        self._show_rows(is_area=is_area)
+        set_title(self, "operating area" if isinstance(zone, OperatingArea) else f"zone {zone.name}")
+        self._show_rows(is_area=isinstance(zone, OperatingArea))
 
     def show_shape(self, texts: ZoneText) -> None:
         """Fill in the fields of the shape alone: it was made into another kind."""
