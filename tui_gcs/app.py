@@ -33,6 +33,7 @@ from tui_gcs.core.overlays import Overlay
 from tui_gcs.dispatch import Dispatcher
 from tui_gcs.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
 from tui_gcs.groups import GroupFile, GroupsError
+from tui_gcs.idle_garbage import LOOK_S, IdleGarbage
 from tui_gcs.key_guard import KeyGuard
 from tui_gcs.key_turns import LONGEST_S, KeyHandled, KeyTurns
 from tui_gcs.line_entry import LineEntry
@@ -127,6 +128,7 @@ class ConsoleApp(CommandingApp):
         self._chord = Chord()
         self._turns = KeyTurns()
         self._guard = KeyGuard()
+        self._garbage = IdleGarbage()
         self._entry: LineEntry | None = None
         self._notices = 0
         self.bell_rings = AlarmBell()
@@ -179,10 +181,13 @@ class ConsoleApp(CommandingApp):
         self.feed.listen(self)
         self.feed.open()
         self.set_interval(FOLLOW_S, self.follow_orders)
+        self._garbage.begin(self.clock.now())
+        self.set_interval(LOOK_S, lambda: self._garbage.look(self.clock.now()))
         self.switch_mode("fly")
 
     def on_unmount(self) -> None:
         """Leave the bus."""
+        self._garbage.end()
         self.feed.close()
 
     def on_status_updated(self, message: StatusUpdated) -> None:
@@ -227,6 +232,7 @@ class ConsoleApp(CommandingApp):
         if event.key in MODIFIERS:  # some terminals tell of Shift itself: it is part of the key that comes with it
             return
         now_s = self.clock.now()
+        self._garbage.typed(now_s)
         pressed_s = now_s - max(
             0.0, time.monotonic() - event.time
         )  # a console that was busy still knows what was meant
