@@ -378,3 +378,18 @@ async def test_read_only_looks_and_commands_nothing() -> None:
         assert "read-only" in c.line(-1)
         await c.press("question_mark")
         assert "not now: read-only" in "".join(text for line in c.app.screen.all_lines() for text, _ in line)
+
+
+async def test_the_table_never_calls_those_better_for_whom_there_was_no_room() -> None:
+    def crowd(station: FakeStation) -> None:
+        station.count = 40
+        station.fly()
+        station.refuse = tuple(range(6, 41))
+
+    async with console(NARROW, crowd) as c:
+        await select(c, "1-40")
+        await order(c, "h", "enter")
+        await c.tick()
+        assert "REFUSED 6-40" in c.result()
+        shown = sum("REFUSED  " in line for line in c.result().splitlines())
+        assert f"and {40 - shown} more: {35 - shown} REFUSED, 5 done" in c.result()

@@ -3,6 +3,7 @@
 Stays as long as something is under way or failed; goes by itself when all succeeded, or on Esc.
 """
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -11,7 +12,7 @@ from tui_gcs.core.messages import VehicleRow
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.strips import cut
+from tui_gcs.widgets.strips import Run, cut
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.words import ids
 
@@ -65,6 +66,16 @@ def summary(title: str, results: Sequence[Result]) -> tuple[str, Ink]:
     return f"{title}: {word} for all {len(results)}", Ink.NORMAL
 
 
+def _hidden_runs(hidden: Sequence[Result]) -> list[Run]:
+    """What came of those there was no room for: who was refused does not count as one of many more."""
+    if not hidden:
+        return []
+    counts = Counter(result.came for result in hidden)  # the worst first, as they are sorted
+    words = ", ".join(f"{count} {came.value}" for came, count in counts.items())
+    worst = next(iter(counts))
+    return [(f"  and {len(hidden)} more: {words}", _INKS.get(worst, Ink.CAUTION))]
+
+
 class ResultPanel(LinesView):
     """A table over the screen; takes no keys."""
 
@@ -109,7 +120,8 @@ class ResultPanel(LinesView):
     def lines(self, width: int, height: int) -> list[Line]:
         """Bad news first; those of older orders below."""
         lines: list[Line] = []
-        room, hidden = max(1, height - len(self._orders) - 1), 0
+        room = max(1, height - len(self._orders) - 1)
+        hidden: list[Result] = []
         reasons = [len(result.text) for _, results in self._orders for result in results]
         reason = min(max(reasons, default=0), max(0, width - BESIDE_REASON))
         for title, results in self._orders:
@@ -117,9 +129,8 @@ class ResultPanel(LinesView):
             ordered = sorted(results, key=lambda r: (r.came in GOOD, r.came is Came.WAITING, r.vehicle))
             shown = ordered[: max(0, room)]
             lines += [self._line(result, reason) for result in shown]
-            room, hidden = room - len(shown), hidden + len(ordered) - len(shown)
-        keys = " Esc = close " + (f"  and {hidden} more, all of them better" if hidden else "")
-        return [*lines, [(keys, Ink.MUTED)]]
+            room, hidden = room - len(shown), hidden + ordered[len(shown) :]
+        return [*lines, [(" Esc = close ", Ink.MUTED), *_hidden_runs(hidden)]]
 
     def _line(self, result: Result, reason: int) -> Line:
         """One vehicle: what came of it, why in `reason` cells, how it is now."""
