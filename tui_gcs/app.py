@@ -37,6 +37,7 @@ from tui_gcs.idle_garbage import LOOK_S, IdleGarbage
 from tui_gcs.key_guard import KeyGuard
 from tui_gcs.key_turns import LONGEST_S, KeyHandled, KeyTurns
 from tui_gcs.line_entry import LineEntry
+from tui_gcs.notices import NOTICE_S, Notices
 from tui_gcs.screens.alarms import AlarmScreen
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.help import HelpDialog, PaletteDialog
@@ -55,7 +56,6 @@ from tui_gcs.widgets.words import ids
 if TYPE_CHECKING:
     from tui_gcs.screens.plan import PlanScreen
 
-NOTICE_S = 8.0
 SELECT_HELP = "3-7,9  t1  all  none  +5 -5   Enter, Esc"
 MODIFIERS = frozenset(
     f"{side}_{name}" for side in ("left", "right") for name in ("shift", "control", "alt", "super", "hyper", "meta")
@@ -130,7 +130,7 @@ class ConsoleApp(CommandingApp):
         self._guard = KeyGuard()
         self._garbage = IdleGarbage()
         self._entry: LineEntry | None = None
-        self._notices = 0
+        self._notices = Notices(self.clock.now)
         self.bell_rings = AlarmBell()
         self._leaving = False
         self._alarm_shown = ""
@@ -446,18 +446,12 @@ class ConsoleApp(CommandingApp):
 
     # ------------------------------------------------------------ the second line
 
-    def notice(self, text: str, level: Level = Level.NORMAL) -> None:
-        """Say something for a while, beside the alarm if there is one; the journal has it, too."""
+    def notice(self, text: str, level: Level = Level.NORMAL, about: str = "") -> None:
+        """Say something for a while, beside the alarm if there is one; the journal has it, too. See `Notices`."""
         self.feed.note(text, NOTE_SEVERITIES[level])
-        self._notices += 1
-        number = self._notices
-        self.feed.show_notice(Notice(text, level))
-
-        def forget() -> None:
-            if number == self._notices:
-                self.feed.show_notice(Notice(""))
-
-        self.set_timer(NOTICE_S, forget)
+        self._notices.tell(Notice(text, level), about)
+        self.feed.show_notice(self._notices.line())
+        self.set_timer(NOTICE_S + 0.1, lambda: self.feed.show_notice(self._notices.line()))
 
     def _prompt(self) -> None:
         text = f"select {self._entry.text}_    {SELECT_HELP}" if self._entry is not None else ""

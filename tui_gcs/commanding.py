@@ -50,8 +50,8 @@ class CommandingApp(ThinApp):
     _news_s = 0.0
     _closed_s = float("-inf")
 
-    def notice(self, text: str, level: Level = Level.NORMAL) -> None:
-        """Say something for a while."""
+    def notice(self, text: str, level: Level = Level.NORMAL, about: str = "") -> None:
+        """Say something for a while; about the same thing the newest counts."""
         raise NotImplementedError
 
     def refused(self, action_id: str) -> bool:
@@ -148,7 +148,7 @@ class CommandingApp(ThinApp):
         async def ask() -> None:
             reply = await self.feed.request(request)
             if not reply.ok:
-                self.notice(f"{title} NOT DONE: {reply.text}", Level.CAUTION)
+                self.notice(f"{title} NOT DONE: {reply.text}", Level.WARNING, title)
 
         self.run_worker(ask(), group="requests", exit_on_error=False)
 
@@ -281,7 +281,7 @@ class CommandingApp(ThinApp):
             text, ink = f"{order.title}: {order.text or 'sent'}", Ink.NORMAL
         if text != order.told:
             order.told = text
-            self.notice(text, _LEVELS.get(ink, Level.NORMAL))
+            self.notice(text, _LEVELS.get(ink, Level.NORMAL), order.title)
             self._news_s = self.clock.now()
 
     def _show_table(self) -> None:

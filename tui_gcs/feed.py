@@ -20,7 +20,15 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as wire
 from tui_gcs.core.bus import Bus, BusError, Closable
 from tui_gcs.core.clock import Clock, MonotonicClock
-from tui_gcs.core.messages_services import GetOnBoard, GetTasks, GetVehicles, OnBoardRow, ServiceReply, VehicleInfo
+from tui_gcs.core.messages_services import (
+    GetModes,
+    GetOnBoard,
+    GetTasks,
+    GetVehicles,
+    OnBoardRow,
+    ServiceReply,
+    VehicleInfo,
+)
 from tui_gcs.core.messages_setup import GetTraffic, TrafficRow
 from tui_gcs.core.plan_limits import shown
 from tui_gcs.feed_messages import DisplayLagged as DisplayLagged
@@ -449,6 +457,7 @@ _READING = (
     wire.CancelPreview,
     wire.GetJournal,
     wire.Note,
+    GetModes,
     GetOnBoard,
     GetTasks,
     GetTraffic,

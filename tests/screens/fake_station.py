@@ -68,6 +68,7 @@ class FakeStation:
     """Of earlier starts: in the journal only."""
     traffic: tuple[TrafficRow, ...] = ()
     on_board: dict[int, s.OnBoardRow] = field(default_factory=dict)
+    modes: tuple[str, ...] = ()
     planners: tuple[m.PlannerInfo, ...] = ()
     preflight: tuple[Check, ...] = ()
     metrics: dict[str, float] = field(default_factory=dict)
@@ -282,6 +283,9 @@ class FakeStation:
                 rows = {row.id: row for row in map(self._row, range(self.count))}
                 infos = tuple(info_of(rows[v]) for v in request.vehicles if v in rows)
                 return s.ServiceReply(ok=True, vehicles=infos)
+            case s.GetModes():
+                rows = tuple(s.ModeRow(name, at, name == "ACRO") for at, name in enumerate(self.modes))
+                return s.ServiceReply(ok=True, modes=rows, complete=True)
             case s.GetOnBoard():
                 rows = tuple(self.on_board[v] for v in request.vehicles if v in self.on_board)
                 return s.ServiceReply(ok=True, on_board=rows)
@@ -364,6 +368,7 @@ class FakeStation:
             s.GetTasks,
             s.GetVehicles,
             s.GetOnBoard,
+            s.GetModes,
         )
         return [request for request in self.requests if not isinstance(request, looking)]
 

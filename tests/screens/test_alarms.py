@@ -7,10 +7,12 @@ from textual.events import Key
 
 from tui_gcs.core.messages import Acknowledge, Alarm, Freshness, Note, Shelve
 from tui_gcs.core.messages_alarms import AlarmLevel
+from tui_gcs.notices import NOTICE_S
 from tui_gcs.screens.alarms import AlarmScreen
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.widgets.alarm_bell import AlarmBell
 from tui_gcs.widgets.alarm_line import Notice
+from tui_gcs.widgets.levels import Level
 from tui_gcs.widgets.palette import Ink
 
 
@@ -78,6 +80,61 @@ async def test_the_answer_to_a_key_is_not_hidden_by_an_alarm() -> None:
         await c.press("exclamation_mark", "h")
         assert "LOST in the air: vehicle 5" in c.line(1)
         assert "| HOLD ALL: waiting for 1-8" in c.line(1)
+
+
+async def test_an_alarm_that_comes_while_one_types_is_seen() -> None:
+    async with console(NARROW, trouble) as c:
+        await c.press("s", "t", "2")
+        assert c.line(1).startswith(" ! WARN  LOST in") and "select t2_" in c.line(1)
+        await c.press("escape", "exclamation_mark")
+        assert c.line(1).startswith(" ! WARN ") and c.line(1).endswith("l land here    (Esc: no)")
+        await c.press("escape", "a")
+        c.station.changes.pop(7)  # what is left was seen
+        await c.tick()
+        await c.press("s")
+        assert c.line(1).startswith(" select _")
+
+
+async def test_beside_an_answer_an_alarm_still_says_what_is_wrong() -> None:
+    def fallen(station: FakeStation) -> None:
+        station.fly()
+        station.alarm = "DISARMED outside a landing of ours"
+
+    async with console(NARROW, fallen) as c:
+        await c.press("2", "enter")
+        assert "DISARMED outside a landing of ours  | selected 2" in c.line(1)
+        c.app.notice("HOLD ALL: 3 of 8 good, NO ANSWER 1-5", Level.WARNING)
+        await c.settle()
+        assert "DISARMED" in c.line(1) and "| HOLD ALL: 3 of 8 good" in c.line(1)
+
+
+async def test_alarms_put_aside_are_still_counted() -> None:
+    async with console(NARROW, trouble) as c:
+        await c.press("A", "s", "escape")
+        await c.tick()
+        assert "1 al +1 shelved" in c.line(1)
+        await c.press("A", "s", "escape")
+        await c.tick()
+        assert c.line(1).endswith("2 shelved  A list")
+
+
+async def test_bad_news_stays_beside_what_is_told_after_it_until_better_comes() -> None:
+    async with console(NARROW, lambda station: station.fly()) as c:
+        c.app.notice("land here 3 NOT DONE: the station does not answer", Level.WARNING, "land here 3")
+        await c.press("4", "enter")
+        assert c.line(1).startswith(" land here 3 NOT DONE: the station does not answer  | selected 4")
+        c.app.notice("land here 3: begun for all 1", about="land here 3")
+        await c.settle()
+        assert c.line(1) == " land here 3: begun for all 1"
+        for number in range(1, 5):
+            c.app.notice(f"shelve {number} NOT DONE", Level.WARNING)
+        await c.settle()
+        assert c.line(1).startswith(" shelve 4 NOT DONE  | shelve 3 NOT DONE  | and 2 more like these: journal")
+        for _ in range(4):
+            await c.tick(NOTICE_S / 4)
+        c.app.notice("all is well")
+        await c.settle()
+        assert c.line(1) == " all is well"
 
 
 async def test_the_list_tells_what_to_do_and_shelves() -> None:

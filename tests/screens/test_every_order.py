@@ -41,6 +41,11 @@ def flight(station: FakeStation) -> None:
     station.fly()
 
 
+def on_its_way(station: FakeStation) -> None:
+    station.fly()
+    station.changes[3] = {"phase": Phase.BY_HAND, "slot": "", "goal_m": (450.0, 200.0, 30.0)}
+
+
 async def ask(c: Console, keys: str) -> None:
     await c.press("c", *keys.split())
     if c.app.screen is not c.fly and hasattr(c.app.screen, "tick"):
@@ -58,7 +63,8 @@ def sent(c: Console) -> str:
 @pytest.mark.parametrize("name", [*IN_FLIGHT, *ON_GROUND])
 async def test_each_way_an_order_goes(name: str) -> None:
     keys, request = (IN_FLIGHT | ON_GROUND)[name]
-    async with console(NARROW, flight if name in IN_FLIGHT else lambda station: None) as c:
+    scene = on_its_way if name == "speed" else flight if name in IN_FLIGHT else lambda station: None
+    async with console(NARROW, scene) as c:
         await c.press("3", "enter")
         await ask(c, keys)
         assert sent(c) == repr(request)
@@ -79,6 +85,33 @@ async def test_each_way_an_order_goes(name: str) -> None:
         await c.tick()
         await c.press("c", keys.split()[0], "enter", "y")
         assert len(c.station.commands()) == count, "not to who is lost"
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({}, "its planner sets its speed"),
+        ({"phase": Phase.HOLDING}, "is not on its way to a place"),
+        ({"phase": Phase.BY_HAND, "slot": "follows 2"}, "is not on its way to a place"),
+        ({"phase": Phase.BY_HAND, "slot": "", "goal_m": (1.0, 2.0, 3.0), "goal_radius_m": 20.0}, "is not on its way"),
+    ],
+)
+async def test_a_speed_is_not_offered_where_the_station_would_refuse_it(changes: dict[str, object], why: str) -> None:
+    async with console(NARROW, flight) as c:
+        c.station.changes[3] = changes
+        await c.tick()
+        await c.press("3", "enter", "c", "v")
+        assert f"speed: {why}" in c.text()
+        assert c.station.commands() == []
+
+
+async def test_what_is_typed_replaces_what_stood_in_the_field() -> None:
+    async with console(NARROW, flight) as c:
+        await c.press("3", "enter")
+        await ask(c, "x minus 3 0 enter 9 0 enter enter")
+        assert sent(c) == repr(setup.PointGimbal((3,), -30.0, 90.0))
+        await ask(c, "x backspace 0 enter enter enter")
+        assert sent(c) == repr(setup.PointGimbal((3,), -40.0, 0.0)), "unless the first key changes it"
 
 
 async def test_a_mission_is_paused_by_a_hold_and_goes_on() -> None:

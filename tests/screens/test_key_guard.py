@@ -35,11 +35,11 @@ async def expire(c: Console, after_s: float = 10.1) -> None:
 def test_a_guard_lasts_a_moment_longer_with_every_key_it_keeps_back_but_not_for_ever() -> None:
     guard = KeyGuard()
     assert not guard.keeps_back(0.0)
-    guard.begin("no key was pressed", 10.0)
+    guard.begin("it was not answered in time", 10.0)
     assert guard.keeps_back(9.9), "pressed before it closed, read behind it"
     assert guard.keeps_back(10.6) and guard.keeps_back(11.2)
     assert not guard.keeps_back(11.2 + GUARD_S)
-    guard.begin("no key was pressed", 20.0)
+    guard.begin("it was not answered in time", 20.0)
     held_down = [20.0 + 0.1 * n for n in range(100)]
     assert [t for t in held_down if guard.keeps_back(t)][-1] < 20.0 + MOST_S
 
@@ -53,7 +53,7 @@ async def test_a_letter_behind_a_question_that_expired_opens_no_other_one() -> N
         for key in ("y", "c", "r", "o", "q", "2", "enter"):
             await c.press(key)
             assert isinstance(c.app.screen, FlyScreen)
-            assert f"{key} NOT TAKEN, a question had just closed: no key was pressed" in c.line(1)
+            assert f"{key} NOT TAKEN, a question had just closed: it was not answered in time" in c.line(1)
         assert c.app.feed.selection.ids == (2,), "the digit selects nobody"
         assert c.station.commands() == []
         c.clock.advance(1.0)
@@ -100,7 +100,7 @@ async def test_space_on_the_ground_is_no_stop_and_asks_for_no_start() -> None:
         await c.press("space", "enter")
         assert isinstance(c.app.screen, FlyScreen)
         assert "Space NOT TAKEN" in c.told()
-        assert "start: nothing sent: no key was pressed" in c.told()
+        assert "start: nothing sent: it was not answered in time" in c.told()
         assert c.station.commands() == []
 
 
@@ -127,7 +127,7 @@ async def test_the_question_for_a_round_keeps_back_the_yes_that_came_too_late() 
         await c.press("y", "y", "3", "enter")
         await c.tick()
         assert isinstance(c.app.screen, FlyScreen)
-        assert "round: nothing sent: no key was pressed" in c.told()
+        assert "round: nothing sent: it was not answered in time" in c.told()
         assert "3 NOT TAKEN" in c.told()
         assert c.station.commands() == []
         assert c.app.feed.selection.ids == ()

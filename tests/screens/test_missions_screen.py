@@ -317,7 +317,7 @@ async def test_the_question_before_an_upload_is_void_after_ten_seconds_and_when_
         await c.tick()
         dialog.tick()
         await c.settle()
-        why = "no key was pressed" if void == "no key" else "a vehicle or a plan changed meanwhile"
+        why = "it was not answered in time" if void == "no key" else "a vehicle or a plan changed meanwhile"
         assert f"nothing sent: {why}" in c.said()
         await c.press("y")
         assert "y NOT TAKEN, a question had just closed" in c.line(1)

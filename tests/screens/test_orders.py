@@ -240,7 +240,7 @@ async def test_a_question_expires_and_is_void_when_a_vehicle_changed() -> None:
         c.clock.advance(10.1)
         c.app.screen.tick()
         await c.settle()
-        assert "arm: nothing sent: no key was pressed" in c.told()
+        assert "arm: nothing sent: it was not answered in time" in c.told()
         await c.tick(1.0)  # keys are kept back behind a question that closed by itself, see `test_key_guard`
         await order(c, "a")
         dialog = c.app.screen
@@ -259,7 +259,7 @@ async def test_a_console_that_stood_still_sends_nothing_that_was_asked_before() 
         await order(c, "a")
         c.clock.advance(10.1)
         await c.press("y")  # read after a SIGCONT, before any timer
-        assert "arm: nothing sent: no key was pressed" in c.told()
+        assert "arm: nothing sent: it was not answered in time" in c.told()
         await c.tick(1.0)  # keys are kept back behind a question that closed by itself, see `test_key_guard`
         await select(c, "1-2")
         await order(c, "a", "2", "enter")
@@ -315,6 +315,17 @@ async def test_values_are_typed_judged_and_sent_as_they_were_shown() -> None:
         assert isinstance(climb, f.GoTo) and climb.points_m[0][2] == 30.0 and math.isnan(climb.points_m[0][0])
         await order(c, "m", *"RTL", "enter", "y")
         assert c.station.commands()[-1] == s.SetMode((2,), "RTL", sure=True)
+
+
+async def test_the_modes_that_can_be_typed_are_told_as_the_vehicle_has_them() -> None:
+    async with console(NARROW, flight) as c:
+        c.station.modes = ("AUTO", "GUIDED", "RTL", "ACRO")
+        await select(c, "3")
+        await order(c, "m")
+        await c.tick()
+        c.app.screen.tick()  # type: ignore[attr-defined]
+        await c.settle()
+        assert "AUTO, GUIDED, RTL  " in c.text() and "ACRO" not in c.text()
 
 
 async def test_motors_take_a_reason_and_the_words_typed() -> None:

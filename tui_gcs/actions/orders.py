@@ -148,6 +148,16 @@ def _in_flight(row: VehicleRow) -> str:
     return _heard(row) or ("" if in_the_air(row) else "is on the ground: take off first")
 
 
+def _on_its_way(row: VehicleRow) -> str:
+    """As the station judges: a planner sets the speed of its vehicles, a course that goes round has its own."""
+    if (why := _in_flight(row)) or not row.team or row.phase is Phase.TAKEN_OUT:
+        return why
+    if row.phase is Phase.FLYING:
+        return "its planner sets its speed"
+    goes = row.phase is Phase.BY_HAND and math.isfinite(row.goal_m[0]) and not row.goal_radius_m
+    return "" if goes and not row.slot else "is not on its way to a place"
+
+
 # ---------------------------------------------------------------- what is sent
 
 
@@ -297,7 +307,7 @@ ORDERS = (
         "v",
         "speed",
         "fly on no faster than this",
-        _in_flight,
+        _on_its_way,
         lambda aim: f.LimitSpeed(aim.vehicles, aim.needed("speed", least=0.1)),
         fields=(Field("speed", "speed", "m/s"),),
         brief="fly no faster",
@@ -324,7 +334,7 @@ ORDERS = (
         _heard,
         _mode,
         STARTS,
-        fields=(Field("mode", "mode", help="e.g. RTL LAND GUIDED AUTO, as `tui-gcs vehicle mode` lists them"),),
+        fields=(Field("mode", "mode", help="its name, e.g. RTL, LAND, GUIDED, AUTO"),),
         brief="one of its own",
     ),
     Order(

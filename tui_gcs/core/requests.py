@@ -3,6 +3,7 @@
 The principal comes from the bus key, never from the payload.
 """
 
+import re
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -89,7 +90,7 @@ class RequestDesk:
         text = (reply.text or "done") + (f" ({refused})" if refused else "")
         if not reply.ok:
             partly = " in part" if any(r.ok for r in reply.results) else ""
-            text = f"{type(request).__name__} refused{partly}: {text}"
+            text = f"{act_words(request)} refused{partly}: {text}"
         severity = NOTICE if reply.ok else WARNING
         self._station.events.say(EventClass.OPERATOR, principal, text, severity, every_s=every_s)
 
@@ -303,3 +304,8 @@ def _planners_changed(before: Scenario, after: Scenario) -> list[str]:
             if was != now:
                 words.append(f"team {team.name}: {name} {was} -> {now}")
     return words
+
+
+def act_words(request: m.Request) -> str:
+    """What kind of request it is, in words: `limit speed`."""
+    return re.sub(r"(?<!^)(?=[A-Z])", " ", type(request).__name__).lower()

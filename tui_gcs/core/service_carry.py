@@ -19,6 +19,9 @@ from tui_gcs.core.services.services import Services
 from tui_gcs.core.services.traffic import Track
 from tui_gcs.core.vehicle import NAN, Vehicle
 
+NONE_SUCH = "failed"
+"""MAV_RESULT_FAILED is ArduPilot's word for "there is none"."""
+
 
 class CarryActs:
     """Begins what was asked."""
@@ -104,7 +107,8 @@ def _unless_heard(what: str, heard: Callable[[], bool], done: Done) -> Done:
 
     def told(outcome: Outcome, why: str) -> None:
         silent = outcome is not Outcome.CONFIRMED and not heard()
-        done(outcome, ": ".join(part for part in (why, f"no {what} was heard" * silent) if part))
+        said = "" if silent and why == NONE_SUCH else why
+        done(outcome, ": ".join(part for part in (said, f"no {what} was heard" * silent) if part))
 
     return told
 

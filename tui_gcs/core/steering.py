@@ -40,6 +40,9 @@ STAND_GAP_S = 0.2
 NEAR_S = 20.0
 """Way of one vehicle, beyond which nobody is met: both, in twice the seconds that are foreseen."""
 
+VETO_TOLD_S = 60.0
+"""A veto that goes on is told so seldom in the end: it must not push other news off the screen."""
+_PLACE = re.compile(r"\(-?[0-9.]+, -?[0-9.]+\)")
 _AMOUNT = re.compile(r"-?[0-9.]+ (m/s|m|s)\b")
 
 Steered = tuple[Flight, Course, Vehicle]
@@ -228,9 +231,9 @@ class Steering:
         if isinstance(flight.course, Orbit):  # flown by the clock: it would go round without the vehicle for ever
             flight.course = flight.course.anew(self._clock.now(), vehicle.velocity_m_s, self.stop_place(vehicle))
         text = f"guard veto, holding: {why}"
-        self._events.say(
-            EventClass.PLANNER, f"vehicle {vehicle.id}", text, WARNING, every_s=5, same=_AMOUNT.sub("", text)
-        )
+        same = _PLACE.sub("", _AMOUNT.sub("", text))
+        who = f"vehicle {vehicle.id}"
+        self._events.say(EventClass.PLANNER, who, text, WARNING, every_s=5, same=same, seldom_s=VETO_TOLD_S)
 
 
 def sent_of(flight: Flight, course: Course) -> Course | Led:

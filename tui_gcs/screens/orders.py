@@ -7,7 +7,7 @@ from textwrap import wrap
 
 from textual import events
 
-from tui_gcs.actions.orders import ORDERS, Aim, Grade, Order, OrderError, split, why_not_order
+from tui_gcs.actions.orders import ORDERS, Aim, Field, Grade, Order, OrderError, split, why_not_order
 from tui_gcs.actions.outlook import Outlook, outlook
 from tui_gcs.actions.places import Surroundings
 from tui_gcs.core.clock import Clock, MonotonicClock
@@ -16,6 +16,7 @@ from tui_gcs.core.messages_flight import Arm, TakeOff
 from tui_gcs.core.messages_preflight import open_by_hand
 from tui_gcs.feed import Feed
 from tui_gcs.screens.fly import present_round
+from tui_gcs.screens.mode_words import tell_modes
 from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line
@@ -31,7 +32,7 @@ ARMING_S = 3.0
 LATE_S = 1.0
 """Not sent any more so long after its time: the console was stopped, and what it shows is of before."""
 CHECK_S = 0.25
-NO_KEY = "no key was pressed"
+NO_KEY = "it was not answered in time"
 TOO_LATE = "it was just sent"
 """Why a question closes by itself."""
 OUTLOOK_S = 1.0
@@ -164,7 +165,11 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         self._clock = clock or MonotonicClock()
         self.vehicles, self._left_out = split(order, feed.selection.ids, rows_of(feed))
         self._values = {field.name: field.initial for field in order.fields}
+        self._untouched = set(self._values)
+        """Fields that hold what was proposed: the first letter replaces it."""
         self._field = 0
+        self._modes: dict[str, str] = {}
+        """What can be typed for a mode, by kind of vehicle."""
         self._request: Request | None = None
         self._seen: object = None
         self._typed = ""
@@ -188,6 +193,10 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         """Watch time and vehicles while open."""
         super().on_mount()
         self.set_interval(CHECK_S, self.tick)
+        if any(field.name == "mode" for field in self.order.fields):
+            rows = rows_of(self._feed)
+            job = tell_modes(self._feed, [rows[v] for v in self.vehicles if v in rows], self._modes)
+            self.run_worker(job, exit_on_error=False)  # it ends with this dialog
 
     def tick(self) -> None:
         """Cancel when time is up or a vehicle changed; send when the last seconds are over."""
@@ -239,7 +248,9 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         elif event.key in ("shift+tab", "up"):
             self._field = (self._field - 1) % len(self.order.fields)
         else:
-            self._values[name] = _typed(self._values[name], event)
+            proposed = name in self._untouched and event.is_printable
+            self._values[name] = _typed("" if proposed else self._values[name], event)
+            self._untouched.discard(name)
 
     def _ask(self) -> None:
         """The values are whole: ask whether it is meant."""
@@ -371,12 +382,18 @@ class OrderDialog(TextDialog["Confirmed | str"]):
             lines.append(
                 [(f"  {one.label:<8}", Ink.MUTED), (f"[{text:<12}] {one.unit} ", Ink.BOLD if here else Ink.TEXT)]
             )
-            if here and one.help:
-                lines += [
-                    [(line, Ink.MUTED)]
-                    for line in wrap(one.help, MOST_CELLS - 10, initial_indent=" " * 10, subsequent_indent=" " * 10)
-                ]
+            for text in self._help(one) if here else []:
+                indent = " " * 10
+                wrapped = wrap(text, MOST_CELLS - 10, initial_indent=indent, subsequent_indent=indent)
+                lines += [[(line, Ink.MUTED)] for line in wrapped]
         return lines
+
+    def _help(self, field: Field) -> list[str]:
+        """What can be typed: as it is written with the order, or as the vehicles tell."""
+        told = [(kind, names) for kind, names in self._modes.items() if names] if field.name == "mode" else []
+        if not told:
+            return [field.help] if field.help else []
+        return [f"{kind}: {names}" if len(told) > 1 else names for kind, names in told]
 
     def _key_line(self) -> Line:
         now = self._clock.now()

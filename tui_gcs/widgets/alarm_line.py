@@ -16,6 +16,10 @@ from tui_gcs.widgets.strips import Run, cut
 FLASH_S = 0.5
 """Half a period: 1 Hz is what a slow link carries."""
 WIDE = 100
+LEAST_CELLS = 12
+"""Less of an alarm's words beside a prompt tells nothing: its tag alone."""
+ALARM_SHARE = 0.45
+"""What an alarm gets of the line at least, beside what became of a command."""
 
 LEVEL_TAGS = {AlarmLevel.WARNING: "! WARN", AlarmLevel.CAUTION: "^ CAUT", AlarmLevel.ADVISORY: "i ADV "}
 LEVEL_INKS = {AlarmLevel.WARNING: Ink.WARNING, AlarmLevel.CAUTION: Ink.CAUTION, AlarmLevel.ADVISORY: Ink.ADVISORY}
@@ -32,7 +36,7 @@ class Notice:
 
 
 class AlarmLine(LinesView):
-    """Prompt over alarm over notice: one line, plain text. It flashes while its alarm is new."""
+    """An alarm, beside it what waits for a key or was told: one line, plain text. It flashes while its alarm is new."""
 
     DEFAULT_CSS = "AlarmLine { height: 1; }"
 
@@ -40,6 +44,7 @@ class AlarmLine(LinesView):
     _local = Notice("")
     _notice = Notice("")
     _alarms: Sequence[Alarm] = ()
+    _shelved = 0
     _keys: Mapping[str, str] = {}
     _bright = True
     _timer: Timer | None = None
@@ -56,6 +61,7 @@ class AlarmLine(LinesView):
     def set_alarms(self, alarms: Sequence[Alarm], keys: Mapping[str, str], local: Notice) -> None:
         """The station's alarms, worst first, and the keys of actions; `local` is what only this console knows."""
         self._alarms = [alarm for alarm in alarms if alarm.state in SHOWN]
+        self._shelved = len(alarms) - len(self._alarms)
         self._keys, self._local = keys, local
         self.update_lines()
 
@@ -72,20 +78,37 @@ class AlarmLine(LinesView):
         self.update_lines()
 
     def _is_loud(self) -> bool:
-        first = self._alarms[0] if self._alarms and not self._local.text and not self._prompt else None
+        first = self._alarms[0] if self._alarms and not self._local.text else None
         return first is not None and first.state == "new" and first.level in BRIGHT_INKS
 
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
         if self._prompt:
-            return [[(f" {self._prompt} ", Ink.SELECTED)]]
+            return [self._prompt_runs(width)]
         if self._local.text and (self._local.level is Level.WARNING or not self._alarms):
             return [_local_runs(self._local, self._notice)]
         if self._alarms:
             arrow = "→" if self.glyphs.unicode else "->"
-            return [alarm_runs(self._alarms, self._keys, self._notice, width, self._bright, arrow)]
+            return [alarm_runs(self._alarms, self._keys, self._notice, width, self._bright, arrow, self._shelved)]
         inks = {Level.WARNING: Ink.WARNING, Level.CAUTION: Ink.CAUTION}
-        return [[(f" {self._notice.text}", inks.get(self._notice.level, Ink.MUTED))]]
+        right = f"  {self._shelved} shelved  {self._keys.get('show_alarms', '')} list " if self._shelved else ""
+        room = width - cell_len(right)
+        ink = inks.get(self._notice.level, Ink.MUTED)
+        return [[(cut(f" {self._notice.text}", room), ink), (right, Ink.TEXT)]]
+
+    def _prompt_runs(self, width: int) -> list[Run]:
+        """What waits for a key, whole; before it the alarm that nobody has seen yet: it may come while one types."""
+        prompt = f" {self._prompt} "
+        if self._local.level is Level.WARNING and self._local.text:
+            tag, ink, text = " ! WARN ", Ink.ALARM, self._local.text
+        elif self._alarms and self._alarms[0].state == "new":
+            tag, _, ink = alarm_tag(self._alarms[0], self._bright)
+            text = _short(self._alarms[0])
+        else:
+            return [(prompt, Ink.SELECTED)]
+        room = width - cell_len(tag + prompt) - 2
+        words = f" {_at_most(text, room)} " if room >= LEAST_CELLS else ""
+        return [(tag, ink), (words, ink), (prompt, Ink.SELECTED)]
 
 
 def _local_runs(local: Notice, notice: Notice) -> list[Run]:
@@ -96,17 +119,24 @@ def _local_runs(local: Notice, notice: Notice) -> list[Run]:
 
 
 def alarm_runs(
-    alarms: Sequence[Alarm], keys: Mapping[str, str], notice: Notice, width: int, bright: bool, arrow: str
+    alarms: Sequence[Alarm],
+    keys: Mapping[str, str],
+    notice: Notice,
+    width: int,
+    bright: bool,
+    arrow: str,
+    shelved: int = 0,
 ) -> list[Run]:
     """The worst alarm, what to do about it, and how many there are. What is long is cut, never the count."""
     first = alarms[0]
     tag, ink, tag_ink = alarm_tag(first, bright)
-    right = _count(alarms, keys, width)
+    right = _count(alarms, keys, width, shelved)
     action = action_words(first.action, keys)
     text = f" {first.words()}" + (f"   {arrow} {action}" if action and first.state != "over" else "")
     if notice.text:  # the answer to a key is not to be missed, either
-        text = f" {_short(first)}  | {notice.text}"
-        right = right if cell_len(tag + text + right) <= width else ""
+        least = f" {_short(first)}  | {notice.text}"
+        right = right if cell_len(tag + least + right) <= width else ""
+        text = f" {_beside(first, notice.text, width - len(tag) - len(right))}  | {notice.text}"
     room = width - len(tag) - len(right)
     if cell_len(text) > room:  # the first thing to do, rather than a part of the second
         text = text.partition(", or ")[0]
@@ -123,14 +153,26 @@ def alarm_tag(alarm: Alarm, bright: bool = True) -> tuple[str, Ink, Ink]:
     return f" {LEVEL_TAGS[alarm.level]} ", text_ink, tag_ink
 
 
-def _count(alarms: Sequence[Alarm], keys: Mapping[str, str], width: int) -> str:
-    """How many, and the keys to answer them."""
+def _count(alarms: Sequence[Alarm], keys: Mapping[str, str], width: int, shelved: int) -> str:
+    """How many, how many more are put aside, and the keys to answer them."""
     wide = width >= WIDE
     count = f"  {len(alarms)} alarm{'s' if len(alarms) > 1 else ''}" if wide else f"  {len(alarms)} al"
+    count += f" +{shelved} shelved" if shelved else ""
     answers = [("acknowledge", "ack")] if any(alarm.state in ("new", "over") for alarm in alarms) else []
     answers = [answer for answer in answers if answer[0] in keys]
     answers += [("show_alarms", "list")] if wide or not answers else []
     return count + "".join(f"  {keys[action]} {word}" for action, word in answers if action in keys) + " "
+
+
+def _beside(alarm: Alarm, notice: str, room: int) -> str:
+    """As much of an alarm as a notice leaves, and its share at least: some say what is wrong in the details only."""
+    short, whole = _short(alarm), alarm.words()
+    cells = max(room - cell_len(notice) - 5, int(room * ALARM_SHARE))
+    return _at_most(whole, cells) if cells >= cell_len(short) + LEAST_CELLS // 2 else short
+
+
+def _at_most(text: str, cells: int) -> str:
+    return text if cell_len(text) <= cells else cut(text, cells)
 
 
 def _short(alarm: Alarm) -> str:
