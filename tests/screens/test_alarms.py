@@ -5,7 +5,7 @@ from console import NARROW, WIDE, console
 from fake_station import FakeStation, trouble
 from textual.events import Key
 
-from tui_gcs.core.messages import Acknowledge, Alarm, Freshness, Note, Shelve
+from tui_gcs.core.messages import Acknowledge, Alarm, Freshness, Note, Shelve, Unshelve
 from tui_gcs.core.messages_alarms import AlarmLevel
 from tui_gcs.notices import NOTICE_S
 from tui_gcs.screens.alarms import AlarmScreen
@@ -185,6 +185,19 @@ async def test_a_key_for_the_alarm_that_was_marked_before_is_told() -> None:
         await c.press("a")
         assert "another alarm is marked now: look at it, then the key again" in c.text()
         assert not [r for r in c.station.commands() if isinstance(r, Acknowledge)]
+
+
+async def test_an_alarm_put_aside_stays_marked_and_keys_that_mean_nothing_say_nothing() -> None:
+    async with console(NARROW, trouble) as c:
+        await c.press("A", "s")
+        await c.tick()
+        line = next(line for line in c.text().splitlines() if "▸" in line and "vehicle 5" in line)
+        assert "shelved LOST in the air" in line
+        await c.press("question_mark")
+        assert "another alarm is marked now" not in c.text()
+        await c.press("s")
+        await c.tick()
+        assert any(isinstance(r, Unshelve) for r in c.station.commands())
 
 
 async def test_the_vehicles_of_an_alarm_are_selected_by_one_key() -> None:

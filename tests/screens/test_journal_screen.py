@@ -46,8 +46,8 @@ async def test_picture(size: tuple[int, int]) -> None:
 async def test_newest_at_the_end_and_followed_and_you_are_you() -> None:
     async with console(WIDE, told) as c:
         await c.press("J")
-        assert "vehicle    vehicle 2    a longer story of [b]markup[/b] ␛" in c.text()
-        assert "operator   you          Round 1 started" in c.text()
+        assert "vehicle    vehicle 2            a longer story of [b]markup[/b] ␛" in c.text()
+        assert "operator   you                  Round 1 started" in c.text()
         c.station.event("landed", source="vehicle 1", cls="vehicle")
         await c.settle()
         assert shown(c)[-1].endswith("landed")
@@ -106,3 +106,32 @@ def test_of_a_vehicle_is_also_what_others_were_told_about_it(source: str, text: 
     cls = EventClass.OPERATOR if source.startswith("console") else EventClass.MISSION
     event = Event(seq=1, t_s=0.0, wall_s=0.0, cls=cls, severity=6, source=source, text=text)
     assert concerns(event, {7}) is passes
+
+
+async def test_what_had_no_room_in_its_line_is_read_whole_in_the_journal() -> None:
+    def refused(station: FakeStation) -> None:
+        station.fly()
+        why = "; ".join(f"vehicle {v}: reason number {v}" for v in range(1, 9))
+        station.event(f"go to refused: {why}", source="console-22419", severity=4, cls="operator")
+
+    async with console(NARROW, refused) as c:
+        await c.press("J")
+        assert "console-22419" in c.text()
+        for vehicle in range(1, 9):
+            assert f"number {vehicle}" in c.text()
+
+
+async def test_paging_through_long_events_passes_none_by() -> None:
+    def long_ones(station: FakeStation) -> None:
+        station.fly()
+        for number in range(60):
+            station.event(f"story {number}. " + "and so on " * 10, source="vehicle 2", severity=6, cls="vehicle")
+
+    async with console(NARROW, long_ones) as c:
+        await c.press("J")
+        seen = set()
+        for _ in range(20):
+            seen |= {number for number in range(60) if f"story {number}." in c.text()}
+            await c.press("pageup")
+        assert seen == set(range(60))
+        assert "story 0." in shown(c)[0]

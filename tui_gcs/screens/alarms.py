@@ -21,6 +21,7 @@ from tui_gcs.widgets.top_lines import KEYS
 SHELVE_MIN = 5.0
 """What every level allows."""
 HISTORY_LINES = 8
+SHELVED = " shelved"
 STATE_WORDS = {"new": "NEW", "acknowledged": "seen", "over": "over", "shelved": "shelved"}
 
 
@@ -58,8 +59,11 @@ class AlarmScreen(TextDialog[None]):
 
     def _follow(self) -> None:
         marked = self.marked()
-        if marked is not None and _key(marked) != self._marked:
-            self._marked, self._moved_s = _key(marked), self._clock.now()
+        if marked is None or (key := _key(marked)) == self._marked:
+            return
+        if _cause(key) != _cause(self._marked):  # put aside or shown again it is the same alarm
+            self._moved_s = self._clock.now()
+        self._marked = key
 
     def on_event_raised(self, _message: EventRaised) -> None:
         """The history grows."""
@@ -80,8 +84,10 @@ class AlarmScreen(TextDialog[None]):
             self._mark(1 if event.key in ("down", "j") else -1)
         elif event.key == "x":
             self._acknowledge([alarm for alarm in self.alarms() if alarm.state in ("new", "over")])
-        elif marked is None or self._clock.now() - self._moved_s < REACTION_S:
-            self._told = "another alarm is marked now: look at it, then the key again" if marked is not None else ""
+        elif marked is None or event.key not in ("a", "v", "s"):
+            pass
+        elif self._clock.now() - self._moved_s < REACTION_S:
+            self._told = "another alarm is marked now: look at it, then the key again"
         elif event.key == "a":
             self._acknowledge([marked])
         elif event.key == "v" and marked.vehicles:
@@ -108,7 +114,9 @@ class AlarmScreen(TextDialog[None]):
     def marked(self) -> Alarm | None:
         """The alarm that keys answer: it stays marked while others come and go."""
         alarms = self.alarms()
-        return next((alarm for alarm in alarms if _key(alarm) == self._marked), alarms[0] if alarms else None)
+        exact = [alarm for alarm in alarms if _key(alarm) == self._marked]
+        same = [alarm for alarm in alarms if alarm.cause == _cause(self._marked)]
+        return next(iter([*exact, *same, *alarms]), None)
 
     def _mark(self, by: int) -> None:
         alarms, marked = self.alarms(), self.marked()
@@ -175,7 +183,11 @@ class AlarmScreen(TextDialog[None]):
 
 def _key(alarm: Alarm) -> str:
     """What marks it: the same cause may be there shelved, too."""
-    return f"{alarm.cause} shelved" if alarm.state == "shelved" else alarm.cause
+    return f"{alarm.cause}{SHELVED}" if alarm.state == "shelved" else alarm.cause
+
+
+def _cause(key: str) -> str:
+    return key.removesuffix(SHELVED)
 
 
 def _age(seconds: float) -> str:

@@ -7,8 +7,10 @@ earlier starts of the station, too.
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from textwrap import wrap
 from typing import ClassVar
 
+from rich.cells import cell_len
 from textual import events
 from textual.app import ComposeResult
 from textual.binding import BindingType
@@ -25,11 +27,14 @@ from tui_gcs.widgets.footer import FooterLine
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.strips import Run
+from tui_gcs.widgets.strips import Run, cut
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.top_lines import TopLines
 from tui_gcs.widgets.words import ids
 
+MOST_LINES = 6
+"""Of one event."""
+LEAST_CELLS = 20
 KEPT = 20_000
 """Older lines held; beyond that the newest wins."""
 MOST_PIECES = 20
@@ -61,7 +66,7 @@ class Sieve:
 
 
 class JournalLines(LinesView):
-    """The lines, oldest on top; `up` lines from the end."""
+    """The events, oldest on top, each in as many lines as its text takes; `up` events from the end."""
 
     DEFAULT_CSS = """
     JournalLines { height: 1fr; border: solid #4a5560; border-title-color: #d8dee4; }
@@ -71,13 +76,26 @@ class JournalLines(LinesView):
     _events: Sequence[Event] = ()
     _principal = ""
     up = 0
+    fit = 1
+    """Events that were whole on the screen last."""
 
     def show(self, events_: Sequence[Event], title: str, principal: str) -> None:
         """Show these, as far as they fit."""
         self._events, self._principal = events_, principal
-        self.up = max(0, min(self.up, len(events_) - self.room))
+        self.up = max(0, min(self.up, len(events_) - 1))
         set_title(self, title)
         self.update_lines()
+
+    def go(self, up: int, events_: Sequence[Event]) -> None:
+        """So many of these from the end; at the oldest one no farther than a screen is filled."""
+        end = max(1, len(events_) - max(0, up))
+        used = 0
+        for at, event in enumerate(events_[: end + self.room]):
+            used += len(journal_lines(event, self.size.width, self._principal))
+            if used > self.room or at >= self.room:
+                break
+            end = max(end, at + 1)
+        self.up = max(0, len(events_) - end)
 
     @property
     def room(self) -> int:
@@ -90,7 +108,25 @@ class JournalLines(LinesView):
         shown = self._events[max(0, end - height) : end]
         if not shown:
             return [[("nothing that fits: Esc ends the filter, PgUp looks further back", Ink.MUTED)]]
-        return [journal_line(event, width, self._principal) for event in shown]
+        lines: list[Line] = []
+        self.fit = 0
+        for event in reversed(shown):
+            lines = [*journal_lines(event, width, self._principal), *lines]
+            if len(lines) > height:
+                break
+            self.fit += 1
+        return lines[-height:]
+
+
+def journal_lines(event: Event, width: int, principal: str) -> list[Line]:
+    """The whole event: what was told in a line that had no room for it is read here."""
+    *head, (text, ink) = journal_line(event, width, principal)
+    indent = sum(cell_len(piece) for piece, _ in head)
+    room = max(LEAST_CELLS, width - indent)
+    if cell_len(text) <= room:
+        return [[*head, (text, ink)]]
+    pieces = wrap(text, room * len(text) // cell_len(text), max_lines=MOST_LINES, placeholder=" ..")
+    return [[*head, (pieces[0], ink)], *([(" " * indent, ink), (piece, ink)] for piece in pieces[1:])]
 
 
 def journal_line(event: Event, width: int, principal: str) -> list[Run]:
@@ -102,12 +138,12 @@ def journal_line(event: Event, width: int, principal: str) -> list[Run]:
     except (OverflowError, ValueError, OSError):  # a damaged line
         when = "--:--:--"
     source = "you" if event.source == principal else event.source
-    cls = f"{event.cls:<10} " if width >= 100 else f"{event.cls[:3]} "
+    cls, cells = (f"{event.cls:<10} ", 20) if width >= 100 else (f"{event.cls[:3]} ", 14)
     return [
         (f"{when} ", Ink.MUTED),
         (f"{mark} ", ink),
         (cls, Ink.MUTED),
-        (f"{source[:12]:<12} ", Ink.TEXT),
+        (f"{cut(source, cells)} ", Ink.TEXT),
         (event.text, ink),
     ]
 
@@ -203,7 +239,7 @@ class JournalScreen(Screen[None]):
 
     def _title(self) -> str:
         sieve = self._sieve
-        parts = ["journal", "follows" if not self.journal_lines.up else f"{self.journal_lines.up} lines from the end"]
+        parts = ["journal", "follows" if not self.journal_lines.up else f"{self.journal_lines.up} events from the end"]
         if self.is_typing or sieve.words:
             parts.append(f"words: {sieve.words}{'_ (Enter keeps, Esc ends)' if self.is_typing else ''}")
         if sieve.cls is not None:
@@ -298,7 +334,7 @@ class JournalScreen(Screen[None]):
         count = len(self._shown())
         if lines.up + by > count - lines.room:
             self._ask_older()
-        lines.up = max(0, min(lines.up + by, count - lines.room))
+        lines.go(lines.up + by, self._shown())
         self.show()
 
     def action_up(self) -> None:
@@ -311,11 +347,11 @@ class JournalScreen(Screen[None]):
 
     def action_page_up(self) -> None:
         """A page older."""
-        self._move(self.journal_lines.room - 1)
+        self._move(max(1, self.journal_lines.fit - 1))
 
     def action_page_down(self) -> None:
         """A page newer."""
-        self._move(1 - self.journal_lines.room)
+        self._move(-max(1, self.journal_lines.fit - 1))
 
     def action_oldest(self) -> None:
         """The oldest that is here; older ones are asked for."""
