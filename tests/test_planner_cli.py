@@ -116,6 +116,16 @@ def test_the_new_planner_passes_every_check_and_flies(tell: Tell) -> None:
         assert told in out
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["mine.py", "waypoints"])
+def test_the_new_planner_and_strips_fly_all_rounds_without_a_veto(name: str, tell: Tell) -> None:
+    """`--quick` flies only the first round."""
+    tell("new", "mine")
+    code, out, err = tell("check", name, "--only", "flight")
+    assert (code, err) == (0, ""), out
+    assert "ok    flight         guard vetoes: 0" in out
+
+
 def test_one_that_is_wrong_fails_with_what_to_do(tell: Tell) -> None:
     code, out = check(tell, bad.BY_ID, "--only", "vehicle order", "--only", "fleet sizes")
     assert code == 1

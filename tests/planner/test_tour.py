@@ -44,6 +44,14 @@ def change_per_s(samples: np.ndarray, dt_s: float) -> np.ndarray:
     return np.asarray((np.roll(samples, -1, axis=0) - np.roll(samples, 1, axis=0)) / (2.0 * dt_s))
 
 
+def test_a_path_that_turns_back_between_two_equal_points_stops_there() -> None:
+    """Where a way there and back is cut in equal steps, two of its points may lie in one place, and nothing turned."""
+    there_and_back = np.array([(0.0, y) for y in (0.0, 10.0, 20.0, 30.0, 40.0, 40.0, 30.0, 20.0, 10.0)])
+    tour = timed(there_and_back, 8.0, 2.0)
+    assert np.hypot(*tour.velocity_m_s.T).max() > 5.0
+    assert acceleration(tour) <= 2.5
+
+
 @pytest.mark.parametrize("turn_deg", [45.0, 90.0, 135.0, 175.0])
 def test_acceleration_changes_no_faster_than_a_vehicle_can_lean(turn_deg: float) -> None:
     """ArduCopter changes it by 5 m/s^3; where it was braked, turned and sped up at once, it was metres outside."""

@@ -1,14 +1,21 @@
 """Paths that an operator draws, and strips where he draws none."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import shapely
 from flights import AREA, SMALL, fleet, host_of, no_fly, task_of, zone_of
 
-from tui_gcs.core.zones import Circle, Rectangle
+import tui_gcs
+from tui_gcs.core.scenario import Round
+from tui_gcs.core.scenario_load import load
+from tui_gcs.core.zones import Circle, Rectangle, polygon_of
 from tui_gcs.planner.host import PlannerHost
+from tui_gcs.planner.tour import resampled, timed
 from tui_gcs.planner.waypoints import parsed, strips
 
+SHIPPED = Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml"
 SQUARE = "1: 100,100 200,100 200,200 100,200; 2: 300,100 400,100"
 
 
@@ -31,6 +38,7 @@ def test_a_path_is_a_vehicle_and_points() -> None:
         ("1: 100,100 200", "'200' is not EAST,NORTH"),
         ("1: 100,nan 200,1", "'100,nan' is not finite"),
         ("1: 1,1 2,2; 1: 3,3 4,4", "two paths"),
+        ("2: 5,5 5,5 5,5", "all points of vehicle 2 are in one place"),
     ],
 )
 def test_a_mistake_is_one_line(wrong: str, why: str) -> None:
@@ -110,6 +118,16 @@ def test_strips_of_round_and_small_zones_are_flown_too(count: int) -> None:
     plan = host.step(fleet(count).frame())
     assert not plan.error
     assert len(plan.intents) == count
+
+
+@pytest.mark.parametrize("round_", load(SHIPPED).rounds, ids=lambda round_: str(round_.name))
+def test_strips_of_the_shipped_zones_keep_the_allowed_acceleration(round_: Round) -> None:
+    """Also where a lane's end lies half way between two points of the path."""
+    for zone in round_.zones[:2]:
+        for path in strips(polygon_of(zone.shape), 4, 15.0):
+            tour = timed(resampled(path), 7.6, 2.25)
+            change = np.diff(tour.velocity_m_s, axis=0, append=tour.velocity_m_s[:1])
+            assert np.hypot(*change.T).max() <= 2.5 * tour.dt_s
 
 
 def test_a_path_through_a_no_fly_zone_is_refused() -> None:

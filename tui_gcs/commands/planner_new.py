@@ -40,7 +40,7 @@ class CLASS(Planner):
             unit, height = np.stack([np.cos(angle), np.sin(angle)], axis=1), float(fleet.layer_m[row])
             path = [(x, y, height) for x, y in (self.middle.coords[0] + self.radius_m * unit).tolist()]
             speed = [(-y, x, 0.0) for x, y in (self.radius_m * self.rad_s * unit).tolist()]
-            vehicle, near = int(fleet.id[row]), np.hypot(*(away[row] - self.radius_m * unit[0])) < 15.0
+            vehicle, near = int(fleet.id[row]), np.hypot(*(away[row] - self.radius_m * unit[0])) < 10.0
             turn_m_s = np.hypot(*(fleet.velocity_m_s[row, :2] - speed[0][:2]))  # what it must still turn and gather
             if near and turn_m_s < self.task.limits.accel_m_s2:
                 timed = {"t0_s": ctx.t_s, "dt_s": 0.5, "positions_m": tuple(path), "velocities_m_s": tuple(speed)}

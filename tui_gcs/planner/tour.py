@@ -14,6 +14,7 @@ Rows = NDArray[np.intp]
 SAMPLE_S = 0.1
 """Spacing of a tour's samples; straight between them is within a dt^2 / 8 = 3 mm at 2.5 m/s^2."""
 PATH_STEP_M = 1.0
+SAME_M = 1e-6
 CORNER_RAD = 0.25
 """A path that turns by more than this at one point has a corner there."""
 CORNER_S = SAMPLE_S
@@ -172,6 +173,8 @@ def timed(path_m: Floats, speed_m_s: float, accel_m_s2: float, speed_cap_m_s: Fl
     """
     step_m = np.hypot(*np.diff(path_m, axis=0, append=path_m[:1]).T)
     limit = np.full(len(path_m), speed_m_s) if speed_cap_m_s is None else np.minimum(speed_cap_m_s, speed_m_s)
+    apart = step_m > SAME_M  # of two points in one place neither would know that the path turns there
+    path_m, step_m, limit = path_m[apart], step_m[apart], limit[apart]
     curvature = curvature_1_m(path_m)
     limit = np.minimum(limit, np.sqrt(accel_m_s2 / np.maximum(curvature, 1e-9)))
     limit = np.minimum(limit, np.cbrt(TURN_M_S3 / np.maximum(curvature, 1e-9) ** 2))

@@ -221,6 +221,8 @@ def parsed(text: str) -> dict[int, Floats]:
         points = [_point(word) for word in rest.split()]
         if not 2 <= len(points) <= MOST_POINTS:
             raise ValueError(f"paths: vehicle {head.strip()} has {len(points)} points, and needs 2 to {MOST_POINTS}")
+        if points.count(points[0]) == len(points):
+            raise ValueError(f"paths: all points of vehicle {head.strip()} are in one place")
         if int(head) in paths:
             raise ValueError(f"paths: vehicle {head.strip()} has two paths")
         paths[int(head)] = np.array(points, dtype=float)
