@@ -112,7 +112,9 @@ def test_what_never_ends_says_so() -> None:
 
 def test_nonsense_is_no_way() -> None:
     assert way().legs == ()
-    assert way(replace(to(1, 1), z=math.nan)).legs == ()
+    nowhere = way(replace(to(1, 1), z=math.nan))
+    assert nowhere.is_empty and nowhere.legs == ()
+    assert nowhere.arrivals_s == {} and nowhere.shares == {}
 
 
 @settings(max_examples=30, deadline=None)

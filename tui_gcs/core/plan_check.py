@@ -34,6 +34,7 @@ LOWEST_M, HIGHEST_M = -10_000.0, 83_000.0
 """Heights: below the Dead Sea, and what ArduPilot can store."""
 LARGEST_PARAM = 3.4e38
 """float32."""
+LOWEST_INT = -(2**31)
 POLE_DEG = 89.9
 MOST_RADIUS_M = 1_000_000.0
 METRES_PER_DEG = 111_195.0
@@ -76,17 +77,30 @@ def item_problem(kind: PlanKind, item: PlanItem) -> str:
 def _command(kind: PlanKind, item: PlanItem) -> str:
     if not 0 < item.command <= 0xFFFF:
         return f"command {item.command} does not exist"
-    belongs = {
-        PlanKind.FENCE: item.command in FENCE_COMMANDS,
-        PlanKind.RALLY: item.command == RALLY_POINT,
-        PlanKind.MISSION: item.command not in FENCE_COMMANDS and item.command != RALLY_POINT,
-    }
-    if not belongs[kind]:
+    if kind is not _kind_of(item.command):
         return f"command {item.command} does not belong into a {kind.word}"
     return "" if item.frame in PLAIN_FRAME else f"frame {item.frame} is not for plans"
 
 
+def _kind_of(command: int) -> PlanKind:
+    if command in FENCE_COMMANDS:
+        return PlanKind.FENCE
+    return PlanKind.RALLY if command == RALLY_POINT else PlanKind.MISSION
+
+
 def _numbers(item: PlanItem) -> str:
+    one, two, three, four = item.params
+    most = LARGEST_PARAM
+    plain = -most <= one <= most and -most <= two <= most and -most <= three <= most and -most <= four <= most
+    if not plain and (problem := _params(item)):
+        return problem
+    if not (LOWEST_INT <= item.x < -LOWEST_INT and LOWEST_INT <= item.y < -LOWEST_INT):
+        return "x or y do not fit 32 bits"
+    return "z is infinite" if abs(item.z) > LARGEST_PARAM else ""
+
+
+def _params(item: PlanItem) -> str:
+    """Those that are no numbers, or too large."""
     needed = item.command in FENCE_COMMANDS or item.command == JUMP
     for number, value in enumerate(item.params, 1):
         if math.isnan(value):
@@ -94,9 +108,7 @@ def _numbers(item: PlanItem) -> str:
                 return f"param {number} is no number"
         elif abs(value) > LARGEST_PARAM:
             return f"param {number} is infinite"
-    if not all(-(2**31) <= value < 2**31 for value in (item.x, item.y)):
-        return "x or y do not fit 32 bits"
-    return "z is infinite" if abs(item.z) > LARGEST_PARAM else ""
+    return ""
 
 
 def _place(item: PlanItem) -> str:
@@ -119,16 +131,18 @@ def _place(item: PlanItem) -> str:
 def _jumps(items: tuple[PlanItem, ...]) -> list[Problem]:
     """Jumps to what is not there, and those that go round without flying anywhere."""
     found = []
-    for i, item in enumerate(items):
-        if item.command == JUMP:
-            target, repeat = item.params[:2]
-            if target != int(target) or not 0 <= target < len(items):
-                found.append(Problem(i, f"jumps to item {target + 1:g} of {len(items)}"))
-            elif target == i:
-                found.append(Problem(i, "jumps to itself"))
-            elif repeat != int(repeat) or repeat < -1:
-                found.append(Problem(i, f"jumps {repeat:g} times"))
-    return found or [Problem(i, "jumps in a circle without flying anywhere") for i in _idle_circles(items)]
+    jumps = [(i, item) for i, item in enumerate(items) if item.command == JUMP]
+    for i, item in jumps:
+        target, repeat = item.params[:2]
+        if target != int(target) or not 0 <= target < len(items):
+            found.append(Problem(i, f"jumps to item {target + 1:g} of {len(items)}"))
+        elif target == i:
+            found.append(Problem(i, "jumps to itself"))
+        elif repeat != int(repeat) or repeat < -1:
+            found.append(Problem(i, f"jumps {repeat:g} times"))
+    if found or not jumps:
+        return found
+    return [Problem(i, "jumps in a circle without flying anywhere") for i in _idle_circles(items)]
 
 
 def _idle_circles(items: tuple[PlanItem, ...]) -> list[int]:

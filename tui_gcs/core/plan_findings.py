@@ -137,8 +137,7 @@ def summary(draft: VehicleDraft, way: Way, who: Who) -> list[Finding]:
     found = []
     if draft.mission:
         far_m = max((_away_m(item, who) for item in draft.mission), default=0.0)
-        tops = [leg.to_m[2] for leg in way.legs]
-        high = f", up to {max(tops):.0f} m above home" if tops else ""
+        high = "" if way.is_empty else f", up to {way.corners_m[1:, 2].max():.0f} m above home"
         time = f"{way.length_m / 1000:.2f} km in {way.duration_s / 60:.1f} min"
         text = f"{len(draft.mission)} items: {time}{high}, at most {far_m:.0f} m from where it starts"
         found.append(Finding(Level.NOTE, PlanKind.MISSION, None, text))

@@ -31,7 +31,7 @@ class AltitudeProfile(LinesView):
         """See `LinesView.lines`."""
         way = self._editor.forecast.way(self._editor.vehicle)
         columns = width - SCALE_CELLS
-        if not way.legs or columns < 4 or height < 1:
+        if way.is_empty or columns < 4 or height < 1:
             return [[("no mission, no profile", Ink.MUTED)]]
         top_m = max(float(way.points_m[:, 2].max()), 1.0)
         rows = _curve(way, columns, height, top_m, self.glyphs.dots)

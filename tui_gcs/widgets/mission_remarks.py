@@ -26,11 +26,11 @@ def mission_remarks(editor: MissionEditor, problem: str, told: Sequence[Remark])
     said += [Remark(f"^ {conflict_text(c)}", Ink.CAUTION) for c in own if not c.together]
     said += [Remark(conflict_text(c), Ink.WARNING if c.together else Ink.TEXT) for c in others]
     way = look.way(vehicle)
-    if way.legs and not said:
+    if not way.is_empty and not said:
         left = look.battery_left_pct(vehicle)
         text = f"ok: {distance(way.length_m)} in {clock(way.duration_s)}, battery {left:.0f} % at the end"
         said.append(Remark(text, Ink.NORMAL))
-    if way.legs:
+    if not way.is_empty:
         craft = look.performance
         assumed = f"assumed: {craft.speed_m_s:g} m/s, no wind, {craft.endurance_s / 60:g} min on a full battery"
         east_m, north_m = look.member(vehicle).home.place_m

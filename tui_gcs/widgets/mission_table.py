@@ -68,7 +68,7 @@ class PlanList(LinesView):
         if draft.is_empty:
             return [(name, style), ("     nothing planned", Ink.MUTED)]
         way = look.way(vehicle)
-        left = f"{look.battery_left_pct(vehicle):>4.0f}%" if way.legs else f"{'--':>5}"
+        left = f"{look.battery_left_pct(vehicle):>4.0f}%" if not way.is_empty else f"{'--':>5}"
         end = "+" if way.endless or way.cut else " "
         text = f" {len(draft.mission):>5} {distance(way.length_m):>7} {clock(way.duration_s):>6}{end}{left}"
         return [(name, ink if mark != " " else style), (text, style)]

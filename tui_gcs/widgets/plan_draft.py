@@ -42,6 +42,9 @@ class PlanDraft:
         """Planners in files of the operator's own, as the station told what they declare."""
         self.pending: Zone | OperatingArea | None = None
         """What the edited one would be, if it were allowed; None: it is as it is shown."""
+        self._installed = (
+            registry.names()
+        )  # once: looking into all that is installed takes longer than the rest of a key
         self._zone_problems: Problems = ()
         self._team_problems: Problems = ()
         self._field = ""
@@ -163,7 +166,7 @@ class PlanDraft:
 
     def planners(self) -> tuple[str, ...]:
         """All that may be chosen, sorted."""
-        return tuple(sorted({*registry.names(), *self.files}))
+        return tuple(sorted({*self._installed, *self.files}))
 
     def declared(self, planner: str) -> tuple[tuple[Param, ...], str]:
         """The parameters a planner declares, and why they are not known here (then there are none)."""

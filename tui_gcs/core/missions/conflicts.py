@@ -81,7 +81,7 @@ def between(
 
 def conflicts(ways: Mapping[int, Way], horizontal_m: float, vertical_m: float) -> list[Conflict]:
     """One for each pair that is too close; those at the same time first, then by ids."""
-    flown = {vehicle: prepared(way) for vehicle, way in sorted(ways.items()) if way.legs}
+    flown = {vehicle: prepared(way) for vehicle, way in sorted(ways.items()) if not way.is_empty}
     found = [between(a, b, flown[a], flown[b], horizontal_m, vertical_m) for a, b in combinations(flown, 2)]
     return gravest_first(found)
 
@@ -145,11 +145,9 @@ class _Lines:
 
     @classmethod
     def of(cls, way: Way) -> "_Lines":
-        flown = [leg for leg in way.legs if max(leg.from_m[2], leg.to_m[2]) >= LOW_M]
-        ends = np.array([(leg.from_m[:2], leg.to_m[:2]) for leg in flown], dtype=float).reshape(-1, 2, 2)
-        heights = np.array([(leg.from_m[2], leg.to_m[2]) for leg in flown], dtype=float).reshape(-1, 2)
-        times = np.array([(leg.begin_s, leg.end_s) for leg in flown], dtype=float).reshape(-1, 2)
-        return cls._of(ends, heights, times)
+        ends = np.stack([way.corners_m[:-1], way.corners_m[1:]], axis=1)
+        flown = ends[:, :, 2].max(axis=1) >= LOW_M
+        return cls._of(ends[flown, :, :2], ends[flown, :, 2], way.leg_times_s[flown, :2])
 
     @classmethod
     def at(cls, line_m: Floats, height_m: float) -> "_Lines":

@@ -42,9 +42,14 @@ def put(items: Items, at: int, item: PlanItem) -> Items:
 def shifted(items: Items, chosen: Collection[int], north_1e7: int, east_1e7: int) -> Items:
     """With the chosen items further north and east, in 1e-7 degrees; what is no place stays."""
     return tuple(
-        replace(item, x=item.x + north_1e7, y=item.y + east_1e7) if i in chosen and item.is_place else item
-        for i, item in enumerate(items)
+        _moved(item, north_1e7, east_1e7) if i in chosen and item.is_place else item for i, item in enumerate(items)
     )
+
+
+def _moved(item: PlanItem, north_1e7: int, east_1e7: int) -> PlanItem:
+    """Made anew: `replace` takes four times as long, and there may be a thousand."""
+    x, y = item.x + north_1e7, item.y + east_1e7
+    return PlanItem(item.command, item.frame, item.params, x, y, item.z, item.autocontinue)
 
 
 def jumps_to(items: Items, index: int) -> int:

@@ -3,19 +3,20 @@
 Geometry is that of the assumed way (`way.py`); what no plan may contain at all is `plan_check`.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.missions.autopilots import refusals
 from tui_gcs.core.missions.draft import Items, VehicleDraft
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.core.missions.way import LOW_M, Leg, Way
+from tui_gcs.core.missions.way import LOW_M, Way
 from tui_gcs.core.plan import (
     CIRCLE_IN,
     CIRCLES,
@@ -116,28 +117,41 @@ def _shape(mission: Items, way: Way) -> Iterator[Finding]:
 
 
 def _places(draft: VehicleDraft, way: Way, site: Site) -> Iterator[Finding]:
-    flown = [leg for leg in way.legs if max(leg.from_m[2], leg.to_m[2]) > LOW_M]
-    ends = np.array([(leg.from_m[:2], leg.to_m[:2]) for leg in flown], dtype=float).reshape(-1, 2, 2)
-    lines = shapely.linestrings(ends)
+    corners = way.corners_m
+    tops = np.maximum(corners[:-1, 2], corners[1:, 2])
+    is_flown = tops > LOW_M
+    flown, tops = way.leg_items[is_flown], tops[is_flown]
+    lines = shapely.linestrings(np.stack([corners[:-1, :2], corners[1:, :2]], axis=1)[is_flown])
     if site.current is not None:
         area = polygon_of(site.current.area.shape)
-        yield from _first(flown, ~shapely.covers(area.buffer(TOUCH_M), lines), "leaves the operating area")
+        yield from _first(flown, ~_covers(area.buffer(TOUCH_M), lines), "leaves the operating area")
         for zone in site.current.no_fly:
-            inside = shapely.intersects(polygon_of(zone.shape).buffer(-TOUCH_M), lines)
-            yield from _first(flown, inside, f"enters no-fly zone {zone.name}")
-        tops = np.array([max(leg.from_m[2], leg.to_m[2]) for leg in flown])
+            entered = _intersects(polygon_of(zone.shape).buffer(-TOUCH_M), lines)
+            yield from _first(flown, entered, f"enters no-fly zone {zone.name}")
         high_m = site.current.area.alt_max_m
         if len(tops) and tops.max() > high_m + TOUCH_M:
             text = f"{tops.max():.0f} m is above the operating area ({high_m:g} m)"
             yield from _first(flown, tops > high_m + TOUCH_M, text)
     for inside, shape in fence_regions(draft.fence, site.frame):
-        out = ~shapely.covers(shape.buffer(TOUCH_M), lines) if inside else shapely.intersects(shape, lines)
+        out = ~_covers(shape.buffer(TOUCH_M), lines) if inside else _intersects(shape, lines)
         yield from _first(flown, out, "leaves its own fence" if inside else "enters what its own fence excludes")
 
 
-def _first(flown: Sequence[Leg], wrong: np.ndarray, what: str) -> Iterator[Finding]:
-    """One finding, at the first of the legs that are wrong."""
-    items = sorted({leg.item for leg, bad in zip(flown, wrong, strict=True) if bad})
+def _covers(region: shapely.Polygon, lines: NDArray[np.object_]) -> NDArray[np.bool_]:
+    """Which of many lines lie in it."""
+    shapely.prepare(region)
+    return np.asarray(shapely.covers(region, lines))
+
+
+def _intersects(region: shapely.Polygon, lines: NDArray[np.object_]) -> NDArray[np.bool_]:
+    """Which of many lines touch it."""
+    shapely.prepare(region)
+    return np.asarray(shapely.intersects(region, lines))
+
+
+def _first(flown: NDArray[np.int64], wrong: NDArray[np.bool_], what: str) -> Iterator[Finding]:
+    """One finding, at the first of the legs that are wrong; `flown` are their items."""
+    items = sorted(set(flown[wrong].tolist()))
     if items:
         more = f" (and {len(items) - 1} more)" if len(items) > 1 else ""
         yield Finding(Level.CAUTION, PlanKind.MISSION, items[0], f"the way to it {what}{more}")

@@ -89,7 +89,7 @@ class Forecast:
 
     def comparing(self) -> Iterator[None]:
         """The same, to be left after each pair of which a way changed; `conflicts` are new after the last one."""
-        ways = {vehicle: way for vehicle in self.draft.vehicles if (way := self.way(vehicle)).legs}
+        ways = {vehicle: way for vehicle in self.draft.vehicles if not (way := self.way(vehicle)).is_empty}
         near = (self.limits.separation_horizontal_m, self.limits.separation_vertical_m)
         pairs: dict[tuple[int, int], Compared] = {}
         for a, b in combinations(sorted(ways), 2):

@@ -6,11 +6,10 @@ the new direction, so a straight row of way-points is flown through and a right 
 begin when the first item does; arming and spooling up are not in them.
 """
 
-import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +34,8 @@ FARTHEST_M = 50_000_000.0
 """Nothing on earth is farther."""
 LOW_M = 0.5
 """Below this it stands on the ground."""
-_KNOT_SHARES = (0.0, 0.5, 1.0)
-"""Of the time of each acceleration, where the way in time has knots: between them it is off by a few decimetres."""
+SHORTEST_M = 1e-6
+"""What is shorter is no way."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +46,7 @@ class Home:
     amsl_m: float = 0.0
 
 
-@dataclass(frozen=True)
-class Leg:
+class Leg(NamedTuple):
     """One straight way, to or within an item. Heights are above home."""
 
     item: int
@@ -59,17 +57,17 @@ class Leg:
     hold_s: float = 0.0
     """It waits so long at its end."""
 
-    @property
-    def length_m(self) -> float:
-        """In space."""
-        return math.dist(self.from_m, self.to_m)
-
 
 @dataclass(frozen=True)
 class Way:
-    """All of a mission."""
+    """All of a mission, n legs."""
 
-    legs: tuple[Leg, ...]
+    leg_items: NDArray[np.int64]
+    """(n,) the item that each leg belongs to."""
+    corners_m: Floats
+    """(n + 1, 3) the ends of its legs: where it leads, without times. Heights are above home."""
+    leg_times_s: Floats
+    """(n, 3) of each leg: when it begins, when it ends, how long it waits then."""
     t_s: Floats
     """(k,) times of the knots, never falling."""
     points_m: Floats
@@ -85,37 +83,55 @@ class Way:
         """From the first item to the last."""
         return float(self.t_s[-1]) if len(self.t_s) else 0.0
 
+    @property
+    def is_empty(self) -> bool:
+        """It leads nowhere."""
+        return not len(self.leg_items)
+
+    @cached_property
+    def legs(self) -> tuple[Leg, ...]:
+        """One by one."""
+        ends: list[Vec3] = [(x, y, z) for x, y, z in self.corners_m.tolist()]
+        return tuple(
+            Leg(item, ends[i], ends[i + 1], *times)
+            for i, (item, times) in enumerate(zip(self.leg_items.tolist(), self.leg_times_s.tolist(), strict=True))
+        )
+
     @cached_property
     def length_m(self) -> float:
         """Flown, in space."""
-        return float(np.sqrt((np.diff(self.points_m, axis=0) ** 2).sum(axis=1)).sum()) if self.legs else 0.0
-
-    @cached_property
-    def corners_m(self) -> Floats:
-        """(n, 3) the ends of its legs: where it leads, without times."""
-        return np.array([self.legs[0].from_m, *(leg.to_m for leg in self.legs)]) if self.legs else np.zeros((0, 3))
+        return float(_lengths_m(np.diff(self.points_m, axis=0)).sum()) if len(self.points_m) else 0.0
 
     @cached_property
     def arrivals_s(self) -> dict[int, float]:
         """When it has first done each item but waiting, by index: is there, has circled, has landed. Only places."""
         found: dict[int, float] = {}
-        for leg, after in zip(self.legs, (*self.legs[1:], None), strict=True):
-            if after is None or after.item != leg.item:
-                found.setdefault(leg.item, leg.end_s)
+        if self.is_empty:
+            return found
+        last = np.append(self._first_legs[1:], len(self.leg_items)) - 1
+        for item, end_s in zip(self.leg_items[last].tolist(), self.leg_times_s[last, 1].tolist(), strict=True):
+            found.setdefault(item, end_s)
         return found
 
     @cached_property
     def shares(self) -> dict[int, tuple[float, float]]:
         """(metres, seconds) of the way to each item the first time, with what is done there; by index."""
         found: dict[int, tuple[float, float]] = {}
-        done: set[int] = set()
-        for leg, after in zip(self.legs, (*self.legs[1:], None), strict=True):
-            if leg.item not in done:
-                length_m, duration_s = found.get(leg.item, (0.0, 0.0))
-                found[leg.item] = (length_m + leg.length_m, duration_s + leg.end_s - leg.begin_s + leg.hold_s)
-            if after is None or after.item != leg.item:
-                done.add(leg.item)
+        if self.is_empty:
+            return found
+        first = self._first_legs
+        begin_s, end_s, hold_s = self.leg_times_s.T
+        lengths_m = np.add.reduceat(_lengths_m(np.diff(self.corners_m, axis=0)), first)
+        durations_s = np.add.reduceat(end_s - begin_s + hold_s, first)
+        shares = zip(lengths_m.tolist(), durations_s.tolist(), strict=True)
+        for item, share in zip(self.leg_items[first].tolist(), shares, strict=True):
+            found.setdefault(item, share)
         return found
+
+    @cached_property
+    def _first_legs(self) -> NDArray[np.intp]:
+        """Where another item begins than that of the leg before."""
+        return np.flatnonzero(np.diff(self.leg_items, prepend=-1))
 
     @cached_property
     def along_m(self) -> Floats:
@@ -130,117 +146,118 @@ class Way:
         return np.column_stack([np.interp(t_s, self.t_s, self.points_m[:, axis]) for axis in range(3)])
 
 
-EMPTY = Way((), np.zeros(0), np.zeros((0, 3)))
+def _lengths_m(steps_m: Floats) -> Floats:
+    """(n,) of (n, 3) steps, in space."""
+    lengths: Floats = np.sqrt((steps_m**2).sum(axis=1))
+    return lengths
 
 
-@dataclass
-class _Node:
-    """A place to fly to, how fast at most, and how long it stays there."""
-
-    item: int
-    to_m: Vec3
-    speed_m_s: float
-    hold_s: float = 0.0
+EMPTY = Way(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))
 
 
 def way_of(items: Items, home: Home, frame: LocalFrame, performance: Performance) -> Way:
     """Where `items`, a mission begun at `home`, lead."""
-    route = _Route(home, frame, performance)
+    route = _Route(items, home, frame, performance)
     walk = Walk(items)
     for index in walk.steps():
         if route.over:
             break
         route.take(index, items[index])
+    if not route.items:
+        return EMPTY
     return _timed(route, endless=walk.endless or route.endless, cut=walk.cut)
 
 
 class _Route:
     """Items made into places one after the other."""
 
-    def __init__(self, home: Home, frame: LocalFrame, performance: Performance) -> None:
-        self.nodes: list[_Node] = []
-        self.start_m: Vec3 = (*home.place_m, 0.0)
+    def __init__(self, items: Items, home: Home, frame: LocalFrame, performance: Performance) -> None:
+        self.items: list[int] = []
+        """Of each place but the start: the item it belongs to."""
+        self.places_m: list[Vec3] = [(*home.place_m, 0.0)]
+        self.speeds_m_s: list[float] = []
+        """Over ground at most, to each of them; to stand there, straight down."""
+        self.holds_s: list[float] = []
+        """How long it stays."""
         self.over = self.endless = self.lands = False
         self.performance = performance
         self._home = home
-        self._frame = frame
-        self._at = self.start_m
+        x_m, y_m = frame.to_enu(
+            np.array([item.lat_deg for item in items], dtype=float),
+            np.array([item.lon_deg for item in items], dtype=float),
+        )
+        self._there_m = list(zip(x_m.tolist(), y_m.tolist(), strict=True))
         self._speed_m_s = performance.speed_m_s
 
     def take(self, index: int, item: PlanItem) -> None:
         """The next item."""
+        at = self.places_m[-1]
         match item.command:
+            case plan.WAYPOINT | plan.SPLINE | plan.LOITER_TIME:
+                self._fly(index, (*self._place_m(index, item), self._height_m(item)), _positive(item.params[0]))
             case plan.TAKE_OFF | plan.VTOL_TAKE_OFF:
-                self._fly(index, (self._at[0], self._at[1], self._height_m(item)))
+                self._fly(index, (at[0], at[1], self._height_m(item)))
             case plan.LAND | plan.VTOL_LAND:
-                x, y = self._place_m(item)
-                self._fly(index, (x, y, self._at[2]))
+                x, y = self._place_m(index, item)
+                self._fly(index, (x, y, at[2]))
                 self._land(index)
             case plan.RETURN:
                 x, y = self._home.place_m
-                height_m = max(self._at[2], self.performance.return_height_m)
-                self._fly(index, (self._at[0], self._at[1], height_m))
+                height_m = max(at[2], self.performance.return_height_m)
+                self._fly(index, (at[0], at[1], height_m))
                 self._fly(index, (x, y, height_m))
                 self._land(index)
             case plan.LOITER_TURNS:
                 self._circle(index, item)
-            case plan.WAYPOINT | plan.SPLINE | plan.LOITER_TIME:
-                self._fly(index, (*self._place_m(item), self._height_m(item)), _positive(item.params[0]))
             case plan.LOITER_UNLIMITED | plan.LOITER_TO_ALT | plan.PAYLOAD_PLACE:
-                self._fly(index, (*self._place_m(item), self._height_m(item)))
+                self._fly(index, (*self._place_m(index, item), self._height_m(item)))
                 self.over = self.endless = item.command == plan.LOITER_UNLIMITED
             case plan.DELAY:
-                if self.nodes:
-                    self.nodes[-1].hold_s += _positive(item.params[0])
+                if self.items:
+                    self.holds_s[-1] += _positive(item.params[0])
             case _ if item.command == CHANGE_SPEED and item.params[1] > 0:
                 self._speed_m_s = item.params[1]
 
     def _fly(self, index: int, to_m: Vec3, hold_s: float = 0.0) -> None:
-        if not all(abs(value) <= FARTHEST_M for value in to_m):
-            return  # NaN, too; `plan_check` says what is wrong with it
-        self.nodes.append(_Node(index, to_m, self._leg_speed_m_s(to_m), hold_s))
-        self._at = to_m
+        x, y, z = to_m
+        if abs(x) <= FARTHEST_M and abs(y) <= FARTHEST_M and abs(z) <= FARTHEST_M:
+            self._append(index, to_m, self._speed_m_s, hold_s)
+        # else, NaN too, it is left out; `plan_check` says what is wrong with it
+
+    def _append(self, index: int, to_m: Vec3, speed_m_s: float, hold_s: float = 0.0) -> None:
+        self.items.append(index)
+        self.places_m.append(to_m)
+        self.speeds_m_s.append(speed_m_s)
+        self.holds_s.append(hold_s)
 
     def _land(self, index: int) -> None:
-        x, y, height_m = self._at
+        x, y, height_m = self.places_m[-1]
         slow_m = self.performance.land_slow_m
         if height_m > slow_m:
             self._fly(index, (x, y, slow_m))
-        self.nodes.append(_Node(index, (x, y, 0.0), self.performance.land_m_s))
-        self._at = (x, y, 0.0)
+        self._append(index, (x, y, 0.0), self.performance.land_m_s)
         self.lands = self.over = True
 
     def _circle(self, index: int, item: PlanItem) -> None:
-        x, y = self._place_m(item)
+        x, y = self._place_m(index, item)
         height_m = self._height_m(item)
         turns, radius_m = min(_positive(item.params[0]), MOST_TURNS), abs(item.params[2]) or DEFAULT_RADIUS_M
         sense = -1.0 if item.params[2] < 0 else 1.0
-        from_rad = math.atan2(self._at[1] - y, self._at[0] - x)
+        at = self.places_m[-1]
+        from_rad = math.atan2(at[1] - y, at[0] - x)
         for step in range(round(turns * CIRCLE_POINTS) + 1):
             angle = from_rad - sense * step * math.tau / CIRCLE_POINTS
             self._fly(index, (x + radius_m * math.cos(angle), y + radius_m * math.sin(angle), height_m))
 
-    def _place_m(self, item: PlanItem) -> tuple[float, float]:
+    def _place_m(self, index: int, item: PlanItem) -> tuple[float, float]:
         """An item without a place is where the vehicle is then."""
         if item.x == 0 and item.y == 0:
-            return self._at[0], self._at[1]
-        return self._frame.to_enu(item.lat_deg, item.lon_deg)
+            return self.places_m[-1][:2]
+        return self._there_m[index]
 
     def _height_m(self, item: PlanItem) -> float:
         """Above home; the ground is taken for level."""
         return item.z - self._home.amsl_m if plan.PLAIN_FRAME.get(item.frame) == plan.AMSL else item.z
-
-    def _leg_speed_m_s(self, to_m: Vec3) -> float:
-        """In space, such that neither the speed over ground nor the vertical one is too high."""
-        up_m = to_m[2] - self._at[2]
-        ground_m = math.dist(self._at[:2], to_m[:2])
-        length_m = math.hypot(up_m, ground_m)
-        vertical_m_s = self.performance.climb_m_s if up_m > 0 else self.performance.descent_m_s
-        if length_m == 0.0:
-            return self._speed_m_s
-        by_ground = self._speed_m_s * length_m / ground_m if ground_m > 0 else math.inf
-        by_height = vertical_m_s * length_m / abs(up_m) if up_m else math.inf
-        return min(by_ground, by_height)
 
 
 def _positive(value: float) -> float:
@@ -252,79 +269,91 @@ def _positive(value: float) -> float:
 
 
 def _timed(route: _Route, *, endless: bool, cut: bool) -> Way:
-    nodes, accel = route.nodes, route.performance.accel_m_s2
-    if not nodes:
-        return EMPTY
-    places = [route.start_m, *(node.to_m for node in nodes)]
-    lengths = [math.dist(a, b) for a, b in itertools.pairwise(places)]
-    ends = _corner_speeds(places, lengths, nodes, accel)
-    legs: list[Leg] = []
-    times, shares, of = [0.0], [0.0], [0]
-    now = 0.0
-    for i, (node, length_m) in enumerate(zip(nodes, lengths, strict=True)):
-        begin_s = now
-        for after_s, share in _leg_knots(length_m, ends[i], ends[i + 1], node.speed_m_s, accel):
-            times.append(begin_s + after_s)
-            shares.append(share)
-            of.append(i)
-        now = times[-1]
-        legs.append(Leg(node.item, places[i], node.to_m, begin_s, now, node.hold_s))
-        if node.hold_s:
-            now += node.hold_s
-            times.append(now)
-            shares.append(1.0)
-            of.append(i)
-    corners = np.array(places)
-    index = np.array(of)
-    points = corners[index] + (corners[index + 1] - corners[index]) * np.array(shares)[:, None]
-    return Way(tuple(legs), np.array(times), points, route.lands, endless, cut)
+    corners = np.array(route.places_m)
+    holds = np.array(route.holds_s)
+    steps = np.diff(corners, axis=0)
+    lengths = _lengths_m(steps)
+    speeds = _speeds_m_s(route, steps, lengths)
+    accel = route.performance.accel_m_s2
+    at_corners = _corner_speeds(steps, lengths, speeds, holds, accel)
+    after_s, shares, is_knot = _knots(lengths, at_corners[:-1], at_corners[1:], speeds, accel)
+    flown_s = after_s[:, -1]
+    clock_s = np.cumsum(np.column_stack([flown_s, holds])).reshape(-1, 2)  # one after the other, as it is flown
+    begin_s = np.concatenate([[0.0], clock_s[:-1, 1]])
+    is_knot = np.column_stack([is_knot, holds > 0])
+    times = np.column_stack([begin_s[:, None] + after_s, clock_s[:, 1]])[is_knot]
+    shares = np.column_stack([shares, np.ones(len(holds))])[is_knot]
+    of = np.repeat(np.arange(len(holds)), is_knot.sum(axis=1))
+    points = corners[of] + steps[of] * shares[:, None]
+    return Way(
+        np.array(route.items),
+        corners,
+        np.column_stack([begin_s, clock_s[:, 0], holds]),
+        np.concatenate([[0.0], times]),
+        np.concatenate([corners[:1], points]),
+        route.lands,
+        endless,
+        cut,
+    )
 
 
-def _corner_speeds(
-    places: Sequence[Vec3], lengths: Sequence[float], nodes: Sequence[_Node], accel: float
-) -> list[float]:
-    """At each place: what the turn allows, and what can be reached from the one before and braked to the next."""
-    speeds = [0.0]
-    for i, (node, after) in enumerate(itertools.pairwise(nodes)):
-        speed = 0.0 if node.hold_s else _through(places[i], places[i + 1], places[i + 2], lengths[i], lengths[i + 1])
-        speeds.append(speed * min(node.speed_m_s, after.speed_m_s))
-    speeds.append(0.0)
-    for i, length_m in enumerate(lengths):
-        speeds[i + 1] = min(speeds[i + 1], math.sqrt(speeds[i] ** 2 + 2 * accel * length_m))
-    for i in range(len(lengths) - 1, -1, -1):
-        speeds[i] = min(speeds[i], math.sqrt(speeds[i + 1] ** 2 + 2 * accel * lengths[i]))
-    return speeds
+def _speeds_m_s(route: _Route, steps: Floats, lengths: Floats) -> Floats:
+    """(n,) of each leg in space, such that neither the speed over ground nor the vertical one is too high."""
+    most = np.array(route.speeds_m_s)
+    up_m, ground_m = steps[:, 2], np.hypot(steps[:, 0], steps[:, 1])
+    vertical_m_s = np.where(up_m > 0, route.performance.climb_m_s, route.performance.descent_m_s)
+    if route.lands:
+        vertical_m_s[-1] = route.performance.land_m_s
+    with np.errstate(divide="ignore", invalid="ignore"):  # straight up, level, or nowhere
+        by_ground = np.where(ground_m > 0, most * lengths / ground_m, np.inf)
+        by_height = np.where(up_m != 0, vertical_m_s * lengths / np.abs(up_m), np.inf)
+    slower: Floats = np.minimum(by_ground, by_height)
+    return np.where(lengths > 0, slower, most)
 
 
-def _through(a: Vec3, b: Vec3, c: Vec3, ab_m: float, bc_m: float) -> float:
-    """The part of the speed that goes on where the way turns: the cosine of the turn, none from a right angle on."""
-    if ab_m < 1e-6 or bc_m < 1e-6:
-        return 0.0
-    along = sum((q - p) * (r - q) for p, q, r in zip(a, b, c, strict=True))
-    return max(0.0, min(1.0, along / (ab_m * bc_m)))
+def _corner_speeds(steps: Floats, lengths: Floats, speeds: Floats, holds: Floats, accel: float) -> Floats:
+    """(n + 1,) at each place: what the turn allows, and what can be reached from the one before and braked to the next.
+
+    Where the way turns, the cosine of the turn goes on of the speed, nothing from a right angle on.
+    """
+    before, after = lengths[:-1], lengths[1:]
+    along = (steps[:-1] * steps[1:]).sum(axis=1)
+    turns = (before >= SHORTEST_M) & (after >= SHORTEST_M) & (holds[:-1] == 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        through = np.where(turns, np.clip(along / (before * after), 0.0, 1.0), 0.0)
+    at = [0.0, *(through * np.minimum(speeds[:-1], speeds[1:])).tolist(), 0.0]
+    gains = (2 * accel * lengths).tolist()
+    for i, gain in enumerate(gains):
+        at[i + 1] = min(at[i + 1], math.sqrt(at[i] ** 2 + gain))
+    for i in range(len(gains) - 1, -1, -1):
+        at[i] = min(at[i], math.sqrt(at[i + 1] ** 2 + gains[i]))
+    return np.array(at)
 
 
-def _leg_knots(
-    length_m: float, first_m_s: float, last_m_s: float, most_m_s: float, accel: float
-) -> list[tuple[float, float]]:
-    """(seconds after its begin, share of the way) of one leg: faster, evenly, slower."""
-    if length_m < 1e-6:
-        return [(0.0, 1.0)]
-    peak = min(most_m_s, math.sqrt(accel * length_m + (first_m_s**2 + last_m_s**2) / 2))
-    peak = max(peak, first_m_s, last_m_s)
-    up_s, down_s = (peak - first_m_s) / accel, (peak - last_m_s) / accel
-    up_m = (first_m_s + peak) / 2 * up_s
-    down_m = (last_m_s + peak) / 2 * down_s
-    even_m = max(0.0, length_m - up_m - down_m)
+def _knots(
+    lengths: Floats, first: Floats, last: Floats, most: Floats, accel: float
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """(n, 5) seconds after the begin of each leg, shares of its way, and which of them are: faster, evenly, slower.
+
+    Half of the time of each acceleration is a knot; the last one always is, and its share is 1.
+    """
+    moves = lengths >= SHORTEST_M
+    length_m = np.where(moves, lengths, 1.0)
+    peak = np.minimum(most, np.sqrt(accel * length_m + (first**2 + last**2) / 2))
+    peak = np.maximum(np.maximum(peak, first), last)
+    up_s, down_s = (peak - first) / accel, (peak - last) / accel
+    up_m, down_m = (first + peak) / 2 * up_s, (last + peak) / 2 * down_s
+    even_m = np.maximum(0.0, length_m - up_m - down_m)
     even_s = even_m / peak
-    knots = []
-    for share in _KNOT_SHARES[1:]:
-        t = up_s * share
-        knots.append((t, (first_m_s * t + accel * t * t / 2) / length_m))
-    if even_s:
-        knots.append((up_s + even_s, (up_m + even_m) / length_m))
-    for share in _KNOT_SHARES[1:]:
-        t = down_s * share
-        way_m = up_m + even_m + peak * t - accel * t * t / 2
-        knots.append((up_s + even_s + t, min(way_m / length_m, 1.0)))
-    return [*knots[:-1], (knots[-1][0], 1.0)]
+    half_up_s, half_down_s = up_s / 2, down_s / 2
+    slowing_m = up_m + even_m + peak * half_down_s - accel * half_down_s * half_down_s / 2
+    after_s = [half_up_s, up_s, up_s + even_s, up_s + even_s + half_down_s, up_s + even_s + down_s]
+    way_m = [
+        first * half_up_s + accel * half_up_s * half_up_s / 2,
+        first * up_s + accel * up_s * up_s / 2,
+        up_m + even_m,
+        np.minimum(slowing_m, length_m),
+        length_m,
+    ]
+    is_knot = np.column_stack([moves, moves, moves & (even_s != 0), moves, np.ones_like(moves)])
+    return np.column_stack(after_s) * moves[:, None], np.column_stack(way_m) / length_m[:, None], is_knot
