@@ -113,14 +113,14 @@ class ScenarioDocument:
 
     def rename_zone(self, old: str, new: str) -> None:
         """Give a zone another name in every round, and in the teams that serve it."""
-        with self._all_or_nothing():
-            for r, _ in enumerate(self._tables("", "round")):
-                for zone in self._tables(self._round(r), "zone"):
-                    if zone.get("name") == old:
-                        self._apply(self._zone(r, old), {"name": new})
-            for team in self._tables("", "team"):
-                if team.get("zone") == old:
-                    self._apply(self._team(str(team.get("name"))), {"zone": new})
+        places: list[tuple[str, str]] = []
+        for r, _ in enumerate(self._tables("", "round")):
+            if any(zone.get("name") == old for zone in self._tables(self._round(r), "zone")):
+                places.append((self._zone(r, old), "name"))
+        for team in self._tables("", "team"):
+            if team.get("zone") == old:
+                places.append((self._team(str(team.get("name"))), "zone"))
+        self._replace_values(places, new)
 
     def add_team(self, team: Team) -> None:
         """Add a team behind the last one."""
@@ -288,21 +288,24 @@ class ScenarioDocument:
             if key not in have:
                 self._add_key(path, key, value)
             elif not _same(have[key], value):
-                self._replace_value(path, key, value)
+                self._replace_values([(path, key)], value)
         for key in owned:
             if key in have and key not in values:
                 span = self._span(_join(path, key))
                 self._commit([*self._lines()[: span.first], *self._lines()[span.last + 1 :]])
 
-    def _replace_value(self, path: str, key: str, value: Value) -> None:
-        lines, span = self._lines(), self._span(_join(path, key))
-        end = "\r" if lines[span.last].endswith("\r") else ""
-        fragment = tomlkit.parse("\n".join(lines[span.first : span.last + 1]).replace("\r", ""))
-        if key not in fragment:
-            raise ScenarioError([f"scenario: {_join(path, key)} is not edited here; write it as {key} = value"])
-        fragment[key] = value
-        new = [line + end for line in fragment.as_string().split("\n")]
-        self._commit([*lines[: span.first], *new, *lines[span.last + 1 :]])
+    def _replace_values(self, places: Iterable[tuple[str, str]], value: Value) -> None:
+        """Put `value` under each of these (table, key): from the last on, so that lines above stay where they are."""
+        lines = self._lines()
+        spans = [(self._span(_join(path, key)), path, key) for path, key in places]
+        for span, path, key in sorted(spans, reverse=True):
+            end = "\r" if lines[span.last].endswith("\r") else ""
+            fragment = tomlkit.parse("\n".join(lines[span.first : span.last + 1]).replace("\r", ""))
+            if key not in fragment:
+                raise ScenarioError([f"scenario: {_join(path, key)} is not edited here; write it as {key} = value"])
+            fragment[key] = value
+            lines[span.first : span.last + 1] = [line + end for line in fragment.as_string().split("\n")]
+        self._commit(lines)
 
     def _add_key(self, path: str, key: str, value: Value) -> None:
         self._insert_after(self._span(path).last, [_key_line(key, value)])

@@ -42,9 +42,8 @@ class PlanDraft:
         """Planners in files of the operator's own, as the station told what they declare."""
         self.pending: Zone | OperatingArea | None = None
         """What the edited one would be, if it were allowed; None: it is as it is shown."""
-        self._installed = (
-            registry.names()
-        )  # once: looking into all that is installed takes longer than the rest of a key
+        self._installed = registry.names()
+        """Looked for once: that takes milliseconds."""
         self._zone_problems: Problems = ()
         self._team_problems: Problems = ()
         self._field = ""
