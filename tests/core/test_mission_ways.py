@@ -324,3 +324,19 @@ def test_what_its_autopilot_would_refuse_is_an_error() -> None:
 def _degrees(east_m: float, north_m: float) -> tuple[int, int]:
     lat_deg, lon_deg = FRAME.to_geodetic(east_m, north_m)
     return round(lat_deg * 1e7), round(lon_deg * 1e7)
+
+
+# ---------------------------------------------------------------- begin and end
+
+
+def test_what_comes_after_the_end_is_said_to_be_not_flown() -> None:
+    stay = PlanItem(LOITER_UNLIMITED, 3, x=520_700_000, y=-6_280_000, z=30.0)
+    after = "mission 4: comes after the mission's end, item 3: not counted, not flown"
+    assert f"{after} (and 1 more)" in said(UP, to(50, 0), BACK, to(90, 0), to(99, 0))
+    assert "comes after" in said(UP, stay, BACK)
+    assert "comes after" not in said(UP, to(50, 0), PlanItem(JUMP, MISSION_FRAME, (1.0, 2.0, 0.0, 0.0)), BACK)
+
+
+def test_a_take_off_that_does_not_climb_is_told() -> None:
+    assert "mission 1: a take-off to 0 m above home" in said(up(0.0), to(50, 0), BACK)
+    assert "a take-off to" not in said(UP, to(50, 0), BACK)

@@ -47,6 +47,8 @@ MISSION_ACTIONS = (
     Action("zoom_out", ("less_than_sign",), "<", "", "", MAP),
     Action("fit", ("z",), "z", "", "everything in view", MAP),
     Action("other_side", ("i",), "i", "", "of a fence: inside or outside", EDIT),
+    Action("new_polygon", ("G", "shift+g"), "G", "", "fence: one more polygon, at the cursor or home", EDIT),
+    Action("new_circle", ("O", "shift+o"), "O", "", "fence: one more circle, at the cursor or home", EDIT),
     Action("clear", ("C", "shift+c"), "C", "", "plan nothing of this kind for this vehicle (press twice)", EDIT),
     Action("again", ("R", "shift+r"), "R", "", "send once more to those where it failed; asks", COMMAND),
     Action("cancel", ("K", "shift+k"), "K", "", "end uploads and downloads", VEHICLE),

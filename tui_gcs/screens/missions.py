@@ -21,6 +21,7 @@ from tui_gcs.core.clock import Clock
 from tui_gcs.core.missions.conflicts import Conflict
 from tui_gcs.core.missions.store import DraftFileError
 from tui_gcs.core.missions.survey import GeneratorError
+from tui_gcs.core.plan import PlanKind
 from tui_gcs.feed import Feed, PlannerUpdated, ScenarioChanged, StatusUpdated
 from tui_gcs.screens.fly import present_round
 from tui_gcs.screens.mission_actions import MISSION_ACTIONS
@@ -282,6 +283,16 @@ class MissionsScreen(MissionCopies):
     def action_add(self) -> None:
         """After this one; at the cursor if it is shown."""
         self.did(self.editor.add(self.map_view.cursor_m))
+
+    def action_new_polygon(self) -> None:
+        """Of the fence, which comes in view."""
+        self.editor.choose_kind(PlanKind.FENCE)
+        self.did(self.editor.add_fence(self.map_view.cursor_m))
+
+    def action_new_circle(self) -> None:
+        """Of the fence, which comes in view."""
+        self.editor.choose_kind(PlanKind.FENCE)
+        self.did(self.editor.add_circle(self.map_view.cursor_m))
 
     def action_delete(self) -> None:
         """The edited one."""

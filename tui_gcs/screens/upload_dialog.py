@@ -139,7 +139,8 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         flying = [vehicle for vehicle in vehicles if vehicle in self._armed]
         if flying:
             lines.append([(f"  ARMED: {ids(flying)}; one that flies its mission refuses", Ink.CAUTION)])
-        lines += [[], [("fence first, each read back and compared; what is not planned stays as it is", Ink.MUTED)]]
+        lines += [[], [("fence first; each part is read back and compared", Ink.MUTED)]]
+        lines += [[("what is not planned here stays on board as it is", Ink.MUTED)]]
         lines += [[(self._problem, Ink.CAUTION)]] if self._problem else []
         return [*lines, self._keys()]
 
@@ -160,8 +161,8 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         if len(self._vehicles) == 1:
             keys.append(("y = send", Ink.BOLD))
         else:
-            keys.append((f"type {len(self._vehicles)} and Enter = send: [{self._typed:_<3}]", Ink.BOLD))
-        return [*keys, ("   arrows: whom else", Ink.MUTED)] if len(self._groups) > 1 else keys
+            keys.append((f"{len(self._vehicles)} and Enter = send: [{self._typed:_<2}]", Ink.BOLD))
+        return [*keys, ("   arrows: others", Ink.MUTED)] if len(self._groups) > 1 else keys
 
 
 def _words(plan: VehicleDraft) -> str:

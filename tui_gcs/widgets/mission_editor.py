@@ -10,6 +10,7 @@ from dataclasses import replace
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import Annotation, VehicleRow
 from tui_gcs.core.missions import build, edits, fences
+from tui_gcs.core.missions.commands import with_command
 from tui_gcs.core.missions.copies import copied
 from tui_gcs.core.missions.crew import crew
 from tui_gcs.core.missions.draft import Items, MissionDraft, MissionHistory, MissionStep, Where
@@ -17,7 +18,7 @@ from tui_gcs.core.missions.forecast import Forecast
 from tui_gcs.core.missions.generate import OWN_ITEMS, Wanted, generated
 from tui_gcs.core.missions.patrols import Flown, flown_by, patrols
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.core.plan import LAND, RETURN, VTOL_LAND, PlanItem, PlanKind
+from tui_gcs.core.plan import HERE, LAND, RETURN, VTOL_LAND, PlanItem, PlanKind
 from tui_gcs.core.plan_check import MOST_ITEMS
 from tui_gcs.core.scenario import Round, Scenario
 from tui_gcs.core.zones import Polygon, Shape
@@ -30,6 +31,8 @@ ENDS = frozenset({RETURN, LAND, VTOL_LAND})
 """What is added at the end of a mission comes before these."""
 AREA_NAME = "operating area"
 KINDS = tuple(PlanKind)
+SQUARE = ((-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0))
+"""Clockwise, as QGroundControl draws."""
 
 
 class MissionEditor:
@@ -47,6 +50,8 @@ class MissionEditor:
         """What would be generated; shown instead of the draft until it is taken or dropped."""
         self._beside: tuple[Flown, Mapping[str, Sequence[Annotation]]] = ({}, {})
         """Who flies for planners, and what these have drawn."""
+        self._before_choosing: PlanItem | None = None
+        """The edited item as it was before another command was chosen for it."""
         self.has_assumed = False
         """What vehicles can was said by the operator or a file; else the speed is the scenario's."""
 
@@ -136,9 +141,13 @@ class MissionEditor:
 
     def step_kind(self) -> None:
         """Mission, fence, rally points."""
-        self.kind = KINDS[(self.kind + 1) % len(KINDS)]
-        self.index = 0
-        self.history.end_subject()
+        self.choose_kind(KINDS[(self.kind + 1) % len(KINDS)])
+
+    def choose_kind(self, kind: PlanKind) -> None:
+        """This one."""
+        if kind is not self.kind:
+            self.kind, self.index = kind, 0
+            self.history.end_subject()
 
     def choose(self, index: int) -> None:
         """This item, or the nearest there is."""
@@ -162,7 +171,7 @@ class MissionEditor:
         """One more after the edited one, there or a little further on; what was done, in words."""
         if len(self.items) >= MOST_ITEMS:
             return f"not added: {MOST_ITEMS} items are the most"
-        here = place_m or self._further_on()
+        here = place_m or self._further_on(self.index + 1)
         at = self.index + 1 if self.items else 0
         if self.item is not None and self.item.command in ENDS:
             at -= 1
@@ -174,11 +183,32 @@ class MissionEditor:
             case PlanKind.FENCE:
                 items, at = self._fenced(here)
             case PlanKind.RALLY:
-                point = fences.rally_point(self.frame.to_geodetic(*here), self._height_m())
+                point = fences.rally_point(self.frame.to_geodetic(*here), self._height_m(self.index + 1))
                 items = edits.insert(self.items, at, [point])
         self._edit(f"{self.kind.word} {at + 1} added", items)
         self.choose(at)
         return f"{self.kind.word} {self.index + 1} added"
+
+    def add_fence(self, place_m: Place | None = None) -> str:
+        """One more polygon, whose corners are then moved: the only way to it where no zone is of its form."""
+        if len(self.items) + len(SQUARE) > MOST_ITEMS:
+            return f"not added: {MOST_ITEMS} items are the most"
+        east, north = place_m or self.forecast.member(self.vehicle).home.place_m
+        corners = [self.frame.to_geodetic(east + x * NEW_RADIUS_M, north + y * NEW_RADIUS_M) for x, y in SQUARE]
+        at = len(self.items)
+        self._edit("fence polygon added", (*self.items, *fences.polygon(corners)))
+        self.choose(at)
+        return "polygon added: e and + move and add corners, i turns it inside out"
+
+    def add_circle(self, place_m: Place | None = None) -> str:
+        """One more circle, also where a polygon is edited."""
+        if len(self.items) >= MOST_ITEMS:
+            return f"not added: {MOST_ITEMS} items are the most"
+        here = place_m or self.forecast.member(self.vehicle).home.place_m
+        at = len(self.items)
+        self._edit("fence circle added", (*self.items, *fences.circle(self.frame.to_geodetic(*here), NEW_RADIUS_M)))
+        self.choose(at)
+        return "circle added: e moves it, Tab its radius, i turns it inside out"
 
     def delete(self) -> str:
         """Without the edited one."""
@@ -206,7 +236,26 @@ class MissionEditor:
         """Put this in the place of the edited one."""
         if self.item is not None:
             label = f"{self.kind.word} {self.index + 1} {field}".rstrip()
-            self._edit(label, edits.put(self.items, self.index, item), f"{self.vehicle} {label}")
+            self._edit(label, edits.put(self.items, self.index, item), self._subject(field))
+
+    def as_command(self, word: str) -> PlanItem:
+        """The edited item as another command, keeping what it has.
+
+        Commands are gone through one by one, and some have no place: place, height and parameters are those from
+        before the first change, not lost on the way. One that never was anywhere comes where a new one would.
+        """
+        item = self.item
+        if item is None:
+            raise LookupError("no item is edited")
+        if self._before_choosing is None or self.history.subject != self._subject("command"):
+            self._before_choosing = item
+        before = self._before_choosing
+        new = with_command(before, word)
+        if new is before or not new.is_place or before.is_place:
+            return new
+        lands = new.command in (LAND, VTOL_LAND)
+        x, y = (0, 0) if new.command in HERE else self._to_deg7(self._further_on(self.index))
+        return replace(new, x=x, y=y, z=0.0 if lands else self._height_m(self.index))
 
     def retract(self) -> None:
         """The open field holds a value that is not allowed: what was half typed is not meant."""
@@ -217,8 +266,8 @@ class MissionEditor:
         """Have the edited one there."""
         item = self.item
         if item is not None and item.is_place:
-            lat_deg, lon_deg = self.frame.to_geodetic(*place_m)
-            self.replace_item(replace(item, x=round(lat_deg * 1e7), y=round(lon_deg * 1e7)), "place")
+            x, y = self._to_deg7(place_m)
+            self.replace_item(replace(item, x=x, y=y), "place")
 
     def shift(self, east_m: float, north_m: float, *, whole: bool) -> str:
         """Move the edited one, or the whole plan of this kind."""
@@ -310,6 +359,13 @@ class MissionEditor:
     def _where(self) -> Where:
         return self.vehicle, self.kind, self.index
 
+    def _subject(self, field: str) -> str:
+        return f"{self.vehicle} {self.kind.word} {self.index + 1} {field}".rstrip()
+
+    def _to_deg7(self, place_m: Place) -> tuple[int, int]:
+        lat_deg, lon_deg = self.frame.to_geodetic(*place_m)
+        return round(lat_deg * 1e7), round(lon_deg * 1e7)
+
     def _edit(self, label: str, items: Items, subject: str = "") -> None:
         self.preview = None
         self.history.do(label, self.history.draft.with_items(self.vehicle, self.kind, items), subject, self._where)
@@ -320,13 +376,13 @@ class MissionEditor:
 
     def _new_mission_items(self, here: Place) -> Items:
         """The first one brings its take-off."""
-        new = build.waypoint(self.frame, here, self._height_m())
+        new = build.waypoint(self.frame, here, self._height_m(self.index + 1))
         home_m = self.forecast.member(self.vehicle).home.place_m
-        return (new,) if self.items else (build.take_off(self.frame, home_m, self._height_m()), new)
+        return (new,) if self.items else (build.take_off(self.frame, home_m, self._height_m(self.index + 1)), new)
 
-    def _height_m(self) -> float:
-        """As high as the items before; the first one on the vehicle's own layer."""
-        before = [item.z for item in self.items[: self.index + 1] if item.is_place]
+    def _height_m(self, at: int) -> float:
+        """As high as the items before that; the first one on the vehicle's own layer."""
+        before = [item.z for item in self.items[:at] if item.is_place]
         return before[-1] if before else self.forecast.member(self.vehicle).layer_m
 
     def _fenced(self, here: Place) -> tuple[Items, int]:
@@ -337,10 +393,10 @@ class MissionEditor:
             return more, self.index + 1
         return (*self.items, *fences.circle(place_deg, NEW_RADIUS_M)), len(self.items)
 
-    def _further_on(self) -> Place:
-        """Beyond the edited item, in the direction that leads to it; the first one, north of where it starts."""
+    def _further_on(self, at: int) -> Place:
+        """Beyond the items before that, in the direction in which they lead; the first one, north of the start."""
         home = self.forecast.member(self.vehicle).home.place_m
-        places = [place for item in self.items[: self.index + 1] if (place := self.place_m(item)) is not None]
+        places = [place for item in self.items[:at] if (place := self.place_m(item)) is not None]
         here, before = (places[-1] if places else home), (places[-2] if len(places) > 1 else home)
         far = math.dist(here, before)
         if far < 1.0:

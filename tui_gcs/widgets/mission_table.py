@@ -14,6 +14,12 @@ from tui_gcs.widgets.mission_editor import MissionEditor
 from tui_gcs.widgets.mission_text import clock, distance, has_height, labels, of_vehicle
 from tui_gcs.widgets.palette import Ink
 
+_HOW_TO_BEGIN = {
+    PlanKind.MISSION: "+ adds one, g generates",
+    PlanKind.FENCE: "g over zones, G polygon, O circle",
+    PlanKind.RALLY: "+ adds one",
+}
+
 
 class PlanList(LinesView):
     """A line for each vehicle: items, way, time, battery left, and the gravest that is wrong."""
@@ -122,7 +128,7 @@ class ItemTable(LinesView, can_focus=True):
         editor = self._editor
         items, room = editor.items, max(height - 1, 1)
         if not items:
-            return [[(f"no {editor.kind.word}: + adds one, g generates", Ink.MUTED)]]
+            return [[(f"no {editor.kind.word}: {_HOW_TO_BEGIN[editor.kind]}", Ink.MUTED)]]
         self._first = max(0, min(max(self._first, editor.index - room + 1), editor.index, len(items) - room))
         wrong = {f.item: f.level for f in reversed(editor.forecast.findings(editor.vehicle)) if f.kind is editor.kind}
         shown = range(self._first, min(self._first + room, len(items)))

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from tui_gcs.core.missions.commands import FRAMES, ParamWord, with_command, word_of
+from tui_gcs.core.missions.commands import FRAMES, ParamWord, word_of
 from tui_gcs.core.missions.conflicts import Conflict
 from tui_gcs.core.plan import HERE, JUMP, PLAIN_FRAME, POLYGONS, PlanItem, PlanKind
 from tui_gcs.widgets.form_text import FieldError, number_text, to_number
@@ -55,9 +55,9 @@ def item_text(editor: MissionEditor, item: PlanItem) -> ItemText:
 
 def to_item(editor: MissionEditor, texts: ItemText, old: PlanItem) -> PlanItem:
     """The item that the fields say; fields that stand as they did keep their exact value. Raises FieldError."""
-    item = with_command(old, texts.command)
-    if item.command != old.command:
-        return item
+    if texts.command not in ("", word_of(old.command).word):
+        return editor.as_command(texts.command)
+    item = old
     before = item_text(editor, old)
     if (texts.east_m, texts.north_m) != (before.east_m, before.north_m) and item.is_place:
         item = _at(editor, texts, item)

@@ -4,11 +4,14 @@ import textwrap
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from textual import events
+
 from tui_gcs.core.text import clean
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
 
 MAX_CELLS = 600
+MARGIN_CELLS = 3
 
 
 class Remark(NamedTuple):
@@ -43,7 +46,11 @@ class VerdictLines(LinesView):
 
 
 class EditLine(LinesView):
-    """One line: how far the copy is from station and file, and what became of the last key."""
+    """How far the copy is from station and file, and what became of the last key.
+
+    One line. Where both do not fit the latter has it alone, with `*` for unsaved work, and a second line for what is
+    longer still: why a file was refused is nothing to guess from its beginning.
+    """
 
     DEFAULT_CSS = "EditLine { height: 1; }"
 
@@ -53,12 +60,32 @@ class EditLine(LinesView):
     def show(self, state: Remark, message: Remark) -> None:
         """Show these."""
         self._state, self._message = state, message
+        self._fit()
         self.update_lines()
+
+    def on_resize(self, event: events.Resize) -> None:
+        """Perhaps another number of lines; the base class takes the new size."""
+        self._fit()
 
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
-        state = clean(self._state.text, width)
-        runs = [(f" {state}", self._state.ink)]
-        if self._message.text:
-            runs.append((f"  {clean(self._message.text, max(width - len(state) - 4, 10))}", self._message.ink))
-        return [runs]
+        state, message = clean(self._state.text, width), clean(self._message.text, MAX_CELLS)
+        if not message:
+            return [[(f" {state}", self._state.ink)]]
+        if self._fits_beside(width):
+            return [[(f" {state}", self._state.ink), (f"  {message}", self._message.ink)]]
+        room = max(width - MARGIN_CELLS, 10)
+        wrapped = textwrap.wrap(message, room, max_lines=max(height, 1), placeholder=" …")
+        signs = ["*" if self._state.ink is Ink.CAUTION else " ", *" " * len(wrapped)]
+        return [
+            [(f" {sign}", self._state.ink), (part, self._message.ink)]
+            for sign, part in zip(signs, wrapped, strict=False)
+        ]
+
+    def _fits_beside(self, width: int) -> bool:
+        return len(clean(self._state.text, MAX_CELLS)) + len(clean(self._message.text, MAX_CELLS)) + 4 <= width
+
+    def _fit(self) -> None:
+        width = self.size.width
+        is_long = len(clean(self._message.text, MAX_CELLS)) + MARGIN_CELLS > width > 0
+        self.styles.height = 2 if is_long else 1

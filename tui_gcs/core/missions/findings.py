@@ -20,9 +20,14 @@ from tui_gcs.core.missions.way import LOW_M, Way
 from tui_gcs.core.plan import (
     CIRCLE_IN,
     CIRCLES,
+    FENCE_COMMANDS,
+    PLACES,
     PLAIN_FRAME,
     POLYGON_IN,
     POLYGONS,
+    RALLY_POINT,
+    RETURN,
+    ROI_LOCATION,
     TAKE_OFF,
     TERRAIN,
     VTOL_TAKE_OFF,
@@ -36,6 +41,9 @@ from tui_gcs.core.zones import polygon_of
 TOUCH_M = 0.01
 """Places come back from 1e-7 degrees: a border may be touched."""
 CIRCLE_QUADRANT = 16
+TAKE_OFFS = frozenset({TAKE_OFF, VTOL_TAKE_OFF})
+FLOWN = PLACES - FENCE_COMMANDS - {ROI_LOCATION, RALLY_POINT} | {RETURN}
+"""Items that move a vehicle, all of which the assumed way knows."""
 
 
 class Level(IntEnum):
@@ -98,7 +106,7 @@ def findings(draft: VehicleDraft, way: Way, site: Site) -> list[Finding]:
 def _shape(mission: Items, way: Way) -> Iterator[Finding]:
     """Does it begin and end as missions do?"""
     places = [i for i, item in enumerate(mission) if item.is_place]
-    if not places or mission[places[0]].command not in (TAKE_OFF, VTOL_TAKE_OFF):
+    if not places or mission[places[0]].command not in TAKE_OFFS:
         first = places[0] if places else None
         yield Finding(Level.CAUTION, PlanKind.MISSION, first, "it does not begin with a take-off")
     if way.cut:
@@ -107,10 +115,31 @@ def _shape(mission: Items, way: Way) -> Iterator[Finding]:
         yield Finding(Level.CAUTION, PlanKind.MISSION, None, "it never ends by itself")
     elif not way.lands:
         yield Finding(Level.CAUTION, PlanKind.MISSION, None, "it neither lands nor returns")
+    yield from _climbs(mission, way)
+    yield from _never_reached(mission, way)
     terrain = next((i for i, item in enumerate(mission) if PLAIN_FRAME.get(item.frame) == TERRAIN), None)
     if terrain is not None:
         text = "heights above the ground: times and conflicts take the ground for level"
         yield Finding(Level.NOTE, PlanKind.MISSION, terrain, text)
+
+
+def _climbs(mission: Items, way: Way) -> Iterator[Finding]:
+    """A take-off that leaves the vehicle on the ground is not meant."""
+    for leg in way.legs:
+        if mission[leg.item].command in TAKE_OFFS and leg.to_m[2] <= LOW_M:
+            yield Finding(Level.CAUTION, PlanKind.MISSION, leg.item, f"a take-off to {leg.to_m[2]:.0f} m above home")
+
+
+def _never_reached(mission: Items, way: Way) -> Iterator[Finding]:
+    """What comes after a return, a landing or a stay without end."""
+    if way.cut or not way.legs:
+        return
+    reached = {leg.item for leg in way.legs}
+    left = [i for i, item in enumerate(mission) if item.command in FLOWN and i not in reached]
+    if left:
+        more = f" (and {len(left) - 1} more)" if len(left) > 1 else ""
+        text = f"comes after the mission's end, item {way.legs[-1].item + 1}: not counted, not flown{more}"
+        yield Finding(Level.CAUTION, PlanKind.MISSION, left[0], text)
 
 
 # ---------------------------------------------------------------- where it leads

@@ -1,0 +1,73 @@
+"""The edits of missions, without a screen."""
+
+import pytest
+
+from tui_gcs.core.missions import build, fences
+from tui_gcs.core.missions.commands import MISSION_WORDS
+from tui_gcs.core.plan import LAND, RETURN, TAKE_OFF, WAYPOINT, PlanKind, fence_shapes
+from tui_gcs.core.plan_check import check
+from tui_gcs.widgets.mission_editor import MissionEditor
+from tui_gcs.widgets.mission_text import item_text, to_item
+
+
+@pytest.fixture
+def editor() -> MissionEditor:
+    """Of a mission of vehicle 1: take-off, two way-points, return; the second way-point is edited."""
+    made = MissionEditor()
+    made.vehicle = 1
+    points = [build.waypoint(made.frame, place, 30.0) for place in ((50.0, 50.0), (50.0, -50.0))]
+    mission = build.whole(made.frame, (0.0, 0.0), points, 30.0)
+    made.take("planned", made.draft.with_items(1, PlanKind.MISSION, mission))
+    made.choose(next(i for i, item in enumerate(mission) if item.command == WAYPOINT) + 1)
+    return made
+
+
+def choose(editor: MissionEditor, word: str) -> None:
+    """As Left and Right in the field do."""
+    item = editor.item
+    assert item is not None
+    texts = item_text(editor, item)
+    editor.replace_item(to_item(editor, texts.__class__(word, *tuple(vars(texts).values())[1:]), item), "command")
+
+
+def test_going_through_commands_that_have_no_place_loses_no_place(editor: MissionEditor) -> None:
+    before = editor.item
+    assert before is not None
+    for word in MISSION_WORDS[1:]:
+        choose(editor, word)
+        item = editor.item
+        assert item is not None
+        if item.is_place:
+            assert (item.x, item.y, item.z) == (before.x, before.y, before.z), word
+    choose(editor, MISSION_WORDS[0])
+    assert editor.item == before
+    editor.undo()
+    assert editor.item == before, "all of it was one edit"
+
+
+def test_what_never_was_anywhere_comes_beyond_the_item_before_it(editor: MissionEditor) -> None:
+    editor.choose(len(editor.items) - 1)
+    assert editor.item is not None and editor.item.command == RETURN
+    choose(editor, "waypoint")
+    assert editor.place_m(editor.item) == pytest.approx((50.0, -70.0), abs=0.1)
+    assert editor.item.z == 30.0, "not at 0 m"
+    choose(editor, "spline")
+    assert editor.place_m(editor.item) == pytest.approx((50.0, -70.0), abs=0.1), "not further with each key"
+    choose(editor, "land")
+    assert (editor.item.command, editor.item.x, editor.item.z) == (LAND, 0, 0.0)
+    choose(editor, "take-off")
+    assert (editor.item.command, editor.item.z) == (TAKE_OFF, 30.0)
+
+
+def test_another_fence_beside_the_first_is_drawn_without_a_zone(editor: MissionEditor) -> None:
+    editor.choose_kind(PlanKind.FENCE)
+    editor.add_fence()
+    editor.add_circle((10.0, 20.0))
+    editor.add_fence((500.0, 0.0))
+    shapes = fence_shapes(editor.items)
+    assert [len(shape.items) for shape in shapes] == [4, 1, 4]
+    assert [fences.is_circle(shape.items[0]) for shape in shapes] == [False, True, False]
+    assert editor.index == shapes[2].first, "the new one is edited"
+    assert not check(editor.draft.of(1).plan(PlanKind.FENCE))
+    editor.undo()
+    assert len(fence_shapes(editor.items)) == 2
