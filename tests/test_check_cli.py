@@ -33,6 +33,29 @@ def test_a_scenario(capsys: pytest.CaptureFixture[str]) -> None:
     assert "caution team defend: planner 'mine' is none of the known ones" in capsys.readouterr().out
 
 
+def test_a_zone_that_nobody_serves(capsys: pytest.CaptureFixture[str]) -> None:
+    more = '[[round.zone]]\nname = "spare"\nrole = "{}"\nshape = "circle"\ncentre_m = [40.0, 40.0]\nradius_m = 5.0\n\n'
+    for role, told in (("defend", True), ("no-fly", False)):
+        text = SCENARIO.read_text()
+        Path("a.toml").write_text(text.replace("[[round.zone]]", more.format(role) + "[[round.zone]]", 1))
+        main(["check", "a.toml"])
+        assert ("no team serves spare: nobody flies there" in capsys.readouterr().out) is told
+
+
+@pytest.mark.parametrize(
+    ("corners", "why"),
+    [
+        ("[[1,1],[1.01,1.01],[1.01,1],[1,1.01],[1,1]]", "the polygon crosses itself near"),
+        ("[[179.9,1],[-179.9,1],[-179.9,1.1],[179.9,1]]", "the polygon reaches over the antimeridian"),
+        ("[[0,89.99],[90,89.99],[180,89.99],[0,89.99]]", "the polygon reaches over a pole"),
+    ],
+)
+def test_an_area_that_can_be_no_zone(corners: str, why: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a.geojson").write_text(f'{{"type":"Polygon","coordinates":[{corners}]}}')
+    assert main(["check", "a.geojson"]) == 1
+    assert f"ERROR   area 1: {why}" in capsys.readouterr().out
+
+
 def test_a_mission_for_each_autopilot(capsys: pytest.CaptureFixture[str]) -> None:
     Path("a.waypoints").write_text(WPL)
     assert main(["check", "a.waypoints", "--autopilot", "ardupilot"]) == 0

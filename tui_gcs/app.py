@@ -164,6 +164,11 @@ class ConsoleApp(CommandingApp):
         self._plan = PlanScreen(self.feed, self.clock, folder=self._folder, glyphs=self.glyphs)
         return self._plan
 
+    @property
+    def unapplied(self) -> int:
+        """See `CommandingApp.unapplied`."""
+        return self._plan.model.changes if self._plan is not None else 0
+
     def _missions_screen(self) -> Screen[None]:
         from tui_gcs.screens.missions import MissionsScreen  # when first shown
 

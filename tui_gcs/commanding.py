@@ -61,6 +61,11 @@ class CommandingApp(ThinApp):
             self.notice(f"{action_id.replace('_', ' ')}: nothing sent: {why}", Level.CAUTION)
         return bool(why)
 
+    @property
+    def unapplied(self) -> int:
+        """Changes on the plan screen that the station does not fly."""
+        return 0
+
     # ------------------------------------------------------------ everybody
 
     def action_start_stop(self) -> None:
@@ -125,7 +130,16 @@ class CommandingApp(ThinApp):
         scenario = feed.scenario.scenario
         plan = start_plan(scenario, feed.status, feed.frame)
 
-        dialog = StartDialog(plan, feed.status.kind, scenario.link_loss, feed, self.glyphs, self.clock, self.operator)
+        dialog = StartDialog(
+            plan,
+            feed.status.kind,
+            scenario.link_loss,
+            feed,
+            self.glyphs,
+            self.clock,
+            self.operator,
+            unapplied=self.unapplied,
+        )
 
         def answered(request: Start | None) -> None:
             if request is not None:

@@ -90,6 +90,16 @@ async def test_radius_is_on_the_map_as_it_is_typed() -> None:
         assert "1 change not applied" in c.said()
 
 
+async def test_the_start_says_that_what_is_edited_is_not_flown() -> None:
+    async with plan_console() as c:
+        await c.press("space")
+        assert "NOT applied" not in c.text()
+        await c.press("escape")
+        await c.type_into("radius_m", "60")
+        await c.press("escape", "space")
+        assert "! 1 change on the plan screen NOT applied: not flown" in c.text()
+
+
 async def test_bound_follows_too() -> None:
     async with plan_console() as c:
         assert "bound 20.9 s" in c.verdict()

@@ -92,7 +92,7 @@ def file_lines(path: Path, arguments: argparse.Namespace) -> list[Line]:
     notes = [Line(NOTE, "", text) for text in content.notes]
     lost = [Line(CAUTION, "", f"not kept: {text}") for text in content.left_out]
     if content.drawings:
-        return [*lost, *notes, *_drawing_lines(content)]
+        return [*_area_lines(content), *lost, *notes, *_drawing_lines(content)]
     if content.params:
         return [*lost, *_param_lines(content), *notes]
     unflown = [Line(ERROR, "mission", f"{part}: its way is not in the file") for part in content.not_flown]
@@ -103,6 +103,20 @@ def _drawing_lines(content: Content) -> list[Line]:
     kinds = {"point": "point", "line": "path", "area": "area"}
     counts = [(sum(d.kind == kind for d in content.drawings), word) for kind, word in kinds.items()]
     return [Line(NOTE, "", ", ".join(counted(count, word) for count, word in counts if count))]
+
+
+def _area_lines(content: Content) -> list[Line]:
+    """What is wrong with the areas of a drawing, whether they are to be fences or zones."""
+    from tui_gcs.core.missions import fences
+    from tui_gcs.core.plan import Plan, PlanKind
+    from tui_gcs.core.plan_check import check
+
+    found = []
+    for number, area in enumerate((each for each in content.drawings if each.kind == "area"), 1):
+        corners = [(place[0], place[1]) for place in area.places]
+        where = f"area {number} {area.name}".rstrip()
+        found += [Line(ERROR, where, problem.text) for problem in check(Plan(PlanKind.FENCE, fences.polygon(corners)))]
+    return found
 
 
 def _param_lines(content: Content) -> list[Line]:

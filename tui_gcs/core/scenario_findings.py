@@ -26,7 +26,9 @@ def findings(scenario: Scenario) -> list[tuple[str, ScenarioFinding]]:
     found = []
     for round_ in scenario.rounds:
         found.append((round_.name, area_finding(round_)))
-        found += [(f"{round_.name}, {zone.name}", zone_finding(zone, round_.area)) for zone in round_.zones]
+        for zone in round_.zones:
+            where = f"{round_.name}, {zone.name}"
+            found += [(where, zone_finding(zone, round_.area)), *((where, each) for each in unserved(scenario, zone))]
         for team in scenario.teams:
             found += [(f"{round_.name}, team {team.name}", each) for each in team_findings(scenario, round_, team)]
     return found
@@ -39,6 +41,13 @@ def zone_finding(zone: Zone, area: OperatingArea) -> ScenarioFinding:
         return ScenarioFinding(Level.NOTE, f"ok: {area_m2(zone.shape):.0f} m2, reaches beyond the operating area")
     to_edge_m = shapely.distance(outline, border.exterior)
     return ScenarioFinding(Level.NOTE, f"ok: {to_edge_m:.0f} m inside the operating area")
+
+
+def unserved(scenario: Scenario, zone: Zone) -> list[ScenarioFinding]:
+    """A zone to defend or attack that nobody flies to is a team forgotten."""
+    if zone.role is Role.NO_FLY or any(team.zone == zone.name for team in scenario.teams):
+        return []
+    return [ScenarioFinding(Level.CAUTION, f"no team serves {zone.name}: nobody flies there")]
 
 
 def area_finding(current: Round) -> ScenarioFinding:

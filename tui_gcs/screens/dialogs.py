@@ -47,9 +47,15 @@ class StartDialog(TextDialog[Start | None]):
         glyphs: GlyphSet,
         clock: Clock | None = None,
         operator: Operator | None = None,
+        *,
+        unapplied: int = 0,
     ) -> None:
-        """Ask about `plan`; `operator` is who said his name at this console before."""
+        """Ask about `plan`; `operator` is who said his name at this console before.
+
+        `unapplied` are changes of the plan screen that are not flown: who sees them there may think so.
+        """
         super().__init__(glyphs)
+        self._unapplied = unapplied
         self.title_text = f"start {plan.round_name}?"
         self._plan = plan
         self._kind = kind
@@ -192,6 +198,11 @@ class StartDialog(TextDialog[Start | None]):
                     (absent, Ink.CAUTION),
                 ]
             )
+        if self._unapplied:
+            text = (
+                f"  ! {self._unapplied} change{'s' * (self._unapplied > 1)} on the plan screen NOT applied: not flown"
+            )
+            lines.append([(text, Ink.CAUTION)])
         lines += self._file_lines()
         lines += self._left_out_lines()
         lines += self._check_lines()

@@ -6,7 +6,7 @@ from math import isfinite
 from tui_gcs.core.messages import PreviewResult
 from tui_gcs.core.missions.findings import Level
 from tui_gcs.core.scenario import Team
-from tui_gcs.core.scenario_findings import ScenarioFinding, area_finding, team_findings, zone_finding
+from tui_gcs.core.scenario_findings import ScenarioFinding, area_finding, team_findings, unserved, zone_finding
 from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.palette import Ink
@@ -59,6 +59,7 @@ def remarks(
         return [*said, *(Remark(f"! {line}", Ink.CAUTION) for line in draft.problems)]
     zone, team = draft.zone, draft.team
     found = [zone_finding(zone, current.area) if zone is not None else area_finding(current)]
+    found += unserved(scenario, zone) if zone is not None else []
     found += team_findings(scenario, current, team, glyphs.times) if team is not None else []
     found.sort(key=lambda finding: -finding.level)
     wrong = [finding for finding in found if finding.level > Level.NOTE]

@@ -18,7 +18,8 @@ from tui_gcs.widgets.titles import set_title
 
 SIDES = ("inside", "outside")
 CORNERS = ("1", "2", "3", "4")
-NUMBERS = ("spacing_m", "angle_deg", "turn_m", "width_m", "photos_m")
+NUMBERS = {"spacing_m": "lanes", "angle_deg": "angle", "turn_m": "turn", "width_m": "width", "photos_m": "photos"}
+"""And what the form calls them: so does what is wrong with one."""
 
 
 class GenerateForm(Form):
@@ -72,7 +73,7 @@ class GenerateForm(Form):
 
     def wanted(self) -> Wanted:
         """What stands in the fields. Raises FieldError or GeneratorError."""
-        numbers = {name: to_number(field.value, name.partition("_")[0]) for name, field in self._numbers.items()}
+        numbers = {name: to_number(field.value, NUMBERS[name]) for name, field in self._numbers.items()}
         height = self._height.value.strip()
         if not self._over.value:
             raise GeneratorError("there is neither a zone nor a way to generate over")

@@ -57,7 +57,7 @@ class Cells:
 
     def place(self, word: Word) -> None:
         """Write a word if nothing is in its way; pushed into the view sideways, not hidden."""
-        text = word.text if cell_len(word.text) == len(word.text) else word.text.encode("ascii", "replace").decode()
+        text = "".join(letter if cell_len(letter) == 1 else "?" for letter in word.text)  # a cell each
         columns = self.codes.shape[1]
         column = max(0, min(word.column, columns - len(text)))
         if abs(column - word.column) < len(text) and self.fits(column, word.row, min(len(text), columns)):

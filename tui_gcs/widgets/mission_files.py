@@ -92,7 +92,8 @@ class MissionFile:
         if not words:
             raise DraftFileError(f"{path.name}: neither mission, fence nor rally points are in it")
         editor.take(f"{path.name} opened", draft)
-        lost = "; ".join((*content.left_out, *content.notes))
+        notes = [note.partition(" (--")[0] for note in content.notes]  # options are of the shell
+        lost = "; ".join((*content.left_out, *notes))
         return f"{', '.join(words)} for vehicle {editor.vehicle}" + (f" ({lost})" if lost else "")
 
     def write(self, path: Path) -> str:
@@ -113,7 +114,9 @@ class MissionFile:
             raise DraftFileError(f"{path.name}: {error}") from None
         except FileExistsError:
             raise DraftFileError(f"{path.name} is there already: choose another name") from None
-        except (OSError, ValueError) as error:
+        except OSError as error:
+            raise DraftFileError(f"{path}: {error.strerror or error}") from None
+        except ValueError as error:
             raise DraftFileError(f"{path.name}: {error}") from None
         lost = "".join(f"; left out: {line}" for line in written.left_out)
         return f"vehicle {editor.vehicle} written to {path}{lost}"
