@@ -13,6 +13,7 @@ from tui_gcs.core.messages import Resume, RunPhase
 from tui_gcs.core.messages_services import OnBoardRow
 from tui_gcs.core.missions import build, fences
 from tui_gcs.core.missions.draft import MissionDraft
+from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.plan import LAND, RETURN, TAKE_OFF, WAYPOINT, Plan, PlanKind
 from tui_gcs.core.plan_rows import plan_rows
 from tui_gcs.screens import missions
@@ -322,6 +323,18 @@ async def test_the_question_before_an_upload_is_void_after_ten_seconds_and_when_
         await c.press("y")
         assert "y NOT TAKEN, a question had just closed" in c.line(1)
         assert c.mission_station.uploads() == []
+
+
+async def test_what_speaks_against_an_upload_is_read_to_its_end() -> None:
+    async with mission_console(NARROW) as c:
+        await take(c, planned(c))
+        c.missions.editor.assume(Performance(endurance_s=60.0, reserve_pct=25.0))
+        await c.press("U")
+        dialog = c.app.screen
+        assert isinstance(dialog, UploadDialog)
+        told = " ".join(dialog.text().split())
+        assert "reserve 25 %, endurance 1 min" in told
+        assert "what is not planned here stays on board as it is" in told
 
 
 async def test_a_plan_that_the_autopilot_keeps_in_its_own_way_is_no_other_plan() -> None:

@@ -1,6 +1,7 @@
 """The question before plans are sent to vehicles: what, to whom; for several their number is typed."""
 
 from collections.abc import Callable, Mapping, Sequence
+from textwrap import wrap
 
 from textual import events
 
@@ -18,6 +19,8 @@ from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.words import ids
 
 MOST_LINES = 8
+FEW = 3
+"""Of so many vehicles all is told in full; of more, a line each: the question must fit into 24 rows."""
 CHANGED = "a vehicle or a plan changed meanwhile: look, and ask again"
 
 
@@ -127,13 +130,14 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         """Whom, what, doubts, keys."""
         vehicles = self._vehicles
         lines: list[Line] = [[("to ", Ink.TEXT), (f"{self._groups[self._at][0]}: {ids(vehicles)}", Ink.BOLD)], []]
+        few = len(vehicles) <= FEW
         for vehicle in vehicles[:MOST_LINES]:
             doubt = self._doubts.get(vehicle, "")
             lines.append([(f"  {vehicle:>3}  {_words(self._plans[vehicle])}", Ink.TEXT)])
             if instead := self._instead.get(vehicle, ""):
-                lines.append([(f"       instead of {instead} on board"[:MOST_CELLS], Ink.CAUTION)])
+                lines += _indented(f"instead of {instead} on board", few)
             if doubt:
-                lines.append([(f"       {doubt}"[:MOST_CELLS], Ink.CAUTION)])
+                lines += _indented(doubt, few)
         if len(vehicles) > MOST_LINES:
             lines.append([(f"  and {len(vehicles) - MOST_LINES} more", Ink.TEXT)])
         flying = [vehicle for vehicle in vehicles if vehicle in self._armed]
@@ -163,6 +167,12 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         else:
             keys.append((f"{len(self._vehicles)} and Enter = send: [{self._typed:_<2}]", Ink.BOLD))
         return [*keys, ("   arrows: others", Ink.MUTED)] if len(self._groups) > 1 else keys
+
+
+def _indented(text: str, in_full: bool) -> list[Line]:
+    """Below its vehicle; what is cut says so."""
+    parts = wrap(text, MOST_CELLS - 7, max_lines=3 if in_full else 1, placeholder=" …")
+    return [[(f"       {part}", Ink.CAUTION)] for part in parts]
 
 
 def _words(plan: VehicleDraft) -> str:
