@@ -42,6 +42,14 @@ def test_a_zone_that_nobody_serves(capsys: pytest.CaptureFixture[str]) -> None:
         assert ("no team serves spare: nobody flies there" in capsys.readouterr().out) is told
 
 
+def test_where_a_border_crosses_itself_is_told_to_the_decimetre(capsys: pytest.CaptureFixture[str]) -> None:
+    zone = '[[round.zone]]\nname = "z"\nrole = "no-fly"\nshape = "polygon"\nvertices_m = {}\n\n'
+    crossed = zone.format("[[0.0, 100.0], [80.0, 100.0], [80.0, 200.0], [107.3, 164.1]]")
+    Path("a.toml").write_text(SCENARIO.read_text().replace("[[round.zone]]", crossed + "[[round.zone]]", 1))
+    assert main(["check", "a.toml"]) == 1
+    assert "the border crosses itself near [80 147.8];" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("corners", "why"),
     [

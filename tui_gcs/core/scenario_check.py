@@ -4,6 +4,7 @@ Parts that could not even be read are None and were told before; the checks go o
 """
 
 import math
+import re
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from itertools import combinations
@@ -88,6 +89,7 @@ def _check_shape(problems: Problems, path: str, shape: Shape) -> bool:
             return False
         if not polygon.is_valid:
             reason = shapely.is_valid_reason(polygon).replace("Self-intersection", "the border crosses itself near ")
+            reason = re.sub(r"-?\d+\.\d+", lambda found: f"{float(found[0]):.1f}", reason)
             problems.add(path, reason, "give the vertices in order around the polygon")
             return False
     if area_m2(shape) < MIN_AREA_M2:
