@@ -125,20 +125,23 @@ def _shape(mission: Items, way: Way) -> Iterator[Finding]:
 
 def _climbs(mission: Items, way: Way) -> Iterator[Finding]:
     """A take-off that leaves the vehicle on the ground is not meant."""
-    for leg in way.legs:
-        if mission[leg.item].command in TAKE_OFFS and leg.to_m[2] <= LOW_M:
-            yield Finding(Level.CAUTION, PlanKind.MISSION, leg.item, f"a take-off to {leg.to_m[2]:.0f} m above home")
+    for index, item in enumerate(mission):
+        if item.command in TAKE_OFFS:
+            reached_m = way.corners_m[1:, 2][way.leg_items == index]
+            if len(reached_m) and reached_m.max() <= LOW_M:
+                text = f"a take-off to {reached_m.max():.0f} m above home"
+                yield Finding(Level.CAUTION, PlanKind.MISSION, index, text)
 
 
 def _never_reached(mission: Items, way: Way) -> Iterator[Finding]:
     """What comes after a return, a landing or a stay without end."""
-    if way.cut or not way.legs:
+    if way.cut or not len(way.leg_items):
         return
-    reached = {leg.item for leg in way.legs}
+    reached = set(way.leg_items.tolist())
     left = [i for i, item in enumerate(mission) if item.command in FLOWN and i not in reached]
     if left:
         more = f" (and {len(left) - 1} more)" if len(left) > 1 else ""
-        text = f"comes after the mission's end, item {way.legs[-1].item + 1}: not counted, not flown{more}"
+        text = f"comes after the mission's end, item {way.leg_items[-1] + 1}: not counted, not flown{more}"
         yield Finding(Level.CAUTION, PlanKind.MISSION, left[0], text)
 
 
