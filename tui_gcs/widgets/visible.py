@@ -6,6 +6,7 @@ import numpy as np
 
 from tui_gcs.core.messages import FleetFrame, StationStatus
 from tui_gcs.core.messages_services import VehicleInfo
+from tui_gcs.core.metrics import all_words
 
 Key = tuple[object, ...]
 
@@ -68,14 +69,16 @@ def visible_status(status: StationStatus) -> Key:
             whole_age_s(team.plan_age_s),
             *(steps(team.rate_hz, 1.0), steps(team.worst_idleness_s, 0.1), steps(team.average_idleness_s, 0.1)),
             *(steps(team.coverage, 0.01), steps(team.bound_s, 0.1), steps(team.ratio, 0.01), team.error),
+            tuple(all_words(team.metrics)),
         )
         for team in status.teams
     )
     return (
         *(status.kind, status.scenario, status.revision, status.run, status.round_index, status.rounds),
         *(int(status.mission_time_s), status.heard, status.vehicles, status.armed, status.in_control, teams),
-        tuple(status.not_ready),
+        tuple(status.not_ready.items()),
         tuple((link.name, link.up, link.error) for link in status.links),
         *(steps(status.min_separation_m, 0.1), steps(status.outside_area_m, 1.0), tuple(status.vetoes.items())),
         *(status.recording, status.alarms, status.preflight, tuple(status.homes.items())),
+        *(tuple(status.if_silent.items()), tuple(status.planner_files.items())),
     )
