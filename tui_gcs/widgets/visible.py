@@ -54,7 +54,8 @@ def visible_info(info: VehicleInfo) -> Key:
     """All that a panel shows of it, rounded."""
     d = info.details
     return (
-        *(info.id, info.firmware, info.uid, info.problems, info.mission_items, info.mission_current, info.home),
+        *(info.id, info.ready, info.firmware, info.uid, info.problems),
+        *(info.mission_items, info.mission_current, info.home),
         *(steps(value, 1.0) for value in (d.roll_deg, d.pitch_deg, d.throttle_pct)),
         *(steps(value, 0.1) for value in (d.airspeed_m_s, d.battery_a, d.hdop, d.position_error_m)),
         *(steps(d.battery_left_s, 60.0), d.estimator, steps(info.rtt_s, 0.001), d.home_m),
