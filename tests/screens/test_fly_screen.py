@@ -1,11 +1,13 @@
 """The fly screen shows what the station says, at both sizes."""
 
+import msgspec
 import pytest
 from console import NARROW, WIDE, console
 from fake_station import FakeStation, trouble
 from pictures import same_as_snapshot
 
 from tui_gcs.core.messages import Freshness
+from tui_gcs.feed import VehicleTold
 from tui_gcs.widgets.glyphs import ASCII, as_ascii
 
 
@@ -207,3 +209,16 @@ async def test_everything_of_the_planners_is_one_key_away_on_the_smallest_termin
             seen += c.text()
         assert "a number with a long name 29 29" in seen and "ZeroDivisionError: [/] division by zero" in seen
         assert "nearest pair" in c.text(), "that is its end"
+
+
+async def test_who_it_is_is_seen_on_the_fly_screen_also_of_a_long_hardware_id() -> None:
+    async with console((120, 40), flight) as c:
+        await c.press("3", "enter")
+        c.app.feed.look_at(3)
+        await c.settle()
+        info = c.app.feed.info
+        assert info is not None
+        c.app.feed.info = msgspec.structs.replace(info, uid="386438383030313630656236383662313233")
+        c.fly.post_message(VehicleTold())
+        await c.settle()
+        assert "4.7.0-dev  unsigned  38643838..62313233" in c.text()

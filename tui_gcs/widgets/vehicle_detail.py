@@ -19,6 +19,8 @@ from tui_gcs.widgets.words import UNKNOWN, gps, heading, number, slot_words, spe
 
 MOST_ALARMS, MOST_CHECK_LINES = 3, 4
 LABEL_CELLS = 6
+VALUE_LINES = 10
+"""Below state and alarms, with firmware and hardware in a line each."""
 UNTOLD = Details()
 NONE = "n or number + Enter selects a vehicle"
 
@@ -87,7 +89,7 @@ class DetailLines:
             ("link", self._link()),
             ("att", f"{self._attitude()}  air {number(self._more.airspeed_m_s, 1)} m/s"),
             ("item", f"{self._item()}   wind {self._wind_words()}"),
-            *self._identity(width),
+            *self._identity(width, is_high=height >= len(first) + VALUE_LINES),
             ("place", f"{number(self._row.lat_deg, 6)} {number(self._row.lon_deg, 6)}"),
         ]
         always = ("link", "fw", "uid", "item")
@@ -110,9 +112,8 @@ class DetailLines:
         slot = self._slot() if self._known else slot_words(self._row.slot)
         others = f"{slot}   {self._item()}   wind {self._wind_words()}"
         others += f"   {self._attitude()}" if self._known else f"   {self._link()}"
-        identity: Line = [(f"fw {self._firmware()}  {self._uid()}", Ink.TEXT)]
-        if self._known:
-            identity = [(f"loss {number(row.loss_pct, 1)} %{self._round_trip()}   ", Ink.TEXT), *identity]
+        heard = f"loss {number(row.loss_pct, 1)} %{self._round_trip()}   " if self._known else ""
+        identity: Line = [(f"{heard}fw {self._firmware_and_uid(width - len(heard) - 3)}", Ink.TEXT)]
         return [first, where, power, self._checks(width)[0] if self._is_in_doubt() else [(others, Ink.TEXT)], identity]
 
     # ------------------------------------------------------------ pieces
@@ -204,15 +205,27 @@ class DetailLines:
         version = self._info.firmware if self._info is not None else ""
         return f"{version or UNKNOWN}  {self._row.signing}"
 
-    def _identity(self, width: int) -> list[tuple[str, str]]:
-        """Firmware and hardware, in one line if they fit."""
-        both = f"{self._firmware()}  {self._uid()}"
-        if LABEL_CELLS + len(both) <= width:
-            return [("fw", both)]
-        return [("fw", self._firmware()), ("uid", self._uid())]
+    def _identity(self, width: int, *, is_high: bool) -> list[tuple[str, str]]:
+        """Firmware and hardware; in one line where the second would be one that there is no room for."""
+        short = self._firmware_and_uid(width - LABEL_CELLS)
+        return (
+            [("fw", self._firmware()), ("uid", self._uid())]
+            if is_high and self._uid() not in short
+            else [("fw", short)]
+        )
 
     def _uid(self) -> str:
         return (self._info.uid if self._info is not None else "") or UNKNOWN
+
+    def _firmware_and_uid(self, room: int) -> str:
+        """Begin and end of the hardware's id where it is too long; `tui-gcs vehicle show` has the whole of it."""
+        firmware = f"{self._firmware()}  "
+        uid = self._uid()
+        left = room - len(firmware)
+        if len(uid) <= left:
+            return firmware + uid
+        half = max(4, min(8, (left - 2) // 2))
+        return f"{firmware}{uid[:half]}..{uid[-half:]}"
 
     def _is_in_doubt(self) -> bool:
         """Whether it matters more than other values why it cannot arm, or who it is."""
