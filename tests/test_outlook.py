@@ -5,7 +5,7 @@ import math
 from tests.core.rig import scenario
 from tui_gcs.actions.outlook import outlook
 from tui_gcs.core.messages import Freshness, Phase, Request, VehicleRow
-from tui_gcs.core.messages_flight import Arm, Circle, Follow, GoTo, TakeOff
+from tui_gcs.core.messages_flight import Arm, Circle, Follow, GoTo, Nudge, TakeOff
 
 NAN = math.nan
 WHOLE = scenario()
@@ -13,7 +13,7 @@ LIMITS, ROUND = WHOLE.limits, WHOLE.rounds[0]
 """Separation 10 m and 5 m; 8 m/s, 2.5 m/s²."""
 
 
-def row(vehicle: int, place: tuple[float, float, float], *, phase: Phase = Phase.FLYING) -> VehicleRow:
+def row(vehicle: int, place: tuple[float, float, float], *, phase: Phase = Phase.BY_HAND) -> VehicleRow:
     values = dict.fromkeys(VehicleRow._fields, 0)
     values |= {"id": vehicle, "position_m": place, "phase": phase, "armed": phase is not Phase.GROUND}
     return VehicleRow(**values | {"freshness": Freshness.OK, "layer_m": place[2] or 34.0})  # type: ignore[arg-type]
@@ -76,6 +76,18 @@ def test_who_follows_is_told_how_far_he_stays_from_whom() -> None:
     assert seen(Follow((1,), 3)) == ("100 m from it, and stays so",)
     near = FLEET | {4: row(4, (206.0, 200.0, 36.0))}
     assert outlook(Follow((1,), 4), near, {}, LIMITS, ROUND).warnings == ("vehicle 1 too near: at least 10 m",)
+
+
+def test_who_leaves_a_planner_and_who_is_pulled_along_is_told() -> None:
+    mixed = FLEET | {1: row(1, (200.0, 200.0, 30.0), phase=Phase.FLYING), 3: FLEET[3]._replace(slot=">1")}
+    for request in (GoTo((1,), ((250.0, 200.0, 30.0),)), Circle((1,), (250.0, 200.0, NAN), 20.0), Follow((1,), 2)):
+        assert outlook(request, mixed, HOMES, LIMITS, ROUND).warnings == (
+            "vehicle 1 will fly for no planner until told: order p",
+            "vehicle 3 will move with it: it is followed",
+        )
+    assert outlook(Nudge((1, 3), (0.0, 0.0, 0.0)), mixed, HOMES, LIMITS, ROUND).warnings == (
+        "vehicle 1 will fly for no planner until told: order p",
+    )
 
 
 def test_nothing_is_told_of_what_is_not_known() -> None:

@@ -153,7 +153,7 @@ def _on_its_way(row: VehicleRow) -> str:
     if (why := _in_flight(row)) or not row.team or row.phase is Phase.TAKEN_OUT:
         return why
     if row.phase is Phase.FLYING:
-        return "its planner sets its speed"
+        return "set by its planner"
     goes = row.phase is Phase.BY_HAND and math.isfinite(row.goal_m[0]) and not row.goal_radius_m
     return "" if goes and not row.slot else "is not on its way to a place"
 

@@ -5,7 +5,7 @@ The guard judges the course when it is flown and stops who comes too near; here 
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 from tui_gcs.core.course import rest_to_rest_s
@@ -14,12 +14,14 @@ from tui_gcs.core.guard import Guard
 from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.messages import Phase, Request, Vec3, VehicleRow
 from tui_gcs.core.messages_alarms import vehicles_words
-from tui_gcs.core.messages_flight import Circle, Follow, GoTo, TakeOff
+from tui_gcs.core.messages_flight import Circle, Follow, GoTo, Nudge, TakeOff
 from tui_gcs.core.scenario import Limits, Round
 
 Homes = Mapping[int, tuple[float, float]]
 """East and north of each vehicle's home, metres."""
 MOST_WARNINGS = 4
+FOLLOWS = ">{}"
+"""How the station tells of it where others have a slot."""
 
 
 @dataclass(frozen=True)
@@ -68,22 +70,41 @@ def outlook(
     request: Request, rows: Mapping[int, VehicleRow], homes: Homes, limits: Limits, round_: Round | None
 ) -> Outlook:
     """What `request` will meet, as far as positions are known; nothing for what moves nobody to a place."""
+    moved = request.vehicles if isinstance(request, GoTo | Circle | Follow | Nudge) else ()
+    parted = (*_leaving(moved, rows), *_behind(moved, rows))
     if isinstance(request, Follow):
-        return _beside(request, rows, limits)
+        beside = _beside(request, rows, limits)
+        return replace(beside, warnings=(*beside.warnings, *parted))
     if isinstance(request, GoTo) and request.from_home and not all(v in homes for v in request.vehicles):
-        return Outlook("counted from each one's own home: how far that is, is not known here")
+        return Outlook("counted from each one's own home: how far that is, is not known here", parted)
     ways = [way for way in _ways(request, rows, homes) if all(map(math.isfinite, (*way.here_m, *way.goal_m)))]
     if not ways:
-        return Outlook()
+        return Outlook(warnings=parted)
     asked = getattr(request, "speed_m_s", math.nan)
     speed = limits.speed_m_s if math.isnan(asked) else min(asked, limits.speed_m_s)
     concerned = {way.row.id for way in ways}
     others = [row for row in rows.values() if row.id not in concerned and _is_up(row)]
     warnings = [*_beyond(ways, limits, round_), *_layers(ways, others, limits), *_meeting(ways, limits)]
+    warnings += parted
     told = warnings[:MOST_WARNINGS]
     if len(warnings) > len(told):
         told[-1] = f"and {len(warnings) - len(told) + 1} more warnings like these"
     return Outlook("" if isinstance(request, TakeOff) else _way_words(ways, speed, limits), tuple(told))
+
+
+def _leaving(vehicles: Iterable[int], rows: Mapping[int, VehicleRow]) -> Iterable[str]:
+    """Who flies for a planner now, and will not any more."""
+    found = [v for v in vehicles if v in rows and rows[v].phase is Phase.FLYING]
+    if found:
+        yield f"{vehicles_words(found)} will fly for no planner until told: order p"
+
+
+def _behind(vehicles: Iterable[int], rows: Mapping[int, VehicleRow]) -> Iterable[str]:
+    """Who follows one of them, and moves with it."""
+    moved = set(vehicles)
+    found = [v for v, row in rows.items() if v not in moved and row.slot in {FOLLOWS.format(w) for w in moved}]
+    if found:
+        yield f"{vehicles_words(found)} will move with it: it is followed"
 
 
 def _beside(request: Follow, rows: Mapping[int, VehicleRow], limits: Limits) -> Outlook:
