@@ -1,5 +1,7 @@
 """The fly screen shows what the station says, at both sizes."""
 
+import math
+
 import msgspec
 import pytest
 from console import NARROW, WIDE, console
@@ -76,6 +78,17 @@ async def test_lost_vehicle_shows_no_values_as_if_true() -> None:
         assert "LOST 12s" in line
         assert "55.0" not in line
         assert "--" in line
+
+
+async def test_who_never_told_a_position_is_shown_by_its_mode_and_an_old_position_by_its_age() -> None:
+    def indoors(station: FakeStation) -> None:
+        nowhere = {"freshness": Freshness.STALE, "position_m": (math.nan,) * 3, "age_s": math.nan, "mode": "STABILIZE"}
+        station.changes = {2: nowhere, 3: {"freshness": Freshness.STALE, "age_s": 2.4}}
+
+    async with console(NARROW, indoors) as c:
+        rows = c.fly.roster.text().splitlines()
+        assert "STABILIZ" in rows[2] and "--" in rows[2] and "old" not in rows[2]
+        assert "old 2s" in rows[3]
 
 
 async def test_narrow_drops_columns_never_rows() -> None:

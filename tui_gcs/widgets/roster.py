@@ -33,11 +33,12 @@ class Column:
 
 
 def _mode(row: VehicleRow, width: int) -> str:
-    """The mode, or how long ago the vehicle was last heard."""
-    if row.freshness is Freshness.OK:
+    """The mode, or how long ago the vehicle was last heard; of one that never told a position (indoors), the mode."""
+    lost = row.freshness is Freshness.LOST
+    age_s = whole_age_s(row.heard_age_s if lost else row.age_s)
+    if row.freshness is Freshness.OK or (age_s is None and not lost):
         return row.mode
-    age_s = whole_age_s(row.heard_age_s if row.freshness is Freshness.LOST else row.age_s)
-    word = "LOST" if row.freshness is Freshness.LOST else "old"
+    word = "LOST" if lost else "old"
     return f"{word} {UNKNOWN if age_s is None else min(age_s, 999)}s"
 
 
