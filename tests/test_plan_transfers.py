@@ -79,6 +79,20 @@ def test_a_station_that_does_not_answer_may_have_begun() -> None:
     assert came.text.startswith("fence perhaps on board (= compares):")
 
 
+@pytest.mark.parametrize(
+    "tasks",
+    [(), (msgspec.structs.replace(RUNNING, vehicle=4, state="done"),), (msgspec.structs.replace(RUNNING, what="x"),)],
+)
+def test_a_station_that_was_started_anew_knows_nothing_of_it_and_another_task_has_its_number(
+    tasks: tuple[TaskInfo, ...],
+) -> None:
+    came, kinds = sent(
+        lambda request: ServiceReply(ok=True, tasks=tasks) if isinstance(request, GetTasks) else told("running")
+    )
+    assert (came.good, kinds) == (False, ["fence"])
+    assert came.text.startswith("fence perhaps on board (= compares): nobody knows what became of it: the station was")
+
+
 def test_what_is_being_read_back_is_not_over_and_the_time_in_a_queue_is_no_pace() -> None:
     part = PartTime()
     waiting = msgspec.structs.replace(RUNNING, state="queued", text="vehicle 1: mission upload")

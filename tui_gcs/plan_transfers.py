@@ -187,8 +187,12 @@ class Transfers:
             await asyncio.sleep(LOOK_S)
             asked = await self._feed.request(GetTasks((info.number,)))
             now = self._clock.now()
-            if asked.ok and asked.tasks:
-                info, heard_s = asked.tasks[0], now
+            if asked.ok:
+                found = next((each for each in asked.tasks if _same(each, info)), None)
+                if found is None:  # numbers begin anew with the station: another task may have this one
+                    transfer.text = f"{NOBODY_KNOWS}: the station was started anew"
+                    return None
+                info, heard_s = found, now
                 transfer.part.look(info, now)
                 transfer.state = f"{what} {transfer.part.words(info)}".rstrip()
                 self._told()
@@ -202,6 +206,10 @@ class Transfers:
         if not transfer.over:
             transfer.over, transfer.good, transfer.text = True, good, text
         self._told()
+
+
+def _same(task: TaskInfo, other: TaskInfo) -> bool:
+    return (task.number, task.vehicle, task.what, task.who) == (other.number, other.vehicle, other.what, other.who)
 
 
 def _outcome(transfer: Transfer, info: TaskInfo | None) -> str:
