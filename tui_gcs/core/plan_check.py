@@ -35,6 +35,8 @@ LOWEST_M, HIGHEST_M = -10_000.0, 83_000.0
 LARGEST_PARAM = 3.4e38
 """float32."""
 LOWEST_INT = -(2**31)
+NEEDS_NUMBERS = FENCE_COMMANDS | {JUMP}
+"""Their first two parameters must be numbers."""
 POLE_DEG = 89.9
 MOST_RADIUS_M = 1_000_000.0
 METRES_PER_DEG = 111_195.0
@@ -91,8 +93,8 @@ def _kind_of(command: int) -> PlanKind:
 def _numbers(item: PlanItem) -> str:
     one, two, three, four = item.params
     most = LARGEST_PARAM
-    plain = -most <= one <= most and -most <= two <= most and -most <= three <= most and -most <= four <= most
-    if not plain and (problem := _params(item)):
+    is_large = abs(one) > most or abs(two) > most or abs(three) > most or abs(four) > most  # NaN is not
+    if (is_large or item.command in NEEDS_NUMBERS) and (problem := _params(item)):
         return problem
     if not (LOWEST_INT <= item.x < -LOWEST_INT and LOWEST_INT <= item.y < -LOWEST_INT):
         return "x or y do not fit 32 bits"
@@ -101,7 +103,7 @@ def _numbers(item: PlanItem) -> str:
 
 def _params(item: PlanItem) -> str:
     """Those that are no numbers, or too large."""
-    needed = item.command in FENCE_COMMANDS or item.command == JUMP
+    needed = item.command in NEEDS_NUMBERS
     for number, value in enumerate(item.params, 1):
         if math.isnan(value):
             if needed and number <= 2:

@@ -263,8 +263,8 @@ class ScenarioDocument:
         span = self._spans().get(path)
         return span is not None and self._lines()[span.first].lstrip().startswith("[")
 
-    def _span(self, path: str) -> Span:
-        spans = self._spans()
+    def _span(self, path: str, known: Mapping[str, Span] | None = None) -> Span:
+        spans = self._spans() if known is None else known
         if path not in spans:
             header = path.replace("]", "").split("[")[0]
             raise ScenarioError(
@@ -296,8 +296,8 @@ class ScenarioDocument:
 
     def _replace_values(self, places: Iterable[tuple[str, str]], value: Value) -> None:
         """Put `value` under each of these (table, key): from the last on, so that lines above stay where they are."""
-        lines = self._lines()
-        spans = [(self._span(_join(path, key)), path, key) for path, key in places]
+        lines, known = self._lines(), self._spans()
+        spans = [(self._span(_join(path, key), known), path, key) for path, key in places]
         for span, path, key in sorted(spans, reverse=True):
             end = "\r" if lines[span.last].endswith("\r") else ""
             fragment = tomlkit.parse("\n".join(lines[span.first : span.last + 1]).replace("\r", ""))
