@@ -9,7 +9,7 @@ QUIET_S = 1.0
 """Nobody types any more: so long after the last key."""
 PERIOD_S = 20.0
 """It is done not more often than this,"""
-LATEST_S = 120.0
+LATEST_S = 60.0
 """and at the latest after this, whoever types."""
 LOOK_S = 0.5
 """So often is seen whether it is time."""

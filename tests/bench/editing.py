@@ -1,6 +1,7 @@
 """What a key costs where a scenario and missions are edited: processor time, from the key to the picture."""
 
 import asyncio
+import gc
 import math
 import statistics
 import sys
@@ -19,7 +20,7 @@ from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.screens.missions import MissionsScreen
 
 VEHICLES, ITEMS = 8, 1000
-LIMIT_MS = 50.0
+LIMIT_MS, WORST_MS = 50.0, 100.0
 SIZE = (120, 40)
 TIMES, SETTLES_S = 10, 2.0
 
@@ -37,6 +38,7 @@ async def _measured() -> list[Row]:
     station = MissionStation(bus)
     app = ConsoleApp(bus, "bench", clock=MonotonicClock())
     rows: list[Row] = []
+    gc.freeze()  # as `attach` does, before the first screen
     async with app.run_test(size=SIZE):
         station.tick(0.1)
         await asyncio.sleep(SETTLES_S)
@@ -63,6 +65,10 @@ async def _measured() -> list[Row]:
             ("undo and redo", ["u", "Y"], []),
             ("all items moved", ["right", "left"], ["E"]),
         ])  # fmt: skip
+        begin_s = time.process_time()
+        gc.collect()  # the console does it while nobody types: a key that comes just then waits for it
+        took_ms = (time.process_time() - begin_s) * 1000.0
+        rows.append(Row("garbage of all these keys, collected when nobody types", took_ms, "ms"))
     return rows
 
 
@@ -72,7 +78,7 @@ async def _rows(app: ConsoleApp, where: str, parts: Sequence[tuple[str, list[str
         await _cost(app, before)
         costs = [await _cost(app, [key]) for _ in range(TIMES) for key in keys]
         rows.append(Row(f"{where}: {name}, median", statistics.median(costs), "ms", LIMIT_MS))
-        rows.append(Row(f"{where}: {name}, worst of {len(costs)}", max(costs), "ms"))
+        rows.append(Row(f"{where}: {name}, worst of {len(costs)}", max(costs), "ms", WORST_MS))
     return rows
 
 

@@ -5,6 +5,7 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.containers import Horizontal
 from textual.events import DescendantBlur, DescendantFocus
+from textual.reactive import Reactive
 from textual.widget import Widget
 from textual.widgets import Input
 
@@ -48,6 +49,8 @@ class DraftScreen(MapKeys):
     DraftScreen DraftMap { width: 1fr; height: 1fr; }
     DraftScreen #side { width: 50; height: 1fr; }
     """
+    focused: Reactive[Widget | None] = Reactive(None, repaint=False)
+    """Where the cursor goes Textual would paint the whole screen; the widgets it leaves and comes to are enough."""
     map_view: DraftMap
     work_list: Widget
     """Has the cursor while neither a form nor the map has it."""
