@@ -12,7 +12,8 @@ from tui_gcs.core import messages_services as s
 from tui_gcs.core.messages import Freshness
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.nudge import NudgeScreen
-from tui_gcs.screens.orders import OrderDialog, OrderMenu
+from tui_gcs.screens.orders import OrderDialog, OrderMenu, now_words, rows_of
+from tui_gcs.widgets.result_panel import Came, Result
 
 
 def flight(station: FakeStation) -> None:
@@ -404,3 +405,16 @@ async def test_the_table_never_calls_those_better_for_whom_there_was_no_room() -
         assert "REFUSED 6-40" in c.result()
         shown = sum("REFUSED  " in line for line in c.result().splitlines())
         assert f"and {40 - shown} more: {35 - shown} REFUSED, 5 done" in c.result()
+
+
+async def test_ids_of_four_digits_stand_apart_and_a_long_reason_is_read_to_its_end() -> None:
+    why = "in no team, or without a take-off place"
+
+    async with console(NARROW, flight) as c:
+        panel = c.app._panel()
+        results = [Result(1001, Came.REFUSED, why), Result(3, Came.DONE, "holds")]
+        await c.settle()
+        panel.show(("hold 3 1001", results), [], rows_of(c.app.feed).get, now_words)
+        await c.settle()
+        assert f"1001 REFUSED   {why}" in c.result()
+        assert "3    done" in c.result()

@@ -433,7 +433,7 @@ def now_words(row: VehicleRow | None) -> str:
 def _row_line(vehicle: int, row: VehicleRow | None) -> Line:
     ink = Ink.CAUTION if row is None or row.freshness is not Freshness.OK else Ink.TEXT
     team = f"{row.team[:8]} " if row is not None else ""
-    return [(f"  {vehicle:<4}", Ink.BOLD), (f"{team:<9}", Ink.MUTED), (now_words(row), ink)]
+    return [(f"  {vehicle:<3} ", Ink.BOLD), (f"{team:<9}", Ink.MUTED), (now_words(row), ink)]
 
 
 def _typed(text: str, event: events.Key) -> str:

@@ -17,6 +17,7 @@ from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.words import ids
 
 MOST_ROWS = 10
+LEAST_ID_CELLS, WORD_CELLS = 4, 10
 BESIDE_REASON = 38
 """Cells for id, word and the first words of how the vehicle is now; the reason gets what it needs of the others."""
 
@@ -124,19 +125,24 @@ class ResultPanel(LinesView):
         hidden: list[Result] = []
         reasons = [len(result.text) for _, results in self._orders for result in results]
         reason = min(max(reasons, default=0), max(0, width - BESIDE_REASON))
+        digits = max((len(str(result.vehicle)) for _, results in self._orders for result in results), default=0)
+        id_cells = max(LEAST_ID_CELLS, digits + 1)
         for title, results in self._orders:
             lines.append([summary(title, results)])
             ordered = sorted(results, key=lambda r: (r.came in GOOD, r.came is Came.WAITING, r.vehicle))
             shown = ordered[: max(0, room)]
-            lines += [self._line(result, reason) for result in shown]
+            lines += [self._line(result, id_cells, reason, width) for result in shown]
             room, hidden = room - len(shown), hidden + ordered[len(shown) :]
         return [*lines, [(" Esc = close ", Ink.MUTED), *_hidden_runs(hidden)]]
 
-    def _line(self, result: Result, reason: int) -> Line:
-        """One vehicle: what came of it, why in `reason` cells, how it is now."""
-        return [
-            (f"{result.vehicle:<4}", Ink.BOLD),
-            (f"{result.came.value:<10}", _INKS.get(result.came, Ink.CAUTION)),
-            (cut(result.text, reason) + "  ", Ink.TEXT),
-            (f"now: {self._words(self._now(result.vehicle))}", Ink.MUTED),
+    def _line(self, result: Result, id_cells: int, reason: int, width: int) -> Line:
+        """One vehicle: what came of it, why in `reason` cells, how it is now. A long reason for bad news goes first."""
+        head: Line = [
+            (f"{result.vehicle:<{id_cells}}", Ink.BOLD),
+            (f"{result.came.value:<{WORD_CELLS}}", _INKS.get(result.came, Ink.CAUTION)),
         ]
+        is_bad = result.came not in GOOD and result.came is not Came.WAITING
+        if is_bad and len(result.text) > reason:
+            return [*head, (cut(result.text, max(reason, width - id_cells - WORD_CELLS)), Ink.TEXT)]
+        now = f"now: {self._words(self._now(result.vehicle))}"
+        return [*head, (cut(result.text, reason) + "  ", Ink.TEXT), (now, Ink.MUTED)]
