@@ -132,11 +132,15 @@ class Dispatcher:
         followed = [order for order in self.orders if order.tasks]
         if not followed:
             return
-        reply = await self._feed.request(GetTasks(tuple(number for order in followed for number in order.tasks)))
+        asked = tuple(number for order in followed for number in order.tasks)
+        reply = await self._feed.request(GetTasks(asked))
+        answered = isinstance(reply, ServiceReply) and reply.ok
         infos = reply.tasks if isinstance(reply, ServiceReply) and reply.ok else ()
         for order in followed:
             for info in infos:
                 _follow(order, info)
+            if answered:
+                _lose(order, [number for number in asked if all(info.number != number for info in infos)])
             if self._clock.now() - order.asked_s > TASK_S:
                 for result in order.tasks.values():
                     result.came, result.text = Came.NO_ANSWER, "nobody knows what became of it"
@@ -171,9 +175,19 @@ class Dispatcher:
                 _follow(order, info)
 
 
+def _lose(order: Dispatch, numbers: Sequence[int]) -> None:
+    """A station that was started anew knows nothing of tasks from before."""
+    for number in numbers:
+        if (result := order.tasks.pop(number, None)) is not None:
+            result.came, result.text = Came.NO_ANSWER, "the station was started anew: nobody knows what became of it"
+
+
 def _follow(order: Dispatch, info: TaskInfo) -> None:
     result = order.tasks.get(info.number)
     if result is None:
+        return
+    if result.vehicle != info.vehicle:
+        _lose(order, [info.number])  # numbers begin anew with the station: this is another task
         return
     result.text = info.text or info.state
     if info.over:

@@ -1,0 +1,61 @@
+"""What becomes of an order, over a feed made of paper."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any, cast
+
+import pytest
+
+from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.messages import Request, VehicleResult
+from tui_gcs.core.messages_preflight import ReadChecks
+from tui_gcs.core.messages_services import GetTasks, ServiceReply, TaskInfo
+from tui_gcs.dispatch import Dispatch, Dispatcher
+from tui_gcs.feed import Feed
+from tui_gcs.widgets.result_panel import Came
+
+RUNNING = TaskInfo(7, 3, "read", "me", "running", 0, 0, "", 0.0)
+
+
+class PaperFeed:
+    """Answers each request by `answer`."""
+
+    frame = None
+
+    def __init__(self, answer: Callable[[Request], ServiceReply]) -> None:
+        self.answer = answer
+
+    async def request(self, request: Request, **_: Any) -> ServiceReply:
+        return self.answer(request)
+
+
+def followed(tasks_later: tuple[TaskInfo, ...]) -> Dispatch:
+    """An order to vehicle 3 whose task is number 7, after the station was asked once how its tasks stand."""
+
+    def answer(request: Request) -> ServiceReply:
+        if isinstance(request, GetTasks):
+            return ServiceReply(ok=True, tasks=tasks_later)
+        return ServiceReply(ok=True, results=(VehicleResult(3, True, ""),), tasks=(RUNNING,))
+
+    async def follow() -> Dispatch:
+        orders = Dispatcher(cast(Feed, PaperFeed(answer)), VirtualClock(), lambda _order: None)
+        await orders.send(ReadChecks(), "read", (3,))
+        await orders.ask_tasks()
+        assert orders.newest is not None
+        return orders.newest
+
+    return asyncio.run(follow())
+
+
+def test_a_task_is_followed_to_its_end() -> None:
+    assert followed((RUNNING,)).waiting
+    done = followed((TaskInfo(7, 3, "read", "me", "done", 1, 1, "", 1.0),))
+    assert [result.came for result in done.results] == [Came.DONE]
+
+
+@pytest.mark.parametrize("later", [(), (TaskInfo(7, 4, "reboot", "me", "done", 1, 1, "", 1.0),)])
+def test_a_task_of_another_station_is_not_taken_for_ours(later: tuple[TaskInfo, ...]) -> None:
+    lost = followed(later)
+    assert [(result.came, result.text[:29]) for result in lost.results] == [
+        (Came.NO_ANSWER, "the station was started anew:")
+    ]
