@@ -6,6 +6,11 @@ from pathlib import Path
 import pytest
 
 from tui_gcs.cli import main
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.missions import build
+from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
+from tui_gcs.core.missions.store import Saved, to_bytes
+from tui_gcs.core.scenario_load import parse
 
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
 WPL = (
@@ -62,6 +67,24 @@ def test_an_area_that_can_be_no_zone(corners: str, why: str, capsys: pytest.Capt
     Path("a.geojson").write_text(f'{{"type":"Polygon","coordinates":[{corners}]}}')
     assert main(["check", "a.geojson"]) == 1
     assert f"ERROR   area 1: {why}" in capsys.readouterr().out
+
+
+def test_missions_of_many_vehicles_as_the_screen_says_of_them(capsys: pytest.CaptureFixture[str]) -> None:
+    frame = LocalFrame(parse(SCENARIO.read_text(), "a").origin)
+    there = [build.waypoint(frame, (300.0, 200.0), 30.0)]
+    plans = {v: VehicleDraft(build.whole(frame, (20.0 * v, 0.0), there, 30.0)) for v in (1, 2)}
+    plans[3] = VehicleDraft((*plans[1].mission, there[0]))
+    Path("all.json").write_bytes(to_bytes(Saved(MissionDraft(plans))))
+    assert main(["check", "all.json", "--scenario", str(SCENARIO)]) == 1
+    out = capsys.readouterr().out
+    assert "ERROR   1 and 2 MEET at " in out and "0 m in height" in out
+    assert "caution vehicle 3: mission 4: comes after the mission's end, item 3" in out
+    assert "note    vehicle 1: " in out and " at the end\n" in out
+    main(["check", "all.json"])
+    assert "taken for its first place (--scenario FILE.toml)" in capsys.readouterr().out
+    Path("all.json").write_text('{"missions":1,"vehicles":{"1":{"mission":[[1]]}}}')
+    assert main(["check", "all.json"]) == 2
+    assert "all.json: no missions of this program:" in capsys.readouterr().err
 
 
 def test_a_mission_for_each_autopilot(capsys: pytest.CaptureFixture[str]) -> None:

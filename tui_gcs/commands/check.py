@@ -4,14 +4,13 @@ import argparse
 import json
 import math
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tui_gcs.commands.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, Line
 from tui_gcs.commands.convert import MOST_CELLS, SCENARIO, read_any, read_base, round_of
 from tui_gcs.core.formats.content import Content, counted
 from tui_gcs.core.text import clean
-from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
@@ -19,26 +18,12 @@ if TYPE_CHECKING:
     from tui_gcs.core.missions.findings import Finding, Site
     from tui_gcs.core.plan_findings import Who
 
-NOTE, CAUTION, ERROR = "note", "caution", "ERROR"
-WORDS = (NOTE, CAUTION, ERROR)
-"""By `missions.findings.Level`."""
-AUTOPILOTS = {"ardupilot": AUTOPILOT_ARDUPILOT, "px4": AUTOPILOT_PX4}
-
-
-@dataclass(frozen=True)
-class Line:
-    """One finding as it is told."""
-
-    level: str
-    where: str
-    text: str
-
 
 def run(arguments: argparse.Namespace) -> int:
     """Look at the file; 1 if something in it is wrong."""
     path = Path(arguments.file)
     is_scenario = path.name.lower().endswith(SCENARIO)
-    lines = scenario_lines(path) if is_scenario else file_lines(path, arguments)
+    lines = scenario_lines(path) if is_scenario else other_lines(path, arguments)
     errors, cautions = (sum(line.level == level for line in lines) for level in (ERROR, CAUTION))
     if arguments.json:
         found = [{"level": line.level.lower(), "where": line.where, "text": line.text} for line in lines]
@@ -82,6 +67,25 @@ def scenario_lines(path: Path) -> list[Line]:
 
 
 # ---------------------------------------------------------------- plans and others
+
+
+def other_lines(path: Path, arguments: argparse.Namespace) -> list[Line]:
+    """Our missions of many vehicles, or a file of one. Raises `CommandError`."""
+    if not path.name.lower().endswith(".json"):
+        return file_lines(path, arguments)
+    from tui_gcs.core.formats.bounded import data_of
+    from tui_gcs.core.formats.content import FormatError
+    from tui_gcs.core.missions.store import MOST_BYTES, are_missions
+
+    try:
+        data = data_of(path, MOST_BYTES)
+    except FormatError as error:
+        raise CommandError(f"{clean(str(path), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
+    if not are_missions(data):
+        return file_lines(path, arguments)
+    from tui_gcs.commands.check_missions import missions_lines
+
+    return missions_lines(path, data, arguments)
 
 
 def file_lines(path: Path, arguments: argparse.Namespace) -> list[Line]:

@@ -77,6 +77,11 @@ def to_bytes(saved: Saved) -> bytes:
     return msgspec.json.encode(_File(VERSION, vehicles, assumed)) + b"\n"
 
 
+def are_missions(data: bytes) -> bool:
+    """Whether it looks like a file of this program's, right or wrong."""
+    return data[:64].lstrip().startswith(b'{"missions":')
+
+
 def from_bytes(data: bytes) -> Saved:
     """What is in `data`. Raises DraftFileError."""
     if len(data) > MOST_BYTES:
