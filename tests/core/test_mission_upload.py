@@ -390,4 +390,5 @@ def test_a_reboot_ends_it_and_forgets_what_was_known(make: Make) -> None:
         listener(rig.vehicle())
     rig.run(0.1)
     assert job.state is JobState.FAILED and "rebooted" in job.error
+    assert "it may hold a part of this mission: look what it holds" in job.error
     assert missions.holds(1, mission(5)) is None

@@ -238,4 +238,6 @@ class MissionService:
         self.book.forget(vehicle.id)
         job = self._context.jobs.running(vehicle.id)
         if isinstance(job, PlanJob):
-            job.finish("the vehicle rebooted, or is another one")
+            half = isinstance(job, UploadJob) and job.touched
+            unknown = f"; it may hold a part of this {job.kind.word}: look what it holds" if half else ""
+            job.finish(f"the vehicle rebooted, or is another one{unknown}")

@@ -173,6 +173,11 @@ class UploadJob(PlanJob):
         self._acked_s: float | None = None
         """When the vehicle accepted it, if what comes of it is waited for."""
 
+    @property
+    def touched(self) -> bool:
+        """Whether the vehicle was told that a plan comes: what it holds may be that plan's already."""
+        return self._touched
+
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """Look whether it may be sent, and say how many items come."""
         self._dialect = dialect_of(vehicle)
