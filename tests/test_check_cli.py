@@ -47,6 +47,15 @@ def test_a_zone_that_nobody_serves(capsys: pytest.CaptureFixture[str]) -> None:
         assert ("no team serves spare: nobody flies there" in capsys.readouterr().out) is told
 
 
+def test_layers_with_nothing_to_spare(capsys: pytest.CaptureFixture[str]) -> None:
+    """30 vehicles on layers exactly as far apart as is allowed were held by the guard 1800 times in a rehearsal."""
+    Path("a.toml").write_text(SCENARIO.read_text().replace("layer_m = 34.0", "layer_m = 32.5"))
+    assert main(["check", "a.toml"]) == 0
+    assert "caution round 1, team defend: defend: layers of 1-2 are less than 6 m from" in capsys.readouterr().out
+    main(["check", str(SCENARIO)])
+    assert "layers of" not in capsys.readouterr().out
+
+
 def test_where_a_border_crosses_itself_is_told_to_the_decimetre(capsys: pytest.CaptureFixture[str]) -> None:
     zone = '[[round.zone]]\nname = "z"\nrole = "no-fly"\nshape = "polygon"\nvertices_m = {}\n\n'
     crossed = zone.format("[[0.0, 100.0], [80.0, 100.0], [80.0, 200.0], [107.3, 164.1]]")

@@ -8,9 +8,13 @@ from typing import NamedTuple
 import shapely
 
 from tui_gcs.core.idleness import sweep_bound_s
+from tui_gcs.core.messages_alarms import id_ranges
 from tui_gcs.core.missions.findings import Level
 from tui_gcs.core.scenario import OperatingArea, Round, Scenario, Team, band_m
 from tui_gcs.core.zones import Role, Zone, area_m2, polygon_of
+
+HEIGHT_HELD_M = 0.5
+"""Vehicles are above or below their layer by up to so much (barometers drift): two of them, by twice that."""
 
 
 class ScenarioFinding(NamedTuple):
@@ -73,6 +77,7 @@ def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "
         ScenarioFinding(Level.NOTE, f"{flown_km:.1f} km per vehicle in {current.duration_s:g} s"),
     ]
     found += [*crowded(scenario, zone, team, size_m2), *wrong_layers(scenario, current, zone, team)]
+    found += tight_layers(scenario, team)
     if bound_s > current.duration_s:
         text = (
             f"{team.name}: cannot see all of {zone.name} once: {bound_s:.0f} s at best, {current.duration_s:g} s flown"
@@ -103,3 +108,21 @@ def wrong_layers(scenario: Scenario, current: Round, zone: Zone, team: Team) -> 
     return [
         ScenarioFinding(Level.CAUTION, f"{team.name}: {text}", "change the zone's altitude, or their take-off places")
     ]
+
+
+def tight_layers(scenario: Scenario, team: Team) -> list[ScenarioFinding]:
+    """Layers with nothing to spare: who crosses a little too high or too low is held by the guard, again and again."""
+    least_m = scenario.limits.separation_vertical_m
+    apart_m = least_m + 2.0 * HEIGHT_HELD_M
+    layers_m = {place.vehicle: place.layer_m for place in scenario.places if place.vehicle is not None}
+    tight = sorted(
+        vehicle
+        for vehicle in team.vehicles
+        if vehicle in layers_m
+        and any(other != vehicle and abs(at_m - layers_m[vehicle]) < apart_m for other, at_m in layers_m.items())
+    )
+    if not tight:
+        return []
+    text = f"{team.name}: layers of {id_ranges(tight)} are less than {apart_m:g} m from another one"
+    why = f"{least_m:g} m are allowed and heights are off by up to {HEIGHT_HELD_M:g} m: the guard will hold who crosses"
+    return [ScenarioFinding(Level.CAUTION, text, why)]
