@@ -40,6 +40,7 @@ from tui_gcs.widgets.mission_profile import AltitudeProfile
 from tui_gcs.widgets.mission_remarks import mission_remarks, state_remark
 from tui_gcs.widgets.mission_table import ItemTable, PlanList
 from tui_gcs.widgets.mission_text import ItemText, item_text, item_title, to_item
+from tui_gcs.widgets.narrow_style import show_classes
 from tui_gcs.widgets.open_bar import OpenBar
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.titles import set_title
@@ -246,7 +247,7 @@ class MissionsScreen(MissionCopies):
     def action_leave(self) -> None:
         """Back to the list; a preview is dropped."""
         if self.has_class("-assuming"):
-            self.remove_class("-assuming")
+            self._show_class("-assuming", on=False)
             self.craft_form.display = False
         if self.has_class("-generating"):
             self._end_generating()
@@ -361,13 +362,17 @@ class MissionsScreen(MissionCopies):
         if found is not None:
             self._choose(found)
 
+    def _show_class(self, name: str, *, on: bool = True) -> None:
+        """One of the classes that say which forms are shown: nothing else looks different then."""
+        show_classes(self, {name: on}, [self._items_panel, self.item_form, self.verdict])
+
     # ------------------------------------------------------------ what vehicles can
 
     def action_assume(self) -> None:
         """Open the form; what it says counts at once."""
         if self.has_class("-generating"):
             self.action_leave()
-        self.add_class("-assuming")
+        self._show_class("-assuming")
         self.craft_form.begin(self.editor.forecast.performance)
 
     def on_craft_form_changed(self, _message: CraftForm.Changed) -> None:
@@ -387,7 +392,7 @@ class MissionsScreen(MissionCopies):
         chosen = [vehicle for vehicle in self.feed.selection.ids if vehicle in editor.vehicles]
         if self.has_class("-assuming"):
             self.action_leave()
-        self.add_class("-generating")
+        self._show_class("-generating")
         self.generate_form.begin(chosen if editor.vehicle in chosen else [editor.vehicle], list(editor.shapes()))
         self._foresee()
 
@@ -419,7 +424,7 @@ class MissionsScreen(MissionCopies):
         self.did(f"{wanted.what} over {wanted.over} for {ids(wanted.vehicles)}; u takes it back")
 
     def _end_generating(self) -> None:
-        self.remove_class("-generating")
+        self._show_class("-generating", on=False)
         self.generate_form.display = False
         self._problem = ""
         self.item_table.focus()
