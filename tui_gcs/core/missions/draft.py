@@ -2,9 +2,11 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from tui_gcs.core.history import History, Step
 from tui_gcs.core.plan import Plan, PlanItem, PlanKind
+from tui_gcs.core.plan_check import Problem, check
 
 Items = tuple[PlanItem, ...]
 
@@ -35,6 +37,11 @@ class VehicleDraft:
                 return replace(self, fence=new)
             case PlanKind.RALLY:
                 return replace(self, rally=new)
+
+    @cached_property
+    def problems(self) -> tuple[tuple[PlanKind, Problem], ...]:
+        """Why its plans must not be sent, whoever flies them, and however."""
+        return tuple((kind, problem) for kind in PlanKind if self.items(kind) for problem in check(self.plan(kind)))
 
     @property
     def is_empty(self) -> bool:

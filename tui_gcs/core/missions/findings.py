@@ -34,7 +34,7 @@ from tui_gcs.core.plan import (
     PlanKind,
     fence_shapes,
 )
-from tui_gcs.core.plan_check import MOST_RADIUS_M, check
+from tui_gcs.core.plan_check import MOST_RADIUS_M
 from tui_gcs.core.scenario import Round
 from tui_gcs.core.zones import polygon_of
 
@@ -86,12 +86,7 @@ class Site:
 
 def findings(draft: VehicleDraft, way: Way, site: Site) -> list[Finding]:
     """The gravest first, then in the order of the items."""
-    found = [
-        Finding(Level.ERROR, kind, problem.item, problem.text)
-        for kind in PlanKind
-        if draft.items(kind)
-        for problem in check(draft.plan(kind))
-    ]
+    found = [Finding(Level.ERROR, kind, problem.item, problem.text) for kind, problem in draft.problems]
     found += [
         Finding(Level.ERROR, kind, None, text)
         for kind in PlanKind
