@@ -183,6 +183,8 @@ def _runs(lanes: int, most: int, time_s: Callable[[int, int], float], most_s: fl
 
 def _handed_out(runs: list[list[Lane]], homes_m: Sequence[Place]) -> list[list[Lane]]:
     """Who flies which run: the ways to their beginnings and from their ends are shortest in all."""
+    if len(homes_m) == len(runs) == 1:
+        return runs
     costs = np.array([[math.dist(home, run[0][0]) + math.dist(run[-1][1], home) for run in runs] for home in homes_m])
     shares: list[list[Lane]] = [[] for _ in homes_m]
     from scipy.optimize import linear_sum_assignment  # 40 MB and 0.4 s, which consoles need for this only
