@@ -43,8 +43,10 @@ def test_a_restarted_station_shows_all_as_holding_and_sends_nothing_that_moves(r
     assert flight.station.executive.run is RunPhase.HOLD
     assert moving_commands(flight, killed) == []
     assert all(flight.speed(v) < 0.3 for v in flight.ids), "each flew to its last target and stays"
-    found = [t for t in flight.texts() if "found in the air" in t]
+    found = [t for t in flight.texts() if "found in the air: nothing" in t]
     assert found == ["found in the air: nothing is sent to it until resume or return"] * 3
+    alarms = {alarm.cause: (alarm.level, alarm.state, alarm.vehicles) for alarm in flight.station.alarms.alarms()}
+    assert alarms == {"found": (m.AlarmLevel.CAUTION, "new", (1, 2, 3))}, "nobody asked for this hold: it must be seen"
 
 
 def test_it_remembers_round_teams_and_mission_clock(rig: MakeRig, tmp_path: Path) -> None:
@@ -189,8 +191,9 @@ def test_what_was_answered_stays_answered_and_nothing_is_new(rig: MakeRig, tmp_p
     flight.run(20.0)
     lost = next(alarm for alarm in flight.station.alarms.alarms() if alarm.cause == "lost")
     assert (lost.state, lost.vehicles, lost.raised) == ("acknowledged", (2, 3), raised["lost"])
-    told = [text for text in flight.texts("alarm") if "HOLD" not in text]
-    assert told == [], "nor is vehicle 1 lost, or has left, because it was not heard in the first moment"
+    assert flight.texts("alarm") == ["found in the air: vehicle 1"], (
+        "nor is vehicle 1 lost, or has left, because it was not heard in the first moment"
+    )
     silent.add(0)
     flight.run(6.0)
     lost = next(alarm for alarm in flight.station.alarms.alarms() if alarm.cause == "lost")

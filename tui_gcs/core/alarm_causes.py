@@ -132,6 +132,14 @@ CAUSES = (
     ),
     Cause("vetoed", CAUTION, "VET", "set-points refused", "it holds: look at zones and limits", on_s=3.0),
     Cause(
+        "found",
+        CAUTION,
+        "HLD",
+        "found in the air",
+        "nothing is sent to it: [resume] resume, or [return_all] return and land",
+        off_s=0.0,
+    ),
+    Cause(
         "holds",
         CAUTION,
         "HLD",

@@ -14,7 +14,7 @@ from tui_gcs.core.alarm_signs import VehicleSigns
 from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.closing import Closing, closings
 from tui_gcs.core.firmware.health import Concern, Problem
-from tui_gcs.core.flights import ON_BOARD_STEP, Flight
+from tui_gcs.core.flights import FOUND, ON_BOARD_STEP, Flight
 from tui_gcs.core.messages import Freshness, Phase, RunPhase
 from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.vehicle import Vehicle
@@ -188,7 +188,7 @@ class AlarmFinder:
                 by_name = run is RunPhase.RETURNING or flight.stays  # who does not go on when all are resumed
                 yield Finding("stays" if by_name else "holds", flight.vehicle)
         elif run is RunPhase.HOLD:
-            yield from (Finding("hold", flight.vehicle) for flight in held)
+            yield from (Finding("found" if flight.step == FOUND else "hold", flight.vehicle) for flight in held)
 
     def _machines(self) -> Iterator[Finding]:
         station = self._station

@@ -424,8 +424,8 @@ class Executive:
             self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", "is back in its team", NOTICE)
         else:
             flight.stays = flight.own_way()
-            flight.enter(Phase.HOLDING, now)
             found = before == FOUND
+            flight.enter(Phase.HOLDING, now, FOUND if found else "")
             if steerable and not found and not self._commands.stopping(vehicle.id):
                 self._steering.hold(vehicle)
             text = "is back and holds: resume to take it in again"
