@@ -483,6 +483,15 @@ def test_patrol_reaches_its_slots_and_covers_its_zone(rig: MakeRig) -> None:
     assert 0.0 < status.ratio < 2.0
     assert status.rate_hz == pytest.approx(5.0, abs=0.5)
     assert flight.station.guard.vetoes == {}
+    before_s = status.worst_idleness_s
+    flight.ask(m.Hold())
+    flight.run(30.0)
+    status = team(flight)
+    assert status.worst_idleness_s > before_s + 10.0, "places wait on while everybody holds"
+    assert math.isnan(status.ratio), "nobody patrols: there is nothing to compare"
+    flight.ask(m.Return())
+    flight.until(lambda: flight.phases() == {m.Phase.GROUND}, 120.0, "all landed")
+    assert math.isnan(team(flight).worst_idleness_s)
 
 
 def test_annotations_and_numbers_are_kept_for_screens(rig: MakeRig) -> None:

@@ -26,10 +26,9 @@ class ZoneMeasure:
         self.average_s = math.nan
 
     def update(self, now: float, places_m: list[tuple[float, float]]) -> None:
-        """Vehicles see from these places now."""
-        if not places_m:
-            return
-        self._grid.update(now, np.array(places_m))
+        """Vehicles see from these places now; while there are none, every place waits."""
+        if places_m:
+            self._grid.update(now, np.array(places_m))
         if self._grid.coverage >= 1.0 and (not self._worst or now - self._worst[-1][0] >= 1.0):
             self._worst.append((now, self._grid.worst_now_s(now)))
             self.average_s = self._grid.average_now_s(now)

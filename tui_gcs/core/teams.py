@@ -17,7 +17,7 @@ import msgspec
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import ALERT, NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
-from tui_gcs.core.flights import Flight, FlightBook
+from tui_gcs.core.flights import IN_THE_AIR, Flight, FlightBook
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.intents import IntentDesk
 from tui_gcs.core.journal import Journal
@@ -303,9 +303,10 @@ class TeamDesk:
         """For the screens."""
         now = self._clock.now()
         flying, members = self._flying(), self._book.members(self.team.name)
+        up = any(flight.team == self.team.name for flight in self._book.in_phase(*IN_THE_AIR))
         measured = self.measured
         bound = measured.bound_s(len(flying) or len(members)) if measured else math.nan
-        worst = measured.worst_s if measured else math.nan
+        worst = measured.worst_s if measured and up else math.nan
         return TeamStatus(
             name=self.team.name,
             zone=self.team.zone,
@@ -318,10 +319,10 @@ class TeamDesk:
             on_slot=self.on_slot(),
             slots=len(flying),
             worst_idleness_s=worst,
-            average_idleness_s=measured.average_s if measured else math.nan,
+            average_idleness_s=measured.average_s if measured and up else math.nan,
             coverage=measured.coverage if measured else 0.0,
             bound_s=bound,
-            ratio=worst / bound if bound else math.nan,
+            ratio=worst / bound if bound and flying else math.nan,
             metrics=self.metrics,
             error=self.trace or self.error,
         )
