@@ -7,7 +7,7 @@ import pytest
 from guard_rig import LIMITS, passing, sight, stand
 
 from tui_gcs.core.course import Stand
-from tui_gcs.core.guard_motion import Does, Flock, Sight, foresee, times_of
+from tui_gcs.core.guard_motion import Does, Flock, Sight, foresee, times_of, turned_m
 from tui_gcs.core.scenario import Limits
 
 TIMES = times_of(LIMITS)
@@ -313,3 +313,13 @@ def test_the_box_is_about_all_that_a_vehicle_may_do_and_no_larger(speed_m_s: flo
     room = flock.slack_m[:, -1][:, [0, 0, 1]]
     np.testing.assert_array_equal(flock.low_m, ways.min(axis=1) - room)
     np.testing.assert_array_equal(flock.high_m, ways.max(axis=1) + room)
+
+
+# ---------------------------------------------------------------- turned
+
+
+@pytest.mark.parametrize("velocity", [(2.0, 0.0, 0.0), (0.0, 2.0, 0.0), (-1.2, -1.6, 3.0)])
+def test_one_that_is_lost_may_have_turned_wherever_it_flew(velocity: tuple[float, float, float]) -> None:
+    """As far as it flew since, 2 m/s in 3 s, whatever it climbed; no faster than a second of acceleration turns it."""
+    assert turned_m(Sight(1, HERE, velocity, Does.STOPS, age_s=3.0), LIMITS) == pytest.approx(6.0)
+    assert turned_m(Sight(1, HERE, EAST, Does.STOPS, age_s=3.0), LIMITS) == pytest.approx(LIMITS.accel_m_s2 * 3.0)
