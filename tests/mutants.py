@@ -57,6 +57,8 @@ EDGES: dict[type, type] = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, as
 NAMES = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum", "any": "all", "all": "any"}
 
 FILTER = "whom the boxes let through is judged exactly"
+SIGN = "a quotient is negative where the product is"
+ON_LINE = "an end that lies on the other straight is 0 m away from it anyway"
 SLOWER = "without the short cut the same is found, slower"
 EDGE = "no distance is exactly that"
 SMALL = "only against dividing by nothing; a thousandth is nothing"
@@ -123,7 +125,13 @@ EQUIVALENT: dict[str, str] = {
     "guard_separation._pairs: True -> False": "both are as long",
     "guard_separation._pairs: before[theirs] < mine -> before[theirs] <= mine": "equal is only oneself",
     "guard_separation.is_exact: return self.short_m is self.far_m -> return None": SLOWER,
-    "guard_separation.meetings: pairs.judged < 0 -> pairs.judged <= 0": "as known, too, where nobody looks at that",
+    "guard_separation._may_be_close: _both(level / pairs.wide_m, upright / high_m) < 1.0"
+    " -> _both(level / pairs.wide_m, upright / high_m) <= 1.0": FILTER,
+    "guard_separation._level_m: way[..., 0] + 1j * way[..., 1] -> way[..., 0] - 1j * way[..., 1]": "seen in a mirror",
+    "guard_separation._level_m: _side(a, b, c) * _side(a, b, d) -> _side(a, b, c) / _side(a, b, d)": SIGN,
+    "guard_separation._level_m: _side(c, d, a) * _side(c, d, b) -> _side(c, d, a) / _side(c, d, b)": SIGN,
+    "guard_separation._level_m: _side(a, b, c) * _side(a, b, d) < 0 -> _side(a, b, c) * _side(a, b, d) <= 0": ON_LINE,
+    "guard_separation._level_m: _side(c, d, a) * _side(c, d, b) < 0 -> _side(c, d, a) * _side(c, d, b) <= 0": ON_LINE,
     "guard_separation._first: True -> False": "both are as long",
     "guard_separation._first: apart >= hardest - SAME -> apart > hardest - SAME": EDGE,
     "guard_separation._may_be_close: 1.0 -> 1.501": FILTER,

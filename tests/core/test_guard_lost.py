@@ -161,3 +161,11 @@ def test_on_its_way_it_may_be_faster_than_the_limit_and_not_before_the_part_begi
 def test_no_number_does_no_harm() -> None:
     odd = replace(STANDS, velocity_m_s=(math.nan, math.inf, 0.0))
     assert parts(odd, 4.0) == parts(STANDS, 4.0)
+
+
+def test_what_it_may_begin_until_the_end_of_what_is_foreseen_counts() -> None:
+    """5 s: from 140 m east it may be over home after 10 s, and come down there, where it is less sure where home is."""
+    at_height = replace(STANDS, position_m=(140.0, 50.0, 60.0))
+    assert met(replace(at_height, age_s=5.1), 8.0, 50.0, 60.0)
+    assert not met(replace(at_height, age_s=4.9), 8.0, 50.0, 60.0)
+    assert met(replace(at_height, position_m=(80.0, 50.0, 60.0)), 20.0, 50.0, 50.0), "over home in 1 s, then down"

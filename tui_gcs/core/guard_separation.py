@@ -121,11 +121,11 @@ def meetings(judged: Flock, others: Flock, passed: Sequence[bool], limits: Limit
     anybody; of them it is asked whether weak braking would get as near.
     """
     pairs = _pairs(judged, others, passed, limits)
-    known = np.flatnonzero(pairs.judged >= 0)
+    is_known = pairs.judged >= 0
+    known, new = np.flatnonzero(is_known), np.flatnonzero(~is_known)
     before, high = pairs.some(known), limits.separation_vertical_m + SPARE_UP_M
     me, they = _Futures.of(judged), _Futures.of(others)
     first = np.full((3, len(pairs.mine)), np.inf)
-    new = np.flatnonzero(pairs.judged < 0)
     later = pairs.some(new)
     first[AS_KNOWN, new] = _first(me, later, (they.goes, they.late, they.stops), later.theirs, high)
     first[GOES, known] = _first(me, before, (me.goes, me.late, me.stops), before.judged, high)
