@@ -13,7 +13,6 @@ LATEST_S = 60.0
 """and at the latest after this, whoever types."""
 LOOK_S = 0.5
 """So often is seen whether it is time."""
-_USUAL = gc.get_threshold()
 _NEVER = 1_000_000
 
 
@@ -23,15 +22,17 @@ class IdleGarbage:
     def __init__(self) -> None:
         """Nothing is put off before `begin`."""
         self._typed_s = self._done_s = 0.0
+        self._usual = gc.get_threshold()
 
     def begin(self, now_s: float) -> None:
         """From now on."""
         self._typed_s = self._done_s = now_s
-        gc.set_threshold(_USUAL[0], _USUAL[1], _NEVER)
+        self._usual = gc.get_threshold()
+        gc.set_threshold(self._usual[0], self._usual[1], _NEVER)
 
     def end(self) -> None:
         """As Python does it by itself."""
-        gc.set_threshold(*_USUAL)
+        gc.set_threshold(*self._usual)
 
     def typed(self, now_s: float) -> None:
         """There was a key."""
