@@ -171,7 +171,8 @@ class VehiclesScreen(Screen[None]):
         if self.has_class("-table"):
             return f"{all_of_them} vehicles by {self._sorted_by}"
         g = self._glyphs
-        shapes = f"{g.headings[0]} flying  {g.armed_on_ground} armed on ground  {g.disarmed} disarmed  {g.lost} lost"
+        shapes = f"{g.headings[0]} flying  {g.by_hand} by hand  {g.armed_on_ground} armed on ground"
+        shapes += f"  {g.disarmed} disarmed  {g.lost} lost"
         return f"{all_of_them} vehicles   {shapes}"
 
     # ------------------------------------------------------------ keys

@@ -5,14 +5,14 @@ from collections.abc import Collection, Sequence
 from textual import events
 from textual.message import Message
 
-from tui_gcs.core.messages import Alarm, Freshness, VehicleRow
+from tui_gcs.core.messages import Alarm, Freshness, Phase, VehicleRow
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.levels import INKS, LAND_MODE_PHASES, MARKS, SELECTED_INKS, Level
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.vehicle_alarms import by_vehicle, level_now, tag_of
-from tui_gcs.widgets.words import number
+from tui_gcs.widgets.words import mode_or_hand, number
 
 MODE_CELLS, BATTERY_CELLS = 7, 4
 FULL_CELLS, SHORT_CELLS = MODE_CELLS + BATTERY_CELLS + 3, 5
@@ -75,7 +75,7 @@ class FleetGrid(LinesView):
         mark = MARKS[level] or (self.glyphs.selected if row.id == self._lead else " ")
         text = f"{mark}{shape(row, self.glyphs)}{row.id:>{digits}}"
         known = row.freshness is not Freshness.LOST
-        why = tag_of(alarms) or (row.mode if known else "LOST")
+        why = tag_of(alarms) or (mode_or_hand(row) if known else "LOST")
         if extra == FULL_CELLS:
             battery = number(row.battery_pct, 0, "%") if known else ""
             text += f" {why[:MODE_CELLS]:<{MODE_CELLS}}{battery:>{BATTERY_CELLS + 1}}"
@@ -104,11 +104,13 @@ def _extra_cells(count: int, digits: int, width: int, height: int) -> int:
 
 
 def shape(row: VehicleRow, glyphs: GlyphSet) -> str:
-    """What it does, without colour: flying, armed on the ground, disarmed, lost."""
+    """What it does, without colour: flying, by hand, armed on the ground, disarmed, lost."""
     if row.freshness is Freshness.LOST:
         return glyphs.lost
     if not row.armed:
         return glyphs.disarmed
+    if row.phase is Phase.BY_HAND:
+        return glyphs.by_hand
     return glyphs.armed_on_ground if row.phase in LAND_MODE_PHASES else glyphs.headings[0]
 
 

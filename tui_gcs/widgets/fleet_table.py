@@ -15,7 +15,7 @@ from tui_gcs.widgets.roster import COLUMNS as ROSTER_COLUMNS
 from tui_gcs.widgets.roster import Column
 from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.vehicle_alarms import by_vehicle, level_now, tag_of
-from tui_gcs.widgets.words import UNKNOWN, number, speed_m_s
+from tui_gcs.widgets.words import UNKNOWN, mode_or_hand, number, speed_m_s
 
 Value = float | str
 """What is sorted by: of one column either numbers or words."""
@@ -38,7 +38,7 @@ SORTINGS = (
     Sorting("ID", lambda row: float(row.id)),
     Sorting("CAUSE", lambda row: float(row.id)),
     Sorting("TEAM", lambda row: row.team),
-    Sorting("MODE", lambda row: row.mode),
+    Sorting("MODE", mode_or_hand),
     Sorting("ALT", lambda row: row.position_m[2]),
     Sorting("SPD", lambda row: speed_m_s(row.velocity_m_s)),
     Sorting("BAT", lambda row: row.battery_pct),

@@ -29,6 +29,8 @@ class GlyphSet:
     """What the dots of a cell become."""
     headings: str
     """Flying: north, north-east, east … north-west."""
+    by_hand: str
+    """Flying on a course of an operator, where headings are not shown."""
     armed_on_ground: str
     disarmed: str
     lost: str
@@ -53,6 +55,7 @@ UNICODE = GlyphSet(
     unicode=True,
     dots="braille",
     headings="▲◥►◢▼◣◄◤",
+    by_hand="◉",
     armed_on_ground="△",
     disarmed="◇",
     lost="×",
@@ -76,6 +79,7 @@ ASCII = GlyphSet(
     unicode=False,
     dots="letters",
     headings="^/>\\v/<\\",
+    by_hand="h",
     armed_on_ground="A",
     disarmed="o",
     lost="x",

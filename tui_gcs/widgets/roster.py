@@ -7,7 +7,7 @@ from textwrap import wrap
 from textual import events
 from textual.message import Message
 
-from tui_gcs.core.messages import FleetFrame, Freshness, VehicleRow
+from tui_gcs.core.messages import FleetFrame, Freshness, Phase, VehicleRow
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.levels import INKS, MARKS, Level
 from tui_gcs.widgets.lines import Line, LinesView
@@ -16,7 +16,7 @@ from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.vehicle_alarms import AlarmsOf, level_now
 from tui_gcs.widgets.visible import whole_age_s
-from tui_gcs.widgets.words import UNKNOWN, autopilot_short, fitted, gps, number, speed_m_s
+from tui_gcs.widgets.words import UNKNOWN, autopilot_short, fitted, gps, mode_or_hand, number, speed_m_s
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ def _mode(row: VehicleRow, width: int) -> str:
     lost = row.freshness is Freshness.LOST
     age_s = whole_age_s(row.heard_age_s if lost else row.age_s)
     if row.freshness is Freshness.OK or (age_s is None and not lost):
-        return row.mode
+        return mode_or_hand(row)
     word = "LOST" if lost else "old"
     return f"{word} {UNKNOWN if age_s is None else min(age_s, 999)}s"
 
@@ -107,9 +107,17 @@ class Roster(LinesView):
         """
         self._frame, self._selected, self._lead = frame, selected, lead
         self._alarms, self._waiting = alarms, waiting
-        count = len(frame.ids) if frame is not None else 0
-        set_title(self, f"fleet  {count}" + (f"   {len(selected)} selected" if len(selected) > 1 else ""))
+        set_title(self, self._title())
         self.update_lines()
+
+    def _title(self) -> str:
+        """How many, and of how many of them it matters: who is flown by hand may be below the last line."""
+        frame, selected = self._frame, len(self._selected)
+        count, by_hand = (len(frame.ids), frame.phase.count(Phase.BY_HAND)) if frame is not None else (0, 0)
+        if by_hand and selected > 1 and self.size.width < NARROW:
+            return f"{by_hand} by hand, {selected} sel of {count}"
+        hand = f"   {by_hand} by hand" if by_hand else ""
+        return f"fleet  {count}{hand}" + (f"   {selected} selected" if selected > 1 else "")
 
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""

@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 
-from tui_gcs.core.messages import Alarm, FleetFrame, Freshness, VehicleRow
+from tui_gcs.core.messages import Alarm, FleetFrame, Freshness, Phase, VehicleRow
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.levels import INKS
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.vehicle_alarms import level_now
-from tui_gcs.widgets.words import gps, heading, number, slot_words, speed_m_s
+from tui_gcs.widgets.words import gps, hand_words, heading, number, slot_words, speed_m_s
 
 
 def row_of(frame: FleetFrame | None, vehicle: int | None) -> VehicleRow | None:
@@ -27,10 +27,15 @@ def brief_lines(row: VehicleRow | None, alarms: Sequence[Alarm], glyphs: GlyphSe
     return [
         [(f"{row.id} {row.team[:8]} ", Ink.BOLD), (motion, Ink.TEXT)],
         [(power, INKS[level_now(row, alarms)])],
-        [(row.problem, Ink.WARNING)]
-        if row.problem
-        else [(f"{row.phase} {slot_words(row.slot)} off {number(row.slot_error_m, 0, 'm')}", Ink.TEXT)],
+        [(row.problem, Ink.WARNING)] if row.problem else [(_does(row), Ink.TEXT)],
     ]
+
+
+def _does(row: VehicleRow) -> str:
+    """For whom it flies; by hand with the mode, which the roster has no room for."""
+    if row.phase is Phase.BY_HAND:
+        return f"{row.mode[:8]} {row.phase}, {hand_words(row)}"
+    return f"{row.phase} {slot_words(row.slot)} off {number(row.slot_error_m, 0, 'm')}"
 
 
 def _last_known(row: VehicleRow, ink: Ink) -> list[list[Run]]:

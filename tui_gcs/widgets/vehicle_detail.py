@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from textwrap import wrap
 
-from tui_gcs.core.messages import Alarm, Freshness, VehicleRow
+from tui_gcs.core.messages import Alarm, Freshness, Phase, VehicleRow
 from tui_gcs.core.messages_services import Details, VehicleInfo
 from tui_gcs.widgets.alarm_line import LEVEL_INKS
 from tui_gcs.widgets.glyphs import GlyphSet
@@ -15,7 +15,7 @@ from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.vehicle_alarms import LEVELS, level_now
 from tui_gcs.widgets.visible import whole_age_s
-from tui_gcs.widgets.words import UNKNOWN, gps, heading, number, slot_words, speed_m_s
+from tui_gcs.widgets.words import UNKNOWN, gps, hand_words, heading, number, slot_words, speed_m_s
 
 MOST_ALARMS, MOST_CHECK_LINES = 3, 4
 LABEL_CELLS = 6
@@ -131,7 +131,8 @@ class DetailLines:
         age_s = whole_age_s(row.age_s) if row.freshness is Freshness.STALE else 0
         old = f"  position {age_s} s old" if age_s else ""
         prearm = "  prearm ok" if self._info is not None and self._info.ready and not row.armed else ""
-        return f"{row.mode}  {'ARMED' if row.armed else 'disarmed'}  {row.phase}{prearm}{old}"
+        does = f"{row.phase}: {hand_words(row)}" if row.phase is Phase.BY_HAND else row.phase
+        return f"{row.mode}  {'ARMED' if row.armed else 'disarmed'}  {does}{prearm}{old}"
 
     def _alarm_line(self, alarm: Alarm) -> Line:
         mark = MARKS[LEVELS[alarm.level]] or "i"

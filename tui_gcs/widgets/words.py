@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 from rich.cells import cell_len
 
+from tui_gcs.core.messages import Phase, VehicleRow
 from tui_gcs.core.messages_alarms import id_ranges
 
 ids = id_ranges
@@ -12,6 +13,8 @@ ids = id_ranges
 
 UNKNOWN = "--"
 
+THERE_M = 3.0
+"""So near to the place where it was sent a vehicle has come there."""
 GPS_FIX = {0: "none", 1: "no", 2: "2D", 3: "3D", 4: "DG", 5: "Flt", 6: "RTK", 7: "Sta", 8: "PPP"}
 """MAVLink GPS_FIX_TYPE in three letters at most."""
 
@@ -43,6 +46,25 @@ def clock(seconds: float) -> str:
 def slot_words(slot: str, label: str = "slot ") -> str:
     """The place that a vehicle keeps: one of its planner, behind `label`, or beside the one that it follows."""
     return f"follows {slot[1:]}" if slot.startswith(">") else f"{label}{slot or UNKNOWN}"
+
+
+def mode_or_hand(row: VehicleRow) -> str:
+    """The mode; of one that an operator flies `by hand`, for its mode is the one that planners fly it in, too."""
+    return row.phase.value if row.phase is Phase.BY_HAND else row.mode
+
+
+def hand_words(row: VehicleRow) -> str:
+    """What an operator has it do, in 12 cells at most; empty where nobody flies it by hand."""
+    if row.phase is not Phase.BY_HAND:
+        return ""
+    if row.slot.startswith(">"):
+        return slot_words(row.slot)
+    if not math.isfinite(row.goal_m[0]):
+        return "by keys"
+    if row.goal_radius_m:
+        return "orbits"
+    to_go_m = math.dist(row.goal_m, row.position_m)
+    return f"{to_go_m:.0f} m to go" if to_go_m > THERE_M else "stays there"
 
 
 def gps(fix: int, satellites: int) -> str:
