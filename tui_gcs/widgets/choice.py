@@ -7,6 +7,7 @@ from textual import events
 from textual.binding import Binding
 from textual.message import Message
 
+from tui_gcs.widgets.field_order import FIELD_BINDINGS, step_field
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.key_order import own_binding
 from tui_gcs.widgets.lines import Line, LinesView
@@ -23,8 +24,7 @@ class Choice(LinesView, can_focus=True):
     BINDINGS = [
         Binding("left", "step(-1)", "previous", show=False),
         Binding("right", "step(1)", "next", show=False),
-        Binding("up,shift+tab", "app.focus_previous", "previous field", show=False, priority=True),
-        Binding("down,enter,tab", "app.focus_next", "next field", show=False, priority=True),
+        *FIELD_BINDINGS,
     ]
 
     class Changed(Message):
@@ -71,6 +71,10 @@ class Choice(LinesView, can_focus=True):
             self._value = self._options[index % len(self._options)]
             self.update_lines()
             self.post_message(self.Changed(self, self._value))
+
+    def action_step_field(self, by: int) -> None:
+        """To the next field, or the one before."""
+        step_field(self, by)
 
     async def _on_key(self, event: events.Key) -> None:
         await own_binding(self, event)

@@ -1,11 +1,10 @@
 """Rows of a form: a label and one-line fields. Everything in them is plain text, never markup."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import ClassVar
 
 from rich.cells import cell_len, set_cell_size
 from textual import events
-from textual.binding import Binding
 from textual.containers import Horizontal, VerticalScroll
 from textual.scrollbar import ScrollBarRender
 from textual.strip import Strip
@@ -13,6 +12,7 @@ from textual.widget import Widget
 from textual.widgets import Input
 
 from tui_gcs.core.text import clean
+from tui_gcs.widgets.field_order import FIELD_BINDINGS, OrderedFields, shown_fields, step_field
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.key_order import own_binding
 from tui_gcs.widgets.palette import Ink
@@ -28,16 +28,17 @@ class FormField(Input):
     FormField { width: 1fr; min-width: 4; height: 1; border: none; padding: 0; background: $surface; }
     FormField:focus { border: none; background: $surface-lighten-1; }
     """
-    BINDINGS = [
-        Binding("up,shift+tab", "app.focus_previous", "previous field", show=False, priority=True),
-        Binding("down,enter,tab", "app.focus_next", "next field", show=False, priority=True),
-    ]
+    BINDINGS = FIELD_BINDINGS
 
     def __init__(self, field: str, *, placeholder: str = "") -> None:
         """`field` is what the field is about (`FormField.field`)."""
         super().__init__(compact=True, placeholder=placeholder)
         self.field = field
         self.cursor_blink = False
+
+    def action_step_field(self, by: int) -> None:
+        """To the next field, or the one before."""
+        step_field(self, by)
 
     async def _on_key(self, event: events.Key) -> None:
         """Textual inserts characters after this."""
@@ -132,7 +133,7 @@ class _PlainBars(ScrollBarRender):
     VERTICAL_BARS: ClassVar[list[str]] = [" "] * 8
 
 
-class Form(VerticalScroll, can_focus=False):
+class Form(VerticalScroll, OrderedFields, can_focus=False):
     """A bordered panel of rows; scrolls where it is too small."""
 
     DEFAULT_CSS = """
@@ -150,10 +151,6 @@ class Form(VerticalScroll, can_focus=False):
 
     def focus_first(self) -> None:
         """Put the cursor into the first field that is shown."""
-        first = next(_fields(self), None)
+        first = next(shown_fields(self), None)
         if first is not None:
             first.focus()
-
-
-def _fields(parent: Widget) -> Iterator[Widget]:
-    return (w for w in parent.walk_children(Widget) if w.focusable and w.display)
