@@ -14,6 +14,7 @@ from tests.bench.commands import commands
 from tests.bench.console import console
 from tests.bench.decode import decoder
 from tests.bench.editing import editing
+from tests.bench.files import files
 from tests.bench.flood import flood
 from tests.bench.guard import guard
 from tests.bench.guardian import guardian
@@ -43,6 +44,7 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "live": live,
     "console": console,
     "editing": editing,
+    "files": files,
     "planning": planning,
     "planning-long": planning_long,
     "planning-losses": planning_losses,
@@ -58,6 +60,7 @@ LONG_S = {
     "load": 95,
     "live": 150,
     "console": 420,
+    "files": 70,
     "commands": 650,
     "guardian": 1800,
     "guardian-flown": 400,

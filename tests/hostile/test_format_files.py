@@ -81,6 +81,8 @@ HOSTILE = {
     "odd zip": (packed("doc.kml", b"<kml/>", zipfile.ZIP_LZMA), "packed in an unusual way"),
     "torn zip": (packed("doc.kml", b"<kml/>")[:40], "not an archive that can be read"),
     "zip of deep": (packed("../../doc.kml", b"<a>" * 100_000), "nested too deeply"),
+    "a million parameters": (b"P 1\n" * 1_000_000, "more than 50000 lines"),
+    "a million corners": (b"47.1 8.1\n" * 400_000, "more than 50000 lines"),
     "geo depth": (
         b'{"type":"GeometryCollection","geometries":[' * 40 + b"]}" * 40,
         "nested too deeply",
@@ -121,6 +123,35 @@ def test_screens_that_open_a_file_say_the_same_and_keep_what_they_have(name: str
     assert why in problem and not done
     assert "\n" not in str(caught.value) and "\n" not in problem
     assert (missions.history.draft, zones.text) == (drawn, text)
+
+
+RING = "[[8,47],[8,48],[9,48],[8,47]]"
+CORNERS = ",".join(f"[{8 + i * 1e-5:.5f},{47 + i % 2}]" for i in range(50_000))
+
+
+@pytest.mark.parametrize(
+    ("areas", "as_fence", "as_zones"),
+    [
+        ([RING] * 5000, "more than 2000 items", "round 1: more than 64 zones"),
+        ([f"[{CORNERS}]"], "more than 2000 items", "an area of 50000 corners: a zone has 1000 at most"),
+    ],
+)
+def test_more_than_a_fence_or_a_round_holds(
+    areas: list[str], as_fence: str, as_zones: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The plan screen ran out of names for the areas, and the console ended."""
+    source = tmp_path / "in.geojson"
+    source.write_text('{"type":"MultiPolygon","coordinates":[' + ",".join(f"[{area}]" for area in areas) + "]}")
+    zones = EditModel()
+    zones.station_changed(ScenarioChanged(revision=1, path="", toml=SCENARIO, scenario=parse(SCENARIO, "it")))
+    begin_s = time.process_time()
+    assert main(["convert", str(source), str(tmp_path / "out.plan")]) == 2
+    assert main(["check", str(source)]) == 1
+    (problem,), _ = zones.import_zones(source)
+    assert time.process_time() - begin_s < 3 * QUICK_S
+    said = capsys.readouterr()
+    assert as_fence in said.err and "the most are 2000" in said.out
+    assert as_zones in problem and zones.text == SCENARIO
 
 
 def test_a_pipe_is_no_file_to_wait_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

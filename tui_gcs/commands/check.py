@@ -42,9 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def scenario_lines(path: Path) -> list[Line]:
     """What is to be said of a scenario. Raises `CommandError` if it cannot be read at all."""
-    from tui_gcs.core.scenario_findings import findings
     from tui_gcs.core.scenario_load import ScenarioError, parse, read_text
-    from tui_gcs.planner import registry
 
     try:
         text = read_text(path)
@@ -54,6 +52,9 @@ def scenario_lines(path: Path) -> list[Line]:
         scenario = parse(text, path.name)
     except ScenarioError as error:
         return [Line(ERROR, "", problem.removeprefix(f"{path.name}: ")) for problem in error.problems]
+    from tui_gcs.core.scenario_findings import findings  # not for a scenario that cannot be read
+    from tui_gcs.planner import registry
+
     found = [
         Line(WORDS[finding.level], where, f"{finding.text} {finding.detail}".rstrip())
         for where, finding in findings(scenario)
@@ -113,10 +114,13 @@ def _area_lines(content: Content) -> list[Line]:
     """What is wrong with the areas of a drawing, whether they are to be fences or zones."""
     from tui_gcs.core.missions import fences
     from tui_gcs.core.plan import Plan, PlanKind
-    from tui_gcs.core.plan_check import check
+    from tui_gcs.core.plan_check import MOST_ITEMS, check
 
+    areas = [each for each in content.drawings if each.kind == "area"]
+    if len(areas) > MOST_ITEMS:
+        return [Line(ERROR, "", f"{len(areas)} areas, the most are {MOST_ITEMS}: none of them was looked at")]
     found = []
-    for number, area in enumerate((each for each in content.drawings if each.kind == "area"), 1):
+    for number, area in enumerate(areas, 1):
         corners = [(place[0], place[1]) for place in area.places]
         where = f"area {number} {area.name}".rstrip()
         found += [Line(ERROR, where, problem.text) for problem in check(Plan(PlanKind.FENCE, fences.polygon(corners)))]

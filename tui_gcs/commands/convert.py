@@ -22,13 +22,14 @@ SCENARIO = ".toml"
 def run(arguments: argparse.Namespace) -> int:
     """Write the other file; 0 if all of it is there, 1 if something had to be left out."""
     from tui_gcs.core.formats.content import FormatError
-    from tui_gcs.core.formats.conversion import convert
     from tui_gcs.core.text import clean
 
     source, target = Path(arguments.source), Path(arguments.target)
     wanted = _target(target, arguments.to)
     _may_write(target, force=arguments.force)
     read = read_any(source, arguments.kind, arguments.home_line)
+    from tui_gcs.core.formats.conversion import convert  # geometry, which a file that cannot be read does not wait for
+
     try:
         written = convert(read, wanted, _options(arguments, target))
     except FormatError as error:
@@ -103,14 +104,16 @@ def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "C
 
 def read_base(path: Path) -> "Base":
     """A scenario and its text. Raises `CommandError`."""
-    from tui_gcs.core.formats.conversion import Base
     from tui_gcs.core.scenario_load import ScenarioError, parse, read_text
 
     try:
         text = read_text(path)
-        return Base(parse(text, str(path)), text)
+        scenario = parse(text, str(path))
     except ScenarioError as error:
         raise CommandError(error.problems[0]) from None
+    from tui_gcs.core.formats.conversion import Base
+
+    return Base(scenario, text)
 
 
 # ---------------------------------------------------------------- writing

@@ -3,9 +3,12 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
-from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
+
+if TYPE_CHECKING:
+    from tui_gcs.core.vehicle import Vehicle  # readers of parameter files need none, nor the links behind it
 
 CAPABILITY_ENCODE_BYTEWISE, CAPABILITY_FTP, CAPABILITY_ENCODE_C_CAST = 16, 32, 131072
 """MAV_PROTOCOL_CAPABILITY."""
@@ -30,12 +33,12 @@ class Ways:
     """A parameter that is a checksum of all others; "" if there is none."""
 
 
-def hash_name(vehicle: Vehicle) -> str:
+def hash_name(vehicle: "Vehicle") -> str:
     """The parameter that is a checksum of all others; "" if the autopilot has none."""
     return "_HASH_CHECK" if vehicle.autopilot == AUTOPILOT_PX4 else ""
 
 
-def encoding(vehicle: Vehicle, capabilities: Callable[[], int]) -> Encoding:
+def encoding(vehicle: "Vehicle", capabilities: Callable[[], int]) -> Encoding:
     """By autopilot, for neither always sets the bit (mavlink.md C4); by capability for all others."""
     if vehicle.autopilot == AUTOPILOT_PX4:
         return Encoding.BYTEWISE
@@ -46,7 +49,7 @@ def encoding(vehicle: Vehicle, capabilities: Callable[[], int]) -> Encoding:
     return Encoding.BYTEWISE if bytewise else Encoding.C_CAST
 
 
-def ways(vehicle: Vehicle, capabilities: int) -> Ways:
+def ways(vehicle: "Vehicle", capabilities: int) -> Ways:
     """ArduPilot packs them with their defaults (0.4 s for 1350); PX4 tells a checksum, and may pack them since 2026."""
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT:
         return Ways(("@PARAM/param.pck?withdefaults=1", "@PARAM/param.pck"), "")

@@ -43,6 +43,7 @@ ROLE, NO_FLY, AREA, ROUND = "role", "no-fly", "area", "round"
 CIRCLE_CORNERS = 64
 HEIGHTS_OF: dict[int, Heights] = {RELATIVE: "home", TERRAIN: "ground", AMSL: "amsl"}
 FRAME_OF = {heights: frame for frame, heights in HEIGHTS_OF.items()}
+TOO_MANY = f"more than {MOST_ITEMS} items"
 STILL_M, STILL_SHARE = 0.5, 0.01
 """A border that is so far from the circle that its facts tell of was edited, and is what counts."""
 
@@ -178,6 +179,9 @@ def planned(drawings: Sequence[Drawing], height_m: float | None, otherwise_m: fl
     """
     paths = [d for d in drawings if d.kind == "line" and d.facts.get(PART, PATH) == PATH]
     areas = [d for d in drawings if d.kind == "area" and _is_fence(d)]
+    points = [d for d in drawings if d.kind == "point"]
+    rally_points = [d for d in points if d.facts.get(PART) == RALLY]
+    _few_enough(paths, areas, rally_points)
     rounds = sorted({d.facts[ROUND] for d in areas if ROUND in d.facts})
     if len(rounds) > 1:
         named = ", ".join(rounds)
@@ -187,8 +191,7 @@ def planned(drawings: Sequence[Drawing], height_m: float | None, otherwise_m: fl
     assumed = otherwise_m if paths and height_m is None and not _says_height(paths[0]) else None
     items = [item for area in areas for item in _fence_items(area)]
     items += [_point(FENCE_RETURN, AMSL, d.places[0]) for d in drawings if d.facts.get(PART) == RETURN_POINT]
-    points = [d for d in drawings if d.kind == "point"]
-    rally = [i for d in points if d.facts.get(PART) == RALLY for i in _items(RALLY_POINT, d, height_m, otherwise_m)]
+    rally = [i for d in rally_points for i in _items(RALLY_POINT, d, height_m, otherwise_m)]
     homes = [d for d in points if d.facts.get(PART) == HOME]
     parts = (PATH, MARK, FENCE, RALLY, RETURN_POINT, HOME)
     unknown = sum(1 for d in points if d.facts.get(PART) not in parts)
@@ -197,8 +200,8 @@ def planned(drawings: Sequence[Drawing], height_m: float | None, otherwise_m: fl
         lost.append(f"{counted(unknown, 'point')} that say{'s' * (unknown == 1)} not what of")
     if zones:
         lost.append(f"{counted(zones, 'zone')} to fly in: no part of a fence")
-    if max(len(items), len(mission.items) if mission else 0) > MOST_ITEMS:
-        raise FormatError(f"more than {MOST_ITEMS} items")
+    if len(items) > MOST_ITEMS:
+        raise FormatError(TOO_MANY)
     return Content(
         mission=mission,
         fence=Plan(PlanKind.FENCE, tuple(items)) if items else None,
@@ -207,6 +210,16 @@ def planned(drawings: Sequence[Drawing], height_m: float | None, otherwise_m: fl
         left_out=tuple(lost),
         notes=(f"the path does not say how high: {assumed:g} m above home",) if assumed is not None else (),
     )
+
+
+def _few_enough(paths: Sequence[Drawing], areas: Sequence[Drawing], rally_points: Sequence[Drawing]) -> None:
+    """Tell it before the items are made of them, which takes long for too many. Raises FormatError.
+
+    A circle is one item whatever its border, so there may be fewer than are counted here of areas that are none.
+    """
+    corners = sum(1 if RADIUS in area.facts else len(area.places) for area in areas)
+    if max(corners, len(paths[0].places) if paths else 0, len(rally_points)) > MOST_ITEMS:
+        raise FormatError(TOO_MANY)
 
 
 def _is_fence(area: Drawing) -> bool:

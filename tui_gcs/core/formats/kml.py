@@ -3,9 +3,9 @@
 Links are never followed. Styles, folders and what else there is are read over.
 """
 
+import html
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
-from xml.sax.saxutils import escape
 
 from tui_gcs.core.formats.bounded import local, xml_of, zip_member, zip_of
 from tui_gcs.core.formats.content import Drawing, FormatError, Heights, Place
@@ -103,7 +103,9 @@ def write_kml(drawings: tuple[Drawing, ...], title: str) -> bytes:
     """A document with a placemark for each."""
     body = "\n".join(_placemark_text(drawing) for drawing in drawings)
     head = '<?xml version="1.0" encoding="UTF-8"?>\n<kml xmlns="http://www.opengis.net/kml/2.2">\n<Document>\n'
-    return f"{head}<name>{escape(clean(title, NAME_MAX))}</name>\n{body}\n</Document>\n</kml>\n".encode()
+    return (
+        f"{head}<name>{html.escape(clean(title, NAME_MAX), quote=False)}</name>\n{body}\n</Document>\n</kml>\n".encode()
+    )
 
 
 def write_kmz(drawings: tuple[Drawing, ...], title: str) -> bytes:
@@ -114,11 +116,11 @@ def write_kmz(drawings: tuple[Drawing, ...], title: str) -> bytes:
 def _placemark_text(drawing: Drawing) -> str:
     facts = dict(drawing.facts) | ({HEIGHTS: "home"} if drawing.heights == "home" else {})
     data = "".join(
-        f'<Data name="{escape(key, {chr(34): "&quot;"})}"><value>{escape(value)}</value></Data>'
+        f'<Data name="{html.escape(key)}"><value>{html.escape(value, quote=False)}</value></Data>'
         for key, value in facts.items()
     )
     extended = f"<ExtendedData>{data}</ExtendedData>" if data else ""
-    name = escape(clean(drawing.name, NAME_MAX))
+    name = html.escape(clean(drawing.name, NAME_MAX), quote=False)
     return f"<Placemark><name>{name}</name>{extended}{_geometry_text(drawing)}</Placemark>"
 
 

@@ -21,6 +21,8 @@ from tui_gcs.core.plan import (
 )
 from tui_gcs.core.plan_check import MOST_ITEMS
 
+MOST_LINES = 50_000
+"""Of a file: six times the parameters that one may have, so that a larger one is refused soon."""
 RALLY_WORD = "RALLY"
 RALLY_FIELDS = (4, 7)
 """Numbers and the word; older files end after the height."""
@@ -28,7 +30,9 @@ Lines = list[tuple[int, list[str]]]
 
 
 def lines_of(text: str) -> Lines:
-    """(number, fields) of every line that is neither empty nor a remark."""
+    """(number, fields) of every line that is neither empty nor a remark. Raises FormatError."""
+    if text.count("\n") > MOST_LINES:
+        raise FormatError(f"more than {MOST_LINES} lines")
     split = ((number, line.split("#")[0].replace(",", " ").split()) for number, line in enumerate(text.splitlines(), 1))
     return [(number, fields) for number, fields in split if fields]
 

@@ -22,6 +22,7 @@ from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.plan import AMSL, CIRCLE_IN, CIRCLE_OUT, POLYGON_IN, POLYGON_OUT, Plan, PlanItem, PlanKind
 from tui_gcs.core.scenario import OperatingArea, Round, Scenario
 from tui_gcs.core.scenario_edit import ScenarioDocument
+from tui_gcs.core.scenario_load import MAX_VERTICES, MAX_ZONES, ScenarioError
 from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, outline_m
 
 ZONE, START = "zone", "start"
@@ -176,6 +177,8 @@ def put_drawings(
             else:
                 document.add_zone(at, zone)
             used[at].add(name)
+            if len(used[at]) > MAX_ZONES:
+                raise ScenarioError([f"{names[at]}: more than {MAX_ZONES} zones"])
             put.replaced, put.added = put.replaced + is_ours, put.added + (not is_ours)
     return put
 
@@ -193,6 +196,8 @@ def _zone(drawing: Drawing, name: str, frame: LocalFrame, role: Role) -> Zone:
 def _shape(drawing: Drawing, frame: LocalFrame) -> Shape:
     corners = tuple(_metres(frame, place) for place in drawing.places)
     circle = circle_of(drawing)
+    if circle is None and len(corners) > MAX_VERTICES:
+        raise ScenarioError([f"an area of {len(corners)} corners: a zone has {MAX_VERTICES} at most"])
     if circle is not None:
         return Circle(_metres(frame, (circle[0], circle[1], None)), circle[2])
     width_m, height_m, heading_deg = (_fact(drawing, key) for key in (WIDTH, HEIGHT, HEADING))
