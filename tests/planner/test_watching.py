@@ -3,14 +3,16 @@
 import sys
 import threading
 import time
+from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
 
 import bad_planners as bad
 import pytest
 
-from tui_gcs.core.messages import Plan, decode
+from tui_gcs.core.messages import Plan, PlannerTask, decode
 from tui_gcs.planner.check.world import TEAM, World, scattered, task_for
+from tui_gcs.planner.host import Job
 from tui_gcs.planner.registry import PlannerFile
 from tui_gcs.planner.watching import TRIAL_STEPS, WatchingHost
 
@@ -135,6 +137,29 @@ def test_classes_of_the_file_may_be_in_its_state(flight: Flight) -> None:
     flight.save(PICKLES.replace("200.0 + shift", "300.0 + shift"))
     assert not any("no snapshot" in note for note in flight.notes)
     assert flight.east_m() > 301.5
+
+
+def test_what_is_saved_again_while_it_is_loaded_is_loaded_again(
+    flight: Flight, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Editors empty a file before they write it: the first load may find nothing in it."""
+    begun, emptied, prepare = threading.Event(), threading.Event(), flight.host.prepare
+
+    def late(task: PlannerTask, state: bytes) -> Job:
+        begun.set()
+        assert emptied.wait(20.0)
+        return prepare(task, state)
+
+    monkeypatch.setattr(flight.host, "prepare", late)
+    newer = COUNTS.replace("200.0 + shift", "300.0 + shift")
+    flight.path.write_text(newer)
+    while not begun.is_set():
+        flight.step()
+    flight.path.write_text("")
+    emptied.set()
+    flight.host._thread.join()
+    flight.save(newer)
+    assert flight.notes == [f"mine.py was saved: the new version flies ({sha256(newer.encode()).hexdigest()[:8]})"]
 
 
 def test_a_snapshot_is_not_taken_while_another_version_is_half_loaded(

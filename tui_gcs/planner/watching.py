@@ -38,6 +38,8 @@ class WatchingHost(PlannerHost):
         self._before: Job | None = None
         """The version before, while the new one is on trial."""
         self._trial = 0
+        self._begun: tuple[int, int] = (0, 0)
+        """Stamp of the file whose content is being prepared."""
         self._module: ModuleType | None = None
         """Of the version that flies, while another is loaded."""
 
@@ -60,7 +62,7 @@ class WatchingHost(PlannerHost):
         settled, self._seen[file.name] = stamp == self._seen[file.name], stamp
         if not settled or self._thread is not None or not (digest := _digest(file.path)) or digest == file.sha256:
             return
-        self._watched[file.name] = replace(file, sha256=digest)
+        self._watched[file.name], self._begun = replace(file, sha256=digest), stamp
         state = self._state(job)
         self._module = sys.modules.get(type(job.planner).__module__) if job.planner is not None else None
         self._thread = threading.Thread(target=self._prepare, args=(job.task, state), daemon=True)
@@ -89,6 +91,9 @@ class WatchingHost(PlannerHost):
             problem = f"{file.path.name}: its name is {new.planner.name!r} now, and was {file.name!r}"
         if problem:
             self._module_back()
+            if _stamp(file.path) != self._begun:  # it was saved again meanwhile, and perhaps read half written
+                self._watched[file.name] = replace(file, sha256="")
+                return
             job.notes.append(f"{problem}; the version before flies on")
             return
         new.notes.append(f"{file.path.name} was saved: the new version flies ({file.sha256[:SHORT]})")
