@@ -121,6 +121,8 @@ def meetings(judged: Flock, others: Flock, passed: Sequence[bool], limits: Limit
     anybody; of them it is asked whether weak braking would get as near.
     """
     pairs = _pairs(judged, others, passed, limits)
+    if not len(pairs.mine):
+        return {}
     is_known = pairs.judged >= 0
     known, new = np.flatnonzero(is_known), np.flatnonzero(~is_known)
     before, high = pairs.some(known), limits.separation_vertical_m + SPARE_UP_M
@@ -174,6 +176,8 @@ def _first(me: _Futures, pairs: _Pairs, they: tuple[_Ways, ...], theirs: Rows, h
     first = np.full(len(pairs.mine), np.inf)
     for future, (my_way, their_way) in enumerate(zip((me.goes, me.late, me.late), they, strict=True)):
         close = np.flatnonzero(_may_be_close(my_way, pairs, their_way, theirs, high_m))
+        if not len(close):  # as nearly always: what follows costs ten times as much
+            continue
         apart = _apart(my_way.some(pairs.mine[close]), their_way.some(theirs[close]), pairs.wide_m[close], high_m)
         near = apart < 1.0
         met = near.any(axis=1)
