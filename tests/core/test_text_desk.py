@@ -1,7 +1,5 @@
 """Texts of vehicles: chunks put together, bounded for each vehicle by itself (B.6-82)."""
 
-from collections import Counter
-
 from vehicles import a_vehicle
 
 from tui_gcs.core.clock import VirtualClock
@@ -15,6 +13,7 @@ from tui_gcs.core.services.text import (
     TextAssembler,
     TextDesk,
 )
+from tui_gcs.core.tally import Tally
 
 FULL = "x" * 50
 
@@ -93,7 +92,7 @@ def test_what_is_said_every_five_seconds_for_ever_is_told_ever_more_seldom() -> 
     """ArduPilot's "ODID: lost operator location"; what comes again later is told at once."""
     clock = VirtualClock()
     events = EventLog(clock)
-    desk = TextDesk(clock, events, Counter())
+    desk = TextDesk(clock, events, Tally())
     for _ in range(120):  # ten minutes
         desk.status_text(a_vehicle(1), chunk("ODID: lost operator location", 0, 0))
         clock.advance(5.0)

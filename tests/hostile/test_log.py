@@ -1,13 +1,12 @@
 """What the log says of attacks: each cause seldom, with how often; nothing suppressed is lost."""
 
-from collections import Counter
-
 from tests.hostile.test_intake import PLACE, Anybody
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.refusals import RefusalTeller
 from tui_gcs.core.services.text import BURST, TEXTS_PER_S, TextPace
+from tui_gcs.core.tally import Tally
 from tui_gcs.core.wire.intake import Intake
 
 
@@ -27,7 +26,7 @@ def test_what_was_not_told_is_counted_when_it_is_told_again() -> None:
 
 def test_refusals_are_told_per_cause_every_half_minute() -> None:
     clock = VirtualClock()
-    log, dropped, intake = EventLog(clock), Counter[str](), Intake("", Anybody())
+    log, dropped, intake = EventLog(clock), Tally(), Intake("", Anybody())
     teller = RefusalTeller(log, dropped, [intake])
     for second in range(62):
         dropped["system id 0"] += 2
@@ -43,6 +42,25 @@ def test_refusals_are_told_per_cause_every_half_minute() -> None:
         (40, "link radio", "refused: junk bytes (7)"),
         (60, "station", "refused: system id 0 (60 more)"),
     ]
+
+
+def test_a_refusal_names_the_vehicles_it_is_of_since_it_was_told_last() -> None:
+    clock = VirtualClock()
+    log, dropped = EventLog(clock), Tally()
+    teller = RefusalTeller(log, dropped, [])
+    for vehicles in ((3,), (3, 5, 6), (5,), ()):
+        for vehicle in vehicles:
+            dropped.count("invalid position", vehicle)
+        dropped.count("system id 0", None)
+        teller.tick(clock.now())
+        clock.advance(31.0)
+    told = [(event.source, event.text) for event in log.since(0) if "position" in event.text]
+    assert told == [
+        ("vehicle 3", "refused: invalid position (1)"),
+        ("station", "refused: invalid position (3 more): vehicles 3 5-6"),
+        ("vehicle 5", "refused: invalid position (1 more)"),
+    ]
+    assert {event.source for event in log.since(0) if "id 0" in event.text} == {"station"}
 
 
 def test_texts_at_a_bearable_pace_and_urgent_ones_apart() -> None:

@@ -21,6 +21,7 @@ from tui_gcs.core.paths import PathBook
 from tui_gcs.core.pilots import is_autopilot, replaces
 from tui_gcs.core.refusals import RefusalTeller
 from tui_gcs.core.services.text import TextDesk
+from tui_gcs.core.tally import Tally
 from tui_gcs.core.telemetry import Telemetry
 from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.dialect import Message, label
@@ -73,7 +74,7 @@ class Fleet:
     ) -> None:
         """`frame` is the scenario's ENU frame; `own_system` is this station's id, never a vehicle's."""
         self.vehicles: dict[int, Vehicle] = {}
-        self.dropped: Counter[str] = Counter()
+        self.dropped = Tally()
         self.networks = networks
         self.intakes = {network: Intake(network, self) for network in networks}
         self.paths = PathBook(clock, events, self.dropped, self._place_again)
@@ -247,7 +248,8 @@ class Fleet:
         dropped = self.dropped
 
         def refuse(slot: Slot, now: float) -> bool:
-            dropped[reason] += 1
+            vehicle = self.find(slot.stream.source.network, slot.system)
+            dropped.count(reason, vehicle.id if vehicle is not None else None)
             return False
 
         slot.route, slot.call = CALL, refuse
@@ -375,7 +377,7 @@ class Fleet:
             self._full_until_s[network] = quietest.heard_s + HELLO_S
             return False
         self._forget(quietest)
-        self.dropped["unconfirmed vehicle forgotten"] += 1
+        self.dropped.count("unconfirmed vehicle forgotten", quietest.id)
         return True
 
     def _forget(self, vehicle: Vehicle) -> None:
@@ -404,7 +406,7 @@ class Fleet:
             self.telemetry.look(self.vehicles.values(), now)
             for ghost in self._ghosts.look(self.vehicles.values(), now):
                 self._forget(ghost)
-                self.dropped["vehicle of heartbeats only forgotten"] += 1
+                self.dropped.count("vehicle of heartbeats only forgotten", ghost.id)
         self.texts.tick(self.vehicles)
 
     def _look(self, now: float) -> None:

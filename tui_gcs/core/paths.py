@@ -11,7 +11,6 @@
 """
 
 import math
-from collections import Counter
 from collections.abc import Callable
 
 from tui_gcs.core.boot_clock import BootClock, Step
@@ -22,6 +21,7 @@ from tui_gcs.core.events import ALERT, ERROR, NOTICE, WARNING, EventLog
 from tui_gcs.core.likeness import APART_M, Likeness, gap, position_of
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.path_rules import REBIND_S, SAME_BOOT_S, ahead_s, copies_may_come, is_same, shares_link, uid_of
+from tui_gcs.core.tally import Tally
 from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, HIGH_LATENCY_LOST_S, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.sources import Slot, Source
 
@@ -65,7 +65,7 @@ class PathBook:
         self,
         clock: Clock,
         events: EventLog,
-        dropped: Counter[str],
+        dropped: Tally,
         place_again: Callable[[Source, int], None],
     ) -> None:
         """Refused frames are counted in `dropped`; `place_again` has it decided anew what is done with a system's."""
@@ -116,7 +116,7 @@ class PathBook:
             slot.stream.source.forget(slot.system)
             return False
         if slot.component != vehicle.component:  # a camera of its own address: says nothing of its vehicle's
-            self._dropped["component at another address"] += 1
+            self._dropped.count("component at another address", vehicle.id)
             return False
         self._dropped["second source of one system id"] += 1
         if vehicle.keyed:

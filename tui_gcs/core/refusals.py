@@ -1,4 +1,4 @@
-"""Tells what is refused on the links: a line per cause, seldom, with how often (the oracle of security.md B.6).
+"""Tells what is refused on the links, and of whom: a line per cause, seldom, with how often (security.md B.6).
 
 The counters know everything at once; this is for who reads the log afterwards.
 """
@@ -9,6 +9,8 @@ from collections.abc import Iterable
 
 from tui_gcs.core.events import NOTICE, EventLog
 from tui_gcs.core.messages import EventClass
+from tui_gcs.core.messages_alarms import vehicles_words
+from tui_gcs.core.tally import Tally
 from tui_gcs.core.wire.intake import Intake
 
 LOOK_S = 1.0
@@ -40,11 +42,11 @@ TOLD_ELSEWHERE = frozenset(
 class RefusalTeller:
     """Looks at the counters once a second."""
 
-    def __init__(self, events: EventLog, dropped: Counter[str], intakes: Iterable[Intake]) -> None:
+    def __init__(self, events: EventLog, dropped: Tally, intakes: Iterable[Intake]) -> None:
         """`dropped` and the counters of `intakes` are watched; nothing is told of what they hold now."""
         self._events = events
-        self._dropped = dropped
         self._intakes = tuple(intakes)
+        self._tallies = (dropped, *(intake.dropped for intake in self._intakes))
         self._next_look_s = -math.inf
         self._told: dict[tuple[str, str], tuple[float, int]] = {}
         """(source, cause): when it was told, and how many that were."""
@@ -54,9 +56,10 @@ class RefusalTeller:
         if now < self._next_look_s - 1e-9:
             return
         self._next_look_s = now + LOOK_S
-        counts = Counter({("station", cause): count for cause, count in self._dropped.items()})
+        counts: Counter[tuple[str, str]] = Counter()
+        for tally in self._tallies:
+            counts.update({("station", cause): count for cause, count in tally.items()})
         for intake in self._intakes:
-            counts.update({("station", cause): count for cause, count in intake.dropped.items()})
             counts.update(_of_links(intake))
         for (source, cause), count in counts.items():
             if cause not in ORDINARY and cause not in TOLD_ELSEWHERE:
@@ -68,6 +71,11 @@ class RefusalTeller:
             return
         self._told[(source, cause)] = (now, count)
         text = f"refused: {cause} ({count - told} more)" if told else f"refused: {cause} ({count})"
+        whose = {vehicle for tally in self._tallies for vehicle in tally.take_whose(cause)}
+        if len(whose) == 1:
+            source = f"vehicle {whose.pop()}"
+        elif whose:
+            text += f": {vehicles_words(whose)}"
         self._events.say(EventClass.CONNECTION, source, text, NOTICE)
 
 

@@ -6,7 +6,6 @@ slots: the newest frame, decoded here only.
 
 import math
 import struct
-from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -17,6 +16,7 @@ from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.gps import DEGRADED_M, GPS2_RAW, apart_m, claimed_m
 from tui_gcs.core.messages import EventClass
+from tui_gcs.core.tally import Tally
 from tui_gcs.core.vehicle import NAN, POSITION_AT, POSITION_BYTES, Vehicle, as_frame
 from tui_gcs.core.wire.frames import MAGIC_V2
 from tui_gcs.core.wire.mavlink import FLAG_ARMED
@@ -84,7 +84,7 @@ class Telemetry:
     """Fills vehicles' columns. `frame` turns degrees into the scenario's ENU metres."""
 
     def __init__(
-        self, clock: Clock, events: EventLog, frame: LocalFrame, dropped: Counter[str], judge_boot: JudgeBoot
+        self, clock: Clock, events: EventLog, frame: LocalFrame, dropped: Tally, judge_boot: JudgeBoot
     ) -> None:
         """Refused values are counted in `dropped`; `judge_boot` looks at every position's boot time."""
         self._take(frame)
@@ -147,7 +147,7 @@ class Telemetry:
         if step_x * step_x + step_y * step_y < NEAR_M2 and not vehicle.suspect_jumps:
             place = (x, y, alt_rel_mm / 1000)
         else:
-            if not self._is_place(lat / 1e7, lon / 1e7):
+            if not self._is_place(vehicle, lat / 1e7, lon / 1e7):
                 return
             x, y = self.frame.to_enu(lat / 1e7, lon / 1e7)
             place = (x, y, alt_rel_mm / 1000)
@@ -172,9 +172,9 @@ class Telemetry:
                 text = f"positions come {late_s:.0f} s late, or its clock runs slow"
                 self._events.say(EventClass.CONNECTION, _name(vehicle), text, WARNING)
 
-    def _is_place(self, lat_deg: float, lon_deg: float) -> bool:
+    def _is_place(self, vehicle: Vehicle, lat_deg: float, lon_deg: float) -> bool:
         if (lat_deg == 0 and lon_deg == 0) or abs(lat_deg) > 90 or abs(lon_deg) > 180:
-            self._dropped["invalid position"] += 1
+            self._dropped.count("invalid position", vehicle.id)
             return False
         return True
 
@@ -210,7 +210,7 @@ class Telemetry:
     def _home(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
         latitude, longitude, altitude_mm = slot.values()[:3]
-        if not self._is_place(latitude / 1e7, longitude / 1e7):
+        if not self._is_place(vehicle, latitude / 1e7, longitude / 1e7):
             return
         x_m, y_m = map(float, self.frame.to_enu(latitude / 1e7, longitude / 1e7))
         why = home.refusal(vehicle, x_m, y_m)
@@ -296,7 +296,9 @@ class Telemetry:
             return  # it was a minute on its way: the normal stream had told newer things before it ceased
         if now - vehicle.heartbeat_s > HIGH_LATENCY_WAITS_S:
             vehicle.custom_mode = mode
-        if now - vehicle.position_s <= HIGH_LATENCY_WAITS_S or not self._is_place(latitude / 1e7, longitude / 1e7):
+        if now - vehicle.position_s <= HIGH_LATENCY_WAITS_S or not self._is_place(
+            vehicle, latitude / 1e7, longitude / 1e7
+        ):
             return
         x, y = self.frame.to_enu(latitude / 1e7, longitude / 1e7)
         course, speed_cm_s = math.radians(2.0 * heading), 20 * speed

@@ -163,7 +163,7 @@ class MissionService:
         if isinstance(job, PlanJob) and not job.over and fields.get("mission_type", 0) == job.kind:
             job.hear(vehicle, name, fields, self._context.clock.now())
         else:
-            self._context.fleet.dropped[f"{name} outside of a transfer"] += 1
+            self._context.fleet.dropped.count(f"{name} outside of a transfer", vehicle.id)
 
     def _changed_by_another(self, vehicle: Vehicle, fields: Fields) -> None:
         """It tells another station that an upload or deletion went well."""

@@ -6,7 +6,7 @@ with " ... " for the gaps, as QGroundControl does.
 """
 
 import re
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,6 +14,7 @@ from typing import Any
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import NOTICE, WARNING, EventLog
 from tui_gcs.core.messages import EventClass
+from tui_gcs.core.tally import Tally
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.frames import MAGIC_V2
 
@@ -165,7 +166,7 @@ SELDOM_S = 60.0
 class TextDesk:
     """Tells the operator what vehicles say, each thing once and not too fast, and keeps what may explain a refusal."""
 
-    def __init__(self, clock: Clock, events: EventLog, dropped: Counter[str]) -> None:
+    def __init__(self, clock: Clock, events: EventLog, dropped: Tally) -> None:
         """What is not told is counted in `dropped`."""
         self._clock = clock
         self._events = events
@@ -182,7 +183,7 @@ class TextDesk:
         severity = raw[10] if raw[0] == MAGIC_V2 else raw[6]
         if self._frames.has_room(vehicle.id, severity, self._clock.now()):
             return True
-        self._dropped["status texts too fast"] += 1
+        self._dropped.count("status texts too fast", vehicle.id)
         return False
 
     def status_text(self, vehicle: Vehicle, fields: dict[str, Any]) -> None:
@@ -220,7 +221,7 @@ class TextDesk:
             self.reason(vehicle, text)
         now = self._clock.now()
         if not self._pace.has_room(vehicle.id, severity, now):
-            self._dropped["status texts too fast"] += 1
+            self._dropped.count("status texts too fast", vehicle.id)
             return
         cls = EventClass.SENSOR if text.startswith(("PreArm", "Arm:", "EKF", "GPS")) else EventClass.VEHICLE
         if self._events.say(cls, f"vehicle {vehicle.id}", text, severity, every_s=5, seldom_s=SELDOM_S):

@@ -12,6 +12,7 @@ from typing import Protocol
 from fastcrc.crc16 import mcrf4xx
 
 from tui_gcs.core.links.base import Address
+from tui_gcs.core.tally import Tally
 from tui_gcs.core.wire import checksum, dialect
 from tui_gcs.core.wire.frames import MAGIC_V1, MAGIC_V2, SIGNED, Frame, Scan, is_text, scan_step
 from tui_gcs.core.wire.sources import CALL, KEEP, STATE, Slot, Source, Stream
@@ -79,7 +80,7 @@ class Intake:
         self._slots_at: defaultdict[str, dict[Address, dict[bytes, Slot]]] = defaultdict(dict)
         """Slots of the sources where vehicles are, by link and address: the one look-up that every datagram costs."""
         self._received: Counter[str] = Counter()
-        self.dropped: Counter[str] = Counter()
+        self.dropped = Tally()
         self.past: Counter[str] = Counter()
         """Frames, junk bytes and so on of sources that were forgotten."""
         self._owner = owner
@@ -322,7 +323,7 @@ class Intake:
         stream = slot.stream
         if frame.version == 1 and not stream.believes_version_1(now):
             source.version1_refused += 1
-            self.dropped["MAVLink 1 after 2 (downgrade)"] += 1
+            self.dropped.count("MAVLink 1 after 2 (downgrade)", slot.owner.id if slot.owner is not None else None)
             self._owner.odd(source, "downgrade")
             return False
         if slot.gate is not None and not slot.gate(frame.raw):
