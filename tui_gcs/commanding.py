@@ -3,7 +3,7 @@
 from typing import Any
 
 from tui_gcs.actions import APP_ACTIONS, Action, refusal, situation_of
-from tui_gcs.actions.orders import BY_ID, split
+from tui_gcs.actions.orders import BY_ID, beyond_reach, left_out_words, split
 from tui_gcs.actions.places import Surroundings
 from tui_gcs.actions.table import NOTHING_HOLDS
 from tui_gcs.core.clock import Clock
@@ -11,6 +11,7 @@ from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import Hold, Request, Resume, Return, RunPhase, Start, SwitchRound
 from tui_gcs.core.messages_flight import Land
 from tui_gcs.core.messages_preflight import CheckState, ReadChecks
+from tui_gcs.core.messages_setup import AskPayloads
 from tui_gcs.core.zones import bounds
 from tui_gcs.dispatch import Dispatch, Dispatcher, Seen
 from tui_gcs.feed import Feed, FleetUpdated
@@ -36,6 +37,8 @@ LIFTS = frozenset({"arm", "take_off"})
 CLOSED_S = 1.5
 """So soon after a question closed by itself Enter was meant for that, and resumes nobody."""
 CANCELLED = "cancelled"
+CARRIED_S, MOST_CARRIED = 10.0, 16
+"""Vehicles are asked what they carry so often at most, and so many at once: each answers four questions."""
 _LEVELS = {Ink.WARNING: Level.WARNING, Ink.CAUTION: Level.CAUTION}
 
 
@@ -48,7 +51,7 @@ class CommandingApp(ThinApp):
     orders: Dispatcher
     operator: Operator
     _news_s = 0.0
-    _closed_s = float("-inf")
+    _closed_s = _carried_s = float("-inf")
 
     def notice(self, text: str, level: Level = Level.NORMAL, about: str = "") -> None:
         """Say something for a while; about the same thing the newest counts."""
@@ -175,7 +178,20 @@ class CommandingApp(ThinApp):
     def action_orders(self) -> None:
         """What can the selected vehicles be told?"""
         if not self.refused("orders"):
-            self.push_screen(OrderMenu(self.feed, self.glyphs), self._ordered)
+            self._ask_carried()
+            self.push_screen(OrderMenu(self.feed, self.glyphs), lambda chosen: self._ordered(chosen, doubtful=True))
+
+    def _ask_carried(self) -> None:
+        """Those of which no camera or no gimbal showed are asked once more: autopilots tell of theirs only then."""
+        rows, now = rows_of(self.feed), self.clock.now()
+        unknown = tuple(
+            v
+            for v in self.feed.selection.ids
+            if v in rows and not (rows[v].camera and rows[v].gimbal) and not beyond_reach(rows[v])
+        )[:MOST_CARRIED]
+        if unknown and now - self._carried_s > CARRIED_S:
+            self._carried_s = now
+            self.run_worker(self.feed.request(AskPayloads(unknown)), group="carried", exit_on_error=False)
 
     def action_return_selected(self) -> None:
         """Ask whether the selected vehicles shall return."""
@@ -187,19 +203,21 @@ class CommandingApp(ThinApp):
         if not self.refused("orders"):
             self._ordered(order_id)
 
-    def _ordered(self, order_id: str | None) -> None:
+    def _ordered(self, order_id: str | None, *, doubtful: bool = False) -> None:
+        """Ask about it. `doubtful`: where none of them is without doubt, those that are doubted are meant."""
         if order_id is None:
             return
-        order = BY_ID[order_id]
-        concerned, left_out = split(order, self.feed.selection.ids, rows_of(self.feed))
-        if not concerned:
-            why = "; ".join(dict.fromkeys(left_out.values())) or "no vehicle is selected"
+        order, chosen, rows = BY_ID[order_id], self.feed.selection.ids, rows_of(self.feed)
+        concerned, left_out = split(order, chosen, rows)
+        doubtful = doubtful and not concerned and bool(split(order, chosen, rows, doubtful=True)[0])
+        if not concerned and not doubtful:
+            why = left_out_words(left_out) or "no vehicle is selected"
             self.notice(f"{order.name}: nothing sent: {why}", Level.CAUTION)
             return
         if order.id in LIFTS:
             self._read_checks()
         self.push_screen(
-            OrderDialog(order, self.feed, self.surroundings, self.glyphs, self.clock),
+            OrderDialog(order, self.feed, self.surroundings, self.glyphs, self.clock, doubtful=doubtful),
             lambda answer: self._answered(order.name, answer),
         )
 

@@ -339,3 +339,30 @@ def test_too_many_devices_are_counted(tmp_path: Path) -> None:
     rig, _ = carrying(tmp_path, *[(component, 30) for component in range(100, 100 + MOST_DEVICES + 3)])
     assert len(payload(rig).cameras(rig.vehicle())) == MOST_DEVICES
     assert payload(rig).ignored["too many cameras"] == 3
+
+
+def test_whether_something_showed_is_known_once_it_was_asked_and_anew_after_a_reboot(tmp_path: Path) -> None:
+    rig, peer = carrying(tmp_path, (GIMBAL, 26))
+    found = payload(rig)
+    assert (found.has_camera(rig.vehicle()), found.has_gimbal(rig.vehicle())) == (None, True)
+    outcomes, done = ended(rig)
+    found.ask(rig.vehicle(), done)
+    rig.run(1.5)
+    assert outcomes == [Outcome.CONFIRMED]
+    assert (found.has_camera(rig.vehicle()), found.has_gimbal(rig.vehicle())) == (False, True)
+    frame = rig.station.frame()
+    assert (frame.camera, frame.gimbal) == ((False,), (True,))
+    peer.device(CAMERA, "CAMERA_INFORMATION", **INFORMATION)
+    rig.run(0.2)
+    assert found.has_camera(rig.vehicle()) is True, "it may tell later, or of its first picture"
+    found._rebooted(rig.vehicle())
+    assert found.has_camera(rig.vehicle()) is True, "a camera of its own address has not rebooted"
+
+
+def test_who_is_not_heard_while_it_is_asked_shows_nothing(tmp_path: Path) -> None:
+    rig, peer = carrying(tmp_path)
+    outcomes, done = ended(rig)
+    rig.station.services.payload.ask(rig.vehicle(), done)
+    peer.silent = True
+    rig.run(6.0)
+    assert payload(rig).has_camera(rig.vehicle()) is None and outcomes != [Outcome.CONFIRMED]

@@ -62,6 +62,8 @@ def frame(
         layer_m=nan,
         goal_m=(NOWHERE,) * n,
         goal_radius_m=(0.0,) * n,
+        camera=(None,) * n,
+        gimbal=(None,) * n,
     )
 
 

@@ -22,7 +22,7 @@ from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.messages_alarms import AlarmLevel
 from tui_gcs.core.messages_preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
-from tui_gcs.core.messages_setup import GetTraffic, TrafficRow
+from tui_gcs.core.messages_setup import AskPayloads, GetTraffic, TrafficRow
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.scenario_load import load
 from tui_gcs.core.zones import bounds
@@ -229,6 +229,8 @@ class FakeStation:
             signing="unsigned",
             problem="",
             layer_m=place.layer_m,
+            camera=True,
+            gimbal=True,
         )
         return row._replace(**self.changes.get(row.id, {}))
 
@@ -363,6 +365,7 @@ class FakeStation:
             m.Preview,
             m.CancelPreview,
             GetTraffic,
+            AskPayloads,
             m.GetJournal,
             m.Note,
             s.GetTasks,

@@ -16,6 +16,7 @@ from tui_gcs.core import messages_flight as f
 from tui_gcs.core import messages_services as s
 from tui_gcs.core import messages_setup as setup
 from tui_gcs.core.messages import Freshness, Phase, Request, VehicleRow
+from tui_gcs.core.messages_alarms import id_ranges
 
 
 class Grade(IntEnum):
@@ -96,6 +97,8 @@ class Order:
     """All that is known of its success is that the vehicle does it now; armed, it is not there yet."""
     is_stop: bool = False
     """Sent whatever changed meanwhile: a stop is never too late."""
+    doubt: Callable[[VehicleRow], str] = lambda row: ""
+    """Why it would lead to nothing for all that is known, or "". It can be asked all the same, by who means it."""
 
     def grade(self, count: int) -> Grade:
         """What it takes for so many vehicles."""
@@ -114,14 +117,15 @@ def _flies(row: VehicleRow) -> str:
     return "" if in_the_air(row) or row.armed else "is on the ground"
 
 
-def _heard(row: VehicleRow) -> str:
+def beyond_reach(row: VehicleRow) -> str:
+    """Why nothing can be asked of it now, or ""."""
     if row.freshness is Freshness.LOST:
         return "LOST"
     return row.problem
 
 
 def _steered(row: VehicleRow) -> str:
-    if why := _heard(row):
+    if why := beyond_reach(row):
         return why
     if not row.team:
         return "is in no team: no course is flown with it"
@@ -129,15 +133,19 @@ def _steered(row: VehicleRow) -> str:
 
 
 def _on_the_ground(row: VehicleRow) -> str:
-    return _heard(row) or ("is in the air" if in_the_air(row) else "already armed" if row.armed else "")
+    return beyond_reach(row) or ("is in the air" if in_the_air(row) else "already armed" if row.armed else "")
 
 
 def _armed_on_the_ground(row: VehicleRow) -> str:
-    return _heard(row) or ("is not armed" if not row.armed else "is in the air: land it" if in_the_air(row) else "")
+    return beyond_reach(row) or (
+        "is not armed" if not row.armed else "is in the air: land it" if in_the_air(row) else ""
+    )
 
 
 def _held(row: VehicleRow) -> str:
-    return _heard(row) or ("" if row.phase in (Phase.HOLDING, Phase.BY_HAND) else "neither holds nor is flown by hand")
+    if (why := beyond_reach(row)) or row.phase in (Phase.HOLDING, Phase.BY_HAND):
+        return why
+    return "its planner has it" if row.phase is Phase.FLYING else "neither holds nor is flown by hand"
 
 
 def _is_armed(row: VehicleRow) -> str:
@@ -145,7 +153,7 @@ def _is_armed(row: VehicleRow) -> str:
 
 
 def _in_flight(row: VehicleRow) -> str:
-    return _heard(row) or ("" if in_the_air(row) else "is on the ground: take off first")
+    return beyond_reach(row) or ("" if in_the_air(row) else "is on the ground: take off first")
 
 
 def _on_its_way(row: VehicleRow) -> str:
@@ -156,6 +164,19 @@ def _on_its_way(row: VehicleRow) -> str:
         return "set by its planner"
     goes = row.phase is Phase.BY_HAND and math.isfinite(row.goal_m[0]) and not row.goal_radius_m
     return "" if goes and not row.slot else "is not on its way to a place"
+
+
+def _camera(row: VehicleRow) -> str:
+    return _shown("camera", row.camera)
+
+
+def _gimbal(row: VehicleRow) -> str:
+    return _shown("gimbal", row.gimbal)
+
+
+def _shown(what: str, shows: bool | None) -> str:
+    """Doubt only: some that have one tell of none, see `PayloadService.has_camera`."""
+    return "" if shows else f"shows no {what}" if shows is False else f"no {what} known"
 
 
 # ---------------------------------------------------------------- what is sent
@@ -331,7 +352,7 @@ ORDERS = (
         "m",
         "mode",
         "change to a mode of their own",
-        _heard,
+        beyond_reach,
         _mode,
         STARTS,
         fields=(Field("mode", "mode", help="its name, e.g. RTL, LAND, GUIDED, AUTO"),),
@@ -364,7 +385,7 @@ ORDERS = (
         "x",
         "gimbal",
         "point it",
-        _heard,
+        beyond_reach,
         lambda aim: setup.PointGimbal(
             aim.vehicles, aim.needed("pitch", least=-180, most=180), aim.needed("yaw", least=-180, most=180)
         ),
@@ -373,33 +394,37 @@ ORDERS = (
             Field("pitch", "pitch", "°", "-45", "up is positive"),
             Field("yaw", "yaw", "°", "0", "right of the nose"),
         ),
+        doubt=_gimbal,
     ),
     Order(
         "photo",
         "f",
         "photo",
         "take one picture",
-        _heard,
+        beyond_reach,
         lambda aim: setup.UseCamera(aim.vehicles, "photo"),
         (Grade.ENTER, Grade.YES),
+        doubt=_camera,
     ),
     Order(
         "video",
         "y",
         "video",
         "start recording",
-        _heard,
+        beyond_reach,
         lambda aim: setup.UseCamera(aim.vehicles, "start"),
         (Grade.ENTER, Grade.YES),
+        doubt=_camera,
     ),
     Order(
         "video_stop",
         "z",
         "video off",
         "stop recording",
-        _heard,
+        beyond_reach,
         lambda aim: setup.UseCamera(aim.vehicles, "stop"),
         (Grade.ENTER, Grade.YES),
+        doubt=_camera,
     ),
     Order(
         "reboot",
@@ -427,17 +452,35 @@ BY_ID = {order.id: order for order in ORDERS}
 
 
 def split(
-    order: Order, vehicles: tuple[int, ...], rows: dict[int, VehicleRow]
+    order: Order, vehicles: tuple[int, ...], rows: dict[int, VehicleRow], *, doubtful: bool = False
 ) -> tuple[tuple[int, ...], dict[int, str]]:
-    """(those it makes sense for now, the others and why not)."""
-    left_out = {v: why for v in vehicles if (why := order.why_not(rows[v]) if v in rows else "never heard")}
+    """(those it makes sense for now, the others and why not); `doubtful`: also those of which that is only doubted."""
+    left_out = {v: why for v in vehicles if (why := _why_not(order, rows.get(v), doubtful=doubtful))}
     return tuple(v for v in vehicles if v not in left_out), left_out
 
 
-def why_not_order(order: Order, vehicles: tuple[int, ...], rows: dict[int, VehicleRow]) -> str:
-    """Why an order makes no sense for any of them, or ""."""
-    concerned, left_out = split(order, vehicles, rows)
+def _why_not(order: Order, row: VehicleRow | None, *, doubtful: bool) -> str:
+    if row is None:
+        return "never heard"
+    return order.why_not(row) or ("" if doubtful else order.doubt(row))
+
+
+def why_not_order(
+    order: Order, vehicles: tuple[int, ...], rows: dict[int, VehicleRow], *, doubtful: bool = False
+) -> str:
+    """Why an order makes no sense for any of them, or ""; where that is not the same for all, who is meant by what."""
+    concerned, left_out = split(order, vehicles, rows, doubtful=doubtful)
     if concerned:
         return "one vehicle at a time" if order.grade(1) is Grade.KILL and len(vehicles) > 1 else ""
+    if not left_out:
+        return "no vehicle is selected"
     reasons = set(left_out.values())
-    return next(iter(reasons)) if len(reasons) == 1 else "for none of them" if reasons else "no vehicle is selected"
+    return next(iter(reasons)) if len(reasons) == 1 else left_out_words(left_out)
+
+
+def left_out_words(left_out: dict[int, str]) -> str:
+    """Every reason with the vehicles it is of: `1-3 is on the ground; 5 LOST`."""
+    return "; ".join(
+        f"{id_ranges(v for v, reason in left_out.items() if reason == why)} {why}"
+        for why in dict.fromkeys(left_out.values())
+    )

@@ -72,6 +72,8 @@ class VehicleRow(NamedTuple):
     layer_m: float = float("nan")
     goal_m: Vec3 = NOWHERE
     goal_radius_m: float = 0.0
+    camera: bool | None = None
+    gimbal: bool | None = None
 
 
 class FleetFrame(Message, frozen=True):
@@ -124,6 +126,10 @@ class FleetFrame(Message, frozen=True):
     """The place that it is being flown to, or round; NaN where its course has none."""
     goal_radius_m: tuple[float, ...] = ()
     """Of the circle about `goal_m` that it flies; 0: it goes there."""
+    camera: tuple[bool | None, ...] = ()
+    """Whether a camera showed; False: it was asked and showed none (which is no proof), None: nobody knows."""
+    gimbal: tuple[bool | None, ...] = ()
+    """As `camera`."""
     tracks: tuple[Track, ...] = ()
     """What the vehicles' sensors have found, ordered by id."""
     wind_m_s: tuple[float, float] | None = None

@@ -8,13 +8,20 @@ from tui_gcs.core.firmware.registry import name_of
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import FlightBook
 from tui_gcs.core.messages import NOWHERE, FleetFrame, Kind, Phase
+from tui_gcs.core.services.payload import PayloadService
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.mavlink import type_name
 
 
 def fleet_frame(
-    seq: int, kind: Kind, fleet: Fleet, book: FlightBook, steering: Steering | None, clock: Clock
+    seq: int,
+    kind: Kind,
+    fleet: Fleet,
+    book: FlightBook,
+    steering: Steering | None,
+    clock: Clock,
+    payload: PayloadService | None = None,
 ) -> FleetFrame:
     """The vehicles heard so far, in order of id. Tuples are made from lists, which is a third faster."""
     now = clock.now()
@@ -60,6 +67,8 @@ def fleet_frame(
         layer_m=tuple([f.layer_m if f else math.nan for f in flights]),
         goal_m=tuple([f.goal[0] if f else NOWHERE for f in flights]),
         goal_radius_m=tuple([f.goal[1] if f else 0.0 for f in flights]),
+        camera=tuple([payload.has_camera(v) if payload else None for v in vehicles]),
+        gimbal=tuple([payload.has_gimbal(v) if payload else None for v in vehicles]),
     )
 
 

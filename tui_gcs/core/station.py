@@ -318,7 +318,9 @@ class Station:
 
     def frame(self) -> FleetFrame:
         """All vehicles as they are now."""
-        frame = fleet_frame(self._frame_seq, self.config.kind, self.fleet, self.book, self.steering, self.clock)
+        frame = fleet_frame(
+            self._frame_seq, self.config.kind, self.fleet, self.book, self.steering, self.clock, self.services.payload
+        )
         return msgspec.structs.replace(
             frame, tracks=self.tracks.tracks(self.clock.now()), wind_m_s=self.wind.estimate()
         )

@@ -7,7 +7,7 @@ from textwrap import wrap
 
 from textual import events
 
-from tui_gcs.actions.orders import ORDERS, Aim, Field, Grade, Order, OrderError, split, why_not_order
+from tui_gcs.actions.orders import ORDERS, Aim, Field, Grade, Order, OrderError, left_out_words, split, why_not_order
 from tui_gcs.actions.outlook import Outlook, outlook
 from tui_gcs.actions.places import Surroundings
 from tui_gcs.core.clock import Clock, MonotonicClock
@@ -40,15 +40,19 @@ OUTLOOK_S = 1.0
 MOST_ROWS = 8
 MOST_OPEN = 2
 """Checks that would refuse a start; all of them are on the list of `P`."""
-LINES_BESIDE = 3
-"""Of the menu: a gap, what is told, keys."""
+LINES_BESIDE, MOST_TOLD = 3, 3
+"""Of the menu: a gap, what is told, keys; and of what is told at most."""
 MOST_TYPED = 60
 HINT = "   a letter chooses; arrows tell more; grey: not now"
 STUCK = "   an arrow, then choose again; what follows is not taken"
 
 
 class OrderMenu(TextDialog[str | None]):
-    """One letter chooses an order; those that make no sense now are grey, and say why. Gives the order's id."""
+    """One letter chooses an order; those that make no sense now are grey, and say why. Gives the order's id.
+
+    What is merely doubted (a camera that does not show) is grey, too, and a letter refuses it; who means it marks it by
+    arrows and presses Enter.
+    """
 
     def __init__(self, feed: Feed, glyphs: GlyphSet) -> None:
         """For the vehicles that are selected."""
@@ -60,6 +64,11 @@ class OrderMenu(TextDialog[str | None]):
         self._at: int | None = None
         """The marked order."""
         self.title_text = f"vehicle{'s' * (len(feed.selection.ids) > 1)} {ids(feed.selection.ids)}: what to do?"
+
+    def on_mount(self) -> None:
+        """Follow what becomes known meanwhile."""
+        super().on_mount()
+        self.set_interval(CHECK_S, self.redraw)
 
     def on_key(self, event: events.Key) -> None:
         """A letter chooses; arrows mark one, which is told whole, and Enter takes it.
@@ -76,13 +85,14 @@ class OrderMenu(TextDialog[str | None]):
             return
         if self._stuck:
             return
-        if event.key == "enter" and self._at is not None:
+        marked = event.key == "enter" and self._at is not None
+        if marked and self._at is not None:
             order: Order | None = ORDERS[self._at]
         else:
             order = next((order for order in ORDERS if order.key == event.character), None)
         if order is None:
             self._problem = "no order has that letter"
-        elif why := self._why_not(order):
+        elif why := self._why_not(order, doubtful=marked):
             self._problem = f"{order.name}: {why}"
         else:
             self.finish(order.id)
@@ -99,8 +109,16 @@ class OrderMenu(TextDialog[str | None]):
         """How many lines of orders: one column of them where the terminal is high enough, else two."""
         return len(ORDERS) if len(ORDERS) <= self.room - LINES_BESIDE else (len(ORDERS) + 1) // 2
 
-    def _why_not(self, order: Order) -> str:
-        return why_not_order(order, self._feed.selection.ids, rows_of(self._feed))
+    def _why_not(self, order: Order, *, doubtful: bool = False) -> str:
+        return why_not_order(order, self._feed.selection.ids, rows_of(self._feed), doubtful=doubtful)
+
+    def _told(self, order: Order) -> str:
+        """All of the marked one; Enter asks about it also where that is only doubted."""
+        why = self._why_not(order)
+        anyway = (
+            f"; Enter asks for it all the same: {order.does}" if why and not self._why_not(order, doubtful=True) else ""
+        )
+        return f"{order.name}: {why or order.does}{anyway}"
 
     def body(self) -> list[Line]:
         """The orders; all of the marked one, or why the last letter was not taken."""
@@ -112,12 +130,11 @@ class OrderMenu(TextDialog[str | None]):
         ]
         told, ink = self._problem, Ink.CAUTION
         if not told and self._at is not None:
-            order = ORDERS[self._at]
-            told, ink = f"{order.name}: {self._why_not(order) or order.does}", Ink.TEXT
+            told, ink = self._told(ORDERS[self._at]), Ink.TEXT
         return [
             *lines,
             [],
-            [(told, ink)],
+            *([(line, ink)] for line in wrap(told, MOST_CELLS)[:MOST_TOLD] or [""]),
             [(" Esc = nothing ", Ink.SELECTED), (STUCK, Ink.BOLD) if self._stuck else (HINT, Ink.MUTED)],
         ]
 
@@ -156,14 +173,16 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         around: Callable[[], Surroundings],
         glyphs: GlyphSet,
         clock: Clock | None = None,
+        *,
+        doubtful: bool = False,
     ) -> None:
-        """Ask about `order` for the vehicles that are selected."""
+        """Ask about `order` for the vehicles that are selected; `doubtful`: see `split`."""
         super().__init__(glyphs)
         self.order = order
         self._feed = feed
         self._around = around
         self._clock = clock or MonotonicClock()
-        self.vehicles, self._left_out = split(order, feed.selection.ids, rows_of(feed))
+        self.vehicles, self._left_out = split(order, feed.selection.ids, rows_of(feed), doubtful=doubtful)
         self._values = {field.name: field.initial for field in order.fields}
         self._untouched = set(self._values)
         """Fields that hold what was proposed: the first letter replaces it."""
@@ -339,6 +358,9 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         lines += [_row_line(v, rows.get(v)) for v in self.vehicles[:MOST_ROWS]]
         if count > MOST_ROWS:
             lines.append([(f"  and {count - MOST_ROWS} more: {ids(self.vehicles[MOST_ROWS:])}", Ink.TEXT)])
+        doubts = {v: why for v in self.vehicles if v in rows and (why := self.order.doubt(rows[v]))}
+        if doubts:
+            lines.append([(f"! {left_out_words(doubts)}: perhaps nothing happens"[:MOST_CELLS], Ink.CAUTION)])
         for why in dict.fromkeys(self._left_out.values()):
             out = [v for v, reason in self._left_out.items() if reason == why]
             lines.append([(f"  left out: {ids(out)}  {why}"[:MOST_CELLS], Ink.CAUTION)])

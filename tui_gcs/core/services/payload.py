@@ -73,6 +73,8 @@ class _Kit:
     shots: int = 0
     controls: bool = False
     """We asked for control of its gimbal."""
+    asked: bool = False
+    """Its autopilot was asked what it carries, and had its time to tell."""
 
 
 class PayloadService:
@@ -112,6 +114,22 @@ class PayloadService:
         kit = self._kits.get(vehicle.id)
         return tuple(kit.gimbals.values()) if kit is not None else ()
 
+    def has_camera(self, vehicle: Vehicle) -> bool | None:
+        """Whether one showed; False: not when asked, None: nobody asked.
+
+        False is no proof: PX4 takes pictures by a trigger pin and tells of none before the first (measured), other
+        autopilots answer no such question, and frames get lost. So an order for one is discouraged, never forbidden.
+        """
+        return self._shows(vehicle, bool(self.cameras(vehicle)))
+
+    def has_gimbal(self, vehicle: Vehicle) -> bool | None:
+        """As `has_camera`."""
+        return self._shows(vehicle, bool(self.gimbals(vehicle)))
+
+    def _shows(self, vehicle: Vehicle, shown: bool) -> bool | None:
+        kit = self._kits.get(vehicle.id)
+        return True if shown else False if kit is not None and kit.asked else None
+
     def ask(self, vehicle: Vehicle, on_done: Done | None = None) -> None:
         """Have its autopilot tell of a gimbal and a camera it manages itself, which it does not unasked."""
         now = self._context.clock.now()
@@ -120,13 +138,19 @@ class PayloadService:
             for message in CARRIED:
                 self._request(vehicle, message)
 
+        def done(_: Action, outcome: Outcome, why: str) -> None:
+            kit = self._kit(vehicle)
+            kit.asked = kit.asked or outcome is Outcome.CONFIRMED
+            if on_done is not None:
+                on_done(outcome, why)
+
         action = Action(
             vehicle.id,
             "what it carries",
             Retry.SET,
             send=send,
-            confirmed=lambda _: self._context.clock.now() >= now + ASKED_S,
-            on_done=_plainly(on_done),
+            confirmed=lambda _: self._context.clock.now() >= now + ASKED_S and vehicle.heard_s > now,
+            on_done=done,
             housekeeping=True,
         )
         self._context.commands.submit(action)
@@ -367,7 +391,7 @@ class PayloadService:
     def _rebooted(self, vehicle: Vehicle) -> None:
         """What its autopilot carries itself is set up by parameters that count from a boot on."""
         kit = self._kit(vehicle)
-        kit.controls = False
+        kit.controls = kit.asked = False
         kit.cameras.pop(vehicle.component, None)
         kit.gimbals.pop(vehicle.component, None)
 
