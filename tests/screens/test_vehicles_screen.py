@@ -130,3 +130,14 @@ async def test_nothing_is_known_of_a_silent_station() -> None:
 async def test_ascii_grid_has_only_ascii() -> None:
     async with console(NARROW, fleet_of(40), glyphs=ASCII) as c:  # type: ignore[arg-type]
         assert "\n".join(await opened(c)).isascii()
+
+
+@pytest.mark.parametrize(("count", "shown"), [(8, True), (120, True), (240, True), (250, False)])
+async def test_firmware_and_hardware_of_who_is_looked_at_are_told_below_the_cells(count: int, shown: bool) -> None:
+    """They are the first to go where all vehicles would not be in view."""
+    async with console(NARROW, fleet_of(count)) as c:  # type: ignore[arg-type]
+        lines = await opened(c, "3", "enter", *["tab"] * (count == 8))
+        assert any(line.startswith("loss 0.0 %") and "fw 4.7.0-dev" in line for line in lines) is shown
+        cells = c.app.screen.grid.text()
+        assert all(f"{vehicle:>3}" in cells for vehicle in range(1, count + 1))
+        assert c.app.screen.grid.size.height == (16 if count == 250 else 15)

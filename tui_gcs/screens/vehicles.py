@@ -44,8 +44,8 @@ class VehiclesScreen(Screen[None]):
     VehiclesScreen.-table FleetTable { display: block; }
     VehiclesScreen.-table FleetGrid { display: none; }
     VehiclesScreen #beside { width: 50; height: 1fr; }
-    VehiclesScreen #below { display: none; height: 4; }
-    VehiclesScreen.-table #below { height: 5; }
+    VehiclesScreen #below { display: none; height: 5; }
+    VehiclesScreen.-crowded #below { height: 4; }
     VehiclesScreen.-narrow #beside { display: none; }
     VehiclesScreen.-narrow #below { display: block; }
     """
@@ -148,12 +148,18 @@ class VehiclesScreen(Screen[None]):
         if not self._has_chosen:
             self.set_class(len(rows) <= self.size.height - CHROME_LINES, "-table")
         shown = matching(rows, alarms, self._filter)
+        is_grid = not self.has_class("-table")
+        self.set_class(is_grid and not self.grid.has_room(shown, self.size.width, self._grid_lines()), "-crowded")
         view = self.table if self.has_class("-table") else self.grid
         view.show(shown, alarms, selection.ids, selection.lead)
         self.cause_line.show(
             alarms if not self._filter and not self.is_typing else (), self._legend(len(shown), len(rows))
         )
         self.show_detail(rows)
+
+    def _grid_lines(self) -> int:
+        """Lines for cells above a panel that tells firmware and hardware, which are the first to go without room."""
+        return self.size.height - CHROME_LINES
 
     def show_detail(self, rows: list[VehicleRow] | None = None) -> None:
         """The vehicle looked at."""

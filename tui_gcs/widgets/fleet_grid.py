@@ -51,7 +51,7 @@ class FleetGrid(LinesView):
         """See `LinesView.lines`."""
         if not self._rows:
             return [[("no vehicle here", Ink.MUTED)]]
-        digits = max(3, len(str(max(row.id for row in self._rows))))
+        digits = _digits(self._rows)
         extra = _extra_cells(len(self._rows), digits, width, height)
         self._cell = 2 + digits + extra
         self._columns = max(1, width // self._cell)
@@ -59,6 +59,12 @@ class FleetGrid(LinesView):
         self._first = self._first_line(count, height)
         shown = range(self._first, min(count, self._first + height))
         return [[self._run(row, digits, extra) for row in self._line(y)] for y in shown]
+
+    @staticmethod
+    def has_room(rows: Sequence[VehicleRow], width: int, height: int) -> bool:
+        """Whether all of them are seen in so many cells."""
+        columns = max(1, width // (2 + _digits(rows)))
+        return -(-len(rows) // columns) <= height
 
     def _line(self, y: int) -> Sequence[VehicleRow]:
         return self._rows[y * self._columns : (y + 1) * self._columns]
@@ -92,6 +98,10 @@ class FleetGrid(LinesView):
         index = (self._first + offset.y) * self._columns + offset.x // self._cell
         if index < len(self._rows):
             self.post_message(self.Picked(self._rows[index].id))
+
+
+def _digits(rows: Sequence[VehicleRow]) -> int:
+    return max(3, *(len(str(row.id)) for row in rows), 0)
 
 
 def _extra_cells(count: int, digits: int, width: int, height: int) -> int:
