@@ -31,6 +31,7 @@ PLANNER_MACHINERY = {
     "host.py",
     "registry.py",
     "worker.py",
+    "beside.py",
     "planner_file.py",
     "changes.py",
     "kept.py",

@@ -1,10 +1,11 @@
-"""Lock-step runs: simulator, station core and planners in one process on one virtual clock.
+"""Lock-step runs: simulator, station core and planners on one virtual clock, in one process; planners may be beside it.
 
 The one module that knows both `tui_gcs` and `sitl`; between them only MAVLink bytes pass. The same seed gives the
 same run, byte for byte.
 """
 
 from collections.abc import Callable, Mapping
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,7 @@ from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.script import Script
 from tui_gcs.core.station import Station, StationConfig
 from tui_gcs.happenings import Happening, Happenings
+from tui_gcs.planner.beside import PlannerProcessError, PlannersBeside
 from tui_gcs.planner.host import PlannerHost, attach
 from tui_gcs.planner.registry import PlannerFile, infos
 
@@ -129,6 +131,8 @@ class LockStep:
     """Planners in files of their own, by name."""
     hosts: Callable[[str], PlannerHost] | None = field(default=None, kw_only=True)
     """Gives a team's host of its planner; None: an ordinary one."""
+    beside: bool = field(default=False, kw_only=True)
+    """Ordinary hosts in processes of their own, on other cores: the same flight, and sooner at its end."""
 
     def __post_init__(self) -> None:
         """Build everything; nothing has happened yet."""
@@ -142,8 +146,10 @@ class LockStep:
             weather=self.weather,
             world=self.world,
         )
-        for team in self.scenario.teams:
-            attach(self.hosts(team.name) if self.hosts else PlannerHost(team.name, self.files), self.bus)
+        teams = [team.name for team in self.scenario.teams]
+        self._beside = PlannersBeside(teams, self.files, self.bus) if self.beside else None
+        for team in teams if self._beside is None else ():
+            attach(self.hosts(team) if self.hosts else PlannerHost(team, self.files), self.bus)
         self.recorder = TlogWriter(self.log_dir / "run.tlog")
         self.journal = Journal(self.log_dir / "run.jsonl")
         declared = infos({team.planner for team in self.scenario.teams}, self.files) if self.hosts is None else {}
@@ -195,7 +201,9 @@ class LockStep:
         return datagrams if self.bad_links is None else self.bad_links.up(self.clock.now(), datagrams)
 
     def close(self) -> None:
-        """Close the logs."""
+        """Close the logs, end what runs beside."""
+        if self._beside is not None:
+            self._beside.close()
         self.recorder.close()
         self.journal.close()
 
@@ -256,20 +264,35 @@ def rehearse(
         weather=weather,
         world=world,
         files=files or {},
+        beside=True,
     )
-    script = Script(scenario, flight.bus, principal="rehearsal", whole_duration=False)
+    with closing(flight):
+        return _flown(flight, on_progress, happenings or [], watch)
+
+
+def _flown(
+    flight: LockStep,
+    on_progress: Callable[[float, str], None],
+    happenings: list[Happening],
+    watch: Callable[[Bus, Referee], None],
+) -> tuple[Result, str]:
+    script = Script(flight.scenario, flight.bus, principal="rehearsal", whole_duration=False)
     watch(flight.bus, script.referee)
     intruders = IntruderWatch(flight)
-    planned = Happenings(happenings or [], flight, script)
-    while not script.done:
-        flight.step()
-        if flight.station_runs:
-            script.tick()
-        planned.tick()
-        intruders.tick()
-        on_progress(script.progress, script.headline)
-    flight.close()
-    return msgspec.structs.replace(script.referee.result(), intruders=intruders.incursions.results()), script.problem
+    planned = Happenings(happenings, flight, script)
+    problem = ""
+    try:
+        while not script.done:
+            flight.step()
+            if flight.station_runs:
+                script.tick()
+            planned.tick()
+            intruders.tick()
+            on_progress(script.progress, script.headline)
+    except PlannerProcessError as error:
+        problem = str(error)
+    result = msgspec.structs.replace(script.referee.result(), intruders=intruders.incursions.results())
+    return result, problem or script.problem
 
 
 def _first_rounds(scenario: Scenario, rounds: int) -> Scenario:

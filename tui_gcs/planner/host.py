@@ -201,9 +201,14 @@ class PlannerHost:
 
     # ---------------------------------------------------------------- steps
 
+    @property
+    def due_s(self) -> float:
+        """The time from which on a frame should be stepped on; infinite without a task."""
+        return self._next_s - EARLY_S if self._job is not None else math.inf
+
     def due(self, t_s: float) -> bool:
         """Whether a frame of time `t_s` should be stepped on. False without a task."""
-        return self._job is not None and t_s >= self._next_s - EARLY_S
+        return t_s >= self.due_s
 
     def answer(self, frame: FleetFrame) -> bytes:
         """As `step`, as bytes for the bus; what cannot travel is an error of the planner, too."""

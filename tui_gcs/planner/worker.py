@@ -179,7 +179,7 @@ def limit_memory() -> None:
         resource.setrlimit(resource.RLIMIT_DATA, (half, half))
 
 
-def _ends_with(parent: int) -> None:
+def ends_with(parent: int) -> None:
     """On a thread: a worker whose planner hangs does not see that the station is gone. What it started goes with it."""
     while os.getppid() == parent:
         time.sleep(PARENT_CHECK_S)
@@ -213,7 +213,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 2
     files = {name: PlannerFile(name, Path(path), sha256) for name, sha256, path in arguments.file}
     limit_memory()
-    threading.Thread(target=_ends_with, args=(arguments.parent,), daemon=True).start()
+    threading.Thread(target=ends_with, args=(arguments.parent,), daemon=True).start()
     worker = Worker(bus, arguments.team, files, watches=arguments.watch)
     gc.freeze()  # what start-up left is never garbage: looking through it would hold steps up
     signal.signal(signal.SIGTERM, lambda *_: worker.stop())

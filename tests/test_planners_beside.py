@@ -1,0 +1,85 @@
+"""Planners in processes of their own beside a lock-step run: the same flight, and what it says when one dies."""
+
+import os
+from hashlib import sha256
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from tui_gcs.core.bus import PLAN, REQUEST
+from tui_gcs.core.messages import Plan, Start, decode, encode
+from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario_load import load
+from tui_gcs.planner.registry import PlannerFile
+from tui_gcs.rehearsal import LockStep, rehearse
+
+SHIPPED = Path(__file__).parents[1] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
+DIES = """
+import os
+from tui_gcs.planner.api import Output, Planner
+
+class Dies(Planner):
+    name = "dies"
+    def step(self, ctx):
+        if ctx.t_s > 2.0:
+            os._exit(3)
+        return Output()
+"""
+
+
+def two_teams(planner: str = "patrol") -> Scenario:
+    """Of two and of one."""
+    whole = load(SHIPPED)
+    teams = tuple(
+        msgspec.structs.replace(team, vehicles=vehicles, planner=planner, parameters={})
+        for team, vehicles in zip(whole.teams, ((1, 2), (3,)), strict=True)
+    )
+    return msgspec.structs.replace(whole, teams=teams, places=whole.places[:3])
+
+
+def flown(folder: Path, *, beside: bool) -> tuple[list[tuple[str, Plan]], bytes]:
+    """What the planners said in half a minute with a take-off, and the recording."""
+    folder.mkdir()
+    flight, plans = LockStep(two_teams(), "", folder, beside=beside), list[tuple[str, Plan]]()
+    flight.bus.subscribe(PLAN.format(team="*"), lambda key, data: plans.append((key, decode(data, Plan))))
+    for tick in range(600):
+        flight.step()
+        if tick == 200:
+            flight.bus.ask(REQUEST.format(principal="test"), encode(Start(vehicles=(1, 2, 3))))
+    flight.close()
+    return [(key, msgspec.structs.replace(plan, step_ms=0.0)) for key, plan in plans], (
+        folder / "run.tlog"
+    ).read_bytes()
+
+
+def test_planners_beside_give_the_same_plans_in_the_same_order_and_the_same_flight(tmp_path: Path) -> None:
+    plans, recording = flown(tmp_path / "in", beside=False)
+    assert len(plans) >= 2 * 5 * 29 and plans[-1][1].metrics["searched"] == 1.0, "both searched while they flew"
+    assert len({plan.metrics["predicted_worst_s"] for _, plan in plans}) > 2, "and found something"
+    beside_plans, beside_recording = flown(tmp_path / "beside", beside=True)
+    for (key, plan), (beside_key, beside_plan) in zip(plans, beside_plans, strict=True):
+        assert (key, encode(plan)) == (beside_key, encode(beside_plan)), "as bytes: NaN is NaN there"
+    assert beside_recording == recording
+
+
+def test_a_planner_that_takes_its_process_with_it_ends_the_run_in_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "dies.py"
+    path.write_text(DIES)
+    file = PlannerFile("dies", path, sha256(DIES.encode()).hexdigest())
+    result, problem = rehearse(two_teams("dies"), "", tmp_path, lambda share, text: None, files={"dies": file})
+    assert problem == "team 'defend': the planner's process ended in mid-flight (exit code 3)"
+    assert not result.ok
+
+
+def test_nothing_is_left_of_them_when_the_run_ends(tmp_path: Path) -> None:
+    flight = LockStep(two_teams(), "", tmp_path, beside=True)
+    assert flight._beside is not None
+    pids = [host._process.pid for host in flight._beside._hosts]
+    flight.step()
+    for pid in pids:
+        os.kill(pid, 0)  # it is there
+    flight.close()
+    for pid in pids:
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, 0)
