@@ -21,6 +21,7 @@ _ALT_MAX, _CIRCLE, _POLYGON, _ALT_MIN = 1, 2, 4, 8
 """FENCE_TYPE."""
 _NAMES = {_ALT_MAX: "Max Alt", _CIRCLE: "Circle", _POLYGON: "Polygon", _ALT_MIN: "Min Alt"}
 _LEVELS = ("low", "critical")
+_BATTERY_LEVELS = ((2, "BATT_CRT_VOLT", "BATT_CRT_MAH"), (1, "BATT_LOW_VOLT", "BATT_LOW_MAH"))
 
 
 def watch(ap: "ArduCopter") -> None:
@@ -87,8 +88,8 @@ def _left_mah(ap: "ArduCopter") -> float:
 def _battery_level(ap: "ArduCopter") -> int:
     """0 good, 1 low, 2 critical: what the voltage or the charge says now."""
     volts, left = ap.voltage_v, _left_mah(ap)
-    for level, name in ((2, "CRT"), (1, "LOW")):
-        if volts < ap.params[f"BATT_{name}_VOLT"] or left < ap.params[f"BATT_{name}_MAH"]:
+    for level, least_volt, least_mah in _BATTERY_LEVELS:
+        if volts < ap.params[least_volt] or left < ap.params[least_mah]:
             return level
     return 0
 

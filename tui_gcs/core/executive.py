@@ -367,8 +367,9 @@ class Executive:
 
         Stops are still repeated. What it does without set-points was shown before the start.
         """
-        blind = vehicle.freshness(now) is Freshness.STALE and now - vehicle.heard_s < HEARD_S
-        if blind or vehicle.freshness(now) is Freshness.LOST:
+        freshness = vehicle.freshness(now)
+        blind = freshness is Freshness.STALE and now - vehicle.heard_s < HEARD_S
+        if blind or freshness is Freshness.LOST:
             by_hand = flight.phase is Phase.BY_HAND or math.isfinite(flight.by_hand_m)
             before = Phase.BY_HAND if by_hand else Phase.FLYING if flight.step == "ready" else flight.phase
             if blind:

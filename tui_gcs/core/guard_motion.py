@@ -239,40 +239,42 @@ def _speed_of(course: Course, limits: Limits) -> float:
 
 
 def _chase(here: Samples, velocity: Samples, asked: Samples, most: Samples, limits: Limits) -> tuple[Samples, Samples]:
-    """(n, k, 3) places and velocities of points that chase what is asked, (n, k, 6), no faster than `most` (n,)."""
-    accel = limits.accel_m_s2
-    places, speeds = np.empty_like(asked[:, :, :3]), np.empty_like(asked[:, :, 3:])
-    places[:, 0], speeds[:, 0] = here, velocity
-    for i in range(1, places.shape[1]):
-        before, v = places[:, i - 1], speeds[:, i - 1]
-        gap, feed = asked[:, i - 1, :3] - before, asked[:, i, 3:]
-        ask = feed + _pull(gap, accel)
-        ask[:, :2] *= _at_most(ask, most)
-        ask[:, 2] = np.minimum(np.maximum(ask[:, 2], -DESCENT_M_S), CLIMB_M_S)
+    """(n, k, 3) places and velocities of points that chase what is asked, (n, k, 6), no faster than `most` (n,).
+
+    Computed with the vehicles side by side in memory, which takes two thirds of the time, of 250 half of it.
+    """
+    accel, rise = limits.accel_m_s2, ACCEL_Z_M_S2 * STEP_S
+    asked = np.ascontiguousarray(asked.transpose(1, 2, 0))
+    places, speeds = np.empty_like(asked[:, :3]), np.empty_like(asked[:, 3:])
+    places[0], speeds[0] = here.T, velocity.T
+    for i in range(1, len(asked)):
+        before, v = places[i - 1], speeds[i - 1]
+        ask = asked[i, 3:] + _pull(asked[i - 1, :3] - before, accel)
+        ask[:2] *= _at_most(ask, most)
+        ask[2] = np.minimum(np.maximum(ask[2], -DESCENT_M_S), CLIMB_M_S)
         change = ask - v
-        change[:, :2] *= _at_most(change, accel * STEP_S)
-        change[:, 2] = np.minimum(np.maximum(change[:, 2], -ACCEL_Z_M_S2 * STEP_S), ACCEL_Z_M_S2 * STEP_S)
-        speeds[:, i] = v + change
-        places[:, i] = before + (v + speeds[:, i]) * (STEP_S / 2)
-    return places, speeds
+        change[:2] *= _at_most(change, accel * STEP_S)
+        change[2] = np.minimum(np.maximum(change[2], -rise), rise)
+        speeds[i] = v + change
+        places[i] = before + (v + speeds[i]) * (STEP_S / 2)
+    return places.transpose(2, 0, 1), speeds.transpose(2, 0, 1)
 
 
 def _pull(gap: Samples, accel_m_s2: float) -> Samples:
-    """(n, 3) velocity by which an error of position (n, 3) is worked off: so fast that it can still brake there."""
+    """(3, n) velocity by which an error of position (3, n) is worked off: so fast that it can still brake there."""
     pull = np.empty_like(gap)
-    level = np.hypot(gap[:, 0], gap[:, 1])
+    level = np.hypot(gap[0], gap[1])
     speed = np.minimum(POSITION_GAIN_HZ * level, np.sqrt(2 * BRAKE_SHARE * accel_m_s2 * level))
-    pull[:, :2] = gap[:, :2] * (speed / np.maximum(level, 1e-9))[:, None]
-    upright = np.abs(gap[:, 2])
+    pull[:2] = gap[:2] * (speed / np.maximum(level, 1e-9))
+    upright = np.abs(gap[2])
     rise = np.minimum(POSITION_GAIN_HZ * upright, np.sqrt(2 * BRAKE_SHARE * ACCEL_Z_M_S2 * upright))
-    pull[:, 2] = np.copysign(rise, gap[:, 2])
+    pull[2] = np.copysign(rise, gap[2])
     return pull
 
 
 def _at_most(vectors: Samples, most: Samples | float) -> Samples:
-    """(n, 1) what makes the level part of vectors (n, 3) no longer than `most`."""
-    length = np.hypot(vectors[:, 0], vectors[:, 1])
-    share: Samples = np.minimum(1.0, most / np.maximum(length, 1e-9))[:, None]
+    """(n,) what makes the level part of vectors (3, n) no longer than `most`."""
+    share: Samples = np.minimum(1.0, most / np.maximum(np.hypot(vectors[0], vectors[1]), 1e-9))
     return share
 
 
@@ -317,9 +319,9 @@ def _surge(velocity: Samples, limits: Limits) -> Samples:
 def _braked(speed: Samples, accel_m_s2: float, delay_s: float, times_s: Samples) -> Samples:
     """(n, k + 1) way after `times_s`, and at rest, of points that brake from `speed` (n,), in seconds of that speed."""
     to_rest_s = speed / accel_m_s2
-    rest_s = np.broadcast_to(delay_s + to_rest_s[:, None], (len(speed), 1))
-    t = np.concatenate([np.broadcast_to(times_s, (len(speed), len(times_s))), rest_s], axis=1)
-    braking_s = np.clip(t - delay_s, 0.0, to_rest_s[:, None])
+    t = np.empty((len(speed), len(times_s) + 1))
+    t[:, :-1], t[:, -1] = times_s, delay_s + to_rest_s
+    braking_s = np.minimum(np.maximum(t - delay_s, 0.0), to_rest_s[:, None])
     way: Samples = np.minimum(t, delay_s) + braking_s - braking_s**2 / (2 * np.maximum(to_rest_s, 1e-9))[:, None]
     return way
 

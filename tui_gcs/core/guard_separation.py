@@ -236,7 +236,8 @@ def _level_m(mine: _Ways, theirs: _Ways) -> Samples:
 def _to_line(point: Plane, begin: Plane, end: Plane) -> Samples:
     """How far points are from the straights between two others."""
     way, off = end - begin, point - begin
-    share = np.clip((off * way.conj()).real / np.maximum((way * way.conj()).real, 1e-12), 0.0, 1.0)
+    along = (off * way.conj()).real / np.maximum((way * way.conj()).real, 1e-12)
+    share = np.minimum(np.maximum(along, 0.0), 1.0)  # `clip` takes three times as long
     away: Samples = np.abs(off - share * way)
     return away
 

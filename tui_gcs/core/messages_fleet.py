@@ -4,6 +4,7 @@ Positions are ENU metres about the scenario origin (z above home); unknown numbe
 """
 
 from enum import StrEnum
+from operator import attrgetter
 from typing import NamedTuple
 
 from tui_gcs.core.kinds import Kind
@@ -137,17 +138,14 @@ class FleetFrame(Message, frozen=True):
 
     def rows(self) -> list[VehicleRow]:
         """The vehicles one by one."""
-        return [
-            VehicleRow(*row)
-            for row in zip(*(getattr(self, _COLUMN.get(f, f)) for f in VehicleRow._fields), strict=True)
-        ]
+        return list(map(VehicleRow._make, zip(*_columns(self), strict=True)))
 
     def row(self, vehicle: int) -> VehicleRow | None:
         """One vehicle, if the frame has it."""
         if vehicle not in self.ids:
             return None
         index = self.ids.index(vehicle)
-        return VehicleRow(*(getattr(self, _COLUMN.get(f, f))[index] for f in VehicleRow._fields))
+        return VehicleRow(*(column[index] for column in _columns(self)))
 
 
-_COLUMN = {"id": "ids"}
+_columns = attrgetter(*("ids" if name == "id" else name for name in VehicleRow._fields))

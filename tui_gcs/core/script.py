@@ -219,7 +219,7 @@ class Script:
         self.referee.begin_round(self._round, now)
 
     def _fly_round(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
-        if any(row.phase in (Phase.FLYING, Phase.HOLDING) for row in frame.rows()):
+        if Phase.FLYING in frame.phase or Phase.HOLDING in frame.phase:
             self._flown_s = now
         elif now - self._flown_s > NOBODY_S:
             self.abort("no vehicle is flying any more")
@@ -243,7 +243,7 @@ class Script:
 
     def _resume_held(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
         """Vehicles that nobody but the station holds (their planner was late or dead) go on when it is back."""
-        if not any(row.team and row.phase is Phase.HOLDING for row in frame.rows()):
+        if not any(team and phase is Phase.HOLDING for team, phase in zip(frame.team, frame.phase, strict=True)):
             self._held_s = math.nan
             return
         if math.isnan(self._held_s):

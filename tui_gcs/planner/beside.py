@@ -157,6 +157,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     threading.Thread(target=ends_with, args=(arguments.parent,), daemon=True).start()
     host = PlannerHost(arguments.team, files)
     gc.freeze()  # what start-up left is never garbage
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the run's business
     serve(host, Connection(arguments.fd))
     return 0
 
