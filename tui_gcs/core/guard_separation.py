@@ -182,6 +182,8 @@ def _first(me: _Futures, pairs: _Pairs, they: tuple[_Ways, ...], theirs: Rows, h
         near = apart < 1.0
         met = near.any(axis=1)
         close, apart, near = close[met], apart[met], near[met]
+        if not len(close):
+            continue
         mine, wide, other = pairs.mine[close], pairs.wide_m[close], their_way.some(theirs[close])
         hardest = _apart(me.short.some(mine), other, wide, high_m)
         leads_apart: NDArray[np.bool_] = np.logical_and.reduce(apart >= hardest - SAME, axis=1)
