@@ -1,6 +1,7 @@
 """`tui-gcs check`: findings of scenarios, plans and other files, and how it ends."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -36,6 +37,27 @@ def test_a_scenario(capsys: pytest.CaptureFixture[str]) -> None:
     Path("b.toml").write_text(SCENARIO.read_text().replace('planner = "patrol"', 'planner = "mine"'))
     assert main(["check", "b.toml"]) == 0
     assert "caution team defend: planner 'mine' is none of the known ones" in capsys.readouterr().out
+
+
+def test_what_planners_would_make_of_it_and_where_teams_meet(capsys: pytest.CaptureFixture[str]) -> None:
+    """Two small zones on each other, one round, two vehicles each."""
+    text = SCENARIO.read_text()
+    head, *rounds = text.split("[[round]]")
+    end = rounds[-1][rounds[-1].index("[[team]]") :]
+    area = rounds[0][rounds[0].index("[round.area]") : rounds[0].index("[[round.zone]]")]
+    zones = f'name = "r"\nduration_s = 60.0\n\n{area}'
+    for name, role, east_m in (("home", "defend", 150.0), ("field", "attack", 160.0)):
+        zones += f'[[round.zone]]\nname = "{name}"\nrole = "{role}"\nshape = "circle"\n'
+        zones += f"centre_m = [{east_m}, 200.0]\nradius_m = 20.0\n\n"
+    Path("a.toml").write_text(f"{head}[[round]]\n{zones}{end}")
+    assert main(["check", "a.toml"]) == 0
+    assert "separation" not in capsys.readouterr().out
+    assert main(["check", "a.toml", "--preview"]) == 0
+    out = capsys.readouterr().out
+    assert re.search(r"note    r: defend: 4 planned: [\d.]+ s worst, [\d.]+ x bound, separation [\d.]+ x\n", out)
+    assert re.search(r"r: defend and attack: separation 1\.\d\d x after \d+ s at \[\d+ \d+\] \([1-4] and [5-8]\) ", out)
+    Path("b.kml").write_text("<kml/>")
+    assert main(["check", "b.kml", "--preview"]) == 2
 
 
 def test_a_zone_that_nobody_serves(capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,12 +3,15 @@
 from collections.abc import Callable
 
 import pytest
+from msgspec.structs import replace
 from rig import Rig
 
+from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as m
 from tui_gcs.core.messages import Phase
 from tui_gcs.core.messages_planning import ParamInfo, PlannerInfo
 from tui_gcs.core.scenario_edit import ScenarioDocument
+from tui_gcs.core.scenario_load import parse
 
 MakeRig = Callable[..., Rig]
 
@@ -146,6 +149,46 @@ def test_a_preview_of_nonsense_or_of_an_old_edit_is_refused(rig: MakeRig) -> Non
     flight = rig(1, planning=False).ready()
     assert not flight.ask(m.Preview(base_revision=flight.station.revision, toml="nonsense")).ok
     assert not flight.ask(m.Preview(base_revision=flight.station.revision + 1, toml=flight.station.toml)).ok
+
+
+def asked_of(flight: Rig) -> list[tuple[str, m.PreviewTask]]:
+    """From now on: (whose worker, question)."""
+    found: list[tuple[str, m.PreviewTask]] = []
+    key = keys.PREVIEW_TASK.format(team="*")
+    flight.station.bus.subscribe(key, lambda at, data: found.append((at.split("/")[2], m.decode(data, m.PreviewTask))))
+    return found
+
+
+def test_a_new_team_is_foretold_by_another_ones_worker(rig: MakeRig) -> None:
+    flight = rig(8, planning=False).ready()
+    document = ScenarioDocument(flight.station.toml)
+    before = flight.station.scenario
+    third = replace(before.teams[1], name="third", vehicles=(7, 8))
+    document.set_team("attack", vehicles=(5, 6))
+    document.add_team(third)
+    asked = asked_of(flight)
+    assert flight.ask(m.Preview(base_revision=flight.station.revision, toml=document.text)).ok
+    by_team = {ask.task.team: (worker, ask.task) for worker, ask in asked if ask.task is not None}
+    worker, task = by_team["third"]
+    assert worker in flight.station.desks and worker != "third"
+    assert task.members == (7, 8) and task.planner == third.planner and task.zone.name == third.zone
+    assert task.layers_m == {7: 69.0, 8: 76.0} and by_team["attack"][1].members == (5, 6)
+    planners, number = flight.station.requests.planners, asked[0][1].number
+    planners.take("third", m.PreviewResult("third", number, "done", vehicles=2))
+    assert flight.ask(m.GetPreviews()).previews["third"].state == "running", "it has no worker of its own"
+    planners.take(worker, m.PreviewResult("third", number, "done", vehicles=2))
+    assert flight.ask(m.GetPreviews()).previews["third"].vehicles == 2
+    asked.clear()
+    assert flight.ask(m.CancelPreview()).ok
+    assert sorted(worker for worker, ask in asked if ask.task is None) == ["attack", "defend"]
+
+
+def test_who_is_not_heard_begins_a_preview_at_its_take_off_place(rig: MakeRig) -> None:
+    flight = rig(2, planning=False).ready()
+    asked = asked_of(flight)
+    assert flight.ask(m.Preview(base_revision=flight.station.revision, toml=flight.station.toml)).ok
+    starts_m = asked[0][1].starts_m
+    assert starts_m == {place.vehicle: place.place_m for place in parse(flight.station.toml).places}
 
 
 def test_a_preview_that_nobody_answers_ends(rig: MakeRig) -> None:

@@ -26,6 +26,20 @@ def test_a_patrol_says_how_often_it_will_see_all_and_is_seen_to_keep_apart() -> 
     assert 1.0 < found.ratio < 3.0 and found.separation >= 1.0
 
 
+def test_where_everybody_was_is_told_until_all_are_on_their_slots() -> None:
+    """From far away: 40 s are not enough to get there."""
+    task = task_for((1, 2), "patrol", shape=Circle((500.0, 200.0), 25.0))
+    nobody = World(task_for((), "patrol"), scattered(0)).frame()
+    found = foresee(task, nobody, {}, {1: (20.0, 30.0), 2: (20.0, 60.0)})
+    assert found.ways is not None and found.ways.is_sound
+    assert found.ways.ids == (1, 2) and found.ways.step_s == 1.0
+    assert [places[0] for places in found.ways.places_m] == [(20.0, 30.0, 27.0), (20.0, 60.0, 34.0)]
+    assert 60 < len(found.ways.places_m[0]) < 100
+    assert all(400.0 < places[-1][0] < 600.0 for places in found.ways.places_m)
+    (tour,) = found.ways.loops_m
+    assert tour[0] == tour[-1]
+
+
 def test_so_many_are_enough_and_one_less_is_not() -> None:
     task = task_for((1,), "patrol", shape=SMALL)
     frame = World(task, scattered(1)).frame()

@@ -5,7 +5,7 @@ from msgspec.structs import replace
 from plan_station import PlanConsole, PlanStation, plan_console
 
 from tui_gcs.core import messages as m
-from tui_gcs.core.messages import Annotation, PreviewResult
+from tui_gcs.core.messages import Annotation, FlownWays, PreviewResult
 from tui_gcs.core.zones import Circle, Rectangle
 
 
@@ -126,6 +126,26 @@ async def test_what_the_planner_makes_of_an_edit_is_told_and_drawn_and_ends_with
         planners.find_out(separation=0.9)
         await sees(c, "not all is seen")
         assert "two would come too near" in c.verdict()
+
+
+async def test_where_two_teams_meet_is_told_under_each_of_them() -> None:
+    """Both over one place after 10 s, on layers 7 m apart; then 3 m."""
+    there: list[Planners] = []
+    async with plan_console(prepare=lambda station: there.append(Planners(station))) as c:
+        (planners,) = there
+        await sees(c, "defend: planning")
+        ways = {
+            "defend": FlownWays((1,), 1.0, (tuple((10.0 * t, 100.0, 30.0) for t in range(20)),)),
+            "attack": FlownWays((5,), 1.0, (tuple((100.0, 10.0 * t, 37.0) for t in range(20)),)),
+        }
+        planners.find_out(worst_s=26.8, ratio=1.28, separation=1.4)
+        planners.previews = {team: replace(found, ways=ways[team]) for team, found in planners.previews.items()}
+        await sees(c, "defend and attack: separation 1.40 x after 10 s at [100 100] (1 and 5)")
+        assert "0.0 m beside and 7.0 m above each other" in c.verdict()
+        await c.press("down")
+        assert "defend and attack: separation 1.40 x" in c.verdict()
+        await c.type_into("width_m", "60")
+        assert "defend and attack" not in c.verdict(), "of an edit that is old"
 
 
 async def test_nothing_is_planned_while_nobody_looks() -> None:

@@ -23,7 +23,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Look at the file; 1 if something in it is wrong."""
     path = Path(arguments.file)
     is_scenario = path.name.lower().endswith(SCENARIO)
-    lines = scenario_lines(path) if is_scenario else other_lines(path, arguments)
+    if arguments.preview and not is_scenario:
+        raise CommandError("--preview is of a scenario (.toml): only planners are foretold")
+    lines = scenario_lines(path, preview=arguments.preview) if is_scenario else other_lines(path, arguments)
     errors, cautions = (sum(line.level == level for line in lines) for level in (ERROR, CAUTION))
     if arguments.json:
         found = [{"level": line.level.lower(), "where": line.where, "text": line.text} for line in lines]
@@ -40,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
 # ---------------------------------------------------------------- scenarios
 
 
-def scenario_lines(path: Path) -> list[Line]:
+def scenario_lines(path: Path, *, preview: bool = False) -> list[Line]:
     """What is to be said of a scenario. Raises `CommandError` if it cannot be read at all."""
     from tui_gcs.core.scenario_load import ScenarioError, parse, read_text
 
@@ -64,6 +66,10 @@ def scenario_lines(path: Path) -> list[Line]:
         if team.planner not in known:
             what = f"planner {team.planner!r} is none of the known ones: it needs --planner FILE.py where it flies"
             found.append(Line(CAUTION, f"team {team.name}", what))
+    if preview:
+        from tui_gcs.commands.check_preview import preview_lines
+
+        found += preview_lines(scenario)
     return sorted(found, key=lambda line: -WORDS.index(line.level))
 
 

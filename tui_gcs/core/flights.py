@@ -8,7 +8,7 @@ from tui_gcs.core.course import Course, Stand
 from tui_gcs.core.guard_motion import Does
 from tui_gcs.core.messages import NOWHERE, Phase, Vec3
 from tui_gcs.core.orbit import Orbit
-from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario import Scenario, TakeOffPlace
 from tui_gcs.core.tracking import Tracking
 from tui_gcs.core.vehicle import Vehicle
 
@@ -197,8 +197,8 @@ class FlightBook:
 
         Teams with ids have those vehicles, heard or not. Teams with a count take the lowest free ids heard.
         """
-        teams = _teams_of(scenario, heard)
-        layers = _layers_of(scenario, sorted(teams))
+        teams = teams_of(scenario, heard)
+        layers = {vehicle: place.layer_m for vehicle, place in places_of(scenario, sorted(teams)).items()}
         self.flights = {
             vehicle: self.flights.get(vehicle) or Flight(vehicle, team, layers[vehicle])
             for vehicle, team in teams.items()
@@ -209,7 +209,8 @@ class FlightBook:
             flight.layer_m = layers[vehicle]
 
 
-def _teams_of(scenario: Scenario, heard: list[int]) -> dict[int, str]:
+def teams_of(scenario: Scenario, heard: list[int]) -> dict[int, str]:
+    """By vehicle, the name of its team: those that are named, and of `heard` the lowest others for teams by count."""
     teams = {vehicle: team.name for team in scenario.teams for vehicle in team.vehicles}
     free = [vehicle for vehicle in sorted(heard) if vehicle not in teams]
     for team in scenario.teams:
@@ -218,10 +219,9 @@ def _teams_of(scenario: Scenario, heard: list[int]) -> dict[int, str]:
     return teams
 
 
-def _layers_of(scenario: Scenario, vehicles: list[int]) -> dict[int, float]:
+def places_of(scenario: Scenario, vehicles: list[int]) -> dict[int, TakeOffPlace]:
     """Places that name a vehicle are its own; the others go to the remaining vehicles in order."""
-    layers = {place.vehicle: place.layer_m for place in scenario.places if place.vehicle is not None}
-    free = [place.layer_m for place in scenario.places if place.vehicle is None]
-    rest = [vehicle for vehicle in vehicles if vehicle not in layers]
-    layers |= dict(zip(rest, free, strict=False))
-    return {vehicle: layer for vehicle, layer in layers.items() if vehicle is not None}
+    own = {place.vehicle: place for place in scenario.places if place.vehicle is not None}
+    free = [place for place in scenario.places if place.vehicle is None]
+    rest = [vehicle for vehicle in vehicles if vehicle not in own]
+    return own | dict(zip(rest, free, strict=False))

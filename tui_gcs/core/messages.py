@@ -32,6 +32,7 @@ from tui_gcs.core.messages_journal import GetJournal as GetJournal
 from tui_gcs.core.messages_journal import Note as Note
 from tui_gcs.core.messages_links import LinkStatus as LinkStatus
 from tui_gcs.core.messages_planning import Annotation as Annotation
+from tui_gcs.core.messages_planning import FlownWays as FlownWays
 from tui_gcs.core.messages_planning import Intent as Intent
 from tui_gcs.core.messages_planning import ParamInfo as ParamInfo
 from tui_gcs.core.messages_planning import ParamValue as ParamValue
@@ -154,6 +155,8 @@ class PreviewTask(Message, frozen=True):
     frame: FleetFrame | None
     idleness_s: float = 0.0
     """Above 0: with as many vehicles as it takes for this worst idleness."""
+    starts_m: dict[int, tuple[float, float]] = {}
+    """Take-off places, for vehicles that are not in the frame."""
 
 
 class PreviewResult(Message, frozen=True):
@@ -174,6 +177,8 @@ class PreviewResult(Message, frozen=True):
     """The least within the team, as a multiple of the allowed one."""
     vehicles: int = 0
     """With so many."""
+    ways: FlownWays | None = None
+    """As they were foretold, to be compared with those of other teams (`core/meetings.py`)."""
 
 
 class Hello(Request, frozen=True, tag="hello"):

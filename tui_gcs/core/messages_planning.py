@@ -29,6 +29,8 @@ class Track(Message, frozen=True):
     """Detected often enough not to be a false alarm."""
 
 
+LEAST_CORNERS = 3
+"""More than so many points make a tour."""
 ParamValue = float | int | bool | str
 TYPES: dict[str, type] = {"float": float, "int": int, "bool": bool, "str": str}
 
@@ -141,6 +143,31 @@ class Annotation(Message, frozen=True):
     kind: Literal["polyline", "polygon", "marker", "text"]
     points_m: tuple[tuple[float, float], ...]
     text: str = ""
+
+    @property
+    def is_loop(self) -> bool:
+        """Whether it is a line that ends where it begins: a tour."""
+        points = self.points_m
+        return self.kind == "polyline" and len(points) > LEAST_CORNERS and points[0] == points[-1]
+
+
+class FlownWays(Message, frozen=True):
+    """Where a team's vehicles would be, from the beginning of a preview on, and on which tours."""
+
+    ids: tuple[int, ...]
+    step_s: float
+    places_m: tuple[tuple[Vec3, ...], ...]
+    """Of each vehicle, one every `step_s`."""
+    loops_m: tuple[tuple[tuple[float, float], ...], ...] = ()
+    """Closed lines that its planner draws: each may be flown by any of them."""
+
+    @property
+    def is_sound(self) -> bool:
+        """Whether everybody has a place at every moment, and all of it is finite."""
+        moments = {len(places) for places in self.places_m}
+        whole = len(self.ids) == len(self.places_m) and len(moments) == 1 and self.step_s > 0.0
+        lines = (*self.places_m, *self.loops_m)
+        return whole and all(math.isfinite(value) for line in lines for place in line for value in place)
 
 
 class Plan(Message, frozen=True):

@@ -8,7 +8,8 @@ import msgspec
 from tui_gcs.core import messages as m
 from tui_gcs.core.bus import PREVIEW_TASK
 from tui_gcs.core.messages import PlannerTask, PreviewResult, PreviewTask, Reply, encode
-from tui_gcs.core.scenario import Scenario, Team
+from tui_gcs.core.planner_tasks import Crew, crewed, crews
+from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.text import clean
@@ -30,6 +31,8 @@ class PlannerRequests:
         self._asked_s = 0.0
         self.previews: dict[str, PreviewResult] = {}
         """By team, of the newest preview."""
+        self._asked: dict[str, str] = {}
+        """By team, whose worker finds out."""
 
     # ---------------------------------------------------------------- parameters
 
@@ -77,31 +80,45 @@ class PlannerRequests:
         self.cancel()
         self._number += 1
         self._asked_s = station.clock.now()
+        frame = station.frame()
+        crew_of = crews(scenario, frame.ids)
+        starts_m = {vehicle: place.place_m for crew in crew_of.values() for vehicle, place in crew.items()}
         for team in scenario.teams:
             if request.team not in ("", team.name):
                 continue
-            desk = station.desks.get(team.name)
-            if desk is None:
-                text = "new, or renamed: its planner answers once the edit is applied"
-                self.previews[team.name] = PreviewResult(team.name, self._number, "failed", text=text)
-                continue
-            task = _crewed(desk.task_for(scenario, round_, team, self._number), scenario, team)
+            task = msgspec.structs.replace(
+                self._task(scenario, round_, team, crew_of[team.name]), revision=self._number, t_s=frame.t_s
+            )
+            worker = team.name if team.name in station.desks else next(iter(station.desks))
+            self._asked[team.name] = worker
             self.previews[team.name] = PreviewResult(team.name, self._number, "running")
-            ask = PreviewTask(self._number, task, station.frame(), request.idleness_s)
-            station.bus.publish(PREVIEW_TASK.format(team=team.name), encode(ask))
+            ask = PreviewTask(self._number, task, frame, request.idleness_s, starts_m)
+            station.bus.publish(PREVIEW_TASK.format(team=worker), encode(ask))
         return Reply(ok=True, text="preview begun", previews=dict(self.previews))
+
+    def _task(self, scenario: Scenario, round_: Round, team: Team, crew: Crew) -> PlannerTask:
+        """With the vehicles and layers that the edit gives the team; counted ones as they are now."""
+        task = crewed(scenario, round_, team, crew)
+        desk = self._station.desks.get(team.name)
+        if desk is None:  # new, or renamed: another team's worker knows all planners, too
+            return task
+        now = desk.task_for(scenario, round_, team, self._number)
+        if team.vehicles or not now.members:
+            return msgspec.structs.replace(task, off_course_m=now.off_course_m)
+        return now
 
     def cancel(self) -> Reply:
         """End what is being found out."""
-        running = [team for team, result in self.previews.items() if result.state == "running"]
-        for team in running:
-            self._station.bus.publish(PREVIEW_TASK.format(team=team), encode(PreviewTask(self._number, None, None)))
-        self.previews = {}
+        running = {self._asked[team] for team, result in self.previews.items() if result.state == "running"}
+        for worker in sorted(running):
+            self._station.bus.publish(PREVIEW_TASK.format(team=worker), encode(PreviewTask(self._number, None, None)))
+        self.previews, self._asked = {}, {}
         return Reply(ok=True, text="preview cancelled" if running else "no preview is under way")
 
-    def take(self, team: str, result: PreviewResult) -> None:
-        """A worker has found out."""
-        if result.number == self._number and team == result.team and team in self.previews:
+    def take(self, worker: str, result: PreviewResult) -> None:
+        """The worker of this team has found out."""
+        team = result.team
+        if result.number == self._number and self._asked.get(team) == worker:
             self.previews[team] = msgspec.structs.replace(result, text=clean(result.text, 300))
 
     def look(self) -> Reply:
@@ -112,13 +129,3 @@ class PlannerRequests:
                 if result.state == "running":
                     self.previews[team] = msgspec.structs.replace(result, state="failed", text=text)
         return Reply(ok=True, previews=dict(self.previews))
-
-
-def _crewed(task: PlannerTask, scenario: Scenario, team: Team) -> PlannerTask:
-    """With the vehicles and layers that the edit gives the team; counted ones as they are now."""
-    if not team.vehicles:
-        return task
-    layers_m = {place.vehicle: place.layer_m for place in scenario.places if place.vehicle in team.vehicles}
-    free = (place.layer_m for place in scenario.places if place.vehicle is None)
-    layers = {vehicle: layers_m[vehicle] if vehicle in layers_m else next(free) for vehicle in team.vehicles}
-    return msgspec.structs.replace(task, members=team.vehicles, layers_m=layers)

@@ -23,6 +23,7 @@ from tui_gcs.core.intents import IntentDesk
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.messages import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
 from tui_gcs.core.plan_limits import MOST_METRICS, shown, too_many
+from tui_gcs.core.planner_tasks import task_of
 from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.team_measures import ZoneMeasure
@@ -113,22 +114,13 @@ class TeamDesk:
 
     def task_for(self, scenario: Scenario, round_: Round, team: Team, revision: int) -> PlannerTask:
         """What the planner of `team` is to do in `round_`, with the vehicles this team has."""
-        return PlannerTask(
-            team=team.name,
+        members = self._book.members(team.name)
+        layers_m = {f.vehicle: f.layer_m for f in self._book if f.team == team.name}
+        return msgspec.structs.replace(
+            task_of(scenario, round_, team, layers_m, members),
             revision=revision,
             t_s=self._clock.now(),
-            planner=team.planner,
-            zone=next(z for z in round_.zones if z.name == team.zone),
-            area=round_.area,
-            no_fly=round_.no_fly,
-            limits=scenario.limits,
-            footprint_radius_m=scenario.footprint_radius_m,
-            parameters=dict(team.parameters),
-            seed=scenario.seed,
-            members=self._book.members(team.name),
-            layers_m={f.vehicle: f.layer_m for f in self._book if f.team == team.name},
-            zones=round_.zones,
-            off_course_m=self._steering.off_course_m(self._book.members(team.name)),
+            off_course_m=self._steering.off_course_m(members),
         )
 
     def is_changed(self, scenario: Scenario, round_: Round) -> bool:

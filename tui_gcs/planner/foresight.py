@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
-from tui_gcs.core.messages import FleetFrame, Plan, PlannerTask
+from tui_gcs.core.messages import FleetFrame, FlownWays, Plan, PlannerTask
 from tui_gcs.core.separation import least_separation
 from tui_gcs.core.zones import area_m2, polygon_of
 from tui_gcs.planner.check.world import World
@@ -24,11 +24,15 @@ Floats = NDArray[np.floating[Any]]
 
 STEP_S = 0.2
 LEAST_S, MOST_S = 40.0, 120.0
-"""So long it is flown; longer only for a planner that does not say itself how often it will see every place."""
+"""So long it is flown; longer while somebody is on its way to its place, or if the planner does not say itself how
+often it will see every place."""
+KEPT_STEPS = 5
+"""Of so many steps one is told, for others to compare their ways with."""
 MOST_MOVES = 40_000
 """Vehicles times steps: about three seconds of a core."""
 MOST_VEHICLES = 64
 """Nobody asks for more of one team."""
+NOWHERE_ELSE: Mapping[int, tuple[float, float]] = {}
 PREDICTED = "predicted_worst_s"
 """What planners call it in their metrics."""
 
@@ -45,31 +49,44 @@ class Foresight:
     """To the sweep bound."""
     separation: float = math.nan
     """The least of any two, as a multiple of the allowed one; NaN for less than two vehicles."""
+    ways: FlownWays | None = None
+    """Where everybody was."""
 
 
-def foresee(task: PlannerTask, frame: FleetFrame, files: Mapping[str, PlannerFile]) -> Foresight:
-    """Configure the planner, and fly what it plans."""
+def foresee(
+    task: PlannerTask,
+    frame: FleetFrame,
+    files: Mapping[str, PlannerFile],
+    starts_m: Mapping[int, tuple[float, float]] = NOWHERE_ELSE,
+) -> Foresight:
+    """Configure the planner, and fly what it plans; who is not in `frame` begins where `starts_m` says."""
     host = PlannerHost(task.team, files)
     host.searches = False
     host.set_task(task)
-    world = World(task, start_m(task, frame), t_s=frame.t_s)
+    world = World(task, start_m(task, frame, starts_m), t_s=frame.t_s)
     plan = host.step(world.frame())
     if plan.error:
         return Foresight(plan)
     n = len(task.members)
     bound_s = sweep_bound_s(area_m2(task.zone.shape), n, task.limits.speed_m_s, task.footprint_radius_m)
     told_s = plan.metrics.get(PREDICTED, math.nan)
-    flown_s, separation = _fly(host, world, plan, LEAST_S if math.isfinite(told_s) else MOST_S)
+    flown_s, separation, ways = _fly(host, world, plan, LEAST_S if math.isfinite(told_s) else MOST_S)
     worst_s = told_s if math.isfinite(told_s) else flown_s
-    return Foresight(plan, worst_s, worst_s / bound_s if bound_s > 0.0 else math.nan, separation)
+    return Foresight(plan, worst_s, worst_s / bound_s if bound_s > 0.0 else math.nan, separation, ways)
 
 
-def _fly(host: PlannerHost, world: World, plan: Plan, duration_s: float) -> tuple[float, float]:
-    """(worst idleness once all was seen, NaN if it never was; least separation)."""
+def _fly(host: PlannerHost, world: World, plan: Plan, least_s: float) -> tuple[float, float, FlownWays]:
+    """(worst idleness once all was seen, NaN if it never was; least separation; where everybody was)."""
     task = world.task
     grid = IdlenessGrid(task.zone.shape, task.footprint_radius_m)
     nearest, measuring = math.inf, False
-    for _ in range(min(round(duration_s / STEP_S), MOST_MOVES // max(len(task.members), 1))):
+    kept: list[Floats] = []
+    loops = tuple(line.points_m for line in plan.annotations or () if line.is_loop and np.isfinite(line.points_m).all())
+    for step in range(min(round(MOST_S / STEP_S), MOST_MOVES // max(len(task.members), 1))):
+        if step * STEP_S >= least_s and all(intent.joined for intent in plan.intents):
+            break
+        if step % KEPT_STEPS == 0:
+            kept.append(world.position_m.round(2))
         world.take(plan)
         world.move(STEP_S)
         grid.update(world.t_s, world.position_m[:, :2])
@@ -78,12 +95,16 @@ def _fly(host: PlannerHost, world: World, plan: Plan, duration_s: float) -> tupl
             measuring = True
         nearest = min(nearest, least_separation(world.position_m, task.limits))
         plan = host.step(world.frame())
-    return grid.worst_idleness_s, nearest if math.isfinite(nearest) else math.nan
+    by_vehicle = np.stack(kept, axis=1).tolist()
+    places = tuple(tuple((x, y, z) for x, y, z in moments) for moments in by_vehicle)
+    ways = FlownWays(task.members, STEP_S * KEPT_STEPS, places, loops)
+    return grid.worst_idleness_s, nearest if math.isfinite(nearest) else math.nan, ways
 
 
-def start_m(task: PlannerTask, frame: FleetFrame) -> Floats:
-    """(n, 2) where the team is; in the middle of the area where nobody knows."""
-    place = dict(zip(frame.ids, frame.position_m, strict=True))
+def start_m(task: PlannerTask, frame: FleetFrame, starts_m: Mapping[int, tuple[float, float]] = NOWHERE_ELSE) -> Floats:
+    """(n, 2) where the team is, or is to start; in the middle of the area where nobody knows."""
+    place = {vehicle: (x, y, 0.0) for vehicle, (x, y) in starts_m.items()}
+    place |= {v: at for v, at in zip(frame.ids, frame.position_m, strict=True) if math.isfinite(at[0] + at[1])}
     middle = polygon_of(task.area.shape).representative_point()
     spots = []
     for k, vehicle in enumerate(task.members):
@@ -96,7 +117,11 @@ def start_m(task: PlannerTask, frame: FleetFrame) -> Floats:
 
 
 def vehicles_for(
-    idleness_s: float, task: PlannerTask, frame: FleetFrame, files: Mapping[str, PlannerFile]
+    idleness_s: float,
+    task: PlannerTask,
+    frame: FleetFrame,
+    files: Mapping[str, PlannerFile],
+    starts_m: Mapping[int, tuple[float, float]] = NOWHERE_ELSE,
 ) -> tuple[int, Foresight]:
     """The fewest vehicles with which every place is seen that often, and what they make of it.
 
@@ -108,7 +133,7 @@ def vehicles_for(
     alone_s = sweep_bound_s(area_m2(task.zone.shape), 1, task.limits.speed_m_s, task.footprint_radius_m)
     n = max(1, math.ceil(alone_s / idleness_s))
     while n <= MOST_VEHICLES:
-        found = foresee(with_vehicles(task, n), frame, files)
+        found = foresee(with_vehicles(task, n), frame, files, starts_m)
         if found.plan.error:
             return n, found
         if found.worst_s <= idleness_s:

@@ -395,7 +395,7 @@ def attach(host: PlannerHost, bus: Bus) -> Closable:
                 data = encode(preview(ask, host.files))
             except Exception as error:  # noqa: BLE001 - the edge to foreign code: what it put in may be anything
                 text = f"nothing can be shown: {_last_line(str(error))}"
-                data = encode(PreviewResult(host.team, ask.number, "failed", text=text))
+                data = encode(PreviewResult(ask.task.team, ask.number, "failed", text=text))
             bus.publish(PREVIEW.format(team=host.team), data)
 
     return _Attached(

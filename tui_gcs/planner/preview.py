@@ -12,11 +12,13 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 import msgspec
 
-from tui_gcs.core.messages import PreviewResult, PreviewTask, decode, encode
+from tui_gcs.core.messages import PlannerTask, PreviewResult, PreviewTask, decode, encode
 from tui_gcs.planner.foresight import foresee, vehicles_for
 from tui_gcs.planner.registry import PlannerFile
 
@@ -35,9 +37,9 @@ def preview(ask: PreviewTask, files: Mapping[str, PlannerFile]) -> PreviewResult
     vehicles = len(task.members)
     try:
         if ask.idleness_s > 0.0:
-            vehicles, found = vehicles_for(ask.idleness_s, task, frame, files)
+            vehicles, found = vehicles_for(ask.idleness_s, task, frame, files, ask.starts_m)
         else:
-            found = foresee(task, frame, files)
+            found = foresee(task, frame, files, ask.starts_m)
     except ValueError as why:
         return PreviewResult(task.team, ask.number, "failed", text=str(why))
     if found.plan.error:
@@ -52,54 +54,66 @@ def preview(ask: PreviewTask, files: Mapping[str, PlannerFile]) -> PreviewResult
         ratio=found.ratio,
         separation=found.separation,
         vehicles=vehicles,
+        ways=found.ways,
     )
 
 
+@dataclass
+class _Running:
+    """One question and the process that answers it."""
+
+    task: PlannerTask
+    number: int
+    process: subprocess.Popen[bytes]
+    output: IO[bytes]
+    since_s: float
+
+
 class SidePreview:
-    """One preview in a process of its own, watched from a worker's loop."""
+    """Previews, each in a process of its own, watched from a worker's loop: of its team, and of teams that are new."""
 
     def __init__(self, files: Mapping[str, PlannerFile]) -> None:
         """Nothing runs."""
         self._arguments = [part for f in files.values() for part in ("--file", f.name, f.sha256, str(f.path))]
-        self._process: subprocess.Popen[bytes] | None = None
-        self._ask: PreviewTask | None = None
-        self._since_s = 0.0
+        self._running: list[_Running] = []
 
     def begin(self, ask: PreviewTask, now: float) -> None:
-        """End the last one, and begin this one; without a task only end."""
-        if self._process is not None:
-            self._process.kill()
-            self._process.wait()
-            self._process = None
+        """End those of an older question, and begin this one; without a task only end all."""
+        for old in [each for each in self._running if ask.task is None or each.number != ask.number]:
+            self._end(old)
         if ask.task is None:
             return
-        self._ask, self._since_s = ask, now
-        self._output = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the answer
+        output = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the answer
         command = [sys.executable, "-m", "tui_gcs.planner.preview", *self._arguments]
         with tempfile.TemporaryFile() as question:
             question.write(encode(ask))
             question.seek(0)
-            self._process = subprocess.Popen(command, stdin=question, stdout=self._output)
+            process = subprocess.Popen(command, stdin=question, stdout=output)
+        self._running.append(_Running(ask.task, ask.number, process, output, now))
 
-    def poll(self, now: float) -> PreviewResult | None:
-        """The answer, once."""
-        process, ask = self._process, self._ask
-        if process is None or ask is None or ask.task is None:
-            return None
-        if process.poll() is None and now - self._since_s < LIMIT_S:
-            return None
-        late = process.poll() is None
-        process.kill()
-        process.wait()
-        self._process = None
-        self._output.seek(0)
-        data = self._output.read()
-        self._output.close()
+    def poll(self, now: float) -> list[PreviewResult]:
+        """The answers that came since, each once."""
+        over = [each for each in self._running if each.process.poll() is not None or now - each.since_s >= LIMIT_S]
+        return [self._answer(each) for each in over]
+
+    def _answer(self, running: _Running) -> PreviewResult:
+        late = running.process.poll() is None
+        running.process.kill()
+        running.process.wait()
+        running.output.seek(0)
+        data = running.output.read()
+        self._end(running)
         try:
             return decode(data, PreviewResult)
         except msgspec.MsgspecError:
             text = f"does not configure within {LIMIT_S:.0f} s" if late else "the planner's process died"
-            return PreviewResult(ask.task.team, ask.number, "failed", text=text)
+            return PreviewResult(running.task.team, running.number, "failed", text=text)
+
+    def _end(self, running: _Running) -> None:
+        running.process.kill()
+        running.process.wait()
+        running.output.close()
+        self._running.remove(running)
 
 
 def main() -> int:

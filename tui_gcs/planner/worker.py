@@ -14,6 +14,7 @@ import signal
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -64,12 +65,12 @@ class Worker:
         self._thread: threading.Thread | None = None
         self._wanted: Callable[[], Job] | None = None
         """What is to be prepared when the thread is free."""
-        self._preview: bytes | None = None
+        self._previews: deque[bytes] = deque()
         self._side = SidePreview(files or {})
         self._something = threading.Condition()
         bus.subscribe(keys.FLEET, lambda _, data: self._put(frame=data))
         bus.subscribe(keys.TASK.format(team=team), lambda _, data: self._put(task=data))
-        bus.subscribe(keys.PREVIEW_TASK.format(team=team), lambda _, data: setattr(self, "_preview", data))
+        bus.subscribe(keys.PREVIEW_TASK.format(team=team), lambda _, data: self._previews.append(data))
         self._token = bus.alive(keys.ALIVE.format(principal=self._principal))
 
     def run(self, parent: int) -> None:
@@ -144,11 +145,10 @@ class Worker:
             self._bus.publish(keys.PLAN.format(team=self._team), self.host.answer(frame))
 
     def _look_aside(self) -> None:
-        """A preview, in a process of its own."""
-        ask, self._preview = self._preview, None
-        if ask is not None:
-            self._side.begin(decode(ask, PreviewTask), time.monotonic())
-        if (result := self._side.poll(time.monotonic())) is not None:
+        """Previews, in processes of their own."""
+        while self._previews:
+            self._side.begin(decode(self._previews.popleft(), PreviewTask), time.monotonic())
+        for result in self._side.poll(time.monotonic()):
             self._bus.publish(keys.PREVIEW.format(team=self._team), encode(result))
 
     # ---------------------------------------------------------------- the station

@@ -16,12 +16,12 @@ from textual.timer import Timer
 from tui_gcs.actions import Action, bindings
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.safe_files import FileRefused
-from tui_gcs.core.scenario import Round
+from tui_gcs.core.scenario import Limits, Round
 from tui_gcs.core.zones import area_m2, contains
 from tui_gcs.feed import Feed, ScenarioChanged, StatusUpdated
 from tui_gcs.screens.plan_actions import PLAN_ACTIONS
 from tui_gcs.screens.plan_apply import PlanApply
-from tui_gcs.screens.plan_text import preview_remarks, remarks, state_remark
+from tui_gcs.screens.plan_text import meeting_remarks, preview_remarks, remarks, state_remark
 from tui_gcs.widgets.edit_map import EditMap
 from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
@@ -131,6 +131,11 @@ class PlanScreen(PlanApply):
             return None
         return self.model.base_revision, self.model.text, self.model.round_index
 
+    @property
+    def limits_now(self) -> Limits:
+        """Of the working copy."""
+        return self.model.scenario.limits if self.model.scenario is not None else Limits()
+
     def show_foreseen(self) -> None:
         """Tours on the map, numbers below the forms."""
         self.map_view.set_annotations({team: found.annotations for team, found in self.previews.items()})
@@ -201,7 +206,8 @@ class PlanScreen(PlanApply):
         self.zone_list.show(current, names.index(zone_name) + 1 if zone_name in names else AREA_ROW)
         team = self.draft.team
         previewed = preview_remarks(team, self.previews.get(team.name), self.asked_s) if team is not None else []
-        self.verdict.show(remarks(model, self.draft, self.refusal, self.glyphs, previewed))
+        met = [each.finding for each in self.meetings if team is not None and team.name in each.teams]
+        self.verdict.show(remarks(model, self.draft, self.refusal, self.glyphs, [*previewed, *meeting_remarks(met)]))
         self.foresee_later()
         self._keep_later()
 

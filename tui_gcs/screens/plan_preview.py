@@ -3,12 +3,14 @@
 The station's planner workers do it on the side, in processes of their own; a newer question ends an older one.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from textual.timer import Timer
 from textual.worker import WorkType
 
+from tui_gcs.core.meetings import TeamsFinding, findings
 from tui_gcs.core.messages import CancelPreview, GetPreviews, Preview, PreviewResult
+from tui_gcs.core.scenario import Limits
 from tui_gcs.screens.draft_screen import DraftScreen
 
 PAUSE_S = 0.7
@@ -21,6 +23,8 @@ class PlanPreview(DraftScreen):
 
     previews: Mapping[str, PreviewResult] = {}
     """By team; empty while nothing is known."""
+    meetings: Sequence[TeamsFinding] = ()
+    """Of all teams that are known."""
     asked_s = 0.0
     """Above 0: the question was how many vehicles it takes for this idleness."""
     _foreseen: tuple[int, str, int] | None = None
@@ -35,6 +39,11 @@ class PlanPreview(DraftScreen):
         """(base revision, text, round) of what is shown; None while nothing can be planned for it."""
         raise NotImplementedError
 
+    @property
+    def limits_now(self) -> Limits:
+        """Of what is shown."""
+        raise NotImplementedError
+
     def show_foreseen(self) -> None:
         """Something is known, or not known any more."""
         raise NotImplementedError
@@ -47,7 +56,7 @@ class PlanPreview(DraftScreen):
         self._foreseen, self.asked_s = what, 0.0
         self._stop()
         if self.previews:
-            self.previews = {}
+            self._know({})
             self.call_later(self.show_foreseen)
         if what is not None:
             self._pause = self.set_timer(PAUSE_S, lambda: self._wonder(Preview(*what)))
@@ -65,7 +74,13 @@ class PlanPreview(DraftScreen):
         self._stop()
         if any(found.state == "running" for found in self.previews.values()):
             self.run_worker(self.feed.request(CancelPreview()), group="end of preview")
-        self._foreseen, self.previews = None, {}
+        self._foreseen = None
+        self._know({})
+
+    def _know(self, previews: Mapping[str, PreviewResult]) -> None:
+        self.previews = previews
+        ways = {team: found.ways for team, found in previews.items() if found.ways is not None}
+        self.meetings = findings(ways, self.limits_now) if len(ways) > 1 and not self.asked_s else ()
 
     def _stop(self) -> None:
         if self._pause is not None:
@@ -90,7 +105,7 @@ class PlanPreview(DraftScreen):
             self._numbers = numbers
         known = reply.previews if reply.ok and numbers == self._numbers else {}
         if known != self.previews:
-            self.previews = known
+            self._know(known)
             self.show_foreseen()
         if any(found.state == "running" for found in known.values()):
             self._pause = self.set_timer(POLL_S, lambda: self._wonder(GetPreviews()))

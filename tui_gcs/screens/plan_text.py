@@ -1,10 +1,10 @@
 """What the plan screen says about a plan: where a zone lies, what a team can reach there. Plain, no Textual."""
 
 from collections.abc import Sequence
-from math import isfinite
 
 from tui_gcs.core.messages import PreviewResult
 from tui_gcs.core.missions.findings import Level
+from tui_gcs.core.preview_findings import previewed
 from tui_gcs.core.scenario import Team
 from tui_gcs.core.scenario_findings import ScenarioFinding, area_finding, team_findings, unserved, zone_finding
 from tui_gcs.widgets.edit_model import EditModel
@@ -33,18 +33,18 @@ def preview_remarks(team: Team, found: PreviewResult | None, asked_s: float) -> 
     if found.state == "running":
         what = f"how many for {asked_s:g} s?" if asked_s else "planning"
         return [Remark(f"{team.name}: {what} ...", Ink.MUTED)]
-    if found.state == "failed":
-        return [Remark(f"{team.name}: no plan: {found.text}", Ink.CAUTION)]
-    seen = f"{found.worst_s:.1f} s worst, {found.ratio:.2f} x bound" if isfinite(found.worst_s) else "not all is seen"
-    apart = f", separation {found.separation:.2f} x" if isfinite(found.separation) else ""
-    said = [Remark(f"{team.name}: {found.vehicles} planned: {seen}{apart}", Ink.TEXT)]
-    if asked_s:
+    said = _remarks(previewed(found))
+    if asked_s and found.state == "done":
         more = found.vehicles - team.size
         words = "as it has" if not more else f"{abs(more)} {'more' if more > 0 else 'fewer'} than it has"
         said.insert(0, Remark(f"{team.name}: {found.vehicles} vehicles for {asked_s:g} s, {words}", Ink.BOLD))
-    if found.separation < 1.0:
-        said.append(Remark(f"^ {team.name}: two would come too near; the guard would stop them", Ink.CAUTION))
     return said
+
+
+def meeting_remarks(found: Sequence[ScenarioFinding]) -> list[Remark]:
+    """Where a team and others come near each other: all that is grave, else the first, which is the nearest."""
+    grave = [finding for finding in found if finding.level > Level.NOTE]
+    return _remarks(grave or list(found[:1]))
 
 
 def remarks(

@@ -9,8 +9,6 @@ import numpy as np
 from tui_gcs.core.messages import Annotation, VehicleRow
 from tui_gcs.core.missions.conflicts import Prepared, round_and_round
 
-LEAST_CORNERS = 3
-
 
 @dataclass(frozen=True)
 class Patrol:
@@ -33,12 +31,7 @@ def patrols(flown: Flown, drawn: Mapping[str, Sequence[Annotation]]) -> dict[int
     """By vehicle. A tour is a line that ends where it begins."""
     found = {}
     for vehicle, (team, layer_m) in flown.items():
-        loops = [np.array(line.points_m) for line in drawn.get(team, ()) if _is_loop(line)]
+        loops = [np.array(line.points_m) for line in drawn.get(team, ()) if line.is_loop]
         if loops:
             found[vehicle] = Patrol(team, tuple(round_and_round(loop, layer_m) for loop in loops))
     return found
-
-
-def _is_loop(line: Annotation) -> bool:
-    points = line.points_m
-    return line.kind == "polyline" and len(points) > LEAST_CORNERS and points[0] == points[-1]

@@ -1,0 +1,38 @@
+"""`tui-gcs check SCENARIO --preview`: what its planners would make of every round, as the plan screen foretells it."""
+
+from collections.abc import Iterator
+
+from tui_gcs.commands.check_lines import WORDS, Line
+from tui_gcs.core.kinds import Kind
+from tui_gcs.core.meetings import findings
+from tui_gcs.core.messages import FleetFrame, PreviewTask
+from tui_gcs.core.planner_tasks import crewed, crews
+from tui_gcs.core.preview_findings import previewed
+from tui_gcs.core.scenario import Round, Scenario
+from tui_gcs.core.scenario_findings import ScenarioFinding
+from tui_gcs.planner import registry
+from tui_gcs.planner.preview import preview
+
+
+def preview_lines(scenario: Scenario) -> list[Line]:
+    """Every round, all vehicles begin at their take-off places. Teams whose planner is not known are left out."""
+    return [
+        Line(WORDS[finding.level], round_.name, f"{finding.text} {finding.detail}".rstrip())
+        for round_ in scenario.rounds
+        for finding in _round(scenario, round_)
+    ]
+
+
+def _round(scenario: Scenario, round_: Round) -> Iterator[ScenarioFinding]:
+    crew_of, nobody = crews(scenario), FleetFrame(seq=0, t_s=0.0, wall_s=0.0, kind=Kind.SIM)
+    starts_m = {vehicle: place.place_m for crew in crew_of.values() for vehicle, place in crew.items()}
+    ways = {}
+    for team in scenario.teams:
+        if team.planner not in registry.names():
+            continue
+        task = crewed(scenario, round_, team, crew_of[team.name])
+        found = preview(PreviewTask(0, task, nobody, starts_m=starts_m), {})
+        yield from previewed(found)
+        if found.ways is not None:
+            ways[team.name] = found.ways
+    yield from (each.finding for each in findings(ways, scenario.limits))

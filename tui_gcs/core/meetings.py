@@ -1,0 +1,155 @@
+"""Where two teams come near each other, from what their planners would fly. One list for the plan screen and `check`.
+
+At the same time: both begin together, from where their vehicles are. At different times: only of two whose layers have
+nothing to spare, for nobody knows who of another team is at that place by then, and it is the guard that holds them.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from tui_gcs.core.messages_planning import FlownWays
+from tui_gcs.core.missions.findings import Level
+from tui_gcs.core.scenario import Limits
+from tui_gcs.core.scenario_findings import HEIGHT_HELD_M, ScenarioFinding
+from tui_gcs.core.separation import LEAST_LIMIT_M
+
+Floats = NDArray[np.floating[Any]]
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Two vehicles of two teams, where they are nearest."""
+
+    vehicles: tuple[int, int]
+    place_m: tuple[float, float]
+    """Halfway between them."""
+    beside_m: float
+    above_m: float
+    separation: float
+    """In multiples of the limit, as within a team."""
+    after_s: float
+    """From the beginning; NaN: they are there at different times."""
+
+
+@dataclass(frozen=True)
+class TeamsFinding:
+    """What is to be said of two teams."""
+
+    teams: tuple[str, str]
+    finding: ScenarioFinding
+    separation: float
+
+
+def findings(ways: Mapping[str, FlownWays], limits: Limits) -> list[TeamsFinding]:
+    """For every two teams, the gravest first, then those who come nearest."""
+    pairs = combinations([team for team in ways if ways[team].is_sound], 2)
+    found = [each for one, other in pairs for each in _told(one, other, ways[one], ways[other], limits)]
+    return sorted(found, key=lambda each: (-each.finding.level, each.separation))
+
+
+def _told(one_name: str, other_name: str, one: FlownWays, other: FlownWays, limits: Limits) -> list[TeamsFinding]:
+    who, teams, found = f"{one_name} and {other_name}", (one_name, other_name), []
+    if (at_once := nearest_at_once(one, other, limits)) is not None:
+        text = f"separation {at_once.separation:.2f} x {_where(at_once)}"
+        if at_once.separation < 1.0:
+            text = f"too near, {text}"
+        detail = f"{at_once.beside_m:.1f} m beside and {at_once.above_m:.1f} m above each other"
+        detail += ": the guard would stop them" if at_once.separation < 1.0 else ""
+        level = Level.CAUTION if at_once.separation < 1.0 else Level.NOTE
+        told = ScenarioFinding(level, f"{who}: {text}", detail)
+        found.append(TeamsFinding(teams, told, at_once.separation))
+    if (crossing := tightest_crossing(one, other, limits)) is not None:
+        text = f"{who}: ways cross {_where(crossing)}, {crossing.above_m:.1f} m above each other"
+        why = f"heights are off by up to {HEIGHT_HELD_M:g} m: the guard will hold who comes while the other is there"
+        found.append(TeamsFinding(teams, ScenarioFinding(Level.CAUTION, text, why), crossing.separation))
+    return found
+
+
+def _where(meeting: Meeting) -> str:
+    (x, y), (one, other) = meeting.place_m, meeting.vehicles
+    when = "" if math.isnan(meeting.after_s) else f"after {meeting.after_s:.0f} s "
+    return f"{when}at [{x:.0f} {y:.0f}] ({one} and {other})"
+
+
+# ---------------------------------------------------------------- at the same time
+
+
+def nearest_at_once(one: FlownWays, other: FlownWays, limits: Limits) -> Meeting | None:
+    """Of all moments that both were flown for, ways straight within a step; None if one of them has nobody."""
+    a, b = _places(one), _places(other)
+    if not len(a) or not len(b):
+        return None
+    steps = min(a.shape[1], b.shape[1])
+    apart = b[None, :, :steps] - a[:, None, :steps]  # (of one, of the other, moment, 3)
+    start, way = apart[:, :, :-1], np.diff(apart, axis=2)
+    speed2 = (way[..., :2] ** 2).sum(axis=-1)
+    share = np.clip(-(start[..., :2] * way[..., :2]).sum(axis=-1) / np.maximum(speed2, 1e-12), 0.0, 1.0)
+    nearest = start + way * share[..., None]
+    beside, above = np.hypot(nearest[..., 0], nearest[..., 1]), np.abs(nearest[..., 2])
+    times = np.maximum(
+        beside / max(limits.separation_horizontal_m, LEAST_LIMIT_M),
+        above / max(limits.separation_vertical_m, LEAST_LIMIT_M),
+    )
+    if not times.size or not np.isfinite(times).any():
+        return None
+    # The same height again and again is the least: then the moment when they are nearest beside each other.
+    i, j, k = np.unravel_index(int(np.lexsort((beside.ravel(), np.round(times.ravel(), 3)))[0]), times.shape)
+    middle = a[i, k, :2] + (a[i, k + 1, :2] - a[i, k, :2]) * share[i, j, k] + nearest[i, j, k, :2] / 2.0
+    return Meeting(
+        (one.ids[i], other.ids[j]),
+        (float(middle[0]), float(middle[1])),
+        float(beside[i, j, k]),
+        float(above[i, j, k]),
+        float(times[i, j, k]),
+        float((k + share[i, j, k]) * one.step_s),
+    )
+
+
+def _places(ways: FlownWays) -> Floats:
+    """(vehicles, moments, 3)."""
+    return np.array(ways.places_m, dtype=float).reshape(len(ways.ids), -1, 3)
+
+
+# ---------------------------------------------------------------- at different times
+
+
+def tightest_crossing(one: FlownWays, other: FlownWays, limits: Limits) -> Meeting | None:
+    """Two that come nearer beside each other than is allowed, whenever, with nothing to spare between their heights."""
+    spare_m = limits.separation_vertical_m + 2.0 * HEIGHT_HELD_M
+    found = [
+        meeting
+        for i, (low_a, high_a) in enumerate(_heights(one))
+        for j, (low_b, high_b) in enumerate(_heights(other))
+        if (gap_m := max(low_b - high_a, low_a - high_b, 0.0)) < spare_m
+        and (meeting := _crossing(one, i, other, j, gap_m, limits)) is not None
+    ]
+    return min(found, key=lambda meeting: (meeting.above_m, meeting.beside_m), default=None)
+
+
+def _heights(ways: FlownWays) -> list[tuple[float, float]]:
+    return [(min(z for _, _, z in places), max(z for _, _, z in places)) for places in ways.places_m if places]
+
+
+def _crossing(one: FlownWays, i: int, other: FlownWays, j: int, gap_m: float, limits: Limits) -> Meeting | None:
+    a, b = _drawn(one, i), _drawn(other, j)
+    beside_m = float(shapely.distance(a, b))
+    if beside_m >= limits.separation_horizontal_m:
+        return None
+    ends = shapely.get_coordinates(shapely.shortest_line(a, b))
+    x, y = ends.mean(axis=0).tolist()
+    times = max(beside_m, LEAST_LIMIT_M) / max(limits.separation_horizontal_m, LEAST_LIMIT_M)
+    above = gap_m / max(limits.separation_vertical_m, LEAST_LIMIT_M)
+    return Meeting((one.ids[i], other.ids[j]), (x, y), beside_m, gap_m, max(times, above), math.nan)
+
+
+def _drawn(ways: FlownWays, i: int) -> shapely.MultiLineString:
+    """All of a vehicle's way on the ground plan, and the tours that anybody of its team may fly."""
+    lines = [[(x, y) for x, y, _ in ways.places_m[i]], *(list(loop) for loop in ways.loops_m)]
+    return shapely.MultiLineString([line if len(line) > 1 else line * 2 for line in lines if line])

@@ -1,0 +1,56 @@
+"""What a planner is asked to do, made of a scenario: in flight, and to look at what an edit would give. Pure."""
+
+from collections.abc import Collection, Mapping
+from itertools import count, islice
+
+from tui_gcs.core.flights import places_of, teams_of
+from tui_gcs.core.messages_planning import PlannerTask
+from tui_gcs.core.scenario import Round, Scenario, TakeOffPlace, Team
+
+Crew = Mapping[int, TakeOffPlace]
+"""Of one team: where each vehicle starts, and its layer."""
+
+
+def task_of(
+    scenario: Scenario, round_: Round, team: Team, layers_m: Mapping[int, float], members: tuple[int, ...]
+) -> PlannerTask:
+    """For these vehicles, on these layers; revision and time are 0."""
+    return PlannerTask(
+        team=team.name,
+        revision=0,
+        t_s=0.0,
+        planner=team.planner,
+        zone=next(zone for zone in round_.zones if zone.name == team.zone),
+        area=round_.area,
+        no_fly=round_.no_fly,
+        limits=scenario.limits,
+        footprint_radius_m=scenario.footprint_radius_m,
+        parameters=dict(team.parameters),
+        seed=scenario.seed,
+        members=members,
+        layers_m=dict(layers_m),
+        zones=round_.zones,
+    )
+
+
+def crewed(scenario: Scenario, round_: Round, team: Team, crew: Crew) -> PlannerTask:
+    """For a team as the scenario has it."""
+    return task_of(scenario, round_, team, {v: place.layer_m for v, place in crew.items()}, tuple(crew))
+
+
+def crews(scenario: Scenario, heard: Collection[int] = ()) -> dict[str, Crew]:
+    """By team, who flies in it and from where.
+
+    Teams by count have vehicles that are heard, and where those do not suffice others with the lowest free ids.
+    """
+    named = {vehicle for team in scenario.teams for vehicle in team.vehicles}
+    free = sorted(set(heard) - named)
+    wanted = sum(team.count for team in scenario.teams)
+    more = islice((i for i in count(1) if i not in named and i not in free), max(0, wanted - len(free)))
+    team_of = teams_of(scenario, [*free, *more])
+    places = places_of(scenario, sorted(team_of))
+    found: dict[str, dict[int, TakeOffPlace]] = {team.name: {} for team in scenario.teams}
+    for vehicle, name in team_of.items():
+        if vehicle in places:
+            found[name][vehicle] = places[vehicle]
+    return dict(found)
