@@ -7,6 +7,7 @@ from plan_station import PlanConsole, PlanStation, plan_console
 from tui_gcs.core import messages as m
 from tui_gcs.core.messages import Annotation, FlownWays, PreviewResult
 from tui_gcs.core.zones import Circle, Rectangle
+from tui_gcs.screens.plan_preview import PAUSE_S
 
 
 def zones(c: PlanConsole, index: int) -> dict[str, object]:
@@ -101,13 +102,11 @@ class Planners:
 
 
 async def sees(c: PlanConsole, words: str) -> None:
-    """They are told soon, however busy this machine is."""
-    for _ in range(200):
-        if words in c.verdict():
-            return
-        await c.pilot.pause(0.05)
-        await c.settle()
-    raise AssertionError(f"{words!r} is not told: {c.verdict()}")
+    """They are told once the operator pauses, or once the console looks again for an answer."""
+    c.clock.advance(PAUSE_S + 0.01)
+    c.plan.ask_if_due()
+    await c.settle()
+    assert words in c.verdict()
 
 
 async def test_what_the_planner_makes_of_an_edit_is_told_and_drawn_and_ends_with_the_next_edit() -> None:

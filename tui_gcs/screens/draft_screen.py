@@ -59,6 +59,7 @@ class DraftScreen(MapKeys):
         """For this feed and this work."""
         super().__init__()
         self.feed = feed
+        self.clock = clock
         self.glyphs = glyphs
         self.message = Remark("")
         self._took_no_letter = False

@@ -16,6 +16,7 @@ from tui_gcs.screens.draft_screen import DraftScreen
 PAUSE_S = 0.7
 """So long after the last edit: nobody wants to know of half a number."""
 POLL_S = 0.4
+LOOK_S = 0.1
 
 
 class PlanPreview(DraftScreen):
@@ -31,8 +32,10 @@ class PlanPreview(DraftScreen):
     """What was asked about last."""
     _numbers: frozenset[int] | set[int] = frozenset()
     """Of the question that was asked last."""
-    _pause: Timer | None = None
-    """Until it is asked, or looked for an answer."""
+    _next: tuple[Preview | GetPreviews, float] | None = None
+    """What is asked when, on the console's clock: the next edit, or a look for an answer."""
+    _look: Timer | None = None
+    """Looks whether it is time, while something waits."""
 
     @property
     def what_to_foresee(self) -> tuple[int, str, int] | None:
@@ -48,6 +51,24 @@ class PlanPreview(DraftScreen):
         """Something is known, or not known any more."""
         raise NotImplementedError
 
+    def _ask_in(self, wait_s: float, question: Preview | GetPreviews) -> None:
+        self._next = question, self.clock.now() + wait_s
+        if self._look is None:
+            self._look = self.set_interval(LOOK_S, self.ask_if_due)
+
+    def ask_if_due(self) -> None:
+        """Ask what has waited long enough."""
+        if self._next is not None and self.clock.now() >= self._next[1]:
+            question = self._next[0]
+            self._wait_no_more()
+            self._wonder(question)
+
+    def _wait_no_more(self) -> None:
+        self._next = None
+        if self._look is not None:
+            self._look.stop()
+            self._look = None
+
     def foresee_later(self) -> None:
         """Ask about what is shown once the operator pauses, if it is something new; what was known is old then."""
         what = self.what_to_foresee
@@ -59,7 +80,7 @@ class PlanPreview(DraftScreen):
             self._know({})
             self.call_later(self.show_foreseen)
         if what is not None:
-            self._pause = self.set_timer(PAUSE_S, lambda: self._wonder(Preview(*what)))
+            self._ask_in(PAUSE_S, Preview(*what))
 
     def foresee_now(self, team: str, idleness_s: float) -> None:
         """How many vehicles does this team need?"""
@@ -83,14 +104,10 @@ class PlanPreview(DraftScreen):
         self.meetings = findings(ways, self.limits_now) if len(ways) > 1 and not self.asked_s else ()
 
     def _stop(self) -> None:
-        if self._pause is not None:
-            self._pause.stop()
+        self._wait_no_more()
         self.workers.cancel_group(self, "preview")
 
     def _wonder(self, question: Preview | GetPreviews) -> None:
-        if not self.is_current:  # a timer that had run out before it was stopped
-            return
-
         async def ask() -> None:  # not begun before the worker is: one that is cancelled first has asked nothing
             await self._ask_station(question)
 
@@ -108,4 +125,4 @@ class PlanPreview(DraftScreen):
             self._know(known)
             self.show_foreseen()
         if any(found.state == "running" for found in known.values()):
-            self._pause = self.set_timer(POLL_S, lambda: self._wonder(GetPreviews()))
+            self._ask_in(POLL_S, GetPreviews())
