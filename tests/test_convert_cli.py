@@ -4,8 +4,15 @@ import json
 from pathlib import Path
 
 import pytest
+import shapely
 
 from tui_gcs.cli import main
+from tui_gcs.core.formats.files import read_file
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.missions import fences
+from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
+from tui_gcs.core.missions.store import Saved, to_bytes
+from tui_gcs.core.scenario import Origin
 
 SCENARIO = str(Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml")
 WPL = (
@@ -107,3 +114,73 @@ def test_one_part_of_a_plan_for_a_format_that_holds_one(folder: Path, capsys: py
     assert "left out: fence of 4 items (--kind fence writes it)" in capsys.readouterr().out
     assert main(["convert", "both.plan", "f.txt", "--kind", "fence"]) == 1
     assert "5001" in (folder / "f.txt").read_text()
+
+
+# ---------------------------------------------------------------- missions of many vehicles
+
+
+@pytest.fixture
+def missions(folder: Path) -> Path:
+    """Two vehicles, the second with a fence only."""
+    ours = read_file(WPL.encode()).mission
+    assert ours is not None
+    fence = fences.circle((47.3977, 8.5456), 100.0, inside=False)
+    draft = MissionDraft({2: VehicleDraft(ours.items), 11: VehicleDraft(fence=fence)})
+    (folder / "missions.json").write_bytes(to_bytes(Saved(draft)))
+    (folder / "a.waypoints").unlink()
+    return folder
+
+
+def test_missions_of_many_vehicles_become_a_file_for_each(missions: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["convert", "missions.json", "field.plan"]) == 0
+    out = capsys.readouterr().out
+    assert "vehicle 2: field-2.plan written" in out and "vehicle 11: field-11.plan written" in out
+    first, second = (json.loads((missions / f"field-{vehicle}.plan").read_text()) for vehicle in (2, 11))
+    assert len(first["mission"]["items"]) == 3 and not second["mission"]["items"]
+    assert second["geoFence"]["circles"][0]["circle"]["radius"] == 100.0
+    assert main(["convert", "missions.json", "field.plan"]) == 2, "all or none, and none over another"
+    assert "field-2.plan: is there already" in capsys.readouterr().err
+
+
+def test_one_vehicle_of_many(missions: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["convert", "missions.json", "two.waypoints", "--vehicle", "2"]) == 0
+    assert (missions / "two.waypoints").read_text().splitlines()[2:] == WPL.splitlines()[2:]
+    assert main(["convert", "missions.json", "b.plan", "--vehicle", "3"]) == 2
+    assert "--vehicle 3: nothing is planned for it in missions.json; there are: 2 11" in capsys.readouterr().err
+    assert main(["convert", "two.waypoints", "b.plan", "--vehicle", "2"]) == 2
+    assert "only the missions screen's own file holds several" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("target", "why"),
+    [
+        ("b.fen", "vehicle 2: there is no fence in it; nothing is written"),
+        ("b.param", "missions do not become parameters"),
+        ("b.toml", "missions do not become a scenario"),
+    ],
+)
+def test_what_missions_cannot_become(target: str, why: str, missions: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["convert", "missions.json", target]) == 2
+    error = capsys.readouterr().err
+    assert why in error and error.count("\n") == 1
+    assert [path.name for path in missions.iterdir()] == ["missions.json"]
+
+
+def test_missions_that_cannot_be_read(missions: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (missions / "missions.json").write_text('{"missions":1,"vehicles":{"2":')
+    assert main(["convert", "missions.json", "b.plan"]) == 2
+    assert "missions.json: no missions of this program" in capsys.readouterr().err
+    (missions / "missions.json").write_bytes(to_bytes(Saved(MissionDraft())))
+    assert main(["convert", "missions.json", "b.plan"]) == 2
+    assert "nothing is planned in it" in capsys.readouterr().err
+
+
+def test_a_circle_to_keep_out_of_is_drawn_about_it(missions: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """With corners on its rim another program would let vehicles in by 0.1 m."""
+    assert main(["convert", "missions.json", "out.geojson", "--vehicle", "11"]) == 0
+    (area,) = read_file((missions / "out.geojson").read_bytes()).drawings
+    frame = LocalFrame(Origin(47.3977, 8.5456, 0.0))
+    border = shapely.LinearRing([frame.to_enu(lat, lon) for lat, lon, _ in area.places])
+    assert 100.0 <= border.distance(shapely.Point(0.0, 0.0)) + 1e-3 < 100.2
+    assert main(["convert", "out.geojson", "back.plan"]) == 0
+    assert json.loads((missions / "back.plan").read_text())["geoFence"]["circles"][0]["circle"]["radius"] == 100.0

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui_gcs.commands.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, Line
-from tui_gcs.commands.convert import MOST_CELLS, SCENARIO, read_any, read_base, round_of
+from tui_gcs.commands.convert import MOST_CELLS, SCENARIO, missions_in, read_any, read_base, round_of
 from tui_gcs.core.formats.content import Content, counted
 from tui_gcs.core.text import clean
 from tui_gcs.exits import FAILED, OK, CommandError
@@ -78,17 +78,8 @@ def scenario_lines(path: Path, *, preview: bool = False) -> list[Line]:
 
 def other_lines(path: Path, arguments: argparse.Namespace) -> list[Line]:
     """Our missions of many vehicles, or a file of one. Raises `CommandError`."""
-    if not path.name.lower().endswith(".json"):
-        return file_lines(path, arguments)
-    from tui_gcs.core.formats.bounded import data_of
-    from tui_gcs.core.formats.content import FormatError
-    from tui_gcs.core.missions.store import MOST_BYTES, are_missions
-
-    try:
-        data = data_of(path, MOST_BYTES)
-    except FormatError as error:
-        raise CommandError(f"{clean(str(path), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
-    if not are_missions(data):
+    data = missions_in(path)
+    if data is None:
         return file_lines(path, arguments)
     from tui_gcs.commands.check_missions import missions_lines
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
-    from tui_gcs.core.formats.content import Content
+    from tui_gcs.core.formats.content import Content, Written
     from tui_gcs.core.formats.conversion import Base, Options
     from tui_gcs.core.formats.files import Format
 
@@ -26,21 +26,50 @@ def run(arguments: argparse.Namespace) -> int:
 
     source, target = Path(arguments.source), Path(arguments.target)
     wanted = _target(target, arguments.to)
-    _may_write(target, force=arguments.force)
+    if (missions := missions_in(source)) is not None:
+        from tui_gcs.commands.convert_missions import convert_missions
+
+        return convert_missions(arguments, missions, wanted)
+    if arguments.vehicle is not None:
+        raise CommandError(f"--vehicle {arguments.vehicle}: only the missions screen's own file holds several vehicles")
+    may_write(target, force=arguments.force)
     read = read_any(source, arguments.kind, arguments.home_line)
     from tui_gcs.core.formats.conversion import convert  # geometry, which a file that cannot be read does not wait for
 
     try:
-        written = convert(read, wanted, _options(arguments, target))
+        written = convert(read, wanted, options_for(arguments, target.stem))
     except FormatError as error:
         raise CommandError(f"{clean(str(source), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
     put(target, written.data, force=arguments.force)
-    for note in written.notes:
-        sys.stdout.write(f"note: {clean(note, MOST_CELLS)}\n")
-    for lost in written.left_out:
-        sys.stdout.write(f"left out: {clean(lost, MOST_CELLS)}\n")
+    tell(written)
     sys.stdout.write(f"{clean(str(target), MOST_CELLS)} written: {wanted.text}\n")
     return FAILED if written.left_out else OK
+
+
+def tell(written: "Written", who: str = "") -> None:
+    """What was noted and what was lost, a line each."""
+    from tui_gcs.core.text import clean
+
+    for note in written.notes:
+        sys.stdout.write(f"{who}note: {clean(note, MOST_CELLS)}\n")
+    for lost in written.left_out:
+        sys.stdout.write(f"{who}left out: {clean(lost, MOST_CELLS)}\n")
+
+
+def missions_in(path: Path) -> bytes | None:
+    """The missions screen's own file, if it is one; its other `.json` holds one plan. Raises `CommandError`."""
+    if not path.name.lower().endswith(".json"):
+        return None
+    from tui_gcs.core.formats.bounded import data_of
+    from tui_gcs.core.formats.content import FormatError
+    from tui_gcs.core.missions.store import MOST_BYTES, are_missions
+    from tui_gcs.core.text import clean
+
+    try:
+        data = data_of(path, MOST_BYTES)
+    except FormatError as error:
+        raise CommandError(f"{clean(str(path), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
+    return data if are_missions(data) else None
 
 
 def _target(target: Path, to: str | None) -> "Format":
@@ -52,7 +81,8 @@ def _target(target: Path, to: str | None) -> "Format":
     return found
 
 
-def _options(arguments: argparse.Namespace, target: Path) -> "Options":
+def options_for(arguments: argparse.Namespace, title: str) -> "Options":
+    """What the file does not say, from the command line. Raises `CommandError`."""
     from tui_gcs.core.formats.conversion import Options
     from tui_gcs.core.plan import PlanKind
     from tui_gcs.core.zones import Role
@@ -62,7 +92,7 @@ def _options(arguments: argparse.Namespace, target: Path) -> "Options":
         raise CommandError(f"--height {arguments.height:g}: no height")
     read = read_base(Path(arguments.source)) if arguments.source.endswith(SCENARIO) else base
     return Options(
-        title=target.stem,
+        title=title,
         kind=PlanKind[arguments.kind.upper()] if arguments.kind is not None else None,
         height_m=arguments.height,
         round_index=round_of(read, arguments.round),
@@ -119,8 +149,8 @@ def read_base(path: Path) -> "Base":
 # ---------------------------------------------------------------- writing
 
 
-def _may_write(target: Path, *, force: bool) -> None:
-    """Tell it before anything is read. Raises `CommandError`."""
+def may_write(target: Path, *, force: bool) -> None:
+    """Whether it may be written. Tell it before anything is read. Raises `CommandError`."""
     try:
         info = target.lstat()
     except FileNotFoundError:

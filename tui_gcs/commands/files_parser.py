@@ -9,7 +9,7 @@ Commands = Any
 CONVERT = """formats, by the ending of OUT (IN is looked into):
   .plan                    QGroundControl: mission, fence and rally points; what is unknown here is kept
   .waypoints .wpl .txt     QGC WPL 110: one of mission, fence, rally points
-  .json                    ours: one of them
+  .json                    ours: one of them; the missions screen's own file holds several vehicles (only as IN)
   .fen .fence .ral .rally  the older lists of Mission Planner and MAVProxy
   .kml .kmz .geojson       zones and paths
   .param .parm .params     parameters of Mission Planner, MAVProxy, QGroundControl
@@ -20,6 +20,7 @@ examples:
   tui-gcs convert swarm.toml zones.kml
   tui-gcs convert zones.kml new.toml --base swarm.toml --round 2 --role no-fly
   tui-gcs convert path.kml mission.plan --height 40
+  tui-gcs convert missions.json field.plan            field-1.plan, field-2.plan ...; --vehicle 2: field.plan of it
   tui-gcs convert swarm.toml fence.plan --round "round 1"     its operating area and no-fly zones
 
 Exit code 0 if OUT holds all of IN, 1 if it is written and something is left out, 2 if nothing is written."""
@@ -74,6 +75,8 @@ def _add_convert(commands: Commands) -> None:
     convert.add_argument("--height", type=float, metavar="M", help="above home, for paths that do not say how high")
     convert.add_argument("--round", metavar="N|NAME", help="of a scenario (default: all, or the first)")
     convert.add_argument("--role", choices=("defend", "attack", "no-fly"), help="of zones that do not say it")
+    known = "of a missions file (default: a file for each, OUT-1.plan, OUT-2.plan ...)"
+    convert.add_argument("--vehicle", type=int, metavar="ID", help=known)
     convert.add_argument("--base", metavar="SCENARIO.toml", help="the scenario that zones are added to")
 
 

@@ -124,7 +124,7 @@ def _draw_shape(shape: FenceShape) -> Drawing:
         return Drawing("area", shape.text, tuple((i.lat_deg, i.lon_deg, None) for i in shape.items), facts=facts)
     if shape.command in CIRCLES:
         facts |= circle_facts(first.lat_deg, first.lon_deg, first.params[0])
-        return Drawing("area", shape.text, circle_border(first.lat_deg, first.lon_deg, first.params[0]), facts=facts)
+        return Drawing("area", shape.text, _circle_border(first), facts=facts)
     return Drawing("point", shape.text, ((first.lat_deg, first.lon_deg, None),), facts={PART: RETURN_POINT})
 
 
@@ -133,11 +133,12 @@ def circle_facts(lat_deg: float, lon_deg: float, radius_m: float) -> dict[str, s
     return {RADIUS: f"{radius_m:.9g}", CENTRE_LAT: f"{lat_deg:.9f}", CENTRE_LON: f"{lon_deg:.9f}"}
 
 
-def circle_border(lat_deg: float, lon_deg: float, radius_m: float) -> tuple[Place, ...]:
-    """A circle with corners."""
-    frame = LocalFrame(Origin(lat_deg, lon_deg, 0.0))
+def _circle_border(item: PlanItem) -> tuple[Place, ...]:
+    """A circle with corners: on its rim where it is to be stayed in, about it where it is to be kept out of."""
+    frame = LocalFrame(Origin(item.lat_deg, item.lon_deg, 0.0))
+    reach_m = item.params[0] / (math.cos(math.pi / CIRCLE_CORNERS) if item.command == CIRCLE_OUT else 1.0)
     turns = (math.tau * i / CIRCLE_CORNERS for i in range(CIRCLE_CORNERS))
-    corners = (frame.to_geodetic(radius_m * math.cos(turn), radius_m * math.sin(turn)) for turn in turns)
+    corners = (frame.to_geodetic(reach_m * math.cos(turn), reach_m * math.sin(turn)) for turn in turns)
     return tuple((float(lat), float(lon), None) for lat, lon in corners)
 
 
