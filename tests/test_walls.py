@@ -32,6 +32,7 @@ PLANNER_MACHINERY = {
     "registry.py",
     "worker.py",
     "beside.py",
+    "ahead.py",
     "planner_file.py",
     "changes.py",
     "kept.py",

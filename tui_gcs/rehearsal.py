@@ -23,7 +23,7 @@ from tui_gcs.core.journal import Journal
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.memory import StationMemory
-from tui_gcs.core.messages import StationStatus, decode
+from tui_gcs.core.messages import RunPhase, StationStatus, decode
 from tui_gcs.core.places import simulated_places
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.results import Referee, Result
@@ -157,6 +157,8 @@ class LockStep:
         self._on_bus = BusSession(self.bus)
         self.station = Station(config, self.clock, self._on_bus, [self.link], self.recorder, self.journal)
         self.station_runs = True
+        self._foreseen = 0
+        """The round that planners beside work for before it comes."""
 
     @property
     def systems(self) -> tuple[int, ...]:
@@ -177,6 +179,7 @@ class LockStep:
         config = self.station.config
         self.station = Station(config, self.clock, self._on_bus, [self.link], self.recorder, self.journal)
         StationMemory(self.log_dir / "memory.json").recall(self.station)
+        self._foreseen = 0
         self.station_runs = True
 
     def step(self) -> None:
@@ -189,10 +192,22 @@ class LockStep:
             self.link.receive()  # nobody listens
             return
         self.station.tick()
+        if self._beside is not None:
+            self._look_ahead(self._beside)
         sent = [(int(address[1]), data) for data, address in self.link.sent]
         self.link.sent.clear()
         for index, data in self._up(sent):
             self.sim.receive(index, data)
+
+    def _look_ahead(self, beside: PlannersBeside) -> None:
+        """While a round is flown its planners can work for the next one."""
+        station, rounds = self.station, self.station.scenario.rounds
+        coming = station.round_index + 1
+        if coming == self._foreseen or coming == len(rounds) or station.executive.run is not RunPhase.RUNNING:
+            return
+        self._foreseen = coming
+        desks, revision = station.desks.values(), station.task_revision + 1
+        beside.foresee(desk.task_for(station.scenario, rounds[coming], desk.team, revision) for desk in desks)
 
     def _down(self, datagrams: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
         return datagrams if self.bad_links is None else self.bad_links.down(self.clock.now(), datagrams)

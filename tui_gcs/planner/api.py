@@ -83,7 +83,7 @@ place a vehicle has and that it is there (of a `hold`: that it is to wait there)
 shows the metrics of the first step: say there what is to be expected, as `predicted_…`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
@@ -278,6 +278,13 @@ class Planner:
 
     def event(self, event: Event) -> None:
         """Something changed; the step that follows sees it, too, so that nobody must listen."""
+
+    def ahead(self, go_on: Callable[[], bool]) -> None:
+        """Do background work before it is granted, as long as `go_on()` says so; steps take over what they are granted.
+
+        A rehearsal calls this after `configure` on a thread, while the round before is flown, but not of planners in
+        files. Who has it must not look at the task's time and revision, which are not known yet.
+        """
 
     def stop(self, reason: str) -> None:
         """No more steps."""

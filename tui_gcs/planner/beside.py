@@ -14,7 +14,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 
@@ -22,9 +22,12 @@ import msgspec
 
 from tui_gcs.core.bus import FLEET, PLAN, TASK, Bus
 from tui_gcs.core.messages import FleetFrame, Message, PlannerTask, decode, encode
-from tui_gcs.planner.host import PlannerHost
+from tui_gcs.planner.ahead import HostAhead
 from tui_gcs.planner.registry import PlannerFile
 from tui_gcs.planner.worker import ends_with
+
+SWITCH_S = 0.0005
+"""A step is waited for: work for later gives way to it so soon."""
 
 
 class PlannerProcessError(Exception):
@@ -67,6 +70,10 @@ class _Beside:
         self._send(b"task" + task)
         self._due_s = -math.inf
 
+    def foresee(self, task: PlannerTask) -> None:
+        """This task will come next."""
+        self._send(b"next" + encode(task))
+
     def ask(self, frame: bytes, t_s: float) -> bool:
         """Give it a frame if it may be due; then its `answer` must be waited for."""
         if t_s < self._due_s:
@@ -107,28 +114,31 @@ class PlannersBeside:
 
     def __init__(self, teams: Sequence[str], files: Mapping[str, PlannerFile], bus: Bus) -> None:
         """Start their processes. What ends of them raises `PlannerProcessError` where the bus is published to."""
-        self._hosts: list[_Beside] = []
+        self._by_team = {team: _Beside(team, files) for team in teams}
         self._bus = bus
-        for team in teams:
-            host = _Beside(team, files)
-            self._hosts.append(host)
+        for team, host in self._by_team.items():
             bus.subscribe(TASK.format(team=team), host.take)
         bus.subscribe(FLEET, self._on_fleet)
 
+    def foresee(self, tasks: Iterable[PlannerTask]) -> None:
+        """These tasks will come next: who can works for them while nothing else is to be done."""
+        for task in tasks:
+            self._by_team[task.team].foresee(task)
+
     def close(self) -> None:
         """End them all."""
-        for host in self._hosts:
+        for host in self._by_team.values():
             host.close()
 
     def _on_fleet(self, _key: str, payload: bytes) -> None:
         t_s = decode(payload, _Time).t_s
-        asked = [host for host in self._hosts if host.ask(payload, t_s)]
+        asked = [host for host in self._by_team.values() if host.ask(payload, t_s)]
         for host in asked:
             if plan := host.answer():
                 self._bus.publish(PLAN.format(team=host.team), plan)
 
 
-def serve(host: PlannerHost, pipe: Connection) -> None:
+def serve(host: HostAhead, pipe: Connection) -> None:
     """Take tasks and answer frames until nobody is at the other end."""
     while True:
         try:
@@ -138,6 +148,9 @@ def serve(host: PlannerHost, pipe: Connection) -> None:
         what, payload = data[:4], data[4:]
         if what == b"task":
             host.set_task(decode(payload, PlannerTask))
+            continue
+        if what == b"next":
+            host.foresee(decode(payload, PlannerTask))
             continue
         frame = decode(payload, FleetFrame)
         plan = host.answer(frame) if host.due(frame.t_s) else b""
@@ -155,7 +168,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     files = {name: PlannerFile(name, Path(path), sha256) for name, sha256, path in arguments.file}
     threading.Thread(target=ends_with, args=(arguments.parent,), daemon=True).start()
-    host = PlannerHost(arguments.team, files)
+    host = HostAhead(arguments.team, files)
+    sys.setswitchinterval(SWITCH_S)
     gc.freeze()  # what start-up left is never garbage
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the run's business
     serve(host, Connection(arguments.fd))

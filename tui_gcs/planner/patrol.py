@@ -4,7 +4,8 @@ Every place of the zone is then seen at least once per T / n. The tour is design
 searched for between steps, and taken when vehicles are on their slots and it is better by enough.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from itertools import repeat
 from typing import Any
 
@@ -31,7 +32,7 @@ from tui_gcs.planner.formation import FEW, Berth, Course, Formation
 from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.patrol_state import State
 from tui_gcs.planner.region import Region
-from tui_gcs.planner.search import begun
+from tui_gcs.planner.search import Search, begun
 from tui_gcs.planner.site import Design, site_of
 from tui_gcs.planner.smoothing import Motion
 from tui_gcs.planner.tour import Tour
@@ -97,6 +98,8 @@ class Patrol(Planner):
             raise ValueError(f"zone {task.zone.name!r}: no tour")
         self._state = State(search, search.best, Formation())
         self._background = Background()
+        self._searched: dict[int, Search] = {}
+        """Ahead of what was granted, by the units done."""
         self._fly(self._state.design)
 
     def step(self, ctx: Context) -> Output:
@@ -113,6 +116,13 @@ class Patrol(Planner):
         out.metrics = self._metrics(t_s)
         self._search_on(ctx.iterations)
         return out
+
+    def ahead(self, go_on: Callable[[], bool]) -> None:
+        """Search now for what steps will find then."""
+        search = replace(self._state.search)
+        while search.units < self._units and go_on():
+            search.work(self._site)
+            self._searched[search.units] = replace(search)
 
     def stop(self, reason: str) -> None:
         """No more steps."""
@@ -138,6 +148,9 @@ class Patrol(Planner):
         """Look for a better tour until the next step."""
         search = self._state.search
         units = min(units, self._units - search.units)
+        if (found := self._searched.get(search.units + units)) is not None:
+            self._state.search = found
+            return
 
         def work() -> None:
             for _ in range(units):
