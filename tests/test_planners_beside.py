@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 from tui_gcs.core.bus import PLAN, REQUEST
-from tui_gcs.core.messages import Plan, Start, decode, encode
+from tui_gcs.core.messages import Plan, Reply, Start, SwitchRound, decode, encode
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.scenario_load import load
 from tui_gcs.planner.registry import PlannerFile
@@ -39,14 +39,15 @@ def two_teams(planner: str = "patrol") -> Scenario:
 
 
 def flown(folder: Path, *, beside: bool) -> tuple[list[tuple[str, Plan]], bytes]:
-    """What the planners said in half a minute with a take-off, and the recording."""
+    """What the planners said in a minute with a take-off and a change of the round, and the recording."""
     folder.mkdir()
+    asked = {200: Start(vehicles=(1, 2, 3)), 900: SwitchRound(index=1)}
     flight, plans = LockStep(two_teams(), "", folder, beside=beside), list[tuple[str, Plan]]()
     flight.bus.subscribe(PLAN.format(team="*"), lambda key, data: plans.append((key, decode(data, Plan))))
-    for tick in range(600):
+    for tick in range(1200):
         flight.step()
-        if tick == 200:
-            flight.bus.ask(REQUEST.format(principal="test"), encode(Start(vehicles=(1, 2, 3))))
+        if tick in asked:
+            assert decode(flight.bus.ask(REQUEST.format(principal="test"), encode(asked[tick])), Reply).ok
     flight.close()
     return [(key, msgspec.structs.replace(plan, step_ms=0.0)) for key, plan in plans], (
         folder / "run.tlog"
@@ -55,7 +56,7 @@ def flown(folder: Path, *, beside: bool) -> tuple[list[tuple[str, Plan]], bytes]
 
 def test_planners_beside_give_the_same_plans_in_the_same_order_and_the_same_flight(tmp_path: Path) -> None:
     plans, recording = flown(tmp_path / "in", beside=False)
-    assert len(plans) >= 2 * 5 * 29 and plans[-1][1].metrics["searched"] == 1.0, "both searched while they flew"
+    assert len(plans) >= 2 * 5 * 59 and plans[-1][1].metrics["searched"] == 1.0, "both searched while they flew"
     assert len({plan.metrics["predicted_worst_s"] for _, plan in plans}) > 2, "and found something"
     beside_plans, beside_recording = flown(tmp_path / "beside", beside=True)
     for (key, plan), (beside_key, beside_plan) in zip(plans, beside_plans, strict=True):
