@@ -13,6 +13,7 @@ from tui_gcs.core import messages_services as s
 from tui_gcs.core.bus import REQUEST
 from tui_gcs.core.course import STILL
 from tui_gcs.core.messages import Phase, RunPhase
+from tui_gcs.core.services.plan_book import MissionState
 
 MakeRig = Callable[..., Rig]
 NAN = math.nan
@@ -251,3 +252,36 @@ def test_any_other_order_ends_following(rig: MakeRig) -> None:
     flight.run(10.0)
     assert flight.phase(1) is Phase.HOLDING and flight.speed(1) < 0.3
     assert not any("no longer" in text for text in flight.texts("vehicle 1"))
+
+
+@pytest.mark.parametrize("autopilots", ["ardupilot", "px4"])
+@pytest.mark.parametrize("act", ["start", "continue"])
+def test_who_holds_no_mission_goes_on_with_what_it_does(rig: MakeRig, autopilots: str, act: str) -> None:
+    flight = rig(2, autopilots=autopilots).flying().run(15.0)
+    assert why_not(flight, f.OnBoardMission((1,), act)) == "holds no mission: upload one first"
+    flight.run(5.0)
+    assert flight.phase(1) is Phase.FLYING
+
+
+@pytest.mark.parametrize("autopilots", ["ardupilot", "px4"])
+@pytest.mark.parametrize("act", ["start", "continue"])
+def test_who_refuses_its_mission_is_held_and_never_left_to_its_failsafe(
+    rig: MakeRig, autopilots: str, act: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A PX4 in OFFBOARD that was told nothing more flew home across the layers of others; an ArduPilot flew on."""
+    flight = rig(2, autopilots=autopilots).flying().run(15.0)
+    monkeypatch.setattr(flight.station.services.missions, "state", lambda vehicle: MissionState())
+    modes = set()
+    task = ask(flight, f.OnBoardMission((1,), act)).tasks[0].number
+
+    def is_over() -> bool:
+        modes.add(flight.station.frame().mode[0])
+        (info,) = ask(flight, s.GetTasks((task,))).tasks
+        return info.state == "failed" and info.text.startswith("it is held: refused")
+
+    flight.until(is_over, 10.0)
+    flight.until(lambda: flight.phase(1) is Phase.HOLDING and flight.speed(1) < 0.3, 15.0)
+    modes.add(flight.station.frame().mode[0])
+    assert not modes & {"RTL", "LAND", "AUTO", "MISSION"}
+    assert flight.phase(2) is Phase.FLYING
+    assert ask(flight, m.Resume((1,))).ok, "its planner may have it back"

@@ -146,11 +146,14 @@ class ByHand:
         return self._take(vehicle, Stand(flight.course.point_m, speed_m_s))
 
     def on_board(self, vehicle: Vehicle) -> None:
-        """It flies what is on board from now on: nobody here steers it."""
+        """It flies what is on board from now on: nobody here steers it.
+
+        Its firmware is not released: a PX4 that is still in OFFBOARD is told to stop there until its mode has changed.
+        Left without set-points it would fly home by its failsafe, across the layers of others.
+        """
         flight = self._book.get(vehicle.id)
         if flight is not None:
             flight.enter(Phase.TAKEN_OUT, self._clock.now(), ON_BOARD_STEP)
-            self._firmware.of(vehicle).release(vehicle)
 
     def lifting(self, vehicle: Vehicle, alt_m: float) -> str:
         """It is about to take off to `alt_m` by hand; "" or why not."""

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from tui_gcs.core import messages_flight as f
@@ -151,12 +152,24 @@ class FlightActs:
             return why
         if not vehicle.airborne:
             return "is not in the air: take off first"
-        action = firmware.mission_start(vehicle) if request.act == "start" else firmware.mission_continue(vehicle)
-        action.on_done = self._ends(task, "flies its mission")
+        if station.services.missions.state(vehicle.id).total == 0:
+            return "holds no mission: upload one first"
         station.commands.cancel(vehicle.id)
+        action = firmware.mission_start(vehicle) if request.act == "start" else firmware.mission_continue(vehicle)
+        action.on_done = partial(self._on_board_ended, vehicle, task)
         station.by_hand.on_board(vehicle)
         self._submit(action, task)
         return ""
+
+    def _on_board_ended(self, vehicle: Vehicle, task: Task, action: Action, outcome: Outcome, why: str) -> None:
+        """Who did not take it is held: nobody steers it any more, and its last order may have been a velocity."""
+        if outcome is Outcome.CONFIRMED:
+            task.end(text="flies its mission")
+            return
+        is_ours = outcome is not Outcome.SUPERSEDED  # by another order, which says what it does now
+        if is_ours:
+            self._station.executive.hold((vehicle.id,))
+        task.end("it is held: " * is_ours + ": ".join(part for part in (outcome.value, why) if part))
 
     # ---------------------------------------------------------------- steps
 

@@ -265,6 +265,7 @@ class Px4Multicopter:
 
     def mission_continue(self, vehicle: Vehicle) -> Action:
         """AUTO MISSION goes on at the same item."""
+        self._end_guided(vehicle)
         return self._mode(vehicle, MISSION, "mission continue", Retry.START)
 
     # ---------------------------------------------------------------- what telemetry shows
