@@ -39,7 +39,7 @@ async def test_a_narrow_title_has_room_for_both_counts() -> None:
         assert "5 by hand, 2 sel of 8" in c.text()
 
 
-DOES = [(3, "40 m to go"), (4, "orbits"), (5, "follows 1"), (6, "by keys"), (7, "stays there")]
+DOES = [(3, "40 m to go"), (4, "orbits"), (5, "follows 1"), (6, "nudged"), (7, "stays there")]
 
 
 @pytest.mark.parametrize(("vehicle", "does"), DOES)

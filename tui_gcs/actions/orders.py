@@ -129,7 +129,7 @@ def _steered(row: VehicleRow) -> str:
         return why
     if not row.team:
         return "is in no team: no course is flown with it"
-    return "" if in_the_air(row) else "is on the ground: take off first"
+    return "" if in_the_air(row) else "take off first"
 
 
 def _on_the_ground(row: VehicleRow) -> str:
@@ -137,14 +137,14 @@ def _on_the_ground(row: VehicleRow) -> str:
 
 
 def _armed_on_the_ground(row: VehicleRow) -> str:
-    return beyond_reach(row) or (
-        "is not armed" if not row.armed else "is in the air: land it" if in_the_air(row) else ""
-    )
+    return beyond_reach(row) or ("is not armed" if not row.armed else "land it first" if in_the_air(row) else "")
 
 
 def _held(row: VehicleRow) -> str:
     if (why := beyond_reach(row)) or row.phase in (Phase.HOLDING, Phase.BY_HAND):
         return why
+    if not row.armed:
+        return "is on the ground"
     return "its planner has it" if row.phase is Phase.FLYING else "neither holds nor is flown by hand"
 
 
@@ -153,7 +153,7 @@ def _is_armed(row: VehicleRow) -> str:
 
 
 def _in_flight(row: VehicleRow) -> str:
-    return beyond_reach(row) or ("" if in_the_air(row) else "is on the ground: take off first")
+    return beyond_reach(row) or ("" if in_the_air(row) else "take off first")
 
 
 def _on_its_way(row: VehicleRow) -> str:

@@ -94,6 +94,8 @@ class OrderMenu(TextDialog[str | None]):
             self._problem = "no order has that letter"
         elif why := self._why_not(order, doubtful=marked):
             self._problem = f"{order.name}: {why}"
+            if not self._why_not(order, doubtful=True):
+                self._problem += "; arrows and Enter ask for it all the same"
         else:
             self.finish(order.id)
             return
@@ -368,7 +370,8 @@ class OrderDialog(TextDialog["Confirmed | str"]):
             lines.append([(f"  {status.in_control} has control: this takes it", Ink.CAUTION)])
         if self.order.fields:
             lines += [[], *self._field_lines()]
-        return [*lines, [], *([[(self._problem[:MOST_CELLS], Ink.CAUTION)]] if self._problem else []), self._key_line()]
+        problem: list[Line] = [[(line, Ink.CAUTION)] for line in wrap(self._problem, MOST_CELLS)[:MOST_TOLD]]
+        return [*lines, [], *problem, self._key_line()]
 
     def _outlook_lines(self) -> list[Line]:
         """Where it leads, as things are now; what speaks against it."""

@@ -60,7 +60,7 @@ def hand_words(row: VehicleRow) -> str:
     if row.slot.startswith(">"):
         return slot_words(row.slot)
     if not math.isfinite(row.goal_m[0]):
-        return "by keys"
+        return "nudged"
     if row.goal_radius_m:
         return "orbits"
     to_go_m = math.dist(row.goal_m, row.position_m)
