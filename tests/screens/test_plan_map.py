@@ -50,6 +50,15 @@ async def test_corners_are_added_and_deleted() -> None:
         assert len(corners(c, "field")) == 5, "a rectangle becomes a polygon"
 
 
+async def test_a_circle_that_gets_corners_says_what_became_of_it() -> None:
+    """It lost a tenth of its area, and nothing was said."""
+    async with plan_console() as c:
+        await c.press("e", "plus")
+        assert len(corners(c)) == 33 and "the circle has 33 corners now, and is as large; u takes it back" in c.said()
+        await c.press("plus")
+        assert "circle" not in c.said()
+
+
 async def test_arrows_size_a_rectangle_by_its_corner_and_a_circle_by_its_rim() -> None:
     async with plan_console() as c:
         await c.press("e", "n", "left")

@@ -1,14 +1,29 @@
 """Texts of the forms and what they mean; shapes changed as a whole."""
 
+import math
+
 import pytest
+import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tui_gcs.core.scenario import Team
-from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2
+from tui_gcs.core.scenario import OperatingArea, Team
+from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
 from tui_gcs.planner.api import Param
 from tui_gcs.widgets.form_text import FieldError, ids_text, number_text, points_text, to_ids, to_number, to_points
-from tui_gcs.widgets.shape_edit import KINDS, centre_of, converted, kind_of, moved, sized, turned
+from tui_gcs.widgets.shape_edit import (
+    KINDS,
+    Border,
+    as_polygon,
+    border_of,
+    centre_of,
+    converted,
+    corners_told,
+    kind_of,
+    moved,
+    sized,
+    turned,
+)
 from tui_gcs.widgets.team_text import TeamText, team_text, to_team, to_value
 from tui_gcs.widgets.zone_text import to_zone, zone_text
 
@@ -79,6 +94,36 @@ def test_converted_shape_lies_where_the_old_one_was(shape: Shape, kind: str) -> 
     assert kind_of(new) == kind
     assert centre_of(new) == pytest.approx(centre_of(shape), abs=0.1)
     assert area_m2(new) == pytest.approx(area_m2(shape), rel=1.0)
+
+
+@pytest.mark.parametrize("radius_m", [1.0, 7.0, 80.0, 1234.5])
+def test_a_circle_with_corners_keeps_what_it_is_for(radius_m: float) -> None:
+    """Nobody is let out of the area or into a no-fly zone, and a zone to be seen keeps its size."""
+    circle = Circle((10.0, 20.0), radius_m)
+    rim_m = {border: _reach_m(as_polygon(circle, border)) for border in Border}
+    assert rim_m[Border.NOT_LARGER][1] <= radius_m
+    assert rim_m[Border.NOT_SMALLER][0] >= radius_m
+    if radius_m > 5.0:
+        for border in Border:
+            assert area_m2(as_polygon(circle, border)) == pytest.approx(area_m2(circle), rel=0.01)
+        assert area_m2(as_polygon(circle)) == pytest.approx(area_m2(circle), rel=5e-4)
+
+
+def _reach_m(polygon: Polygon) -> tuple[float, float]:
+    """Of its border from the middle of the circle: least and most."""
+    rim, middle = polygon_of(polygon).exterior, shapely.Point(10.0, 20.0)
+    return rim.distance(middle), max(math.dist(corner, (10.0, 20.0)) for corner in polygon.vertices_m)
+
+
+def test_which_border_counts_depends_on_what_it_is_for() -> None:
+    circle = Circle((10.0, 20.0), 80.0)
+    assert border_of(OperatingArea(circle, 20.0, 90.0)) is Border.NOT_LARGER
+    assert border_of(Zone("a", Role.NO_FLY, circle)) is Border.NOT_SMALLER
+    assert border_of(Zone("a", Role.DEFEND, circle)) is border_of(Zone("a", Role.ATTACK, circle)) is Border.AS_LARGE
+    told = {border: corners_told(circle, as_polygon(circle, border)) for border in Border}
+    assert "has 32 corners now, and is as large; u" in told[Border.AS_LARGE]
+    assert "0.7 % smaller" in told[Border.NOT_LARGER] and "0.4 % larger" in told[Border.NOT_SMALLER]
+    assert corners_told(Rectangle((0.0, 0.0), 4.0, 4.0), SHAPES[2]) == ""
 
 
 @pytest.mark.parametrize("shape", SHAPES)

@@ -32,6 +32,7 @@ from tui_gcs.widgets.plan_autosave import PlanAutosave
 from tui_gcs.widgets.plan_draft import PlanDraft
 from tui_gcs.widgets.round_chooser import RoundChooser
 from tui_gcs.widgets.settings_form import SettingsForm
+from tui_gcs.widgets.shape_edit import border_of, corners_told
 from tui_gcs.widgets.team_form import TeamForm
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.zone_form import ZoneForm
@@ -217,7 +218,9 @@ class PlanScreen(PlanApply):
         if edited is not None:
             if self.draft.zone_name is not None:
                 others.append(current.area.shape)
-            self.map_view.show_edited((pending or edited).shape, tuple(others), allowed=pending is None)
+            self.map_view.show_edited(
+                (pending or edited).shape, tuple(others), allowed=pending is None, border=border_of(edited)
+            )
 
     def show_message(self) -> None:
         """It stands among everything else."""
@@ -367,10 +370,11 @@ class PlanScreen(PlanApply):
 
     def on_edit_map_reshaped(self, message: EditMap.Reshaped) -> None:
         """Changed on the map; what is not allowed is shown there until it is changed further, or taken back."""
+        before = self.draft.pending or self.draft.edited
         self.draft.reshape(message.shape, message.step)
         self.map_view.heard()
         self.fill_forms()
-        self.say("")
+        self.say(corners_told(before.shape, message.shape) if before is not None else "", Ink.CAUTION)
 
     def on_draft_map_clicked(self, message: EditMap.Clicked) -> None:
         """The smallest zone there is edited."""

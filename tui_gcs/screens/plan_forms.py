@@ -10,7 +10,7 @@ from tui_gcs.widgets.narrow_style import show_classes
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.plan_draft import reshaped
 from tui_gcs.widgets.settings_form import SettingsForm
-from tui_gcs.widgets.shape_edit import converted
+from tui_gcs.widgets.shape_edit import border_of, converted, corners_told
 from tui_gcs.widgets.team_form import TeamForm
 from tui_gcs.widgets.team_text import TeamText, team_text
 from tui_gcs.widgets.titles import set_title
@@ -71,8 +71,10 @@ class PlanForms(PlanParts):
         edited, texts = self.draft.edited, message.texts
         if edited is None:
             return
+        told = ""
         if message.field == "shape":
-            shape = converted(edited.shape, texts.shape)
+            shape = converted(edited.shape, texts.shape, border_of(edited))
+            told = corners_told(edited.shape, shape)
             self.zone_form.show_shape(zone_text(reshaped(edited, shape)))
             texts = self.zone_form.texts
         name = self.draft.zone_name
@@ -80,7 +82,7 @@ class PlanForms(PlanParts):
         if self.draft.zone_name != name:
             set_title(self.zone_form, f"zone {self.draft.zone_name}")
             self._show_team()
-        self.say("")
+        self.say(told, Ink.CAUTION)
 
     def on_team_form_chosen(self, message: TeamForm.Chosen) -> None:
         """Another team."""

@@ -28,7 +28,7 @@ from tui_gcs.widgets.shape_corners import (
     with_corner_near,
     without_corner,
 )
-from tui_gcs.widgets.shape_edit import moved, sized, turned
+from tui_gcs.widgets.shape_edit import Border, as_polygon, moved, sized, turned
 
 TURN_DEG = 5.0
 GROW = 1.05
@@ -75,6 +75,7 @@ class EditMap(DraftMap):
 
     _shape: Shape | None = None
     _allowed = True
+    _border = Border.AS_LARGE
     _others: tuple[Shape, ...] = ()
     _corner: int | None = None
     """The chosen one; None: the shape as a whole."""
@@ -85,8 +86,11 @@ class EditMap(DraftMap):
     """Wishes that the screen has not dealt with yet: until then the shape is as it was wished."""
     _has_dragged = False
 
-    def show_edited(self, shape: Shape, others: tuple[Shape, ...], *, allowed: bool) -> None:
-        """The edited shape, what it may be drawn to, and whether it may be as it is."""
+    def show_edited(
+        self, shape: Shape, others: tuple[Shape, ...], *, allowed: bool, border: Border = Border.AS_LARGE
+    ) -> None:
+        """The edited shape, what it may be drawn to, whether it may be as it is, and what corners must keep of it."""
+        self._border = border
         if not self._unheard and (shape, others, allowed) != (self._shape, self._others, self._allowed):
             self._shape, self._others, self._allowed = shape, others, allowed
             self._draw_edited()
@@ -153,7 +157,7 @@ class EditMap(DraftMap):
         """Behind the chosen one, or the last one."""
         if self._shape is not None:
             at = len(self._corners) - 1 if self._corner is None else self._corner
-            shape, self._corner = with_corner_after(self._shape, at)
+            shape, self._corner = with_corner_after(as_polygon(self._shape, self._border), at)
             self._reshape(shape, f"{len(shape.vertices_m)} corners")
 
     def action_delete_corner(self) -> None:
@@ -220,7 +224,7 @@ class EditMap(DraftMap):
             event.prevent_default()
         elif event.chain == 2 and place is not None and self._shape is not None:
             event.prevent_default()
-            shape, self._corner = with_corner_near(self._shape, place)
+            shape, self._corner = with_corner_near(as_polygon(self._shape, self._border), place)
             self._reshape(shape, f"{len(shape.vertices_m)} corners")
 
     def _place(self, event: events.MouseEvent) -> Point | None:

@@ -1,15 +1,37 @@
 """Shapes changed as a whole: moved, turned, sized, made into another kind of about the same size."""
 
 import math
+from enum import Enum
 from typing import assert_never
 
 import msgspec
 
-from tui_gcs.core.zones import Circle, Polygon, Rectangle, Shape, area_m2, bounds, outline_m
+from tui_gcs.core.scenario import OperatingArea
+from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, bounds, outline_m
 
 KINDS = ("circle", "rectangle", "polygon")
-CIRCLE_CORNERS = 8
-"""A circle becomes a polygon with this many corners."""
+CIRCLE_CORNERS = 32
+"""A circle becomes a polygon with this many corners: 0.7 % smaller where all of them are on its rim."""
+TIDIED_M = 0.01
+"""So far a corner may be from where it is reckoned to be: it is rounded."""
+
+
+class Border(Enum):
+    """What must not become of a circle that is given corners."""
+
+    NOT_LARGER = "not larger"
+    """Who may fly inside of it only must not come farther out."""
+    NOT_SMALLER = "not smaller"
+    """Who is kept out of it must not come nearer."""
+    AS_LARGE = "as large"
+    """What is to be seen of it: the same area, for its times are reckoned from that."""
+
+
+def border_of(edited: Zone | OperatingArea) -> Border:
+    """By what it is for."""
+    if isinstance(edited, OperatingArea):
+        return Border.NOT_LARGER
+    return Border.NOT_SMALLER if edited.role is Role.NO_FLY else Border.AS_LARGE
 
 
 def kind_of(shape: Shape) -> str:
@@ -33,7 +55,7 @@ def centre_of(shape: Shape) -> tuple[float, float]:
     return (min_x + max_x) / 2.0, (min_y + max_y) / 2.0
 
 
-def converted(shape: Shape, kind: str) -> Shape:
+def converted(shape: Shape, kind: str, border: Border = Border.AS_LARGE) -> Shape:
     """The shape as another kind, about the same place and area; itself if it is of that kind already."""
     if kind == kind_of(shape):
         return shape
@@ -42,16 +64,39 @@ def converted(shape: Shape, kind: str) -> Shape:
     if kind == "rectangle":
         min_x, min_y, max_x, max_y = bounds(shape)
         return Rectangle(tidy(centre_of(shape)), round(max_x - min_x, 1), round(max_y - min_y, 1))
-    return as_polygon(shape)
+    return as_polygon(shape, border)
 
 
-def as_polygon(shape: Shape) -> Polygon:
-    """The shape as a polygon; a circle becomes one with few corners."""
+def as_polygon(shape: Shape, border: Border = Border.AS_LARGE) -> Polygon:
+    """The shape as a polygon; a circle becomes one about it, within it or of its area."""
     if isinstance(shape, Polygon):
         return shape
-    outline = outline_m(shape)
-    step = len(outline) // CIRCLE_CORNERS if isinstance(shape, Circle) else 1
-    return Polygon(tuple(tidy(point) for point in outline[::step]))
+    if isinstance(shape, Circle):
+        (x, y), reach_m = shape.centre_m, _corner_reach_m(shape.radius_m, border)
+        turns = (math.tau * i / CIRCLE_CORNERS for i in range(CIRCLE_CORNERS))
+        return Polygon(tuple(tidy((x + reach_m * math.cos(turn), y + reach_m * math.sin(turn))) for turn in turns))
+    return Polygon(tuple(tidy(point) for point in outline_m(shape)))
+
+
+def _corner_reach_m(radius_m: float, border: Border) -> float:
+    """From the middle of a circle to the corners of its polygon."""
+    slice_rad = math.tau / CIRCLE_CORNERS
+    match border:
+        case Border.NOT_LARGER:
+            return max(radius_m - TIDIED_M, radius_m / 2.0)
+        case Border.NOT_SMALLER:
+            return (radius_m + TIDIED_M) / math.cos(slice_rad / 2.0)
+        case Border.AS_LARGE:
+            return radius_m * math.sqrt(slice_rad / math.sin(slice_rad))
+
+
+def corners_told(old: Shape, new: Shape) -> str:
+    """What became of a circle that has corners now; "" for anything else."""
+    if not (isinstance(old, Circle) and isinstance(new, Polygon)):
+        return ""
+    more_pct = 100.0 * (area_m2(new) / area_m2(old) - 1.0)
+    size = "as large" if abs(more_pct) < 0.05 else f"{abs(more_pct):.1f} % {'larger' if more_pct > 0.0 else 'smaller'}"
+    return f"the circle has {len(new.vertices_m)} corners now, and is {size}; u takes it back"
 
 
 def moved(shape: Shape, east_m: float, north_m: float) -> Shape:
