@@ -156,6 +156,20 @@ async def test_the_cursor_draws_a_way_and_the_mouse_chooses_and_moves() -> None:
         assert editor.vehicle == 4
 
 
+async def test_four_vehicles_are_listed_on_a_low_terminal() -> None:
+    """Two were: what the columns are stands in the border, and the panels share a line."""
+    async with mission_console(NARROW) as c:
+        rows = c.missions.plan_list.text().splitlines()
+        assert [row.split()[-3] for row in rows] == ["1", "2", "3", "4"]
+        assert "ID ITEMS     WAY   TIME  LEFT" in c.line(3)
+        await c.pilot.click("PlanList", offset=(5, 2))
+        await c.settle()
+        assert c.missions.editor.vehicle == 3
+        await c.pilot.resize_terminal(120, 40)
+        await c.settle()
+        assert "missions" in c.line(3) and "ID ITEMS" in c.missions.plan_list.text().splitlines()[0]
+
+
 @pytest.mark.long
 async def test_fences_and_rally_points_and_clearing() -> None:
     async with mission_console() as c:

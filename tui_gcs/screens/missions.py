@@ -38,7 +38,7 @@ from tui_gcs.widgets.mission_form import ItemForm
 from tui_gcs.widgets.mission_map import drawings
 from tui_gcs.widgets.mission_profile import AltitudeProfile
 from tui_gcs.widgets.mission_remarks import mission_remarks, state_remark
-from tui_gcs.widgets.mission_table import ItemTable, PlanList
+from tui_gcs.widgets.mission_table import COLUMNS_TITLE, ItemTable, PlanList
 from tui_gcs.widgets.mission_text import ItemText, item_text, item_title, to_item
 from tui_gcs.widgets.narrow_style import show_classes
 from tui_gcs.widgets.open_bar import OpenBar
@@ -73,7 +73,7 @@ class MissionsScreen(MissionCopies):
     MissionsScreen #items { height: 1fr; }
     MissionsScreen VerdictLines { height: 5; }
     MissionsScreen.-narrow #side { width: 42; }
-    MissionsScreen.-short #vehicles { height: 5; }
+    MissionsScreen.-short #vehicles { height: 5; border-bottom: none; }
     MissionsScreen.-short VerdictLines { height: 2; }
     MissionsScreen.-short AltitudeProfile { height: 5; }
     MissionsScreen.-generating #items, MissionsScreen.-generating ItemForm { display: none; }
@@ -196,7 +196,12 @@ class MissionsScreen(MissionCopies):
         """How far plans on their way are: each, and above all together."""
         self.plan_list.show(self.transfers.states())
         overall = self.transfers.overall()
-        set_title(self._vehicles_panel, f"sending {overall}" if overall else "missions")
+        title = COLUMNS_TITLE if self.has_class("-short") else "missions"
+        set_title(self._vehicles_panel, f"sending {overall}" if overall else title)
+
+    def on_resize(self) -> None:
+        """Perhaps the columns are named elsewhere now; whether it is low, Textual says after this."""
+        self.call_after_refresh(self.show_transfers)
 
     def show_form(self) -> None:
         """The edited item; what was typed and not allowed is gone."""

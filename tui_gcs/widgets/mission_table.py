@@ -21,8 +21,16 @@ _HOW_TO_BEGIN = {
 }
 
 
+COLUMNS = f"   ID {'ITEMS':>5} {'WAY':>7} {'TIME':>6}  LEFT"
+COLUMNS_TITLE = COLUMNS[2:]
+"""The same in the border above them: two cells on, after its corner."""
+
+
 class PlanList(LinesView):
-    """A line for each vehicle: items, way, time, battery left, and the gravest that is wrong."""
+    """A line for each vehicle: items, way, time, battery left, and the gravest that is wrong.
+
+    On a low terminal what the columns are stands in the border above, and makes room for one more.
+    """
 
     DEFAULT_CSS = "PlanList { height: 1fr; }"
 
@@ -47,20 +55,24 @@ class PlanList(LinesView):
 
     def on_click(self, event: events.Click) -> None:
         """The vehicle under the pointer."""
-        ids = self._editor.vehicles
-        if 0 <= self._first + event.y - 1 < len(ids) and event.y >= 1:
-            self.post_message(self.Picked(ids[self._first + event.y - 1]))
+        ids, row = self._editor.vehicles, event.y - self._header_rows
+        if row >= 0 and self._first + row < len(ids):
+            self.post_message(self.Picked(ids[self._first + row]))
+
+    @property
+    def _header_rows(self) -> int:
+        return 0 if self.screen.has_class("-short") else 1
 
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
         ids = self._editor.vehicles
         if not ids:
             return [[("no vehicle is known yet", Ink.MUTED)]]
-        room = max(height - 1, 1)
+        room = max(height - self._header_rows, 1)
         at = ids.index(self._editor.vehicle) if self._editor.vehicle in ids else 0
         self._first = max(0, min(max(self._first, at - room + 1), at, len(ids) - room))
-        header = f"   ID {'ITEMS':>5} {'WAY':>7} {'TIME':>6}  LEFT"
-        return [[(header, Ink.MUTED)], *(self._line(vehicle) for vehicle in ids[self._first : self._first + room])]
+        header: list[Line] = [[(COLUMNS, Ink.MUTED)]] * self._header_rows
+        return [*header, *(self._line(vehicle) for vehicle in ids[self._first : self._first + room])]
 
     def _line(self, vehicle: int) -> Line:
         editor = self._editor
