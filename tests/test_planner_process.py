@@ -13,6 +13,8 @@ from tui_gcs.commands.common import read_planners
 from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.core import messages as m
 from tui_gcs.core.kinds import Kind
+from tui_gcs.core.scenario import Team
+from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import load
 from tui_gcs.launcher import launch
 
@@ -102,6 +104,25 @@ def test_a_planner_in_a_file_flies_and_its_hash_is_in_the_status(fleet: Watcher,
     until(lambda: fleet.ask(m.Start(vehicles=tuple(range(1, 9)))).ok, 20, "vehicles ready")
     until(lambda: fleet.phases() == {m.Phase.FLYING}, 50, "all fly")
     until(lambda: len(fleet.ask(m.GetPlanners()).planners) >= 2, 30, "known ones are described, too")
+
+
+def test_a_team_that_is_new_is_foretold_by_another_ones_worker(fleet: Watcher):
+    """Asked twice: the first three end."""
+    now = fleet.ask(m.GetScenario()).scenario
+    assert now is not None
+    document = ScenarioDocument(now.toml)
+    document.set_team("attack", vehicles=(5, 6))
+    document.add_team(Team("third", "field", "puppet", (7, 8)))
+    for _ in range(2):
+        assert fleet.ask(m.Preview(base_revision=now.revision, toml=document.text)).ok
+    until(lambda: {each.state for each in fleet.ask(m.GetPreviews()).previews.values()} == {"done"}, 90, "all foretold")
+    found = fleet.ask(m.GetPreviews()).previews
+    assert {team: each.ways.ids for team, each in found.items() if each.ways is not None} == {
+        "defend": (1, 2, 3, 4),
+        "attack": (5, 6),
+        "third": (7, 8),
+    }
+    assert fleet.phases() == {m.Phase.FLYING}, "nobody is disturbed"
 
 
 def test_a_planner_that_hangs_is_killed_and_goes_on_from_its_snapshot(fleet: Watcher, folder: Path):
