@@ -17,7 +17,7 @@ from tui_gcs.planner.preview import preview
 def preview_lines(scenario: Scenario) -> list[Line]:
     """Every round, all vehicles begin at their take-off places. Teams whose planner is not known are left out."""
     return [
-        Line(WORDS[finding.level], round_.name, f"{finding.text} {finding.detail}".rstrip())
+        Line(WORDS[finding.level], round_.name, ": ".join(filter(None, (finding.text, finding.detail))))
         for round_ in scenario.rounds
         for finding in _round(scenario, round_)
     ]
