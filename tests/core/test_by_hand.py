@@ -285,3 +285,31 @@ def test_who_refuses_its_mission_is_held_and_never_left_to_its_failsafe(
     assert not modes & {"RTL", "LAND", "AUTO", "MISSION"}
     assert flight.phase(2) is Phase.FLYING
     assert ask(flight, m.Resume((1,))).ok, "its planner may have it back"
+
+
+@pytest.mark.parametrize("autopilots", ["ardupilot", "px4"])
+def test_a_mission_is_begun_paused_and_continued_out_of_a_planners_hands(rig: MakeRig, autopilots: str) -> None:
+    """A PX4 changes from OFFBOARD without its failsafe; of two the second is not concerned."""
+    flight = rig(2, autopilots=autopilots).flying().run(15.0)
+    x, y, z = flight.place(1)
+    places = [flight.station.fleet.frame.to_geodetic(x + 10.0 * way, y) for way in (1, 2, 3, 4)]
+    rows = tuple(s.PlanRow(16, 3, (0, 0, 0, 0), round(lat * 1e7), round(lon * 1e7), z) for lat, lon in places)
+    info, _ = ended(flight, s.UploadPlan((1,), "mission", rows))  # type: ignore[arg-type]
+    assert info.state == "done", info.text
+    modes: set[str] = set()
+
+    def watched(seconds: float) -> str:
+        for _ in range(int(seconds * 10)):
+            flight.run(0.1)
+            modes.add(flight.station.frame().mode[0])
+        return flight.station.frame().mode[0]
+
+    begun = ask(flight, f.OnBoardMission((1,), "start"))
+    assert begun.ok and watched(3.0) in ("AUTO", "MISSION")
+    assert flight.phase(1) is Phase.TAKEN_OUT
+    assert ask(flight, m.Hold(vehicles=(1,))).ok
+    flight.until(lambda: flight.phase(1) is Phase.HOLDING and flight.speed(1) < 0.3, 15.0)
+    assert ask(flight, f.OnBoardMission((1,), "continue")).ok and watched(3.0) in ("AUTO", "MISSION")
+    assert flight.speed(1) > 1.0
+    assert not modes & {"RTL", "LAND"}
+    assert flight.phase(2) is Phase.FLYING
