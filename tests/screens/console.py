@@ -1,14 +1,11 @@
 """A console attached to a fake station, on a virtual clock, for Pilot tests."""
 
-import asyncio
-import contextlib
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
-from typing import Any
 
 from fake_station import FakeStation
-from textual.pilot import Pilot
+from quiet_pilot import QuietPilot
 
 from tui_gcs.app import ConsoleApp
 from tui_gcs.core.bus import MemoryBus
@@ -27,7 +24,7 @@ class Console:
     """What a test holds in its hands."""
 
     app: ConsoleApp
-    pilot: Pilot[Any]
+    pilot: QuietPilot
     station: FakeStation
     clock: VirtualClock
 
@@ -47,23 +44,11 @@ class Console:
 
     async def settle(self) -> None:
         """Everything asked is answered and shown."""
-        await self._handled()
         await self.pilot.pause()
         await self.app.workers.wait_for_complete()
         await self.app.feed.idle()
         self.app.feed.deliver()
-        await self.pilot.pause()  # messages
-        await self.pilot.pause()  # layout that followed from them
-
-    async def _handled(self) -> None:
-        """Every key pressed was handled by the app, and by the screen that it went to: Pilot only guesses when the
-        process is idle, and on a busy machine it guesses wrong."""
-        for _ in range(3):  # app, screen, and what the screen's answer leads to in the app
-            for node in (self.app, *self.app.screen_stack[-1:]):
-                handled = asyncio.Event()
-                node.call_later(handled.set)
-                with contextlib.suppress(TimeoutError):  # a dialog that has just ended handles nothing more
-                    await asyncio.wait_for(handled.wait(), 0.2)
+        await self.pilot.pause()
 
     async def tick(self, dt_s: float = 0.1) -> None:
         """The station moves on, the console shows it."""
@@ -105,8 +90,8 @@ async def console(
     app = ConsoleApp(
         bus, "console-test", kind, glyphs=glyphs, clock=clock, replay=replay, read_only=read_only, groups=groups
     )
-    async with app.run_test(size=size) as pilot:
-        attached = Console(app, pilot, station, clock)
+    async with app.run_test(size=size):
+        attached = Console(app, QuietPilot(app), station, clock)
         await attached.settle()
         await attached.tick()
         yield attached

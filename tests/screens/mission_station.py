@@ -9,6 +9,7 @@ from typing import cast
 import msgspec
 from console import WIDE
 from plan_station import KEYS, PlanConsole, PlanStation
+from quiet_pilot import QuietPilot
 
 from tui_gcs.app import ConsoleApp
 from tui_gcs.core import messages as m
@@ -123,8 +124,8 @@ async def mission_console(
     prepare(station)
     clock = VirtualClock()
     app = ConsoleApp(bus, "console-test", glyphs=glyphs, clock=clock, folder=folder)
-    async with app.run_test(size=size) as pilot:
-        attached = MissionConsole(app, pilot, station, clock)
+    async with app.run_test(size=size):
+        attached = MissionConsole(app, QuietPilot(app), station, clock)
         await attached.settle()
         await attached.tick()
         await attached.press("p", "m")

@@ -11,6 +11,7 @@ from typing import cast
 
 from console import WIDE, Console
 from fake_station import SCENARIO_FILE, SCENES, FakeStation
+from quiet_pilot import QuietPilot
 
 from tui_gcs.app import ConsoleApp
 from tui_gcs.core import bus as keys
@@ -118,8 +119,8 @@ async def plan_console(
     prepare(station)
     clock = VirtualClock()
     app = ConsoleApp(bus, "console-test", glyphs=glyphs, clock=clock)
-    async with app.run_test(size=size) as pilot:
-        attached = PlanConsole(app, pilot, station, clock)
+    async with app.run_test(size=size):
+        attached = PlanConsole(app, QuietPilot(app), station, clock)
         await attached.settle()
         await attached.tick()
         await attached.press("p")

@@ -89,7 +89,8 @@ async def test_stops_pass_at_once_behind_a_question_that_closed_by_itself() -> N
         await c.tick(1.0)
         await c.press("r")
         await expire(c)
-        await c.press("!", "h", "!", "r", "!", "l")
+        for stop in "hrl":
+            await c.press("!", stop)
         assert [type(request).__name__ for request in c.station.commands()[1:]] == ["Hold", "Return", "Land"]
 
 

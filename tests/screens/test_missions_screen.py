@@ -391,8 +391,10 @@ async def test_what_is_on_its_way_is_shown_and_can_be_ended(monkeypatch: pytest.
     async with mission_console(prepare=prepare) as c:
         await take(c, planned(c))
         await c.pilot.press("U", "y")
-        for _ in range(20):
-            await c.pilot.pause()
+        for _ in range(200):
+            await c.pilot.pause(0.01)
+            if "mission to it waits" in c.missions.plan_list.text():
+                break
         assert "mission to it waits" in c.missions.plan_list.text()
         await c.pilot.press("U")
         await c.pilot.pause()
