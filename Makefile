@@ -1,6 +1,6 @@
 # make demo   watch eight simulated vehicles patrol two zones
 # make test   style, types and tests
-# make flights  the long tests: whole flights, rehearsals
+# make flights  the long tests: whole flights, also attacked ones, rehearsals
 # make keys   whole missions at 1x with nothing but keys, as at a real terminal; ten minutes
 # make bench  the measured figures
 # make lint   style and types only

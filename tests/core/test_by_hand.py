@@ -15,6 +15,8 @@ from tui_gcs.core.course import STILL
 from tui_gcs.core.messages import Phase, RunPhase
 from tui_gcs.core.services.plan_book import MissionState
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 MakeRig = Callable[..., Rig]
 NAN = math.nan
 LOITER = 5

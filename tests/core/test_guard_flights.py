@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from wild import Weather, run_wild
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 CALM = Weather(0.0, 0.0)
 
 

@@ -14,6 +14,8 @@ from tui_gcs.core.path_rules import is_serial
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.signing import Key, ticks
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 MakeWired = Callable[..., Wired]
 SECRET = bytes(range(1, 33))
 BEAT = {"type": 18, "autopilot": 8, "base_mode": 81, "custom_mode": 0, "system_status": 3, "mavlink_version": 3}

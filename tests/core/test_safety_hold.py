@@ -13,6 +13,8 @@ from tui_gcs.core.messages import Phase
 from tui_gcs.core.messages_flight import Land
 from tui_gcs.core.status import station_status
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 MakeRig = Callable[..., Rig]
 GUIDED, RTL, BRAKE = 4, 6, 17
 HOUSEKEEPING = {511, 512, "TIMESYNC"}

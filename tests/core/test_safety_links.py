@@ -14,6 +14,8 @@ from tui_gcs.core.wire.dialect import decode
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.frames import cut_datagram
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 MakeRig = Callable[..., Rig]
 GLOBAL_POSITION_INT, COMMAND_ACK, EXTENDED_SYS_STATE = 33, 77, 245
 

@@ -18,6 +18,8 @@ from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.zones import Circle, Rectangle, Role, Shape, Zone, contains
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 MakeRig = Callable[..., Rig]
 
 

@@ -12,6 +12,8 @@ from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import FleetFrame, Intent, Phase, PlannerTask, RunPhase
 from tui_gcs.core.status import station_status
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 MakeRig = Callable[..., Rig]
 LOITER, BRAKE = 5, 17
 HOUSEKEEPING = {511, 512}

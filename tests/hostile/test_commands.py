@@ -9,6 +9,8 @@ from tui_gcs.core.events import ALERT
 from tui_gcs.core.links import Address
 from tui_gcs.core.services.command import Action, Outcome, Retry
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 Attack = Callable[..., Oracle]
 HOME: Address = ("sim", 0)
 ARM, CALIBRATE, GET_HOME = 400, 241, 410
@@ -97,7 +99,6 @@ def test_b6_42_unknown_results_and_garbage_in_the_rest(attack: Attack, result: i
     oracle.holds(told=f"unknown result {result}")
 
 
-@pytest.mark.long
 def test_b6_43_in_progress_for_ever_ends_after_a_minute(attack: Attack) -> None:
     oracle = attack()
     asked = Asked(oracle, "calibrate", Retry.SET, command=CALIBRATE)

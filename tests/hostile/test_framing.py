@@ -17,6 +17,8 @@ from tui_gcs.core.tlog import read_tlog
 from tui_gcs.core.wire import dialect
 from tui_gcs.core.wire.intake import MOST_SLOTS
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 Attack = Callable[..., Oracle]
 ROOT = Path(__file__).parents[2]
 HOME: Address = ("sim", 0)
@@ -62,7 +64,6 @@ def to_home(address: Address, message: str) -> bool:
 # ---------------------------------------------------------------- junk
 
 
-@pytest.mark.long
 def test_b6_01_a_million_datagrams_of_one_byte(attack: Attack) -> None:
     """Nine of ten from a stranger, one from where vehicle 1 is."""
     oracle = attack()
@@ -81,7 +82,6 @@ def test_b6_01_a_million_datagrams_of_one_byte(attack: Attack) -> None:
     oracle.holds(counted="junk bytes", told="refused: junk bytes")
 
 
-@pytest.mark.long
 def test_b6_02_random_datagrams(attack: Attack) -> None:
     """As fast as a lock-step station takes them; 50,000 a second on a real socket are in test_flood."""
     oracle = attack()
@@ -207,7 +207,6 @@ def test_b6_07_frames_split_at_every_byte_of_a_stream(attack: Attack) -> None:
     oracle.holds(sends=lambda address, _: True, less=lambda address, _: True)  # set-points follow late positions
 
 
-@pytest.mark.long
 def test_b6_08_noise_on_a_serial_line(attack: Attack) -> None:
     """One byte in a hundred has a bit flipped: every frame that is whole itself is taken, whatever is before it."""
     oracle = attack(stream=True)
@@ -236,7 +235,6 @@ def test_b6_08_noise_on_a_serial_line(attack: Attack) -> None:
     oracle.holds(counted="bad CRC", told="refused: bad CRC", sends=to_home, less=to_home)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("stream", [False, True], ids=["datagram", "stream"])
 def test_b6_09_a_length_that_promises_more_than_comes(attack: Attack, stream: bool) -> None:
     oracle = attack(stream=stream)
@@ -383,7 +381,6 @@ def test_b6_19_a_component_that_is_no_autopilot(attack: Attack, component: int) 
     oracle.holds(counted="not a vehicle")
 
 
-@pytest.mark.long
 def test_b6_20_every_system_and_component_says_hello(attack: Attack) -> None:
     """Our vehicles' ids, too, from the flooder's address: a conflict, which stops no set-point (see case 24)."""
     oracle = attack()
@@ -414,7 +411,6 @@ def test_b6_21_what_is_no_vehicle(attack: Attack, kind: int, autopilot: int) -> 
     oracle.holds(counted="not a vehicle")
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("order", ["random", "backwards", "the same", "steps of 128"])
 def test_b6_22_sequence_numbers_that_mean_nothing(attack: Attack, order: str) -> None:
     oracle = attack()
@@ -446,7 +442,6 @@ def test_b6_22_sequence_numbers_that_mean_nothing(attack: Attack, order: str) ->
 # ---------------------------------------------------------------- more than can be read
 
 
-@pytest.mark.long
 @pytest.mark.skipif(not Path("/proc/net/udp").exists(), reason="only Linux tells what it drops")
 def test_b6_23_a_recording_replayed_far_too_fast(attack: Attack) -> None:
     """On a real socket, whose queue is the bound. The system drops the newest there, not the oldest: said and counted.
@@ -479,7 +474,6 @@ def test_b6_23_a_recording_replayed_far_too_fast(attack: Attack) -> None:
     oracle.holds(counted="kernel drops", told="overload", sends=lambda address, _: address[0] == "127.0.0.1")
 
 
-@pytest.mark.long
 def test_b6_20_every_kind_of_frame_from_everybody(attack: Attack) -> None:
     """Tables are bounded in what is kept per message, too, and a full table costs no time."""
     oracle = attack()

@@ -12,6 +12,8 @@ from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.links import Address
 from tui_gcs.core.messages import Phase
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 Attack = Callable[..., Oracle]
 AMSL_M = 110.0
 """Of the scenario's ground."""

@@ -17,6 +17,8 @@ from tui_gcs.core.messages import Freshness
 from tui_gcs.core.vehicle import Signing
 from tui_gcs.core.wire.signing import MAX_TIMESTAMP, TICKS_PER_S, sign, signature_matches, ticks
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 Attack = Callable[..., Oracle]
 HOME: Address = ("sim", 0)
 OTHER_KEY = bytes(range(101, 133))

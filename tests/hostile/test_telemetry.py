@@ -13,6 +13,8 @@ from tui_gcs.core.messages import Freshness, Phase
 from tui_gcs.core.monitor import error_m
 from tui_gcs.core.wire import dialect
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 Attack = Callable[..., Oracle]
 HOME: Address = ("sim", 0)
 INT32_MAX = 2**31 - 1

@@ -68,6 +68,7 @@ def test_what_is_wrong_is_caught_by_its_check(name: str, source: str, told: tupl
     assert [words for words in told if words not in line] == [], line
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "source"),
     [

@@ -11,6 +11,8 @@ from textual._compositor import CompositorUpdate
 from tui_gcs.app import ConsoleApp
 from tui_gcs.widgets.painter import Painter
 
+pytestmark = pytest.mark.long  # seconds of a core each
+
 WIDE, SMALL = (120, 40), (80, 24)
 PLAN_KEYS = [
     *("down", "down", "up", "e", "right", "n", "escape"),
