@@ -299,7 +299,7 @@ async def test_one_vehicle_gets_its_plan_after_y_and_several_after_their_number_
         assert c.mission_station.uploads() == []
         await c.press("y")
         assert c.mission_station.uploads() == [(1, "mission")]
-        assert "upload done: 1" in c.said()
+        assert "upload done: vehicle 1" in c.said()
         assert "1: mission on board, read back" in c.verdict()
         sent = plan_rows(Plan(PlanKind.MISSION, planned(c).of(1).mission))
         assert repr(c.mission_station.held[1, "mission"]) == repr(sent)  # by repr: NaN is like NaN
@@ -374,7 +374,7 @@ async def test_no_mission_follows_a_fence_that_failed_and_r_tries_again() -> Non
         await take(c, planned(c))
         await c.press("2", "U", "y")
         assert c.mission_station.uploads() == [(2, "fence")]
-        assert "upload FAILED for 2: R tries again" in c.said()
+        assert "upload FAILED for vehicle 2: R tries again" in c.said()
         assert "2: fence NOT on board: no answer; mission not sent" in c.verdict()
         c.mission_station.fails.clear()
         await c.press("R", "y")

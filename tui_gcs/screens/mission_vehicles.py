@@ -6,6 +6,7 @@ from textual import work
 
 from tui_gcs.actions import refusal, situation_of
 from tui_gcs.core.clock import Clock
+from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.missions.autopilots import differences
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.findings import Level
@@ -20,7 +21,6 @@ from tui_gcs.widgets.mission_text import conflict_text
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.save_flow import WorkingCopy
 from tui_gcs.widgets.verdict import Remark
-from tui_gcs.widgets.words import ids
 
 
 class MissionVehicles(MissionChoosing):
@@ -123,7 +123,7 @@ class MissionVehicles(MissionChoosing):
             self.say(f"nothing sent: {closed_by_itself or 'cancelled'}", Ink.CAUTION if closed_by_itself else Ink.TEXT)
             return
         draft = self.editor.history.draft
-        self.did(f"sending to {ids(vehicles)}: K ends it")
+        self.did(f"sending to {vehicles_words(vehicles)}: K ends it")
         self._send({vehicle: draft.of(vehicle) for vehicle in vehicles})
 
     @work(group="transfers", exit_on_error=False)
@@ -180,9 +180,9 @@ class MissionVehicles(MissionChoosing):
         ]
         failed = [each.vehicle for each in came if not each.good]
         if failed:
-            self.say(f"{what} FAILED for {ids(failed)}: R tries again", Ink.WARNING)
+            self.say(f"{what} FAILED for {vehicles_words(failed)}: R tries again", Ink.WARNING)
         else:
-            self.say(f"{what} done: {ids([each.vehicle for each in came])}")
+            self.say(f"{what} done: {vehicles_words(each.vehicle for each in came)}")
         self.show_all()
 
     def action_cancel(self) -> None:
