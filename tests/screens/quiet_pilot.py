@@ -15,7 +15,7 @@ from textual.message_pump import MessagePump
 from textual.pilot import Pilot
 from textual.screen import Screen
 
-MOST_S = 1.0
+MOST_S = 10.0
 """A widget that waits for something else than a message is not waited for any longer."""
 SPINS = 50
 """Turns of the loop before other threads are given time."""
