@@ -10,6 +10,8 @@ from rig import Rig
 from tui_gcs.core.cruise import Cruise
 from tui_gcs.core.messages import Intent, Phase, RunPhase
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 MakeRig = Callable[..., Rig]
 
 

@@ -17,6 +17,8 @@ from tui_gcs.core.services.jobs import JobState
 from tui_gcs.core.services.plan_jobs import DownloadJob, PlanJob
 from tui_gcs.core.services.plan_wire import item_of
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 AUTOPILOTS = [ArduPilotPeer, Px4Peer]
 SEEDS = range(4)
 

@@ -13,6 +13,8 @@ from tui_gcs.core.messages_planning import ParamInfo, PlannerInfo
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import parse
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 MakeRig = Callable[..., Rig]
 
 
@@ -27,7 +29,6 @@ def smaller(flight: Rig) -> str:
     return flight.station.toml.replace(f"radius_m = {before}", f"radius_m = {before - 20.0}", 1)
 
 
-@pytest.mark.long
 def test_a_parameter_changes_in_flight_and_nobody_holds(rig: MakeRig) -> None:
     flight = rig(4, wants=None).flying().run(15.0)
     reply = flight.ask(m.SetParameters(team="defend", parameters={"speed_fraction": 0.6}))
@@ -110,7 +111,6 @@ def test_what_an_edit_changes_of_planners_is_in_the_journal(rig: MakeRig) -> Non
     assert "team defend: direction its default -> cw; team defend: speed_fraction 0.6 -> 0.5" in reply.text
 
 
-@pytest.mark.long
 def test_a_preview_tells_numbers_and_touches_nothing(rig: MakeRig) -> None:
     flight = rig(4, wants=None).ready()
     before, revision = revisions(flight), flight.station.revision
@@ -125,7 +125,6 @@ def test_a_preview_tells_numbers_and_touches_nothing(rig: MakeRig) -> None:
     assert flight.ask(m.GetPreviews()).previews == {}
 
 
-@pytest.mark.long
 def test_a_zone_is_edited_in_flight_in_two_steps_and_nobody_holds(rig: MakeRig) -> None:
     flight = rig(8, wants=None).flying()
     desk = flight.station.desks["defend"]

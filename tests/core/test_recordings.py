@@ -17,6 +17,8 @@ from tui_gcs.core.wire import dialect
 from tui_gcs.core.wire.dialect import Message, decode
 from tui_gcs.core.wire.frames import Frame
 
+pytestmark = pytest.mark.long  # whole recordings
+
 ROOT = Path(__file__).parents[2]
 EXCERPTS = sorted((ROOT / "tests" / "data").glob("*-8.tlog"))
 WHOLE = sorted((ROOT.parent / "shared" / "data").glob("*.tlog"))

@@ -17,6 +17,8 @@ from tui_gcs.core.messages import Phase, RunPhase
 from tui_gcs.core.messages_alarms import AlarmLevel
 from tui_gcs.core.status import station_status
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 MakeRig = Callable[..., Rig]
 HOUSEKEEPING = {511, 512}
 """Requests for rates and for information."""

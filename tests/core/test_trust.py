@@ -17,6 +17,8 @@ from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.frames import check_frame
 from tui_gcs.core.wire.signing import TICKS_PER_S, Key, sign, ticks
 
+pytestmark = pytest.mark.long  # nearly each is a flight
+
 MakeWired = Callable[..., Wired]
 SECRET, OTHER = bytes(range(1, 33)), bytes(range(101, 133))
 BEAT = {"type": 2, "autopilot": 3, "base_mode": 81, "custom_mode": 6, "system_status": 3, "mavlink_version": 3}
