@@ -18,7 +18,7 @@ from tui_gcs.feed import Feed, FleetUpdated
 from tui_gcs.screens.dialogs import RoundDialog, StartDialog
 from tui_gcs.screens.fly import FlyScreen, present_round
 from tui_gcs.screens.nudge import NudgeScreen
-from tui_gcs.screens.orders import Confirmed, OrderDialog, OrderMenu, now_words, rows_of
+from tui_gcs.screens.orders import Confirmed, OrderDialog, OrderMenu, brief_words, now_words, rows_of
 from tui_gcs.screens.preflight import Operator, PreflightScreen
 from tui_gcs.screens.start_plan import start_plan
 from tui_gcs.thin_app import ThinApp
@@ -323,7 +323,7 @@ class CommandingApp(ThinApp):
         if not told:
             return
         newest, *before = reversed(told)
-        self._panel().show(newest, before, rows_of(self.feed).get, now_words)
+        self._panel().show(newest, before, rows_of(self.feed).get, now_words, brief_words)
 
     def close_result(self) -> bool:
         """Close the table; whether there was one."""

@@ -9,10 +9,11 @@ from tui_gcs.actions.orders import ORDERS
 from tui_gcs.core import messages as m
 from tui_gcs.core import messages_flight as f
 from tui_gcs.core import messages_services as s
+from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.messages import Freshness
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.nudge import NudgeScreen
-from tui_gcs.screens.orders import OrderDialog, OrderMenu, now_words, rows_of
+from tui_gcs.screens.orders import OrderDialog, OrderMenu, brief_words, now_words, rows_of
 from tui_gcs.widgets.result_panel import Came, Result
 
 
@@ -414,7 +415,47 @@ async def test_ids_of_four_digits_stand_apart_and_a_long_reason_is_read_to_its_e
         panel = c.app._panel()
         results = [Result(1001, Came.REFUSED, why), Result(3, Came.DONE, "holds")]
         await c.settle()
-        panel.show(("hold 3 1001", results), [], rows_of(c.app.feed).get, now_words)
+        panel.show(("hold 3 1001", results), [], rows_of(c.app.feed).get, now_words, brief_words)
         await c.settle()
         assert f"1001 REFUSED   {why}" in c.result()
         assert "3    done" in c.result()
+
+
+async def test_how_a_vehicle_is_now_is_never_cut_for_a_reason() -> None:
+    """Seen at 80 columns: `now: transfer GUIDED A` beside a reason that was read to its end."""
+    why = "begun, but telemetry does not show it"
+    async with console(NARROW, flight) as c:
+        panel = c.app._panel()
+        await c.settle()
+        for vehicles, words in (((2, 3), now_words), (tuple(range(1, 9)), brief_words)):
+            results = [Result(v, Came.NOT_SEEN, f"{why} of vehicle {v}") for v in vehicles]
+            panel.show(("hold", results), [], rows_of(c.app.feed).get, now_words, brief_words)
+            await c.settle()
+            shown = rows_of(c.app.feed)
+            assert [v for v in vehicles if f"now: {words(shown[v])}\n" not in c.result()] == []
+
+
+async def test_a_reason_that_many_share_is_read_once_and_they_stand_together() -> None:
+    why = "would come within 10 m of another vehicle: nothing was sent, so that it flies on as it did"
+    async with console(NARROW, flight) as c:
+        panel = c.app._panel()
+        await c.settle()
+        results = [Result(v, Came.REFUSED, why if v % 2 else "LOST: cannot be reached") for v in range(1, 7)]
+        panel.show(("hold", results), [], rows_of(c.app.feed).get, now_words, brief_words)
+        await c.settle()
+        rows = [line.split() for line in c.result().splitlines() if line[:1].isdigit()]
+        assert [row[0] for row in rows] == ["1", "3", "5", "2", "4", "6"]
+        assert " ".join(c.result().split()).count(why) == 1
+        assert c.result().count("as above") == 4
+
+
+def test_in_brief_who_does_not_move_says_whether_it_is_armed() -> None:
+    station = FakeStation(MemoryBus())
+    station.changes = {2: {"armed": True}, 3: {"freshness": Freshness.LOST, "heard_age_s": 9.0}}
+    one, two, three, *_ = station.frame().rows()
+    assert [brief_words(row) for row in (one, two, three, None)] == [
+        f"ground {one.mode} disarmed",
+        f"ground {two.mode} ARMED",
+        "LOST 9 s",
+        "never heard",
+    ]

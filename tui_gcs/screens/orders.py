@@ -11,7 +11,7 @@ from tui_gcs.actions.orders import ORDERS, Aim, Field, Grade, Order, OrderError,
 from tui_gcs.actions.outlook import Outlook, outlook
 from tui_gcs.actions.places import Surroundings
 from tui_gcs.core.clock import Clock, MonotonicClock
-from tui_gcs.core.messages import Freshness, Kind, Request, VehicleRow
+from tui_gcs.core.messages import Freshness, Kind, Phase, Request, VehicleRow
 from tui_gcs.core.messages_flight import Arm, TakeOff
 from tui_gcs.core.messages_preflight import open_by_hand
 from tui_gcs.feed import Feed
@@ -453,6 +453,17 @@ def now_words(row: VehicleRow | None) -> str:
     state = "ARMED" if row.armed else "disarmed"
     motion = f"{number(row.position_m[2], 0)} m {number(speed_m_s(row.velocity_m_s), 1)} m/s"
     return f"{row.phase} {row.mode} {state} {motion} {number(row.battery_pct, 0)} %"
+
+
+def brief_words(row: VehicleRow | None) -> str:
+    """The same where there is little room: who moves is armed."""
+    if row is None or row.freshness is Freshness.LOST:
+        return now_words(row)
+    if not row.armed:
+        return f"{row.phase} {row.mode} disarmed"
+    if row.phase is Phase.GROUND:
+        return f"{row.phase} {row.mode} ARMED"
+    return f"{row.phase} {row.mode} {number(row.position_m[2], 0)} m {number(speed_m_s(row.velocity_m_s), 1)} m/s"
 
 
 def _row_line(vehicle: int, row: VehicleRow | None) -> Line:

@@ -7,19 +7,25 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from textwrap import wrap
 
 from tui_gcs.core.messages import VehicleRow
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.strips import Run, cut
+from tui_gcs.widgets.strips import CUT, Run, cut
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.words import ids
 
 MOST_ROWS = 10
 LEAST_ID_CELLS, WORD_CELLS = 4, 10
-BESIDE_REASON = 38
-"""Cells for id, word and the first words of how the vehicle is now; the reason gets what it needs of the others."""
+NOW_CELLS = 46
+"""Longer is hardly ever what is said of a vehicle now: a speed that gets a digit does not change the layout."""
+MOST_REASON_LINES = 3
+BORDER_CELLS, BORDER_LINES = 4, 2
+"""Of the panel, with its padding."""
+AS_ABOVE = "as above"
+Words = Callable[[VehicleRow | None], str]
 
 
 class Came(Enum):
@@ -91,25 +97,28 @@ class ResultPanel(LinesView):
         super().__init__(glyphs=glyphs)
         self._orders: Sequence[tuple[str, Sequence[Result]]] = ()
         self._now: Callable[[int], VehicleRow | None] = lambda vehicle: None
-        self._words: Callable[[VehicleRow | None], str] = str
+        self._words: Words = str
+        self._brief: Words = str
 
     def show(
         self,
         newest: tuple[str, Sequence[Result]],
         before: Sequence[tuple[str, Sequence[Result]]],
         now: Callable[[int], VehicleRow | None],
-        words: Callable[[VehicleRow | None], str],
+        words: Words,
+        brief: Words,
     ) -> None:
         """Show the title and results of the newest order, and of those `before` what waits or failed.
 
-        `now` gives a vehicle as it is at this moment, `words` says it.
+        `now` gives a vehicle as it is at this moment; `words` says it, `brief` where there is little room.
         """
-        self._now, self._words = now, words
+        self._now, self._words, self._brief = now, words, brief
         open_ = [(title, [r for r in results if r.came not in GOOD]) for title, results in before]
         self._orders = [newest, *((title, results) for title, results in open_ if results)]
         self.display = True
-        shown = sum(min(len(results), MOST_ROWS) + (len(results) > MOST_ROWS) + 1 for _, results in self._orders)
-        self.styles.height = min(shown + 3, max(5, self.app.size.height - 6))
+        most = max(5, self.app.size.height - 6)
+        told = self.lines(self.app.size.width - BORDER_CELLS, most - BORDER_LINES)
+        self.styles.height = min(len(told) + BORDER_LINES, most)
         set_title(self, f"result: {newest[0]}")
         self.update_lines()
 
@@ -119,30 +128,92 @@ class ResultPanel(LinesView):
         return was
 
     def lines(self, width: int, height: int) -> list[Line]:
-        """Bad news first; those of older orders below."""
-        lines: list[Line] = []
+        """Bad news first; those of older orders below. Where whole reasons have no room, one line for each vehicle.
+
+        How a vehicle is now is the newest truth of it: of that nothing is cut for the sake of a reason.
+        """
         room = max(1, height - len(self._orders) - 1)
+        shown: list[tuple[str, Sequence[Result], list[Result]]] = []
         hidden: list[Result] = []
-        reasons = [len(result.text) for _, results in self._orders for result in results]
-        reason = min(max(reasons, default=0), max(0, width - BESIDE_REASON))
-        digits = max((len(str(result.vehicle)) for _, results in self._orders for result in results), default=0)
-        id_cells = max(LEAST_ID_CELLS, digits + 1)
         for title, results in self._orders:
-            lines.append([summary(title, results)])
-            ordered = sorted(results, key=lambda r: (r.came in GOOD, r.came is Came.WAITING, r.vehicle))
-            shown = ordered[: max(0, room)]
-            lines += [self._line(result, id_cells, reason, width) for result in shown]
-            room, hidden = room - len(shown), hidden + ordered[len(shown) :]
+            ordered = _in_order(results)
+            fits = min(len(ordered), MOST_ROWS, room)
+            shown.append((title, results, ordered[:fits]))
+            room, hidden = room - fits, hidden + ordered[fits:]
+        for rows_of in (self._whole, self._low):
+            lines: list[Line] = []
+            for title, results, ordered in shown:
+                lines += [[summary(title, results)], *rows_of(ordered, width)]
+            if len(lines) < height:
+                break
         return [*lines, [(" Esc = close ", Ink.MUTED), *_hidden_runs(hidden)]]
 
-    def _line(self, result: Result, id_cells: int, reason: int, width: int) -> Line:
-        """One vehicle: what came of it, why in `reason` cells, how it is now. A long reason for bad news goes first."""
-        head: Line = [
-            (f"{result.vehicle:<{id_cells}}", Ink.BOLD),
-            (f"{result.came.value:<{WORD_CELLS}}", _INKS.get(result.came, Ink.CAUTION)),
+    def _whole(self, results: Sequence[Result], width: int) -> list[Line]:
+        """All of every reason, and all of how each vehicle is now: beside it or, where that is too long, below."""
+        id_cells = self._id_cells()
+        room = width - id_cells - WORD_CELLS
+        texts = _without_repeats(results)
+        beside = max((len(text) + 2 for text in texts if text and len(text) + 2 + NOW_CELLS <= room), default=0)
+        lines: list[Line] = []
+        for result, text in zip(results, texts, strict=True):
+            now = f"now: {self._words(self._now(result.vehicle))}"
+            if len(text) + 2 <= max(beside, 2):
+                lines.append([*_head(result, id_cells), (f"{text:<{beside}}", Ink.TEXT), (now, Ink.MUTED)])
+                continue
+            first, *rest = wrap(text, room, max_lines=MOST_REASON_LINES, placeholder=CUT)
+            indent: Run = (" " * (id_cells + WORD_CELLS), Ink.TEXT)
+            lines.append([*_head(result, id_cells), (first, Ink.TEXT)])
+            lines += [[indent, (more, Ink.TEXT)] for more in rest]
+            lines.append([indent, (now, Ink.MUTED)])
+        return lines
+
+    def _low(self, results: Sequence[Result], width: int) -> list[Line]:
+        """A line for each: as much of the reason as there is room for beside how the vehicle is now, in brief."""
+        id_cells = self._id_cells()
+        now = [f"now: {self._brief(self._now(result.vehicle))}" for result in results]
+        texts = _without_repeats(results)
+        room = width - id_cells - WORD_CELLS - 2 - max(map(len, now), default=0)
+        reason = min(max(map(len, texts), default=0), max(0, room))
+        return [
+            [*_head(result, id_cells), (cut(text, reason) + "  ", Ink.TEXT), (words, Ink.MUTED)]
+            for result, text, words in zip(results, texts, now, strict=True)
         ]
-        is_bad = result.came not in GOOD and result.came is not Came.WAITING
-        if is_bad and len(result.text) > reason:
-            return [*head, (cut(result.text, max(reason, width - id_cells - WORD_CELLS)), Ink.TEXT)]
-        now = f"now: {self._words(self._now(result.vehicle))}"
-        return [*head, (cut(result.text, reason) + "  ", Ink.TEXT), (now, Ink.MUTED)]
+
+    def _id_cells(self) -> int:
+        digits = max((len(str(result.vehicle)) for _, results in self._orders for result in results), default=0)
+        return max(LEAST_ID_CELLS, digits + 1)
+
+
+def _is_bad(result: Result) -> bool:
+    return result.came not in GOOD and result.came is not Came.WAITING
+
+
+def _in_order(results: Sequence[Result]) -> list[Result]:
+    """Bad news first, those with one reason together; then what waits."""
+    first: dict[tuple[Came, str], int] = {}
+    for result in sorted(results, key=lambda r: r.vehicle):
+        first.setdefault((result.came, result.text), result.vehicle)
+
+    def rank(result: Result) -> tuple[bool, bool, int, int]:
+        together = first[result.came, result.text] if _is_bad(result) else 0
+        return result.came in GOOD, result.came is Came.WAITING, together, result.vehicle
+
+    return sorted(results, key=rank)
+
+
+def _without_repeats(results: Sequence[Result]) -> list[str]:
+    """The reasons; for bad news one that is the same as in the line above says so."""
+    told: list[str] = []
+    above: Result | None = None
+    for result in results:
+        same = above is not None and (above.came, above.text) == (result.came, result.text)
+        told.append(AS_ABOVE if same and _is_bad(result) and len(result.text) > len(AS_ABOVE) else result.text)
+        above = result
+    return told
+
+
+def _head(result: Result, id_cells: int) -> Line:
+    return [
+        (f"{result.vehicle:<{id_cells}}", Ink.BOLD),
+        (f"{result.came.value:<{WORD_CELLS}}", _INKS.get(result.came, Ink.CAUTION)),
+    ]
