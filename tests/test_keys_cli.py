@@ -11,7 +11,7 @@ import pytest
 from tests.console_pty import PtyConsole
 from tui_gcs.cli import main
 from tui_gcs.commands import control, keys
-from tui_gcs.core.bus import BusError
+from tui_gcs.core.bus import BusError, OnGone
 from tui_gcs.core.keystore import open_store
 from tui_gcs.core.keystore_import import secret_from
 from tui_gcs.core.kinds import Kind
@@ -169,7 +169,9 @@ class Station:
         self.closed = False
         self.ok = ok
 
-    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False) -> bytes:
+    def ask(
+        self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
+    ) -> bytes:
         request = decode_request(payload)
         assert isinstance(request, ProvisionKey)
         self.asked.append((key, request))

@@ -6,10 +6,11 @@ from collections.abc import Callable
 
 import pytest
 
-from tui_gcs.core.bus import BusError
+from tui_gcs.core.bus import BusError, OnGone
 from tui_gcs.core.messages import Hold, Return
 from tui_gcs.core.messages_flight import Land
 from tui_gcs.stops import Stop, StopLine
+from tui_gcs.turns import Turns
 
 
 class Station:
@@ -20,10 +21,11 @@ class Station:
         self.answers: dict[int, bool] = {}
         self._changed = threading.Condition()
 
-    def ask(self, stop: Stop, timeout_s: float) -> bytes:
+    def ask(self, stop: Stop, timeout_s: float, gone: OnGone) -> bytes:
         with self._changed:
             number = len(self.asked)
             self.asked.append(stop)
+            gone()
             assert self._changed.wait_for(lambda: number in self.answers, 5.0), "the test forgot to answer"
         if not self.answers[number]:
             raise BusError("no answer")
@@ -49,7 +51,7 @@ async def given(line: StopLine, stop: Stop, tries: int = 3) -> "asyncio.Task[byt
 
 async def test_the_same_stop_forty_times_is_one_and_all_hear_its_answer() -> None:
     station = Station()
-    line = StopLine(station.ask)
+    line = StopLine(station.ask, Turns())
     waiting = [await given(line, Hold()) for _ in range(40)]
     await until(lambda: len(station.asked) == 1)
     station.answer(0, True)
@@ -63,7 +65,7 @@ async def test_the_same_stop_forty_times_is_one_and_all_hear_its_answer() -> Non
 
 async def test_a_stop_given_in_the_last_try_of_the_same_is_not_lost() -> None:
     station = Station()
-    line = StopLine(station.ask)
+    line = StopLine(station.ask, Turns())
     first = await given(line, Hold(), tries=1)
     second = await given(line, Hold(), tries=1)
     station.answer(0, False)
@@ -74,7 +76,7 @@ async def test_a_stop_given_in_the_last_try_of_the_same_is_not_lost() -> None:
 
 async def test_another_stop_goes_at_once_and_the_older_one_is_not_said_again() -> None:
     station = Station()
-    line = StopLine(station.ask)
+    line = StopLine(station.ask, Turns())
     hold = await given(line, Hold())
     back = await given(line, Return())
     await until(lambda: station.asked == [Hold(), Return()])
@@ -88,7 +90,7 @@ async def test_another_stop_goes_at_once_and_the_older_one_is_not_said_again() -
 
 async def test_a_stop_of_one_vehicle_ends_no_stop_of_all() -> None:
     station = Station()
-    line = StopLine(station.ask)
+    line = StopLine(station.ask, Turns())
     hold = await given(line, Hold())
     land = await given(line, Land((3,)))
     await until(lambda: len(station.asked) == 2)
@@ -102,7 +104,7 @@ async def test_a_stop_of_one_vehicle_ends_no_stop_of_all() -> None:
 async def test_after_another_order_the_same_stop_is_a_new_one() -> None:
     """HOLD, resume, HOLD: the second one must come after what it stops."""
     station = Station()
-    line = StopLine(station.ask)
+    line = StopLine(station.ask, Turns())
     first = await given(line, Hold())
     line.other_order()
     second = await given(line, Hold())
@@ -113,12 +115,43 @@ async def test_after_another_order_the_same_stop_is_a_new_one() -> None:
 
 
 async def test_nobody_is_left_waiting_however_often_others_give_it_again() -> None:
-    def silent(stop: Stop, timeout_s: float) -> bytes:
+    def silent(stop: Stop, timeout_s: float, gone: OnGone) -> bytes:
         threading.Event().wait(timeout_s)
         raise BusError("no answer")
 
-    line = StopLine(silent, timeout_s=0.02)
+    line = StopLine(silent, Turns(), timeout_s=0.02)
     presses = [await given(line, Hold(), tries=1) for _ in range(10)]
     for press in presses:
         with pytest.raises(BusError, match="answer"):
             await press
+
+
+async def test_stops_given_at_once_are_said_in_turn_whichever_thread_is_first() -> None:
+    said: list[Stop] = []
+
+    def slow_for_all(stop: Stop, timeout_s: float, gone: OnGone) -> bytes:
+        if not stop.vehicles:
+            threading.Event().wait(0.02)  # its thread is late
+        said.append(stop)
+        gone()
+        return b""
+
+    line = StopLine(slow_for_all, Turns())
+    given_at_once = [Hold(), Land((1,)), Return((2,)), Land((3,))]
+    await asyncio.gather(*(line.give(stop, 1) for stop in given_at_once))
+    assert said == given_at_once
+
+
+async def test_a_stop_does_not_wait_for_one_that_is_stuck() -> None:
+    never = threading.Event()
+
+    def stuck_for_one(stop: Stop, timeout_s: float, gone: OnGone) -> bytes:
+        if stop.vehicles:
+            never.wait()
+        return b"held"
+
+    line = StopLine(stuck_for_one, Turns())
+    stuck = await given(line, Land((1,)))
+    assert await asyncio.wait_for(line.give(Hold(), 1), 5.0) == b"held"
+    never.set()
+    await stuck

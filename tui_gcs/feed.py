@@ -18,7 +18,7 @@ from textual.message_pump import MessagePump
 
 from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as wire
-from tui_gcs.core.bus import Bus, BusError, Closable
+from tui_gcs.core.bus import Bus, BusError, Closable, OnGone
 from tui_gcs.core.clock import Clock, MonotonicClock
 from tui_gcs.core.messages_services import (
     GetModes,
@@ -44,6 +44,7 @@ from tui_gcs.feed_messages import StatusUpdated as StatusUpdated
 from tui_gcs.feed_messages import VehicleTold as VehicleTold
 from tui_gcs.selection import Known, Selection
 from tui_gcs.stops import STOPS, Stop, StopLine
+from tui_gcs.turns import Turn, Turns
 from tui_gcs.widgets.alarm_line import Notice
 from tui_gcs.widgets.visible import visible_fleet, visible_info, visible_status
 
@@ -120,7 +121,8 @@ class Feed:
         self._lookers = ThreadPoolExecutor(MOST_LOOKERS, "look")
         self._commanders = ThreadPoolExecutor(MOST_COMMANDERS, "command")
         """Their own threads: no command waits for one in which a question to a silent station runs out its time."""
-        self._stops = StopLine(self._ask_stop)
+        self._turns = Turns()
+        self._stops = StopLine(self._ask_stop, self._turns)
 
     # ------------------------------------------------------------ life
 
@@ -311,16 +313,27 @@ class Feed:
         """Raises `BusError`: there is none."""
         if isinstance(request, STOPS):
             return await self._stops.give(request, tries)
-        reading = isinstance(request, _READING)
-        if not reading:
-            self._stops.other_order()
-        key, threads = keys.REQUEST.format(principal=self.principal), self._lookers if reading else self._commanders
         loop = asyncio.get_running_loop()
-        return await loop.run_in_executor(threads, self._bus.ask, key, wire.encode(request), timeout_s)
+        if isinstance(request, _READING):
+            return await loop.run_in_executor(self._lookers, self._bus.ask, self._key, wire.encode(request), timeout_s)
+        self._stops.other_order()
+        return await loop.run_in_executor(self._commanders, self._ask_order, request, timeout_s, self._turns.next())
 
-    def _ask_stop(self, stop: Stop, timeout_s: float) -> bytes:
+    def _ask_order(self, request: wire.Request, timeout_s: float, turn: Turn) -> bytes:
+        """On a thread of the commanders'."""
+        try:
+            turn.wait()
+            return self._bus.ask(self._key, wire.encode(request), timeout_s, gone=turn.gone.set)
+        finally:
+            turn.gone.set()
+
+    def _ask_stop(self, stop: Stop, timeout_s: float, gone: OnGone) -> bytes:
         """On a thread of the stops'."""
-        return self._bus.ask(keys.REQUEST.format(principal=self.principal), wire.encode(stop), timeout_s, late=True)
+        return self._bus.ask(self._key, wire.encode(stop), timeout_s, late=True, gone=gone)
+
+    @property
+    def _key(self) -> str:
+        return keys.REQUEST.format(principal=self.principal)
 
     @property
     def alarms(self) -> tuple[wire.Alarm, ...]:

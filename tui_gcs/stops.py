@@ -10,9 +10,10 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
-from tui_gcs.core.bus import BusError
+from tui_gcs.core.bus import BusError, OnGone
 from tui_gcs.core.messages import Hold, Return
 from tui_gcs.core.messages_flight import Land
+from tui_gcs.turns import Turn, Turns
 
 Stop = Hold | Return | Land
 STOPS = (Hold, Return, Land)
@@ -29,6 +30,7 @@ class _Way:
 
     stop: Stop
     tries: int
+    turn: Turn
     sent: int = 0
     replaced: bool = False
     task: asyncio.Task[bytes] | None = None
@@ -37,8 +39,9 @@ class _Way:
 class StopLine:
     """Gives stops to the station by `ask`, which waits at most `timeout_s` and raises `BusError`."""
 
-    def __init__(self, ask: Callable[[Stop, float], bytes], timeout_s: float = 2.0) -> None:
-        """Nothing is under way."""
+    def __init__(self, ask: Callable[[Stop, float, OnGone], bytes], turns: Turns, timeout_s: float = 2.0) -> None:
+        """Nothing is under way. `turns`: of all orders of this console."""
+        self._turns = turns
         self._ask = ask
         self._timeout_s = timeout_s
         self._threads = ThreadPoolExecutor(MOST_UNDER_WAY, "stop")
@@ -54,7 +57,7 @@ class StopLine:
         else:
             for older in self._ways:
                 older.replaced = older.replaced or _covers(stop, older.stop)
-            way = self._newest = _Way(stop, tries)
+            way = self._newest = _Way(stop, tries, self._turns.next())
             self._ways.append(way)
             way.task = asyncio.get_running_loop().create_task(self._repeat(way))
             way.task.add_done_callback(lambda task: task.cancelled() or task.exception())  # whoever waits has given up
@@ -94,10 +97,14 @@ class StopLine:
                 self._newest = None
 
     def _say(self, way: _Way) -> bytes:
-        """On a thread, which may have come late."""
-        if way.replaced:
-            raise BusError("not said any more: a newer stop took its place")
-        return self._ask(way.stop, self._timeout_s)
+        """On a thread, which may have come late, or before that of the order before."""
+        try:
+            way.turn.wait()
+            if way.replaced:
+                raise BusError("not said any more: a newer stop took its place")
+            return self._ask(way.stop, self._timeout_s, way.turn.gone.set)
+        finally:
+            way.turn.gone.set()
 
 
 def _covers(newer: Stop, older: Stop) -> bool:

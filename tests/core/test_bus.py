@@ -2,12 +2,14 @@
 
 import queue
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from tui_gcs.core.bus import Bus, BusError, MemoryBus, matches
 from tui_gcs.core.zenoh_bus import QueuedBus, connect, serve
+from tui_gcs.turns import Turn, Turns
 
 
 @pytest.fixture(params=["memory", "zenoh"])
@@ -49,6 +51,30 @@ def test_large_samples_take_no_shared_memory_that_a_killed_process_would_leave(e
     station.answer("gcs/req/*", lambda key, data, reply: reply(data))
     assert console.ask("gcs/req/me", bytes(100_000)) == bytes(100_000)
     assert ".zenoh" not in Path("/proc/self/maps").read_text()
+
+
+def test_questions_of_many_threads_arrive_as_they_are_gone(ends: tuple[Bus, Bus]):
+    """A hold must not overtake what it stops; see `tui_gcs.turns`."""
+    station, console = ends
+    arrived: list[bytes] = []
+
+    def on_question(key: str, data: bytes, reply: Callable[[bytes], None]) -> None:
+        arrived.append(data)
+        reply(b"")
+
+    station.answer("gcs/req/*", on_question)
+    turns = Turns()
+
+    def say(data: bytes, turn: Turn) -> None:
+        turn.wait()
+        console.ask("gcs/req/me", data, gone=turn.gone.set)
+
+    threads = [threading.Thread(target=say, args=(b"%d" % number, turns.next())) for number in range(10)]
+    for thread in reversed(threads):
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert arrived == [b"%d" % number for number in range(10)]
 
 
 def test_nobody_answers(ends: tuple[Bus, Bus]):

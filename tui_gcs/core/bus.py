@@ -27,6 +27,8 @@ OnSample = Callable[[str, bytes], None]
 """Called with (key, payload), possibly on a thread of the bus: hand over and return."""
 OnQuestion = Callable[[str, bytes, Callable[[bytes], None]], None]
 """Called with (key, payload, reply); `reply` may be called later and from another thread, once."""
+OnGone = Callable[[], None]
+"""Called, on the thread that asks, when its question is on its way."""
 OnAlive = Callable[[str, bool], None]
 """Called with (key, present) when a principal comes or goes."""
 
@@ -54,8 +56,13 @@ class Bus(Protocol):
         """Call `on_sample` for every sample whose key matches."""
         ...
 
-    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False) -> bytes:
-        """Ask and wait for one answer. Raises `BusError`: then it is not done later either, but for `late` ones."""
+    def ask(
+        self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
+    ) -> bytes:
+        """Ask and wait for one answer. Raises `BusError`: then it is not done later either, but for `late` ones.
+
+        `gone` is called once the question is on its way: who asks then from another thread is heard after this one.
+        """
         ...
 
     def answer(self, key: str, on_question: OnQuestion) -> Closable:
@@ -104,8 +111,12 @@ class MemoryBus:
         self._subscribers.append(entry)
         return _Registration(lambda: _discard(self._subscribers, entry))
 
-    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False) -> bytes:
+    def ask(
+        self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
+    ) -> bytes:
         """See `Bus.ask`; the answer must come before the answerer returns."""
+        if gone is not None:
+            gone()
         answers: list[bytes] = []
         for pattern, on_question in list(self._answerers):
             if matches(pattern, key):
@@ -169,9 +180,11 @@ class BusSession:
         """See `Bus.subscribe`."""
         return self._keep(self._bus.subscribe(key, on_sample))
 
-    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False) -> bytes:
+    def ask(
+        self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
+    ) -> bytes:
         """See `Bus.ask`."""
-        return self._bus.ask(key, payload, timeout_s, late=late)
+        return self._bus.ask(key, payload, timeout_s, late=late, gone=gone)
 
     def answer(self, key: str, on_question: OnQuestion) -> Closable:
         """See `Bus.answer`."""

@@ -14,7 +14,7 @@ from typing import Any
 
 import zenoh
 
-from tui_gcs.core.bus import BusError, Closable, OnAlive, OnQuestion, OnSample
+from tui_gcs.core.bus import BusError, Closable, OnAlive, OnGone, OnQuestion, OnSample
 
 CONNECT_TIMEOUT_MS = 2000
 
@@ -103,11 +103,16 @@ class ZenohBus:
             self._session.declare_subscriber(key, lambda s: on_sample(str(s.key_expr), s.payload.to_bytes()))
         )
 
-    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False) -> bytes:
+    def ask(
+        self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
+    ) -> bytes:
         """See `Bus.ask`. Both sides are on one machine: its monotonic clock tells until when it is meant."""
         until = None if late else str(time.monotonic() + timeout_s).encode()
         try:
-            for answer in self._session.get(key, payload=payload, timeout=timeout_s, attachment=until):
+            answers = self._session.get(key, payload=payload, timeout=timeout_s, attachment=until)
+            if gone is not None:
+                gone()
+            for answer in answers:
                 if answer.ok is not None:
                     data: bytes = answer.ok.payload.to_bytes()
                     return data
@@ -195,9 +200,11 @@ class QueuedBus:
         """See `Bus.subscribe`."""
         return self._bus.subscribe(key, lambda k, data: self._later(lambda: on_sample(k, data)))
 
-    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False) -> bytes:
+    def ask(
+        self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
+    ) -> bytes:
         """See `Bus.ask`."""
-        return self._bus.ask(key, payload, timeout_s, late=late)
+        return self._bus.ask(key, payload, timeout_s, late=late, gone=gone)
 
     def answer(self, key: str, on_question: OnQuestion) -> Closable:
         """See `Bus.answer`."""
