@@ -257,6 +257,25 @@ def test_a_worker_that_is_silent_in_flight_is_to_be_killed(rig: MakeRig) -> None
     token.close()
 
 
+def test_a_worker_that_was_begun_anew_is_not_called_ready_before_it_plans(rig: MakeRig) -> None:
+    """Flown on real autopilots and a busy computer: resumed while it was ready for 7 s, held again 2 s later."""
+    flight = rig(1).flying()
+    alive = ALIVE.format(principal="planner-defend")
+    token = flight.bus.alive(alive)
+    flight.run(1.0)
+    token.close()
+    flight.planning = False
+    flight.run(3.0)
+    assert flight.phase(1) is Phase.HOLDING and team(flight).worker == "dead"
+    token = flight.bus.alive(alive)
+    flight.run(7.0)
+    assert team(flight).worker == "late"
+    flight.planning = True
+    flight.run(1.0)
+    assert team(flight).worker == "running"
+    token.close()
+
+
 def test_a_worker_that_is_silent_on_the_ground_is_to_be_killed_and_nobody_is_alarmed(rig: MakeRig) -> None:
     flight = rig(1, planning=False).run(2.0)  # its vehicle is heard, and with it the task it has
     desk = flight.station.desks["defend"]

@@ -360,6 +360,8 @@ def test_in_the_air_a_busy_computer_gives_up_background_work_before_steps_come_l
     step_s = 0.1
     assert steps(30)[-1] == 6, "little by little all of it again"
     assert len(notes) == 1
+    step_s = 0.6
+    assert steps(2) == [6, 0], "a late step: what is under way makes the next one late, too, the third must not be"
 
 
 @pytest.mark.parametrize(

@@ -346,7 +346,8 @@ class TeamDesk:
         if not self._first_plan or age > SILENT_S:
             if not self.worker_alive:
                 return "dead" if self.fault_count or self._arrivals else "absent"
-            return "late" if flying and self._first_plan else "ready"
+            begun_anew = not self._configured  # who resumes now is held again, 2 s later
+            return "late" if self._first_plan and (flying or begun_anew) else "ready"
         return "late" if age > max(LATE_IN_A_ROW / self.rate_hz, LATE_SHOWN_S) else "running"
 
     def _rate(self, now: float) -> float:
