@@ -20,8 +20,8 @@ CHORDS_PER_QUADRANT = 4
 CORNER_INSET_M = 6.0
 """Ways turn this far from the edge, so that a vehicle that swings wide stays inside."""
 SAME_M = 1e-3
-AROUND_M = 20.0
-"""Tours leave their zone by less."""
+AROUND_M = 30.0
+"""Tours leave their zone by less, and from there they look ahead by how far they would brake."""
 AT_CORNER_M = 2.0
 """This near a corner, it has been reached."""
 
@@ -118,9 +118,7 @@ class Region:
     def ways_inside_m(self, xy_m: Floats) -> Floats:
         """(n, 2) what takes each point to the nearest place inside; zeros for those that are."""
         ways = np.zeros_like(xy_m)
-        (x0, y0), (x1, y1) = xy_m.min(axis=0), xy_m.max(axis=0)
-        left, low, right, high = self._open
-        if x0 >= left and y0 >= low and x1 <= right and y1 <= high:
+        if self._in_the_open(xy_m):
             return ways
         outside = np.flatnonzero(~self.contains(xy_m))
         if len(outside):
@@ -132,8 +130,16 @@ class Region:
         """The points, those outside moved to the nearest place inside."""
         return xy_m + self.ways_inside_m(xy_m)
 
+    def _in_the_open(self, xy_m: Floats, room_m: float = 0.0) -> bool:
+        """Whether there is certainly nothing to avoid around these points, as most often."""
+        (x0, y0), (x1, y1) = xy_m.min(axis=0).tolist(), xy_m.max(axis=0).tolist()
+        left, low, right, high = self._open
+        return x0 - room_m >= left and y0 - room_m >= low and x1 + room_m <= right and y1 + room_m <= high
+
     def closed_inside(self, path_m: Floats, step_m: float) -> Floats:
         """The closed path, with ways around the edge where it leaves the region, in steps of at most `step_m`."""
+        if self._in_the_open(path_m):
+            return path_m
         legs = shapely.linestrings(np.stack([path_m, np.roll(path_m, -1, axis=0)], axis=1))
         if shapely.covers(self.polygon, legs).all():
             return path_m
@@ -160,6 +166,8 @@ class Region:
     def room_ahead_m(self, xy_m: Floats, heading: Floats, up_to_m: float) -> Floats:
         """(n,) way from each point along its unit `heading` (n, 2) to the edge, at most `up_to_m`."""
         room = np.full(len(xy_m), up_to_m)
+        if self._in_the_open(xy_m, up_to_m):
+            return room
         points = shapely.points(xy_m)
         near = np.flatnonzero(shapely.distance(self._boundary, points) < up_to_m)
         for i in near:

@@ -41,6 +41,7 @@ LOOK_EVERY = 6
 """Steps between looks at all cells."""
 WATCH_M = 4.0
 """Cells so far inside the swept band are judged, too: they may be outside after a few steps."""
+SAME_M = 1e-6
 NEIGHBOURS = np.arange(-3, 4)
 
 
@@ -170,13 +171,24 @@ class _Watched:
     def __init__(self, cells_m: Floats, radius_m: Floats | float) -> None:
         """`radius_m`: how near a point of the tour must come to each cell."""
         self._cells, self._radius_m = cells_m, np.broadcast_to(radius_m, len(cells_m))
+        self._at_most_m = np.full(len(cells_m), np.inf)
+        """Each cell's distance from the tour: when it was last looked at, and what the tour has moved since."""
+        self._seen = np.empty((0, 2))
 
     def look(self, points: Floats) -> None:
-        """Which cells to judge by which points."""
-        away, nearest = nearest_of(points, self._cells)
-        edge = np.flatnonzero(away > self._radius_m - WATCH_M)
+        """Which cells to judge by which points. Those well inside the band all the while are not looked at."""
+        if len(self._seen):
+            moved = points - self._seen
+            self._at_most_m += float(np.hypot(moved[:, 0], moved[:, 1]).max()) + SAME_M
+        self._seen = points
+        inner_m = self._radius_m - WATCH_M
+        may = np.flatnonzero(self._at_most_m > inner_m)
+        away, nearest = nearest_of(points, self._cells[may])
+        self._at_most_m[may] = away
+        at_edge = away > inner_m[may]
+        edge = may[at_edge]
         self._near, self._near_radius_m = self._cells[edge], self._radius_m[edge]
-        self._around = (nearest[edge][:, None] + NEIGHBOURS) % len(points)
+        self._around = (nearest[at_edge][:, None] + NEIGHBOURS) % len(points)
         self._rows = np.arange(len(edge))
 
     def missing(self, points: Floats) -> tuple[float, Floats]:

@@ -212,19 +212,20 @@ def _sampled(path_m: Floats, step_m: Floats, speed: Floats) -> tuple[float, Floa
 
 def _brake_and_speed_up(limit: Floats, step_m: Floats, curvature: Floats, accel_m_s2: float) -> Floats:
     """Two passes over a closed path that begins where it is slowest: v'^2 <= v^2 + 2 a ds with what turning leaves."""
-    square = (limit**2).tolist()
+    square: list[float] = (limit**2).tolist()
     steps, curves, count = step_m.tolist(), curvature.tolist(), len(limit)
-
-    def reach(v2: float, curve: float, step: float) -> float:
-        spare = accel_m_s2**2 - (curve * v2) ** 2
-        return v2 + 2.0 * step * math.sqrt(spare) if spare > 0.0 else v2
-
+    accel2 = accel_m_s2**2
     for i in range(count):
-        j = (i + 1) % count
-        square[j] = min(square[j], reach(square[i], curves[i], steps[i]))
+        j, v2 = (i + 1) % count, square[i]
+        if v2 < square[j]:  # else it is not reached too soon: this loop is a fifth of a search
+            spare = accel2 - (curves[i] * v2) ** 2
+            square[j] = min(square[j], v2 + 2.0 * steps[i] * math.sqrt(spare)) if spare > 0.0 else v2
     for i in range(count - 1, -1, -1):
         j = (i + 1) % count
-        square[i] = min(square[i], reach(square[j], curves[j], steps[i]))
+        v2 = square[j]
+        if v2 < square[i]:
+            spare = accel2 - (curves[j] * v2) ** 2
+            square[i] = min(square[i], v2 + 2.0 * steps[i] * math.sqrt(spare)) if spare > 0.0 else v2
     return np.asarray(np.sqrt(np.array(square)))
 
 
