@@ -134,7 +134,8 @@ class Region:
         """Whether there is certainly nothing to avoid around these points, as most often."""
         (x0, y0), (x1, y1) = xy_m.min(axis=0).tolist(), xy_m.max(axis=0).tolist()
         left, low, right, high = self._open
-        return x0 - room_m >= left and y0 - room_m >= low and x1 + room_m <= right and y1 + room_m <= high
+        least, most = min(x0 - left, y0 - low), min(right - x1, high - y1)
+        return bool(min(least, most) >= room_m)
 
     def closed_inside(self, path_m: Floats, step_m: float) -> Floats:
         """The closed path, with ways around the edge where it leaves the region, in steps of at most `step_m`."""

@@ -173,7 +173,7 @@ class _Watched:
         self._cells, self._radius_m = cells_m, np.broadcast_to(radius_m, len(cells_m))
         self._at_most_m = np.full(len(cells_m), np.inf)
         """Each cell's distance from the tour: when it was last looked at, and what the tour has moved since."""
-        self._seen = np.empty((0, 2))
+        self._seen: Floats = np.empty((0, 2))
 
     def look(self, points: Floats) -> None:
         """Which cells to judge by which points. Those well inside the band all the while are not looked at."""
