@@ -5,6 +5,8 @@ object per message is most of what a simulated vehicle would cost.
 """
 
 import struct
+from collections.abc import Iterable
+from itertools import chain
 from typing import Any, NamedTuple
 
 from fastcrc import crc16
@@ -35,25 +37,18 @@ class Layout:
         # `array_lengths` is in wire order and counts text too; text is one value ("16s") to struct.
         lengths = zip(self.names, message_class.array_lengths, strict=True)
         self.arrays = {name: n for name, n in lengths if n > 1 and by_field[name] != "char"}
-        self._zeros: list[tuple[str, Any]] = [
-            (name, (0,) * self.arrays[name] if name in self.arrays else b"" if by_field[name] == "char" else 0)
+        self._zeros: list[Any] = [
+            (0,) * self.arrays[name] if name in self.arrays else b"" if by_field[name] == "char" else 0
             for name in self.names
         ]
 
     def pack(self, fields: dict[str, Any]) -> bytes:
         """Payload without trailing zeros. Fields that are not given (extensions) are zero."""
-        if not self.arrays:
-            return self._trimmed([fields.get(name, zero) for name, zero in self._zeros])
-        values: list[Any] = []
-        for name, zero in self._zeros:
-            if name in self.arrays:
-                values.extend(fields.get(name, zero))
-            else:
-                values.append(fields.get(name, zero))
-        return self._trimmed(values)
-
-    def _trimmed(self, values: list[Any]) -> bytes:
-        return self.struct.pack(*values).rstrip(b"\0") or b"\0"
+        given: Iterable[Any] = map(fields.get, self.names, self._zeros)
+        if self.arrays:
+            named = zip(self.names, given, strict=True)
+            given = chain.from_iterable(value if name in self.arrays else (value,) for name, value in named)
+        return self.struct.pack(*given).rstrip(b"\0") or b"\0"
 
     def unpack(self, payload: bytes) -> dict[str, Any]:
         """Fields by name; a short payload is filled with zeros, a long one (newer dialect) is cut."""

@@ -184,6 +184,8 @@ class LockStep:
 
     def step(self) -> None:
         """Move everything on by one tick."""
+        if self._beside is not None:
+            self._beside.begin()
         self.clock.advance(TICK_S)
         self.sim.step(TICK_S)
         for index, data in self._down(self.sim.drain()):

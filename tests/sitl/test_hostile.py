@@ -43,7 +43,7 @@ def offset_of(layout, field: str) -> int:
 
 def values_with(layout, field: str) -> list:
     values = []
-    for name, zero in layout._zeros:
+    for name, zero in zip(layout.names, layout._zeros, strict=True):
         values += list(zero) if name in layout.arrays else [1 if name == field else zero]
     return values
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -61,7 +62,7 @@ class Trajectory:
         place = (t_s - self.t0_s) / self.dt_s
         i = min(int(place), len(self.positions_m) - 2)
         share = place - i
-        return _between(self.positions_m, i, share), _between(self.velocities_m_s, i, share)
+        return _between(self._places, i, share), _between(self._speeds, i, share)
 
     def acceleration(self, t_s: float) -> Vec3:
         """How its velocity changes about `t_s`, m/s²; none before it begins and after it ends."""
@@ -70,8 +71,20 @@ class Trajectory:
         place = (t_s - self.t0_s) / self.dt_s
         i = min(max(round(place), 1), len(self.positions_m) - 2) if len(self.positions_m) > 2 else 0
         before, after = (i - 1, i + 1) if len(self.positions_m) > 2 else (0, 1)
-        x, y, z = (self.velocities_m_s[after] - self.velocities_m_s[before]) / ((after - before) * self.dt_s)
-        return (float(x), float(y), float(z))
+        took_s = (after - before) * self.dt_s
+        (x, y, z), (x1, y1, z1) = self._speeds[before], self._speeds[after]
+        return (x1 - x) / took_s, (y1 - y) / took_s, (z1 - z) / took_s
+
+    @cached_property
+    def _places(self) -> list[list[float]]:
+        """In plain floats, which for three numbers takes a third of the time."""
+        places: list[list[float]] = self.positions_m.tolist()
+        return places
+
+    @cached_property
+    def _speeds(self) -> list[list[float]]:
+        speeds: list[list[float]] = self.velocities_m_s.tolist()
+        return speeds
 
 
 class Moving(Reference, Protocol):
@@ -105,9 +118,9 @@ def rest_to_rest_s(way_m: float, speed_m_s: float, accel_m_s2: float) -> float:
     return way_m / speed_m_s + speed_m_s / accel_m_s2 if way_m > ramp_m else 2.0 * math.sqrt(way_m / accel_m_s2)
 
 
-def _between(samples: Samples, i: int, share: float) -> Vec3:
-    """Linear between two samples; in plain floats, which for three numbers takes a third of the time."""
-    (x, y, z), (x1, y1, z1) = samples[i].tolist(), samples[i + 1].tolist()
+def _between(samples: list[list[float]], i: int, share: float) -> Vec3:
+    """Linear between two samples."""
+    (x, y, z), (x1, y1, z1) = samples[i], samples[i + 1]
     rest = 1 - share
     return rest * x + share * x1, rest * y + share * y1, rest * z + share * z1
 

@@ -57,6 +57,7 @@ class IdlenessGrid:
         self.cell_m = max(cell_m, math.sqrt((x1 - x0) * (y1 - y0) / MOST_CELLS))
         """As asked, or larger where a huge zone would need too many."""
         self._x, self._y, self._inside = _lattice(shape, self.cell_m)
+        self._x0, self._y0 = float(self._x[0]), float(self._y[0])
         self.cells = int(np.count_nonzero(self._inside))
         self._last_s = np.full(self._inside.shape, -np.inf)
         self._unseen = self.cells
@@ -111,7 +112,7 @@ class IdlenessGrid:
 
     def _see(self, t_s: float, x: float, y: float) -> None:
         r, cell = self.footprint_radius_m, self.cell_m
-        x0, y0 = float(self._x[0]), float(self._y[0])
+        x0, y0 = self._x0, self._y0
         left, right = max(0, math.ceil((x - r - x0) / cell)), math.floor((x + r - x0) / cell) + 1
         low, high = max(0, math.ceil((y - r - y0) / cell)), math.floor((y + r - y0) / cell) + 1
         if right <= left or high <= low or left >= len(self._x) or low >= len(self._y):
@@ -151,7 +152,7 @@ class _Window:
         self.now_s = t_s
 
     def closes(self, block: tuple[slice, slice], t_s: float, last: Floats, under: NDArray[np.bool_]) -> None:
-        gaps = (t_s - last)[under & self._inside[block]]
+        gaps = t_s - last[under & self._inside[block]]
         if gaps.size:
             self.worst_s = max(self.worst_s, float(gaps.max()))
             self._integral += float(gaps @ gaps) / 2.0

@@ -11,6 +11,7 @@ import math
 import msgspec
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from tui_gcs.core.flights import COLUMN_M
 from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
@@ -308,13 +309,13 @@ class Referee:
 
     def _judge_region(self, flying: list[VehicleRow]) -> None:
         if self._area is not None:
-            area = self._area.area
-            for row in flying:
-                x, y, z = row.position_m
-                self._outside_m = max(self._outside_m, _outside(self._fence, x, y))
-                if row.phase is Phase.FLYING:
-                    self._band_m = max(self._band_m, area.alt_min_m - z, z - area.alt_max_m)
-        free = np.array([r.position_m for r in flying if not self._in_own_column(r)], dtype=float).reshape(-1, 3)
+            area, places = self._area.area, _places(flying)
+            outside = places[~shapely.intersects_xy(self._fence, places[:, 0], places[:, 1]), :2]
+            if len(outside):
+                self._outside_m = max(self._outside_m, *shapely.distance(self._fence, shapely.points(outside)).tolist())
+            for z in [row.position_m[2] for row in flying if row.phase is Phase.FLYING]:
+                self._band_m = max(self._band_m, area.alt_min_m - z, z - area.alt_max_m)
+        free = _places([row for row in flying if not self._in_own_column(row)])
         self._separation = min(self._separation, least_separation(free, self._scenario.limits))
 
     def _in_own_column(self, row: VehicleRow) -> bool:
@@ -371,8 +372,8 @@ class Referee:
         return checks
 
 
-def _outside(shape: shapely.Geometry, x: float, y: float) -> float:
-    return 0.0 if shapely.intersects_xy(shape, x, y) else float(shapely.distance(shape, shapely.Point(x, y)))
+def _places(rows: list[VehicleRow]) -> NDArray[np.float64]:
+    return np.array([row.position_m for row in rows], dtype=float).reshape(-1, 3)
 
 
 def _rounded(value: float) -> float | None:

@@ -1,6 +1,7 @@
 """How far apart vehicles are, as a share of what the limits ask for: beside each other or one above the other."""
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,19 @@ LEAST_LIMIT_M = 1e-9
 """A limit of 0 asks for nothing: everybody is far enough."""
 
 
+@lru_cache(maxsize=64)
+def _pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Rows of the one and of the other of all pairs."""
+    one, other = np.triu_indices(count, 1)
+    return one, other
+
+
 def least_separation(position_m: NDArray[np.floating[Any]], limits: Limits) -> float:
     """(n, 3) places → of the two that are nearest, in multiples of the limit; infinite for fewer than two.
 
     A place with NaN in it counts for nobody.
     """
-    one, other = np.triu_indices(len(position_m), 1)
+    one, other = _pairs(len(position_m))
     apart = np.abs(position_m[one] - position_m[other])
     beside = np.hypot(apart[:, 0], apart[:, 1]) / max(limits.separation_horizontal_m, LEAST_LIMIT_M)
     above = apart[:, 2] / max(limits.separation_vertical_m, LEAST_LIMIT_M)

@@ -110,15 +110,26 @@ class _Beside:
 
 
 class PlannersBeside:
-    """The hosts of several teams on the bus of a run. They step at the same time, and their plans come in order."""
+    """The hosts of several teams on the bus of a run. They step at the same time, and their plans come in order.
+
+    They are asked about a frame before all others on the bus see it, and give their plans after these.
+    """
 
     def __init__(self, teams: Sequence[str], files: Mapping[str, PlannerFile], bus: Bus) -> None:
         """Start their processes. What ends of them raises `PlannerProcessError` where the bus is published to."""
         self._by_team = {team: _Beside(team, files) for team in teams}
         self._bus = bus
+        self._asked: list[_Beside] = []
+        self._answers = False
         for team, host in self._by_team.items():
             bus.subscribe(TASK.format(team=team), host.take)
-        bus.subscribe(FLEET, self._on_fleet)
+        bus.subscribe(FLEET, self._ask)
+
+    def begin(self) -> None:
+        """From now on there are plans. Who listens to frames already has them while planners think."""
+        if not self._answers:
+            self._answers = True
+            self._bus.subscribe(FLEET, self._answer)
 
     def foresee(self, tasks: Iterable[PlannerTask]) -> None:
         """These tasks will come next: who can works for them while nothing else is to be done."""
@@ -130,10 +141,12 @@ class PlannersBeside:
         for host in self._by_team.values():
             host.close()
 
-    def _on_fleet(self, _key: str, payload: bytes) -> None:
+    def _ask(self, _key: str, payload: bytes) -> None:
         t_s = decode(payload, _Time).t_s
-        asked = [host for host in self._by_team.values() if host.ask(payload, t_s)]
-        for host in asked:
+        self._asked = [host for host in self._by_team.values() if host.ask(payload, t_s)]
+
+    def _answer(self, _key: str, _payload: bytes) -> None:
+        for host in self._asked:
             if plan := host.answer():
                 self._bus.publish(PLAN.format(team=host.team), plan)
 

@@ -216,8 +216,9 @@ class Patrol(Planner):
         formation = self._state.formation
         apart_m = self.task.limits.separation_vertical_m
         row = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
-        spare = [v for v in self._spare(fleet, _active(fleet)) if v not in formation.reliefs]
-        for old in [v for v in formation.owners if fleet.battery_pct[row[v]] < LOW_BATTERY_PCT]:
+        low = [v for v in formation.owners if fleet.battery_pct[row[v]] < LOW_BATTERY_PCT]
+        spare = [v for v in self._spare(fleet, _active(fleet)) if v not in formation.reliefs] if low else []
+        for old in low:
             if old in formation.reliefs.values():
                 continue
             for new in spare:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.messages import FleetFrame, Freshness, Phase, PlannerTask
+from tui_gcs.core.messages import FleetFrame, Freshness, Phase, PlannerTask, Track
 from tui_gcs.planner.api import Fleet, Tracks
 
 
@@ -34,8 +34,11 @@ def team_view(frame: FleetFrame, task: PlannerTask) -> Fleet:
 
 def tracks_view(frame: FleetFrame) -> Tracks:
     """The frame's tracks as struct of arrays, carried forward to its time."""
-    tracks = frame.tracks
-    age_s = np.array([frame.t_s - track.seen_s for track in tracks], dtype=float)
+    return _tracks_at(frame.tracks, frame.t_s) if frame.tracks else NO_TRACKS
+
+
+def _tracks_at(tracks: tuple[Track, ...], t_s: float) -> Tracks:
+    age_s = np.array([t_s - track.seen_s for track in tracks], dtype=float)
     velocity = np.array([track.velocity_m_s for track in tracks], dtype=float).reshape(-1, 3)
     position = np.array([track.position_m for track in tracks], dtype=float).reshape(-1, 3)
     cov = np.array([track.covariance_m2 for track in tracks], dtype=float).reshape(-1, 3)
@@ -58,3 +61,6 @@ def _close(columns: Iterable[NDArray[Any] | tuple[Any, ...]]) -> None:
     for column in columns:
         if isinstance(column, np.ndarray):
             column.flags.writeable = False
+
+
+NO_TRACKS = _tracks_at((), 0.0)
