@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.test_processes import Watcher, join, processes, until
+from tests.own_station import Watcher, processes, station_in, until
 from tui_gcs.commands.common import read_planners
 from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.core import messages as m
@@ -75,22 +75,15 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def fleet(folder: Path) -> Iterator[Watcher]:
-    before = {name: os.environ.get(name) for name in ("TUI_GCS_RUNTIME_DIR", "TUI_GCS_STATE_DIR")}
-    os.environ["TUI_GCS_RUNTIME_DIR"] = str(folder / "run")
-    os.environ["TUI_GCS_STATE_DIR"] = str(folder / "state")
     scenario = folder / "mine.toml"
     scenario.write_text(SCENARIO.read_text().replace('planner = "patrol"', 'planner = "puppet"'))
-    planners = read_planners([str(folder / "puppet.py")])
+    planners = list(read_planners([str(folder / "puppet.py")]).values())
     vehicles = spec_of(load(SCENARIO))
-    launch(Kind.SIM, str(scenario), scenario.read_text(), [], sim_spec=vehicles, planners=list(planners.values()))
-    bus = join(20.0)
-    yield Watcher(bus)
-    bus.close()
-    for part in ("tui_gcs.launcher", "tui_gcs.core.station_process", "sitl.launch"):
-        for pid in processes(part):
-            os.kill(pid, signal.SIGKILL)
-    for name, value in before.items():
-        os.environ.pop(name) if value is None else os.environ.update({name: value})
+    with station_in(
+        folder,
+        lambda: launch(Kind.SIM, str(scenario), scenario.read_text(), [], sim_spec=vehicles, planners=planners),
+    ) as watcher:
+        yield watcher
 
 
 def worker_of(team: str) -> int:

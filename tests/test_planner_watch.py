@@ -1,13 +1,11 @@
 """`tui-gcs planner watch` in real processes: what is saved is what plans, within a second or two."""
 
-import os
-import signal
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from tests.test_processes import Watcher, join, processes, until
+from tests.own_station import Watcher, station_in, until
 from tui_gcs.cli import _parser
 from tui_gcs.commands import planner_new, planner_watch
 from tui_gcs.core.kinds import Kind
@@ -24,18 +22,9 @@ def mine(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def fleet(mine: Path) -> Iterator[Watcher]:
-    before = {name: os.environ.get(name) for name in ("TUI_GCS_RUNTIME_DIR", "TUI_GCS_STATE_DIR")}
-    os.environ["TUI_GCS_RUNTIME_DIR"] = str(mine.parent / "run")
-    os.environ["TUI_GCS_STATE_DIR"] = str(mine.parent / "state")
-    planner_watch.start(_parser().parse_args(["planner", "watch", str(mine)]))
-    bus = join(20.0)
-    yield Watcher(bus)
-    bus.close()
-    for part in ("tui_gcs.launcher", "tui_gcs.core.station_process", "sitl.launch"):
-        for pid in processes(part):
-            os.kill(pid, signal.SIGKILL)
-    for name, value in before.items():
-        os.environ.pop(name) if value is None else os.environ.update({name: value})
+    arguments = _parser().parse_args(["planner", "watch", str(mine)])
+    with station_in(mine.parent, lambda: planner_watch.start(arguments)) as watcher:
+        yield watcher
 
 
 def test_both_teams_are_planned_by_the_file(fleet: Watcher) -> None:
