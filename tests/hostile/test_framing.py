@@ -79,7 +79,7 @@ def test_b6_01_a_million_datagrams_of_one_byte(attack: Attack) -> None:
         == 1_000_000
     )
     assert link.datagrams >= 1_000_000
-    oracle.holds(counted="junk bytes", told="refused: junk bytes")
+    oracle.holds(counted="junk bytes", told="frames not taken: junk bytes")
 
 
 def test_b6_02_random_datagrams(attack: Attack) -> None:
@@ -90,7 +90,7 @@ def test_b6_02_random_datagrams(attack: Attack) -> None:
     pool += [b"\xfd" + junk for junk in pool[:500]] + [b"\xfe" + junk for junk in pool[:500]]
     places: list[Address] = [HOME, *[("stranger", n) for n in range(7)]]
     oracle.flood((chance.choice(pool), places[n % 8]) for n in range(100_000))
-    oracle.holds(counted="junk bytes", told="refused: junk bytes")
+    oracle.holds(counted="junk bytes", told="frames not taken: junk bytes")
 
 
 @pytest.mark.parametrize("junk", [b"\xfe\x00", b"\xfd", b"\xfd\xff\x00\x00\x00"], ids=repr)
@@ -102,7 +102,7 @@ def test_b6_02_datagrams_full_of_beginnings(attack: Attack, junk: bytes, size: i
     count = 4_000_000 // size * 2
     oracle.flood((data, (HOME, STRANGER)[number % 2]) for number in range(count))
     assert oracle.dropped()["junk bytes"] == count * size
-    oracle.holds(counted="junk bytes", told="refused: junk bytes")
+    oracle.holds(counted="junk bytes", told="frames not taken: junk bytes")
 
 
 @pytest.mark.parametrize(("place", "counted"), [(STRANGER, "junk bytes"), (HOME, "unknown message id")])
@@ -154,7 +154,7 @@ def test_b6_04_a_frame_in_two_datagrams(attack: Attack) -> None:
     oracle.run(0.1)
     assert oracle.dropped()["junk bytes"] == len(frame) * (len(frame) - 1), "both halves are counted"
     assert not oracle.told("pieces")
-    oracle.holds(counted="junk bytes", told="refused: junk bytes")
+    oracle.holds(counted="junk bytes", told="frames not taken: junk bytes")
 
 
 @pytest.mark.parametrize("count", [2, 3, 40])
@@ -232,7 +232,7 @@ def test_b6_08_noise_on_a_serial_line(attack: Attack) -> None:
     taken = sum(slot.count for slot in source.slots.values()) - before
     assert whole > 500
     assert taken >= 0.99 * whole
-    oracle.holds(counted="bad CRC", told="refused: bad CRC", sends=to_home, less=to_home)
+    oracle.holds(counted="bad CRC", told="frames not taken: bad CRC", sends=to_home, less=to_home)
 
 
 @pytest.mark.parametrize("stream", [False, True], ids=["datagram", "stream"])
@@ -245,7 +245,7 @@ def test_b6_09_a_length_that_promises_more_than_comes(attack: Attack, stream: bo
     oracle.run(0.3)
     assert oracle.dropped()["junk bytes"] == len(liar), "a stream waits 500 ms for the rest"
     oracle.run(30.0)  # the vehicles' boot texts are junk on a stream, and told before
-    oracle.holds(counted="junk bytes", told="refused: junk bytes")
+    oracle.holds(counted="junk bytes", told="frames not taken: junk bytes")
 
 
 # ---------------------------------------------------------------- lengths, checksums, flags
@@ -283,7 +283,7 @@ def test_b6_12_a_wrong_checksum(attack: Attack) -> None:
                 oracle.inject(bytes(raw), place)
     oracle.run(0.1)
     assert not oracle.told("to be seen")
-    oracle.holds(counted="bad CRC", told="refused: bad CRC")
+    oracle.holds(counted="bad CRC", told="frames not taken: bad CRC")
 
 
 def test_b6_13_another_dialect(attack: Attack) -> None:
@@ -320,7 +320,7 @@ def test_b6_15_flags(attack: Attack) -> None:
     oracle.inject(raw_frame(253, payload, compat=0xFF), HOME)
     oracle.run(0.1)
     assert len(oracle.told("^flags$")) == 1
-    oracle.holds(counted="junk bytes", told="refused: junk bytes")
+    oracle.holds(counted="junk bytes", told="frames not taken: junk bytes")
 
 
 @pytest.mark.parametrize("keyed", [(), (1,)], ids=["no key", "key"])
@@ -352,7 +352,7 @@ def test_b6_17_system_id_0(attack: Attack) -> None:
         oracle.say("STATUSTEXT", 0, address=place, **text("from nobody"))
     oracle.run(0.1)
     assert 0 not in oracle.flight.station.fleet.vehicles and not oracle.told("nobody")
-    oracle.holds(counted="system id 0", told="refused: system id 0")
+    oracle.holds(counted="system id 0", told="frames not taken: system id 0")
 
 
 def test_b6_18_our_own_system_id(attack: Attack) -> None:
@@ -395,7 +395,9 @@ def test_b6_20_every_system_and_component_says_hello(attack: Attack) -> None:
     assert {1, 2} <= set(fleet.vehicles)
     assert fleet.vehicles[1].address == HOME
     assert set(oracle.flight.station.book.flights) == {1, 2}, "nobody joins a team by saying so"
-    oracle.holds(counted="vehicle table full", told="refused: vehicle table full", sends=housekeeping_to_stranger)
+    oracle.holds(
+        counted="vehicle table full", told="frames not taken: vehicle table full", sends=housekeeping_to_stranger
+    )
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ def test_b6_64_a_home_that_is_nowhere(attack: Attack, lie: dict[str, int]) -> No
     before = oracle.vehicle.home_m, heights(oracle)
     tell_home(oracle, 0.0, **lie)
     assert (oracle.vehicle.home_m, heights(oracle)) == before
-    oracle.holds(counted="invalid position", told="refused: invalid position")
+    oracle.holds(counted="invalid position", told="frames not taken: invalid position")
 
 
 def test_b6_64_a_home_that_somebody_moved_in_flight_is_true_and_told(attack: Attack) -> None:

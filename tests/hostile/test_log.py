@@ -37,10 +37,10 @@ def test_refusals_are_told_per_cause_every_half_minute() -> None:
         clock.advance(1.0)
     told = [(round(event.t_s), event.source, event.text) for event in log.since(0)]
     assert told == [
-        (0, "station", "refused: system id 0 (2)"),
-        (30, "station", "refused: system id 0 (60 more)"),
-        (40, "link radio", "refused: junk bytes (7)"),
-        (60, "station", "refused: system id 0 (60 more)"),
+        (0, "station", "frames not taken: system id 0 (2)"),
+        (30, "station", "frames not taken: system id 0 (60 more)"),
+        (40, "link radio", "frames not taken: junk bytes (7)"),
+        (60, "station", "frames not taken: system id 0 (60 more)"),
     ]
 
 
@@ -56,9 +56,9 @@ def test_a_refusal_names_the_vehicles_it_is_of_since_it_was_told_last() -> None:
         clock.advance(31.0)
     told = [(event.source, event.text) for event in log.since(0) if "position" in event.text]
     assert told == [
-        ("vehicle 3", "refused: invalid position (1)"),
-        ("station", "refused: invalid position (3 more): vehicles 3 5-6"),
-        ("vehicle 5", "refused: invalid position (1 more)"),
+        ("vehicle 3", "frames not taken: invalid position (1)"),
+        ("station", "frames not taken: invalid position (3 more): vehicles 3 5-6"),
+        ("vehicle 5", "frames not taken: invalid position (1 more)"),
     ]
     assert {event.source for event in log.since(0) if "id 0" in event.text} == {"station"}
 

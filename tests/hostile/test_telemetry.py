@@ -63,7 +63,7 @@ def test_b6_100_impossible_positions(attack: Attack, lie: dict[str, int]) -> Non
         oracle.flight.station.fleet.tick()
         assert oracle.vehicle.position_m == before
         oracle.run(0.1)
-    oracle.holds(counted="invalid position", told="refused: invalid position")
+    oracle.holds(counted="invalid position", told="frames not taken: invalid position")
 
 
 def test_b6_100_a_jump_of_500_km(attack: Attack) -> None:

@@ -4,7 +4,7 @@ import pytest
 from console import NARROW, WIDE, console
 from fake_station import FakeStation
 
-from tui_gcs.core.messages import Phase
+from tui_gcs.core.messages import Phase, RunPhase
 from tui_gcs.widgets.glyphs import ASCII
 
 HERE = (10.0, 20.0, 30.0)
@@ -12,14 +12,15 @@ BY_HAND = {"phase": Phase.BY_HAND, "slot": "", "position_m": HERE}
 
 
 def some_by_hand(station: FakeStation) -> None:
-    """3 is on its way, 4 orbits, 5 follows 1, 6 was nudged, 7 has come to where it was sent."""
+    """3 is on its way, 4 orbits, 5 follows 1, 6 is nudged, 7 has come to where it was sent, 8 stands since take-off."""
     station.fly()
     station.changes = {
         3: BY_HAND | {"goal_m": (10.0, 60.0, 30.0)},
         4: BY_HAND | {"goal_m": (10.0, 60.0, 30.0), "goal_radius_m": 20.0},
         5: BY_HAND | {"slot": ">1"},
-        6: BY_HAND,
+        6: BY_HAND | {"velocity_m_s": (1.0, 0.0, 0.0)},
         7: BY_HAND | {"goal_m": (11.0, 21.0, 30.0)},
+        8: BY_HAND | {"velocity_m_s": (0.0, 0.0, 0.1)},
     }
 
 
@@ -27,19 +28,19 @@ def some_by_hand(station: FakeStation) -> None:
 async def test_the_roster_says_who_is_flown_by_hand_and_counts_them(size: tuple[int, int]) -> None:
     async with console(size, some_by_hand) as c:
         roster = c.fly.roster.text().splitlines()
-        assert ["by hand" in line for line in roster[1:9]] == [False, False, *[True] * 5, False]
+        assert ["by hand" in line for line in roster[1:9]] == [False, False, *[True] * 6]
         assert "GUIDED" in roster[1] and "GUIDED" not in roster[3]
-        assert str(c.fly.roster.border_title) == "fleet  8   5 by hand"
+        assert str(c.fly.roster.border_title) == "fleet  8   6 by hand"
 
 
 async def test_a_narrow_title_has_room_for_both_counts() -> None:
     async with console(NARROW, some_by_hand) as c:
         c.app.feed.selection.set((3, 4))
         await c.settle()
-        assert "5 by hand, 2 sel of 8" in c.text()
+        assert "6 by hand, 2 sel of 8" in c.text()
 
 
-DOES = [(3, "40 m to go"), (4, "orbits"), (5, "follows 1"), (6, "nudged"), (7, "stays there")]
+DOES = [(3, "40 m to go"), (4, "orbits"), (5, "follows 1"), (6, "nudged"), (7, "stays there"), (8, "stays there")]
 
 
 @pytest.mark.parametrize(("vehicle", "does"), DOES)
@@ -61,7 +62,7 @@ async def test_the_selected_panels_tell_what_it_was_told(vehicle: int, does: str
 async def test_the_table_and_the_cells_of_the_vehicles_screen_show_it_by_word_and_by_shape() -> None:
     async with console(NARROW, some_by_hand) as c:
         await c.press("v")
-        assert c.app.screen.table.text().count("by hand") == 5
+        assert c.app.screen.table.text().count("by hand") == 6
         await c.press("tab")
         cells = c.app.screen.grid.text()
         assert " ◉  3 by hand" in cells and " ▲  2 GUIDED" in cells
@@ -81,6 +82,26 @@ async def test_among_250_and_without_unicode_the_shape_is_left() -> None:
 async def test_the_word_can_be_searched_and_sorted_by() -> None:
     async with console(WIDE, some_by_hand) as c:
         await c.press("v", "/", *"hand", "enter")
-        assert c.app.screen.table.ids() == (3, 4, 5, 6, 7)
+        assert c.app.screen.table.ids() == (3, 4, 5, 6, 7, 8)
         await c.press("escape", *[">"] * 3, "*")  # by mode, falling
-        assert c.app.screen.table.ids() == (3, 4, 5, 6, 7, 1, 2, 8)
+        assert c.app.screen.table.ids() == (3, 4, 5, 6, 7, 8, 1, 2)
+
+
+@pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
+async def test_who_flies_its_mission_flies_by_itself_and_nobody_is_said_to_hold(size: tuple[int, int]) -> None:
+    """Flown on real autopilots: HOLD stood over two that flew their missions at 8 m/s, `taken out` by an order."""
+
+    def on_board(station: FakeStation) -> None:
+        station.fly()
+        station.run = RunPhase.HOLD
+        station.changes = {v: {"phase": Phase.TAKEN_OUT, "mode": "AUTO"} for v in range(1, 9)}
+
+    async with console(size, on_board) as c:
+        await c.tick()
+        assert "HOLD" not in c.line(0) and "by hand" in c.line(0)
+        c.app.feed.selection.set((3,))
+        await c.settle()
+        assert ("AUTO by itself" if size == NARROW else "AUTO  ARMED  by itself") in c.text()
+        c.station.changes[4] = {"phase": Phase.HOLDING}
+        await c.tick()
+        assert "HOLD" in c.line(0)

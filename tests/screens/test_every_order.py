@@ -91,8 +91,8 @@ async def test_each_way_an_order_goes(name: str) -> None:
     ("changes", "why"),
     [
         ({}, "set by its planner"),
-        ({"phase": Phase.HOLDING}, "is not on its way to a place"),
-        ({"phase": Phase.BY_HAND, "slot": ">2"}, "is not on its way to a place"),
+        ({"phase": Phase.HOLDING}, "is not on its way"),
+        ({"phase": Phase.BY_HAND, "slot": ">2"}, "is not on its way"),
         ({"phase": Phase.BY_HAND, "slot": "", "goal_m": (1.0, 2.0, 3.0), "goal_radius_m": 20.0}, "is not on its way"),
     ],
 )

@@ -334,7 +334,7 @@ async def test_motors_take_a_reason_and_the_words_typed() -> None:
     async with console(prepare=flight) as c:
         await select(c, "2-3")
         await order(c, "K")
-        assert "one vehicle at a time" in c.app.screen.text()
+        assert "one at a time" in c.app.screen.text()
         await c.press("escape")
         await select(c, "2")
         await order(c, "K", "enter")
@@ -459,3 +459,32 @@ def test_in_brief_who_does_not_move_says_whether_it_is_armed() -> None:
         "LOST 9 s",
         "never heard",
     ]
+
+
+def test_height_and_speed_from_before_are_not_told_as_those_of_now() -> None:
+    """After a reboot a real ArduCopter had no position for 9 s: `now: ground STABILIZE disarmed 0 m 0.0 m/s`."""
+    station = FakeStation(MemoryBus())
+    station.fly()
+    station.changes = {2: {"freshness": Freshness.STALE, "age_s": 9.0, "phase": m.Phase.TAKEN_OUT}}
+    row = station.frame().rows()[1]
+    assert now_words(row) == "by itself GUIDED ARMED no position for 9 s"
+    assert brief_words(row) == "by itself GUIDED no position for 9 s"
+
+
+async def test_reasons_in_the_menu_fit_their_cells() -> None:
+    """Of an armed one on the ground, and of several that hold."""
+
+    def scenes(station: FakeStation) -> None:
+        station.fly()
+        station.changes = {3: {"phase": m.Phase.GROUND}, 4: {"phase": m.Phase.HOLDING}, 5: {"phase": m.Phase.HOLDING}}
+
+    async with console(NARROW, scenes) as c:
+        for chosen, reasons in (
+            ("3", ("p  to planner  (take off first)", "b  reboot      (is armed)")),
+            ("4-5", ("v  speed       (is not on its way)", "K  KILL MOTORS (one at a time)")),
+        ):
+            await select(c, chosen)
+            await c.press("c")
+            assert [reason for reason in reasons if reason not in c.text()] == []
+            assert "..)" not in c.text() and ".. " not in c.text()
+            await c.press("escape")

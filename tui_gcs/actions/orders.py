@@ -136,6 +136,10 @@ def _on_the_ground(row: VehicleRow) -> str:
     return beyond_reach(row) or ("is in the air" if in_the_air(row) else "already armed" if row.armed else "")
 
 
+def _reboots(row: VehicleRow) -> str:
+    return beyond_reach(row) or ("is in the air" if in_the_air(row) else "is armed" if row.armed else "")
+
+
 def _armed_on_the_ground(row: VehicleRow) -> str:
     return beyond_reach(row) or ("is not armed" if not row.armed else "land it first" if in_the_air(row) else "")
 
@@ -145,7 +149,9 @@ def _held(row: VehicleRow) -> str:
         return why
     if not row.armed:
         return "is on the ground"
-    return "its planner has it" if row.phase is Phase.FLYING else "neither holds nor is flown by hand"
+    if not in_the_air(row):
+        return "take off first"
+    return "its planner has it" if row.phase is Phase.FLYING else "does not hold"
 
 
 def _is_armed(row: VehicleRow) -> str:
@@ -163,7 +169,7 @@ def _on_its_way(row: VehicleRow) -> str:
     if row.phase is Phase.FLYING:
         return "set by its planner"
     goes = row.phase is Phase.BY_HAND and math.isfinite(row.goal_m[0]) and not row.goal_radius_m
-    return "" if goes and not row.slot else "is not on its way to a place"
+    return "" if goes and not row.slot else "is not on its way"
 
 
 def _camera(row: VehicleRow) -> str:
@@ -430,11 +436,11 @@ ORDERS = (
         "reboot",
         "b",
         "reboot",
-        "its autopilot starts anew",
-        _on_the_ground,
+        "the autopilot starts anew",
+        _reboots,
         lambda aim: s.Reboot(aim.vehicles),
         (Grade.COUNT, Grade.COUNT),
-        brief="its autopilot anew",
+        brief="autopilot anew",
     ),
     Order(
         "kill",
@@ -471,7 +477,7 @@ def why_not_order(
     """Why an order makes no sense for any of them, or ""; where that is not the same for all, who is meant by what."""
     concerned, left_out = split(order, vehicles, rows, doubtful=doubtful)
     if concerned:
-        return "one vehicle at a time" if order.grade(1) is Grade.KILL and len(vehicles) > 1 else ""
+        return "one at a time" if order.grade(1) is Grade.KILL and len(vehicles) > 1 else ""
     if not left_out:
         return "no vehicle is selected"
     reasons = set(left_out.values())

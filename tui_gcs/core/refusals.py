@@ -70,7 +70,7 @@ class RefusalTeller:
         if count <= told or now - told_s < REPEAT_S:
             return
         self._told[(source, cause)] = (now, count)
-        text = f"refused: {cause} ({count - told} more)" if told else f"refused: {cause} ({count})"
+        text = f"frames not taken: {cause} ({count - told} more)" if told else f"frames not taken: {cause} ({count})"
         whose = {vehicle for tally in self._tallies for vehicle in tally.take_whose(cause)}
         if len(whose) == 1:
             source = f"vehicle {whose.pop()}"

@@ -22,7 +22,7 @@ from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run, cut
-from tui_gcs.widgets.words import ids, number, speed_m_s
+from tui_gcs.widgets.words import ids, number, phase_words, speed_m_s
 
 EXPIRES_S = 10.0
 TYPING_EXPIRES_S = 60.0
@@ -451,8 +451,15 @@ def now_words(row: VehicleRow | None) -> str:
     if row.freshness is Freshness.LOST:
         return f"LOST {number(row.heard_age_s, 0)} s"
     state = "ARMED" if row.armed else "disarmed"
+    if row.freshness is Freshness.STALE:
+        return f"{phase_words(row)} {row.mode} {state} {_no_position(row)}"
     motion = f"{number(row.position_m[2], 0)} m {number(speed_m_s(row.velocity_m_s), 1)} m/s"
-    return f"{row.phase} {row.mode} {state} {motion} {number(row.battery_pct, 0)} %"
+    return f"{phase_words(row)} {row.mode} {state} {motion} {number(row.battery_pct, 0)} %"
+
+
+def _no_position(row: VehicleRow) -> str:
+    """Height and speed from before are no truth of now."""
+    return f"no position for {number(row.age_s, 0)} s"
 
 
 def brief_words(row: VehicleRow | None) -> str:
@@ -463,7 +470,10 @@ def brief_words(row: VehicleRow | None) -> str:
         return f"{row.phase} {row.mode} disarmed"
     if row.phase is Phase.GROUND:
         return f"{row.phase} {row.mode} ARMED"
-    return f"{row.phase} {row.mode} {number(row.position_m[2], 0)} m {number(speed_m_s(row.velocity_m_s), 1)} m/s"
+    if row.freshness is Freshness.STALE:
+        return f"{phase_words(row)} {row.mode} {_no_position(row)}"
+    motion = f"{number(row.position_m[2], 0)} m {number(speed_m_s(row.velocity_m_s), 1)} m/s"
+    return f"{phase_words(row)} {row.mode} {motion}"
 
 
 def _row_line(vehicle: int, row: VehicleRow | None) -> Line:

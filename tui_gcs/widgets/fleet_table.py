@@ -15,7 +15,7 @@ from tui_gcs.widgets.roster import COLUMNS as ROSTER_COLUMNS
 from tui_gcs.widgets.roster import Column
 from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.vehicle_alarms import by_vehicle, level_now, tag_of
-from tui_gcs.widgets.words import UNKNOWN, mode_or_hand, number, speed_m_s
+from tui_gcs.widgets.words import UNKNOWN, mode_or_hand, number, phase_words, speed_m_s
 
 Value = float | str
 """What is sorted by: of one column either numbers or words."""
@@ -56,7 +56,7 @@ COLUMNS = (
     Column("LOSS", 4, 25, lambda row, _: number(row.loss_pct, 0, "%")),
     Column("SLOT", 5, 22, lambda row, _: row.slot, left=True),
     Column("OFF", 4, 21, _lost(lambda row, _: number(row.slot_error_m, 0, "m"))),
-    Column("PHASE", 9, 12, lambda row, _: row.phase, left=True),
+    Column("PHASE", 9, 12, lambda row, _: phase_words(row), left=True),
     Column("LINK", 22, 5, lambda row, _: row.link, left=True),
 )
 
@@ -178,7 +178,7 @@ def _fits(word: str, row: VehicleRow, alarms: Sequence[Alarm]) -> bool:
     if word.isdigit():
         return str(row.id) == word
     armed = "armed" if row.armed else "disarmed"
-    texts = (row.team, row.mode, row.phase, row.autopilot, row.vehicle_type, row.link, row.freshness)
+    texts = (row.team, row.mode, phase_words(row), row.autopilot, row.vehicle_type, row.link, row.freshness)
     return word == armed or any(
         word in text.casefold() for text in (*texts, *(alarm.tag for alarm in alarms), *(a.title for a in alarms))
     )

@@ -8,7 +8,7 @@ from tui_gcs.widgets.levels import INKS
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.vehicle_alarms import level_now
-from tui_gcs.widgets.words import gps, hand_words, heading, number, slot_words, speed_m_s
+from tui_gcs.widgets.words import gps, hand_words, heading, number, phase_words, slot_words, speed_m_s
 
 
 def row_of(frame: FleetFrame | None, vehicle: int | None) -> VehicleRow | None:
@@ -35,6 +35,8 @@ def _does(row: VehicleRow) -> str:
     """For whom it flies; by hand with the mode, which the roster has no room for."""
     if row.phase is Phase.BY_HAND:
         return f"{row.mode[:8]} {row.phase}, {hand_words(row)}"
+    if row.phase is Phase.TAKEN_OUT:
+        return f"{row.mode[:8]} {phase_words(row)}"
     return f"{row.phase} {slot_words(row.slot)} off {number(row.slot_error_m, 0, 'm')}"
 
 

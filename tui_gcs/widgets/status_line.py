@@ -16,6 +16,8 @@ LEAST_NAME_CELLS = 8
 KIND_INKS = {Kind.SIM: Ink.SELECTED, Kind.LIVE: Ink.LIVE, Kind.REPLAY: Ink.REPLAY}
 IDLE_WORD = "idle"
 """Of a narrow terminal."""
+NO_PLANNER_WORD = "by hand"
+"""Nobody flies for a planner, and nobody holds: HOLD would be untrue of who flies a mission of its own."""
 RUN_WORDS = {
     RunPhase.IDLE: "not started",
     RunPhase.STARTING: "starting",
@@ -33,10 +35,14 @@ class StatusLine(LinesView):
     _wall_s = float("nan")
     _principal = ""
     _lost = False
+    _holds = True
 
-    def show(self, status: StationStatus | None, *, wall_s: float, principal: str, lost: bool) -> None:
-        """Show this status; `lost` when the station is silent, then the values are `--`."""
+    def show(
+        self, status: StationStatus | None, *, wall_s: float, principal: str, lost: bool, holds: bool = True
+    ) -> None:
+        """Show this status; `lost` when the station is silent, then the values are `--`; `holds`: some vehicle does."""
         self._status, self._wall_s, self._principal, self._lost = status, wall_s, principal, lost
+        self._holds = holds
         self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:
@@ -45,7 +51,7 @@ class StatusLine(LinesView):
             return [[(" tui-gcs ", Ink.SELECTED), ("  waiting for the station", Ink.MUTED)]]
         if self._lost:
             return [lost_runs(self._status, width)]
-        return [status_runs(self._status, width, self._wall_s, self._principal, self.glyphs)]
+        return [status_runs(self._status, width, self._wall_s, self._principal, self.glyphs, holds=self._holds)]
 
 
 def lost_runs(status: StationStatus, width: int) -> list[Run]:
@@ -55,7 +61,9 @@ def lost_runs(status: StationStatus, width: int) -> list[Run]:
     return [kind, (" STATION LOST ", Ink.ALARM), (words[: max(0, width)], Ink.MUTED)]
 
 
-def status_runs(status: StationStatus, width: int, wall_s: float, principal: str, glyphs: GlyphSet) -> list[Run]:
+def status_runs(
+    status: StationStatus, width: int, wall_s: float, principal: str, glyphs: GlyphSet, *, holds: bool = True
+) -> list[Run]:
     """The line in normal times; narrow terminals get shorter words, not fewer facts."""
     wide = width >= WIDE
     gap = ("   " if wide else "  ", Ink.TEXT)
@@ -68,6 +76,8 @@ def status_runs(status: StationStatus, width: int, wall_s: float, principal: str
         word = clock(status.mission_time_s) if running else RUN_WORDS[status.run]
         if not wide and status.run is RunPhase.IDLE:
             word = IDLE_WORD
+        if status.run is RunPhase.HOLD and not holds:
+            word = NO_PLANNER_WORD
         runs += [("  ", Ink.TEXT), (word, Ink.CAUTION if status.run is RunPhase.HOLD else Ink.TEXT)]
     runs += [gap, *_links(status, glyphs), ("  ", Ink.TEXT), *_heard(status, wide)]
     runs += [gap, *_armed_or_ready(status)]

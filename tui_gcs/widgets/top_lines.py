@@ -8,7 +8,7 @@ from textual.containers import Vertical
 
 from tui_gcs.actions import APP, APP_ACTIONS, FLY_ACTIONS
 from tui_gcs.actions.keymap import with_keys
-from tui_gcs.core.messages import StationStatus
+from tui_gcs.core.messages import Phase, StationStatus
 from tui_gcs.core.messages_alarms import AlarmLevel, action_words
 from tui_gcs.feed import Feed, FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
 from tui_gcs.widgets.alarm_line import AlarmLine, Notice
@@ -81,7 +81,8 @@ class TopLines(Vertical):
         """Everything anew; only what changed is written."""
         feed = self._feed
         wall_s = feed.frame.wall_s if feed.frame is not None else math.nan
-        self.status_line.show(feed.status, wall_s=wall_s, principal=feed.principal, lost=feed.station_lost)
+        holds = feed.frame is None or Phase.HOLDING in feed.frame.phase
+        self.status_line.show(feed.status, wall_s=wall_s, principal=feed.principal, lost=feed.station_lost, holds=holds)
         alarms = feed.status.alarms if feed.status is not None else ()
         self.alarm_line.set_alarms(alarms, self._keys(), local_notice(feed))
 

@@ -15,7 +15,7 @@ from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.vehicle_alarms import LEVELS, level_now
 from tui_gcs.widgets.visible import whole_age_s
-from tui_gcs.widgets.words import UNKNOWN, gps, hand_words, heading, number, slot_words, speed_m_s
+from tui_gcs.widgets.words import UNKNOWN, gps, hand_words, heading, number, phase_words, slot_words, speed_m_s
 
 MOST_ALARMS, MOST_CHECK_LINES = 3, 4
 LABEL_CELLS = 6
@@ -131,7 +131,7 @@ class DetailLines:
         age_s = whole_age_s(row.age_s) if row.freshness is Freshness.STALE else 0
         old = f"  position {age_s} s old" if age_s else ""
         prearm = "  prearm ok" if self._info is not None and self._info.ready and not row.armed else ""
-        does = f"{row.phase}: {hand_words(row)}" if row.phase is Phase.BY_HAND else row.phase
+        does = f"{row.phase}: {hand_words(row)}" if row.phase is Phase.BY_HAND else phase_words(row)
         return f"{row.mode}  {'ARMED' if row.armed else 'disarmed'}  {does}{prearm}{old}"
 
     def _alarm_line(self, alarm: Alarm) -> Line:

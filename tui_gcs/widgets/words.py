@@ -13,6 +13,8 @@ ids = id_ranges
 
 UNKNOWN = "--"
 
+MOVES_M_S = 0.5
+"""Slower is standing."""
 THERE_M = 3.0
 """So near to the place where it was sent a vehicle has come there."""
 GPS_FIX = {0: "none", 1: "no", 2: "2D", 3: "3D", 4: "DG", 5: "Flt", 6: "RTK", 7: "Sta", 8: "PPP"}
@@ -48,6 +50,11 @@ def slot_words(slot: str, label: str = "slot ") -> str:
     return f"follows {slot[1:]}" if slot.startswith(">") else f"{label}{slot or UNKNOWN}"
 
 
+def phase_words(row: VehicleRow) -> str:
+    """What a vehicle is about; in a mode that takes no set-points (a mission, a failsafe) it flies `by itself`."""
+    return "by itself" if row.phase is Phase.TAKEN_OUT else row.phase.value
+
+
 def mode_or_hand(row: VehicleRow) -> str:
     """The mode; of one that an operator flies `by hand`, for its mode is the one that planners fly it in, too."""
     return row.phase.value if row.phase is Phase.BY_HAND else row.mode
@@ -59,8 +66,8 @@ def hand_words(row: VehicleRow) -> str:
         return ""
     if row.slot.startswith(">"):
         return slot_words(row.slot)
-    if not math.isfinite(row.goal_m[0]):
-        return "nudged"
+    if not math.isfinite(row.goal_m[0]):  # after a take-off, too
+        return "nudged" if speed_m_s(row.velocity_m_s) >= MOVES_M_S else "stays there"
     if row.goal_radius_m:
         return "orbits"
     to_go_m = math.dist(row.goal_m, row.position_m)
