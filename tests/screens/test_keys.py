@@ -3,6 +3,7 @@
 import asyncio
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 from console import NARROW, WIDE, Console, console
@@ -258,10 +259,10 @@ async def test_a_hold_does_not_wait_for_questions_that_nobody_answers() -> None:
         gate = threading.Event()
         ask = c.app.feed._bus.ask
 
-        def slow(key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False) -> bytes:
+        def slow(key: str, payload: bytes, timeout_s: float = 2.0, **more: Any) -> bytes:
             if isinstance(decode_request(payload), GetVehicles):
                 gate.wait(10.0)
-            return ask(key, payload, timeout_s, late=late)
+            return ask(key, payload, timeout_s, **more)
 
         c.app.feed._bus.ask = slow  # type: ignore[method-assign]
         questions = [asyncio.create_task(c.app.feed.request(GetVehicles((1,)))) for _ in range(40)]
