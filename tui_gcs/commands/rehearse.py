@@ -138,8 +138,9 @@ def _remember(
 
 
 def _tell_pace(record: "FlightRecord", took_s: float) -> None:
-    flown_s = record.separation[-1][0] if record.separation else 0.0
-    sys.stdout.write(f"{flown_s:.0f} s flown in {took_s:.0f} s ({flown_s / max(took_s, 1e-9):.0f} x real time)\n")
+    simulated_s = record.simulated_s if record.rounds else 0.0
+    pace = simulated_s / max(took_s, 1e-9)
+    sys.stdout.write(f"{simulated_s:.0f} s simulated in {took_s:.0f} s ({pace:.0f} x real time)\n")
 
 
 def _happenings(arguments: argparse.Namespace) -> "list[Happening]":

@@ -69,6 +69,7 @@ class FlightRecord:
         self.separation: list[tuple[float, float]] = []
         """(mission time, least of max(horizontal / limit, vertical / limit) of all pairs in the air)."""
         self.begin_s = math.nan
+        self._first_s = self._last_s = math.nan
         self._grids: list[IdlenessGrid] = []
         self._returning = False
         self._next_s = -math.inf
@@ -77,6 +78,11 @@ class FlightRecord:
         bus.subscribe(keys.STATUS, lambda _, data: self._on_status(decode(data, StationStatus)))
         bus.subscribe(keys.EVENT, lambda _, data: self._on_event(decode(data, Event)))
         bus.subscribe(keys.PLAN.format(team="*"), lambda _, data: self._on_plan(decode(data, Plan)))
+
+    @property
+    def simulated_s(self) -> float:
+        """From the first frame to the last: before the start, all rounds, the way back and landing."""
+        return self._last_s - self._first_s
 
     def _on_status(self, status: StationStatus) -> None:
         self._returning = status.run in (RunPhase.RETURNING, RunPhase.IDLE)
@@ -105,6 +111,9 @@ class FlightRecord:
         self.rounds.append(RoundRecord(round_, status.t_s, zones))
 
     def _on_frame(self, frame: FleetFrame) -> None:
+        self._last_s = frame.t_s
+        if math.isnan(self._first_s):
+            self._first_s = frame.t_s
         if not self.rounds or self._returning:
             return
         rows = frame.rows()
