@@ -17,10 +17,8 @@ from tests.conformance.pilot import Pilot, flying
 from tests.conformance.report import CHECKS, Check, Line, Run, as_json, chosen, summary
 from tests.conformance.turns import Turns
 
-pytestmark = pytest.mark.long  # nearly each is a flight
-
 checks.load()
-pytestmark = pytest.mark.xdist_group("conformance")
+pytestmark = [pytest.mark.xdist_group("conformance"), pytest.mark.long]
 ARDUPILOT, PX4 = 1, 2
 
 
