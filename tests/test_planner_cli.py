@@ -170,6 +170,13 @@ def test_a_planner_that_takes_its_process_down(
     assert f"FAIL  flies          {told}" in out
 
 
+def test_a_file_that_never_finishes_loading_is_told_with_its_line(tell: Tell, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(planner_check, "LOADING_SILENT_S", 4.0)
+    code, out = check(tell, "\nwhile True: pass\n" + bad.GOOD)
+    assert code == 1
+    assert "FAIL  loads          does not finish loading within 4 s at mine.py:2\n" in out
+
+
 def test_other_checks_go_on_where_one_takes_the_process_down(tell: Tell) -> None:
     source = bad.source(after="len(rows) or __import__('os')._exit(3)")  # without vehicles only
     code, out = check(tell, source, "--only", "flies", "--only", "fleet sizes", "--only", "step time")

@@ -243,6 +243,11 @@ def test_how_well_slots_are_kept_is_the_scenarios_to_say() -> None:
     assert (off.ok, off.limit, lag.ok, lag.limit) == (True, 3.5, False, 0.25)
 
 
+def test_vetoes_say_for_which_reasons_the_commonest_first(referee: Referee) -> None:
+    referee.on_status(status(0, vetoes={"too close": 2, "outside": 40}))
+    assert check(referee, "guard vetoes") == Check("guard vetoes", False, 42.0, 0.0, "outside: 40, too close: 2")
+
+
 # ---------------------------------------------------------------- why there is no value
 
 

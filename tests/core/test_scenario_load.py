@@ -217,3 +217,8 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
 def test_a_zone_s_own_altitude_band_lies_inside_the_area_s() -> None:
     with pytest.raises(ScenarioError, match="200 m is outside the altitude band"):
         parse(changed(("radius_m = 80.0", "radius_m = 80.0\nalt_min_m = 200.0")))
+
+
+def test_a_planner_in_a_file_is_told_how_to_give_it() -> None:
+    hint = "must be petrol; one in a file of yours is given to fly, run and rehearse by --planner FILE.py"
+    assert any(hint in line for line in problems(TEXT, known_planners=("petrol",)))

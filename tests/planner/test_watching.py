@@ -11,6 +11,7 @@ import bad_planners as bad
 import pytest
 
 from tui_gcs.core.messages import Plan, PlannerTask, decode
+from tui_gcs.planner import watching
 from tui_gcs.planner.check.world import TEAM, World, scattered, task_for
 from tui_gcs.planner.host import Job
 from tui_gcs.planner.registry import PlannerFile
@@ -95,6 +96,27 @@ def test_where_the_new_version_fails_the_one_before_flies_on(source: str, told: 
     assert told in "\n".join(flight.notes)
     flight.save(COUNTS.replace("200.0 + shift", "300.0 + shift"))  # mended
     assert 300.0 < flight.east_m() < 330.0
+
+
+@pytest.mark.parametrize("where", ["configure", "load"])
+def test_a_version_that_hangs_is_told_and_what_is_saved_next_is_taken_in(
+    where: str, flight: Flight, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hangs = "while True: pass\n"
+    source = COUNTS.replace("self.kept = []", hangs.strip()) if where == "configure" else hangs + COUNTS
+    assert source.count(hangs.strip()) == 1
+    with monkeypatch.context() as short:
+        short.setattr(watching, "CONFIGURE_LIMIT_S", 0.5)
+        flight.save(source)
+    assert flight.notes == ["mine.py: does not finish loading and configure within 0.5 s; the version before flies on"]
+    assert flight.east_m() > 200.0
+    flight.save(COUNTS.replace("200.0 + shift", "300.0 + shift"))  # mended
+    assert flight.notes[-1].startswith("mine.py was saved: the new version flies (")
+    assert flight.east_m() > 300.0
+    end = time.monotonic() + 20.0
+    while threading.active_count() > 1 and time.monotonic() < end:
+        time.sleep(0.01)
+    assert threading.active_count() == 1, "the hanging one was ended, too"
 
 
 def test_a_version_that_cannot_take_the_state_begins_anew_and_says_so(flight: Flight) -> None:

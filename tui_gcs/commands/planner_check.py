@@ -20,12 +20,14 @@ from typing import Any
 from tui_gcs.commands.common import check_seed
 from tui_gcs.core.text import clean
 from tui_gcs.exits import FAILED, OK, CommandError
-from tui_gcs.planner import registry
+from tui_gcs.planner import describe, registry
 from tui_gcs.planner.check.suite import CHECKS, FIRST
 
 NAMES = (*CHECKS, "flight", "faults")
 SILENT_S = 60.0
 """Without a sign of life for so long it hangs; the station waits 2 s for a step and 20 s for a first plan."""
+LOADING_SILENT_S = describe.LIMIT_S
+"""While its file is loaded: who takes longer is not flown, either."""
 CPU_SHARE = 1 / 3
 """On a busy machine: of that time it must have computed so much, or it is still waited for."""
 CHECK_LIMIT_S = 900.0
@@ -122,7 +124,7 @@ def _child(what: str, names: list[str], first: bool, arguments: argparse.Namespa
         errors.seek(0)
         told = errors.read().decode(errors="replace")
     if hung or code:
-        yield _death(what, told, code, hung=hung)
+        yield _death(what, told, code, hung_s=lines.silent_s if hung else None)
 
 
 class _Lines:
@@ -136,11 +138,13 @@ class _Lines:
         """Of the process, as it said last."""
         self._check_s = time.monotonic()
         self.hung = False
+        self.silent_s = SILENT_S
+        """Without a sign of life for so long it hangs, in the present check."""
 
     def __iter__(self) -> Iterator[Line]:
         rest = b""
         while True:
-            if not select.select([self._descriptor], [], [], SILENT_S)[0]:
+            if not select.select([self._descriptor], [], [], self.silent_s)[0]:
                 if self._computes() and time.monotonic() - self._check_s < CHECK_LIMIT_S:
                     continue
                 self.hung = True
@@ -154,7 +158,9 @@ class _Lines:
                 if isinstance(line, float):
                     self._cpu_s = line
                     continue
-                self._check_s = time.monotonic() if "begin" in line else self._check_s
+                if "begin" in line:
+                    self._check_s = time.monotonic()
+                    self.silent_s = LOADING_SILENT_S if line["begin"] == "loads" else SILENT_S
                 yield line
 
     def _computes(self) -> bool:
@@ -166,16 +172,23 @@ class _Lines:
         seconds = 0.0
         for part in re.split("[-:]", told[1]):  # [[days-]hours:]minutes:seconds; nobody computes for days here
             seconds = 60.0 * seconds + float(part)
-        return seconds - self._cpu_s < SILENT_S * CPU_SHARE
+        return seconds - self._cpu_s < self.silent_s * CPU_SHARE
 
 
-def _death(what: str, told: str, code: int, *, hung: bool) -> Line:
-    """How it ended, and the line of the planner's file it was in, as far as it could tell."""
+def _death(what: str, told: str, code: int, *, hung_s: float | None) -> Line:
+    """How it ended, and the line of the planner's file it was in, as far as it could tell.
+
+    `hung_s`: it was killed after so long without a sign of life.
+    """
     name = Path(what).name
-    places = re.findall(rf'File "[^"]*{re.escape(name)}", line (\d+) in (\w+)', told) if what.endswith(".py") else []
-    where = f" at {name}:{places[0][0]} in {places[0][1]}" if places else ""
-    if hung:
-        text = f"no sign of life for {SILENT_S:g} s{where}: it hangs"
+    place = rf'File "[^"]*{re.escape(name)}", line (\d+) in (\w+|<module>)'
+    places = re.findall(place, told) if what.endswith(".py") else []
+    where = f" at {name}:{places[0][0]} in {places[0][1]}".removesuffix(" in <module>") if places else ""
+    if hung_s == LOADING_SILENT_S:
+        text = f"does not finish loading within {hung_s:g} s{where}"
+        return {"died": text, "advice": "what takes long belongs into configure; no flight takes it otherwise"}
+    if hung_s is not None:
+        text = f"no sign of life for {hung_s:g} s{where}: it hangs"
         return {"died": text, "advice": "a step must end: in flight its vehicles would hold, and the worker be killed"}
     if code < 0:
         text = f"the process died of {signal.Signals(-code).name}{where}"

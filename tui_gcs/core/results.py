@@ -37,7 +37,7 @@ class Check(msgspec.Struct):
     value: float | None
     limit: float | None
     why: str = ""
-    """Why there is no value."""
+    """Why there is no value; of guard vetoes, how many for which reason."""
 
 
 class RoundResult(msgspec.Struct):
@@ -351,7 +351,7 @@ class Referee:
             checks.append(_at_most(f"{where}: off slot, m", r.off_slot_max_m, limits.slot_error_max_m, why))
             checks.append(_at_most(f"{where}: early or late, s", r.lag_max_s, limits.slot_lag_max_s, why))
         faults = self._status.faults if self._status is not None else {"no status": 1}
-        vetoes = sum(self._status.vetoes.values()) if self._status is not None else 0
+        vetoes = self._status.vetoes if self._status is not None else {}
         kept = [v for v in self.started if v not in self.lost]
         missing = [v for v in kept if v not in self._landed_at]
         misses = [math.dist(self._landed_at[v][:2], self._places[v][:2]) for v in kept if v not in missing]
@@ -365,7 +365,7 @@ class Referee:
             _at_most("landing error, m", max(misses, default=None), limits.landing_error_max_m),
             _at_most("unanswered commands", float(faults.get("unanswered commands", 0)), 0.0),
             _at_most("planner intents refused on slot", float(faults.get("refused on slot", 0)), 0.0),
-            _at_most("guard vetoes", float(vetoes), 0.0),
+            _no_vetoes(vetoes),
             _at_most("planner faults", float(faults.get("planner", 0)), 0.0),
             _at_most("link faults", float(faults.get("link", 0)), 0.0),
         ]
@@ -385,6 +385,14 @@ def _at_most(name: str, value: float | None, limit: float, why: str = "") -> Che
     if value is None:
         return Check(name, False, None, limit, why)
     return Check(name, value <= limit + 1e-9, round(value, 2), limit)
+
+
+def _no_vetoes(vetoes: dict[str, int]) -> Check:
+    """`vetoes`: how many for which reason; the commonest is told first."""
+    check = _at_most("guard vetoes", float(sum(vetoes.values())), 0.0)
+    commonest_first = sorted(vetoes.items(), key=lambda reason: (-reason[1], reason[0]))
+    check.why = ", ".join(f"{code}: {count}" for code, count in commonest_first if count)
+    return check
 
 
 def _at_least(name: str, value: float | None, limit: float) -> Check:

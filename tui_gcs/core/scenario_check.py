@@ -115,7 +115,8 @@ def _check_team(
             problems.add(f"{path}.zone", wrong, "a team serves a defend or attack zone")
     if known_planners is not None and team.planner not in known_planners:
         wrong = f"there is no planner {shown(team.planner)}{nearest(team.planner, known_planners)}"
-        problems.add(f"{path}.planner", wrong, f"must be {one_of(sorted(known_planners))}")
+        in_file = "; one in a file of yours is given to fly, run and rehearse by --planner FILE.py"
+        problems.add(f"{path}.planner", wrong, f"must be {one_of(sorted(known_planners))}{in_file}")
 
 
 def _check_places(

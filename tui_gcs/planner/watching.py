@@ -4,8 +4,10 @@ For simulated vehicles only (`tui-gcs planner watch`). The new version is loaded
 one that flies, and takes its place between two steps with its snapshot; where it fails, the one before flies on.
 """
 
+import ctypes
 import sys
 import threading
+import time
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -20,6 +22,8 @@ from tui_gcs.planner.registry import PlannerError, PlannerFile
 
 TRIAL_STEPS = 10
 """Where a new version fails this early, the one before takes over again."""
+CONFIGURE_LIMIT_S = 20.0
+"""A version that is not loaded and configured after so long hangs; no station waits longer for one, either."""
 SHORT = 8
 """Digits of a sha256 that are shown."""
 
@@ -35,6 +39,9 @@ class WatchingHost(PlannerHost):
         self._seen = {name: _stamp(file.path) for name, file in now.items()}
         self._thread: threading.Thread | None = None
         self._ready: list[Job] = []
+        """What the present thread has prepared."""
+        self._begun_s = 0.0
+        """When it began, of the process's own clock: how long a thread hangs is no matter of the flight's time."""
         self._before: Job | None = None
         """The version before, while the new one is on trial."""
         self._trial = 0
@@ -49,6 +56,7 @@ class WatchingHost(PlannerHost):
         if job.task.planner in self._watched:
             self._look(job, self._watched[job.task.planner])
             self._take(self._watched[job.task.planner])
+            self._give_up(job, self._watched[job.task.planner])
         data = super().answer(frame)
         return self._judged(frame, data) if self._before is not None else data
 
@@ -63,14 +71,27 @@ class WatchingHost(PlannerHost):
         if not settled or self._thread is not None or not (digest := _digest(file.path)) or digest == file.sha256:
             return
         self._watched[file.name], self._begun = replace(file, sha256=digest), stamp
+        self._begun_s = time.monotonic()
         state = self._state(job)
         self._module = sys.modules.get(type(job.planner).__module__) if job.planner is not None else None
-        self._thread = threading.Thread(target=self._prepare, args=(job.task, state), daemon=True)
+        self._ready = []  # its own: a thread that was given up may still end
+        self._thread = threading.Thread(target=self._prepare, args=(job.task, state, self._ready), daemon=True)
         self._thread.start()
 
-    def _prepare(self, task: PlannerTask, state: bytes) -> None:
+    def _prepare(self, task: PlannerTask, state: bytes, ready: list[Job]) -> None:
         """On the thread."""
-        self._ready.append(self.prepare(task, state))
+        ready.append(self.prepare(task, state))
+
+    def _give_up(self, job: Job, file: PlannerFile) -> None:
+        """Say of a version that it hangs, and look at the file again: what is saved next may be mended."""
+        if self._thread is None or self._ready or time.monotonic() - self._begun_s < CONFIGURE_LIMIT_S:
+            return
+        thread, self._thread = self._thread.ident, None
+        if thread is not None:  # ends what loops in Python, before it takes time from the version that flies
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(SystemExit))
+        self._module_back()
+        what = f"{file.path.name}: does not finish loading and configure within {CONFIGURE_LIMIT_S:g} s"
+        job.notes.append(f"{what}; the version before flies on")
 
     def _state(self, job: Job) -> bytes:
         """Its state now; as it was lately where the planner cannot say."""
