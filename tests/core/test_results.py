@@ -268,13 +268,20 @@ def test_what_was_not_measured_says_why() -> None:
     assert told_why(judge) == {"the zone was never seen whole: 0.0 %"}
 
 
-def test_a_planner_that_does_not_tell_its_rounds_time_is_told_to() -> None:
-    judge = Referee(scenario(2))
-    judge.started = IDS
-    judge.begin_round(scenario(2).rounds[0], 0.0)
+def test_a_planner_without_tour_or_slots_is_judged_by_what_was_seen(referee: Referee) -> None:
+    """It tells no `period_s`, and gives velocities: there is no place where its vehicles should be."""
     team = msgspec.structs.replace(status(2).teams[0], metrics={})
-    judge.on_status(msgspec.structs.replace(status(2), teams=(team,)))
-    assert told_why(judge) == {"its planner does not tell the time of a round: the metric `period_s`"}
+    referee.on_status(msgspec.structs.replace(status(2), teams=(team,)))
+    assert told_why(referee) == {"the zone was never seen whole: 0.0 %"}
+    nowhere = (math.nan, math.nan)
+    sweep(referee, 1, nowhere, nowhere)
+    sweep(referee, 145, nowhere, nowhere)
+    round_ = referee.result().rounds[0]
+    assert round_.measured_s > 100.0
+    assert round_.worst_idleness_s is not None and 100.0 < round_.worst_idleness_s <= 145.0
+    names = {c.name for c in referee.result().checks}
+    assert "round 1 home: worst / bound" in names
+    assert not {"round 1 home: off slot, m", "round 1 home: early or late, s"} & names
 
 
 # ---------------------------------------------------------------- what it did not see

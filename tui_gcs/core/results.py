@@ -165,16 +165,15 @@ class ZoneMeasure:
             return "no vehicle was on its slot: does its planner say `joined` in its intents?"
         if self._on_slot_s is None:
             return f"never all on their slots: {self._most_on_slot} of {self._wanted} at most"
-        if math.isnan(self._period_s):
-            return "its planner does not tell the time of a round: the metric `period_s`"
         if self._grid.full_cover_t is None:
             return f"the zone was never seen whole: {100 * self._grid.coverage:.1f} %"
         return "the round ended before it could be measured"
 
     def _warmed_up(self, t_s: float) -> bool:
-        if self._on_slot_s is None or math.isnan(self._period_s) or self._grid.full_cover_t is None:
+        """All was seen; and where the planner tells the time of a round, each slot was flown twice."""
+        if self._on_slot_s is None or self._grid.full_cover_t is None:
             return False
-        return t_s - self._on_slot_s >= 2 * self._period_s / max(self._n, 1)
+        return math.isnan(self._period_s) or t_s - self._on_slot_s >= 2 * self._period_s / max(self._n, 1)
 
     def result(self) -> RoundResult:
         """What was reached so far."""
@@ -348,8 +347,9 @@ class Referee:
             checks.append(_at_most(f"{where}: all on slot, s", slot, limits.on_slot_max_s, why))
             checks.append(_at_least(f"{where}: coverage", r.coverage, limits.coverage_min))
             checks.append(_at_most(f"{where}: worst / bound", r.ratio, limits.worst_ratio_max, why))
-            checks.append(_at_most(f"{where}: off slot, m", r.off_slot_max_m, limits.slot_error_max_m, why))
-            checks.append(_at_most(f"{where}: early or late, s", r.lag_max_s, limits.slot_lag_max_s, why))
+            if r.off_slot_max_m is not None or not r.measured_s:  # else no intent said where to be when
+                checks.append(_at_most(f"{where}: off slot, m", r.off_slot_max_m, limits.slot_error_max_m, why))
+                checks.append(_at_most(f"{where}: early or late, s", r.lag_max_s, limits.slot_lag_max_s, why))
         faults = self._status.faults if self._status is not None else {"no status": 1}
         vetoes = self._status.vetoes if self._status is not None else {}
         kept = [v for v in self.started if v not in self.lost]
