@@ -121,6 +121,7 @@ def test_a_fleet_loses_one_and_its_station_and_the_report_shows_it(tmp_path: Pat
     assert "Every gate holds." in words
     assert "<b>3,1" in words, "as text, not as markup"
     assert "vehicle 3 & more" in words
+    assert re.search(r"\d+ before the start", words), "links that come up are told, but not first"
     assert "what its planner counted last" in words and "; predicted worst " in words
     assert text.count("<svg") == 5, "the mission, map, idleness, heat map, separation"
     assert "INCOMPLETE: no picture of the fleet for up to 3.1 s" in words, "nobody saw it while the station was dead"

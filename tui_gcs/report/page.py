@@ -194,12 +194,16 @@ def _separation(record: FlightRecord, happened: Sequence[tuple[float, str]]) -> 
 
 
 def _events(events: Sequence[Event], begin_s: float, left_out: int) -> str:
+    """What was told before the start can be opened: links and vehicles that come up, before every flight."""
     rows = [
         (f"{event.t_s - begin_s:+.1f}", escape(event.source), escape(str(event.cls)), escape(event.text))
         for event in events
     ]
+    head = ("T s", "who", "class", "what")
+    before = sum(event.t_s < begin_s for event in events)
+    closed = f"<details><summary>{before} before the start</summary>{_table(head, rows[:before])}</details>"
     more = f"<p>{left_out} more are in the journal.</p>" if left_out else ""
-    return _table(("T s", "who", "class", "what"), rows) + more
+    return (closed if before else "") + _table(head, rows[before:]) + more
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: int | None = None) -> str:
