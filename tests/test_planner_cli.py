@@ -15,6 +15,7 @@ import bad_planners as bad
 from tui_gcs.cli import _parser, main
 from tui_gcs.commands import planner_check, planner_list
 from tui_gcs.planner import registry
+from tui_gcs.planner.check.suite import CHECKS
 from tui_gcs.planner.patrol import Patrol
 from tui_gcs.planner.planner_file import load_file
 
@@ -134,6 +135,19 @@ def test_one_that_is_wrong_fails_with_what_to_do(tell: Tell) -> None:
     assert out.endswith("mine.py: 1 FAIL\n")
 
 
+def test_every_name_that_a_report_prints_can_be_asked_for(tell: Tell) -> None:
+    _, out = check(tell, bad.GOOD, *(word for name in CHECKS for word in ("--only", name)))
+    printed = {line[6:20].strip() for line in out.splitlines() if line[:5] in ("ok   ", "FAIL ", "note ")}
+    assert printed >= {"loads", "other process", "memory"}
+    for name in printed:
+        assert planner_check.wanted_checks([name]) or name == "loads"
+
+
+def test_loading_alone_and_what_another_check_finds(tell: Tell) -> None:
+    assert check(tell, bad.GOOD, "--only", "loads")[1].splitlines()[0] == "ok    loads          class Mine of mine.py"
+    assert "\nok    other process  " in check(tell, bad.GOOD, "--only", "other process")[1]
+
+
 def test_the_same_as_json(tell: Tell) -> None:
     code, out = check(tell, bad.BY_ID, "--only", "vehicle order", "--json")
     report = json.loads(out)
@@ -190,7 +204,7 @@ def test_other_checks_go_on_where_one_takes_the_process_down(tell: Tell) -> None
     [
         (("nowhere.py",), "there is no such file"),
         (("petrol",), "no planner of that name (there are: "),
-        (("patrol", "--only", "taste"), "no check of that name"),
+        (("patrol", "--only", "taste"), "no check of that name; there are: loads, other process, declares, flies,"),
     ],
 )
 def test_what_cannot_be_checked_is_one_line(words: tuple[str, ...], told: str, tell: Tell) -> None:

@@ -58,6 +58,17 @@ EXITS = source(after="__import__('os')._exit(3)")
 CRASHES = source(after="__import__('ctypes').string_at(0)")
 SEES = source(after="out.intents += [Intent(1, 'chase') for _ in ctx.tracks.id]")
 CHASES = source(body="shift = 9.0 * len(ctx.tracks.id) * (self.count > 60)", after="self.count += 1")
+FOLLOWS = source(  # what is nearest, wherever it goes
+    after="""
+        for k, i in enumerate(rows):
+            ways = [place[:2] - fleet.position_m[i, :2] for place in ctx.tracks.position_m]
+            if ways:
+                east, north = np.clip(min(ways, key=lambda way: np.hypot(*way)), -5.5, 5.5)
+                out.intents[k] = Intent(int(fleet.id[i]), "velocity", velocity_m_s=(east, north, 0.0), valid_s=0.4)"""
+)
+PURSUES = source(
+    body="x, y = ctx.tracks.position_m[-1, :2] if len(ctx.tracks.id) else (300, 9); shift, y = x-200, (y-150)*9"
+)
 PARAM = source(params="Param('gain', float, 1.0, 0.0, 5.0), ", after="1 / self.gain")
 REMEMBERS = source(
     body="shift = 0.1 * self.count",

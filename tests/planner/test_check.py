@@ -58,6 +58,12 @@ def test_a_good_planner_passes(name: str, source: str, tmp_path: Path) -> None:
         ("loss and join", "LOSES", (" taken out (step ", "AssertionError: somebody is missing")),
         ("loss and join", "DEAF", ("which is not active", "ctx.fleet.active")),
         ("tracks", "SEES", ("a target that is not confirmed", "Invalid enum value 'chase'", "ctx.tracks")),
+        (
+            "tracks",
+            "FOLLOWS",
+            ("targets leave the operating area (step", "follows one and is outside", "keep every place inside"),
+        ),
+        ("tracks", "PURSUES", ("(250, 468)", "is outside the operating area", "keep every place inside")),
         ("restart", "CHASES", ("taken over after step", "is sent 9 m elsewhere", "snapshot()")),
         ("odd telemetry", "NAN", ("only positions are known", "goto without a finite position", "np.isfinite")),
         ("memory", "LEAKING", ("MB an hour", "grows with every step: mine.py:2")),
@@ -66,6 +72,49 @@ def test_a_good_planner_passes(name: str, source: str, tmp_path: Path) -> None:
 def test_what_is_wrong_is_caught_by_its_check(name: str, source: str, told: tuple[str, ...], tmp_path: Path) -> None:
     line = failure(name, tmp_path, getattr(bad, source))
     assert [words for words in told if words not in line] == [], line
+
+
+REFUSALS = {
+    "raised by the file": "raise ValueError('too narrow for us')",
+    "raised by the file after a library": """
+            try:
+                np.zeros(0).max()
+            except ValueError:
+                raise ValueError('too narrow for us') from None""",
+}
+ACCIDENTS = {
+    "of numpy": ("np.zeros(0).max()", "zero-size array"),
+    "of Python itself": ("int('one')", "invalid literal for int"),
+    "of unpacking": ("a, b = (1,)", "not enough values to unpack"),
+}
+
+
+def of_narrow_zones(statement: str) -> str:
+    """A planner that does this in `configure` where a zone is 1 m wide."""
+    extra = f"""version = '1'
+    def configure(self, task, params, rng):
+        self.task, self.gain, self.count, self.kept = task, 1.0, 0, []
+        if getattr(task.zone.shape, 'width_m', 0.0) == 100.0:
+            {statement}
+"""
+    return bad.source(extra=extra).replace(
+        "def configure(self, task, params, rng):\n        super", "def unused(self, task, params, rng):\n        super"
+    )
+
+
+@pytest.mark.parametrize("statement", REFUSALS.values(), ids=REFUSALS)
+def test_a_zone_may_be_refused(statement: str, tmp_path: Path) -> None:
+    found = check("odd zones", subject(tmp_path, of_narrow_zones(statement)))
+    assert [f.verdict for f in found] == ["note", "ok"]
+    assert "1 m wide: refused, as configure may: mine.py:" in found[0].value
+    assert found[0].value.endswith("too narrow for us")
+
+
+@pytest.mark.parametrize(("statement", "told"), ACCIDENTS.values(), ids=ACCIDENTS)
+def test_a_value_error_that_nobody_meant_is_no_refusal(statement: str, told: str, tmp_path: Path) -> None:
+    line = failure("odd zones", tmp_path, of_narrow_zones(statement))
+    assert "a zone 100 m long and 1 m wide: mine.py:13 in configure: ValueError: " in line
+    assert told in line
 
 
 @pytest.mark.long

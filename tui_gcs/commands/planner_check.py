@@ -24,6 +24,8 @@ from tui_gcs.planner import describe, registry
 from tui_gcs.planner.check.suite import CHECKS, FIRST
 
 NAMES = (*CHECKS, "flight", "faults")
+PRINTED_BY = {"loads": "", "other process": "same again"}
+"""Other names that a report prints, and the check that finds them; loading comes before every check."""
 SILENT_S = 60.0
 """Without a sign of life for so long it hangs; the station waits 2 s for a step and 20 s for a first plan."""
 LOADING_SILENT_S = describe.LIMIT_S
@@ -42,10 +44,9 @@ def run(arguments: argparse.Namespace) -> int:
     check_seed(arguments.seed)
     what = arguments.planner
     _exists(what)
-    if unknown := [name for name in arguments.only if name not in NAMES]:
-        raise CommandError(f"--only {unknown[0]}: no check of that name; there are: {', '.join(NAMES)}")
+    wanted = wanted_checks(arguments.only)
     found: list[Line] = []
-    for finding in findings(what, [n for n in NAMES if not arguments.only or n in arguments.only], arguments):
+    for finding in findings(what, wanted, arguments):
         found.append(finding)
         if not arguments.json:
             sys.stdout.write(text_of(finding))
@@ -56,6 +57,18 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         sys.stdout.write(f"\n{what}: {f'{len(bad)} FAIL' if bad else 'everything holds'}\n")
     return FAILED if bad else OK
+
+
+def wanted_checks(only: list[str]) -> list[str]:
+    """The checks that `--only` names, all without one. Raises `CommandError` with all names for an unknown one."""
+    if not only:
+        return list(NAMES)
+    for name in only:
+        if name not in NAMES and name not in PRINTED_BY:
+            names = ", ".join([*PRINTED_BY, *NAMES])
+            raise CommandError(f"--only {name!r}: no check of that name; there are: {names}")
+    made = {PRINTED_BY.get(name, name) for name in only}
+    return [name for name in NAMES if name in made]
 
 
 def _exists(what: str) -> None:
@@ -77,7 +90,7 @@ def text_of(finding: Line) -> str:
 def findings(what: str, names: list[str], arguments: argparse.Namespace) -> Iterator[Line]:
     """All findings, as they come; a check that ends its process is one that failed."""
     left, first = names, True
-    while left:
+    while left or first:
         now, bad = "", False
         for line in _child(what, left, first, arguments):
             now = line.get("begin", now)

@@ -33,7 +33,13 @@ def add(commands: Any) -> None:
     check.add_argument("planner", metavar="FILE.py|NAME", help="a file, or a built-in or installed planner")
     check.add_argument("--seed", type=int, default=1, metavar="N", help="of everything random (default 1)")
     check.add_argument("--quick", action="store_true", help="fewer cases, and one round instead of all")
-    check.add_argument("--only", action="append", default=[], metavar="CHECK", help="only this one; may be repeated")
+    check.add_argument(
+        "--only",
+        action="append",
+        default=[],
+        metavar="CHECK",
+        help="only this one, as the report calls it; may be repeated",
+    )
     check.add_argument("--json", action="store_true")
 
     watch = _action(actions, "watch", "fly a planner on simulated vehicles, and every new version as you save it")

@@ -29,6 +29,7 @@ from tui_gcs.planner.changes import Changes
 from tui_gcs.planner.pace import Pace
 from tui_gcs.planner.plain import plain_annotation, plain_intent
 from tui_gcs.planner.planner_file import is_operators
+from tui_gcs.planner.refusal import is_meant
 from tui_gcs.planner.registry import PlannerFile
 from tui_gcs.planner.views import team_view, tracks_view
 
@@ -52,6 +53,8 @@ class Job:
     planner: Planner | None = None
     error: str = ""
     """Why it cannot plan, until the next task."""
+    refuses: bool = False
+    """It says so itself: the task cannot be done."""
     started: bool = False
     restarted: bool = False
     """It failed once already."""
@@ -91,6 +94,11 @@ class PlannerHost:
     def problem(self) -> str:
         """Why the planner cannot work on the present task (a traceback, or one line), "" if it can."""
         return self._job.error if self._job else ""
+
+    @property
+    def refuses(self) -> bool:
+        """Whether `problem` is what the planner's author wrote for the operator, and no mistake."""
+        return self._job is not None and self._job.refuses
 
     @property
     def rate_hz(self) -> float:
@@ -182,7 +190,11 @@ class PlannerHost:
                 job.error = str(problem)
                 return
             planner = kind()
-            planner.configure(task, params, job.rng)
+            try:
+                planner.configure(task, params, job.rng)
+            except ValueError as error:
+                job.refuses = is_meant(error, kind)
+                raise
             made.append(planner)
 
         job.error = self._guarded(make) or job.error

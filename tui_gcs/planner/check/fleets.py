@@ -3,15 +3,22 @@
 import random
 from collections.abc import Callable, Iterator
 
+import msgspec
+
 from tui_gcs.core.messages import Freshness, Phase
+from tui_gcs.core.zones import polygon_of
 from tui_gcs.planner.check.finding import Finding, failed, passed
-from tui_gcs.planner.check.form import active_ids, faults
+from tui_gcs.planner.check.form import active_ids, faults, who_is_outside
 from tui_gcs.planner.check.subject import Broken, Subject
 from tui_gcs.planner.check.world import World, scattered, task_for
 from tui_gcs.planner.host import PlannerHost
 
 STEP_S = 0.2
 SIZES, FEW_SIZES = (*range(9), 32), (0, 1, 2, 32)
+OUTSIDE = "outside the operating area"
+"""As `faults` says it."""
+LURED_S, LURE_M_S = 45.0, 6.0
+"""From the middle of the zone a target is out of the area after 34 s, and slow enough to be followed."""
 STATES = ("taken out", "held", "lost", "not in the frame", "returning", "blind")
 
 
@@ -162,7 +169,34 @@ def tracks(subject: Subject) -> Iterator[Finding]:
         _put(world, {})
         world.tracks = ()
         flight.go(3.0, "all targets are gone")
+        _lured_out(subject)
     except Broken as why:
-        yield failed(check, str(why), "ctx.tracks may have any number of targets in any place, none included")
+        advice = "ctx.tracks may have any number of targets in any place, none included"
+        if OUTSIDE in str(why):
+            advice = "tracks may leave the area, and must not be followed there: keep every place inside task.area"
+        yield failed(check, str(why), advice)
         return
-    yield passed(check, "none, one, two, eight; unsure, near, outside the area, below a vehicle, gone at once")
+    yield passed(check, "none, one, two, eight; unsure, near, below a vehicle, gone at once; five leave the area")
+
+
+def _lured_out(subject: Subject) -> None:
+    """A target beside each vehicle and one from the middle of the zone leave the area. Raises `Broken`."""
+    flight = _Flight(subject, 4)
+    world = flight.world
+    flight.go(1.0, "nothing is seen")
+    x, y = polygon_of(flight.task.zone.shape).representative_point().coords[0]
+    begin_m = [*world.position_m[:, :2].tolist(), [x, y]]
+    ways_m_s = [(-LURE_M_S, 0.0)] * len(flight.task.members) + [(0.0, -LURE_M_S)]
+    what = "targets leave the operating area"
+    for step in range(round(LURED_S / STEP_S)):
+        gone_s = STEP_S * step
+        world.tracks = tuple(
+            msgspec.structs.replace(
+                world.target(20 + k, (x + east * gone_s, y + north * gone_s)), velocity_m_s=(east, north, 0.0)
+            )
+            for k, ((x, y), (east, north)) in enumerate(zip(begin_m, ways_m_s, strict=True))
+        )
+        flight.go(STEP_S, what)
+        if out := who_is_outside(world.position_m, flight.task):
+            follower = flight.task.members[out[0]]
+            raise Broken(f"{what} (step {flight.steps}): vehicle {follower} follows one and is {OUTSIDE}")

@@ -3,9 +3,11 @@
 import math
 from collections.abc import Iterable, Iterator
 from functools import cache
+from typing import Any
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from tui_gcs.core.cruise import LONGEST_S
 from tui_gcs.core.guard import BAND_TOLERANCE_M, SPEED_TOLERANCE
@@ -112,6 +114,12 @@ def outside(intent: Intent, task: PlannerTask) -> str:
         band = f"{task.area.alt_min_m:g} to {task.area.alt_max_m:g} m"
         return f"height {bad[0][2]:.0f} m is outside the altitude band {band}: take fleet.layer_m"
     return ""
+
+
+def who_is_outside(position_m: NDArray[np.floating[Any]], task: PlannerTask) -> list[int]:
+    """The rows that are outside the operating area less its margin."""
+    region = _inner(task.area.shape, task.limits.geofence_margin_m)
+    return [int(row) for row in np.flatnonzero(~shapely.intersects_xy(region, position_m[:, 0], position_m[:, 1]))]
 
 
 def _places(intent: Intent) -> Iterator[tuple[float, float, float]]:

@@ -22,7 +22,7 @@ class Broken(Exception):
 
 
 class Refused(Broken):
-    """`configure` raised ValueError: that is how a planner says that it cannot do a task."""
+    """`configure` raised a ValueError of its own: that is how a planner says that it cannot do a task."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Subject:
         host = PlannerHost(TEAM, self.files)
         host.set_task(task, snapshot)
         if host.problem:
-            error = Refused if "\nValueError: " in host.problem else Broken
+            error = Refused if host.refuses else Broken
             raise error(blame(host.problem, self.path))
         return host
 
