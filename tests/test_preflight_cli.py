@@ -19,6 +19,7 @@ from tui_gcs.core.messages_preflight import Check, CheckState
 from tui_gcs.core.rehearsals import FILE, RehearsalBook, plan_digest
 from tui_gcs.core.results import Check as Gate
 from tui_gcs.core.results import Result
+from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.script import Script, Step
 
 OPTIONS = argparse.Namespace(kind=None, json=False, read_again=False, acknowledge=[], sign=False, operator="Ada")
@@ -178,3 +179,24 @@ def test_a_rehearsal_leaves_a_record_that_is_found_by_its_plan(
     assert found.conditions == "--lose 3@120, --restart 200, wind, m/s east,north 3,0"
     other = msgspec.structs.replace(scenario(), seed=7)
     assert RehearsalBook(tmp_path / "sim" / FILE).newest(plan_digest(other, {})) is None
+
+
+@pytest.mark.parametrize("option", ["--json", "--report"])
+def test_a_full_disk_takes_neither_the_result_nor_its_record(
+    option: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`/dev/full` can be opened, and every write fails as on a disk that has filled up during the flight."""
+
+    def flown(mission: Scenario, *_: object, watch: Callable[[object, object], None], **__: object) -> object:
+        watch(MemoryBus(), None)
+        return Result(mission.name, mission.seed, [Gate("all", True, 1.0, 1.0)], []), ""
+
+    monkeypatch.setattr("tui_gcs.rehearsal.rehearse", flown)
+    monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path))
+    other = {"--json": "--report", "--report": "--json"}[option]
+    assert main(["rehearse", option, "/dev/full", other, str(tmp_path / "other")]) == 2
+    out, err = capsys.readouterr()
+    assert "1 of 1 checks hold" in out
+    assert err.splitlines()[-1].startswith("tui-gcs: /dev/full: cannot be written (No space left on device)")
+    assert (tmp_path / "other").stat().st_size > 100, "what can be written is"
+    assert list((tmp_path / "sim").glob(FILE)), "a LIVE start knows of it"

@@ -146,6 +146,7 @@ def test_a_tired_vehicle_is_relieved_before_it_leaves_and_every_gate_holds(tmp_p
         scenario, "", tmp_path, lambda share, text: None, autopilots=autopilots, happenings=drains(["2@80"])
     )
     assert problem == "" and [check.name for check in result.checks if not check.ok] == []
+    assert (result.rounds[0].n, result.rounds[0].reserve) == (2, 1)
     assert "sends vehicle 2 home (relieved: its battery is low)" in (tmp_path / "run.jsonl").read_text()
 
 

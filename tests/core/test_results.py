@@ -67,7 +67,9 @@ def frame(
     )
 
 
-def status(on_slot: int, faults: dict[str, int] | None = None, vetoes: dict[str, int] | None = None) -> StationStatus:
+def status(
+    on_slot: int, faults: dict[str, int] | None = None, vetoes: dict[str, int] | None = None, reserve: int = 0
+) -> StationStatus:
     team = TeamStatus(
         name="defend",
         zone="home",
@@ -85,6 +87,7 @@ def status(on_slot: int, faults: dict[str, int] | None = None, vetoes: dict[str,
         bound_s=1.0,
         ratio=math.nan,
         metrics={"period_s": 60.0},
+        reserve=reserve,
     )
     return StationStatus(
         seq=1,
@@ -124,6 +127,19 @@ def referee() -> Referee:
 
 def check(judge: Referee, name: str) -> Check:
     return next(c for c in judge.result().checks if c.name.endswith(name))
+
+
+def test_who_waits_in_reserve_does_not_count_in_the_bound_and_the_table_says_so(referee: Referee) -> None:
+    referee.on_status(status(2))
+    (both,) = referee.result().rounds
+    judge = referee_of(scenario(2))
+    judge.on_status(status(2, reserve=1))
+    result = judge.result()
+    (one,) = result.rounds
+    assert (both.n, both.reserve, one.n, one.reserve) == (2, 0, 1, 1)
+    assert one.bound_s == pytest.approx(2 * both.bound_s, abs=0.02)
+    assert "          and 1 in reserve: bound and ratio are of the 1 that fly" in table(result).splitlines()
+    assert "in reserve" not in table(referee.result())
 
 
 FAR: Vec3 = (300.0, 200.0, 34.0)

@@ -467,6 +467,21 @@ def test_slots_of_the_old_task_are_not_slots_of_the_new_one(rig: MakeRig) -> Non
     assert team(flight).on_slot == 1
 
 
+def test_who_waits_in_reserve_is_on_no_slot_and_not_in_the_bound(rig: MakeRig) -> None:
+    flight = rig(2, planning=False).flying()
+    serves = Intent(1, "goto", position_m=flight.station.fleet.vehicles[1].position_m, joined=True, slot="1/1")
+    flight.plan(serves)
+    both = team(flight)
+    flight.plan(serves, Intent(2, "hold", joined=True, slot="reserve"))
+    one = team(flight)
+    assert (both.on_slot, both.slots, both.reserve) == (1, 2, 0)
+    assert (one.on_slot, one.slots, one.reserve) == (2, 2, 1)
+    assert one.bound_s == pytest.approx(2 * both.bound_s)
+    flight.plan(Intent(1, "hold", joined=True), Intent(2, "hold", joined=True))
+    assert team(flight).reserve == 0, "where all are to stand they serve by standing"
+    assert team(flight).bound_s == both.bound_s
+
+
 def test_an_old_course_that_leaves_the_new_area_is_not_flown_on(rig: MakeRig) -> None:
     flight = rig(1, planning=False).flying()
     flight.plan(goto(1, 590.0, 300.0, 27.0))

@@ -1,5 +1,7 @@
 """What a plan is worth is known before it is flown: idleness, its ratio to the bound, separation, how many it takes."""
 
+import pytest
+
 from tui_gcs.core.messages import PreviewTask
 from tui_gcs.core.scenario import Limits
 from tui_gcs.core.zones import Circle
@@ -24,6 +26,13 @@ def test_a_patrol_says_how_often_it_will_see_all_and_is_seen_to_keep_apart() -> 
     found = foresee(task, frame, {})
     assert found.worst_s == found.plan.metrics["predicted_worst_s"]
     assert 1.0 < found.ratio < 3.0 and found.separation >= 1.0
+
+
+def test_who_waits_in_reserve_does_not_count_in_the_ratio() -> None:
+    task = task_for((1, 2), "patrol", shape=SMALL, parameters={"reserve": 1})
+    found = foresee(task, World(task, scattered(2)).frame(), {})
+    assert found.plan.metrics["slots"] == 1
+    assert found.ratio == pytest.approx(found.plan.metrics["predicted_ratio"])
 
 
 def test_where_everybody_was_is_told_until_all_are_on_their_slots() -> None:

@@ -18,6 +18,9 @@ from tui_gcs.core.messages import RunPhase
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.start_plan import start_plan
 from tui_gcs.widgets.driver import QUEUED_WRITES_MAX, EscapeParser, PatientDriver, lagging
+from tui_gcs.widgets.glyphs import UNICODE
+from tui_gcs.widgets.planner_panel import team_brief, team_lines
+from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.words import clock, fitted, gps, ids, number
 
 
@@ -34,6 +37,18 @@ def test_unknown_is_two_dashes() -> None:
     assert clock(3725.0) == "T+1:02:05"
     assert gps(3, -1) == "3D"
     assert fitted(120.04, 4) == "120"
+
+
+def test_who_waits_in_reserve_is_told_beside_the_slots() -> None:
+    four = msgspec.structs.replace(FakeStation(MemoryBus(), count=8).status().teams[0], on_slot=4, slots=4)
+    three = msgspec.structs.replace(four, reserve=1)
+
+    def words(lines: list[list[Run]]) -> str:
+        return "".join(text for line in lines for text, _ in line)
+
+    assert "slots 4/4" in words(team_lines(four, UNICODE)) and "reserve" not in words(team_lines(four, UNICODE))
+    assert "slots 3/3 +1 in reserve" in words(team_lines(three, UNICODE))
+    assert words([team_brief(three, UNICODE)]).find(" 3/3+1 ") > 0
 
 
 def key(name: str, character: str | None) -> Key:

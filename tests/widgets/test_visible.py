@@ -29,6 +29,7 @@ OTHER_TEAM = {
     "ratio": 1.21,
     "metrics": {"period_s": 78.5},
     "error": "a line",
+    "reserve": 1,
 }
 OTHER = {
     "kind": Kind.LIVE,

@@ -19,7 +19,7 @@ from tui_gcs.commands.common import (
 )
 from tui_gcs.core.config import ConfigError, state_dir
 from tui_gcs.core.kinds import Kind
-from tui_gcs.exits import FAILED, OK, CommandError
+from tui_gcs.exits import CANNOT, FAILED, OK, CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.results import Result
@@ -102,18 +102,28 @@ NAME_WIDTH = 9
 
 
 def report(result: "Result", problem: str, json_file: str | None) -> int:
-    """Print the result; returns the exit code."""
+    """Print the result, then write it; returns the exit code. A file that cannot be written is told, and costs 2."""
     import msgspec
 
     sys.stdout.write(table(result))
-    if json_file:
-        try:
-            Path(json_file).write_bytes(msgspec.json.format(msgspec.json.encode(result), indent=2) + b"\n")
-        except OSError as error:
-            raise CommandError(f"{json_file}: cannot be written ({error.strerror})") from None
+    sys.stdout.flush()
     if problem:
         sys.stderr.write(f"tui-gcs: the flight ended early: {problem}\n")
-    return OK if result.ok and not problem else FAILED
+    code = OK if result.ok and not problem else FAILED
+    if json_file:
+        data = msgspec.json.format(msgspec.json.encode(result), indent=2) + b"\n"
+        code = code if written(json_file, data) else CANNOT
+    return code
+
+
+def written(path: str, data: bytes) -> bool:
+    """Write a file after a flight; where that fails it is told in one line, and whatever else is to be kept is kept."""
+    try:
+        Path(path).write_bytes(data)
+    except OSError as error:
+        sys.stderr.write(f"tui-gcs: {path}: cannot be written ({error.strerror}); the result is as printed above\n")
+        return False
+    return True
 
 
 def table(result: "Result") -> str:
@@ -132,6 +142,8 @@ def table(result: "Result") -> str:
             lines.append(r.round[:80])
         name = r.round if len(r.round) <= NAME_WIDTH else ""
         lines.append(_row((name, r.zone, r.role, str(r.n)), idle, off))
+        if r.reserve:
+            lines.append(f"{'':10}and {r.reserve} in reserve: bound and ratio are of the {r.n} that fly")
     lines += _intruders(result)
     lines += ["", f"{'check':<57}{'value':>10}{'limit':>10}"]
     told = ""

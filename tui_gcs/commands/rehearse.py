@@ -3,7 +3,6 @@
 import argparse
 import sys
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui_gcs.commands.common import (
@@ -18,10 +17,10 @@ from tui_gcs.commands.common import (
     say_planners,
     simulable,
 )
-from tui_gcs.commands.headless import ProgressBar, report
+from tui_gcs.commands.headless import ProgressBar, report, written
 from tui_gcs.core.config import ConfigError, state_dir
 from tui_gcs.core.kinds import Kind
-from tui_gcs.exits import CommandError
+from tui_gcs.exits import CANNOT, CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.results import Result
@@ -96,7 +95,10 @@ def run(arguments: argparse.Namespace) -> int:
 
         happened = [(h.t_s, str(h)) for h in planned]
         text = page(records[0], result, problem, conditions=_conditions(arguments), happened=happened)
-        _write(arguments.report, text)
+        if written(arguments.report, text.encode()):
+            sys.stdout.write(f"report: {arguments.report}\n")
+        else:
+            code = CANNOT
     sys.stdout.write(bound_folders(folder.parent, "rehearsal"))
     return code
 
@@ -163,11 +165,3 @@ def _conditions(arguments: argparse.Namespace) -> list[tuple[str, str]]:
         ("intruders in a wave", str(arguments.intruders or "")),
         ("sensor", arguments.sensor or ""),
     ]
-
-
-def _write(path: str, text: str) -> None:
-    try:
-        Path(path).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise CommandError(f"{path}: cannot be written ({error.strerror})") from None
-    sys.stdout.write(f"report: {path}\n")

@@ -43,7 +43,7 @@ from tui_gcs.core.messages_planning import Track as Track
 from tui_gcs.core.messages_preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.scenario import Scenario
 
-PROTOCOL = 15
+PROTOCOL = 16
 """Version of this file's contract; consoles and workers say it first (`Hello`)."""
 
 
@@ -76,11 +76,14 @@ class TeamStatus(Message, frozen=True):
     coverage: float
     """0…1 of the zone's cells seen since the round began."""
     bound_s: float
+    """Sweep bound B1 = A / (n v 2r) of the n that serve: who waits in reserve does not count."""
     ratio: float
-    """Worst idleness over the sweep bound B1 = A / (n v 2r); NaN until every cell was seen."""
+    """Worst idleness over the bound; NaN until every cell was seen."""
     metrics: dict[str, float] = {}
     error: str = ""
     """Why the planner cannot plan, or failed last: a line, or a traceback of several."""
+    reserve: int = 0
+    """So many of `slots` (and of `on_slot`) wait where their planner wants them to, and serve nobody yet."""
 
 
 class StationStatus(Message, frozen=True):

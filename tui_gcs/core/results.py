@@ -3,7 +3,8 @@
 Measuring, per round and team: from when every vehicle is on its slot; warm-up until every cell was seen once and two
 slot periods (2 T / n) have passed, whichever is later; then the measured time. Idleness = time since a cell was last
 inside a footprint, over 2.5 m cells whose centre is in the zone (planning.md A1). Worst idleness is compared with the
-sweep bound B1 = A / (n v 2r). Slots are kept when in the measured time no vehicle is far from where its plan has it.
+sweep bound B1 = A / (n v 2r) of the n on slots: who waits in reserve serves nobody yet. Slots are kept when in the
+measured time no vehicle is far from where its plan has it.
 """
 
 import math
@@ -48,6 +49,7 @@ class RoundResult(msgspec.Struct):
     role: str
     team: str
     n: int
+    """Vehicles on slots: who waits in reserve is not among them."""
     on_slot_after_s: float | None
     measured_s: float
     worst_idleness_s: float | None
@@ -63,6 +65,8 @@ class RoundResult(msgspec.Struct):
     """Earliest or latest of all vehicles, smoothed over two seconds."""
     cut_short: bool = False
     """The team lost a vehicle before this was measured: not judged; what follows is measured anew."""
+    reserve: int = 0
+    """Vehicles that waited in reserve when all were on their slots."""
 
 
 class Result(msgspec.Struct):
@@ -117,7 +121,7 @@ class ZoneMeasure:
         self._window_s: float | None = None
         self._last_s = t_s
         self._period_s = math.nan
-        self._n = 0
+        self._n = self._reserve = 0
         self._wanted = self._most_on_slot = 0
         self._off_slot_m: list[float] = []
         self._lag_s: list[float] = []
@@ -138,7 +142,8 @@ class ZoneMeasure:
         self._wanted, self._most_on_slot = wanted, max(self._most_on_slot, status.on_slot)
         if self._on_slot_s is None and status.slots == wanted and status.on_slot == wanted:
             self._on_slot_s = self._last_s
-            self._n = wanted
+            self._reserve = status.reserve
+            self._n = wanted - self._reserve
 
     def on_frame(self, frame: FleetFrame, rows: list[VehicleRow]) -> None:
         """Take the vehicles' positions."""
@@ -199,6 +204,7 @@ class ZoneMeasure:
             off_slot_max_m=_rounded(max(self._off_slot_m, default=math.nan)),
             lag_max_s=_rounded(max(self._lag_s, default=math.nan)),
             cut_short=self.cut_short,
+            reserve=self._reserve,
         )
 
 

@@ -297,7 +297,9 @@ class TeamDesk:
         flying, members = self._flying(), self._book.members(self.team.name)
         up = any(flight.team == self.team.name for flight in self._book.in_phase(*IN_THE_AIR))
         measured = self.measured
-        bound = measured.bound_s(len(flying) or len(members)) if measured else math.nan
+        waiting = sum(flight.waits for flight in flying)
+        reserve = waiting if waiting < len(flying) else 0  # where all stand on purpose, they serve by standing
+        bound = measured.bound_s(len(flying) - reserve or len(members)) if measured else math.nan
         worst = measured.worst_s if measured and up else math.nan
         return TeamStatus(
             name=self.team.name,
@@ -317,6 +319,7 @@ class TeamDesk:
             ratio=worst / bound if bound and flying else math.nan,
             metrics=self.metrics,
             error=self.trace or self.error,
+            reserve=reserve,
         )
 
     def on_slot(self) -> int:

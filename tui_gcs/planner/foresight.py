@@ -68,6 +68,8 @@ def foresee(
     if plan.error:
         return Foresight(plan)
     n = len(task.members)
+    reserve = sum(intent.kind == "hold" and intent.joined for intent in plan.intents)
+    n -= reserve if reserve < n else 0
     bound_s = sweep_bound_s(area_m2(task.zone.shape), n, task.limits.speed_m_s, task.footprint_radius_m)
     told_s = plan.metrics.get(PREDICTED, math.nan)
     flown_s, separation, ways = _fly(host, world, plan, LEAST_S if math.isfinite(told_s) else MOST_S)

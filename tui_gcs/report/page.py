@@ -132,7 +132,7 @@ def _measured(rounds: Sequence[RoundResult]) -> str:
     rows = [
         (
             escape(f"{r.round} {r.zone}") + (" (cut short)" if r.cut_short else ""),
-            str(r.n),
+            f"{r.n} + {r.reserve} in reserve" if r.reserve else str(r.n),
             _number(r.on_slot_after_s),
             f"{100 * r.coverage:.1f}",
             _number(r.worst_idleness_s),

@@ -28,8 +28,9 @@ class ZoneRecord:
 
     zone: Zone
     team: str
-    bound_s: float
-    """Sweep bound with all of the team."""
+    alone_s: float
+    """Sweep bound of one vehicle."""
+    members: int
     cells_m: Floats
     """(k, 2) centres."""
     cell_m: float
@@ -42,6 +43,14 @@ class ZoneRecord:
     tour_m: list[tuple[float, float]] = field(default_factory=list)
     metrics: dict[str, float] = field(default_factory=dict)
     """What its planner counted last in this round."""
+    reserve: int = 0
+    """The most that waited at once."""
+
+    @property
+    def bound_s(self) -> float:
+        """Sweep bound with all of the team but its reserve; infinite for nobody."""
+        serving = self.members - self.reserve
+        return self.alone_s / serving if serving > 0 else math.inf
 
 
 @dataclass
@@ -91,8 +100,10 @@ class FlightRecord:
             self._begin(self.scenario.rounds[status.round_index], status)
         if self.rounds and not self._returning:
             counted = {team.name: team.metrics for team in status.teams if team.metrics}
+            reserve = {team.name: team.reserve for team in status.teams}
             for zone in self.rounds[-1].zones:
                 zone.metrics = counted.get(zone.team, zone.metrics)
+                zone.reserve = max(zone.reserve, reserve.get(zone.team, 0))
 
     def _begin(self, round_: Round, status: StationStatus) -> None:
         if math.isnan(self.begin_s):
@@ -105,8 +116,9 @@ class FlightRecord:
             zone = next(z for z in round_.zones if z.name == team.zone)
             grid = IdlenessGrid(zone.shape, footprint_m)
             cells = cell_centres_m(zone.shape, grid.cell_m)
-            bound_s = sweep_bound_s(area_m2(zone.shape), members.get(team.name, 0), limits.speed_m_s, footprint_m)
-            zones.append(ZoneRecord(zone, team.name, bound_s, cells, grid.cell_m, np.zeros(len(cells))))
+            alone_s = sweep_bound_s(area_m2(zone.shape), 1, limits.speed_m_s, footprint_m)
+            count = members.get(team.name, 0)
+            zones.append(ZoneRecord(zone, team.name, alone_s, count, cells, grid.cell_m, np.zeros(len(cells))))
             self._grids.append(grid)
         self.rounds.append(RoundRecord(round_, status.t_s, zones))
 

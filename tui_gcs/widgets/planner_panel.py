@@ -97,10 +97,16 @@ def team_lines(team: TeamStatus, glyphs: GlyphSet) -> list[list[Run]]:
         [
             (f"  {number(team.ratio, 2)}", _ratio_ink(team)),
             (f" x bound {number(team.bound_s, 1)}  cover {number(team.coverage * 100.0, 0, '%')}", Ink.TEXT),
-            (f"  slots {team.on_slot}/{team.slots}", Ink.TEXT),
+            (f"  slots {_slots(team)}", Ink.TEXT),
+            (f" +{team.reserve} in reserve" if team.reserve else "", Ink.TEXT),
             (_plan_age(team), WORKER_INKS.get(team.worker, Ink.MUTED)),
         ],
     ]
+
+
+def _slots(team: TeamStatus) -> str:
+    """How many are on how many slots, without who waits in reserve."""
+    return f"{team.on_slot - team.reserve}/{team.slots - team.reserve}"
 
 
 def metric_lines(status: StationStatus, width: int, most: int) -> list[Line]:
@@ -126,7 +132,8 @@ def team_brief(team: TeamStatus, glyphs: GlyphSet) -> list[Run]:
     ink = ROLE_INKS.get(team.role, Ink.TEXT)
     state = "" if team.worker == "running" else f" {team.worker}"
     cover = number(team.coverage * 100.0)
-    text = f" {number(team.worst_idleness_s, 1, 's')} {number(team.ratio, 2)}x cov{cover} {team.on_slot}/{team.slots}"
+    text = f" {number(team.worst_idleness_s, 1, 's')} {number(team.ratio, 2)}x cov{cover} {_slots(team)}"
+    text += f"+{team.reserve}" if team.reserve else ""
     return [(team.role[:3].upper(), ink), (text, Ink.TEXT), (state, WORKER_INKS.get(team.worker, Ink.MUTED))]
 
 

@@ -67,6 +67,7 @@ def visible_status(status: StationStatus) -> Key:
     teams = tuple(
         (
             *(team.name, team.zone, team.role, team.planner, team.members, team.worker, team.on_slot, team.slots),
+            team.reserve,
             whole_age_s(team.plan_age_s),
             *(steps(team.rate_hz, 1.0), steps(team.worst_idleness_s, 0.1), steps(team.average_idleness_s, 0.1)),
             *(steps(team.coverage, 0.01), steps(team.bound_s, 0.1), steps(team.ratio, 0.01), team.error),
