@@ -36,7 +36,8 @@ def test_both_teams_are_planned_by_the_file(fleet: Watcher) -> None:
 def test_what_is_saved_plans_on(fleet: Watcher, mine: Path) -> None:
     mine.write_text(mine.read_text().replace('{"period_s":', '{"mended": 7.0, "period_s":'))
     until(lambda: all("mended" in team.metrics for team in fleet.status.teams), 20, "the new version plans")
-    assert fleet.told("mine.py was saved: the new version flies (")
+    assert fleet.told("mine.py was saved: loading it (")
+    assert fleet.told("mine.py: new version flies (")
 
 
 def test_a_mistake_is_told_with_its_line_and_the_version_before_plans_on(fleet: Watcher, mine: Path) -> None:

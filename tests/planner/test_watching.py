@@ -1,5 +1,6 @@
 """A planner that is saved again while it flies: the new version goes on where the one before was, or that one does."""
 
+import re
 import sys
 import threading
 import time
@@ -21,6 +22,14 @@ COUNTS = bad.REMEMBERS
 """How far east it sends vehicles tells how many steps it has made, restarts included."""
 
 
+LOADING = "mine.py was saved: loading it ("
+
+
+def short(source: str) -> str:
+    """As the operator reads which version it is."""
+    return sha256(source.encode()).hexdigest()[:8]
+
+
 class Flight:
     """One vehicle, and a file that somebody edits."""
 
@@ -31,12 +40,15 @@ class Flight:
         self.host = WatchingHost(TEAM, {"mine": PlannerFile("mine", self.path, "of the start")})
         self.host.set_task(self.world.task)
         self.notes: list[str] = []
+        """Without that something is being loaded."""
+        self.told: list[tuple[str, bool]] = []
 
     def step(self) -> Plan:
         self.world.t_s += 0.2
         plan = decode(self.host.answer(self.world.frame()), Plan)
         assert plan.error == ""
-        self.notes += plan.notes
+        self.notes += [*plan.notes, *(text for text, _ in plan.news if LOADING not in text)]
+        self.told += plan.news
         return plan
 
     def east_m(self) -> float:
@@ -63,8 +75,31 @@ def test_a_new_version_goes_on_with_the_state_of_the_one_before(flight: Flight) 
         east_m = flight.east_m()
     assert east_m == pytest.approx(200.9)
     flight.save(COUNTS.replace("200.0 + shift", "300.0 + shift"))
-    assert flight.notes[-1].startswith("mine.py was saved: the new version flies (")
+    assert flight.notes[-1].startswith("mine.py: new version flies (")
     assert 301.0 < flight.east_m() < 320.0
+
+
+def test_that_a_version_is_being_loaded_is_told_at_once_and_that_it_flies_each_time(flight: Flight) -> None:
+    newer = COUNTS.replace("200.0 + shift", "300.0 + shift")
+    for source in (newer, COUNTS, newer):
+        flight.told.clear()
+        flight.save(source)
+        (loading, well), (flies, flies_well) = flight.told
+        assert loading == f"{LOADING}{short(source)})" and well and flies_well
+        assert re.fullmatch(rf"mine\.py: new version flies \({short(source)}\), loaded in \d+\.\d s", flies)
+    flight.told.clear()
+    flight.save("oops(\n")
+    assert [well for _, well in flight.told] == [True, False], "what was not taken in is a warning"
+
+
+def test_it_is_told_before_it_is_there(flight: Flight, monkeypatch: pytest.MonkeyPatch) -> None:
+    never = threading.Event()
+    monkeypatch.setattr(flight.host, "prepare", lambda task, state: never.wait(20.0))
+    flight.path.write_text(COUNTS.replace("200.0 + shift", "300.0 + shift"))
+    for _ in range(3):  # the file is as it was a step ago, and its being loaded is told with the plan of the next
+        flight.step()
+    assert [text for text, _ in flight.told if text.startswith(LOADING)], "though nothing has come of it yet"
+    never.set()
 
 
 def test_what_the_new_version_declares_is_said_once_it_has_proved_itself(flight: Flight) -> None:
@@ -111,7 +146,7 @@ def test_a_version_that_hangs_is_told_and_what_is_saved_next_is_taken_in(
     assert flight.notes == ["mine.py: does not finish loading and configure within 0.5 s; the version before flies on"]
     assert flight.east_m() > 200.0
     flight.save(COUNTS.replace("200.0 + shift", "300.0 + shift"))  # mended
-    assert flight.notes[-1].startswith("mine.py was saved: the new version flies (")
+    assert flight.notes[-1].startswith("mine.py: new version flies (")
     assert flight.east_m() > 300.0
     end = time.monotonic() + 20.0
     while threading.active_count() > 1 and time.monotonic() < end:
@@ -181,7 +216,8 @@ def test_what_is_saved_again_while_it_is_loaded_is_loaded_again(
     emptied.set()
     flight.host._thread.join()
     flight.save(newer)
-    assert flight.notes == [f"mine.py was saved: the new version flies ({sha256(newer.encode()).hexdigest()[:8]})"]
+    (told,) = flight.notes
+    assert told.startswith(f"mine.py: new version flies ({short(newer)}), loaded in ")
 
 
 def test_a_snapshot_is_not_taken_while_another_version_is_half_loaded(
@@ -198,4 +234,4 @@ def test_a_snapshot_is_not_taken_while_another_version_is_half_loaded(
     gate.opened.set()
     flight.save(flight.path.read_text())
     assert not any("no snapshot" in note for note in flight.notes)
-    assert "the new version flies" in flight.notes[-1]
+    assert "new version flies" in flight.notes[-1]

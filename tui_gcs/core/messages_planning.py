@@ -192,6 +192,8 @@ class Plan(Message, frozen=True):
     snapshot: bytes | None = None
     """For the next worker, should this one die; None: as before."""
     notes: tuple[str, ...] = ()
-    """What else the operator should know, each told once."""
+    """What else the operator should know, each told once a minute."""
+    news: tuple[tuple[str, bool], ...] = ()
+    """What becomes of a file that was saved, and whether that is well (`tui-gcs planner watch`); always told."""
     declares: PlannerInfo | None = None
     """What its file declares since it was saved (`tui-gcs planner watch`)."""

@@ -158,6 +158,8 @@ class TeamDesk:
             return []
         for note in plan.notes[:MOST_NOTES]:
             self._say(clean(note), WARNING, every_s=60.0)
+        for text, well in plan.news[:MOST_NOTES]:
+            self._say(clean(text), NOTICE if well else WARNING)
         if plan.error:
             self._take_failure(plan)
             return []

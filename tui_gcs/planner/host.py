@@ -66,6 +66,7 @@ class Job:
     kept: bytes = b""
     kept_s: float = -math.inf
     notes: list[str] = field(default_factory=list)
+    news: list[tuple[str, bool]] = field(default_factory=list)
     declares: PlannerInfo | None = None
     """Said with every plan: of a file that was saved."""
 
@@ -261,6 +262,7 @@ class PlannerHost:
     def _blank(self, job: Job, frame: FleetFrame) -> Plan:
         self._seq += 1
         notes, job.notes = tuple(job.notes), []
+        news, job.news = tuple(job.news), []
         return Plan(
             self.team,
             job.task.revision,
@@ -268,6 +270,7 @@ class PlannerHost:
             frame.t_s,
             rate_hz=self.rate_hz,
             notes=notes,
+            news=news,
             declares=job.declares,
         )
 

@@ -1,6 +1,7 @@
 """A host that looks at its planner's file: what is saved flies on, if it can, from where the version before was.
 
-For simulated vehicles only (`tui-gcs planner watch`). The new version is loaded and configured on a thread beside the
+For simulated vehicles only (`tui-gcs planner watch`). What becomes of it is told at once: that it is being loaded, that
+it flies, or why not. The new version is loaded and configured on a thread beside the
 one that flies, and takes its place between two steps with its snapshot; where it fails, the one before flies on.
 """
 
@@ -72,6 +73,7 @@ class WatchingHost(PlannerHost):
             return
         self._watched[file.name], self._begun = replace(file, sha256=digest), stamp
         self._begun_s = time.monotonic()
+        job.news.append((f"{file.path.name} was saved: loading it ({digest[:SHORT]})", True))
         state = self._state(job)
         self._module = sys.modules.get(type(job.planner).__module__) if job.planner is not None else None
         self._ready = []  # its own: a thread that was given up may still end
@@ -91,7 +93,7 @@ class WatchingHost(PlannerHost):
             ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(SystemExit))
         self._module_back()
         what = f"{file.path.name}: does not finish loading and configure within {CONFIGURE_LIMIT_S:g} s"
-        job.notes.append(f"{what}; the version before flies on")
+        job.news.append((f"{what}; the version before flies on", False))
 
     def _state(self, job: Job) -> bytes:
         """Its state now; as it was lately where the planner cannot say."""
@@ -115,9 +117,11 @@ class WatchingHost(PlannerHost):
             if _stamp(file.path) != self._begun:  # it was saved again meanwhile, and perhaps read half written
                 self._watched[file.name] = replace(file, sha256="")
                 return
-            job.notes.append(f"{problem}; the version before flies on")
+            job.news.append((f"{problem}; the version before flies on", False))
             return
-        new.notes.append(f"{file.path.name} was saved: the new version flies ({file.sha256[:SHORT]})")
+        took_s = time.monotonic() - self._begun_s
+        text = f"{file.path.name}: new version flies ({file.sha256[:SHORT]}), loaded in {took_s:.1f} s"
+        new.news = [*job.news, (text, True)]  # also what was to be told with the next plan
         self._before, self._trial, self._job = job, TRIAL_STEPS, new
 
     def _judged(self, frame: FleetFrame, data: bytes) -> bytes:
@@ -134,7 +138,8 @@ class WatchingHost(PlannerHost):
         self._job, self._before, self._next_s = before, None, frame.t_s
         file = self._watched[job.task.planner]
         why = blame(decode(data, Plan).error, file.path)
-        before.notes += [*job.notes, f"{why}; the version before flies on"]
+        before.notes += job.notes
+        before.news += [*job.news, (f"{why}; the version before flies on", False)]
         self._module_back()
         return super().answer(frame)
 
