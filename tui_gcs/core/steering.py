@@ -225,9 +225,12 @@ class Steering:
     def _brake_for_veto(self, flight: Flight, vehicle: Vehicle, why: str) -> None:
         if flight.joined:
             self.vetoed_on_slot += 1
-        if not flight.vetoed:
-            self.hold(vehicle)
-        flight.vetoed = why
+        if self._firmware.of(vehicle).acts_by_itself(vehicle):
+            flight.vetoed = ""  # it holds by its own failsafe, which a hold of ours would end
+        else:
+            if not flight.vetoed:
+                self.hold(vehicle)
+            flight.vetoed = why
         if isinstance(flight.course, Orbit):  # flown by the clock: it would go round without the vehicle for ever
             flight.course = flight.course.anew(self._clock.now(), vehicle.velocity_m_s, self.stop_place(vehicle))
         text = f"guard veto, holding: {why}"

@@ -186,6 +186,10 @@ class ArduCopter:
         """In LAND."""
         return vehicle.custom_mode == LAND
 
+    def acts_by_itself(self, vehicle: Vehicle) -> bool:
+        """Its failsafes change the mode."""
+        return False
+
     def tick(self, vehicles: list[Vehicle]) -> None:
         """Nothing is due by itself."""
 

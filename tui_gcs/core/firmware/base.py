@@ -163,6 +163,10 @@ class Firmware(Protocol):
         """Whether it is in a mode that ends on the ground where it is."""
         ...
 
+    def acts_by_itself(self, vehicle: Vehicle) -> bool:
+        """Whether a failsafe of its own has it, in a mode that is ours as well: an order would end that."""
+        ...
+
     # ---------------------------------------------------------------- time
 
     def tick(self, vehicles: list[Vehicle]) -> None:

@@ -21,7 +21,7 @@ from tui_gcs.core.firmware.base import (
     stands_still,
 )
 from tui_gcs.core.firmware.px4_failsafe import OffboardLoss
-from tui_gcs.core.firmware.px4_offboard import GAP_S, OFFBOARD, Offboard, home_amsl_m
+from tui_gcs.core.firmware.px4_offboard import GAP_S, OFFBOARD, Offboard, home_amsl_m, in_failsafe
 from tui_gcs.core.firmware.speech import Done, Speech
 from tui_gcs.core.messages import EventClass, Vec3
 from tui_gcs.core.place import home_height
@@ -49,6 +49,10 @@ class _Goal:
     speed_m_s: float
     said_s: float
     taken: bool = False
+    well: bool = False
+    """A heartbeat since then has shown it without a failsafe."""
+    stopped: bool = False
+    """And one after that with one: it holds, or does something else, by itself."""
 
 
 class Px4Multicopter:
@@ -202,7 +206,7 @@ class Px4Multicopter:
         now = self._clock.now()
         goal = self._goals.get(vehicle.id)
         if goal is not None and _is_same(goal, point_m, speed_m_s):
-            stuck = stands_still(vehicle) and math.dist(vehicle.position_m, point_m) > THERE_M
+            stuck = stands_still(vehicle) and math.dist(vehicle.position_m, point_m) > THERE_M and not goal.stopped
             due = not goal.taken or stuck or vehicle.custom_mode == OFFBOARD
             if not due or now - goal.said_s < SAY_AGAIN_S or self._commands.pending(vehicle.id, "go to"):
                 return
@@ -271,10 +275,19 @@ class Px4Multicopter:
     # ---------------------------------------------------------------- what telemetry shows
 
     def is_steerable(self, vehicle: Vehicle) -> bool:
-        """In Hold, at the end of a take-off, or in OFFBOARD; where it should be in OFFBOARD, only there."""
-        if self._offboard.is_out(vehicle):
+        """In Hold, at the end of a take-off, or in OFFBOARD; where it should be in OFFBOARD, only there.
+
+        Not where its own failsafe stopped it on its way to a place.
+        """
+        goal = self._goals.get(vehicle.id)
+        if self._offboard.is_out(vehicle) or (goal is not None and goal.stopped):
             return False
         return vehicle.custom_mode in (HOLD, TAKEOFF, OFFBOARD)
+
+    def acts_by_itself(self, vehicle: Vehicle) -> bool:
+        """Stopped by its own failsafe, in Hold before it returns or lands."""
+        goal = self._goals.get(vehicle.id)
+        return self._offboard.is_stopped(vehicle) or (goal is not None and goal.stopped)
 
     def is_holding(self, vehicle: Vehicle) -> bool:
         """In Hold, or climbing to where a take-off ends in Hold."""
@@ -289,6 +302,11 @@ class Px4Multicopter:
     def tick(self, vehicles: list[Vehicle]) -> None:
         """Streams of those leaving OFFBOARD; questions."""
         self._offboard.tick(vehicles)
+        for vehicle in vehicles:
+            goal = self._goals.get(vehicle.id)
+            if goal is not None and vehicle.heartbeat_s > goal.said_s:
+                goal.stopped = goal.well and in_failsafe(vehicle)
+                goal.well = goal.well or not in_failsafe(vehicle)
         self._loss.tick(vehicles)
 
     def release(self, vehicle: Vehicle) -> None:

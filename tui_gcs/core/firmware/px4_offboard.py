@@ -73,7 +73,8 @@ class Offboard:
         """A set-point is said now: begin a stream or keep it up, and enter the mode when it has run long enough."""
         now = self._clock.now()
         stream = self._streams.get(vehicle.id)
-        if stream is None or stream.where is not None or now - stream.said_s > NEW_AFTER_S:
+        paused = stream is not None and now - stream.said_s > NEW_AFTER_S and not self.is_stopped(vehicle)
+        if stream is None or stream.where is not None or paused:
             leaving = stream is not None and stream.where is not None
             stream = self._streams[vehicle.id] = _Stream(now, now, leaving_until_s=now + LEFT_WITHIN_S * leaving)
         stream.said_s = now
@@ -110,9 +111,17 @@ class Offboard:
         if stream is None or stream.where is not None:
             return False
         if stream.entered and vehicle.custom_mode != OFFBOARD:
-            failsafe = vehicle.system_status == c.STATUS_CRITICAL
-            return not failsafe or self._clock.now() - stream.out_s > BACK_WITHIN_S
+            return not in_failsafe(vehicle) or self._clock.now() - stream.out_s > BACK_WITHIN_S
         return stream.tries >= MOST_TRIES and bool(stream.refused)
+
+    def is_stopped(self, vehicle: Vehicle) -> bool:
+        """Whether a failsafe of its own took it out of OFFBOARD: any order would end that, as a pilot's does.
+
+        Measured on 1.16.1, which holds for COM_FAIL_ACT_T before it returns: "Pilot took over using sticks", and it
+        stayed, outside of its fence. Set-points alone change nothing, or bring it back where they were what it missed.
+        """
+        stream = self._streams.get(vehicle.id)
+        return stream is not None and stream.where is None and stream.entered and in_failsafe(vehicle)
 
     def follows(self, vehicle: Vehicle) -> bool:
         """Whether a stream of set-points is under way."""
@@ -124,6 +133,8 @@ class Offboard:
         now = self._clock.now()
         for vehicle in vehicles:
             stream = self._streams.get(vehicle.id)
+            if stream is not None and self.is_stopped(vehicle):
+                stream.out_s = min(stream.out_s, now)
             if stream is None or stream.where is None:
                 continue
             left = vehicle.custom_mode != OFFBOARD and vehicle.heartbeat_s > stream.left_s
@@ -153,6 +164,11 @@ class Offboard:
                 vehicle.id, ENTER, Retry.SET, order, lambda v: v.custom_mode == OFFBOARD, ended, double_ack=True
             )
         )
+
+
+def in_failsafe(vehicle: Vehicle) -> bool:
+    """Whether a failsafe of its own chose its mode (measured: one that only warns does not show)."""
+    return vehicle.system_status == c.STATUS_CRITICAL and vehicle.custom_mode != OFFBOARD
 
 
 def home_amsl_m(vehicle: Vehicle) -> float:

@@ -34,7 +34,7 @@ class Unsupported:
         """Never; so it is neither steerable, nor holding or landing by us."""
         return False
 
-    is_steerable = is_holding = is_landing = is_prepared
+    is_steerable = is_holding = is_landing = acts_by_itself = is_prepared
 
     def say_prearm(self, vehicle: Vehicle) -> Action | None:
         """Nothing."""
