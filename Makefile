@@ -20,12 +20,16 @@ LINK = udpin:127.0.0.1:14550
 IDS =
 ONLY =
 
-.PHONY: demo test flights keys bench conformance guard mutants lint clean
+.PHONY: demo test flights keys bench conformance guard mutants lint bytecode clean
+
+# Where this is set, every process of the tests would compile all that it imports for itself.
+unexport PYTHONDONTWRITEBYTECODE
 
 demo: .venv/installed
 	$(BIN)/tui-gcs demo
 
-test: lint
+test: .venv/installed-dev
+	@$(MAKE) --no-print-directory --jobs=2 lint bytecode
 	$(BIN)/pytest --numprocesses 3 --dist loadgroup -m 'not long and not by_keys'
 
 flights: .venv/installed-dev
@@ -52,7 +56,13 @@ lint: .venv/installed-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+# Tests are compiled in a way of their own, and each of the processes that run them would do it for all of them. mypy
+# leaves a core for that. What is wrong with them is told when they run.
+bytecode: .venv/installed-dev
+	@$(BIN)/pytest --collect-only > /dev/null 2>&1 || true
+
 clean:
+	find tui_gcs sitl tests -name __pycache__ -prune -exec rm -rf {} +
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info
 
 # A stamp is newer than what it was made from, so an installation is made once, and again when the pins change.

@@ -7,6 +7,7 @@ Property tests draw the same examples in every run, so that CI does not depend o
 
 import gc
 import os
+import sys
 
 import pytest
 from hypothesis import settings
@@ -30,3 +31,4 @@ def pytest_collection_finish() -> None:
     gc.collect()
     gc.freeze()
     gc.set_threshold(10_000)
+    sys.dont_write_bytecode = True  # what is imported later: some tests watch which files are written

@@ -13,9 +13,9 @@ SHIPPED = Path(__file__).parents[1] / "tui_gcs" / "scenarios" / "swarm-challenge
 
 
 def short() -> Scenario:
-    """Two vehicles over a small field."""
+    """Two vehicles, and a planner that begins without a second of design."""
     whole = load(SHIPPED)
-    team = msgspec.structs.replace(whole.teams[0], vehicles=(1, 2))
+    team = msgspec.structs.replace(whole.teams[0], vehicles=(1, 2), planner="waypoints", parameters={})
     return msgspec.structs.replace(whole, teams=(team,), places=whole.places[:2])
 
 

@@ -108,25 +108,26 @@ def test_any_status_text_is_decoded_to_safe_text(data: bytes) -> None:
     assert is_safe(decoded(253, "text", data))
 
 
-@pytest.mark.parametrize("name", WICKED)
-def test_wicked_status_texts(attack: Any, name: str) -> None:
+def test_wicked_status_texts(attack: Any) -> None:
     """Through the whole station: what comes out as an event is plain."""
     oracle: Oracle = attack()
-    oracle.say("STATUSTEXT", 1, severity=4, text=b"x" + WICKED[name][:49])
-    oracle.run(0.1)
-    said = [event.text for event in oracle.new_events() if event.text.startswith("x")]
-    assert len(said) == 1 and is_safe(said[0])
+    for letter, (name, wicked) in zip("abcdefghijklmnopqrs", WICKED.items(), strict=False):
+        oracle.say("STATUSTEXT", 1, severity=4, text=b"x" + letter.encode() + wicked[:48])
+        oracle.run(0.1)
+        said = [event.text for event in oracle.new_events() if event.text.startswith(f"x{letter}")]
+        assert len(said) == 1 and is_safe(said[0]), name
     lines = oracle.flight.journal.path.read_bytes().splitlines()
     assert not any(b"\x1b" in line or b"\x07" in line for line in lines)
     oracle.holds(told="^x")
 
 
-@pytest.mark.parametrize("words", ["[/]", "[@click=app.quit]x[/]", "[link=x]", "[", "\\", "%s%n{0}{x.__class__}"])
-def test_b6_80_81_markup_and_formats_are_literal(attack: Any, words: str) -> None:
+def test_b6_80_81_markup_and_formats_are_literal(attack: Any) -> None:
     oracle: Oracle = attack()
-    oracle.say("STATUSTEXT", 1, severity=4, text=words.encode())
-    oracle.run(0.1)
-    assert [event.text for event in oracle.new_events() if event.source == "vehicle 1"] == [words]
+    literal = ["[/]", "[@click=app.quit]x[/]", "[link=x]", "[", "\\", "%s%n{0}{x.__class__}"]
+    for words in literal:
+        oracle.say("STATUSTEXT", 1, severity=4, text=words.encode())
+        oracle.run(0.1)
+    assert [event.text for event in oracle.new_events() if event.source == "vehicle 1"] == literal
     oracle.holds()
 
 

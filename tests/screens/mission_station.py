@@ -128,5 +128,6 @@ async def mission_console(
         attached = MissionConsole(app, QuietPilot(app), station, clock)
         await attached.settle()
         await attached.tick()
-        await attached.press("p", "m")
+        app.switch_mode("missions")  # by keys it is `p`, `m`: the plan screen would cost as much as all the rest
+        await attached.settle()
         yield attached

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from console import NARROW, WIDE
+from console import NARROW, WIDE, console
 from mission_station import MissionStation, mission_console
 from pictures import same_as_snapshot
 
@@ -27,6 +27,12 @@ SIZES = pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
 @pytest.fixture(autouse=True)
 def _no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plan_transfers, "LOOK_S", 0.0)
+
+
+async def test_p_and_m_lead_here() -> None:
+    async with console() as c:
+        await c.press("p", "m")
+        assert isinstance(c.app.screen, missions.MissionsScreen)
 
 
 # ---------------------------------------------------------------- what it looks like

@@ -44,6 +44,9 @@ class FormField(Input):
         """Textual inserts characters after this."""
         await own_binding(self, event)
 
+    def validate(self, value: str) -> None:
+        """What is typed is judged by the form. Textual would style every field once more to mark it as valid."""
+
     def show(self, text: str) -> None:
         """Show this without telling anybody."""
         if text != self.value:
