@@ -12,7 +12,6 @@ _IDENTITY = struct.Struct("<BHB4f2if")
 _ABSOLUTE, _RELATIVE = frozenset({0, 5}), frozenset({3, 6})
 _ROI, _ROI_NONE, _ROI_LOCATION = frozenset({80, 201}), 0, 3
 _ROI_MODES_WITHOUT_PLACE = frozenset({0, 1, 2})
-_YAWED = frozenset({16, 17, 21, 22, 84, 85})
 _FENCE_COMMANDS = frozenset({5000, 5001, 5002, 5003, 5004})
 _WITHOUT_PLACE = frozenset(
     {20, 93, 112, 114, 177, 178, 179, 189, 196, 197, 200, 203, 204, 205, 206, 211, 214, 260, 187}

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from plan_designs import HOMES, RALLIES, fences, missions
 from plan_peers import mission, waypoint
 
+from tui_gcs.core.formats.bounded import json_of
 from tui_gcs.core.formats.content import Content, FormatError, Home
-from tui_gcs.core.formats.qgc_plan import content_of, read_qgc
+from tui_gcs.core.formats.qgc_plan import content_of
 from tui_gcs.core.formats.qgc_write import write_qgc
 from tui_gcs.core.plan import JUMP, Plan, PlanItem, PlanKind
 
@@ -63,7 +64,7 @@ def document(*items: dict[str, Any]) -> dict[str, Any]:
 
 
 def read(raw: dict[str, Any]) -> Content:
-    return read_qgc(json.dumps(raw))
+    return content_of(json_of(json.dumps(raw)))
 
 
 def written(content: Content) -> dict[str, Any]:
@@ -97,7 +98,7 @@ def test_an_item_added_before_a_survey_leaves_the_survey() -> None:
     assert made[0]["myNote"] == 1 and "myNote" not in made[1] and made[1]["Altitude"] == 33
     assert [item["doJumpId"] for item in made[2]["TransectStyleComplexItem"]["Items"]] == [3, 4]
     assert [made[i]["doJumpId"] for i in (0, 1, 3, 4)] == [1, 2, 5, 6] and made[3]["params"][0] == 1
-    assert read_qgc(json.dumps(document() | {"mission": document()["mission"] | {"items": made}})).mission == changed
+    assert read(document() | {"mission": document()["mission"] | {"items": made}}).mission == changed
 
 
 def test_a_survey_with_a_moved_point_becomes_way_points_and_that_is_told() -> None:

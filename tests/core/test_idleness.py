@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tui_gcs.core.idleness import IdlenessGrid, cell_centres_m, strategy_bound_s, sweep_bound_s
+from tui_gcs.core.idleness import IdlenessGrid, cell_centres_m, sweep_bound_s
 from tui_gcs.core.zones import Circle, Polygon, Rectangle
 
 L_SHAPE = Polygon(((0.0, 0.0), (60.0, 0.0), (60.0, 20.0), (20.0, 20.0), (20.0, 50.0), (0.0, 50.0)))
@@ -14,13 +14,6 @@ L_SHAPE = Polygon(((0.0, 0.0), (60.0, 0.0), (60.0, 20.0), (20.0, 20.0), (20.0, 5
 def test_sweep_bound_is_area_over_what_is_swept_per_second() -> None:
     assert sweep_bound_s(math.pi * 80.0**2, 4, 8.0, 15.0) == pytest.approx(20.94, abs=0.01)
     assert sweep_bound_s(100.0, 0, 8.0, 15.0) == math.inf
-
-
-def test_no_strategy_is_bounded_lower_than_any_tour() -> None:
-    area = math.pi * 80.0**2
-    assert strategy_bound_s(area, 4, 8.0, 15.0) == pytest.approx(18.0, abs=0.01)
-    assert strategy_bound_s(area, 100, 8.0, 15.0) == 0.0
-    assert strategy_bound_s(area, 0, 8.0, 15.0) == math.inf
 
 
 def test_cells_are_those_whose_centre_is_inside() -> None:

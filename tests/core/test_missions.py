@@ -81,7 +81,6 @@ def test_corners_of_a_fence_always_say_how_many_they_are() -> None:
     triangle = fences.delete_item(items, 1)
     assert fences.delete_item(triangle, 1) == items[:1], "less than a triangle is nothing"
     assert fences.delete_item(items, 0) == square
-    assert fences.delete_shape(items, 3) == items[:1]
     assert {item.command for item in fences.other_side(items, 1)} == {5004, 5002}
 
 

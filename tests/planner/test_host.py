@@ -255,7 +255,7 @@ def test_parameters_are_completed_with_defaults() -> None:
 def test_built_in_planners_declare_what_they_take(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()
     assert {param.name for param in registry.declared("patrol")} >= {"speed_fraction", "margin_m", "direction", "seed"}
-    assert "patrol" in registry.builtin()
+    assert "patrol" in registry.names()
 
 
 # ---------------------------------------------------------------- events

@@ -2,9 +2,9 @@
 
 import pytest
 
-from tui_gcs.core.missions import build, fences
+from tui_gcs.core.missions import build
 from tui_gcs.core.missions.commands import MISSION_WORDS
-from tui_gcs.core.plan import LAND, RETURN, TAKE_OFF, WAYPOINT, PlanKind, fence_shapes
+from tui_gcs.core.plan import CIRCLES, LAND, RETURN, TAKE_OFF, WAYPOINT, PlanKind, fence_shapes
 from tui_gcs.core.plan_check import check
 from tui_gcs.widgets.mission_editor import MissionEditor
 from tui_gcs.widgets.mission_text import item_text, to_item
@@ -66,7 +66,7 @@ def test_another_fence_beside_the_first_is_drawn_without_a_zone(editor: MissionE
     editor.add_fence((500.0, 0.0))
     shapes = fence_shapes(editor.items)
     assert [len(shape.items) for shape in shapes] == [4, 1, 4]
-    assert [fences.is_circle(shape.items[0]) for shape in shapes] == [False, True, False]
+    assert [shape.command in CIRCLES for shape in shapes] == [False, True, False]
     assert editor.index == shapes[2].first, "the new one is edited"
     assert not check(editor.draft.of(1).plan(PlanKind.FENCE))
     editor.undo()

@@ -4,9 +4,6 @@ from tui_gcs.actions.action import ALARMS, COMMAND, SCREENS, SELECT, VIEW, Actio
 from tui_gcs.actions.situation import Situation
 from tui_gcs.core.messages import Phase, RunPhase
 
-LAST_RESORT = "!"
-"""The key before `h`, `r` and `l`: all vehicles, from anywhere, see `chord`."""
-
 
 def _heard(situation: Situation) -> str:
     return situation.silent

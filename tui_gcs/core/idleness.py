@@ -22,14 +22,6 @@ def sweep_bound_s(area_m2: float, n: int, speed_m_s: float, footprint_radius_m: 
     return area_m2 / swept_m2_s if swept_m2_s > 0.0 else math.inf
 
 
-def strategy_bound_s(area_m2: float, n: int, speed_m_s: float, footprint_radius_m: float) -> float:
-    """B0 = (A/n - pi r^2) / (2 r v), at least 0: least worst idleness of any strategy at all; infinite for none."""
-    if n < 1 or speed_m_s <= 0.0 or footprint_radius_m <= 0.0:
-        return math.inf
-    unseen_m2 = area_m2 / n - math.pi * footprint_radius_m**2
-    return max(0.0, unseen_m2) / (2.0 * footprint_radius_m * speed_m_s)
-
-
 def cell_centres_m(shape: Shape, cell_m: float) -> Floats:
     """(n, 2) centres of the cells of `shape`; at least one (the middle), however small the shape."""
     axis_x, axis_y, inside = _lattice(shape, cell_m)

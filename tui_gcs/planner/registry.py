@@ -35,11 +35,6 @@ def names() -> tuple[str, ...]:
     return tuple(sorted({*_BUILTIN, *(point.name for point in entry_points(group=GROUP))}))
 
 
-def builtin() -> dict[str, type[Planner]]:
-    """The planners that come with tui-gcs."""
-    return {name: load(name) for name in sorted(_BUILTIN)}
-
-
 def adopt(planner: type[Planner]) -> str:
     """Make a planner of a file known in this process; the name is one that no other kind of planner can have."""
     name = f"file:{planner.name or planner.__name__}"

@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-from tui_gcs.core.formats.bounded import json_of
 from tui_gcs.core.formats.content import Content, FormatError, Home, QgcSource, counted
 from tui_gcs.core.plan import (
     AMSL,
@@ -38,11 +37,6 @@ MOST_WORD = 40
 def is_qgc(document: dict[str, Any]) -> bool:
     """Whether a JSON document is a `.plan`."""
     return document.get("fileType") == FILE_TYPE
-
-
-def read_qgc(text: str) -> Content:
-    """All of a `.plan`. Raises FormatError."""
-    return content_of(json_of(text))
 
 
 def content_of(document: dict[str, Any]) -> Content:

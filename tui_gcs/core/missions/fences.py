@@ -8,7 +8,6 @@ from tui_gcs.core.plan import (
     AMSL,
     CIRCLE_IN,
     CIRCLE_OUT,
-    CIRCLES,
     POLYGON_IN,
     POLYGON_OUT,
     POLYGONS,
@@ -67,23 +66,12 @@ def delete_item(items: Items, index: int) -> Items:
     return _with(items, shape, _counted(corners) if len(corners) >= LEAST_CORNERS else ())
 
 
-def delete_shape(items: Items, index: int) -> Items:
-    """Without the whole shape that an item belongs to."""
-    shape = shape_at(items, index)
-    return items if shape is None else _with(items, shape, ())
-
-
 def other_side(items: Items, index: int) -> Items:
     """With inclusion and exclusion changed for the shape that an item belongs to."""
     shape = shape_at(items, index)
     if shape is None or shape.command not in _OTHER_SIDE:
         return items
     return _with(items, shape, tuple(replace(item, command=_OTHER_SIDE[shape.command]) for item in shape.items))
-
-
-def is_circle(item: PlanItem) -> bool:
-    """Whether an item of a fence is a circle, and its first parameter a radius."""
-    return item.command in CIRCLES
 
 
 def _with(items: Items, shape: FenceShape, new: Items) -> Items:

@@ -51,7 +51,3 @@ class ByteRanges:
     def covers(self, size: int) -> bool:
         """Whether all bytes below `size` are there."""
         return size <= 0 or (bool(self._starts) and self._starts[0] <= 0 and self._ends[0] >= size)
-
-    def as_list(self) -> list[tuple[int, int]]:
-        """All ranges."""
-        return list(zip(self._starts, self._ends, strict=True))

@@ -24,7 +24,6 @@ from tui_gcs.core.vehicle import Vehicle
 
 PARAMETERS, EVENTS, ACTUATORS = 1, 4, 5
 """COMP_METADATA_TYPE."""
-GENERAL = 0
 MOST_FILE_BYTES = 1 << 20
 MOST_JSON_BYTES = 8 << 20
 """Of what a file unpacks to (security.md B.6-95); PX4's parameters are 0.7 MB."""

@@ -57,11 +57,6 @@ class Param:
     default: Number | None = None
     """Where the vehicle tells it."""
 
-    @property
-    def is_whole(self) -> bool:
-        """Whether only whole numbers are allowed."""
-        return self.type in _WHOLE
-
 
 def param_type(number: int) -> ParamType | None:
     """The type, None if it is no type or does not fit PARAM_VALUE."""
