@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import msgspec
 import pytest
-from rig import Rig
+from rig import Rig, scenario
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.bus import ALIVE, PLAN
@@ -71,13 +71,15 @@ def test_a_planner_is_told_how_far_the_worst_of_its_autopilots_strays(rig: MakeR
 
 
 def test_a_dead_planner_costs_its_vehicles_a_hold_within_three_seconds(rig: MakeRig) -> None:
-    flight = rig(2, wants=None).flying().run(10.0)
-    assert team(flight).worker == "running"
+    whole = scenario(2)
+    quick = msgspec.structs.replace(whole.teams[0], planner="waypoints", parameters={})  # designs nothing for a second
+    flight = rig(mission=msgspec.structs.replace(whole, teams=(quick,)), wants=None).flying().run(10.0)
+    assert team(flight).worker == "running" and all(flight.speed(v) > 5.0 for v in flight.ids)
     flight.end_planners()
     died = flight.clock.now()
     flight.until(lambda: flight.phases() == {Phase.HOLDING}, 3.0)
     assert flight.clock.now() - died >= 2.0 - 0.3, "silent since its last plan"
-    assert alerts(flight) == ["planner patrol silent for 2.0 s: 2 vehicles hold"]
+    assert alerts(flight) == ["planner waypoints silent for 2.0 s: 2 vehicles hold"]
     flight.run(8.0)
     assert all(flight.speed(v) < 0.3 for v in flight.ids)
     assert station_status(flight.station, 1).faults == {"planner": 1}
@@ -312,7 +314,7 @@ def test_a_plan_with_too_many_intents_is_not_taken_and_its_vehicles_hold(rig: Ma
 
 
 def test_a_plan_that_is_too_large_is_not_even_decoded(rig: MakeRig) -> None:
-    flight = rig(2, wants=None).run(1.0)
+    flight = rig(2).run(1.0)
     flight.bus.publish(PLAN.format(team="defend"), bytes(30_000_000))
     flight.run(0.5)
     assert flight.station.dropped["plan too large"] == 1
