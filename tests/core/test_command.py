@@ -9,7 +9,7 @@ import pytest
 from vehicles import a_vehicle
 
 from tui_gcs.core.clock import VirtualClock
-from tui_gcs.core.events import ALERT, EventLog
+from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.services.command import (
     ACCEPTED,
     DENIED,
@@ -273,6 +273,38 @@ def test_two_with_the_same_command_go_one_after_the_other(bench: Bench) -> None:
     assert len(bench.times("interval 24")) == 2
 
 
+def test_what_has_no_acks_waits_for_nobody(bench: Bench) -> None:
+    bench.ask("go to", Retry.SET)
+    bench.ask("speed by message", Retry.SET)
+    assert bench.times("go to") == bench.times("speed by message") == [0.0]
+
+
+def test_only_a_start_that_may_still_happen_is_an_alert(bench: Bench) -> None:
+    bench.ask("take-off", Retry.START, TAKEOFF)
+    bench.service.on_ack(bench.vehicle, TAKEOFF, ACCEPTED)
+    bench.ask("arm", Retry.START, ARM)
+    bench.service.on_ack(bench.vehicle, ARM, DENIED)
+    bench.ask("speed", Retry.SET, SPEED)
+    bench.service.on_ack(bench.vehicle, SPEED, ACCEPTED)
+    bench.run(20.0)
+    told = {event.text: event.severity for event in bench.events.since(0, 100)}
+    assert told == {
+        "arm: refused (denied)": WARNING,
+        "speed: accepted, not confirmed": WARNING,
+        "take-off: accepted, not confirmed": ALERT,
+    }
+
+
+def test_answers_are_listened_for_only_while_something_flown_was_said(bench: Bench) -> None:
+    bench.ask("interval 33", Retry.SET, 511, housekeeping=True)
+    assert len(bench.sent) == 1 and not bench.service.waiting, "that can wait"
+    bench.ask("arm", Retry.START, ARM)
+    assert bench.service.waiting
+    bench.service.on_ack(bench.vehicle, ARM, DENIED)
+    bench.run(1.0)
+    assert [name for name, _, _ in bench.ended] == ["arm"] and not bench.service.waiting
+
+
 # ---------------------------------------------------------------- ACKs
 
 
@@ -370,7 +402,9 @@ def test_in_progress_waits_for_the_end_but_not_longer_than_a_minute(bench: Bench
     assert bench.ended == [("calibrate", Outcome.REFUSED, "failed")]
     bench.ask("level", Retry.SET, 241)
     bench.service.on_ack(bench.vehicle, 241, IN_PROGRESS)
-    bench.run(61.0)
+    bench.run(59.0)
+    assert len(bench.ended) == 1, "a minute from when it was asked, whenever that was"
+    bench.run(2.0)
     assert bench.ended[1:] == [("level", Outcome.NOT_CONFIRMED, "still in progress")]
 
 
