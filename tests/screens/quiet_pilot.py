@@ -7,6 +7,7 @@ Here nothing is guessed: every widget waits for a message, none is under way, an
 
 import asyncio
 import time
+from collections.abc import Collection
 from typing import Any
 
 from textual import events
@@ -43,10 +44,14 @@ class QuietPilot(Pilot[Any]):
     async def quiet(self) -> None:
         """All messages are handled, all animations have ended, and all that changed is drawn."""
         end_s, spins, quiet = time.monotonic() + MOST_S, 0, 0
+        others: Collection[Any] = asyncio.get_running_loop()._ready  # type: ignore[attr-defined]  # who has the next turn
         while quiet < QUIET and time.monotonic() < end_s and self.app._running and self.app._exception is None:
             spins += 1
             await asyncio.sleep(0.001 if spins % SPINS == 0 else 0)
-            quiet = 0 if self._is_busy() else quiet + 1
+            if others or (quiet in (0, QUIET - 1) and self._is_busy()):  # to look at all widgets takes a while
+                quiet = 0
+            else:
+                quiet += 1
 
     def _is_busy(self) -> bool:
         waits = self.app._exit or self.app._batch_count or self.app._resize_event is not None  # Textual waits itself
