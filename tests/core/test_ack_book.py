@@ -8,6 +8,7 @@ from vehicles import a_vehicle
 
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.events import EventLog
+from tui_gcs.core.services.ack_book import AckBook
 from tui_gcs.core.services.command import ACCEPTED, FAILED, Action, CommandService, Outcome, Retry
 
 TICK_S = 0.05
@@ -129,3 +130,44 @@ def test_one_late_ack_is_not_applied_to_the_next_same_order() -> None:
     air.service.on_ack(air.vehicle, SPEED, ACCEPTED)
     air.run(5.0)
     assert air.ended == [("speed", Outcome.EXPIRED)] * 2
+
+
+# ---------------------------------------------------------------- the book itself
+
+
+def order(**traits: bool) -> Action:
+    return Action(1, "mode", Retry.SET, send=lambda _: None, confirmed=lambda _: False, command=SPEED, **traits)
+
+
+def told(book: AckBook, *acks: tuple[Action, float]) -> list[str]:
+    """Whose each ACK is taken for, that comes while this order is under way, so many seconds after the first copy."""
+    return ["older" if book.is_older(1, SPEED, action, at_s) else "its own" for action, at_s in acks]
+
+
+def test_copies_are_answered_in_the_order_in_which_they_left() -> None:
+    book, first, second = AckBook(), order(), order()
+    book.sent(first, 0.0)
+    book.sent(first, 0.1)
+    book.sent(second, 0.2)
+    assert told(book, (second, 0.3), (second, 0.35), (second, 0.4)) == ["older", "older", "its own"]
+
+
+def test_who_answers_twice_is_owed_two_and_no_third() -> None:
+    book, first, second = AckBook(), order(double_ack=True), order(double_ack=True)
+    book.sent(first, 0.0)
+    assert told(book, (first, 0.1), (first, 0.1)) == ["its own", "its own"]
+    book.sent(second, 0.2)
+    assert told(book, (second, 0.3), (second, 0.3)) == ["its own", "its own"]
+
+
+def test_an_answer_may_take_somewhat_longer_than_any_that_was_measured() -> None:
+    book, first, second = AckBook(), order(), order()
+    book.trips = lambda _: (0.0, 1.0)
+    book.sent(first, 0.0)
+    book.sent(second, 1.0)
+    assert told(book, (second, 1.4)) == ["older"], "the first's, 1.4 s after it left"
+    book = AckBook()
+    book.trips = lambda _: (0.0, 1.0)
+    book.sent(first, 0.0)
+    book.sent(second, 1.0)
+    assert told(book, (second, 1.6)) == ["its own"], "after so long the first's will not come any more"
