@@ -14,6 +14,7 @@ from tui_gcs.core.clock import Clock
 from tui_gcs.feed import Feed, FleetUpdated, StationBack, StationLost
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.map_keys import MapKeys
+from tui_gcs.screens.remarks import RemarksDialog
 from tui_gcs.screens.second_press import EXPIRES_S, SecondPress
 from tui_gcs.widgets.draft_map import DraftMap
 from tui_gcs.widgets.footer import FooterLine
@@ -175,6 +176,10 @@ class DraftScreen(MapKeys):
             self.post_message(FlyScreen.Resumed())
 
     # ------------------------------------------------------------ files
+
+    def action_read_whole(self) -> None:
+        """What stands below the forms, where it is cut."""
+        self.app.push_screen(RemarksDialog(self.verdict))
 
     def action_save(self) -> None:
         """To the work's file, or ask where."""

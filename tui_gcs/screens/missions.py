@@ -197,7 +197,13 @@ class MissionsScreen(MissionCopies):
         self.plan_list.show(self.transfers.states())
         overall = self.transfers.overall()
         title = COLUMNS_TITLE if self.has_class("-short") else "missions"
-        set_title(self._vehicles_panel, f"sending {overall}" if overall else title)
+        hidden = self.plan_list.hidden if self.has_class("-short") else 0  # there is no border below it
+        more = f" +{hidden}:n" if hidden else ""
+        set_title(self._vehicles_panel, (f"sending {overall}" if overall else title) + more)
+
+    def on_plan_list_others_hidden(self, _message: PlanList.OthersHidden) -> None:
+        """How many more there are, where no border below tells it."""
+        self.show_transfers()
 
     def on_resize(self) -> None:
         """Perhaps the columns are named elsewhere now; whether it is low, Textual says after this."""

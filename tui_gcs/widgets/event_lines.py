@@ -3,7 +3,10 @@
 import time
 from collections.abc import Sequence
 
+from rich.cells import cell_len, set_cell_size
+
 from tui_gcs.core.messages import Event, EventClass
+from tui_gcs.widgets.key_names import cut_mark
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run
@@ -43,7 +46,8 @@ class EventLines(LinesView):
         """See `LinesView.lines`."""
         shown = [event for event in self._events if event.cls not in ELSEWHERE]
         newest = shown[-height:][::-1] if height > 0 else []
-        return [event_line(event, width, self._mission_offset_s, self._principal) for event in newest]
+        whole = cut_mark(self, "show_journal", "J")
+        return [event_line(event, width, self._mission_offset_s, self._principal, whole) for event in newest]
 
 
 def severity_mark(severity: int) -> tuple[str, Ink]:
@@ -65,17 +69,23 @@ def event_time(event: Event, mission_offset_s: float) -> str:
     return time.strftime("%H:%MZ", time.gmtime(event.wall_s)) if event.wall_s == event.wall_s else "--:--"
 
 
-def event_line(event: Event, width: int, mission_offset_s: float, principal: str = "") -> list[Run]:
-    """Time, severity, source, class of error, text."""
+def event_line(
+    event: Event, width: int, mission_offset_s: float, principal: str = "", cut_mark: str = " …"
+) -> list[Run]:
+    """Time, severity, source, class of error, text; what is too long ends with `cut_mark`."""
     mark, ink = severity_mark(event.severity)
     tags = TAGS if width >= WIDE else SHORT_TAGS
     tag = tags.get(event.cls, "")
     source = "you" if principal and event.source == principal else event.source
     tag_text = f"{tag:<{12 if width >= WIDE else 4}}"
-    return [
+    runs = [
         (f"{event_time(event, mission_offset_s):<6} ", Ink.MUTED),
         (f"{mark} ", ink),
         (f"{source[:14]:<{14 if width >= WIDE else 10}} ", Ink.TEXT),
         (tag_text, Ink.MUTED),
-        (event.text, ink),
     ]
+    room = width - sum(cell_len(text) for text, _ in runs)
+    if cell_len(event.text) <= room:
+        return [*runs, (event.text, ink)]
+    kept = set_cell_size(event.text, max(room - cell_len(cut_mark), 0)).rstrip()
+    return [*runs, (kept, ink), (cut_mark, Ink.MUTED)]

@@ -17,6 +17,7 @@ from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.key_order import own_binding
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import runs_to_strip
+from tui_gcs.widgets.titles import show_beyond
 
 LABEL_CELLS = 9
 
@@ -149,8 +150,23 @@ class Form(VerticalScroll, OrderedFields, can_focus=False):
         super().__init__(*rows, id=id)
         self.glyphs = glyphs
         self.set_class(not glyphs.unicode, "-ascii")
+        self.watch(self, "virtual_size", self._tell_beyond, init=False)
         if not glyphs.unicode:
             self.vertical_scrollbar.renderer = _PlainBars  # type: ignore[misc]  # of this bar, not of all
+
+    def watch_scroll_y(self, old_value: float, new_value: float) -> None:
+        """Other rows are shown."""
+        super().watch_scroll_y(old_value, new_value)
+        self._tell_beyond()
+
+    def on_resize(self) -> None:
+        """More rows are shown, or fewer."""
+        self._tell_beyond()
+
+    def _tell_beyond(self) -> None:
+        """How many rows are above and below what is shown: a bar one cell wide is easily missed."""
+        above, height = round(self.scroll_y), self.scrollable_content_region.height
+        show_beyond(self, above, max(self.virtual_size.height - height - above, 0) if height else 0, "Tab")
 
     def focus_first(self) -> None:
         """Put the cursor into the first field that is shown."""

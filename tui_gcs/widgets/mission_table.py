@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from textual import events
 from textual.message import Message
+from textual.widget import Widget
 
 from tui_gcs.core.missions.build import CHANGE_SPEED
 from tui_gcs.core.missions.commands import FRAMES, word_of
@@ -13,6 +14,7 @@ from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.mission_editor import MissionEditor
 from tui_gcs.widgets.mission_text import clock, distance, has_height, labels, of_vehicle
 from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.titles import show_beyond
 
 _HOW_TO_BEGIN = {
     PlanKind.MISSION: "+ adds one, g generates",
@@ -41,12 +43,17 @@ class PlanList(LinesView):
             super().__init__()
             self.vehicle = vehicle
 
+    class OthersHidden(Message):
+        """More vehicles than before are not shown, or fewer."""
+
     def __init__(self, editor: MissionEditor, **options: object) -> None:
         """Of this editor."""
         super().__init__(**options)  # type: ignore[arg-type]
         self._editor = editor
         self._states: Mapping[int, str] = {}
         self._first = 0
+        self.hidden = 0
+        """So many vehicles are above and below those that are shown."""
 
     def show(self, states: Mapping[int, str]) -> None:
         """Show the draft; `states` says of vehicles what is being sent or fetched."""
@@ -71,6 +78,12 @@ class PlanList(LinesView):
         room = max(height - self._header_rows, 1)
         at = ids.index(self._editor.vehicle) if self._editor.vehicle in ids else 0
         self._first = max(0, min(max(self._first, at - room + 1), at, len(ids) - room))
+        beyond = self._first, max(len(ids) - self._first - room, 0)
+        if isinstance(self.parent, Widget):
+            show_beyond(self.parent, *beyond, "n N")
+        if sum(beyond) != self.hidden:
+            self.hidden = sum(beyond)
+            self.post_message(self.OthersHidden())
         header: list[Line] = [[(COLUMNS, Ink.MUTED)]] * self._header_rows
         return [*header, *(self._line(vehicle) for vehicle in ids[self._first : self._first + room])]
 
@@ -144,6 +157,8 @@ class ItemTable(LinesView, can_focus=True):
         self._first = max(0, min(max(self._first, editor.index - room + 1), editor.index, len(items) - room))
         wrong = {f.item: f.level for f in reversed(editor.forecast.findings(editor.vehicle)) if f.kind is editor.kind}
         shown = range(self._first, min(self._first + room, len(items)))
+        if isinstance(self.parent, Widget):
+            show_beyond(self.parent, self._first, len(items) - shown.stop, "arrows")
         return [[(_header(editor), Ink.MUTED)], *(self._line(i, items[i], wrong.get(i)) for i in shown)]
 
     def _line(self, index: int, item: PlanItem, wrong: Level | None) -> Line:

@@ -5,6 +5,7 @@ from rich.cells import set_cell_size
 from tui_gcs.core.messages import StationStatus, TeamStatus, VehicleRow
 from tui_gcs.core.metrics import all_words
 from tui_gcs.widgets.glyphs import GlyphSet
+from tui_gcs.widgets.key_names import cut_mark, key_name
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.selected import brief_lines
@@ -22,12 +23,8 @@ SHOWN_BEFORE = frozenset({"bound_s", "coverage", "slots", "joined"})
 """What patrol counts, too, and the lines above tell as the station found it."""
 
 
-MORE = " …"
-"""There is more than there is room for."""
-
-
 class PlannerPanel(LinesView):
-    """Two lines a team, then what concerns all, then as much as fits of what the planners count."""
+    """Two lines a team, then what concerns all, then as much as fits of what each planner counts."""
 
     DEFAULT_CSS = """
     PlannerPanel { border: solid #4a5560; border-title-color: #d8dee4; height: 1fr; }
@@ -50,7 +47,7 @@ class PlannerPanel(LinesView):
         for team in self._status.teams:
             lines += team_lines(team, self.glyphs)
         lines += fleet_lines(self._status)
-        counted = metric_lines(self._status, width, height - len(lines))
+        counted = metric_lines(self._status, width, height - len(lines), cut_mark(self, "show_planners", "M"))
         return [*lines, *counted, *recording_lines(self._status)]
 
 
@@ -69,7 +66,9 @@ class BriefPanel(LinesView):
     def show(self, status: StationStatus | None, row: VehicleRow | None, alarms: AlarmsOf) -> None:
         """Show this vehicle and this status."""
         self._status, self._row, self._alarms = status, row, alarms
-        set_title(self, f"{row.id}, planner" if row is not None else "planner")
+        title = f"{row.id}, planner" if row is not None else "planner"
+        counts = status is not None and any(team.metrics for team in status.teams)
+        set_title(self, f"{title}   {key_name(self, 'show_planners', 'M')}: all" if counts else title)
         self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:
@@ -79,7 +78,7 @@ class BriefPanel(LinesView):
         if self._status is not None:
             lines += [team_brief(team, self.glyphs) for team in self._status.teams]
             lines.append(fleet_brief(self._status))
-            lines += metric_lines(self._status, width, height - len(lines))
+            lines += metric_lines(self._status, width, height - len(lines), cut_mark(self, "show_planners", "M"))
         return lines
 
 
@@ -109,16 +108,25 @@ def _slots(team: TeamStatus) -> str:
     return f"{team.on_slot - team.reserve}/{team.slots - team.reserve}"
 
 
-def metric_lines(status: StationStatus, width: int, most: int) -> list[Line]:
-    """What each team's planner counts, on `most` lines; what there is no room for, `tui-gcs status` tells."""
-    counted: list[str] = []
-    for team in status.teams:
-        told = all_words(team.metrics, SHOWN_BEFORE)
-        counted += (f"{team.role[:3].upper()} {told[0]}", *told[1:]) if told else ()
-    rows = packed(counted, width)
+def metric_lines(status: StationStatus, width: int, most: int, more: str) -> list[Line]:
+    """What each team's planner counts, on `most` lines, as many for each; `more` ends what there is no room for."""
+    told = [(team.role[:3].upper(), all_words(team.metrics, SHOWN_BEFORE)) for team in status.teams]
+    words = [[f"{role} {counted[0]}", *counted[1:]] for role, counted in told if counted]
+    rows = packed([word for of_team in words for word in of_team], width)
     if len(rows) > most > 0:
-        rows[most - 1] = set_cell_size(rows[most - 1], width - len(MORE)).rstrip() + MORE
+        shared = _shared_out([packed(of_team, width) for of_team in words], most)
+        rows = [row for of_team in shared for row in of_team]
+        rows[-1] = set_cell_size(rows[-1], width - len(more)).rstrip() + more
     return [[(row, Ink.MUTED)] for row in rows[: max(most, 0)]]
+
+
+def _shared_out(rows: list[list[str]], most: int) -> list[list[str]]:
+    """As many lines of each team as of the others, and what one does not need for the next."""
+    shown: list[list[str]] = []
+    for index, of_team in enumerate(rows):
+        left = most - sum(map(len, shown))
+        shown.append(of_team[: -(-left // (len(rows) - index))])
+    return shown
 
 
 def _plan_age(team: TeamStatus) -> str:

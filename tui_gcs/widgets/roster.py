@@ -13,7 +13,7 @@ from tui_gcs.widgets.levels import INKS, MARKS, Level
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run
-from tui_gcs.widgets.titles import set_title
+from tui_gcs.widgets.titles import set_title, show_beyond
 from tui_gcs.widgets.vehicle_alarms import AlarmsOf, level_now
 from tui_gcs.widgets.visible import whole_age_s
 from tui_gcs.widgets.words import UNKNOWN, autopilot_short, fitted, gps, mode_or_hand, number, speed_m_s
@@ -131,6 +131,7 @@ class Roster(LinesView):
         self._order = [row.id for row in rows]
         self._first = _first_shown(self._first, room, rows, self._lead)
         shown = rows[self._first : self._first + room]
+        show_beyond(self, self._first, len(rows) - self._first - len(shown), "n N")
         return [header(columns), *(self._line(row, columns) for row in shown)]
 
     def _trouble(self, row: VehicleRow) -> Level:

@@ -15,3 +15,13 @@ def set_title(widget: Widget, text: str) -> None:
     if widget.has_class("-ascii"):
         text = as_ascii(text)
     widget.border_title = Text(text)
+
+
+def show_beyond(panel: Widget, above: int, below: int, how: str = "") -> None:
+    """Say in the border below a panel how many lines of it are not shown, and `how` to see them; nothing for none."""
+    words = [f"{count} more {where}" for count, where in ((above, "above"), (below, "below")) if count > 0]
+    text = ", ".join(words) + (f": {how}" if words and how else "")
+    if panel.has_class("-ascii"):
+        text = as_ascii(text)
+    if str(panel.border_subtitle or "") != text:
+        panel.border_subtitle = Text(text)

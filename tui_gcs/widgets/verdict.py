@@ -4,9 +4,11 @@ import textwrap
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from rich.cells import cell_len, set_cell_size
 from textual import events
 
 from tui_gcs.core.text import clean
+from tui_gcs.widgets.key_names import cut_mark
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
 
@@ -29,7 +31,7 @@ class VerdictLines(LinesView):
     _remarks: tuple[Remark, ...] = ()
 
     def show(self, remarks: Sequence[Remark]) -> None:
-        """Show these, the most important first: what does not fit is cut off with a sign."""
+        """Show these, the most important first: what does not fit is cut off with the key that shows it."""
         self._remarks = tuple(remarks)
         self.update_lines()
 
@@ -40,9 +42,15 @@ class VerdictLines(LinesView):
             text = clean(remark.text, MAX_CELLS)
             lines += [[(part, remark.ink)] for part in textwrap.wrap(text, max(width, 10))]
         if len(lines) > height > 0:
-            rest = lines[height - 1][0]
-            lines = [*lines[: height - 1], [(rest[0][: max(width - 2, 0)] + " …", rest[1])]]
+            (last, ink), more = lines[height - 1][0], cut_mark(self, "read_whole", "w", self.app.current_mode)
+            kept = set_cell_size(last, max(width - cell_len(more), 0)).rstrip()
+            lines = [*lines[: height - 1], [(kept, ink), (more, Ink.MUTED)]]
         return lines
+
+    @property
+    def remarks(self) -> tuple[Remark, ...]:
+        """All of them, whole."""
+        return self._remarks
 
 
 class EditLine(LinesView):

@@ -5,12 +5,14 @@ from collections.abc import Sequence
 from rich.cells import cell_len
 from textual import events
 from textual.message import Message
+from textual.widget import Widget
 
 from tui_gcs.core.scenario import Round
 from tui_gcs.core.zones import Role
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.shape_edit import described
+from tui_gcs.widgets.titles import show_beyond
 
 ROLE_INKS = {Role.DEFEND: Ink.DEFEND, Role.ATTACK: Ink.ATTACK, Role.NO_FLY: Ink.NO_FLY}
 AREA_ROW = 0
@@ -67,7 +69,10 @@ class ZoneList(LinesView, can_focus=True):
         visible = max(height, 1)
         self._top = min(self._top, self._row)
         self._top = max(self._top, self._row - visible + 1, 0)
-        return rows[self._top : self._top + visible]
+        shown = rows[self._top : self._top + visible]
+        if isinstance(self.parent, Widget):
+            show_beyond(self.parent, self._top, len(rows) - self._top - len(shown), "arrows")
+        return shown
 
     def _line(self, row: int, role: str, name: str, shape: str, ink: Ink, width: int) -> Line:
         chosen = row == self._row
