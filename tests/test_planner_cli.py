@@ -14,7 +14,7 @@ import bad_planners as bad
 
 from tui_gcs.cli import _parser, main
 from tui_gcs.commands import planner_check, planner_list
-from tui_gcs.planner import registry
+from tui_gcs.planner import api, registry
 from tui_gcs.planner.check.suite import CHECKS
 from tui_gcs.planner.patrol import Patrol
 from tui_gcs.planner.planner_file import load_file
@@ -48,6 +48,7 @@ def test_a_new_planner_is_short_and_loads(tell: Tell, here: Path) -> None:
     code, out, _ = tell("new", "star-fish")
     assert code == 0
     assert "tui-gcs planner check star_fish.py" in out
+    assert f"the top of {api.__file__}\n" in out
     assert len((here / "star_fish.py").read_text().splitlines()) <= 40
     assert load_file(here / "star_fish.py").name == "star-fish"
 

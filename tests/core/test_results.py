@@ -267,6 +267,9 @@ def test_vetoes_say_for_which_reasons_the_commonest_first(referee: Referee) -> N
 # ---------------------------------------------------------------- why there is no value
 
 
+NEVER_ALL = "never all on their slots: 1 of 2 at most had `joined` and were within 5 m of where their intents had them"
+
+
 def told_why(judge: Referee) -> set[str]:
     return {c.why for c in judge.result().checks if c.why}
 
@@ -278,7 +281,7 @@ def test_what_was_not_measured_says_why() -> None:
     assert check(judge, "home: all on slot, s").value is None
     assert "\n     -- no vehicle was on its slot: does" in table(judge.result())
     judge.on_status(status(1))
-    assert told_why(judge) == {"never all on their slots: 1 of 2 at most"}
+    assert told_why(judge) == {NEVER_ALL}
     judge.on_status(status(2))
     assert "all on slot, s" not in {c.name for c in judge.result().checks if c.why}
     assert told_why(judge) == {"the zone was never seen whole: 0.0 %"}

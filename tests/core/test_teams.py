@@ -469,6 +469,19 @@ def test_slots_of_the_old_task_are_not_slots_of_the_new_one(rig: MakeRig) -> Non
     assert team(flight).on_slot == 1
 
 
+def test_who_hops_from_place_to_place_counts_wherever_it_is_if_it_has_no_slot(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    hops = goto(1, 200.0, 200.0, 27.0)
+    for joined, slot, on_slot in ((False, "", 0), (True, "2/4", 0), (True, "", 1)):
+        flight.plan(msgspec.structs.replace(hops, joined=joined, slot=slot))
+        assert team(flight).on_slot == on_slot
+        desk, vehicle = flight.station.desks["defend"], flight.station.fleet.vehicles[1]
+        error_m = desk._steering.slot_error_m(flight.station.book.flights[1], vehicle)
+        assert math.isnan(error_m) is bool(on_slot)
+    flight.plan(Intent(1, "hold"))
+    assert team(flight).on_slot == 0
+
+
 def test_who_waits_in_reserve_is_on_no_slot_and_not_in_the_bound(rig: MakeRig) -> None:
     flight = rig(2, planning=False).flying()
     serves = Intent(1, "goto", position_m=flight.station.fleet.vehicles[1].position_m, joined=True, slot="1/1")

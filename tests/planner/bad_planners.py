@@ -66,6 +66,13 @@ FOLLOWS = source(  # what is nearest, wherever it goes
                 east, north = np.clip(min(ways, key=lambda way: np.hypot(*way)), -5.5, 5.5)
                 out.intents[k] = Intent(int(fleet.id[i]), "velocity", velocity_m_s=(east, north, 0.0), valid_s=0.4)"""
 )
+FLIES_OUT = source(  # to its zone, wherever that is
+    after="""
+        x, y = self.task.zone.shape.centre_m if hasattr(self.task.zone.shape, 'centre_m') else (200.0, 200.0)
+        for k, i in enumerate(rows):
+            east, north = np.clip((x - fleet.position_m[i, 0], y - fleet.position_m[i, 1]), -5.5, 5.5)
+            out.intents[k] = Intent(int(fleet.id[i]), "velocity", velocity_m_s=(east, north, 0.0), valid_s=0.4)"""
+)
 PURSUES = source(
     body="x, y = ctx.tracks.position_m[-1, :2] if len(ctx.tracks.id) else (300, 9); shift, y = x-200, (y-150)*9"
 )
@@ -76,6 +83,14 @@ REMEMBERS = source(
     extra="""version = '1'
     def snapshot(self): return str(self.count).encode()
     def restore(self, data): self.count = int(data)""",
+)
+
+ROUNDS = source(
+    body="shift = self.count",
+    after="self.count += 0.1",
+    extra="""version = '1'
+    def snapshot(self): return np.float32(self.count).tobytes()
+    def restore(self, data): self.count = float(np.frombuffer(data, np.float32)[0])""",
 )
 
 # Each of these breaks one promise, and keeps all others: what it does wrong is done where only one check looks.

@@ -64,6 +64,8 @@ def test_a_good_planner_passes(name: str, source: str, tmp_path: Path) -> None:
             ("targets leave the operating area (step", "follows one and is outside", "keep every place inside"),
         ),
         ("tracks", "PURSUES", ("(250, 468)", "is outside the operating area", "keep every place inside")),
+        ("odd zones", "FLIES_OUT", ("a zone outside the area: vehicle", "flies to (59", "stay inside task.area")),
+        ("restart", "ROUNDS", ("steps later: vehicle 1 is sent", "so small a difference", "np.float32")),
         ("restart", "CHASES", ("taken over after step", "is sent 9 m elsewhere", "snapshot()")),
         ("odd telemetry", "NAN", ("only positions are known", "goto without a finite position", "np.isfinite")),
         ("memory", "LEAKING", ("MB an hour", "grows with every step: mine.py:2")),
@@ -72,6 +74,7 @@ def test_a_good_planner_passes(name: str, source: str, tmp_path: Path) -> None:
 def test_what_is_wrong_is_caught_by_its_check(name: str, source: str, told: tuple[str, ...], tmp_path: Path) -> None:
     line = failure(name, tmp_path, getattr(bad, source))
     assert [words for words in told if words not in line] == [], line
+    assert ("so small a difference" in line) is (source == "ROUNDS")
 
 
 REFUSALS = {

@@ -55,7 +55,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         sys.stdout.write(json.dumps({"planner": what, "ok": not bad, "findings": found}, indent=2) + "\n")
     else:
-        sys.stdout.write(f"\n{what}: {f'{len(bad)} FAIL' if bad else 'everything holds'}\n")
+        good = "what was asked for holds" if arguments.only else "everything holds"
+        sys.stdout.write(f"\n{what}: {f'{len(bad)} FAIL' if bad else good}\n")
     return FAILED if bad else OK
 
 

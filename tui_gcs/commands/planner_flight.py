@@ -106,7 +106,8 @@ def shipped(subject: Subject) -> Iterator[Finding]:
     for check in result.checks:
         if check.name in ADVICE:
             yield _judged(check, watched.told())
-    yield from _idleness(result)
+    whys = [measure.why_not_measured() for measure in watched.script.referee.measures]
+    yield from _idleness(result, whys)
 
 
 def _judged(check: Check, told: str) -> Finding:
@@ -119,13 +120,13 @@ def _judged(check: Check, told: str) -> Finding:
     )
 
 
-def _idleness(result: Result) -> Iterator[Finding]:
-    for r in result.rounds:
+def _idleness(result: Result, whys: list[str]) -> Iterator[Finding]:
+    """`whys`: why each round was not measured."""
+    for r, why in zip(result.rounds, whys, strict=True):
         where = f"{r.round} {r.zone}"
         if r.ratio is None or r.worst_idleness_s is None:
-            told_joined = r.on_slot_after_s is not None
-            why = "not seen whole, or no metric period_s" if told_joined else "no vehicle's intent said joined"
-            yield noted("flight", f"{where}: coverage {100 * r.coverage:.0f} %, idleness not measured", why)
+            seen = f"coverage {100 * r.coverage:.0f} %, " if r.on_slot_after_s is not None else ""
+            yield noted("flight", f"{where}: {seen}idleness not measured", why)
         else:
             worst = f"worst idleness {r.worst_idleness_s:.1f} s = {r.ratio:.2f} x the bound of {r.bound_s:.1f} s"
             yield noted("flight", f"{where}: coverage {100 * r.coverage:.1f} %, {worst}")

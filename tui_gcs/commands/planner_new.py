@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from tui_gcs.exits import OK, CommandError
-from tui_gcs.planner import registry
+from tui_gcs.planner import api, registry
 
 NAME = re.compile(r"[a-z][a-z0-9_-]{0,31}")
 SOURCE = '''"""NAME: vehicles circle the middle of their zone, equally spaced. Then: tui-gcs planner check FILE."""
@@ -59,6 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
         f"{path}: {lines} lines that fly. Next:\n"
         f"  tui-gcs planner check {path}\n"
         f"  tui-gcs planner watch {path}      flies on with every version you save\n"
+        f"What a planner is given and may ask for: the top of {api.__file__}\n"
     )
     return OK
 

@@ -89,6 +89,11 @@ class Flight:
         if phase is not Phase.FLYING:
             self.slot, self.joined, self.waits, self.vetoed = "", False, False, ""
 
+    @property
+    def roams(self) -> bool:
+        """On its way to one place after another, as its planner wants it to: there is no slot to be on."""
+        return self.joined and not self.slot and isinstance(self.course, Stand)
+
     def go_to_step(self, step: str, now: float) -> None:
         """Next step of the same phase."""
         self.step, self.since_s = step, now

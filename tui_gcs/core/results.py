@@ -169,7 +169,8 @@ class ZoneMeasure:
         if self._on_slot_s is None and not self._most_on_slot:
             return "no vehicle was on its slot: does its planner say `joined` in its intents?"
         if self._on_slot_s is None:
-            return f"never all on their slots: {self._most_on_slot} of {self._wanted} at most"
+            most = f"{self._most_on_slot} of {self._wanted} at most"
+            return f"never all on their slots: {most} had `joined` and were within 5 m of where their intents had them"
         if self._grid.full_cover_t is None:
             return f"the zone was never seen whole: {100 * self._grid.coverage:.1f} %"
         return "the round ended before it could be measured"

@@ -187,8 +187,8 @@ class Steering:
         return where
 
     def slot_error_m(self, flight: Flight, vehicle: Vehicle) -> float:
-        """Distance from where the course wanted it when its newest position came; NaN without a course."""
-        if flight.course is None or not vehicle.has_position():
+        """Distance from where the course wanted it when its newest position came; NaN without a course or a place."""
+        if flight.course is None or flight.roams or not vehicle.has_position():
             return math.nan
         return math.dist(wanted_then(flight.course, vehicle.position_s)[0], vehicle.position_m)
 

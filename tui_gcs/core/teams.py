@@ -333,6 +333,8 @@ class TeamDesk:
         vehicle = self._fleet.vehicles.get(flight.vehicle)
         if vehicle is None or not flight.joined or flight.course is None:
             return flight.waits
+        if flight.roams:
+            return True
         return self._steering.slot_error_m(flight, vehicle) <= ON_SLOT_M
 
     def all_on_slot(self) -> bool:

@@ -81,7 +81,8 @@ bit by bit; the state of `rng` and what was told by events is kept for you). b""
 points_m, text)`, kind polyline, polygon, marker or text, points (x, y). `Intent.slot` (a text) and `joined` say which
 place a vehicle has and that it is there (of a `hold`: that it is to wait there), `reason` why. A preview of an edit
 shows the metrics of the first step: say there what is to be expected, as `predicted_…`. A rehearsal measures a round
-from when all have `joined` and the zone was seen whole; with the metric `period_s`, the time of one round trip of a
+from when all have `joined` (who hops from one place to the next says so with every `goto`, without a `slot`: then it
+counts wherever it is) and the zone was seen whole; with the metric `period_s`, the time of one round trip of a
 tour, not before each of n vehicles has flown 2 n-ths of it.
 
 **Tracks** (`ctx.tracks`) are where sensors see somebody: also outside the operating area, where you must not follow.

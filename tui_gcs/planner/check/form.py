@@ -160,7 +160,8 @@ def difference(one: Plan, other: Plan) -> str:
     for name in one.metrics:
         a, b = one.metrics[name], other.metrics[name]
         if a != b and not (math.isnan(a) and math.isnan(b)):
-            return f"metric {name} is {a:.6g} and {b:.6g}"
+            short = f"{a:.6g}", f"{b:.6g}"
+            return f"metric {name} is {' and '.join(short if short[0] != short[1] else (repr(a), repr(b)))}"
     return "" if one.annotations == other.annotations else "other annotations are drawn"
 
 
