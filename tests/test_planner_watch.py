@@ -8,6 +8,7 @@ import pytest
 from tests.own_station import Watcher, station_in, until
 from tui_gcs.cli import _parser
 from tui_gcs.commands import planner_new, planner_watch
+from tui_gcs.core import messages as m
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
 from tui_gcs.launcher import LaunchError, launch
@@ -38,6 +39,22 @@ def test_what_is_saved_plans_on(fleet: Watcher, mine: Path) -> None:
     until(lambda: all("mended" in team.metrics for team in fleet.status.teams), 20, "the new version plans")
     assert fleet.told("mine.py was saved: loading it (")
     assert fleet.told("mine.py: new version flies (")
+
+
+def test_an_edit_of_the_plan_is_foretold_by_the_version_that_was_saved(fleet: Watcher, mine: Path) -> None:
+    """Not refused because the file is not what it was at the start: that is what watching is for."""
+    now = fleet.ask(m.GetScenario()).scenario
+    assert now is not None
+    assert fleet.ask(m.Preview(base_revision=now.revision, toml=now.toml)).ok
+    until(lambda: {each.state for each in previews(fleet)} <= {"done", "failed"}, 90, "all foretold")
+    assert [each.text for each in previews(fleet) if each.state == "failed"] == []
+    assert all("mended" in each.metrics for each in previews(fleet))
+
+
+def previews(fleet: Watcher) -> list[m.PreviewResult]:
+    found = fleet.ask(m.GetPreviews()).previews
+    assert found
+    return list(found.values())
 
 
 def test_a_mistake_is_told_with_its_line_and_the_version_before_plans_on(fleet: Watcher, mine: Path) -> None:

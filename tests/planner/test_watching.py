@@ -86,7 +86,7 @@ def test_that_a_version_is_being_loaded_is_told_at_once_and_that_it_flies_each_t
         flight.save(source)
         (loading, well), (flies, flies_well) = flight.told
         assert loading == f"{LOADING}{short(source)})" and well and flies_well
-        assert re.fullmatch(rf"mine\.py: new version flies \({short(source)}\), loaded in \d+\.\d s", flies)
+        assert re.fullmatch(rf"mine\.py: new version flies \({short(source)}\) after \d+\.\d s", flies)
     flight.told.clear()
     flight.save("oops(\n")
     assert [well for _, well in flight.told] == [True, False], "what was not taken in is a warning"
@@ -217,7 +217,7 @@ def test_what_is_saved_again_while_it_is_loaded_is_loaded_again(
     flight.host._thread.join()
     flight.save(newer)
     (told,) = flight.notes
-    assert told.startswith(f"mine.py: new version flies ({short(newer)}), loaded in ")
+    assert told.startswith(f"mine.py: new version flies ({short(newer)}) after ")
 
 
 def test_a_snapshot_is_not_taken_while_another_version_is_half_loaded(

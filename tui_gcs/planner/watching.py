@@ -120,7 +120,7 @@ class WatchingHost(PlannerHost):
             job.news.append((f"{problem}; the version before flies on", False))
             return
         took_s = time.monotonic() - self._begun_s
-        text = f"{file.path.name}: new version flies ({file.sha256[:SHORT]}), loaded in {took_s:.1f} s"
+        text = f"{file.path.name}: new version flies ({file.sha256[:SHORT]}) after {took_s:.1f} s"
         new.news = [*job.news, (text, True)]  # also what was to be told with the next plan
         self._before, self._trial, self._job = job, TRIAL_STEPS, new
 

@@ -16,6 +16,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from tui_gcs.core import bus as keys
@@ -66,7 +67,8 @@ class Worker:
         self._wanted: Callable[[], Job] | None = None
         """What is to be prepared when the thread is free."""
         self._previews: deque[bytes] = deque()
-        self._side = SidePreview(files or {})
+        as_saved = {name: replace(file, sha256="") for name, file in (files or {}).items()}
+        self._side = SidePreview(as_saved if watches else files or {})
         self._something = threading.Condition()
         bus.subscribe(keys.FLEET, lambda _, data: self._put(frame=data))
         bus.subscribe(keys.TASK.format(team=team), lambda _, data: self._put(task=data))
