@@ -46,7 +46,7 @@ MISSION_ACTIONS = (
     Action("zoom_in", ("greater_than_sign",), "< >", "", "farther, closer", MAP),
     Action("zoom_out", ("less_than_sign",), "<", "", "", MAP),
     Action("fit", ("z",), "z", "", "everything in view", MAP),
-    Action("read_whole", ("w",), "w", "", "all that is said of the plans: below the list it may be cut", EDIT),
+    Action("read_whole", ("ctrl+r",), "^R", "", "all that is said of the plans: below the list it may be cut", EDIT),
     Action("other_side", ("i",), "i", "", "of a fence: inside or outside", EDIT),
     Action("new_polygon", ("G", "shift+g"), "G", "", "fence: one more polygon, at the cursor or home", EDIT),
     Action("new_circle", ("O", "shift+o"), "O", "", "fence: one more circle, at the cursor or home", EDIT),

@@ -58,7 +58,7 @@ PLAN_ACTIONS = (
     Action("copy_to_all", ("0",), "0", "", "", EDIT),
     Action("add_round", ("R", "shift+r"), "R", "", "new round like this one", EDIT),
     Action("delete_round", ("X", "shift+x"), "X", "", "delete this round (press twice)", EDIT),
-    Action("read_whole", ("w",), "w", "", "all that is said of the plan: below the form it may be cut", EDIT),
+    Action("read_whole", ("ctrl+r",), "^R", "", "all that is said of the plan: below the form it may be cut", EDIT),
     Action("how_many", ("i",), "i", "how many", "how many vehicles the team needs for a worst idleness", EDIT, 1),
     Action(
         "move_on_map", ("e",), "e", "on map", "arrows move (Shift: ten steps), [ ] turn, { } size; Esc ends", MAP, 2

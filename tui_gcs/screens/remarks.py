@@ -11,7 +11,7 @@ from tui_gcs.widgets.verdict import MAX_CELLS, VerdictLines
 class RemarksDialog(ScrolledDialog):
     """Over a screen that edits, as it was when it was opened."""
 
-    LEAVE_KEYS = (*ScrolledDialog.LEAVE_KEYS, "w")
+    LEAVE_KEYS = (*ScrolledDialog.LEAVE_KEYS, "ctrl+r")
     title_text = "what is said of this plan"
 
     def __init__(self, verdict: VerdictLines) -> None:

@@ -42,7 +42,7 @@ class VerdictLines(LinesView):
             text = clean(remark.text, MAX_CELLS)
             lines += [[(part, remark.ink)] for part in textwrap.wrap(text, max(width, 10))]
         if len(lines) > height > 0:
-            (last, ink), more = lines[height - 1][0], cut_mark(self, "read_whole", "w", self.app.current_mode)
+            (last, ink), more = lines[height - 1][0], cut_mark(self, "read_whole", "^R", self.app.current_mode)
             kept = set_cell_size(last, max(width - cell_len(more), 0)).rstrip()
             lines = [*lines[: height - 1], [(kept, ink), (more, Ink.MUTED)]]
         return lines
