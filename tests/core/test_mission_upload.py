@@ -135,7 +135,7 @@ def test_a_failed_upload_says_that_a_part_is_on_board_and_the_old_one_can_be_res
     bad = Plan(PlanKind.MISSION, (*mission(4, first=50).items[:3], PlanItem(9999, 2), waypoint(7)))
     job = run(rig, missions.upload(1, bad))
     assert job.state is JobState.FAILED
-    assert "item 5 of 6: refused: unsupported command" in job.error
+    assert "item 4 of 5: refused: unsupported command" in job.error, "as the plan counts them: home is none of them"
     assert "holds the first 3 of 5 items, the rest is old: restore the one from before, or clear it" in job.error
     held = missions.state(1).held[PlanKind.MISSION]
     assert held.plan is not None and not held.ours and held.before == mission(9)
@@ -329,11 +329,20 @@ def test_it_can_be_cancelled_at_any_moment(make: Make, autopilot: type[PlanPeer]
 
 
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
+def test_a_new_mission_begins_with_its_first_item(make: Make, autopilot: type[PlanPeer]) -> None:
+    rig, missions = make(peer := autopilot(1))
+    assert run(rig, missions.upload(1, mission(5))).state is JobState.DONE
+    marked = {f["seq"] for f in peer.got("MISSION_ITEM_INT") if f["current"]}
+    assert marked == {0}, "no vehicle may begin in the middle"
+
+
+@pytest.mark.parametrize("autopilot", AUTOPILOTS)
 def test_silence_ends_it(make: Make, autopilot: type[PlanPeer]) -> None:
     rig, missions = make(peer := autopilot(1))
     peer.answers = dict.fromkeys(("MISSION_COUNT", "MISSION_REQUEST_LIST"), lambda peer, fields: None)
     job = run(rig, missions.upload(1, mission(5)))
     assert job.state is JobState.FAILED and job.error.startswith("no answer")
+    assert len(peer.got("MISSION_COUNT")) == 12, "at 20 % loss each way less would not do"
 
 
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
@@ -341,6 +350,8 @@ def test_an_item_that_never_arrives_ends_it(make: Make, autopilot: type[PlanPeer
     rig, missions = make(autopilot(1, deaf_to={3}))
     job = run(rig, missions.upload(1, mission(8)))
     assert job.state is JobState.FAILED
+    gave_up = autopilot is ArduPilotPeer
+    assert job.error.startswith("item 3 of 8: the vehicle gave up" if gave_up else "no answer to item 4 of 8")
     assert missions.state(1).held[PlanKind.MISSION].known, "it was asked what it holds"
     assert not missions.holds(1, mission(8))
 

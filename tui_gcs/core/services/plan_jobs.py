@@ -109,6 +109,7 @@ class DownloadJob(PlanJob):
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """Ask how many items there are."""
+        self._wire.home_items = dialect_of(vehicle).wire_count(Plan(self.kind))
         self._reading = Reading(self._wire, self._pace, gives_up_s=dialect_of(vehicle).gives_up_s)
         self._reading.begin(now)
         self._look(vehicle, now)
@@ -181,6 +182,7 @@ class UploadJob(PlanJob):
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """Look whether it may be sent, and say how many items come."""
         self._dialect = dialect_of(vehicle)
+        self._wire.home_items = self._dialect.wire_count(Plan(self.kind))
         why = self._why_not(vehicle)
         if why:
             self.finish(why)

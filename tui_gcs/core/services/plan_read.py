@@ -60,13 +60,13 @@ class Reading:
             return
         self._pace.lost()
         if self.count is not None and now - self._heard_s > self._gives_up_s:
-            self._restart(f"item {self._wanted + 1} of {self.count} does not come", now)
+            self._restart(f"{self._wire.item(self._wanted, self.count)} does not come", now)
         elif self._tries < (COUNT_TRIES if self.count is None else TRIES):
             self._ask(now)
         elif self.count is None:
             self._fail("no answer")
         else:
-            self._restart(f"item {self._wanted + 1} of {self.count} does not come", now)
+            self._restart(f"{self._wire.item(self._wanted, self.count)} does not come", now)
 
     def hear(self, name: str, fields: dict[str, Any], now: float) -> None:
         """A message about this kind of plan, for us."""

@@ -86,6 +86,9 @@ class Sending:
     def _all_asked(self) -> bool:
         return self.asked == len(self._items)
 
+    def _item(self, seq: int) -> str:
+        return self._wire.item(seq, len(self._items))
+
     def begin(self, now: float) -> None:
         """Say how many come."""
         self._first_s = now
@@ -99,7 +102,8 @@ class Sending:
             if now >= self._nack[1]:
                 self._refused(self._nack[0])
         elif self._early_s is not None and now - self._early_s >= EARLY_S:
-            self._fail(f"the vehicle accepted it after {self.asked} of {len(self._items)} items")
+            own, count = self._wire.own(self.asked), self._wire.own(len(self._items))
+            self._fail(f"the vehicle accepted it after {own} of {count} items")
         elif now >= self._next_s:
             self._repeat(now)
 
@@ -151,7 +155,7 @@ class Sending:
         """It asks for what is not its turn: at first that may still be for an upload that was cut off."""
         if self.asked or now - self._first_s > LATE_S:
             self._wire.end(CANCELLED)
-            self._fail(f"the vehicle asks for item {seq + 1} of {len(self._items)} after {self.asked}")
+            self._fail(f"the vehicle asks for {self._item(seq)} after {self._wire.own(self.asked)}")
 
     def _begin_anew(self, now: float) -> None:
         """ArduPilot gave up after 8 s in which nothing arrived: the link may be better now."""
@@ -172,7 +176,7 @@ class Sending:
         self._sends[seq] += 1
         if self._sends[seq] > MOST_SENDS:
             self._wire.end(CANCELLED)
-            self._fail(f"the vehicle asks for item {seq + 1} again and again")
+            self._fail(f"the vehicle asks for {self._item(seq)} again and again")
             return
         self._last, self._last_s = seq, now
         self._next_s = now + max(self._pace.wait_s, self._patience_s)
@@ -194,12 +198,12 @@ class Sending:
         elif self._all_asked:
             self.verdict, self.error = Verdict.DOUBTFUL, "no answer to the last item"
         else:
-            self._fail(f"no answer to item {self._last + 1} of {len(self._items)}")
+            self._fail(f"no answer to {self._item(self._last)}")
 
     # ------------------------------------------------------------ how it ends
 
     def _refused(self, result: int) -> None:
-        at = f"item {self.asked} of {len(self._items)}: " if self.asked else ""
+        at = f"{self._item(self.asked - 1)}: " if self.asked else ""
         why = "the vehicle gave up waiting" if result == CANCELLED else f"refused: {result_word(result)}"
         if self._all_asked:  # ArduPilot says ERROR to a copy of the last item, when all is well and that ACK was lost
             self.verdict, self.error = Verdict.DOUBTFUL, at + why

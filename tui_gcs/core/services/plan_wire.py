@@ -86,6 +86,16 @@ class Wire:
     kind: PlanKind
     refused: str = ""
     """Why the last thing did not leave."""
+    home_items: int = 0
+    """How many travel before the plan's own: 1 in a mission of an ArduPilot, whose item 0 is home."""
+
+    def item(self, seq: int, count: int) -> str:
+        """Which of the `count` items that travel, as an operator counts those of the plan: from 1, without home."""
+        return f"item {self.own(seq + 1)} of {self.own(count)}" if seq >= self.home_items else "home"
+
+    def own(self, count: int) -> int:
+        """How many of the first `count` that travel are the plan's own."""
+        return max(0, count - self.home_items)
 
     def begin(self, what: str, name: str, **fields: Any) -> bool:
         """What changes the vehicle: judged and journalled; whether it left."""
