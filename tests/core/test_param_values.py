@@ -38,6 +38,31 @@ def test_whole_numbers_are_exact_or_refused(kind: ParamType, value: int, encodin
         assert read_value(kind, struct.pack("<f", wire), encoding) == value
 
 
+@pytest.mark.parametrize(
+    ("kind", "least", "most"),
+    [
+        (ParamType.UINT8, 0, 255),
+        (ParamType.INT8, -128, 127),
+        (ParamType.UINT16, 0, 65_535),
+        (ParamType.INT16, -32_768, 32_767),
+        (ParamType.UINT32, 0, 4_294_967_295),
+        (ParamType.INT32, -2_147_483_648, 2_147_483_647),
+    ],
+)
+def test_what_does_not_fit_its_type_is_refused_and_the_last_that_fits_is_not(
+    kind: ParamType, least: int, most: int
+) -> None:
+    for value in (least - 1, most + 1):
+        with pytest.raises(ParamValueError, match=f"^must be a whole number {least} to {most}$"):
+            wire_value(kind, value, Encoding.C_CAST)
+    assert wire_value(kind, least, Encoding.C_CAST) == least
+    if most < 1 << 24:
+        assert wire_value(kind, most, Encoding.C_CAST) == most
+    else:
+        with pytest.raises(ParamValueError, match="24 bits"):
+            wire_value(kind, most, Encoding.C_CAST)
+
+
 @given(st.floats(width=32, allow_nan=False, allow_infinity=False))
 def test_reals_are_shown_as_short_as_they_are_exact(value: float) -> None:
     assert to_float32(float(shown(value))) == value
@@ -53,6 +78,9 @@ def test_reals_are_shown_as_short_as_they_are_exact(value: float) -> None:
         (7, "7"),
         (math.nan, "NaN"),
         (-math.inf, "-inf"),
+        (math.inf, "inf"),
+        (999_999_936.0, "999999940"),
+        (2e9, "2e+09"),
         (1e-7, "1e-07"),
     ],
 )

@@ -29,6 +29,8 @@ from tui_gcs.core.text import clean
         ("a\u00a0b\u3000c", "a b c"),
         ("温度 高い", "温度 高い"),
         ("\ufdfd \U0001f1ec\U0001f1e7 \U0001f44d\U0001f3fd", "\ufffd \ufffd\ufffd \U0001f44d\ufffd"),
+        ("\u1160\u11ff\u1200 \ufe00\ufe0f\ufe10", "\ufffd\ufffd\u1200 \ufffd\ufffd\ufe10"),
+        ("\ufdf9\ufdfa\ufdfd\ufdfe", "\ufdf9\ufffd\ufffd\ufdfe"),
         (b"caf\xc3\xa9 \xff \xc2\x9b", "café \ufffd \ufffd"),
         ("", ""),
     ],
@@ -41,6 +43,7 @@ def test_long_text_is_cut_by_cells_not_characters() -> None:
     assert clean("abcdef", max_cells=6) == "abcdef"
     assert clean("abcdefg", max_cells=6) == "abcde…"
     assert clean("温度温度", max_cells=6) == "温度…"
+    assert clean("xy", max_cells=1) == "…"
     assert clean("x", max_cells=0) == ""
     assert clean("xy", max_cells=-3) == ""
     assert clean(b"a" * 10_000_000, max_cells=3) == "aa…"
