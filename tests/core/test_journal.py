@@ -50,6 +50,25 @@ def test_half_a_line_of_a_crash_is_ended_first(tmp_path: Path) -> None:
     assert path.read_text() == '{"action": "arm"}\n{"act\n{"action":"land"}\n'
 
 
+def test_a_journal_that_ended_well_is_just_continued(tmp_path: Path) -> None:
+    for number in range(3):
+        journal = Journal(tmp_path / "j")
+        journal.write({"start": number})
+        journal.close()
+    assert (tmp_path / "j").read_text() == '{"start":0}\n{"start":1}\n{"start":2}\n'
+
+
+def test_while_a_disk_fails_the_newest_4_mib_wait_and_the_oldest_are_counted(tmp_path: Path) -> None:
+    (tmp_path / "disk").write_text("")
+    journal = Journal(tmp_path / "disk" / "j")
+    for number in range(5):
+        journal.write({"number": number, "text": "x" * 1_000_000})
+    assert journal.dropped == 1
+    (tmp_path / "disk").unlink()
+    journal.write({"number": 5})
+    assert [line["number"] for line in lines(journal)] == [1, 2, 3, 4, 5]
+
+
 def test_a_disk_that_fails_is_told_not_raised(tmp_path: Path) -> None:
     (tmp_path / "disk").write_text("")
     journal = Journal(tmp_path / "disk" / "j")
