@@ -167,3 +167,20 @@ def test_who_holds_alone_and_what_takes_him_on(flight: Rig) -> None:
             assert found(flight) == {"stays": [(2, "")]}
         with patch.object(executive, "run", m.RunPhase.HOLD):
             assert found(flight) == {"hold": [(2, "")]}
+
+
+def test_who_is_not_where_its_plan_has_it_is_told(flight: Rig) -> None:
+    """8 m beside it in a light wind, real ones told nobody; others were planned around places where they were not."""
+    steering, of_two = flight.station.steering, flight.station.book.flights[2]
+
+    def off(off_m: float) -> dict[str, list[tuple[object, str]]]:
+        with patch.object(steering, "slot_error_m", lambda f, _: off_m if f is of_two else 0.4):
+            return found(flight)
+
+    assert off(6.2) == {}, "on its way to its slot it may be anywhere"
+    with patch.object(of_two, "joined", True):
+        assert off(2.9) == {}
+        assert off(6.2) == {"beside": [(2, "6 m off")]}
+        with patch.object(flight.station.alarms, "is_up", lambda cause, _: cause == "beside"):
+            assert off(2.1) == {"beside": [(2, "2 m off")]}, "it goes when it is clearly better"
+        assert off(float("nan")) == {}

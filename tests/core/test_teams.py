@@ -16,6 +16,7 @@ from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M
 from tui_gcs.core.firmware.px4 import Px4Multicopter
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.messages import FleetFrame, Intent, Phase, Plan, PlannerTask, RunPhase
+from tui_gcs.core.plan_limits import NOTES_PER_S
 from tui_gcs.core.snapshot import fleet_frame
 from tui_gcs.core.status import station_status
 from tui_gcs.core.tracking import Tracking
@@ -218,6 +219,19 @@ def test_notes_of_a_planner_are_told_once(rig: MakeRig) -> None:
         flight.plan(notes=("no snapshot: 3 MB \x1b[2J",))
         flight.run(0.5)
     assert flight.texts("planner defend").count("no snapshot: 3 MB ␛[2J") == 1
+
+
+def test_a_planner_that_says_too_much_is_heard_now_and_then_and_that_is_said(rig: MakeRig) -> None:
+    flight = rig(1, planning=False).flying()
+    desk = flight.station.desks["defend"]
+    for _ in range(100):
+        flight.plan(notes=tuple(f"thought {flight.clock.now():.1f} {k}" for k in range(5)))
+        flight.run(0.2)
+    told = [e.text for e in flight.events() if e.source == "planner defend"]
+    thoughts = [text for text in told if "thought" in text]
+    assert 5 <= len(thoughts) <= 5 + 20 * NOTES_PER_S + 1, "five at once, then one in ten seconds"
+    assert desk.unsaid == 500 - len(thoughts)
+    assert [text for text in told if "says too much" in text] == ["planner patrol: says too much: notes are left out"]
 
 
 def test_a_fast_planner_gets_more_frames_and_late_goes_by_its_own_rate(rig: MakeRig) -> None:

@@ -31,11 +31,24 @@ class Probe(Planner):
             "trouble",
             str,
             "none",
-            choices=("none", "configure", "step", "nonsense", "once", "numpy", "float id", "exit", "big", "no bytes"),
+            choices=(
+                "none",
+                "configure",
+                "step",
+                "nonsense",
+                "once",
+                "numpy",
+                "float id",
+                "exit",
+                "big",
+                "no bytes",
+                "heir",
+            ),
         ),
         Param("speed_m_s", float, 5.0, 1.0, 8.0, "m/s"),
     )
     iterations_per_s = 12.0
+    notes: list[str] = []
     seen: list[str] = []
     numbers: list[float] = []
     granted: list[int] = []
@@ -81,9 +94,14 @@ class Probe(Planner):
             raise RuntimeError("no idea")
         if self.trouble == "nonsense":
             return None  # type: ignore[return-value]
-        return Output(
-            [Intent(int(i), "hold") for i in ctx.fleet.id[ctx.fleet.active]], metrics={"seven": np.float64(7)}
-        )
+        holds = [Intent(int(i), "hold") for i in ctx.fleet.id[ctx.fleet.active]]
+        return Output(holds, metrics={"seven": np.float64(7)}, notes=self.notes)
+
+    def inherit(self, before: Planner) -> None:
+        assert isinstance(before, Probe)
+        self.seen.append(f"inherit {before.steps}")
+        if self.trouble == "heir":
+            raise RuntimeError("wants nothing of it")
 
 
 @pytest.fixture(autouse=True)
@@ -111,7 +129,7 @@ def test_a_planner_is_configured_started_stepped_and_stopped() -> None:
     plan = host.step(vehicles.frame())
     host.step(vehicles.frame())
     host.set_task(msgspec.structs.replace(task_of(ZONE, planner="probe", speed_m_s=6.0), revision=8))
-    assert Probe.seen == ["configure 5.0", "start 0", "configure 6.0", "stop new task"]
+    assert Probe.seen == ["configure 5.0", "start 0", "configure 6.0", "stop new task", "inherit 2"]
     assert (plan.team, plan.revision, plan.seq, plan.t_s, plan.error) == ("red", 7, 1, 0.0, "")
     assert [intent.vehicle for intent in plan.intents] == [1, 2]
     assert plan.metrics == {"seven": 7.0}
@@ -495,3 +513,29 @@ def test_a_snapshot_that_cannot_be_restored_is_told_and_the_planner_begins_anew(
     plan = other.step(vehicles.frame())
     assert plan.notes == ("begins anew: restore failed: ZeroDivisionError: division by zero",)
     assert plan.error == "" and Probe.seen[-2:] == ["configure 5.0", "start 0.4"]
+
+
+def test_a_planner_of_a_new_task_is_told_of_the_one_before() -> None:
+    host, vehicles = probing(), fleet(1)
+    host.step(vehicles.frame())
+    host.set_task(msgspec.structs.replace(task_of(ZONE, planner="probe"), revision=8))
+    assert Probe.seen[-3:] == ["configure 5.0", "stop new task", "inherit 1"]
+    host.set_task(task_of(ZONE, planner="probe", trouble="heir"))
+    plan = host.step(vehicles.frame())
+    assert "RuntimeError: wants nothing of it" in plan.error
+    assert plan.fate == "quarantined"
+
+
+def test_a_planner_that_goes_on_from_a_snapshot_inherits_nothing() -> None:
+    host, vehicles = probing(), fleet(1)
+    host.step(vehicles.frame())
+    host.set_task(msgspec.structs.replace(task_of(ZONE, planner="probe"), revision=8), host.snapshot())
+    assert "restore 1" in Probe.seen
+    assert not [seen for seen in Probe.seen if seen.startswith("inherit")]
+
+
+def test_what_the_operator_should_know_travels_with_the_plan(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Probe, "notes", ["slower: wind"])
+    assert probing().step(fleet(1).frame()).notes == ("slower: wind",)
+    monkeypatch.setattr(Probe, "notes", ["x" * 1000] * 100)
+    assert probing().step(fleet(1).frame()).notes == ("x" * 400,) * 5

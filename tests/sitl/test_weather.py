@@ -7,6 +7,7 @@ from sitl.fleet import WeatherSpec
 from tests.sitl.conftest import px4_take_off
 
 NOISE_M = 1.5
+POSITION_VELOCITY = 0xDC0
 
 
 def test_positions_by_gps_wander_and_the_vehicle_follows_what_it_believes(booted):
@@ -55,6 +56,20 @@ def test_copter_is_pushed_a_little_and_holds_its_place_in_wind(booted, wind_m_s)
         farthest = max(farthest, float(np.abs(ground.fleet.position_m[0, :2]).max()))
     assert 0.05 < farthest < 3.0
     assert np.abs(ground.fleet.position_m[0, :2]).max() < 1.5
+
+
+@pytest.mark.parametrize(("wind_m_s", "behind_m"), [((-3.0, 0.0), (-1.0, 1.0)), ((-8.0, 0.0), (40.0, 120.0))])
+def test_a_copter_flies_against_the_wind_as_fast_as_its_lean_takes_it(booted, wind_m_s, behind_m):
+    """30 degrees of lean give 5.7 m/s2, what air at 13.7 m/s takes: 8 m/s against 3 m/s it flies, against 8 not."""
+    ground = booted(weather=WeatherSpec(wind_m_s=wind_m_s))
+    ground.take_off(15.0)
+    behind, way_m = [], 0.0
+    for _ in range(200):
+        ground.target(way_m, 0.0, 15.0, (8.0, 0.0, 0.0), POSITION_VELOCITY)
+        ground.run(0.1)
+        way_m += 0.8
+        behind.append(way_m - ground.fleet.position_m[0, 0])
+    assert behind_m[0] < behind[-1] < behind_m[1]
 
 
 def test_px4_holds_its_place_in_wind(px4):

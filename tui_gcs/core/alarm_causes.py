@@ -31,7 +31,7 @@ class Cause:
 _TOLD = ("alert", "report")
 _OF_LOST = (
     *("stale", "left", "holds", "stays", "battery-critical", "battery-low", "battery-unknown", "position"),
-    *("poor-position", "health", "failsafe", "outside", "stop", "poor-link", "vetoed", *_TOLD),
+    *("poor-position", "health", "failsafe", "outside", "stop", "poor-link", "vetoed", "beside", *_TOLD),
 )
 """Nothing of that is known any more, or anything but a consequence."""
 
@@ -130,7 +130,24 @@ CAUSES = (
     Cause(
         "planner", CAUTION, "PLN", "planner trouble", "its vehicles hold: [resume] resume, or [show_planners] look why"
     ),
-    Cause("vetoed", CAUTION, "VET", "set-points refused", "it holds: look at zones and limits", on_s=3.0),
+    Cause(
+        "vetoed",
+        CAUTION,
+        "VET",
+        "set-points refused",
+        "it holds: look at zones and limits",
+        on_s=3.0,
+        hides=("beside",),
+    ),
+    Cause(
+        "beside",
+        CAUTION,
+        "SLT",
+        "not on its slot",
+        "wind, load? lower its speed: [show_plan] plan, or [return_all] return",
+        on_s=2.0,
+        off_s=30.0,
+    ),
     Cause(
         "found",
         CAUTION,

@@ -26,6 +26,8 @@ OUTSIDE_M, OUTSIDE_BAND_M = 2.0, 1.5
 """What a loop around a corner may overshoot is no breach: `limits.geofence_margin_m` is kept inside already."""
 TRAFFIC_M, TRAFFIC_UP_M, TRAFFIC_AGE_S = 1500.0, 300.0, 15.0
 """An aircraft nearer than that, both ways, heard no longer ago."""
+BESIDE_M, BESIDE_BAND_M = 3.0, 1.0
+"""Farther from its slot than a good one ever is (`results.slot_error_max_m`), and than a bad link makes it (2.6 m)."""
 HEALTH_ROUND_S = 2.0
 """Each flying vehicle's own checks are looked at once in this time: they are many."""
 CLOSING_GAP_S = 0.5
@@ -106,6 +108,15 @@ class AlarmFinder:
             yield from self._own_checks(vehicle)
         if flight is not None and flight.vetoed:
             yield Finding("vetoed", vehicle.id, flight.vetoed)
+        if flight is not None and flight.phase is Phase.FLYING and flight.joined:
+            yield from self._beside(flight, vehicle)
+
+    def _beside(self, flight: Flight, vehicle: Vehicle) -> Iterator[Finding]:
+        """It is not where its plan has it and others believe it to be."""
+        off_m = self._station.steering.slot_error_m(flight, vehicle)
+        limit_m = max(BESIDE_M, self._station.scenario.results.slot_error_max_m)
+        if self._signs.beyond("beside", vehicle, off_m, limit_m, BESIDE_BAND_M):
+            yield Finding("beside", vehicle.id, f"{off_m:.0f} m off")
 
     def _own_checks(self, vehicle: Vehicle) -> Iterator[Finding]:
         """What an autopilot says of itself that would keep it on the ground."""

@@ -12,6 +12,8 @@ MOST_ANNOTATIONS, MOST_POINTS, MOST_TEXT_CELLS = 200, 20_000, 40
 """What a planner may draw; the rest is cut."""
 MOST_METRICS = 64
 """And count."""
+MOST_NOTES, NOTES_PER_S = 5, 0.1
+"""And tell the operator: so many at once, and so often in the long run."""
 
 
 def too_large(size: int, members: int) -> str:

@@ -10,6 +10,7 @@ plan for it comes; who is vetoed meanwhile holds.
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from typing import Literal
 
 import msgspec
@@ -22,7 +23,7 @@ from tui_gcs.core.guard import Guard
 from tui_gcs.core.intents import IntentDesk
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.messages import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
-from tui_gcs.core.plan_limits import MOST_METRICS, shown, too_many
+from tui_gcs.core.plan_limits import MOST_METRICS, MOST_NOTES, NOTES_PER_S, shown, too_many
 from tui_gcs.core.planner_tasks import task_of
 from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.steering import Steering
@@ -41,7 +42,6 @@ MOST_PLANS_PER_S = 25
 MOST_NAME_CELLS = 32
 """What a planner may count; the rest is cut."""
 MOST_TRACE_LINES, MOST_TRACE_CELLS = 30, 160
-MOST_NOTES = 5
 MOST_SNAPSHOT_BYTES = 2_000_000
 """Of a planner's own 1 MB, and what its host adds."""
 ON_SLOT_M = 5.0
@@ -84,6 +84,8 @@ class TeamDesk:
         self.rate_hz = 5.0
         """How often its planner steps, by its own word."""
         self.ignored = 0
+        self.unsaid = 0
+        """Notes that were left out because there were too many."""
         """Plans made for an older task."""
         self.measured: ZoneMeasure | None = None
         self._told_on_slot = False
@@ -101,6 +103,7 @@ class TeamDesk:
         self._begun_s = -math.inf
         """When the planner began to configure."""
         self._first_plan = False
+        self._may_say, self._spoke_s = float(MOST_NOTES), 0.0
         """There was a plan for the present task."""
         self._configured = False
         """This worker has planned, or said why it cannot, since it came, or since its task."""
@@ -156,8 +159,7 @@ class TeamDesk:
         if self.task is None or not (plan.revision == self.task.revision or bridges):
             self.ignored += 1
             return []
-        for note in plan.notes[:MOST_NOTES]:
-            self._say(clean(note), WARNING, every_s=60.0)
+        self._tell(plan.notes, now)
         for text, well in plan.news[:MOST_NOTES]:
             self._say(clean(text), NOTICE if well else WARNING)
         if plan.error:
@@ -177,6 +179,17 @@ class TeamDesk:
             self._end_old_courses(plan)
         self._take_numbers(plan, now)
         return self._intents.carry_out(plan, self.task.limits)
+
+    def _tell(self, notes: Sequence[str], now: float) -> None:
+        """What a planner or its host has to say; who says too much is not listened to, and that is said."""
+        self._may_say = min(float(MOST_NOTES), self._may_say + NOTES_PER_S * (now - self._spoke_s))
+        self._spoke_s = now
+        for note in notes:
+            if self._may_say < 1.0:
+                self.unsaid += 1
+                self._say(f"planner {self.team.planner}: says too much: notes are left out", WARNING, every_s=60.0)
+            elif self._say(clean(note), WARNING, every_s=60.0):
+                self._may_say -= 1.0
 
     def _bridged(self, plan: Plan) -> Plan:
         """A plan of the older task: whom the new one stopped is not moved, and its slots are not those of the new one.
@@ -370,5 +383,5 @@ class TeamDesk:
         self.fault_count += 1
         self._say(text, ALERT, every_s=5)
 
-    def _say(self, text: str, severity: int, every_s: float = 0.0) -> None:
-        self._events.say(EventClass.PLANNER, f"planner {self.team.name}", text, severity, every_s=every_s)
+    def _say(self, text: str, severity: int, every_s: float = 0.0) -> bool:
+        return self._events.say(EventClass.PLANNER, f"planner {self.team.name}", text, severity, every_s=every_s)

@@ -79,7 +79,8 @@ bit by bit; the state of `rng` and what was told by events is kept for you). b""
 
 **Showing.** `Output.metrics` are numbers by name, `Output.annotations` are drawn on the map: `Annotation(kind,
 points_m, text)`, kind polyline, polygon, marker or text, points (x, y). `Intent.slot` (a text) and `joined` say which
-place a vehicle has and that it is there (of a `hold`: that it is to wait there), `reason` why. A preview of an edit
+place a vehicle has and that it is there (of a `hold`: that it is to wait there), `reason` why. `Output.notes` are a
+few words each that the operator is told as an event, five in a step at most. A preview of an edit
 shows the metrics of the first step: say there what is to be expected, as `predicted_…`. A rehearsal measures a round
 from when all have `joined` (who hops from one place to the next says so with every `goto`, without a `slot`: then it
 counts wherever it is) and the zone was seen whole; with the metric `period_s`, the time of one round trip of a
@@ -248,6 +249,8 @@ class Output:
     annotations: list[Annotation] | None = None
     """None: as before."""
     metrics: dict[str, float] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    """What the operator should know, each told once as an event; the same again after a minute at the soonest."""
 
 
 class Planner:
@@ -273,6 +276,12 @@ class Planner:
             ValueError: this task cannot be done; the text is what the operator reads.
         """
         self.task = task
+
+    def inherit(self, before: "Planner") -> None:
+        """`before` worked on the task before this one: what it learnt of vehicles and air may still be true.
+
+        Called after `configure`, of two of the same class, and not of one that is restored.
+        """
 
     def start(self, t_s: float, fleet: Fleet) -> None:
         """The first step follows."""

@@ -24,6 +24,8 @@ from tui_gcs.planner.transit import LONGEST_S, Mobility, Transit, along, plan_tr
 Floats = NDArray[np.floating[Any]]
 
 JOINED_M = 3.0
+LATE_M = 4.0
+"""Who is late by less is not beside its way: that may be the link, and everything is seen all the same."""
 LOST_TRACK_M = 8.0
 """A vehicle this far from its reference gets a new transit from where it is."""
 PATIENCE_S, MOST_PATIENCE_S = 2.0, 64.0
@@ -122,6 +124,19 @@ class Formation:
     def at_rest(self) -> bool:
         """Nobody is on the way to a slot."""
         return all(berth.settled for berth in self.berths.values())
+
+    def falls_back(self, t_s: float) -> bool:
+        """Whether anybody does."""
+        return any(berth.falls_back(t_s) for berth in self.berths.values())
+
+    def retime(self, rate: float, t_s: float) -> None:
+        """The tour is flown `rate` times as fast from now on: who is on it stays, others get new ways."""
+        for vehicle, berth in self.berths.items():
+            origin_s = t_s - (t_s - berth.origin_s) / rate
+            if berth.settled:
+                berth.origin_s = origin_s
+            else:
+                self.berths[vehicle] = Berth(origin_s, berth.slot, before=None if berth.stuck else berth.flown)
 
 
 @dataclass(frozen=True)
@@ -260,20 +275,26 @@ class Course:
 
     # ---------------------------------------------------------------- ways
 
-    def follow_up(self, formation: Formation, t_s: float, fleet: Fleet) -> None:
-        """End transits that are over, plan ways that wait, send anew whoever lost its reference."""
+    def follow_up(self, formation: Formation, t_s: float, fleet: Fleet) -> float:
+        """End transits that are over, plan ways that wait, send anew whoever lost its reference.
+
+        How far beside its slot's way the worst of those is who were on it (m); NaN if nobody was.
+        """
         rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
         ids = list(formation.berths)
         berths = [formation.berths[v] for v in ids]
         if not berths:
-            return
+            return math.nan
         for berth in berths:
             if berth.transit is not None and t_s >= berth.transit.end_s:
                 berth.transit = None
         index = [rows[v] for v in ids]
         here, _ = _now(fleet, index)
-        error_m = np.hypot(*(self.references(berths, np.array([t_s]))[0][:, 0] - here).T)
+        xy, velocity = (moment[:, 0] for moment in self.references(berths, np.array([t_s])))
+        error_m = np.hypot(*(xy - here).T)
         fresh = ~(fleet.age_s[index] > OLD_POSITION_S)
+        settled = fresh & np.array([berth.settled for berth in berths])
+        off_m = _beside_m(here - xy, velocity)[settled]
         left_s = WAYS_S_PER_STEP if len(ids) > FEW else np.inf
         for k, (vehicle, berth) in enumerate(zip(ids, berths, strict=True)):
             if berth.waiting and left_s > 0.0:
@@ -283,8 +304,9 @@ class Course:
                     berth.joined = True
                 lost = berth.stuck or error_m[k] > LOST_TRACK_M
                 if lost and left_s > 0.0 and t_s - berth.planned_s >= berth.patience_s:
-                    xy, velocity = _now(fleet, [rows[vehicle]])
-                    left_s -= self._send(berth, t_s, xy[0], velocity[0])
+                    place, speed = _now(fleet, [rows[vehicle]])
+                    left_s -= self._send(berth, t_s, place[0], speed[0])
+        return float(off_m.max()) if len(off_m) else math.nan
 
     def _start(self, berth: Berth | None, t_s: float, fleet: Fleet, row: int) -> tuple[Floats, Floats]:
         """Where a vehicle's next transit begins: on its reference if it follows it, else where it is."""
@@ -303,6 +325,15 @@ class Course:
         berth.patience_s = min(2.0 * berth.patience_s, MOST_PATIENCE_S) if berth.stuck else PATIENCE_S
         berth.planned_s, berth.joined = t_s, False
         return LONGEST_S if berth.transit is None else berth.transit.end_s - t_s
+
+
+def _beside_m(error_m: Floats, velocity_m_s: Floats) -> Floats:
+    """(n,) of vehicles that are `error_m` (n, 2) off: how far beside their way; of who is very late, how far off."""
+    speed = np.maximum(np.hypot(velocity_m_s[:, 0], velocity_m_s[:, 1]), 1e-6)
+    late_m = np.abs((error_m * velocity_m_s).sum(axis=1)) / speed
+    off_m = np.hypot(error_m[:, 0], error_m[:, 1])
+    beside_m = np.sqrt(np.maximum(off_m**2 - late_m**2, 0.0))
+    return np.where(late_m > LATE_M, off_m, beside_m)
 
 
 _Starts = dict[int, tuple[Floats, Floats]]

@@ -21,7 +21,7 @@ import numpy as np
 
 from tui_gcs.core.bus import FLEET, PLAN, PREVIEW, PREVIEW_TASK, TASK, Bus, Closable
 from tui_gcs.core.messages import FleetFrame, Plan, PlannerInfo, PlannerTask, PreviewResult, PreviewTask, decode, encode
-from tui_gcs.core.plan_limits import MOST_ANNOTATIONS, most_intents, too_large, too_many
+from tui_gcs.core.plan_limits import MOST_ANNOTATIONS, MOST_NOTES, most_intents, too_large, too_many
 from tui_gcs.planner import kept as keeping
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Context, Output, Planner
@@ -41,7 +41,7 @@ SNAPSHOT_S = 2.0
 """A snapshot is taken so often."""
 MOST_GRANTED_S = 1.0
 """Iterations of at most so much mission time are granted at once, however many frames were dropped."""
-MOST_TRACE_CHARS = 4000
+MOST_TRACE_CHARS, MOST_NOTE_CHARS = 4000, 400
 
 
 @dataclass
@@ -144,8 +144,17 @@ class PlannerHost:
         """Work on this from the next step on."""
         if self._job is not None and self._job.planner is not None and not self._job.restart_due:
             self._stop(self._job.planner)
+            self._hand_on(self._job.planner, job)
         self._job = job
         self._next_s = -np.inf
+
+    def _hand_on(self, before: Planner, job: Job) -> None:
+        """Let a new task's planner know what the one before has learnt."""
+        after = job.planner
+        if after is None or job.started or type(after) is not type(before):
+            return
+        if error := self._guarded(lambda: after.inherit(before)):
+            job.error, job.planner = error, None
 
     def _stop(self, planner: Planner) -> None:
         self._guarded(lambda: planner.stop("new task"))
@@ -387,6 +396,7 @@ def _filled(blank: Plan, output: object, task: PlannerTask) -> Plan:
         intents=tuple(map(plain_intent, intents)),
         annotations=shown,
         metrics={str(key): float(value) for key, value in output.metrics.items()},
+        notes=(*blank.notes, *(str(note)[:MOST_NOTE_CHARS] for note in islice(output.notes, MOST_NOTES))),
     )
 
 

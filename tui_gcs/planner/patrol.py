@@ -53,6 +53,8 @@ DRAW_AGAIN_S = 5.0
 """A plan may be dropped on its way, and a station may be new."""
 GAIN = 0.02
 """Another tour is flown if it is better by this share."""
+PATIENCE_S = 15.0
+"""A change of tempo waits so long for all to be on their slots: in such a wind somebody may never be."""
 FIT_PCT = 15.0
 """A relief has so much more in its battery than is low."""
 
@@ -61,7 +63,7 @@ class Patrol(Planner):
     """Equally timed slots on one closed tour of the team's zone."""
 
     name = "patrol"
-    version = "2"
+    version = "3"
     iterations_per_s = 30.0
     params = (
         Param(
@@ -87,12 +89,13 @@ class Patrol(Planner):
         limits, radius_m = task.limits, task.footprint_radius_m
         accel = limits.accel_m_s2 * ACCEL_SHARE
         planned_radius_m = max(radius_m - task.off_course_m - float(params["margin_m"]), radius_m * 0.5)
+        self._planned_off_m = radius_m - planned_radius_m
         motion = Motion(limits.speed_m_s * float(params["speed_fraction"]), accel, planned_radius_m)
         self._direction, self._units = str(params["direction"]), int(params["search"])
         self._wanted = max(1, len(task.members) - int(params["reserve"]))
         self._region = Region(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
         self._site = site_of(task.zone.shape, self._region, motion, radius_m)
-        self._mobility = Mobility(limits.speed_m_s * TRANSIT_SPEED_SHARE, accel)
+        self._accel_m_s2 = accel
         search = begun(self._site, int(params["seed"]) * 2**32 + int(rng.integers(2**32)), self._wanted)
         if search.best is None:
             raise ValueError(f"zone {task.zone.name!r}: no tour")
@@ -102,15 +105,22 @@ class Patrol(Planner):
         """Ahead of what was granted, by the units done."""
         self._fly(self._state.design)
 
+    def inherit(self, before: Planner) -> None:
+        """The wind does not change with the zone."""
+        if isinstance(before, Patrol):
+            self._state.tempo = before._state.tempo.handed_on()
+            self._fly(self._state.design)
+
     def step(self, ctx: Context) -> Output:
         """Intents for active vehicles; slots are re-spaced in the step that sees another set of them."""
         fleet, state, t_s = ctx.fleet, self._state, ctx.t_s
         self._background.wait()
         self._improve(t_s, fleet)
         self._man(t_s, fleet)
-        self._course.follow_up(state.formation, t_s, fleet)
+        off_m = self._course.follow_up(state.formation, t_s, fleet)
         self._release()
-        out = Output(intents=self._intents(t_s, fleet))
+        notes = self._keep_tempo(t_s, fleet, off_m)
+        out = Output(notes=notes, intents=self._intents(t_s, fleet))
         if t_s - state.drawn_s >= DRAW_AGAIN_S:
             out.annotations, state.drawn_s = [_drawing(self._course.tour)], t_s
         out.metrics = self._metrics(t_s)
@@ -141,8 +151,27 @@ class Patrol(Planner):
     # ---------------------------------------------------------------- the tour
 
     def _fly(self, design: Design) -> None:
-        self._state.design = design
-        self._course = Course(turned(design.tour, self._direction), self._mobility, self._region)
+        """At the present tempo; so are the ways to its slots."""
+        self._state.design, rate = design, self._state.tempo.share
+        mobility = Mobility(self.task.limits.speed_m_s * TRANSIT_SPEED_SHARE * rate, self._accel_m_s2 * rate**2)
+        self._course = Course(turned(design.tour, self._direction).times(rate), mobility, self._region)
+
+    def _keep_tempo(self, t_s: float, fleet: Fleet, off_m: float) -> list[str]:
+        """Slower if somebody cannot follow (`off_m` beside its way), faster when all can again; what is to be told."""
+        tempo, formation, wanted = self._state.tempo, self._state.formation, self._state.tempo.wanted
+        gap_s = tempo.judge(t_s, off_m - self._planned_off_m)
+        if tempo.share != tempo.wanted and not formation.falls_back(t_s):
+            if formation.at_rest:
+                rate = tempo.advance(gap_s)
+            else:
+                rate = tempo.jump() if t_s > tempo.stepped_s + PATIENCE_S else 1.0
+            if rate != 1.0:
+                formation.retime(rate, t_s)
+                self._fly(self._state.design)
+        if tempo.wanted == wanted:
+            return []
+        why = "vehicles are beside their slots: wind, load?" if tempo.wanted < wanted else "they keep up: faster again"
+        return [f"tour flown at {100.0 * tempo.wanted:.0f} % of its speed: {why}"]
 
     def _search_on(self, units: int) -> None:
         """Look for a better tour until the next step."""
@@ -289,10 +318,11 @@ class Patrol(Planner):
 
     def _metrics(self, t_s: float) -> dict[str, float]:
         task, state, n = self.task, self._state, self._state.formation.slots
-        worst_s = predicted_worst_s(state.design, n) if n else np.nan
+        worst_s = predicted_worst_s(state.design, n) / state.tempo.share if n else np.nan
         bound_s = sweep_bound_s(area_m2(task.zone.shape), max(1, n), task.limits.speed_m_s, task.footprint_radius_m)
         owners = state.formation.owners.values()
-        return {
+        slower = {"tempo_pct": 100.0 * state.tempo.share} if state.tempo.share < 1.0 else {}
+        return slower | {
             "period_s": self._course.tour.period_s,
             "predicted_worst_s": worst_s,
             "predicted_ratio": worst_s / bound_s,

@@ -1,6 +1,6 @@
 """What a patrol must remember, and as bytes: exact, so that a restarted worker's plans are the same bit for bit."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import msgspec
@@ -11,6 +11,7 @@ from tui_gcs.planner.formation import Formation
 from tui_gcs.planner.search import Search
 from tui_gcs.planner.site import Design, Site
 from tui_gcs.planner.smoothing import Draft
+from tui_gcs.planner.tempo import Tempo
 
 MOST_BYTES = 900_000
 """Hosts keep no more: many vehicles on long ways to their slots are not kept."""
@@ -27,6 +28,7 @@ class State:
     drawn_s: float = -np.inf
     quiet_s: float = -np.inf
     """No other tour is taken before."""
+    tempo: Tempo = field(default_factory=Tempo)
 
 
 class _Array(msgspec.Struct, frozen=True, array_like=True):

@@ -1,0 +1,155 @@
+"""Tours are flown slower where vehicles cannot keep up, and faster again when they can."""
+
+import math
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+import pytest
+from flights import SMALL, Fleet, fleet, fly, host_of, task_of, zone_of
+from test_patrol import limits_kept
+
+from tui_gcs.core.messages import Plan
+from tui_gcs.core.zones import Rectangle
+from tui_gcs.planner.host import PlannerHost
+from tui_gcs.planner.tempo import BESIDE_M, MOST_TRY_S, SETTLES_S, SLOWER, SLOWEST, TRY_S, Tempo
+
+STEP_S = 0.2
+
+
+def judged(tempo: Tempo, begin_s: float, until_s: float, off_m: float) -> float:
+    """Steps of a planner whose worst vehicle is `off_m` off; when they end."""
+    t_s = begin_s
+    while t_s < until_s:
+        gap_s = tempo.judge(t_s, off_m)
+        tempo.advance(gap_s)
+        t_s += STEP_S
+    return t_s
+
+
+def test_who_keeps_to_its_way_is_not_slowed() -> None:
+    tempo = Tempo()
+    judged(tempo, 0.0, 3600.0, BESIDE_M - 0.1)
+    assert (tempo.share, tempo.wanted) == (1.0, 1.0)
+
+
+def test_a_gust_now_and_then_is_forgiven() -> None:
+    tempo, t_s = Tempo(), 0.0
+    for _ in range(20):
+        t_s = judged(tempo, t_s, t_s + 1.0, 6.0)
+        t_s = judged(tempo, t_s, t_s + 59.0, 0.5)
+    assert tempo.wanted == 1.0
+
+
+def test_who_is_beside_its_way_is_slowed_step_by_step_and_smoothly() -> None:
+    tempo, shares = Tempo(), [1.0]
+    for k in range(round(25.0 / STEP_S)):
+        tempo.advance(tempo.judge(k * STEP_S, 6.0))
+        shares.append(tempo.share)
+    assert tempo.wanted == pytest.approx(SLOWER**3), "a step, then time to settle"
+    assert -np.diff(shares).min() <= 0.1 * STEP_S + 1e-9
+    judged(tempo, 25.0, 300.0, 6.0)
+    assert tempo.share == SLOWEST
+
+
+def test_nobody_on_a_slot_tells_nothing() -> None:
+    tempo = Tempo()
+    judged(tempo, 0.0, 600.0, math.nan)
+    assert tempo.wanted == 1.0
+
+
+def test_faster_is_tried_after_five_minutes_and_later_each_time_it_fails() -> None:
+    tempo = Tempo()
+    t_s = judged(tempo, 0.0, 4.0, 6.0)
+    assert tempo.wanted == SLOWER
+    t_s = judged(tempo, t_s, t_s + SETTLES_S + TRY_S - 5.0, 0.5)
+    assert tempo.wanted == SLOWER
+    for wait_s in (TRY_S, 2 * TRY_S, 4 * TRY_S, MOST_TRY_S, MOST_TRY_S):
+        assert tempo.try_s == wait_s
+        t_s = judged(tempo, t_s, t_s + SETTLES_S + wait_s, 0.5)
+        assert tempo.wanted == 1.0
+        t_s = judged(tempo, t_s, t_s + SETTLES_S + 4.0, 6.0)
+        assert tempo.wanted == SLOWER
+
+
+@dataclass
+class Windy(Fleet):
+    """Vehicles that are carried to the east as they fly faster: 5 m at 8 m/s, by the square of their speed."""
+
+    carried_m: float = 5.0
+
+    def follow(self, plan: Plan, dt_s: float) -> None:
+        super().follow(plan, dt_s)
+        for intent in plan.intents:
+            times = intent.t0_s + intent.dt_s * np.arange(len(intent.positions_m))
+            speed = math.hypot(*(np.interp(self.t_s, times, axis) for axis in np.array(intent.velocities_m_s).T))
+            self.position_m[self.ids.index(intent.vehicle), 0] += self.carried_m * (speed / 8.0) ** 2
+
+
+def windy_patrol() -> tuple[PlannerHost, Windy]:
+    plain = fleet(4)
+    return host_of(task_of(zone_of(SMALL))), Windy(plain.ids, plain.position_m, plain.velocity_m_s)
+
+
+def test_a_patrol_in_too_much_wind_is_flown_slower_until_its_vehicles_are_on_their_way() -> None:
+    host, vehicles = windy_patrol()
+    notes: list[str] = []
+    off_m: list[float] = []
+
+    def watch(plan: Plan) -> None:
+        limits_kept(plan)
+        notes.extend(plan.notes)
+        wanted = {intent.vehicle: np.array(intent.positions_m[0][:2]) for intent in plan.intents}
+        errors = [wanted[v] - vehicles.position_m[i, :2] for i, v in enumerate(vehicles.ids)]
+        off_m.append(max(float(np.hypot(*error)) for error in errors))
+
+    plan = fly(host, vehicles, 5.0, watch)
+    predicted_s, period_s = plan.metrics["predicted_worst_s"], plan.metrics["period_s"]
+    plan = fly(host, vehicles, 240.0, watch)
+    share = plan.metrics["tempo_pct"] / 100.0
+    assert 0.5 < share < 0.8
+    assert max(off_m) > 4.0
+    assert max(off_m[-200:]) < 3.0, "and no more than 1.7 m of that beside its way"
+    assert all(intent.joined for intent in plan.intents)
+    assert plan.metrics["period_s"] > period_s, "and that is what is promised"
+    assert plan.metrics["predicted_worst_s"] > predicted_s
+    assert notes[0] == "tour flown at 85 % of its speed: vehicles are beside their slots: wind, load?"
+    vehicles.carried_m = 0.0
+    plan = fly(host, vehicles, 1500.0, watch)
+    assert "tempo_pct" not in plan.metrics
+    assert notes[-1] == "tour flown at 100 % of its speed: they keep up: faster again"
+
+
+def test_slots_are_equally_spaced_in_time_at_any_tempo() -> None:
+    host, vehicles = windy_patrol()
+    plan = fly(host, vehicles, 240.0)
+    vehicles.carried_m = 0.0
+    places = {intent.slot: np.array(intent.positions_m[0][:2]) for intent in plan.intents}
+    later = fly(host, vehicles, vehicles.t_s + plan.metrics["period_s"] / 4.0)
+    then = {intent.slot: np.array(intent.positions_m[0][:2]) for intent in later.intents}
+    for k in range(4):
+        assert math.dist(then[f"{k + 1}/4"], places[f"{(k + 1) % 4 + 1}/4"]) <= 8.0 * 0.3
+
+
+def test_the_next_round_begins_at_the_tempo_of_the_last() -> None:
+    host, vehicles = windy_patrol()
+    share = fly(host, vehicles, 240.0).metrics["tempo_pct"]
+    host.set_task(msgspec.structs.replace(task_of(zone_of(Rectangle((160.0, 210.0), 90.0, 70.0))), revision=8))
+    plan = fly(host, vehicles, 241.0)
+    assert plan.revision == 8
+    assert plan.metrics["tempo_pct"] == share
+
+
+def test_a_restarted_worker_goes_on_at_the_same_tempo() -> None:
+    host, vehicles = windy_patrol()
+    fly(host, vehicles, 200.0)
+    while not (plan := host.step(vehicles.frame())).snapshot:
+        vehicles.follow(plan, STEP_S)
+    other = PlannerHost("red")
+    other.set_task(task_of(zone_of(SMALL)), plan.snapshot)
+    vehicles.follow(plan, STEP_S)
+    frame = vehicles.frame()
+    mine, its = host.step(frame), other.step(frame)
+    assert its.notes == ()
+    assert its.intents == mine.intents
+    assert its.metrics == mine.metrics
