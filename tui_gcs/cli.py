@@ -72,6 +72,7 @@ def _add_demo(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
     parser.add_argument("--scenario", metavar="FILE", help="another scenario than the shipped swarm-challenge")
     _planner(parser)
     _autopilot(parser)
+    _weather(parser)
     _world(parser)
     _fault(parser)
 

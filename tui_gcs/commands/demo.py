@@ -16,6 +16,9 @@ from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
 from tui_gcs.launcher import LaunchError, check_fault
 
+OF_A_NEW_ONE = ("fault", "autopilot", "wind", "gps_noise", "intruders", "sensor")
+"""Options that a station which runs already cannot take."""
+
 
 def run(arguments: argparse.Namespace) -> int:
     """Console on a simulated fleet; lock-step and a table where there is no terminal."""
@@ -35,15 +38,14 @@ def run(arguments: argparse.Namespace) -> int:
     wanted = preferences(arguments.overlay)  # what is wrong with it is told before anything starts
     if not running(Kind.SIM):
         _launch(arguments)
-    elif given := [name for name in ("fault", "autopilot", "intruders", "sensor") if getattr(arguments, name)]:
-        raise CommandError(
-            f"a SIM station runs already: --{given[0]} is for a new one; end it with `tui-gcs stop` first"
-        )
+    elif given := [name for name in OF_A_NEW_ONE if getattr(arguments, name) is not None]:
+        option = given[0].replace("_", "-")
+        raise CommandError(f"a SIM station runs already: --{option} is for a new one; end it with `tui-gcs stop` first")
     return attach(Kind.SIM, wanted)
 
 
 def _launch(arguments: argparse.Namespace) -> None:
-    from tui_gcs.commands.sim_fleet import spec_of, world_of
+    from tui_gcs.commands.sim_fleet import spec_of, weather_of, world_of
     from tui_gcs.launcher import launch
 
     check_seed(arguments.seed)
@@ -51,5 +53,6 @@ def _launch(arguments: argparse.Namespace) -> None:
     scenario, toml, path = read_scenario(arguments.scenario, planners)
     vehicles = spec_of(simulable(scenario), arguments.seed, arguments.autopilot or "ardupilot")
     vehicles |= world_of(scenario, arguments.intruders, arguments.sensor, vehicles["seed"])
+    vehicles |= weather_of(arguments)
     say_planners(planners, scenario)
     launch(Kind.SIM, path, toml, [], sim_spec=vehicles, fault=arguments.fault, planners=list(planners.values()))

@@ -59,8 +59,8 @@ def fly(arguments: argparse.Namespace) -> int:
     """Fly, print the table, write the JSON; 0 only if every check holds."""
     import msgspec
 
-    from tui_gcs.commands.sim_fleet import world_of
-    from tui_gcs.rehearsal import BadLinks, rehearse, world_of_spec
+    from tui_gcs.commands.sim_fleet import weather_of, world_of
+    from tui_gcs.rehearsal import BadLinks, rehearse, weather_of_spec, world_of_spec
 
     check_seed(arguments.seed)
     check_writable(arguments.json)
@@ -88,6 +88,7 @@ def fly(arguments: argparse.Namespace) -> int:
         autopilots=arguments.autopilot or "ardupilot",
         bad_links=bad_links,
         files=planner_files(planners),
+        weather=weather_of_spec(weather_of(arguments)),
         world=world,
     )
     bar.end()
