@@ -129,11 +129,11 @@ class Formation:
         """Whether anybody does."""
         return any(berth.falls_back(t_s) for berth in self.berths.values())
 
-    def retime(self, rate: float, t_s: float) -> None:
-        """The tour is flown `rate` times as fast from now on: who is on it stays, others get new ways."""
+    def retime(self, rate: float, t_s: float, *, at_last: bool) -> None:
+        """The tour is flown `rate` times as fast from now on: who is on it stays; others get new ways `at_last`."""
         for vehicle, berth in self.berths.items():
             origin_s = t_s - (t_s - berth.origin_s) / rate
-            if berth.settled:
+            if berth.settled or not at_last:
                 berth.origin_s = origin_s
             else:
                 self.berths[vehicle] = Berth(origin_s, berth.slot, before=None if berth.stuck else berth.flown)

@@ -160,14 +160,10 @@ class Patrol(Planner):
         """Slower if somebody cannot follow (`off_m` beside its way), faster when all can again; what is to be told."""
         tempo, formation, wanted = self._state.tempo, self._state.formation, self._state.tempo.wanted
         gap_s = tempo.judge(t_s, off_m - self._planned_off_m)
-        if tempo.share != tempo.wanted and not formation.falls_back(t_s):
-            if formation.at_rest:
-                rate = tempo.advance(gap_s)
-            else:
-                rate = tempo.jump() if t_s > tempo.stepped_s + PATIENCE_S else 1.0
-            if rate != 1.0:
-                formation.retime(rate, t_s)
-                self._fly(self._state.design)
+        may = formation.at_rest or t_s > tempo.stepped_s + PATIENCE_S
+        if tempo.share != tempo.wanted and may and not formation.falls_back(t_s):
+            formation.retime(tempo.advance(gap_s), t_s, at_last=tempo.share == tempo.wanted)
+            self._fly(self._state.design)
         if tempo.wanted == wanted:
             return []
         why = "vehicles are beside their slots: wind, load?" if tempo.wanted < wanted else "they keep up: faster again"

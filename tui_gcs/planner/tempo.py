@@ -75,8 +75,3 @@ class Tempo:
         before, most = self.share, CHANGE_PER_S * gap_s
         self.share += min(max(self.wanted - self.share, -most), most)
         return self.share / before
-
-    def jump(self) -> float:
-        """All at once."""
-        rate, self.share = self.wanted / self.share, self.wanted
-        return rate
