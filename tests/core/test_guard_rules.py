@@ -214,6 +214,16 @@ def test_a_vehicle_needs_more_room_to_stop_than_its_set_point() -> None:
     assert at_the_edge(188.0, 8.0, asked=8.0).text.endswith("less its margin"), "and by the book it is too late, too"
 
 
+def test_a_vehicle_that_does_not_know_where_it_is_is_not_called_outside() -> None:
+    """Seen: a real PX4 without GPS in the middle of the area was "25 m outside the operating area"."""
+    area = OperatingArea(SQUARE, 20.0, 90.0)
+    here = sight((150.0, 50.0, 40.0), passing(150.0, 50.0, vx=8.0), (8.0, 0.0, 0.0))
+    assert judge(Guard(NO_MARGIN, area, ()), here).code == ""
+    told = judge(Guard(NO_MARGIN, area, ()), dataclasses.replace(here, error_m=80.0))
+    assert told.code == "area"
+    assert told.text.startswith("its place is known to ±80 m only: it could come "), told.text
+
+
 def test_its_real_velocity_counts() -> None:
     """Asked for 6 m/s it has 3 or 8."""
     assert at_the_edge(184.0, 3.0, asked=6.0).code == ""

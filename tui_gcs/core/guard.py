@@ -303,7 +303,11 @@ class Guard:
             rows,
             out > out_now,
             "area",
-            lambda i: f"it could not brake in time: {out[i]:.0f} m outside the operating area",
+            lambda i: (
+                f"its place is known to ±{error[i]:.0f} m only: it could come {out[i]:.0f} m outside the operating area"
+                if error[i] > 0.0
+                else f"it could not brake in time: {out[i]:.0f} m outside the operating area"
+            ),
         )
         miss, miss_now = (band_miss_m(self.area, way[:, :, 2]).max(axis=1) for way in (going, braking))
         docket.refuse(
