@@ -455,8 +455,19 @@ def test_rtl_of_one_vehicle_is_let_alone_until_it_is_down(rig: MakeRig) -> None:
     flight.until(lambda: not flight.sim.armed[0], 200.0)
     flight.run(3.0)
     assert flight.phase(1) is Phase.GROUND
-    assert any("DISARMED outside a landing of ours" in t for t in flight.texts("vehicle 1"))
+    assert "landed and disarmed by itself, or by its pilot" in flight.texts("vehicle 1")
     assert flight.phase(2) is Phase.FLYING
+
+
+def test_who_leaves_its_mode_by_a_failsafe_is_told_with_its_own_words(rig: MakeRig) -> None:
+    """A real one: BATT_FS_LOW_ACT 2."""
+    flight = rig(1).flying().run(8.0)
+    flight.say("STATUSTEXT", 1, severity=4, text="Battery 1 is low 10.80V used 660 mAh")
+    flight.say("STATUSTEXT", 1, severity=4, text="Battery Failsafe")
+    flight.pilot(1, RTL)
+    flight.run(3.0)
+    said = "Battery 1 is low 10.80V used 660 mAh; Battery Failsafe"
+    assert f"left its mode (now RTL): taken out of the mission; it said: {said}" in flight.texts("vehicle 1")
 
 
 def test_a_mission_on_board_may_end_on_the_ground_but_not_above_it(rig: MakeRig) -> None:

@@ -42,6 +42,8 @@ REPLACED = "replaced"
 LANDED_M = 2.0
 """Above home: who disarms higher up has not landed, whatever it was doing."""
 HELD_BY_NAME = "was held by name"
+LEFT_SAID_S, MOST_SAID = 6.0, 2
+"""Who leaves its mode by a failsafe says why shortly before (PX4 holds for 3 s before it is out)."""
 OUT_MODE_GRACE_S = 3.0
 """A mode change we asked for may show this much later in the heartbeat."""
 
@@ -384,7 +386,8 @@ class Executive:
         if checks.get(flight.phase, firmware.is_steerable)(vehicle) or not settled:
             return False
         mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
-        text = f"left its mode (now {mode}): taken out of the mission"
+        said = "; ".join(vehicle.reasons_since(now - LEFT_SAID_S)[-MOST_SAID:])
+        text = f"left its mode (now {mode}): taken out of the mission" + (f"; it said: {said}" if said else "")
         self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
         self._take_out(flight, vehicle, "mode", now)
         self._commands.cancel(vehicle.id)
@@ -454,10 +457,13 @@ class Executive:
 
     def _down(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         on_board = flight.step == ON_BOARD_STEP and vehicle.alt_rel_m < LANDED_M
-        expected = flight.phase is Phase.LANDING or flight.step == CANCELLED or on_board
+        by_itself = flight.phase is Phase.TAKEN_OUT and vehicle.alt_rel_m < LANDED_M
+        expected = flight.phase is Phase.LANDING or flight.step == CANCELLED or by_itself
         text = "DISARMED outside a landing of ours"
         if on_board:
             text = "landed and disarmed by its mission on board"
+        elif by_itself:
+            text = "landed and disarmed by itself, or by its pilot"
         elif expected:
             text = "start cancelled, disarmed" if flight.step == CANCELLED else "landed and disarmed"
         flight.touchdown_m = vehicle.position_m
