@@ -9,6 +9,7 @@ import pytest
 
 from tests.core.rig import Rig, scenario, toml
 from tui_gcs.core import messages as m
+from tui_gcs.core.alarm_causes import BY_ID
 from tui_gcs.core.messages import Phase
 from tui_gcs.core.services.traffic import Track
 from tui_gcs.core.vehicle import Vehicle
@@ -72,6 +73,38 @@ def test_failsafe_on_board(flight: Rig) -> None:
         assert found(flight) == {"failsafe": [(2, "CRITICAL: a failsafe is active")]}
 
 
+def test_a_failsafe_tells_what_it_does_and_why_in_the_vehicle_s_own_words(flight: Rig) -> None:
+    """As a real ArduCopter said it: two texts just before the heartbeat that shows it."""
+    now = flight.clock.now()
+    said = [(now - 30.0, "Arm: old"), (now - 0.3, "Battery 1 is low 10.80V used 660 mAh"), (now, "Battery Failsafe")]
+    with patch.multiple(vehicle(flight), system_status=5, custom_mode=6, recent_reasons=said):
+        told = "RTL: Battery 1 is low 10.80V used 660 mAh; Battery Failsafe"
+        assert found(flight)["failsafe"] == [(2, told)]
+        with patch.object(flight.clock, "now", lambda: now + 60.0), patch.object(vehicle(flight), "recent_reasons", []):
+            assert flight.station._alarm_finder._signs._failsafe(vehicle(flight), now + 60.0) == told, "it goes on"
+    found(flight)
+    with patch.object(vehicle(flight), "system_status", 5):
+        assert found(flight) == {"failsafe": [(2, "CRITICAL: a failsafe is active")]}, "another one, without a word"
+    assert found(flight) == {}
+
+
+def test_a_position_of_which_a_px4_says_that_it_has_none(flight: Rig) -> None:
+    """Measured: SIM_GPS_USED 0 is GPS_FIX_TYPE_NO_GPS, 0, which is also what nobody has told yet."""
+    with patch.multiple(vehicle(flight), gps_fix=0, position_error_m=float("inf")):
+        assert found(flight)["position"] == [(2, "no GPS fix")]
+    with patch.multiple(vehicle(flight), gps_fix=0, position_error_m=float("nan")):
+        assert "position" not in found(flight)
+
+
+@pytest.mark.parametrize("phase", [Phase.RETURNING, Phase.LANDING])
+def test_a_low_battery_that_is_on_its_way_down_says_so(flight: Rig, phase: Phase) -> None:
+    with (
+        patch.object(vehicle(flight), "battery_pct", 14.0),
+        patch.object(flight.station.book.flights[2], "phase", phase),
+    ):
+        assert found(flight)["battery-critical"] == [(2, f"14 %, {phase.value}")]
+
+
 def test_outside_the_area(flight: Rig) -> None:
     with patch.object(vehicle(flight), "position_m", (-30.0, 100.0, 30.0)):
         assert found(flight)["outside"] == [(2, "by 30 m")]
@@ -127,6 +160,22 @@ def test_a_dead_planner_counts_while_its_vehicles_fly(flight: Rig) -> None:
         for one in flight.station.book:
             one.phase = Phase.FLYING
         assert "planner" not in grounded
+
+
+def test_a_late_planner_s_vehicles_fly_and_a_failed_one_s_hold_until_it_is_mended(flight: Rig) -> None:
+    """Seen on a busy machine: "its vehicles hold: Enter resume" over vehicles that flew; Enter did not help."""
+    desk = flight.station.desks["defend"]
+    with patch.object(desk, "worker_state", lambda: "late"):
+        assert found(flight) == {"planner-late": [("defend", "patrol is late")]}
+        with ExitStack() as held:
+            for one in flight.station.book:
+                held.enter_context(patch.object(one, "phase", Phase.HOLDING))
+            assert found(flight)["planner"] == [("defend", "patrol is late")]
+    why = "ValueError: paths: '2:' is not EAST,NORTH in metres"
+    with patch.object(desk, "worker_state", lambda: "quarantined"), patch.object(desk, "error", why):
+        assert found(flight) == {"planner-failed": [("defend", f"patrol: {why}")]}
+    assert "resume" not in BY_ID["planner-failed"].action
+    assert "vehicles hold:" not in BY_ID["planner-late"].action
 
 
 def test_who_flies_at_another_is_told_of_with_both_named(flight: Rig) -> None:

@@ -5,7 +5,7 @@ import pytest
 from tui_gcs.core.alarm_causes import CAUSES, RANK
 from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.clock import VirtualClock
-from tui_gcs.core.events import ALERT, CRITICAL, EventLog
+from tui_gcs.core.events import ALERT, CRITICAL, EMERGENCY, EventLog
 from tui_gcs.core.messages import Acknowledge, Alarm, EventClass, Shelve, Unshelve
 from tui_gcs.core.messages_alarms import AlarmLevel, action_words
 
@@ -87,6 +87,17 @@ def test_who_joins_after_the_screen_was_drawn_stays_new(desk: Desk) -> None:
     alarm = desk.only()
     assert (alarm.state, alarm.vehicles, alarm.fresh) == ("new", (5, 7), (7,))
     assert not desk.desk.acknowledge("console-1", Acknowledge(raised=seen)).ok
+
+
+def test_in_a_failsafe_what_is_worse_is_told_all_the_same(desk: Desk) -> None:
+    """Seen: a real one on its way home by its battery failsafe lost thrust, and no alarm said so."""
+    desk.look(Finding("failsafe", 4, "RTL: Battery Failsafe"))
+    desk.events.say(EventClass.MISSION, "vehicle 4", "Potential Thrust Loss (3)", EMERGENCY)
+    desk.look(Finding("failsafe", 4, "RTL: Battery Failsafe"))
+    assert desk.shown() == [
+        "new FAILSAFE on board: vehicle 4  RTL: Battery Failsafe",
+        "new ALERT: vehicle 4  Potential Thrust Loss (3)",
+    ]
 
 
 def test_what_follows_from_a_loss_is_not_told_and_comes_back_as_it_was(desk: Desk) -> None:

@@ -6,6 +6,7 @@ trouble; what keeps vehicles on the ground is told before a start (`StationStatu
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ from tui_gcs.core.alarm_signs import VehicleSigns
 from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.closing import Closing, closings
 from tui_gcs.core.firmware.health import Concern, Problem
+from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.flights import FOUND, ON_BOARD_STEP, Flight
 from tui_gcs.core.messages import Freshness, Phase, RunPhase
 from tui_gcs.core.messages_alarms import vehicles_words
@@ -34,6 +36,8 @@ CLOSING_GAP_S = 0.5
 SETTLES_S = 5.0
 """A station that begins has not heard everybody yet, nor seen what they do."""
 FAILED = ("dead", "quarantined", "late")
+_DOWN = (Phase.RETURNING, Phase.LANDING)
+"""What a low battery asks for is being done."""
 
 
 class AlarmFinder:
@@ -98,12 +102,15 @@ class AlarmFinder:
         in_flight = self._in_flight(vehicle)
         link = self._station.links.get(vehicle.link)
         failed = vehicle.link if link is not None and link.error and len(vehicle.used_paths()) <= 1 else ""
-        yield from self._signs.findings(vehicle, now, in_flight=in_flight, failed_link=failed)
+        on_its_way = flight.phase.value if flight is not None and flight.phase in _DOWN else ""
+        for finding in self._signs.findings(vehicle, now, in_flight=in_flight, failed_link=failed):
+            tired = on_its_way and finding.cause in ("battery-low", "battery-critical")
+            yield replace(finding, text=f"{finding.text}, {on_its_way}") if tired else finding
         if not in_flight:
             return
         has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step != ON_BOARD_STEP
         if has_left and now >= self._settled_s:
-            yield Finding("left", vehicle.id)
+            yield Finding("left", vehicle.id, mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode))
         if vehicle.airborne:
             yield from self._own_checks(vehicle)
         if flight is not None and flight.vetoed:
@@ -188,7 +195,14 @@ class AlarmFinder:
     def _teams(self) -> Iterator[Finding]:
         for name, desk in self._station.desks.items():
             state = desk.worker_state()
-            if state in FAILED and any(f.team == name and f.phase in _PLANNED for f in self._station.book):
+            phases = {flight.phase for flight in self._station.book if flight.team == name}
+            if state not in FAILED or not phases & {Phase.FLYING, Phase.HOLDING}:
+                continue
+            if state == "quarantined":
+                yield Finding("planner-failed", name, f"{desk.team.planner}: {desk.error}")
+            elif state == "late" and Phase.FLYING in phases:
+                yield Finding("planner-late", name, f"{desk.team.planner} is late")
+            else:
                 yield Finding("planner", name, f"{desk.team.planner} is {state}")
 
     def _held(self) -> Iterator[Finding]:
@@ -219,4 +233,3 @@ def _soonest(closing: Closing) -> float:
 
 
 _CAUSES: dict[Concern, str] = {"position": "position", "battery": "battery-critical", "health": "health"}
-_PLANNED = (Phase.FLYING, Phase.HOLDING)

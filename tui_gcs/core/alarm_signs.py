@@ -3,9 +3,11 @@
 Limits have a dead-band: what is up goes only when it is clearly better.
 """
 
+import math
 from collections.abc import Iterator
 
 from tui_gcs.core.alarms import AlarmDesk, Finding
+from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.messages import Freshness
 from tui_gcs.core.snapshot import problem_of
 from tui_gcs.core.vehicle import Vehicle
@@ -17,14 +19,19 @@ LEAST_FIX = 3
 """GPS_FIX_TYPE_3D_FIX."""
 FAILSAFE_STATES = {5: "CRITICAL: a failsafe is active", 6: "EMERGENCY: out of control", 8: "flight was TERMINATED"}
 """MAV_STATE."""
+SAID_BEFORE_S, SAID_AFTER_S = 3.0, 3.0
+"""A failsafe is told in texts, and shown by the heartbeat, once a second; before and after that, why."""
+MOST_SAID = 2
 
 
 class VehicleSigns:
-    """Judges vehicle by vehicle; keeps nothing but what the desk knows to be up."""
+    """Judges vehicle by vehicle; keeps what vehicles said of their failsafes as long as these last."""
 
     def __init__(self, desk: AlarmDesk) -> None:
         """`desk` knows what is up already."""
         self._desk = desk
+        self._failsafes: dict[int, tuple[float, str]] = {}
+        """By vehicle, since when, and why in its own words."""
 
     def findings(self, vehicle: Vehicle, now: float, *, in_flight: bool, failed_link: str = "") -> Iterator[Finding]:
         """All that is wrong with it; `failed_link` names the one link it was heard on, if that has failed."""
@@ -38,12 +45,23 @@ class VehicleSigns:
         elif freshness is Freshness.STALE:
             yield Finding("stale", vehicle.id)
         if vehicle.system_status in FAILSAFE_STATES:
-            yield Finding("failsafe", vehicle.id, FAILSAFE_STATES[vehicle.system_status])
+            yield Finding("failsafe", vehicle.id, self._failsafe(vehicle, now))
+        else:
+            self._failsafes.pop(vehicle.id, None)
         if vehicle.airborne:
             yield from self._battery(vehicle)
             yield from self._position(vehicle)
             if self.beyond("poor-link", vehicle, vehicle.loss_pct, LOSS_PCT, LOSS_BAND_PCT):
                 yield Finding("poor-link", vehicle.id, f"{10 * round(vehicle.loss_pct / 10)} % of its frames are lost")
+
+    def _failsafe(self, vehicle: Vehicle, now: float) -> str:
+        """What it does, and why in its own words, if it told; else what its state means."""
+        since_s, why = self._failsafes.get(vehicle.id, (now, ""))
+        if now - since_s <= SAID_AFTER_S:
+            why = "; ".join(vehicle.reasons_since(since_s - SAID_BEFORE_S)[:MOST_SAID])
+        self._failsafes[vehicle.id] = (since_s, why)
+        does = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+        return f"{does}: {why}" if why else FAILSAFE_STATES[vehicle.system_status]
 
     def beyond(self, cause: str, vehicle: Vehicle, value: float, limit: float, band: float) -> bool:
         """Whether `value` is above its limit; once it is, above a lower one."""
@@ -59,7 +77,7 @@ class VehicleSigns:
             yield Finding("battery-low", vehicle.id, f"{charge_pct:.0f} %")
 
     def _position(self, vehicle: Vehicle) -> Iterator[Finding]:
-        if 0 < vehicle.gps_fix < LEAST_FIX:
+        if math.isinf(vehicle.position_error_m) or 0 < vehicle.gps_fix < LEAST_FIX:
             yield Finding("position", vehicle.id, "no GPS fix")
         elif self.beyond("poor-position", vehicle, vehicle.position_error_m, POOR_POSITION_M, POOR_POSITION_BAND_M):
             error_m = min(vehicle.position_error_m, 999.0)
