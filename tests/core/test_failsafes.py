@@ -1,9 +1,10 @@
 """What a vehicle does when something is lost, from the parameters of real autopilots."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
+from rig import Rig
 from service_rig import PX4, Peer, ServiceRig
 from vehicles import a_vehicle
 
@@ -12,6 +13,7 @@ from tui_gcs.core.firmware.failsafes import FailsafeLine, explain, wanted
 from tui_gcs.core.firmware.px4_offboard import OFFBOARD
 from tui_gcs.core.guard_motion import Alone
 from tui_gcs.core.services.failsafes import FailsafeService, OnRead
+from tui_gcs.core.status import station_status
 
 COPTER_DEFAULTS = {
     "FS_GCS_ENABLE": 0.0,
@@ -235,3 +237,29 @@ def test_of_other_autopilots_nothing_is_known() -> None:
     vehicle = a_vehicle()
     vehicle.autopilot = 18
     assert alone(vehicle, {"FS_GCS_ENABLE": 1.0, "NAV_DLL_ACT": 2.0}, HOME) is None
+
+
+def ask_failsafes(flight: Rig, vehicle: int) -> None:
+    service = flight.station.services.failsafes
+    service.ask(vehicle)
+    flight.until(lambda: service.known(flight.station.fleet.vehicles[vehicle]), 60.0, "read")
+
+
+def test_what_comes_after_the_hold_is_told_before_a_start_as_soon_as_it_was_read(rig: Callable[..., Rig]) -> None:
+    """Flown: three real ArduCopters with FS_GCS_ENABLE 1 went home; "brakes and holds until you resume" was told."""
+    flight = rig(2, autopilots="mixed").ready()
+    flight.sim._pilots[0].params.set("FS_GCS_ENABLE", 1.0)
+    flight.sim._pilots[1].params.set("NAV_DLL_ACT", 2.0)
+    before = station_status(flight.station, 1).if_silent
+    assert before[1] == "brakes after 3 s and holds; on its way to a place flies there first"
+    for vehicle in (1, 2):
+        ask_failsafes(flight, vehicle)
+    told = station_status(flight.station, 1).if_silent
+    assert told[1] == f"{before[1]}; not heard, it returns (RTL) after 5 s (FS_GCS_ENABLE 1)"
+    assert told[2].endswith("; not heard, it returns (RTL) after 10 s and 5 s of holding (NAV_DLL_ACT 2)")
+
+
+def test_nothing_is_added_for_who_does_nothing_more(rig: Callable[..., Rig]) -> None:
+    flight = rig(1).ready()
+    ask_failsafes(flight, 1)
+    assert "not heard" not in station_status(flight.station, 1).if_silent[1]

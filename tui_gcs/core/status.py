@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.core.forward import Endpoint
 from tui_gcs.core.links import Link
 from tui_gcs.core.messages import Freshness, LinkStatus, StationStatus
+from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station
@@ -41,7 +42,7 @@ def station_status(station: "Station", seq: int) -> StationStatus:
         not_ready={f.vehicle: why for f in station.book if (why := station.readiness.why_not_start(f.vehicle))},
         preflight=station.preflight.checks(),
         if_silent={
-            f.vehicle: station.firmware.of(v).if_silent(v)
+            f.vehicle: _if_silent(station, v)
             for f in station.book
             if (v := station.fleet.vehicles.get(f.vehicle)) is not None
         },
@@ -54,6 +55,12 @@ def station_status(station: "Station", seq: int) -> StationStatus:
         },
         alarms=station.alarms.alarms(),
     )
+
+
+def _if_silent(station: "Station", vehicle: Vehicle) -> str:
+    """At once, and some seconds later: an ArduCopter that brakes and holds may return by FS_GCS_ENABLE."""
+    later = station.services.failsafes.unheard(vehicle)
+    return station.firmware.of(vehicle).if_silent(vehicle) + (f"; not heard, it {later}" if later else "")
 
 
 def _links(station: "Station") -> tuple[LinkStatus, ...]:

@@ -41,7 +41,8 @@ _CHECKS = (
     ("sticks", "stick-loss"),
 )
 """How `when` begins, and what it is about; the rest is about this station's link."""
-
+UNHEARD = ("this station is not heard", "no station is heard")
+"""`FailsafeLine.when` of a lost station, as an ArduCopter and as a PX4 mean it."""
 
 _COPTER = (
     "FS_GCS_ENABLE",
@@ -191,7 +192,7 @@ def _copter(values: Values, own_system: int) -> Iterator[FailsafeLine]:
 
 
 def _copter_station(values: Values, own_system: int) -> Iterator[FailsafeLine]:
-    line = _line(values, "this station is not heard", "FS_GCS_ENABLE", _GCS_ACTIONS, _seconds(values, "FS_GCS_TIMEOUT"))
+    line = _line(values, UNHEARD[0], "FS_GCS_ENABLE", _GCS_ACTIONS, _seconds(values, "FS_GCS_TIMEOUT"))
     yield line
     if int(values.get("FS_OPTIONS", 0)) & _CONTINUE_AUTO:
         yield FailsafeLine("this station is not heard in AUTO", "goes on with its mission (FS_OPTIONS)", warning=False)
@@ -230,7 +231,7 @@ def _copter_fence(values: Values) -> FailsafeLine:
 def _px4(values: Values) -> Iterator[FailsafeLine]:
     hold = f" and {values['COM_FAIL_ACT_T']:g} s of holding" if values.get("COM_FAIL_ACT_T", 0) > 0 else ""
     delay = _seconds(values, "COM_DL_LOSS_T") + (hold if "COM_DL_LOSS_T" in values else "")
-    yield _line(values, "no station is heard", "NAV_DLL_ACT", _DLL_ACTIONS, delay)
+    yield _line(values, UNHEARD[1], "NAV_DLL_ACT", _DLL_ACTIONS, delay)
     if int(values.get("COM_DLL_EXCEPT", 0)) & _OFFBOARD_EXCEPTED:
         yield FailsafeLine("no station is heard in OFFBOARD", "NOTHING (COM_DLL_EXCEPT)", warning=True)
     offboard = _seconds(values, "COM_OF_LOSS_T")

@@ -7,13 +7,14 @@ counts instead of what was read.
 from collections.abc import Callable, Sequence
 
 from tui_gcs.core.firmware.alone import alone
-from tui_gcs.core.firmware.failsafes import FailsafeLine, Values, explain, wanted
+from tui_gcs.core.firmware.failsafes import UNHEARD, FailsafeLine, Values, explain, wanted
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.guard_motion import Alone
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.services.params import ParamService
 from tui_gcs.core.vehicle import Vehicle
 
+_NO_WORDS = ("NOTHING", "not known")
 OnRead = Callable[[dict[str, float]], None]
 Read = Callable[[int, Sequence[str], OnRead], None]
 """(vehicle id, names, on_done): on_done gets the values of those names that the vehicle told."""
@@ -85,6 +86,12 @@ class FailsafeService:
     def report(self, vehicle: Vehicle) -> tuple[FailsafeLine, ...]:
         """What it does when something is lost; all of it is a warning until it was read."""
         return explain(vehicle, self._told(vehicle), self._own_system)
+
+    def unheard(self, vehicle: Vehicle) -> str:
+        """What it does some time after it last heard a station; "" if nothing, or not read yet."""
+        lines = self.report(vehicle) if self.known(vehicle) else ()
+        does = next((line.does for line in lines if line.when in UNHEARD), "")
+        return "" if does.startswith(_NO_WORDS) else does
 
     def alone(self, vehicle: Vehicle, home_m: Vec3) -> Alone | None:
         """The same in numbers, of what it does when it hears nothing."""
