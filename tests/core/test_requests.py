@@ -173,6 +173,14 @@ def test_text_that_is_no_scenario_is_refused_with_the_reason(rig: MakeRig, old: 
     assert scenario_now(flight).toml == toml()
 
 
+def test_in_flight_places_may_be_written_in_another_order(rig: MakeRig) -> None:
+    flight = rig(8).flying()
+    before, first, *others = toml().split("[[place]]\n")
+    assert apply(flight, "[[place]]\n".join([before, *others, "\n" + first])).ok
+    assert {f.layer_m for f in flight.station.book} == {27.0 + 7.0 * i for i in range(8)}
+    assert flight.phases() == {Phase.FLYING}
+
+
 def test_in_flight_zones_may_change(rig: MakeRig) -> None:
     flight = rig(8).flying()
     assert apply(flight, toml().replace("radius_m = 80.0", "radius_m = 60.0")).ok

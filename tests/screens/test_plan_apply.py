@@ -46,6 +46,8 @@ async def test_refusal_stays_with_its_reason() -> None:
         await c.press("escape", "down")
         assert "who is in which team cannot change in flight" in c.verdict()
         assert c.plan.model.changes == 1
+        await c.press("u")
+        assert "cannot change in flight" not in c.verdict(), "of this copy nobody has said anything"
 
 
 async def test_in_flight_apply_asks_once_more() -> None:

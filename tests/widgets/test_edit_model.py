@@ -9,6 +9,7 @@ import tui_gcs
 from tui_gcs.core.messages import ScenarioChanged
 from tui_gcs.core.scenario import OperatingArea, Team
 from tui_gcs.core.scenario_load import parse, read_text
+from tui_gcs.core.scenario_places import same_places
 from tui_gcs.core.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.widgets.edit_model import EditModel, Problems
 from tui_gcs.widgets.edit_parts import EditParts
@@ -192,6 +193,27 @@ def test_vehicle_typed_into_a_team_leaves_the_one_that_had_it(model: EditModel) 
     assert model.scenario is not None and model.scenario.places[-1].vehicle == 9
     model.undo()
     assert teams() == [(1, 2, 3, 4), (5, 6, 7, 8)]
+
+
+def test_who_leaves_a_team_and_then_joins_another_keeps_its_place_and_layer(model: EditModel) -> None:
+    """Flown: 4 was taken out of its team first, got a place 20 m farther, and the station refused that in flight."""
+    assert model.scenario is not None
+    flown = model.scenario.places
+    assert model.set_team("defend", Team("defend", "home", "patrol", (1, 2, 3)), "vehicles") == ()
+    assert model.moved == "4: in no team now, no take-off place"
+    assert model.set_team("attack", Team("attack", "field", "patrol", (4, 5, 6, 7, 8)), "vehicles") == ()
+    assert model.moved == "4: take-off place and layer as before"
+    assert same_places(model.scenario.places, flown)
+
+
+def test_where_somebody_else_stands_by_now_it_gets_another_place(model: EditModel) -> None:
+    assert model.scenario is not None
+    (its,) = (place for place in model.scenario.places if place.vehicle == 4)
+    assert model.set_team("defend", Team("defend", "home", "patrol", (1, 2, 3, 9)), "vehicles") == ()
+    assert [p.vehicle for p in model.scenario.places if p.place_m == its.place_m] == [9], "who left gave its place"
+    assert model.set_team("attack", Team("attack", "field", "patrol", (4, 5, 6, 7, 8)), "vehicles") == ()
+    assert model.moved == "4: new take-off place and layer"
+    assert len({place.layer_m for place in model.scenario.places}) == 9
 
 
 def test_common_zones_are_what_teams_can_serve(model: EditModel) -> None:

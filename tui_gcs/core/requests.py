@@ -23,6 +23,7 @@ from tui_gcs.core.provision import ProvisionDesk
 from tui_gcs.core.readiness import layer_problem
 from tui_gcs.core.scenario import Round, Scenario
 from tui_gcs.core.scenario_load import ScenarioError, parse
+from tui_gcs.core.scenario_places import same_places
 from tui_gcs.core.service_requests import ServiceDesk
 from tui_gcs.core.text import clean
 
@@ -254,7 +255,7 @@ class RequestDesk:
             return "not applied: the origin cannot change in flight"
         if scenario.limits != now.limits:
             return "not applied: limits cannot change in flight"
-        if scenario.places != now.places:
+        if not same_places(scenario.places, now.places):
             return "not applied: take-off places and layers cannot change in flight"
         why = self._station.book.why_not_reassigned(now, scenario)
         return f"not applied: {why}" if why else ""

@@ -40,20 +40,37 @@ def missing(teams: Sequence[Team], places: Sequence[TakeOffPlace]) -> list[int |
     return without[free:]
 
 
-def fit_places(document: ScenarioDocument, before: Scenario, teams: Sequence[Team]) -> None:
+def fit_places(
+    document: ScenarioDocument, before: Scenario, teams: Sequence[Team], known: Sequence[TakeOffPlace] = ()
+) -> None:
     """Give everybody in `teams` a place in the text of `before`; who left gives theirs to who came.
 
+    Who has a place among the `known` ones stands there, if nobody else does by now: that one is given back.
     Raises ScenarioError.
     """
     places = list(before.places)
     spare, without = needless(teams, places), missing(teams, places)
+    staying = [place for i, place in enumerate(places) if i not in spare]
+    own = [place for place in known if place.vehicle is not None and place.vehicle in without]
+    back = [place for place in own if _is_free(place, staying, before.limits)]
+    without = [vehicle for vehicle in without if vehicle not in {place.vehicle for place in back}]
     for i, vehicle in zip(spare, without, strict=False):
         document.set_place(i, msgspec.structs.replace(places[i], vehicle=vehicle))
     for i in reversed(spare[len(without) :]):
         document.remove_place(i)
     for vehicle in without[len(spare) :]:
-        places.append(new_place(places, before.rounds, before.limits, vehicle))
+        places.append(new_place([*places, *back], before.rounds, before.limits, vehicle))
         document.add_place(places[-1])
+    for place in back:
+        document.add_place(place)
+
+
+def same_places(some: Sequence[TakeOffPlace], others: Sequence[TakeOffPlace]) -> bool:
+    """Whether everybody has the same place and layer; those that name nobody are taken in order."""
+    one, other = (
+        ({p.vehicle: p for p in each if p.vehicle}, [p for p in each if not p.vehicle]) for each in (some, others)
+    )
+    return one == other
 
 
 def new_place(
@@ -61,6 +78,15 @@ def new_place(
 ) -> TakeOffPlace:
     """One more, near the others, in the area of every round, on a layer of its own. Raises ScenarioError."""
     return TakeOffPlace(_spot(places, rounds, limits), _layer_m(places, rounds, limits), vehicle)
+
+
+def _is_free(place: TakeOffPlace, others: Sequence[TakeOffPlace], limits: Limits) -> bool:
+    """Whether nobody stands there, or has its layer."""
+    return all(
+        math.dist(place.place_m, other.place_m) >= limits.separation_horizontal_m
+        and abs(place.layer_m - other.layer_m) >= limits.separation_vertical_m
+        for other in others
+    )
 
 
 def _spot(places: Sequence[TakeOffPlace], rounds: Sequence[Round], limits: Limits) -> Point:

@@ -208,7 +208,8 @@ class PlanScreen(PlanApply):
         team = self.draft.team
         previewed = preview_remarks(team, self.previews.get(team.name), self.asked_s) if team is not None else []
         met = [each.finding for each in self.meetings if team is not None and team.name in each.teams]
-        self.verdict.show(remarks(model, self.draft, self.refusal, self.glyphs, [*previewed, *meeting_remarks(met)]))
+        refusal = self.refusal if model.text == self.refused_text else ""
+        self.verdict.show(remarks(model, self.draft, refusal, self.glyphs, [*previewed, *meeting_remarks(met)]))
         self.foresee_later()
         self._keep_later()
 

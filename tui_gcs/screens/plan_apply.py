@@ -10,6 +10,8 @@ class PlanApply(PlanForms):
 
     refusal = ""
     """Why the station did not take the last one."""
+    refused_text = ""
+    """That was it: of another copy nobody has said anything."""
     _applying = False
 
     def action_apply(self) -> None:
@@ -43,7 +45,7 @@ class PlanApply(PlanForms):
             self.say("applied: the station flies this now")
         else:
             vehicles = "".join(f"\nvehicle {r.vehicle}: {r.text}" for r in reply.results if not r.ok)
-            self.refusal = (reply.text or "no reason given") + vehicles
+            self.refusal, self.refused_text = (reply.text or "no reason given") + vehicles, text
             self.say("NOT APPLIED, see right", Ink.WARNING)
 
     def action_keep(self) -> None:

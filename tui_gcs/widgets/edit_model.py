@@ -5,7 +5,7 @@ and what is sent can be flown; everything else is answered with the reasons.
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from tui_gcs.core.formats.files import read_file
 from tui_gcs.core.formats.scenario_drawings import Put, put_drawings
 from tui_gcs.core.history import History, Step
 from tui_gcs.core.messages import ScenarioChanged
-from tui_gcs.core.scenario import OperatingArea, Round, Scenario, Team
+from tui_gcs.core.scenario import OperatingArea, Round, Scenario, TakeOffPlace, Team
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.scenario_places import fit_places
@@ -268,6 +268,7 @@ class EditModel:
             if len(gone) == len(others[other]):
                 return (f"vehicles: {ids_text(gone)} would leave nobody in team {other}",)
 
+        flown = self._flown_places()
         kept = {other: tuple(v for v in had if v not in team.vehicles) for other, had in others.items()}
         teams = [team] + [replace(each, vehicles=kept[each.name]) for each in scenario.teams if each.name != name]
 
@@ -279,13 +280,20 @@ class EditModel:
             document.set_team(
                 name, name=named, zone=team.zone, planner=team.planner, parameters=team.parameters, **numbers
             )
-            fit_places(document, scenario, teams)
+            fit_places(document, scenario, teams, flown)
 
         problems = self.edit(f"team {name}", subject, change)
         if not problems and self.scenario is not None:
             moved = [f"{ids_text(gone)} from {other} to {name}" for other, gone in leaving.items()]
-            self.moved = "; ".join(moved + _places_changed(scenario, self.scenario))
+            self.moved = "; ".join(moved + _places_changed(scenario, self.scenario, flown))
         return problems
+
+    def _flown_places(self) -> tuple[TakeOffPlace, ...]:
+        """Where the station has everybody: who leaves a team and joins another one has not moved."""
+        try:
+            return parse(self.base_text, WHERE).places
+        except ScenarioError:  # nothing is flown yet
+            return ()
 
     def new_zone_name(self) -> str:
         """A name no round uses yet."""
@@ -349,12 +357,18 @@ class EditModel:
         self.round_index = min(self.round_index, rounds - 1)
 
 
-def _places_changed(before: Scenario, after: Scenario) -> list[str]:
-    """Whose take-off places came and went, in words."""
-    had, have = ({place.vehicle for place in each.places if place.vehicle} for each in (before, after))
-    came, went = ids_text(sorted(have - had)), ids_text(sorted(had - have))
-    said = [f"{went}: in no team now, no take-off place"] if went else []
-    return said + ([f"{came}: new take-off place and layer"] if came else [])
+def _places_changed(before: Scenario, after: Scenario, flown: Sequence[TakeOffPlace]) -> list[str]:
+    """Whose take-off places came and went, in words; `flown` are given back to who had them."""
+    had, have = ({place.vehicle: place for place in each.places if place.vehicle} for each in (before, after))
+    came = sorted(set(have) - set(had))
+    back = [vehicle for vehicle in came if have[vehicle] in flown]
+    went, new = sorted(set(had) - set(have)), [vehicle for vehicle in came if vehicle not in back]
+    said = [
+        (went, "in no team now, no take-off place"),
+        (back, "take-off place and layer as before"),
+        (new, "new take-off place and layer"),
+    ]
+    return [f"{ids_text(vehicles)}: {text}" for vehicles, text in said if vehicles]
 
 
 def explained(error: ScenarioError) -> Problems:
