@@ -21,7 +21,6 @@ FAILSAFE_STATES = {5: "CRITICAL: a failsafe is active", 6: "EMERGENCY: out of co
 """MAV_STATE."""
 SAID_BEFORE_S, SAID_AFTER_S = 3.0, 3.0
 """A failsafe is told in texts, and shown by the heartbeat, once a second; before and after that, why."""
-MOST_SAID = 2
 
 
 class VehicleSigns:
@@ -58,7 +57,7 @@ class VehicleSigns:
         """What it does, and why in its own words, if it told; else what its state means."""
         since_s, why = self._failsafes.get(vehicle.id, (now, ""))
         if now - since_s <= SAID_AFTER_S:
-            why = "; ".join(vehicle.reasons_since(since_s - SAID_BEFORE_S)[:MOST_SAID])
+            why = vehicle.failsafe_words(since_s - SAID_BEFORE_S)
         self._failsafes[vehicle.id] = (since_s, why)
         does = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
         return f"{does}: {why}" if why else FAILSAFE_STATES[vehicle.system_status]

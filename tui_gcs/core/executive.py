@@ -42,8 +42,10 @@ REPLACED = "replaced"
 LANDED_M = 2.0
 """Above home: who disarms higher up has not landed, whatever it was doing."""
 HELD_BY_NAME = "was held by name"
-LEFT_SAID_S, MOST_SAID = 6.0, 2
+LEFT_SAID_S = 6.0
 """Who leaves its mode by a failsafe says why shortly before (PX4 holds for 3 s before it is out)."""
+_STEERED = (Phase.FLYING, Phase.BY_HAND, Phase.TAKEOFF)
+"""What is under way to stop it is the guard's or its planner's doing, no operator's."""
 OUT_MODE_GRACE_S = 3.0
 """A mode change we asked for may show this much later in the heartbeat."""
 
@@ -382,11 +384,14 @@ class Executive:
             return True
         firmware = self._firmware.of(vehicle)
         checks = {Phase.LANDING: firmware.is_landing, Phase.HOLDING: firmware.is_holding}
-        settled = now - flight.since_s > OUT_MODE_GRACE_S and not self._commands.stopping(vehicle.id)
+        # of a veto's hold nobody knows, and it is not said any more: the failsafe goes on
+        by_itself = flight.phase in _STEERED and firmware.acts_by_itself(vehicle)
+        stopping = self._commands.stopping(vehicle.id) and not by_itself
+        settled = now - flight.since_s > OUT_MODE_GRACE_S and not stopping
         if checks.get(flight.phase, firmware.is_steerable)(vehicle) or not settled:
             return False
         mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
-        said = "; ".join(vehicle.reasons_since(now - LEFT_SAID_S)[-MOST_SAID:])
+        said = vehicle.failsafe_words(now - LEFT_SAID_S)
         text = f"left its mode (now {mode}): taken out of the mission" + (f"; it said: {said}" if said else "")
         self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
         self._take_out(flight, vehicle, "mode", now)

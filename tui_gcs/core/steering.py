@@ -138,12 +138,19 @@ class Steering:
         home = self._book.home_m(vehicle)
         return replace(sight, alone=self.alone(vehicle, home)) if sight.is_lost and home is not None else sight
 
-    def hold(self, vehicle: Vehicle) -> None:
-        """Stop it, and see to it that it stops. Never judged."""
-        flight = self._book.get(vehicle.id)
+    def hold(self, vehicle: Vehicle, *, asked: bool = True) -> None:
+        """Stop it, and see to it that it stops. Never judged.
+
+        Not `asked` for by anybody: it is not said to a vehicle that its own failsafe flies by now.
+        """
+        flight, firmware = self._book.get(vehicle.id), self._firmware.of(vehicle)
         if flight is not None:
             flight.limited_m_s = math.nan
-        self._commands.submit(self._firmware.of(vehicle).hold(vehicle, self._stop_places(vehicle)))
+        action = firmware.hold(vehicle, self._stop_places(vehicle))
+        if not asked:
+            say = action.send
+            action.send = lambda copy: None if firmware.acts_by_itself(vehicle) else say(copy)
+        self._commands.submit(action)
 
     def blocked(self, flight: Flight, vehicle: Vehicle, minds: set[int] | None = None) -> str:
         """Who is in the way of the flight's course, or ""; with `minds` only these count."""
@@ -229,7 +236,7 @@ class Steering:
             flight.vetoed = ""  # it holds by its own failsafe, which a hold of ours would end
         else:
             if not flight.vetoed:
-                self.hold(vehicle)
+                self.hold(vehicle, asked=False)
             flight.vetoed = why
         if isinstance(flight.course, Orbit):  # flown by the clock: it would go round without the vehicle for ever
             flight.course = flight.course.anew(self._clock.now(), vehicle.velocity_m_s, self.stop_place(vehicle))

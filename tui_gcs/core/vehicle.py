@@ -365,3 +365,12 @@ class Vehicle:
     def reasons_since(self, t_s: float) -> list[str]:
         """Warning texts this vehicle sent since `t_s`, oldest first, each once."""
         return list(dict.fromkeys(text for when, text in self.recent_reasons if when >= t_s))
+
+    def failsafe_words(self, t_s: float) -> str:
+        """What it said of a failsafe since `t_s`, and just before that of why; "" if it said nothing of one.
+
+        ArduPilot: "EKF variance", "EKF Failsafe: changed to LAND Mode"; PX4: "Critical battery", "Failsafe activated".
+        """
+        said = self.reasons_since(t_s)
+        at = next((i for i, text in enumerate(said) if "failsafe" in text.lower()), None)
+        return "" if at is None else "; ".join(said[max(0, at - 1) : at + 1])

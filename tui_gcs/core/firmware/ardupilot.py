@@ -187,8 +187,8 @@ class ArduCopter:
         return vehicle.custom_mode == LAND
 
     def acts_by_itself(self, vehicle: Vehicle) -> bool:
-        """Its failsafes change the mode."""
-        return False
+        """Its failsafes change the mode: to one that no order of ours leaves it in."""
+        return vehicle.system_status == c.STATUS_CRITICAL and not self.is_holding(vehicle)
 
     def tick(self, vehicles: list[Vehicle]) -> None:
         """Nothing is due by itself."""

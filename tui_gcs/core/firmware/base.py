@@ -164,7 +164,7 @@ class Firmware(Protocol):
         ...
 
     def acts_by_itself(self, vehicle: Vehicle) -> bool:
-        """Whether a failsafe of its own has it, in a mode that is ours as well: an order would end that."""
+        """Whether a failsafe of its own flies it, perhaps in a mode that is ours as well: an order would end that."""
         ...
 
     # ---------------------------------------------------------------- time

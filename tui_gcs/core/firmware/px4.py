@@ -285,9 +285,10 @@ class Px4Multicopter:
         return vehicle.custom_mode in (HOLD, TAKEOFF, OFFBOARD)
 
     def acts_by_itself(self, vehicle: Vehicle) -> bool:
-        """Stopped by its own failsafe, in Hold before it returns or lands."""
+        """Stopped by its own failsafe, in Hold before it returns or lands; or returning or landing by it."""
         goal = self._goals.get(vehicle.id)
-        return self._offboard.is_stopped(vehicle) or (goal is not None and goal.stopped)
+        stopped = self._offboard.is_stopped(vehicle) or (goal is not None and goal.stopped)
+        return stopped or (in_failsafe(vehicle) and not self.is_holding(vehicle))
 
     def is_holding(self, vehicle: Vehicle) -> bool:
         """In Hold, or climbing to where a take-off ends in Hold."""
