@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+import tui_gcs
 from tests.own_station import Watcher, station_in, until
 from tui_gcs.cli import _parser
 from tui_gcs.commands import planner_new, planner_watch
@@ -73,3 +74,20 @@ def test_one_station_at_a_time_and_simulated_vehicles_only(fleet: Watcher, mine:
         planner_watch.start(_parser().parse_args(["planner", "watch", str(mine)]))
     with pytest.raises(LaunchError, match="simulated vehicles only"):
         launch(Kind.LIVE, "", "", [], watch=True)
+
+
+def test_a_scenario_that_names_another_planner_of_a_file_is_flown_by_the_watched_one(
+    mine: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = tmp_path / "theirs.toml"
+    shipped = Path(tui_gcs.__file__).parent / "scenarios/swarm-challenge.toml"
+    scenario.write_text(shipped.read_text().replace('planner = "patrol"', 'planner = "of-a-colleague"'))
+    launched: list[str] = []
+    monkeypatch.setattr("tui_gcs.launcher.launch", lambda kind, path, toml, *_, **__: launched.append(toml))
+    monkeypatch.setattr(planner_watch, "running", lambda kind: False)
+    planner_watch.start(_parser().parse_args(["planner", "watch", str(mine), str(scenario)]))
+    (toml,) = launched
+    assert toml.count('planner = "mine"') == 2 and "of-a-colleague" not in toml
+    scenario.write_text("[[team]]\nplanner = 7\n")
+    with pytest.raises(CommandError, match=r"theirs\.toml"):
+        planner_watch.start(_parser().parse_args(["planner", "watch", str(mine), str(scenario)]))
