@@ -111,6 +111,8 @@ class TeamDesk:
         self._stopped: set[int] = set()
         """Vetoed on a course of an older task: they hold until the new one's first plan."""
         self._late_in_a_row = 0
+        self._step_ms = 0.0
+        """How long its newest step took."""
         self._arrivals: deque[float] = deque(maxlen=MOST_PLANS_PER_S)
 
     # ---------------------------------------------------------------- task
@@ -207,6 +209,7 @@ class TeamDesk:
         self.rate_hz = min(max(plan.rate_hz, SLOWEST_HZ), FASTEST_HZ) if math.isfinite(plan.rate_hz) else SLOWEST_HZ
         late = self._judge_steps and plan.step_ms > 1e3 / self.rate_hz
         self._late_in_a_row = self._late_in_a_row + 1 if late else 0
+        self._step_ms = plan.step_ms
         if plan.annotations is not None:
             self.annotations = shown(plan.annotations)
         self.metrics = {clean(k, MOST_NAME_CELLS): v for k, v in sorted(plan.metrics.items())[:MOST_METRICS]}
@@ -262,7 +265,10 @@ class TeamDesk:
         configuring = not self._first_plan
         silent = now - (max(self._task_s, since) if configuring else since) > (CONFIGURE_S if configuring else SILENT_S)
         if silent or late:
-            what = f"silent for {now - since:.1f} s" if silent else f"late {LATE_IN_A_ROW} times in a row"
+            what = f"silent for {now - since:.1f} s"
+            if not silent:
+                took = f"a step takes {self._step_ms:.0f} ms, may take {1e3 / self.rate_hz:.0f}"
+                what = f"late {LATE_IN_A_ROW} times in a row ({took})"
             self._late_in_a_row = 0
             self._fault(f"planner {self.team.planner} {what}: {len(flying)} vehicles hold")
             return [flight.vehicle for flight in flying]

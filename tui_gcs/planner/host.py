@@ -26,7 +26,7 @@ from tui_gcs.planner import kept as keeping
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Context, Output, Planner
 from tui_gcs.planner.changes import Changes
-from tui_gcs.planner.pace import Pace
+from tui_gcs.planner.pace import SLOW_SHARE, Pace
 from tui_gcs.planner.plain import plain_annotation, plain_intent
 from tui_gcs.planner.planner_file import is_operators
 from tui_gcs.planner.refusal import is_meant
@@ -260,12 +260,15 @@ class PlannerHost:
         period_s = 1.0 / self.rate_hz
         late = frame.t_s - self._next_s > period_s
         self._next_s = frame.t_s + period_s if late else self._next_s + period_s
-        begin_s = time.perf_counter()
+        begin_s, begin_cpu_s = time.perf_counter(), time.thread_time()
         with _without_collections():
             plan = self._plan(job, frame, period_s)
-        took_s = time.perf_counter() - begin_s
+        took_s, cpu_s = time.perf_counter() - begin_s, time.thread_time() - begin_cpu_s
         if self.pace is not None and self.pace.took(took_s, period_s):
-            job.notes.append("computer too busy: steps come first, background work is cut")
+            why = "computer too busy: steps come first"
+            if cpu_s > SLOW_SHARE * period_s:  # it would be as slow on a computer that does nothing else
+                why = f"its steps take {took_s * 1e3:.0f} ms of {period_s * 1e3:.0f}"
+            job.notes.append(f"{why}, background work is cut")
         return msgspec.structs.replace(plan, step_ms=took_s * 1e3)
 
     def _blank(self, job: Job, frame: FleetFrame) -> Plan:
