@@ -110,6 +110,15 @@ async def test_vehicles_below_the_roster_are_counted() -> None:
         assert str(c.fly.roster.border_subtitle) == "5 more below: n N"
 
 
+async def test_actions_that_the_list_has_no_room_for_are_counted() -> None:
+    async with console(NARROW, flight) as c:
+        await c.press("colon")
+        counted = re.search(r"arrows: choose, 1 of (\d+)", c.text())
+        assert counted is not None and int(counted[1]) > 24
+        await c.press(*"journal")
+        assert "arrows: choose " in c.text(), "all that match are seen"
+
+
 def test_the_key_that_answers_an_alarm_is_not_cut_for_the_words_before_it() -> None:
     alarm = Alarm(
         "battery-low",

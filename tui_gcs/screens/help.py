@@ -151,4 +151,6 @@ class PaletteDialog(TextDialog[str | None]):
             lines.append([(f"not now: {marked.why_not}", Ink.CAUTION)])
         else:
             lines.append([(marked.help, Ink.MUTED)])  # all of it
-        return [*lines, [(" Esc = close ", Ink.SELECTED), ("   Enter = do it   arrows: choose", Ink.MUTED)]]
+        more = f", {self._at + 1} of {len(matching)}" if len(matching) > room else ""
+        keys = f"   Enter = do it   arrows: choose{more}"
+        return [*lines, [(" Esc = close ", Ink.SELECTED), (keys, Ink.MUTED)]]
