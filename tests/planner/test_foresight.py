@@ -1,5 +1,8 @@
 """What a plan is worth is known before it is flown: idleness, its ratio to the bound, separation, how many it takes."""
 
+from pathlib import Path
+
+import bad_planners as bad
 import pytest
 
 from tui_gcs.core.messages import PreviewTask
@@ -8,6 +11,7 @@ from tui_gcs.core.zones import Circle
 from tui_gcs.planner.check.world import World, scattered, task_for
 from tui_gcs.planner.foresight import foresee, vehicles_for, with_vehicles
 from tui_gcs.planner.preview import preview
+from tui_gcs.planner.registry import PlannerFile
 
 LIMITS = Limits(separation_horizontal_m=10.0, separation_vertical_m=5.0)
 SMALL = Circle((250.0, 200.0), 25.0)
@@ -64,3 +68,20 @@ def test_what_cannot_be_is_told() -> None:
     assert "not with 64 vehicles either" in preview(PreviewTask(1, task, frame, 1e-3), {}).text
     wrong = preview(PreviewTask(1, task_for((1, 2), "nobody"), frame), {})
     assert wrong.state == "failed" and "nobody" in wrong.text
+
+
+@pytest.mark.parametrize(
+    ("statement", "told"),
+    [
+        ("raise ValueError('too small for us')", "too small for us"),
+        ("np.zeros(0).max()", "mine.py:12 in configure: ValueError: zero-size array to reduction operation"),
+    ],
+    ids=["as the author says it", "a mistake, with its line"],
+)
+def test_why_a_planner_of_a_file_has_no_plan(statement: str, told: str, tmp_path: Path) -> None:
+    path = tmp_path / "mine.py"
+    path.write_text(bad.GOOD.replace("super().configure(task, params, rng)", statement))
+    task = task_for((1, 2), "mine", shape=SMALL)
+    found = preview(PreviewTask(1, task, World(task, scattered(2)).frame()), {"mine": PlannerFile("mine", path, "")})
+    assert found.state == "failed" and found.text.startswith(told)
+    assert (found.text == told) is ("raise" in statement)

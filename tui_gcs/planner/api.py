@@ -30,7 +30,8 @@ are m/s over ground, times seconds of the station's clock: only differences mean
 without it. The station calls, in this order:
 
 1. `configure(task, params, rng)`: once per task (team, zone, round or parameters changed: a new object, a new task).
-   May be slow, 20 s at most; what flew before flies on meanwhile. A ValueError says that the task cannot be done.
+   May be slow, 20 s at most; what flew before flies on meanwhile. A `raise ValueError("why")` of yours says that
+   the task cannot be done; one that comes out of a library is a mistake as any other exception.
 2. `start(t_s, fleet)`, or `restore(data)` with what `snapshot` gave if this planner goes on where one died.
 3. `step(ctx)`, `rate_hz` times a second, 1 to 20; before it `event(event)` for everything that changed since the last.
 4. `stop(reason)`.

@@ -20,6 +20,7 @@ import msgspec
 
 from tui_gcs.core.messages import PlannerTask, PreviewResult, PreviewTask, decode, encode
 from tui_gcs.planner.foresight import foresee, vehicles_for
+from tui_gcs.planner.planner_file import blame
 from tui_gcs.planner.registry import PlannerFile
 
 LIMIT_S = 60.0
@@ -43,7 +44,7 @@ def preview(ask: PreviewTask, files: Mapping[str, PlannerFile]) -> PreviewResult
     except ValueError as why:
         return PreviewResult(task.team, ask.number, "failed", text=str(why))
     if found.plan.error:
-        return PreviewResult(task.team, ask.number, "failed", text=found.plan.error.strip().splitlines()[-1])
+        return PreviewResult(task.team, ask.number, "failed", text=_why(found.plan.error, files.get(task.planner)))
     return PreviewResult(
         task.team,
         ask.number,
@@ -56,6 +57,12 @@ def preview(ask: PreviewTask, files: Mapping[str, PlannerFile]) -> PreviewResult
         vehicles=vehicles,
         ways=found.ways,
     )
+
+
+def _why(error: str, file: PlannerFile | None) -> str:
+    """One line; of a planner's mistake with the line of its file."""
+    lines = error.strip().splitlines() or ["it does not say why"]
+    return blame(error, file.path) if file is not None and len(lines) > 1 else lines[-1]
 
 
 @dataclass
