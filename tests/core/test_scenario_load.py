@@ -104,11 +104,20 @@ ONE_PROBLEM = [  # (old, new, key path, what the error must say)
     ("centre_m = [150.0, 200.0]", "centre_m = [150.0]", "round[1].zone[1].centre_m", "must be two numbers"),
     ("centre_m = [150.0, 200.0]", "", "round[1].zone[1]", "centre_m is missing; give centre_m"),
     ("centre_m = [150.0, 200.0]", "centre_deg = [91, 0]", "round[1].zone[1].centre_deg", "not on the globe"),
+    ("centre_m = [150.0, 200.0]", "centre_deg = [0, 181]", "round[1].zone[1].centre_deg", "not on the globe"),
+    ("centre_m = [150.0, 200.0]", "centre_deg = [0, 180]", "round[1].zone[1].centre_deg", "far from the origin"),
     ("centre_m = [150.0, 200.0]", "centre_deg = [0.6, 52]", "round[1].zone[1].centre_deg", "far from the origin"),
     ('shape = "circle"', 'shape = "cirlce"', "round[1].zone[1].shape", "did you mean circle?"),
     ('role = "defend"', 'role = "guard"', "round[1].zone[1].role", "one of defend, attack, no-fly"),
     ("lat_deg = 52.0720", "lat_deg = 95.0", "origin.lat_deg", "from -89 to 89"),
     ("speed_m_s = 8.0", "speed_m_s = 0", "limits.speed_m_s", "more than 0"),
+    ("accel_m_s2 = 2.5", "accel_m_s2 = -1", "limits.accel_m_s2", "more than 0 to 100"),
+    ("separation_horizontal_m = 10.0", "separation_horizontal_m = -1", "limits.separation_horizontal_m", "0 to 1000"),
+    ("separation_vertical_m = 5.0", "separation_vertical_m = -1", "limits.separation_vertical_m", "from 0 to 1000"),
+    ("geofence_margin_m = 5.0", "geofence_margin_m = -0.1", "limits.geofence_margin_m", "from 0 to 1000"),
+    ("geofence_margin_m = 5.0", "geofence_margin_m = 1001", "limits.geofence_margin_m", "from 0 to 1000"),
+    ("home_spread_m = 3.0", "home_spread_m = -1", "limits.home_spread_m", "from 0 to 1000"),
+    ("width_m = 160.0", "width_m = 0", "round[1].zone[2].width_m", "more than 0"),
     ("coverage_min = 1.0", "coverage_min = 2.0", "results.coverage_min", "from 0 to 1"),
     ("slot_error_max_m = 2.0", "slot_error_max_m = 0", "results.slot_error_max_m", "more than 0"),
     ("slot_lag_max_s = 0.5", "slot_lag_max_s = nan", "results.slot_lag_max_s", "nan is out of range"),
@@ -151,6 +160,11 @@ def test_an_error_names_file_key_line_and_what_is_allowed(old: str, new: str, ke
     [line] = [line for line in told if line.startswith((f"my.toml: {key} (line ", f"my.toml: {key}: "))][:1] or [""]
     assert says in line, told
     assert "\n" not in line
+
+
+def test_no_margin_at_all_may_be_asked_for() -> None:
+    limits = parse(changed(("geofence_margin_m = 5.0", "geofence_margin_m = 0"))).limits
+    assert (limits.geofence_margin_m, limits.separation_horizontal_m, limits.home_spread_m) == (0.0, 10.0, 3.0)
 
 
 def test_an_error_gives_the_line_the_value_stands_in() -> None:
