@@ -175,6 +175,23 @@ def test_outside_area_and_band(referee: Referee) -> None:
     assert check(referee, "outside altitude band, m").value == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize("east_north_m", [(605.0, 200.0), (300.0, 405.0), (300.0, -5.0)])
+def test_every_side_of_the_area_is_one(referee: Referee, east_north_m: tuple[float, float]) -> None:
+    referee.on_frame(frame(1.0, [(*east_north_m, 50.0), FAR]))
+    assert check(referee, "outside operating area, m").value == 5.0
+
+
+def test_who_is_lost_and_found_begins_the_measuring_of_its_team_anew(referee: Referee) -> None:
+    referee.lose(1, 10.0)
+    referee.lose(99, 11.0)  # in no team
+    referee.find(1, 12.0)
+    assert [(row.round, row.cut_short) for row in referee.result().rounds] == [
+        ("round 1", True),
+        ("round 1 -1", True),
+        ("round 1 -1 +1", False),
+    ]
+
+
 def test_landing_error_and_who_did_not_land(referee: Referee) -> None:
     referee.on_frame(frame(1.0, [(100.0, 200.0, 27.0), FAR]))
     assert check(referee, "not landed and disarmed").value == 2
@@ -210,7 +227,7 @@ def test_on_slot_begins_the_measuring(referee: Referee) -> None:
     referee.on_status(status(2))
     assert check(referee, "home: all on slot, s") == Check("round 1 home: all on slot, s", True, 30.0, 120.0)
     result = referee.result().rounds[0]
-    assert (result.n, result.worst_idleness_s, result.measured_s) == (2, None, 0.0)
+    assert (result.n, result.worst_idleness_s, result.avg_idleness_s, result.measured_s) == (2, None, None, 0.0)
     assert result.bound_s == pytest.approx(math.pi * 80**2 / (2 * 8 * 30), rel=0.01)
 
 
@@ -231,6 +248,8 @@ def test_slots_are_judged_after_the_warm_up(referee: Referee) -> None:
     sweep(referee, 30, (0.5, 1.5), (0.1, math.nan))
     result = referee.result().rounds[0]
     assert (result.off_slot_p95_m, result.off_slot_max_m, result.lag_max_s) == (1.5, 1.5, 0.1)
+    assert result.worst_idleness_s == 138.0 and result.avg_idleness_s is not None
+    assert 138.0 / 3 < result.avg_idleness_s < 138.0 / 2, "cells are seen one after the other"
 
 
 @pytest.mark.parametrize(
