@@ -12,6 +12,7 @@ from tui_gcs.core import messages as m
 from tui_gcs.core.alarm_causes import BY_ID
 from tui_gcs.core.messages import Phase
 from tui_gcs.core.services.traffic import Track
+from tui_gcs.core.tracking import Tracking
 from tui_gcs.core.vehicle import Vehicle
 
 
@@ -220,16 +221,18 @@ def test_who_holds_alone_and_what_takes_him_on(flight: Rig) -> None:
 
 def test_who_is_not_where_its_plan_has_it_is_told(flight: Rig) -> None:
     """8 m beside it in a light wind, real ones told nobody; others were planned around places where they were not."""
-    steering, of_two = flight.station.steering, flight.station.book.flights[2]
+    of_two = flight.station.book.flights[2]
 
-    def off(off_m: float) -> dict[str, list[tuple[object, str]]]:
-        with patch.object(steering, "slot_error_m", lambda f, _: off_m if f is of_two else 0.4):
+    def off(beside_m: float, late_s: float = 0.1) -> dict[str, list[tuple[object, str]]]:
+        with patch.object(of_two, "tracking", Tracking(cross_m=beside_m, lag_s=late_s)):
             return found(flight)
 
     assert off(6.2) == {}, "on its way to its slot it may be anywhere"
     with patch.object(of_two, "joined", True):
-        assert off(2.9) == {}
-        assert off(6.2) == {"beside": [(2, "6 m off")]}
+        assert off(1.9, 0.9) == {}, "late by a slow link, perhaps"
+        assert off(6.2) == {"beside": [(2, "6 m beside its way")]}
+        assert off(0.5, 1.4) == {"beside": [(2, "1.4 s late")]}
+        assert off(0.5, -1.4) == {"beside": [(2, "1.4 s early")]}
         with patch.object(flight.station.alarms, "is_up", lambda cause, _: cause == "beside"):
-            assert off(2.1) == {"beside": [(2, "2 m off")]}, "it goes when it is clearly better"
-        assert off(float("nan")) == {}
+            assert off(1.6) == {"beside": [(2, "2 m beside its way")]}, "it goes when it is clearly better"
+        assert off(float("nan"), float("nan")) == {}

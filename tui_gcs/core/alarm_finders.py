@@ -28,8 +28,8 @@ OUTSIDE_M, OUTSIDE_BAND_M = 2.0, 1.5
 """What a loop around a corner may overshoot is no breach: `limits.geofence_margin_m` is kept inside already."""
 TRAFFIC_M, TRAFFIC_UP_M, TRAFFIC_AGE_S = 1500.0, 300.0, 15.0
 """An aircraft nearer than that, both ways, heard no longer ago."""
-BESIDE_M, BESIDE_BAND_M = 3.0, 1.0
-"""Farther from its slot than a good one ever is (`results.slot_error_max_m`), and than a bad link makes it (2.6 m)."""
+BESIDE_M, LATE_S, BESIDE_BAND = 2.0, 1.0, 0.3
+"""So far beside its slot's way, late or early, for seconds: good ones never are (1.1 m, 0.3 s), nor on bad links."""
 HEALTH_ROUND_S = 2.0
 """Each flying vehicle's own checks are looked at once in this time: they are many."""
 CLOSING_GAP_S = 0.5
@@ -119,11 +119,16 @@ class AlarmFinder:
             yield from self._beside(flight, vehicle)
 
     def _beside(self, flight: Flight, vehicle: Vehicle) -> Iterator[Finding]:
-        """It is not where its plan has it and others believe it to be."""
-        off_m = self._station.steering.slot_error_m(flight, vehicle)
-        limit_m = max(BESIDE_M, self._station.scenario.results.slot_error_max_m)
-        if self._signs.beyond("beside", vehicle, off_m, limit_m, BESIDE_BAND_M):
-            yield Finding("beside", vehicle.id, f"{off_m:.0f} m off")
+        """It is not where its plan has it and others believe it to be. A slow link makes late, too, but not by much."""
+        tracking, results = flight.tracking, self._station.scenario.results
+        if tracking is None:
+            return
+        beside_m, late_s = np.nan_to_num([tracking.cross_m, abs(tracking.lag_s)]).tolist()
+        beside, late = beside_m / max(BESIDE_M, results.slot_error_max_m), late_s / max(LATE_S, results.slot_lag_max_s)
+        if self._signs.beyond("beside", vehicle, max(beside, late), 1.0, BESIDE_BAND):
+            when = "late" if tracking.lag_s > 0.0 else "early"
+            text = f"{beside_m:.0f} m beside its way" if beside >= late else f"{late_s:.1f} s {when}"
+            yield Finding("beside", vehicle.id, text)
 
     def _own_checks(self, vehicle: Vehicle) -> Iterator[Finding]:
         """What an autopilot says of itself that would keep it on the ground."""
