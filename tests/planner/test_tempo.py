@@ -128,6 +128,7 @@ def test_it_is_slowed_smoothly_though_somebody_is_never_on_its_slot() -> None:
     jumps_m_s: list[float] = []
 
     def watch(plan: Plan) -> None:
+        limits_kept(plan)
         for intent in plan.intents:
             old = before.get(intent.vehicle)
             if old is not None and old.joined and intent.joined:

@@ -129,15 +129,6 @@ class Formation:
         """Whether anybody does."""
         return any(berth.falls_back(t_s) for berth in self.berths.values())
 
-    def retime(self, rate: float, t_s: float, *, at_last: bool) -> None:
-        """The tour is flown `rate` times as fast from now on: who is on it stays; others get new ways `at_last`."""
-        for vehicle, berth in self.berths.items():
-            origin_s = t_s - (t_s - berth.origin_s) / rate
-            if berth.settled or not at_last:
-                berth.origin_s = origin_s
-            else:
-                self.berths[vehicle] = Berth(origin_s, berth.slot, before=None if berth.stuck else berth.flown)
-
 
 @dataclass(frozen=True)
 class Course:
@@ -195,6 +186,22 @@ class Course:
             self._assigned(formation, t_s, starts)
         else:
             self._fallen_back(formation, old, t_s, starts)
+
+    def retime(self, formation: Formation, before: "Course", rate: float, t_s: float, fleet: Fleet) -> None:
+        """This is the tour of `before`, flown `rate` times as fast: who is on it stays, the others get new ways.
+
+        Of many vehicles, those wait for their ways where they are.
+        """
+        rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
+        for vehicle, berth in formation.berths.items():
+            origin_s = t_s - (t_s - berth.origin_s) / rate
+            if berth.settled:
+                berth.origin_s = origin_s
+                continue
+            new = Berth(origin_s, berth.slot)
+            if formation.slots <= FEW:
+                self._send(new, t_s, *before._start(berth, t_s, fleet, rows[vehicle]))
+            formation.berths[vehicle] = new
 
     def take_over(self, formation: Formation, before: "Course", t_s: float, fleet: Fleet) -> None:
         """Slots on this tour for those who are on the slots of another, and ways to them. `slots` stay as many."""

@@ -162,8 +162,9 @@ class Patrol(Planner):
         gap_s = tempo.judge(t_s, off_m - self._planned_off_m)
         may = formation.at_rest or t_s > tempo.stepped_s + PATIENCE_S
         if tempo.share != tempo.wanted and may and not formation.falls_back(t_s):
-            formation.retime(tempo.advance(gap_s), t_s, at_last=tempo.share == tempo.wanted)
+            before, rate = self._course, tempo.advance(gap_s)
             self._fly(self._state.design)
+            self._course.retime(formation, before, rate, t_s, fleet)
         if tempo.wanted == wanted:
             return []
         why = "vehicles are beside their slots: wind, load?" if tempo.wanted < wanted else "they keep up: faster again"
