@@ -125,7 +125,7 @@ def test_frames_of_no_vehicle_do_not_fill_the_record(intake: Intake) -> None:
         return sum(len(intake.datagrams(LINK, [(heartbeat(), STRANGER)], now + n / 3000)) for n in range(2900))
 
     assert [second(1.0), second(2.0), second(3.0)] == [STRANGE_PER_S] * 3
-    assert intake.dropped["too many of no vehicle to record"] == 3 * (2900 - STRANGE_PER_S)
+    assert intake.dropped["from no known vehicle, more than is recorded"] == 3 * (2900 - STRANGE_PER_S)
     assert len(intake.datagrams(LINK, [(heartbeat(), HOME)] * 100, 3.0)) == 100
 
 

@@ -356,7 +356,7 @@ class Intake:
         self._strange += 1
         if source.strange <= STRANGE_PER_S and self._strange <= STRANGE_PER_NETWORK_PER_S:
             return True
-        self.dropped["too many of no vehicle to record"] += 1
+        self.dropped["from no known vehicle, more than is recorded"] += 1
         return False
 
     def _demote(self) -> None:
