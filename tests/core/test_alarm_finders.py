@@ -120,6 +120,16 @@ def test_two_that_are_too_close_are_both_named(flight: Rig) -> None:
     assert found(flight) == {}
 
 
+def test_one_without_a_position_may_be_too_close_from_afar_and_that_is_said(flight: Rig) -> None:
+    """Seen: "TOO CLOSE: vehicle 7: 98 m from vehicle 5", where vehicle 7 had lost its GPS."""
+    one, other = vehicle(flight, 1), vehicle(flight, 3)
+    x, y, z = one.position_m
+    with patch.multiple(other, position_m=(x + 40.0, y, z), position_error_m=float("inf")):
+        flight.station.monitor.watch(flight.station.fleet.vehicles.values())
+        told = dict(found(flight)["separation"])
+    assert told[1] == "40 m from vehicle 3, known to ±100 m only"
+
+
 def test_an_aircraft_that_comes_near(flight: Rig) -> None:
     x, y, _ = vehicle(flight).position_m
     now, high_m = flight.clock.now(), vehicle(flight).alt_amsl_m

@@ -19,6 +19,7 @@ from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.flights import FOUND, ON_BOARD_STEP, Flight
 from tui_gcs.core.messages import Freshness, Phase, RunPhase
 from tui_gcs.core.messages_alarms import vehicles_words
+from tui_gcs.core.monitor import error_m
 from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -159,8 +160,11 @@ class AlarmFinder:
         for (one, other), level_m in self._station.monitor.take_close().items():
             for vehicle, partner in ((one, other), (other, one)):
                 nearest[vehicle] = min(nearest.get(vehicle, (level_m, partner)), (level_m, partner))
+        known = self._station.fleet.vehicles
         for vehicle, (level_m, partner) in nearest.items():
-            yield Finding("separation", vehicle, f"{level_m:.0f} m from {vehicles_words([partner])}")
+            doubt_m = sum(error_m(known[each]) for each in (vehicle, partner) if each in known)
+            doubt = f", known to ±{doubt_m:.0f} m only" if doubt_m > 0.0 else ""
+            yield Finding("separation", vehicle, f"{level_m:.0f} m from {vehicles_words([partner])}{doubt}")
 
     def _closing(self, now: float) -> Iterator[Finding]:
         """Foreseen for the whole fleet now and then, and told of until that is done again."""
