@@ -51,6 +51,7 @@ async def test_each_team_has_its_share_of_the_panel_and_m_has_all() -> None:
         counted = [line for line in c.fly.planner_panel.text().splitlines() if "number with" in line]
         assert counted[0].startswith("DEF ") and any(line.startswith("ATT ") for line in counted)
         assert counted[-1].endswith(" … M")
+        assert str(c.fly.planner_panel.border_title) == "planner   M: all"
         await c.press("M")
         assert isinstance(c.app.screen, PlannersDialog)
         assert sum("long name 29 29" in line for line in c.app.screen.text().splitlines()) == 2

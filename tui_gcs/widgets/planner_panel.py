@@ -1,6 +1,7 @@
 """How well each team does its job: worst idleness beside the bound, coverage, slots; what its planner counts."""
 
 from rich.cells import set_cell_size
+from textual.widget import Widget
 
 from tui_gcs.core.messages import StationStatus, TeamStatus, VehicleRow
 from tui_gcs.core.metrics import all_words
@@ -36,7 +37,7 @@ class PlannerPanel(LinesView):
     def show(self, status: StationStatus | None) -> None:
         """Show this status; None when nothing is known."""
         self._status = status
-        set_title(self, "planner")
+        set_title(self, _title(self, "planner", status))
         self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:
@@ -66,9 +67,7 @@ class BriefPanel(LinesView):
     def show(self, status: StationStatus | None, row: VehicleRow | None, alarms: AlarmsOf) -> None:
         """Show this vehicle and this status."""
         self._status, self._row, self._alarms = status, row, alarms
-        title = f"{row.id}, planner" if row is not None else "planner"
-        counts = status is not None and any(team.metrics for team in status.teams)
-        set_title(self, f"{title}   {key_name(self, 'show_planners', 'M')}: all" if counts else title)
+        set_title(self, _title(self, f"{row.id}, planner" if row is not None else "planner", status))
         self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:
@@ -80,6 +79,12 @@ class BriefPanel(LinesView):
             lines.append(fleet_brief(self._status))
             lines += metric_lines(self._status, width, height - len(lines), cut_mark(self, "show_planners", "M"))
         return lines
+
+
+def _title(panel: Widget, words: str, status: StationStatus | None) -> str:
+    """With the key that shows all that planners count, once they do: there is not always room for any of it."""
+    counts = status is not None and any(team.metrics for team in status.teams)
+    return f"{words}   {key_name(panel, 'show_planners', 'M')}: all" if counts else words
 
 
 def team_lines(team: TeamStatus, glyphs: GlyphSet) -> list[list[Run]]:
