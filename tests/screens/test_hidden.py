@@ -2,6 +2,8 @@
 
 import re
 
+import msgspec
+import pytest
 from console import NARROW, console
 from fake_station import FakeStation
 from mission_station import mission_console
@@ -120,20 +122,19 @@ async def test_actions_that_the_list_has_no_room_for_are_counted() -> None:
         assert "arrows: choose " in c.text(), "all that match are seen"
 
 
-def test_the_key_that_answers_an_alarm_is_not_cut_for_the_words_before_it() -> None:
-    alarm = Alarm(
-        "battery-low",
-        AlarmLevel.CAUTION,
-        "BAT",
-        "battery low",
-        "plan its return: [return_all] return",
-        "new",
-        1,
-        0.0,
-        vehicles=tuple(range(1, 9)),
-        text="vehicle 8: 16 %",
-    )
-    keys = {"return_all": "!r", "acknowledge": "a"}
-    runs = alarm_runs([alarm], keys, Notice(""), 80, True, "→")
-    line = "".join(text for text, _ in runs)
-    assert "battery low: vehicles 1-8  vehicle 8: 16 %   → !r return  " in line and len(line) == 80
+@pytest.mark.parametrize(
+    ("action", "told"),
+    [
+        ("plan its return: [return_all] return", "→ !r return  "),
+        ("plan: 8, then [return_selected] return", "→ 8, then r return  "),
+        ("its number, then [return_selected] return", "→ its number, t"),
+    ],
+    ids=["why is left out", "what belongs to the key is not", "there is nothing to leave out"],
+)
+def test_the_keys_that_answer_an_alarm_are_not_cut_for_why(action: str, told: str) -> None:
+    vehicles = tuple(range(1, 9))
+    alarm = Alarm("battery-low", AlarmLevel.CAUTION, "BAT", "battery low", action, "new", 1, 0.0, vehicles)
+    alarm = msgspec.structs.replace(alarm, text="16 %")
+    keys = {"return_all": "!r", "return_selected": "r", "acknowledge": "a"}
+    line = "".join(text for text, _ in alarm_runs([alarm], keys, Notice(""), 80, True, "→"))
+    assert f"battery low: vehicles 1-8  16 %   {told}" in line and len(line) == 80

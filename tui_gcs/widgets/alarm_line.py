@@ -140,9 +140,9 @@ def alarm_runs(
     room = width - len(tag) - len(right)
     if cell_len(text) > room:  # the first thing to do, rather than a part of the second
         text = text.partition(", or ")[0]
-    if cell_len(text) > room and "[" in first.action and not notice.text:  # its key, rather than the words before it
-        key = action_words(first.action[first.action.index("[") :].partition(", or ")[0], keys)
-        text = f" {first.words()}   {arrow} {key}" if first.state != "over" else text
+    if cell_len(text) > room and ": " in action and first.state != "over" and not notice.text:
+        what = action.partition(": ")[2].partition(", or ")[0]  # the keys, rather than why; never a part of them
+        text = f" {first.words()}   {arrow} {what}"
     return [(tag, tag_ink), (cut(text, room), ink), (right, Ink.TEXT)]
 
 
