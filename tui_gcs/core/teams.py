@@ -84,9 +84,10 @@ class TeamDesk:
         self.rate_hz = 5.0
         """How often its planner steps, by its own word."""
         self.ignored = 0
+        """Plans made for an older task."""
         self.unsaid = 0
         """Notes that were left out because there were too many."""
-        """Plans made for an older task."""
+        self._may_say, self._spoke_s = float(MOST_NOTES), -math.inf
         self.measured: ZoneMeasure | None = None
         self._told_on_slot = False
         self._fleet = fleet
@@ -103,7 +104,6 @@ class TeamDesk:
         self._begun_s = -math.inf
         """When the planner began to configure."""
         self._first_plan = False
-        self._may_say, self._spoke_s = float(MOST_NOTES), 0.0
         """There was a plan for the present task."""
         self._configured = False
         """This worker has planned, or said why it cannot, since it came, or since its task."""
