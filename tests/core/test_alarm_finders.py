@@ -89,6 +89,22 @@ def test_a_failsafe_tells_what_it_does_and_why_in_the_vehicle_s_own_words(flight
     assert found(flight) == {}
 
 
+def test_why_the_last_flight_ended_is_no_reason_in_the_next(flight: Rig) -> None:
+    """It lands and disarms in its failsafe, which is never seen to end in flight."""
+    now, signs = flight.clock.now(), flight.station._alarm_finder._signs
+
+    def told(after_s: float, *, in_flight: bool) -> list[str]:
+        findings = signs.findings(vehicle(flight), now + after_s, in_flight=in_flight)
+        return [finding.text for finding in findings if finding.cause == "failsafe"]
+
+    with patch.object(vehicle(flight), "system_status", 5):
+        with patch.object(vehicle(flight), "recent_reasons", [(now, "Battery Failsafe")]):
+            assert "Battery Failsafe" in told(0.0, in_flight=True)[0]
+        assert told(60.0, in_flight=False) == []
+        assert told(600.0, in_flight=True) == ["CRITICAL: a failsafe is active"]
+    assert told(601.0, in_flight=True) == []
+
+
 def test_a_position_of_which_a_px4_says_that_it_has_none(flight: Rig) -> None:
     """Measured: SIM_GPS_USED 0 is GPS_FIX_TYPE_NO_GPS, 0, which is also what nobody has told yet."""
     with patch.multiple(vehicle(flight), gps_fix=0, position_error_m=float("inf")):

@@ -36,6 +36,8 @@ class VehicleSigns:
         """All that is wrong with it; `failed_link` names the one link it was heard on, if that has failed."""
         if problem := problem_of(vehicle):
             yield Finding("identity", vehicle.id, problem)
+        if not in_flight or vehicle.system_status not in FAILSAFE_STATES:
+            self._failsafes.pop(vehicle.id, None)
         if not in_flight:
             return
         freshness = vehicle.freshness(now)
@@ -45,8 +47,6 @@ class VehicleSigns:
             yield Finding("stale", vehicle.id)
         if vehicle.system_status in FAILSAFE_STATES:
             yield Finding("failsafe", vehicle.id, self._failsafe(vehicle, now))
-        else:
-            self._failsafes.pop(vehicle.id, None)
         if vehicle.airborne:
             yield from self._battery(vehicle)
             yield from self._position(vehicle)
