@@ -12,7 +12,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from sitl.quantities import GRAVITY_M_S2, Array
+from sitl.quantities import GRAVITY_M_S2, Array, no_longer
 
 POSITION_P_HZ, POSITION_Z_P_HZ = 0.95, 1.0  # MPC_XY_P, MPC_Z_P
 VELOCITY_P_HZ, VELOCITY_I_HZ2, VELOCITY_D = 1.8, 0.4, 0.2  # MPC_XY_VEL_*_ACC
@@ -92,10 +92,10 @@ class Px4Control:
         wanted_m = np.where(by_path, self._path_m, self.goal_m[:, :2])
         feed = np.where(by_path, self._path_m_s, self.feed_m_s[:, :2])
         controlled = (self.follow != Follow.VELOCITY)[:, None]
-        wanted = _limited(feed + controlled * POSITION_P_HZ * (wanted_m - position), MAX_SPEED_M_S)
+        wanted = no_longer(feed + controlled * POSITION_P_HZ * (wanted_m - position), MAX_SPEED_M_S)
         error = wanted - velocity
         lean = self.push_m_s2 + VELOCITY_P_HZ * error + self._integral_m_s2
-        limited = _limited(lean, MAX_LEAN_M_S2)
+        limited = no_longer(lean, MAX_LEAN_M_S2)
         free = np.all(lean == limited, axis=1)[:, None]
         self._integral_m_s2 += np.where(free, VELOCITY_I_HZ2 * dt * error, 0.0)
         change: Array = (limited - self._drag_hz * (velocity - wind)) * (dt / (1.0 + VELOCITY_D))
@@ -107,7 +107,7 @@ class Px4Control:
         distance = np.maximum(np.hypot(left[:, 0], left[:, 1]), 1e-9)
         speed = np.minimum(self.cruise_m_s, trajectory_speed(distance))
         wanted = left * (speed / distance)[:, None]
-        self._path_m_s += _limited(wanted - self._path_m_s, ACCEL_M_S2 * dt)
+        self._path_m_s += no_longer(wanted - self._path_m_s, ACCEL_M_S2 * dt)
         gap = self._path_m - position
         behind = np.where(np.sum(gap * self._path_m_s, axis=1) > 0.0, np.hypot(gap[:, 0], gap[:, 1]), 0.0)
         share = 1.0 - np.clip(behind / MAX_BEHIND_M, 0.0, 1.0)
@@ -119,10 +119,3 @@ class Px4Control:
         limit = ACCEL_Z_M_S2 * dt
         change: Array = np.clip(VELOCITY_Z_P_HZ * dt * (wanted - climb), -limit, limit)
         return change
-
-
-def _limited(vectors: Array, size: float) -> Array:
-    """No vector longer than `size`."""
-    length = np.hypot(vectors[:, 0], vectors[:, 1])
-    limited: Array = vectors * np.minimum(1.0, size / np.maximum(length, 1e-9))[:, None]
-    return limited

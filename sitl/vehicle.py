@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from sitl.px4_control import DRAG_HZ, WINDY_DRAG_HZ, Px4Control
-from sitl.quantities import GRAVITY_M_S2, Array, Flags
+from sitl.quantities import GRAVITY_M_S2, Array, Flags, no_longer
 from sitl.signing import SigningSpec
 from sitl.weather import Weather, WeatherSpec
 
@@ -187,11 +187,8 @@ class Vehicles:
         """What is left of a change of velocity when the air drags: more than its lean gives is not to be had."""
         through_air = self.velocity_m_s[:, :2] - self.weather.wind_m_s
         drag = DRAG_1_M * np.hypot(through_air[:, 0], through_air[:, 1])[:, None] * through_air
-        lean = change / dt + drag
-        size = np.hypot(lean[:, 0], lean[:, 1])
-        lean *= np.minimum(1.0, LEAN_M_S2 / np.maximum(size, 1e-9))[:, None]
-        limited: Array = (lean - drag) * dt
-        return limited
+        left: Array = (no_longer(change / dt + drag, LEAN_M_S2) - drag) * dt
+        return left
 
     def _vertical_change(self, dt: float) -> Array:
         error = self.target_m[:, 2] - self.seen_m[:, 2]

@@ -15,6 +15,7 @@ import msgspec
 from tests.core.designs import remembered
 from tui_gcs.core import messages as m
 from tui_gcs.core.bus import FLEET, PLAN, REQUEST, TASK, MemoryBus
+from tui_gcs.core.events import ALERT
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Event, FleetFrame, Intent, Phase, Plan, PlannerTask, Reply, RunPhase
@@ -28,6 +29,8 @@ from tui_gcs.core.wire.frames import cut_datagram
 from tui_gcs.rehearsal import TICK_S, LockStep
 
 SHIPPED = Path(__file__).parents[2] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
+SPOT = (240.0, 200.0)
+"""Inside the area, east and north."""
 SETPOINT = "SET_POSITION_TARGET_GLOBAL_INT"
 
 DISARM = 400
@@ -57,6 +60,11 @@ def stay(frame: FleetFrame, task: PlannerTask) -> list[Intent]:
     return [
         Intent(vehicle=v, kind="goto", position_m=(200.0 + 20.0 * v, 200.0, task.layers_m[v])) for v in task.members
     ]
+
+
+def goto(vehicle: int, x: float, y: float, z: float) -> Intent:
+    """To a place."""
+    return Intent(vehicle, "goto", position_m=(x, y, z))
 
 
 @dataclass
@@ -195,6 +203,10 @@ class Rig(LockStep):
             revision = task.revision if task is not None else 0
         plan = Plan(team=team, revision=revision, seq=self.seq, t_s=self.clock.now(), intents=intents, **more)
         self.bus.publish(PLAN.format(team=team), m.encode(plan))
+
+    def alerts(self, team: str = "defend") -> list[str]:
+        """What of a team's planner was told as an alert."""
+        return [e.text for e in self.events() if e.severity <= ALERT and e.source == f"planner {team}"]
 
     def texts(self, source: str = "") -> list[str]:
         """Event texts so far, of one source or of all."""

@@ -4,24 +4,14 @@ import math
 from collections.abc import Callable
 
 import pytest
-from rig import Rig
+from rig import SPOT, Rig, goto
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.bus import PLAN
-from tui_gcs.core.events import ALERT
 from tui_gcs.core.messages import FleetFrame, Intent, Phase, PlannerTask
 from tui_gcs.core.status import station_status
 
 MakeRig = Callable[..., Rig]
-SPOT = (240.0, 200.0)
-
-
-def goto(vehicle: int, x: float, y: float, z: float) -> Intent:
-    return Intent(vehicle, "goto", position_m=(x, y, z))
-
-
-def alerts(flight: Rig, team: str = "defend") -> list[str]:
-    return [e.text for e in flight.events() if e.severity <= ALERT and e.source == f"planner {team}"]
 
 
 @pytest.mark.parametrize("payload", [b"", b"\xff", b"junk", m.encode(m.Hold()), b"\x80"])
@@ -43,7 +33,7 @@ def test_a_plan_with_too_many_intents_is_not_taken_and_its_vehicles_hold(rig: Ma
     flight = rig(2, wants=wants).flying().run(5.0)
     wanted += [goto(900 + k, math.nan, 0.0, 0.0) for k in range(5000)]
     flight.until(lambda: flight.phases() == {Phase.HOLDING}, 4.0)
-    assert alerts(flight)[0] == "planner patrol: more than 64 intents for 2 vehicles: its plan is not taken"
+    assert flight.alerts()[0] == "planner patrol: more than 64 intents for 2 vehicles: its plan is not taken"
     assert flight.station.guard.vetoes["intents"] >= 1
     assert not flight.station.guard.vetoes["unknown vehicle"]
 

@@ -5,12 +5,11 @@ from collections.abc import Callable
 
 import msgspec
 import pytest
-from rig import Rig, scenario
+from rig import SPOT, Rig, goto, scenario
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.bus import ALIVE
 from tui_gcs.core.course import Stand
-from tui_gcs.core.events import ALERT
 from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M
 from tui_gcs.core.firmware.px4 import Px4Multicopter
@@ -23,15 +22,6 @@ from tui_gcs.core.tracking import Tracking
 from tui_gcs.core.wire.mavlink import AUTOPILOT_PX4
 
 MakeRig = Callable[..., Rig]
-SPOT = (240.0, 200.0)
-
-
-def goto(vehicle: int, x: float, y: float, z: float) -> Intent:
-    return Intent(vehicle, "goto", position_m=(x, y, z))
-
-
-def alerts(flight: Rig, team: str = "defend") -> list[str]:
-    return [e.text for e in flight.events() if e.severity <= ALERT and e.source == f"planner {team}"]
 
 
 def team(flight: Rig) -> m.TeamStatus:
@@ -80,7 +70,7 @@ def test_a_dead_planner_costs_its_vehicles_a_hold_within_three_seconds(rig: Make
     died = flight.clock.now()
     flight.until(lambda: flight.phases() == {Phase.HOLDING}, 3.0)
     assert flight.clock.now() - died >= 2.0 - 0.3, "silent since its last plan"
-    assert alerts(flight) == ["planner waypoints silent for 2.0 s: 2 vehicles hold"]
+    assert flight.alerts() == ["planner waypoints silent for 2.0 s: 2 vehicles hold"]
     flight.run(8.0)
     assert all(flight.speed(v) < 0.3 for v in flight.ids)
     assert station_status(flight.station, 1).faults == {"planner": 1}
@@ -122,7 +112,7 @@ def test_a_planner_has_twenty_seconds_for_its_first_plan(rig: MakeRig) -> None:
     assert flight.phase(1) is Phase.FLYING and flight.speed(1) < 0.3, "it waits on its layer"
     flight.run(3.0)
     assert flight.phase(1) is Phase.HOLDING
-    assert len(alerts(flight)) == 1
+    assert len(flight.alerts()) == 1
 
 
 def test_three_late_steps_in_a_row_are_too_many(rig: MakeRig) -> None:
@@ -136,7 +126,7 @@ def test_three_late_steps_in_a_row_are_too_many(rig: MakeRig) -> None:
     flight.run(0.2)
     assert flight.phase(1) is Phase.HOLDING
     took = "a step takes 250 ms, may take 200"
-    assert alerts(flight) == [f"planner patrol late 3 times in a row ({took}): 1 vehicles hold"]
+    assert flight.alerts() == [f"planner patrol late 3 times in a row ({took}): 1 vehicles hold"]
 
 
 def test_a_worker_that_goes_in_flight_is_told_as_an_alarm(rig: MakeRig) -> None:
@@ -147,7 +137,7 @@ def test_a_worker_that_goes_in_flight_is_told_as_an_alarm(rig: MakeRig) -> None:
     alive.close()
     flight.planning = False
     flight.run(4.0)
-    assert alerts(flight)[0] == "planner worker is GONE"
+    assert flight.alerts()[0] == "planner worker is GONE"
     assert team(flight).worker == "dead"
 
 
@@ -162,7 +152,7 @@ def test_a_planner_that_fails_holds_its_vehicles_and_its_last_line_is_told(rig: 
         flight.plan(error=error)
         flight.run(0.2)
     assert flight.phase(1) is Phase.HOLDING
-    told = alerts(flight)
+    told = flight.alerts()
     assert told and all("\n" not in text and "\x1b" not in text for text in told)
     if "ValueError" in error:
         assert told[0] == "planner patrol failed: ValueError: no zone"
@@ -176,7 +166,7 @@ def test_a_planner_that_fails_once_goes_on_and_its_vehicles_do_not_hold(rig: Mak
     assert flight.phase(1) is Phase.FLYING, "it may take as long as for its first plan"
     flight.plan(goto(1, *SPOT, 27.0))
     flight.run(1.0)
-    assert alerts(flight) == ["planner patrol failed: ValueError: no ␛[31mzone; it is begun anew"]
+    assert flight.alerts() == ["planner patrol failed: ValueError: no ␛[31mzone; it is begun anew"]
     assert team(flight).error.splitlines() == ["Traceback", "  line 7, in step", "ValueError: no ␛[31mzone"]
     assert '"planner_failed":"defend"' in flight.journal.path.read_text()
 
@@ -190,7 +180,7 @@ def test_a_planner_that_fails_again_is_left_alone_until_the_operator_resumes(rig
     assert flight.phase(1) is Phase.HOLDING
     assert team(flight).worker == "quarantined"
     reason = "planner patrol failed: ValueError: no zone; it is left alone until you change something"
-    assert alerts(flight) == [reason]
+    assert flight.alerts() == [reason]
     asked = flight.ask(m.GetTask(team="defend"), principal="planner-defend")
     assert asked.ok and asked.task is None, "a new worker is not given it either"
     revision = flight.station.desks["defend"].task.revision  # type: ignore[union-attr]
@@ -300,7 +290,7 @@ def test_a_worker_that_is_silent_on_the_ground_is_to_be_killed_and_nobody_is_ala
     flight.plan()
     flight.run(3.0)
     assert desk.kill_wanted
-    assert alerts(flight) == []
+    assert flight.alerts() == []
     assert "planner worker does not answer: it is ended and started anew" in flight.texts("planner defend")
 
 

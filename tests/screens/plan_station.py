@@ -7,6 +7,7 @@ import sys
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import cast
 
 from console import WIDE, Console
@@ -38,6 +39,11 @@ class PlanStation(FakeStation):
         super().__post_init__()
         self.toml = self.toml or read_text(SCENARIO_FILE)
         self.scenario = parse(self.toml)
+
+    def keep_in(self, file: Path) -> None:
+        """It flies what stands in this file."""
+        file.write_text(self.toml)
+        self.path = str(file)
 
     def change(self) -> m.ScenarioChanged:
         return m.ScenarioChanged(revision=self.revision, path=self.path, toml=self.toml, scenario=self.scenario)

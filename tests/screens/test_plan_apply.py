@@ -135,12 +135,7 @@ async def test_edited_copy_can_be_discarded() -> None:
 
 async def test_save_goes_to_the_operators_file_with_its_comments(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-
-    def own(station: PlanStation) -> None:
-        path.write_text(station.toml)
-        station.path = str(path)
-
-    async with plan_console(prepare=own) as c:
+    async with plan_console(prepare=lambda station: station.keep_in(path)) as c:
         await c.type_into("radius_m", "60")
         await c.press("ctrl+s")
         assert f"saved to {path}"[:40] in c.said()

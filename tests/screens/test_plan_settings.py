@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from console import NARROW, WIDE
 from pictures import same_as_snapshot
-from plan_station import KEYS, PlanConsole, PlanStation, plan_console
+from plan_station import KEYS, PlanConsole, plan_console
 
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.scenario_load import load
@@ -73,12 +73,7 @@ async def test_every_field_can_be_reached_and_seen(size: tuple[int, int]) -> Non
 
 async def test_everything_that_is_filled_in_stands_in_the_file_and_comments_stay(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
-
-    def own(station: PlanStation) -> None:
-        file.write_text(station.toml)
-        station.path = str(file)
-
-    async with plan_console(prepare=own) as c:
+    async with plan_console(prepare=lambda station: station.keep_in(file)) as c:
         await c.press("g")
         filled = {
             "scenario_name": "field day",

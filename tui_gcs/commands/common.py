@@ -85,17 +85,17 @@ def check_seed(seed: int | None) -> None:
         raise CommandError(f"--seed {seed}: must be from 0 to {2**63 - 1}")
 
 
-def read_scenario(path: str | None, planners: Collection[str] = ()) -> tuple["Scenario", str, str]:
+def read_scenario(path: str | None, planners: Collection[str] | None = ()) -> tuple["Scenario", str, str]:
     """(scenario, its TOML text, its path); None is the shipped swarm-challenge.
 
-    `planners`: names of those in files, beside the known ones. Raises `CommandError`.
+    `planners`: names of those in files, beside the known ones; None: it may name any. Raises `CommandError`.
     """
     from tui_gcs.core.scenario_load import ScenarioError, load
     from tui_gcs.planner import registry
 
     file = Path(path) if path is not None else Path(str(resources.files("tui_gcs"))) / "scenarios/swarm-challenge.toml"
     try:
-        scenario = load(file, {*registry.names(), *planners})
+        scenario = load(file, None if planners is None else {*registry.names(), *planners})
         return scenario, file.read_text(encoding="utf-8"), str(file.resolve())
     except ScenarioError as error:
         raise CommandError(str(error)) from None

@@ -1,7 +1,6 @@
 """`tui-gcs planner watch`: a planner on simulated vehicles, and every version of it that is saved."""
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui_gcs.commands.common import (
@@ -41,7 +40,7 @@ def start(arguments: argparse.Namespace) -> None:
     check_seed(arguments.seed)
     planners = read_planners([arguments.file])
     (info,) = planners.values()
-    _, toml, path = read_scenario(arguments.scenario, {*planners, *_named_in(arguments.scenario)})
+    _, toml, path = read_scenario(arguments.scenario, None)  # this one flies for all its teams
     toml = flown_by(toml, info)
     try:
         scenario = parse(toml, path, {info.name})
@@ -50,19 +49,6 @@ def start(arguments: argparse.Namespace) -> None:
     vehicles = spec_of(simulable(scenario), arguments.seed, "ardupilot")
     say_planners(planners, scenario)
     launch(Kind.SIM, path, toml, [], sim_spec=vehicles, planners=[info], watch=True)
-
-
-def _named_in(scenario: str | None) -> set[str]:
-    """The planners that a scenario names, whether there are such or not: this one flies for all its teams."""
-    import tomllib
-
-    if scenario is None:
-        return set()
-    try:
-        teams = tomllib.loads(Path(scenario).read_text(encoding="utf-8")).get("team", [])
-        return {team["planner"] for team in teams if isinstance(team.get("planner"), str)}
-    except (OSError, ValueError, AttributeError, TypeError):
-        return set()  # who reads it says what is wrong with it
 
 
 def flown_by(toml: str, info: "PlannerInfo") -> str:

@@ -90,17 +90,24 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.rounds in (None, len(scenario.rounds)):
         _remember(scenario.name, plan, result, problem, arguments)
     _tell_pace(records[0], time.monotonic() - begin_s)
-    if arguments.report:
-        from tui_gcs.report.page import page
-
-        happened = [(h.t_s, str(h)) for h in planned]
-        text = page(records[0], result, problem, conditions=_conditions(arguments), happened=happened)
-        if written(arguments.report, text.encode()):
-            sys.stdout.write(f"report: {arguments.report}\n")
-        else:
-            code = CANNOT
+    if arguments.report and not _reported(arguments, records[0], result, problem, planned):
+        code = CANNOT
     sys.stdout.write(bound_folders(folder.parent, "rehearsal"))
     return code
+
+
+def _reported(
+    arguments: argparse.Namespace, record: "FlightRecord", result: "Result", problem: str, planned: "list[Happening]"
+) -> bool:
+    """Write the report; whether it could be written."""
+    from tui_gcs.report.page import page
+
+    happened = [(h.t_s, str(h)) for h in planned]
+    text = page(record, result, problem, conditions=_conditions(arguments), happened=happened)
+    if not written(arguments.report, text.encode()):
+        return False
+    sys.stdout.write(f"report: {arguments.report}\n")
+    return True
 
 
 def _remember(

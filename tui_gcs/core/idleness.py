@@ -22,6 +22,11 @@ def sweep_bound_s(area_m2: float, n: int, speed_m_s: float, footprint_radius_m: 
     return area_m2 / swept_m2_s if swept_m2_s > 0.0 else math.inf
 
 
+def serving(n: int, waiting: int) -> int:
+    """How many of `n` vehicles the bound counts: not who waits in reserve; where all wait, they serve by standing."""
+    return n - waiting if waiting < n else n
+
+
 def cell_centres_m(shape: Shape, cell_m: float) -> Floats:
     """(n, 2) centres of the cells of `shape`; at least one (the middle), however small the shape."""
     axis_x, axis_y, inside = _lattice(shape, cell_m)

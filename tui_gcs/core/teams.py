@@ -20,6 +20,7 @@ from tui_gcs.core.events import ALERT, NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import IN_THE_AIR, Flight, FlightBook
 from tui_gcs.core.guard import Guard
+from tui_gcs.core.idleness import serving
 from tui_gcs.core.intents import IntentDesk
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.messages import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
@@ -318,9 +319,8 @@ class TeamDesk:
         flying, members = self._flying(), self._book.members(self.team.name)
         up = any(flight.team == self.team.name for flight in self._book.in_phase(*IN_THE_AIR))
         measured = self.measured
-        waiting = sum(flight.waits for flight in flying)
-        reserve = waiting if waiting < len(flying) else 0  # where all stand on purpose, they serve by standing
-        bound = measured.bound_s(len(flying) - reserve or len(members)) if measured else math.nan
+        served_by = serving(len(flying), sum(flight.waits for flight in flying))
+        bound = measured.bound_s(served_by or len(members)) if measured else math.nan
         worst = measured.worst_s if measured and up else math.nan
         return TeamStatus(
             name=self.team.name,
@@ -340,7 +340,7 @@ class TeamDesk:
             ratio=worst / bound if bound and flying else math.nan,
             metrics=self.metrics,
             error=self.trace or self.error,
-            reserve=reserve,
+            reserve=len(flying) - served_by,
         )
 
     def on_slot(self) -> int:

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
+from tui_gcs.core.idleness import IdlenessGrid, serving, sweep_bound_s
 from tui_gcs.core.messages import FleetFrame, FlownWays, Plan, PlannerTask
 from tui_gcs.core.separation import least_separation
 from tui_gcs.core.zones import area_m2, polygon_of
@@ -67,9 +67,7 @@ def foresee(
     plan = host.step(world.frame())
     if plan.error:
         return Foresight(plan)
-    n = len(task.members)
-    reserve = sum(intent.kind == "hold" and intent.joined for intent in plan.intents)
-    n -= reserve if reserve < n else 0
+    n = serving(len(task.members), sum(intent.kind == "hold" and intent.joined for intent in plan.intents))
     bound_s = sweep_bound_s(area_m2(task.zone.shape), n, task.limits.speed_m_s, task.footprint_radius_m)
     told_s = plan.metrics.get(PREDICTED, math.nan)
     flown_s, separation, ways = _fly(host, world, plan, LEAST_S if math.isfinite(told_s) else MOST_S)

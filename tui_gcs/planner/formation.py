@@ -298,10 +298,11 @@ class Course:
         index = [rows[v] for v in ids]
         here, _ = _now(fleet, index)
         xy, velocity = (moment[:, 0] for moment in self.references(berths, np.array([t_s])))
-        error_m = np.hypot(*(xy - here).T)
+        gap_m = here - xy
+        error_m = np.hypot(*gap_m.T)
         fresh = ~(fleet.age_s[index] > OLD_POSITION_S)
         settled = fresh & np.array([berth.settled for berth in berths])
-        off_m = _beside_m(here - xy, velocity)[settled]
+        off_m = _beside_m(gap_m[settled], velocity[settled])
         left_s = WAYS_S_PER_STEP if len(ids) > FEW else np.inf
         for k, (vehicle, berth) in enumerate(zip(ids, berths, strict=True)):
             if berth.waiting and left_s > 0.0:

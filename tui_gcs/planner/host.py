@@ -191,7 +191,6 @@ class PlannerHost:
         seed = np.random.SeedSequence([task.seed % 2**63, crc32(self.team.encode())])
         job = Job(task, np.random.default_rng(seed))
         made: list[Planner] = []
-        refusals: list[str] = []
 
         def make() -> None:
             try:
@@ -205,14 +204,14 @@ class PlannerHost:
                 planner.configure(task, params, job.rng)
             except ValueError as error:
                 job.refuses = is_meant(error, kind)
-                if job.refuses:
-                    refusals.append(str(error))
-                raise
+                words = " ".join(str(error).split()) if job.refuses else ""
+                if not words:
+                    raise
+                job.error = words  # the author's, for the operator; where they stand is nothing to him
+                return
             made.append(planner)
 
         job.error = self._guarded(make) or job.error
-        if refusals and refusals[0].strip():  # the author's words for the operator; where they stand is nothing to him
-            job.error = " ".join(refusals[0].split())
         job.planner = made[0] if made else None
         return job
 

@@ -160,8 +160,8 @@ class Patrol(Planner):
         """Slower if somebody cannot follow (`off_m` beside its way), faster when all can again; what is to be told."""
         tempo, formation, wanted = self._state.tempo, self._state.formation, self._state.tempo.wanted
         gap_s = tempo.judge(t_s, off_m - self._planned_off_m)
-        may = formation.at_rest or t_s > tempo.stepped_s + PATIENCE_S
-        if tempo.share != tempo.wanted and may and not formation.falls_back(t_s):
+        due = tempo.share != tempo.wanted and not formation.falls_back(t_s)
+        if due and (formation.at_rest or t_s > tempo.stepped_s + PATIENCE_S):
             before, rate = self._course, tempo.advance(gap_s)
             self._fly(self._state.design)
             self._course.retime(formation, before, rate, t_s, fleet)

@@ -67,8 +67,8 @@ class Worker:
         self._wanted: Callable[[], Job] | None = None
         """What is to be prepared when the thread is free."""
         self._previews: deque[bytes] = deque()
-        as_saved = {name: replace(file, sha256="") for name, file in (files or {}).items()}
-        self._side = SidePreview(as_saved if watches else files or {})
+        foretold = {name: replace(file, sha256="") if watches else file for name, file in (files or {}).items()}
+        self._side = SidePreview(foretold)
         self._something = threading.Condition()
         bus.subscribe(keys.FLEET, lambda _, data: self._put(frame=data))
         bus.subscribe(keys.TASK.format(team=team), lambda _, data: self._put(task=data))

@@ -3,13 +3,13 @@
 import time
 from collections.abc import Sequence
 
-from rich.cells import cell_len, set_cell_size
+from rich.cells import cell_len
 
 from tui_gcs.core.messages import Event, EventClass
 from tui_gcs.widgets.key_names import cut_mark
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.strips import Run
+from tui_gcs.widgets.strips import Run, cut_before
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.words import clock
 
@@ -87,5 +87,4 @@ def event_line(
     room = width - sum(cell_len(text) for text, _ in runs)
     if cell_len(event.text) <= room:
         return [*runs, (event.text, ink)]
-    kept = set_cell_size(event.text, max(room - cell_len(cut_mark), 0)).rstrip()
-    return [*runs, (kept, ink), (cut_mark, Ink.MUTED)]
+    return [*runs, (cut_before(event.text, room, cut_mark), ink), (cut_mark, Ink.MUTED)]

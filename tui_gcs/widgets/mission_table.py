@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 from textual import events
 from textual.message import Message
-from textual.widget import Widget
 
 from tui_gcs.core.missions.build import CHANGE_SPEED
 from tui_gcs.core.missions.commands import FRAMES, word_of
@@ -79,8 +78,7 @@ class PlanList(LinesView):
         at = ids.index(self._editor.vehicle) if self._editor.vehicle in ids else 0
         self._first = max(0, min(max(self._first, at - room + 1), at, len(ids) - room))
         beyond = self._first, max(len(ids) - self._first - room, 0)
-        if isinstance(self.parent, Widget):
-            show_beyond(self.parent, *beyond, "n N")
+        show_beyond(self.parent, *beyond, "n N")
         if sum(beyond) != self.hidden:
             self.hidden = sum(beyond)
             self.post_message(self.OthersHidden())
@@ -157,8 +155,7 @@ class ItemTable(LinesView, can_focus=True):
         self._first = max(0, min(max(self._first, editor.index - room + 1), editor.index, len(items) - room))
         wrong = {f.item: f.level for f in reversed(editor.forecast.findings(editor.vehicle)) if f.kind is editor.kind}
         shown = range(self._first, min(self._first + room, len(items)))
-        if isinstance(self.parent, Widget):
-            show_beyond(self.parent, self._first, len(items) - shown.stop, "arrows")
+        show_beyond(self.parent, self._first, len(items) - shown.stop, "arrows")
         return [[(_header(editor), Ink.MUTED)], *(self._line(i, items[i], wrong.get(i)) for i in shown)]
 
     def _line(self, index: int, item: PlanItem, wrong: Level | None) -> Line:

@@ -1,6 +1,5 @@
 """How well each team does its job: worst idleness beside the bound, coverage, slots; what its planner counts."""
 
-from rich.cells import set_cell_size
 from textual.widget import Widget
 
 from tui_gcs.core.messages import StationStatus, TeamStatus, VehicleRow
@@ -10,7 +9,7 @@ from tui_gcs.widgets.key_names import cut_mark, key_name
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.selected import brief_lines
-from tui_gcs.widgets.strips import Run
+from tui_gcs.widgets.strips import Run, cut_before
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.vehicle_alarms import AlarmsOf
 from tui_gcs.widgets.visible import whole_age_s
@@ -121,7 +120,7 @@ def metric_lines(status: StationStatus, width: int, most: int, more: str) -> lis
     if len(rows) > most > 0:
         shared = _shared_out([packed(of_team, width) for of_team in words], most)
         rows = [row for of_team in shared for row in of_team]
-        rows[-1] = set_cell_size(rows[-1], width - len(more)).rstrip() + more
+        rows[-1] = cut_before(rows[-1], width, more) + more
     return [[(row, Ink.MUTED)] for row in rows[: max(most, 0)]]
 
 

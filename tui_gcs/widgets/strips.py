@@ -44,6 +44,11 @@ def cut(text: str, width: int) -> str:
     return set_cell_size(text, width - len(CUT)) + CUT
 
 
+def cut_before(text: str, width: int, mark: str) -> str:
+    """As much of `text` as leaves room for `mark` in so many cells."""
+    return set_cell_size(text, max(width - cell_len(mark), 0)).rstrip()
+
+
 def runs_to_strip(runs: Iterable[Run], width: int, base: Style) -> Strip:
     """A line of text cut or filled to `width` cells; what is cut ends with `..`. The text is never markup."""
     segments: list[Segment] = []

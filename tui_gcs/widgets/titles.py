@@ -1,6 +1,7 @@
 """Border titles from plain text."""
 
 from rich.text import Text
+from textual.dom import DOMNode
 from textual.widget import Widget
 
 from tui_gcs.widgets.glyphs import as_ascii
@@ -17,8 +18,13 @@ def set_title(widget: Widget, text: str) -> None:
     widget.border_title = Text(text)
 
 
-def show_beyond(panel: Widget, above: int, below: int, how: str = "") -> None:
-    """Say in the border below a panel how many lines of it are not shown, and `how` to see them; nothing for none."""
+def show_beyond(panel: DOMNode | None, above: int, below: int, how: str = "") -> None:
+    """Say in the border below a panel how many lines of it are not shown, and `how` to see them; nothing for none.
+
+    A list inside a panel gives its parent, which is no widget before it is mounted.
+    """
+    if not isinstance(panel, Widget):
+        return
     words = [f"{count} more {where}" for count, where in ((above, "above"), (below, "below")) if count > 0]
     text = ", ".join(words) + (f": {how}" if words and how else "")
     if panel.has_class("-ascii"):

@@ -4,13 +4,13 @@ import textwrap
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from rich.cells import cell_len, set_cell_size
 from textual import events
 
 from tui_gcs.core.text import clean
 from tui_gcs.widgets.key_names import cut_mark
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.strips import cut_before
 
 MAX_CELLS = 600
 MARGIN_CELLS = 3
@@ -43,8 +43,7 @@ class VerdictLines(LinesView):
             lines += [[(part, remark.ink)] for part in textwrap.wrap(text, max(width, 10))]
         if len(lines) > height > 0:
             (last, ink), more = lines[height - 1][0], cut_mark(self, "read_whole", "^R", self.app.current_mode)
-            kept = set_cell_size(last, max(width - cell_len(more), 0)).rstrip()
-            lines = [*lines[: height - 1], [(kept, ink), (more, Ink.MUTED)]]
+            lines = [*lines[: height - 1], [(cut_before(last, width, more), ink), (more, Ink.MUTED)]]
         return lines
 
     @property

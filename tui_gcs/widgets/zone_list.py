@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from rich.cells import cell_len
 from textual import events
 from textual.message import Message
-from textual.widget import Widget
 
 from tui_gcs.core.scenario import Round
 from tui_gcs.core.zones import Role
@@ -70,8 +69,7 @@ class ZoneList(LinesView, can_focus=True):
         self._top = min(self._top, self._row)
         self._top = max(self._top, self._row - visible + 1, 0)
         shown = rows[self._top : self._top + visible]
-        if isinstance(self.parent, Widget):
-            show_beyond(self.parent, self._top, len(rows) - self._top - len(shown), "arrows")
+        show_beyond(self.parent, self._top, len(rows) - self._top - len(shown), "arrows")
         return shown
 
     def _line(self, row: int, role: str, name: str, shape: str, ink: Ink, width: int) -> Line:
