@@ -72,6 +72,18 @@ def test_what_a_file_is_of_is_told_by_its_commands() -> None:
         read_wpl(QGC_PX4, PlanKind.FENCE)
 
 
+def test_home_comes_back_from_the_first_line() -> None:
+    home = Home(47.5000001, -8.5000001, 488.25)
+    assert read_wpl(write_wpl(mission(5), home)).home == home
+    assert read_wpl(write_wpl(mission(5))).home == Home(0.0, 0.0, 0.0), "nobody said where it is"
+
+
+def test_a_first_line_with_another_index_is_an_item() -> None:
+    """A place at 600 m above sea level that is flown to, as home lines say: only the index tells."""
+    text = "QGC WPL 110\n1\t0\t0\t16\t0\t0\t0\t0\t47.5\t8.5\t600\t1\n"
+    assert len(read_wpl(text).plan.items) == 1 and read_wpl(text).home is None
+
+
 def test_what_the_first_line_is_can_be_said() -> None:
     assert len(read_wpl(MISSION_PLANNER, home=HomeLine.NO).plan.items) == 4
     assert len(read_wpl(QGC_PX4, home=HomeLine.YES).plan.items) == 1

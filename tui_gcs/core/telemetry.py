@@ -19,7 +19,7 @@ from tui_gcs.core.messages import EventClass
 from tui_gcs.core.tally import Tally
 from tui_gcs.core.vehicle import NAN, POSITION_AT, POSITION_BYTES, Vehicle, as_frame
 from tui_gcs.core.wire.frames import MAGIC_V2
-from tui_gcs.core.wire.mavlink import FLAG_ARMED
+from tui_gcs.core.wire.mavlink import AUTOPILOT_PX4, FLAG_ARMED
 from tui_gcs.core.wire.sources import Slot
 
 MOST_SPEED_M_S = 150.0
@@ -290,12 +290,12 @@ class Telemetry:
         """HIGH_LATENCY2: one message for everything, over satellite links. The normal streams come first."""
         vehicle: Vehicle = slot.owner
         boot_ms, latitude, longitude, mode, altitude, *rest = slot.values()
-        heading, speed, battery = rest[6], rest[11], rest[18]
+        heading, speed, climb, battery = rest[6], rest[11], rest[17], rest[18]
         vehicle.high_latency_s = now
         if any(0 <= path.boot.boot_ms - boot_ms < LONGEST_WAY_MS for path in vehicle.paths):
             return  # it was a minute on its way: the normal stream had told newer things before it ceased
         if now - vehicle.heartbeat_s > HIGH_LATENCY_WAITS_S:
-            vehicle.custom_mode = mode
+            vehicle.custom_mode = mode << 16 if vehicle.autopilot == AUTOPILOT_PX4 else mode  # its custom_mode_hl
         if now - vehicle.position_s <= HIGH_LATENCY_WAITS_S or not self._is_place(
             vehicle, latitude / 1e7, longitude / 1e7
         ):
@@ -303,9 +303,10 @@ class Telemetry:
         x, y = self.frame.to_enu(latitude / 1e7, longitude / 1e7)
         course, speed_cm_s = math.radians(2.0 * heading), 20 * speed
         north, east = round(speed_cm_s * math.cos(course)), round(speed_cm_s * math.sin(course))
-        fix = (boot_ms, latitude, longitude, 1000 * altitude, 0, north, east, 0, 200 * heading)
+        climbed_m = altitude - vehicle.alt_amsl_m  # of its home it says nothing: unknown stays unknown
+        fix = (boot_ms, latitude, longitude, 1000 * altitude, 0, north, east, -10 * climb, 200 * heading)
         vehicle.position_raw = as_frame(fix)
-        vehicle.position_m = (float(x), float(y), vehicle.alt_rel_m)
+        vehicle.position_m = (float(x), float(y), vehicle.alt_rel_m + climbed_m)
         vehicle.battery_pct = _percent(battery)
         vehicle.position_s = now
 
