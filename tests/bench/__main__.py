@@ -27,14 +27,12 @@ from tests.bench.planning_losses import planning_losses
 from tests.bench.planning_runs import planning_runs
 from tests.bench.row import NotMeasured, Row
 from tests.bench.sim import sim
-from tests.bench.tlog import tlog
 from tests.bench.wire import wire
 
 PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "help": help_cpu,
     "decoder": decoder,
     "wire": wire,
-    "tlog": tlog,
     "commands": commands,
     "lock-step": lock_step,
     "sim": sim,

@@ -92,6 +92,14 @@ def test_an_area_with_a_hole_is_a_fence_with_an_exclusion() -> None:
     assert content.fence.items[0].x == 473_900_000 and content.fence.items[0].params[0] == 3.0
 
 
+def test_a_closed_line_that_is_a_ring_is_an_area() -> None:
+    ring = "<LinearRing><coordinates>8.54,47.39 8.55,47.39 8.55,47.40 8.54,47.39</coordinates></LinearRing>"
+    text = f'<kml xmlns="http://www.opengis.net/kml/2.2"><Placemark><name>field</name>{ring}</Placemark></kml>'
+    (area,) = read_file(text.encode()).drawings
+    assert (area.kind, area.name) == ("area", "field")
+    assert [place[:2] for place in area.places] == [(47.39, 8.54), (47.39, 8.55), (47.40, 8.55)]
+
+
 def test_heights_above_home_become_heights_above_the_sea_only_where_home_is_known() -> None:
     mixed = Plan(PlanKind.MISSION, (mission(3).items[1], replace(mission(3).items[1], frame=0, z=520.0)))
     with pytest.raises(FormatError, match="above different things"):

@@ -163,6 +163,13 @@ def test_older_files_are_read() -> None:
     assert [item.params[0] for item in content.fence.items] == [3.0] * 3
 
 
+def test_a_fence_is_read_as_its_own_version_has_it() -> None:
+    """A word of the old format that was left in a new file is not the fence of today."""
+    corners = [[47.4, 8.5], [47.4, 8.6], [47.3, 8.6]]
+    left_over = _with("geoFence.polygon", corners)
+    assert read(left_over).fence.fingerprint == read(document()).fence.fingerprint
+
+
 def _without(path: str) -> dict[str, Any]:
     return _with(path, None, drop=True)
 

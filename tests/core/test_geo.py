@@ -56,3 +56,5 @@ def test_how_far_a_place_is_from_a_straight_ends_at_its_ends() -> None:
     places = ((5.0, 3.0), (-3.0, 4.0), (13.0, -4.0), (10.0, 0.0))
     assert [from_straight_m(place, (0.0, 0.0), (10.0, 0.0)) for place in places] == [3.0, 5.0, 5.0, 0.0]
     assert from_straight_m((3.0, 4.0), (0.0, 0.0), (0.0, 0.0)) == 5.0, "a straight without length is a point"
+    assert from_straight_m((7.0, 1.0), (0.0, 0.0), (6.0, 8.0)) == pytest.approx(5.0), "3-4-5, across the grid"
+    assert from_straight_m((0.5, 0.0), (0.0, 0.0), (0.5, 0.0)) == 0.0, "half a metre is one, too"

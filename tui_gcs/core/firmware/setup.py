@@ -216,8 +216,3 @@ def motor_test_end(vehicle: Vehicle, motor: int) -> Order:
 def motor_test_hint(vehicle: Vehicle) -> str:
     """Why it may refuse one without a word; "" where it says why."""
     return "is its safety switch on, or COM_MOT_TEST_EN 0?" if vehicle.autopilot == AUTOPILOT_PX4 else ""
-
-
-def shows_armed_in_motor_test(vehicle: Vehicle) -> bool:
-    """Whether its heartbeat says armed meanwhile."""
-    return vehicle.autopilot == AUTOPILOT_ARDUPILOT

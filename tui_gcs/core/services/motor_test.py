@@ -1,8 +1,7 @@
 """One motor turned for a moment, on the ground, by who says that the propellers are off.
 
-The order leaves once: a copy would turn the motor again. ArduPilot's heartbeat shows armed meanwhile: `is_testing`
-tells others that this is no arming. Both accept a test of a motor that they do not have (measured): what is told is
-what SERVO_OUTPUT_RAW showed, asked for meanwhile.
+The order leaves once: a copy would turn the motor again. ArduPilot's heartbeat shows armed meanwhile. Both accept a
+test of a motor that they do not have (measured): what is told is what SERVO_OUTPUT_RAW showed, asked for meanwhile.
 """
 
 from collections.abc import Callable
@@ -11,13 +10,7 @@ from functools import partial
 
 from tui_gcs.core.events import NOTICE
 from tui_gcs.core.firmware.commands import CMD_REQUEST_MESSAGE
-from tui_gcs.core.firmware.setup import (
-    motor_test,
-    motor_test_end,
-    motor_test_hint,
-    motors,
-    shows_armed_in_motor_test,
-)
+from tui_gcs.core.firmware.setup import motor_test, motor_test_end, motor_test_hint, motors
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
@@ -82,10 +75,6 @@ class MotorTestService:
         """Whether a motor turns by our order (or its heartbeat may still show it): armed means nothing then."""
         test = self._tests.get(vehicle_id)
         return test is not None and self._context.clock.now() < test.until_s
-
-    def explains_armed(self, vehicle: Vehicle) -> bool:
-        """Whether it shows armed for that reason only."""
-        return self.is_testing(vehicle.id) and shows_armed_in_motor_test(vehicle)
 
     def start(
         self,
