@@ -1,0 +1,293 @@
+"""What a vehicle says in MAVLink's units, and what the station makes of it. No simulator: frames written by hand."""
+
+import math
+
+import pytest
+from heard import ARMED, BEAT, E7, LAT, LON, Heard
+from pymavlink.dialects.v10 import common as version1
+
+from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.scenario import Origin
+
+NORTH_M, EAST_M = 111.26, 68.68
+"""A thousandth of a degree there."""
+
+
+# ---------------------------------------------------------------- where it is
+
+
+def test_a_position_is_metres_east_north_and_above_home() -> None:
+    vehicle = Heard().is_at(LAT + 0.001, LON - 0.001, alt=127_500, relative_alt=27_500)
+    assert vehicle.position_m == pytest.approx((-EAST_M, NORTH_M, 27.5), abs=0.05)
+    assert (vehicle.lat_deg, vehicle.lon_deg, vehicle.alt_amsl_m) == (52.001, -0.601, 127.5)
+
+
+def test_below_home_is_below_home() -> None:
+    assert Heard().is_at(relative_alt=-3_200, alt=-12_000).alt_rel_m == -3.2
+
+
+def test_north_east_and_down_become_east_north_and_up() -> None:
+    vehicle = Heard().is_at(vx=300, vy=-400, vz=150, hdg=27_050)
+    assert vehicle.velocity_m_s == (-4.0, 3.0, -1.5) and vehicle.ground_speed_m_s == 5.0
+    assert vehicle.heading_deg == 270.5
+
+
+def test_a_heading_that_is_not_known_is_none() -> None:
+    assert math.isnan(Heard().is_at(hdg=65535).heading_deg)
+    assert Heard().is_at(hdg=36000).heading_deg == 360.0
+
+
+def test_before_a_position_came_nothing_is_known() -> None:
+    vehicle = Heard().vehicle
+    assert not vehicle.has_position()
+    for value in (
+        vehicle.lat_deg,
+        vehicle.alt_rel_m,
+        vehicle.alt_amsl_m,
+        vehicle.ground_speed_m_s,
+        vehicle.battery_pct,
+    ):
+        assert math.isnan(value)
+
+
+def test_mavlink_1_says_the_same() -> None:
+    sender = version1.MAVLink(None, srcSystem=2, srcComponent=1)
+    heard = Heard()
+    for message in (
+        version1.MAVLink_heartbeat_message(2, 3, 81 | 128, 4, 3, 3),
+        version1.MAVLink_global_position_int_message(400, 52 * E7, round(LON * E7), 0, 27_500, 300, -400, 150, 9),
+    ):
+        heard.hear(message.pack(sender), over="old radio")
+    vehicle = heard.fleet.vehicles[2]
+    assert vehicle.armed and vehicle.custom_mode == 4
+    assert vehicle.position_m == pytest.approx((0.0, 0.0, 27.5), abs=0.01)
+    assert vehicle.velocity_m_s == (-4.0, 3.0, -1.5) and vehicle.heading_deg == 0.09
+
+
+@pytest.mark.parametrize(("lat", "lon"), [(0.0, 0.0), (90.1, LON), (-90.1, LON), (LAT, 180.1), (LAT, -180.1)])
+def test_where_nobody_can_be_is_no_position(lat: float, lon: float) -> None:
+    heard = Heard()
+    assert not heard.is_at(lat, lon).has_position()
+    assert heard.fleet.dropped["invalid position"] == 1
+
+
+@pytest.mark.parametrize(("lat", "lon"), [(0.0, 6.5), (51.5, 0.0)])
+def test_on_the_equator_and_at_greenwich_one_can_be(lat: float, lon: float) -> None:
+    assert Heard().is_at(lat, lon).has_position()
+
+
+def test_the_same_position_again_is_no_news() -> None:
+    """A vehicle whose clock stands still repeats itself: it gets stale."""
+    heard = Heard()
+    here = {"time_boot_ms": 1000, "lat": 52 * E7, "lon": round(LON * E7), "vx": 10}
+    first_s = heard.say("GLOBAL_POSITION_INT", **here).position_s
+    assert heard.say("GLOBAL_POSITION_INT", after_s=1.0, **here).position_s == first_s
+    assert heard.fleet.dropped["repeated position"] == 1
+    assert heard.say("GLOBAL_POSITION_INT", after_s=1.0, **here | {"lat": 52 * E7 + 1}).position_s > first_s
+
+
+def test_an_older_position_that_comes_late_is_not_where_it_is() -> None:
+    heard = Heard()
+    heard.is_at(after_s=10.0)
+    vehicle = heard.say("GLOBAL_POSITION_INT", time_boot_ms=9_000, lat=52 * E7 + 5000, lon=round(LON * E7))
+    assert vehicle.position_m[1] == 0.0 and heard.fleet.dropped["late position"] == 1
+
+
+def test_a_jump_is_not_believed_until_three_more_agree() -> None:
+    heard = Heard()
+    heard.is_at()
+    for _ in range(3):
+        assert heard.is_at(LAT + 0.05).position_m[1] == 0.0
+    assert heard.is_at(LAT + 0.05).position_m[1] == pytest.approx(50 * NORTH_M, rel=0.001)
+    assert "position jumped: not used until confirmed" in heard.told()
+    assert heard.fleet.dropped["implausible position"] == 3
+
+
+def test_jumps_here_and_there_confirm_nothing() -> None:
+    heard = Heard()
+    heard.is_at()
+    for number in range(10):
+        assert heard.is_at(LAT + (0.05 if number % 2 else -0.05)).position_m[1] == 0.0
+
+
+def test_after_a_jump_back_to_where_it_was_it_takes_four_again() -> None:
+    heard = Heard()
+    heard.is_at()
+    for lat in (LAT + 0.05, LAT + 0.05, LAT):
+        heard.is_at(lat)
+    for _ in range(3):
+        assert heard.is_at(LAT + 0.05).position_m[1] == 0.0
+
+
+def test_how_far_it_may_have_come_grows_while_nothing_is_heard() -> None:
+    """150 m/s and 50 m: 5 km are no jump after 40 s, and one after 4."""
+    heard = Heard()
+    heard.is_at()
+    assert heard.is_at(LAT + 0.045, after_s=40.0).position_m[1] > 5000.0
+    assert heard.is_at(LAT, after_s=4.0).position_m[1] > 5000.0
+
+
+def test_a_new_origin_moves_what_is_known_and_no_vehicle() -> None:
+    heard = Heard()
+    heard.is_at(LAT + 0.001, LON, relative_alt=20_000)
+    heard.say("HOME_POSITION", latitude=round((LAT + 0.002) * E7), longitude=round(LON * E7))
+    heard.fleet.telemetry.reframe(LocalFrame(Origin(LAT + 0.001, LON, 100.0)), [heard.vehicle])
+    assert heard.vehicle.position_m == pytest.approx((0.0, 0.0, 20.0), abs=0.01)
+    assert heard.vehicle.home_m == pytest.approx((0.0, NORTH_M, 0.0), abs=0.05)
+
+
+# ---------------------------------------------------------------- how well it knows that
+
+
+@pytest.mark.parametrize(
+    ("says", "error_m"),
+    [
+        ({"fix_type": 3, "eph": 120, "h_acc": 1_400}, 1.4),
+        ({"fix_type": 3, "eph": 120}, 3.0),  # HDOP 1.2
+        ({"fix_type": 2, "h_acc": 1_400}, math.inf),
+        ({"fix_type": 0}, math.inf),
+    ],
+)
+def test_accuracy_is_what_its_gps_claims(says: dict[str, int], error_m: float) -> None:
+    vehicle = Heard().say("GPS_RAW_INT", satellites_visible=17, **says)
+    assert vehicle.position_error_m == pytest.approx(error_m)
+    assert (vehicle.gps_fix, vehicle.satellites) == (says["fix_type"], 17)
+
+
+def test_what_its_gps_does_not_say_is_not_known() -> None:
+    vehicle = Heard().say("GPS_RAW_INT", fix_type=3, eph=65535, satellites_visible=255)
+    assert math.isnan(vehicle.position_error_m) and vehicle.satellites == -1
+
+
+def test_a_position_that_gets_bad_is_told_once_and_only_of_who_is_armed() -> None:
+    for beat, told in ((BEAT, []), (ARMED, ["position degraded: ±12 m"])):
+        heard = Heard(**beat)
+        heard.say("GPS_RAW_INT", fix_type=3, h_acc=900)
+        heard.say("GPS_RAW_INT", fix_type=3, h_acc=10_000)
+        heard.say("GPS_RAW_INT", fix_type=3, h_acc=12_000)
+        heard.say("GPS_RAW_INT", fix_type=3, h_acc=13_000, after_s=60.0)
+        assert [text for text in heard.told() if "degraded" in text] == told
+
+
+def test_of_two_receivers_the_gap_counts() -> None:
+    heard = Heard(**ARMED)
+    place = {"lat": round(LAT * E7), "lon": round(LON * E7), "fix_type": 3, "h_acc": 500}
+    heard.say("GPS2_RAW", **place | {"lat": round((LAT + 0.001) * E7)})
+    assert heard.say("GPS_RAW_INT", **place).position_error_m == pytest.approx(NORTH_M, abs=1.0)
+    assert "position degraded: its GPS receivers are 111 m apart" in heard.told()
+    assert heard.say("GPS_RAW_INT", after_s=3.5, **place).position_error_m == 0.5, "the second one fell silent"
+
+
+# ---------------------------------------------------------------- its battery
+
+
+def test_a_battery_by_sys_status_until_battery_status_comes() -> None:
+    heard = Heard()
+    vehicle = heard.say("SYS_STATUS", voltage_battery=15_900, battery_remaining=71)
+    assert (vehicle.battery_v, vehicle.battery_pct) == (15.9, 71.0)
+    heard.say("BATTERY_STATUS", voltages=[16_200] + [65535] * 9, battery_remaining=80)
+    vehicle = heard.say("SYS_STATUS", voltage_battery=15_900, battery_remaining=71)
+    assert (vehicle.battery_v, vehicle.battery_pct) == (16.2, 80.0)
+
+
+def test_cells_are_summed_and_a_second_battery_is_another() -> None:
+    heard = Heard()
+    vehicle = heard.say("BATTERY_STATUS", voltages=[4_100, 4_050, 4_000, 3_950] + [65535] * 6, battery_remaining=64)
+    assert (vehicle.battery_v, vehicle.battery_pct) == (16.1, 64.0)
+    vehicle = heard.say("BATTERY_STATUS", id=1, voltages=[3_000] + [65535] * 9, battery_remaining=5)
+    assert (vehicle.battery_v, vehicle.battery_pct) == (16.1, 64.0)
+
+
+@pytest.mark.parametrize("percent", [-1, 101, -128])
+def test_a_charge_that_is_none_is_not_known(percent: int) -> None:
+    heard = Heard()
+    assert math.isnan(heard.say("SYS_STATUS", voltage_battery=65535, battery_remaining=percent).battery_pct)
+    assert math.isnan(heard.vehicle.battery_v)
+    assert math.isnan(heard.say("BATTERY_STATUS", voltages=[65535] * 10, battery_remaining=percent).battery_pct)
+    assert math.isnan(heard.vehicle.battery_v)
+
+
+@pytest.mark.parametrize("percent", [0, 100])
+def test_empty_and_full_are_known(percent: int) -> None:
+    assert Heard().say("SYS_STATUS", battery_remaining=percent).battery_pct == percent
+
+
+def test_a_battery_that_empties_is_told_at_25_and_at_15_once() -> None:
+    heard = Heard()
+    for percent in (26, 25, 24, 23, 16, 15, 14, 13):
+        heard.say("SYS_STATUS", battery_remaining=percent, after_s=60.0)
+    assert [text for text in heard.told() if "battery" in text] == ["battery below 25 %", "battery below 15 %"]
+
+
+def test_a_battery_that_is_nearly_empty_when_first_heard_is_told_as_that() -> None:
+    heard = Heard()
+    heard.say("SYS_STATUS", battery_remaining=9)
+    assert [text for text in heard.told() if "battery" in text] == ["battery below 15 %"]
+
+
+# ---------------------------------------------------------------- its state
+
+
+def test_a_heartbeat_says_what_it_is_and_whether_it_is_armed() -> None:
+    heard = Heard(custom_mode=4, type=13, autopilot=12, system_status=5)
+    vehicle = heard.vehicle
+    assert (vehicle.custom_mode, vehicle.type, vehicle.autopilot, vehicle.system_status) == (4, 13, 12, 5)
+    assert not vehicle.armed
+    assert heard.say("HEARTBEAT", **ARMED, after_s=5.0).armed and vehicle.heartbeat_s == heard.clock.now()
+    assert not heard.say("HEARTBEAT", **BEAT, after_s=5.0).armed
+
+
+def test_an_armed_bit_that_flickers_is_armed_until_it_rests() -> None:
+    heard = Heard()
+    for beat in (ARMED, BEAT, ARMED, BEAT):
+        heard.say("HEARTBEAT", **beat, after_s=0.5)
+    assert heard.vehicle.armed and "armed state flickers: taken as armed" in heard.told()
+    assert not heard.say("HEARTBEAT", **BEAT, after_s=1.0).armed
+
+
+def test_armed_and_disarmed_by_turns_every_second_is_no_flicker() -> None:
+    heard = Heard()
+    for beat in (ARMED, BEAT, ARMED, BEAT):
+        heard.say("HEARTBEAT", **beat, after_s=1.0)
+    assert not heard.vehicle.armed and not [text for text in heard.told() if "flickers" in text]
+
+
+def test_on_the_ground_in_the_air_and_ready_to_arm() -> None:
+    heard = Heard(**ARMED)
+    assert heard.say("EXTENDED_SYS_STATE", landed_state=1).on_ground
+    assert not heard.say("EXTENDED_SYS_STATE", landed_state=2).on_ground and heard.vehicle.airborne
+    assert heard.say("SYS_STATUS", onboard_control_sensors_health=0x10000000).prearm_ok
+    assert not heard.say("SYS_STATUS", onboard_control_sensors_health=0x0FFFFFFF).prearm_ok
+
+
+def test_home_is_a_place_and_a_height_above_the_sea() -> None:
+    heard = Heard()
+    place = {"latitude": round((LAT + 0.001) * E7), "longitude": round((LON + 0.001) * E7), "altitude": 112_300}
+    vehicle = heard.say("HOME_POSITION", **place)
+    assert vehicle.home_m == pytest.approx((EAST_M, NORTH_M, 0.0), abs=0.05) and vehicle.home_amsl_m == 112.3
+
+
+def test_a_home_that_nobody_can_have_is_refused_and_told() -> None:
+    heard = Heard()
+    heard.is_at()
+    heard.say("HOME_POSITION", latitude=round(LAT * E7), longitude=round(LON * E7))
+    assert heard.say("HOME_POSITION", latitude=53 * E7, longitude=round(LON * E7)).home_m is None
+    assert heard.fleet.dropped["implausible home"] == 1 and "says its home is 111 km away" in heard.told()[-1]
+    heard.say("HOME_POSITION", latitude=round(LAT * E7), longitude=round(LON * E7))
+    heard.say("HEARTBEAT", **ARMED)
+    kept = heard.say("HOME_POSITION", latitude=53 * E7, longitude=round(LON * E7)).home_m
+    assert kept == pytest.approx((0.0, 0.0, 0.0)), "it is where it took off"
+    assert heard.say("HOME_POSITION", latitude=0, longitude=0).home_m == kept
+
+
+def test_a_home_that_moves_in_flight_is_told() -> None:
+    heard = Heard(**ARMED)
+    heard.is_at(relative_alt=20_000)
+    for north_deg, altitude in ((0.0, 100_000), (0.00001, 100_500), (0.001, 100_500), (0.001, 97_000)):
+        heard.say("HOME_POSITION", latitude=round((LAT + north_deg) * E7), longitude=round(LON * E7), altitude=altitude)
+        heard.clock.advance(20.0)
+    moved = [text for text in heard.told() if "home moved" in text]
+    assert [text.split(":")[0] for text in moved] == [
+        "its home moved 110 m, +0 m in height",
+        "its home moved 0 m, -4 m in height",
+    ]
