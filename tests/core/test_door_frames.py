@@ -1,26 +1,13 @@
 """The door by itself: which bytes go to which address, what is refused, and what the journal and the recording say."""
 
-import json
 from pathlib import Path
-from typing import Any
 
-from heard import ARMED, Heard
+from doorway import Doorway
+from heard import ARMED
 
-from tui_gcs.core.door import Door
-from tui_gcs.core.guard import Guard
-from tui_gcs.core.journal import Journal
 from tui_gcs.core.kinds import Kind
-from tui_gcs.core.links.memory import MemoryLink
-from tui_gcs.core.links.spec import LinkSpec
-from tui_gcs.core.recorder import TlogWriter
-from tui_gcs.core.scenario import Limits, OperatingArea
-from tui_gcs.core.tlog import read_tlog
-from tui_gcs.core.trust import TrustBook
-from tui_gcs.core.wire.dialect import decode
 from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import cut_datagram
 from tui_gcs.core.wire.signing import Key
-from tui_gcs.core.zones import Circle
 
 COMMAND = {"confirmation": 0, "param1": 1, "param2": 0, "param3": 0, "param4": 0, "param5": 0, "param6": 0, "param7": 0}
 ARM = COMMAND | {"command": 400}
@@ -36,39 +23,6 @@ PLACE = {
 }
 PLACE |= {"vz": 0, "afx": 0, "afy": 0, "afz": 0, "yaw": 0, "yaw_rate": 0}
 SECRET = bytes(range(32))
-
-
-class Doorway:
-    """A door with the link "radio", and `Heard`'s vehicle 1 behind it."""
-
-    def __init__(self, folder: Path, kind: Kind = Kind.LIVE, token: str = "", **beat: int) -> None:
-        self.heard = Heard(**beat)
-        self.links = {name: MemoryLink(name) for name in ("radio", "other radio")}
-        self.links["satellite"] = MemoryLink(spec=LinkSpec("satellite", "memory", "", high_latency=True))
-        self.recorder, self.journal = TlogWriter(folder / "run.tlog"), Journal(folder / "run.jsonl")
-        clock, events, fleet = self.heard.clock, self.heard.events, self.heard.fleet
-        guard = Guard(Limits(), OperatingArea(Circle((0.0, 0.0), 100.0), 5.0, 50.0), ())
-        files = (self.recorder, self.journal, clock, events)
-        trust = TrustBook(clock, events, ("",))
-        self.door = Door(dict(self.links), fleet, guard, Encoder(255, 190), *files, kind, token, trust)
-
-    def sent(self, link: str = "radio") -> list[tuple[str, dict[str, Any], object]]:
-        """Name, fields and address of what left over a link since the last look."""
-        found = []
-        while self.links[link].sent:
-            raw, address = self.links[link].sent.popleft()
-            message = decode(cut_datagram(raw).frames[0])
-            assert message is not None
-            found.append((message.name, dict(message.fields), address))
-        return found
-
-    def journalled(self) -> list[dict[str, Any]]:
-        return [json.loads(line) for line in self.journal.path.read_text().splitlines()]
-
-    def recorded(self) -> list[int]:
-        """Ids of the recorded messages."""
-        self.recorder.close()
-        return [frame.msgid for _, frame in read_tlog(self.recorder.path)]
 
 
 def test_an_action_leaves_for_one_vehicle_and_is_journalled_and_recorded(tmp_path: Path) -> None:
