@@ -7,7 +7,7 @@ import pytest
 from doorway import Doorway
 
 from tui_gcs.core.plan import PlanItem, PlanKind
-from tui_gcs.core.services.plan_wire import Wire, fields_of, item_of, result_word
+from tui_gcs.core.services.plan_wire import Pace, Wire, fields_of, item_of, result_word
 
 ITEM = PlanItem(16, 3, (1.0, 2.0, 3.0, math.pi), 473_977_000, -85_456_000, -12.5, autocontinue=False)
 
@@ -65,3 +65,41 @@ def test_what_did_not_leave_says_why(tmp_path: Path, lost: bool) -> None:
 def test_results_are_words_whatever_the_number() -> None:
     assert (result_word(0), result_word(4), result_word(15)) == ("accepted", "no space for so many items", "cancelled")
     assert (result_word(16), result_word(-1)) == ("result 16", "result -1")
+
+
+@pytest.mark.parametrize(("trip_s", "wait_s"), [(0.01, 0.25), (0.2, 0.6), (0.8, 1.8), (9.0, 5.0)])
+def test_an_answer_is_waited_for_three_round_trips_on_slow_links_one_and_a_second(trip_s: float, wait_s: float) -> None:
+    pace = Pace()
+    assert pace.wait_s == 1.5, "before anything was measured"
+    pace.measured(trip_s)
+    assert pace.wait_s == pytest.approx(wait_s)
+
+
+def test_a_link_that_gets_quicker_is_believed_sooner_than_one_that_gets_slower() -> None:
+    quicker, slower = Pace(), Pace()
+    for pace in (quicker, slower):
+        pace.measured(0.4)
+    quicker.measured(0.2)
+    slower.measured(0.6)
+    assert (quicker.wait_s, slower.wait_s) == (pytest.approx(0.9), pytest.approx(1.275))
+
+
+def test_losses_by_chance_slow_nothing_down_a_silence_does() -> None:
+    pace = Pace()
+    pace.measured(0.2)
+    for _ in range(7):
+        pace.lost()
+    assert pace.wait_s == pytest.approx(0.6)
+    for waits_s in (0.9, 1.0, 1.0):
+        pace.lost()
+        assert pace.wait_s == pytest.approx(waits_s)
+    pace.measured(0.2)
+    pace.lost()
+    assert pace.wait_s == pytest.approx(0.6), "it answers again"
+
+
+def test_who_never_answered_is_given_longer_but_not_for_ever() -> None:
+    pace = Pace()
+    for waits_s in (2.25, 2.5, 2.5):
+        pace.lost()
+        assert pace.wait_s == waits_s
