@@ -12,7 +12,7 @@ from tui_gcs.core.services.plan_read import Reading
 from tui_gcs.core.services.plan_send import Sending, Verdict
 from tui_gcs.core.services.plan_wire import Pace, Wire, fields_of
 
-ACCEPTED, ERROR, INVALID_LATITUDE, WRONG_SEQUENCE, DENIED, CANCELLED = 0, 1, 10, 13, 14, 15
+ACCEPTED, ERROR, NO_SPACE, INVALID_LATITUDE, WRONG_SEQUENCE, DENIED, CANCELLED = 0, 1, 4, 10, 13, 14, 15
 ITEMS = tuple(PlanItem(16, 3, x=470_000_000 + number, y=85_000_000, z=20.0) for number in range(3))
 
 
@@ -93,6 +93,50 @@ def test_what_is_not_its_turn_ends_it_with_a_word(dialogue: Dialogue, seq: int) 
     ask(sending, seq, 0.2)
     assert dialogue.said()[2:] == [("MISSION_ACK", CANCELLED)]
     assert (sending.verdict, sending.error) == (Verdict.FAILED, f"the vehicle asks for item {seq + 1} of 3 after 1")
+
+
+def test_behind_the_last_item_there_is_none(dialogue: Dialogue) -> None:
+    sending = dialogue.upload()
+    for seq in range(4):
+        ask(sending, seq, 0.1)
+    assert (sending.verdict, sending.error) == (Verdict.FAILED, "the vehicle asks for item 4 of 3 after 3")
+
+
+def test_whoever_asks_for_one_item_for_ever_is_not_answered_for_ever(dialogue: Dialogue) -> None:
+    sending = dialogue.upload()
+    for _ in range(200):
+        ask(sending, 0, 0.1)
+    assert dialogue.said().count(("MISSION_ITEM_INT", 0)) == 100
+    assert sending.error == "the vehicle asks for item 1 of 3 again and again"
+
+
+def test_what_comes_after_the_end_changes_nothing(dialogue: Dialogue) -> None:
+    sending = dialogue.upload()
+    for seq in range(3):
+        ask(sending, seq, 0.1)
+    verdict(sending, ACCEPTED, 0.2)
+    dialogue.said()
+    ask(sending, 1, 0.3)
+    verdict(sending, INVALID_LATITUDE, 0.4)
+    sending.tick(60.0)
+    assert (sending.verdict, dialogue.said()) == (Verdict.ACCEPTED, [])
+
+
+def test_an_item_is_said_again_after_its_patience_not_before(dialogue: Dialogue) -> None:
+    """This autopilot asks by itself within 2 s."""
+    sending = dialogue.upload()
+    ask(sending, 0, 0.1)
+    sending.tick(2.0)
+    assert dialogue.said() == [("MISSION_COUNT", 3), ("MISSION_ITEM_INT", 0)]
+    sending.tick(2.1)
+    assert dialogue.said() == [("MISSION_ITEM_INT", 0)]
+
+
+def test_too_many_items_are_refused_at_once(dialogue: Dialogue) -> None:
+    sending = dialogue.upload()
+    verdict(sending, NO_SPACE, 0.2)
+    sending.tick(0.9)
+    assert (sending.verdict, sending.error) == (Verdict.FAILED, "refused: no space for so many items")
 
 
 def test_a_question_of_an_upload_before_is_not_answered(dialogue: Dialogue) -> None:
@@ -218,6 +262,9 @@ def test_items_come_down_one_after_the_other(dialogue: Dialogue) -> None:
     assert reading.over and reading.error == "" and (reading.items, reading.opaque_id) == (ITEMS[:2], 9)
     requests = [("MISSION_REQUEST_INT", 0), ("MISSION_REQUEST_INT", 1)]
     assert dialogue.said() == [("MISSION_REQUEST_LIST", -1), *requests, ("MISSION_ACK", ACCEPTED)]
+    reading.hear("MISSION_COUNT", {"count": 0}, 0.4)
+    reading.tick(60.0)
+    assert reading.items == ITEMS[:2] and dialogue.said() == [], "it is over"
 
 
 def test_what_comes_out_of_order_is_put_in_order_and_what_is_missing_asked_for(dialogue: Dialogue) -> None:
@@ -228,6 +275,16 @@ def test_what_comes_out_of_order_is_put_in_order_and_what_is_missing_asked_for(d
     assert dialogue.said()[-1] == ("MISSION_REQUEST_INT", 1) and not reading.over
     item(reading, 1, 0.4)
     assert reading.over and reading.items == ITEMS
+
+
+def test_an_accepted_of_something_else_ends_nothing(dialogue: Dialogue) -> None:
+    reading = dialogue.download()
+    reading.hear("MISSION_COUNT", {"count": 2}, 0.1)
+    item(reading, 0, 0.2)
+    verdict(reading, ACCEPTED, 0.3)
+    assert reading.come == 1 and not reading.over
+    verdict(reading, ERROR, 0.4)
+    assert reading.come == 0 and dialogue.said()[-1] == ("MISSION_REQUEST_LIST", -1), "begun anew"
 
 
 def test_nothing_on_board_is_a_plan_without_items(dialogue: Dialogue) -> None:
