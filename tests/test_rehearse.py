@@ -6,14 +6,16 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.scenario_load import load
+from tui_gcs.core.zones import Rectangle, Role, Zone
 from tui_gcs.happenings import Happening, HappeningError, drains, losses, restart
 from tui_gcs.rehearsal import rehearse
-from tui_gcs.report.page import page
-from tui_gcs.report.recording import FlightRecord
+from tui_gcs.report.page import _heat, page
+from tui_gcs.report.recording import FlightRecord, ZoneRecord
 from tui_gcs.report.svg import MOST_POINTS, Line, chart, heat, nice, thinned
 
 SHIPPED = Path(__file__).parents[1] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
@@ -156,6 +158,33 @@ def test_who_is_not_there_cannot_be_lost(tmp_path: Path) -> None:
 
 
 # ---------------------------------------------------------------- pictures
+
+
+def test_what_happened_close_together_is_written_below_each_other_and_inside_the_picture() -> None:
+    line = Line("a", list(range(101)), [1.0] * 101, "#000000")
+    happened = [(10.0, "vehicle 6 falls silent"), (12.0, "vehicle 2 falls silent"), (99.0, "vehicle 7 is low")]
+    text = chart("t", [line], unit="s", marks=happened)
+    found = re.findall(r'<text x="([^"]*)" y="(\d+)" class="note">([^<]*)', text)
+    notes = {what: (float(x), float(y)) for x, y, what in found}
+    assert notes["vehicle 6 falls silent"][1] < notes["vehicle 2 falls silent"][1]
+    assert notes["vehicle 7 is low"][1] == notes["vehicle 6 falls silent"][1]
+    assert notes["vehicle 7 is low"][0] < 650.0, "left of its line: at the right it would be cut"
+
+
+def zone_of_one_row(seen_s: list[float]) -> ZoneRecord:
+    zone = Zone("home", Role.DEFEND, Rectangle((5.0, 1.0), 10.0, 2.0), 20.0, 90.0)
+    cells = np.array([[2.5 * i, 1.0] for i in range(len(seen_s))])
+    return ZoneRecord(zone, "defend", 60.0, 4, cells, 2.5, np.array(seen_s), flying=[0, 3, 3, 2])
+
+
+def test_of_a_zone_that_was_not_seen_whole_no_times_are_told() -> None:
+    text = _heat(zone_of_one_row([0.0, np.inf, 0.0]))
+    assert "to 0 s" not in text and "never seen" in text and ">seen<" in text
+    assert "to 12 s" in _heat(zone_of_one_row([3.0, 12.0, 6.0]))
+
+
+def test_the_bound_of_a_zone_is_that_of_who_flew_there() -> None:
+    assert "bound of 3 20.0 s" in _heat(zone_of_one_row([0.0, 1.0])), "one of the four never came"
 
 
 def test_a_chart_leaves_gaps_where_nothing_is_known_and_escapes_names() -> None:

@@ -59,9 +59,11 @@ class CommandingApp(ThinApp):
 
     def refused(self, action_id: str) -> bool:
         """Whether an action of the app can do nothing now; the reason is told."""
-        why = refusal(action_named(action_id), situation_of(self.feed))
+        action, situation = action_named(action_id), situation_of(self.feed)
+        why = refusal(action, situation)
         if why:
-            self.notice(f"{action_id.replace('_', ' ')}: nothing sent: {why}", Level.CAUTION)
+            name = action.label_now(situation) if action.label_now is not None else action_id.replace("_", " ")
+            self.notice(f"{name}: nothing sent: {why}", Level.CAUTION)
         return bool(why)
 
     @property

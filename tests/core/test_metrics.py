@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tui_gcs.core.metrics import all_words, metric_words
+from tui_gcs.core.metrics import all_words, metric_words, seen_pct
 
 
 @pytest.mark.parametrize(
@@ -29,3 +29,15 @@ def test_names_numbers_and_units(name: str, value: float, words: str) -> None:
 
 def test_all_by_name_but_those_left_out() -> None:
     assert all_words({"b": 2.0, "a_m": 1.0, "c": 3.0}, frozenset({"c"})) == ["a 1 m", "b 2"]
+
+
+@pytest.mark.parametrize(
+    ("coverage", "digits", "pct"),
+    [(1.0, 0, 100.0), (0.9999, 0, 99.0), (0.9996, 1, 99.9), (0.57, 0, 57.0), (0.29, 1, 29.0), (0.0, 0, 0.0)],
+)
+def test_the_whole_is_said_only_of_what_was_seen_whole(coverage: float, digits: int, pct: float) -> None:
+    assert seen_pct(coverage, digits) == pct
+
+
+def test_coverage_that_is_not_known_stays_so() -> None:
+    assert math.isnan(seen_pct(math.nan))

@@ -152,6 +152,26 @@ def test_separation_is_horizontal_or_vertical(referee: Referee) -> None:
     assert check(referee, "separation, x limit") == Check("separation, x limit", False, 0.8, 1.0)
 
 
+@pytest.mark.parametrize(("apart_m", "shown"), [(4.999, 0.99), (4.9, 0.98), (5.0, 1.0), (5.018, 1.0)])
+def test_what_does_not_hold_is_never_rounded_to_where_it_would(referee: Referee, apart_m: float, shown: float) -> None:
+    referee.on_frame(frame(1.0, [(100.0, 200.0, 30.0), (101.0, 200.0, 30.0 + apart_m)]))
+    judged = check(referee, "separation, x limit")
+    assert (judged.value, judged.ok) == (shown, shown >= 1.0)
+
+
+def test_a_hand_outside_is_a_hundredth_at_least(referee: Referee) -> None:
+    referee.on_frame(frame(1.0, [(-0.002, 200.0, 27.0), FAR]))
+    assert check(referee, "outside operating area, m") == Check("outside operating area, m", False, 0.01, 0.0)
+
+
+def test_nobody_has_no_bound() -> None:
+    (none,) = referee_of(scenario(2)).result().rounds
+    assert (none.n, none.bound_s) == (0, None)
+    assert table(referee_of(scenario(2)).result()).splitlines()[4].split() == [
+        *("round", "1", "home", "defend", "0", "--", "0.0", "--", "--", "--", "--", "--", "--")
+    ]
+
+
 def test_columns_and_the_ground_do_not_count(referee: Referee) -> None:
     places: list[Vec3] = [(100.0, 200.0, 0.0), (105.0, 200.0, 0.0)]
     referee.on_frame(frame(0.0, places, armed=False, phase=Phase.GROUND))

@@ -150,6 +150,15 @@ async def test_silent_station_is_said_and_values_go() -> None:
         assert "GUIDED" in c.text()
 
 
+@pytest.mark.parametrize("size", [NARROW, WIDE])
+async def test_what_to_do_while_the_station_is_silent_is_told_whole(size: tuple[int, int]) -> None:
+    async with console(size, flight) as c:
+        c.clock.advance(8.0)
+        c.app.feed.check()
+        await c.pilot.pause()
+        assert c.line(1).strip() == "! WARN  station silent for 8 s   !h tries HOLD ALL   vehicles go on as set up"
+
+
 async def test_events_are_shown_newest_first_with_their_class() -> None:
     async with console(WIDE, flight) as c:
         c.station.event("GPS glitch", source="vehicle 3", severity=4, cls="sensor")

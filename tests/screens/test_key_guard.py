@@ -79,6 +79,27 @@ async def test_an_enter_behind_a_question_about_those_in_hold_resumes_nobody() -
         assert "enter NOT TAKEN, a question had just closed: vehicle 2 changed meanwhile" in c.told()
 
 
+async def test_space_asks_a_silent_station_in_flight_to_hold_as_well() -> None:
+    """It may be stalled for a moment only: it holds as soon as it hears, as with !h."""
+    async with console(prepare=flight) as c:
+        c.clock.advance(3.5)
+        c.app.feed.check()
+        await c.pilot.pause()
+        assert c.app.feed.station_lost
+        await c.press("space")
+        assert c.station.commands() == [m.Hold()]
+
+
+async def test_space_on_the_ground_starts_nobody_while_the_station_is_silent_and_says_so() -> None:
+    async with console() as c:
+        c.clock.advance(3.5)
+        c.app.feed.check()
+        await c.pilot.pause()
+        await c.press("space")
+        assert c.station.commands() == []
+        assert "station silent for" in c.line(1) and "| start: nothing sent: the station is silent" in c.line(1)
+
+
 async def test_stops_pass_at_once_behind_a_question_that_closed_by_itself() -> None:
     async with console(prepare=flight) as c:
         await select(c, "2")

@@ -17,11 +17,13 @@ from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.messages import RunPhase
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.start_plan import start_plan
+from tui_gcs.screens.text_dialog import fitted as shortened
 from tui_gcs.widgets.driver import QUEUED_WRITES_MAX, EscapeParser, PatientDriver, lagging
 from tui_gcs.widgets.glyphs import UNICODE
+from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.planner_panel import team_brief, team_lines
 from tui_gcs.widgets.strips import Run
-from tui_gcs.widgets.words import clock, fitted, gps, ids, number
+from tui_gcs.widgets.words import clock, fitted, gps, ids, number, outside
 
 
 @pytest.mark.parametrize(("vehicles", "text"), [((), ""), ((3,), "3"), ((1, 2, 3, 7), "1-3 7"), ((9, 8), "8-9")])
@@ -49,6 +51,28 @@ def test_who_waits_in_reserve_is_told_beside_the_slots() -> None:
     assert "slots 4/4" in words(team_lines(four, UNICODE)) and "reserve" not in words(team_lines(four, UNICODE))
     assert "slots 3/3 +1 in reserve" in words(team_lines(three, UNICODE))
     assert words([team_brief(three, UNICODE)]).find(" 3/3+1 ") > 0
+
+
+def test_how_far_somebody_was_outside_is_zero_only_for_nobody() -> None:
+    told = [outside(metres, " m") for metres in (0.0, 0.02, 0.4, 3.0, 12.3, math.nan)]
+    assert told == ["0 m", "0.1 m", "0.4 m", "3.0 m", "12 m", "--"]
+
+
+def test_a_zone_is_told_to_be_covered_only_when_it_was_seen_whole() -> None:
+    team = FakeStation(MemoryBus(), count=8).status().teams[0]
+    almost, whole = (msgspec.structs.replace(team, coverage=share) for share in (0.998, 1.0))
+    assert "cov99 " in team_brief(almost, UNICODE)[1][0] and "cov100 " in team_brief(whole, UNICODE)[1][0]
+    assert "cover 99%" in team_lines(almost, UNICODE)[1][1][0]
+
+
+def test_a_text_too_long_for_its_box_loses_empty_lines_first() -> None:
+    line, empty, keys = [("what sinks", Ink.TEXT)], [("", Ink.TEXT)], [("Esc = close", Ink.TEXT)]
+    text = [line, empty, line, empty, line, empty, keys]
+    assert shortened(text, 7) == text
+    assert shortened(text, 6) == [line, empty, line, empty, line, keys]
+    assert shortened(text, 4) == [line, line, line, keys]
+    (cut,) = shortened([line] * 20 + [keys], 10)[6]
+    assert cut[0] == "  12 more lines: a taller terminal shows them"
 
 
 def key(name: str, character: str | None) -> Key:
@@ -120,13 +144,15 @@ def test_what_cannot_be_done_now_says_why() -> None:
 
     assert why("resume") == "nothing holds"
     assert why("start_stop") == ""
-    station.fly()
     assert why("start_stop", station_lost=True) == "the station is silent"
+    station.fly()
+    assert why("start_stop", station_lost=True) == "", "HOLD is asked all the same, as !h does"
     assert why("start_stop", read_only="a replay") == why("hold_all", read_only="a replay") == "a replay"
     assert why("show_plan", read_only="a replay") == ""
     station.run = RunPhase.HOLD
     assert why("resume") == ""
     assert "Enter goes on" in why("start_stop")
+    assert why("start_stop", station_lost=True) == "", "who held before it fell silent may not now"
 
 
 def test_counted_teams_take_the_lowest_free_ids() -> None:

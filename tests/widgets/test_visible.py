@@ -77,3 +77,12 @@ def test_whatever_changes_of_the_station_is_drawn_again(field: str) -> None:
 def test_what_cannot_be_seen_is_not_drawn_again() -> None:
     later = msgspec.structs.replace(STATUS, seq=2, t_s=10.5, wall_s=1e9 + 0.5, dropped={"late": 3})
     assert visible_status(later) == visible_status(STATUS)
+
+
+def test_what_is_rounded_down_or_up_on_the_screen_is_so_in_the_key() -> None:
+    """Else 99 % stay there when all was seen, and 0 m when somebody was outside."""
+    almost, whole = (msgspec.structs.replace(TEAM, coverage=share) for share in (0.998, 1.0))
+    keys = [visible_status(msgspec.structs.replace(STATUS, teams=(team,))) for team in (almost, whole)]
+    assert keys[0] != keys[1]
+    inside, beside = (msgspec.structs.replace(STATUS, outside_area_m=metres) for metres in (0.0, 0.02))
+    assert visible_status(inside) != visible_status(beside)

@@ -13,11 +13,15 @@ NOTHING_HOLDS = "nothing holds"
 
 
 def _start_or_hold(situation: Situation) -> str:
+    if situation.run in (None, RunPhase.IDLE):
+        return situation.silent
+    if situation.station_lost:  # what it last said is old; HOLD is asked of it as `!h` does
+        return ""
     frame = situation.frame
     at_rest = frame is not None and {Phase.GROUND, Phase.HOLDING}.issuperset(frame.phase)
     if situation.run is RunPhase.HOLD and at_rest:
         return "all hold already: Enter goes on, !r brings them home"
-    return situation.silent
+    return ""
 
 
 def _start_or_hold_label(situation: Situation) -> str:

@@ -19,6 +19,7 @@ from tui_gcs.commands.common import (
 )
 from tui_gcs.core.config import ConfigError, state_dir
 from tui_gcs.core.kinds import Kind
+from tui_gcs.core.metrics import seen_pct
 from tui_gcs.exits import CANNOT, FAILED, OK, CommandError
 
 if TYPE_CHECKING:
@@ -136,7 +137,7 @@ def table(result: "Result") -> str:
         _row(("round", "zone", "role", ""), ("slot s", "%", "s", "s", "s"), ("", "p95 m", "max m")),
     ]
     for r in result.rounds:
-        cover, bound = f"{100 * r.coverage:.1f}", f"{r.bound_s:.2f}"
+        cover, bound = f"{seen_pct(r.coverage):.1f}", _number(r.bound_s)
         idle = (_number(r.on_slot_after_s, 1), cover, _number(r.worst_idleness_s), _number(r.avg_idleness_s), bound)
         off = (_number(r.ratio), _number(r.off_slot_p95_m), _number(r.off_slot_max_m))
         if len(r.round) > NAME_WIDTH:  # as rehearsals call what follows a loss: whole, on a line of its own
@@ -164,7 +165,8 @@ def _intruders(result: "Result") -> list[str]:
     lines = [""] if result.intruders else []
     for r in result.intruders:
         left = f", {r.under_way} still on their way" if r.under_way else ""
-        lines.append(f"intruders, {r.round} {r.zone}: {r.met} of {r.came} countered before the zone{left};"[:80])
+        lines.append(f"intruders, {r.round} {r.zone}:"[:80])
+        lines.append(f"  {r.met} of {r.came} countered before the zone{left};")
         near = "none came near" if r.nearest_m is None else f"the nearest came to {r.nearest_m:.1f} m of the zone"
         lines.append(f"  {'at least one was in the zone' if r.nearest_m == 0.0 else near}")
     return lines

@@ -13,6 +13,7 @@ import numpy as np
 from tui_gcs.commands.common import read_scenario
 from tui_gcs.core import bus as keys
 from tui_gcs.core.messages import Event, EventClass, FleetFrame, Phase, Reply, Resume, StationStatus, decode, encode
+from tui_gcs.core.metrics import seen_pct
 from tui_gcs.core.results import Check, Result
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.script import Script, Step
@@ -125,11 +126,11 @@ def _idleness(result: Result, whys: list[str]) -> Iterator[Finding]:
     for r, why in zip(result.rounds, whys, strict=True):
         where = f"{r.round} {r.zone}"
         if r.ratio is None or r.worst_idleness_s is None:
-            seen = f"coverage {100 * r.coverage:.0f} %, " if r.on_slot_after_s is not None else ""
+            seen = f"coverage {seen_pct(r.coverage):.1f} %, " if r.on_slot_after_s is not None else ""
             yield noted("flight", f"{where}: {seen}idleness not measured", why)
         else:
             worst = f"worst idleness {r.worst_idleness_s:.1f} s = {r.ratio:.2f} x the bound of {r.bound_s:.1f} s"
-            yield noted("flight", f"{where}: coverage {100 * r.coverage:.1f} %, {worst}")
+            yield noted("flight", f"{where}: coverage {seen_pct(r.coverage):.1f} %, {worst}")
 
 
 # ---------------------------------------------------------------- faults on purpose

@@ -21,6 +21,14 @@ def all_words(metrics: Mapping[str, float], leave_out: frozenset[str] = frozense
     return [metric_words(name, value) for name, value in sorted(metrics.items()) if name not in leave_out]
 
 
+def seen_pct(coverage: float, digits: int = 1) -> float:
+    """Coverage (0 to 1) in percent for people, never rounded up: 100 is said only of what was seen whole."""
+    if not math.isfinite(coverage):
+        return math.nan
+    scale = 10.0**digits
+    return math.floor(round(coverage * 100 * scale, 6)) / scale
+
+
 def _plain(name: str) -> str:
     return name.replace("_", " ").strip()
 

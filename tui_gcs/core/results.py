@@ -18,6 +18,7 @@ from tui_gcs.core.flights import COLUMN_M
 from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
 from tui_gcs.core.incursions import IntruderResult
 from tui_gcs.core.messages import FleetFrame, Phase, StationStatus, TeamStatus, Vec3, VehicleRow
+from tui_gcs.core.metrics import seen_pct
 from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.separation import least_separation
 from tui_gcs.core.zones import Zone, area_m2, polygon_of
@@ -55,7 +56,8 @@ class RoundResult(msgspec.Struct):
     worst_idleness_s: float | None
     avg_idleness_s: float | None
     coverage: float
-    bound_s: float
+    bound_s: float | None
+    """None for nobody."""
     ratio: float | None
     period_s: float | None
     off_slot_p95_m: float | None = None
@@ -172,7 +174,7 @@ class ZoneMeasure:
             most = f"{self._most_on_slot} of {self._wanted} at most"
             return f"never all on their slots: {most} had `joined` and were within 5 m of where their intents had them"
         if self._grid.full_cover_t is None:
-            return f"the zone was never seen whole: {100 * self._grid.coverage:.1f} %"
+            return f"the zone was never seen whole: {seen_pct(self._grid.coverage):.1f} %"
         return "the round ended before it could be measured"
 
     def _warmed_up(self, t_s: float) -> bool:
@@ -197,8 +199,8 @@ class ZoneMeasure:
             measured_s=0.0 if self._window_s is None else round(self._last_s - self._window_s, 1),
             worst_idleness_s=_rounded(worst),
             avg_idleness_s=_rounded(average),
-            coverage=round(self._grid.coverage, 4),
-            bound_s=round(bound, 2) if math.isfinite(bound) else 0.0,
+            coverage=seen_pct(self._grid.coverage, 2) / 100,  # the whole is what was seen whole
+            bound_s=_rounded(bound),
             ratio=_rounded(worst / bound if bound else math.nan),
             period_s=_rounded(self._period_s),
             off_slot_p95_m=_rounded(float(np.percentile(self._off_slot_m, 95))) if self._off_slot_m else None,
@@ -388,10 +390,11 @@ def _rounded(value: float) -> float | None:
 
 
 def _at_most(name: str, value: float | None, limit: float, why: str = "") -> Check:
-    """`why` there is no value."""
+    """`why` there is no value. What does not hold is not rounded to where it would."""
     if value is None:
         return Check(name, False, None, limit, why)
-    return Check(name, value <= limit + 1e-9, round(value, 2), limit)
+    ok = value <= limit + 1e-9
+    return Check(name, ok, round(value, 2) if ok else math.ceil(round(value * 100, 6)) / 100, limit)
 
 
 def _no_vetoes(vetoes: dict[str, int]) -> Check:
@@ -403,4 +406,8 @@ def _no_vetoes(vetoes: dict[str, int]) -> Check:
 
 
 def _at_least(name: str, value: float | None, limit: float) -> Check:
-    return Check(name, value is not None and value >= limit - 1e-9, None if value is None else round(value, 2), limit)
+    """What does not hold is not rounded to where it would."""
+    if value is None:
+        return Check(name, False, None, limit)
+    ok = value >= limit - 1e-9
+    return Check(name, ok, round(value, 2) if ok else math.floor(round(value * 100, 6)) / 100, limit)

@@ -8,12 +8,12 @@ from importlib.metadata import PackageNotFoundError, version
 import numpy as np
 
 from tui_gcs.core.messages import Event
-from tui_gcs.core.metrics import all_words
+from tui_gcs.core.metrics import all_words, seen_pct
 from tui_gcs.core.results import Check, Result, RoundResult
 from tui_gcs.core.zones import bounds, outline_m
 from tui_gcs.report.maps import flown_map, mission_figure
 from tui_gcs.report.recording import FlightRecord, RoundRecord, ZoneRecord
-from tui_gcs.report.svg import COLOURS, SCALE, Line, Map, chart, legend
+from tui_gcs.report.svg import COLOURS, NEVER, SCALE, Line, Map, chart, legend
 
 CSS = """
 :root { color-scheme: light; }
@@ -134,7 +134,7 @@ def _measured(rounds: Sequence[RoundResult]) -> str:
             escape(f"{r.round} {r.zone}") + (" (cut short)" if r.cut_short else ""),
             f"{r.n} + {r.reserve} in reserve" if r.reserve else str(r.n),
             _number(r.on_slot_after_s),
-            f"{100 * r.coverage:.1f}",
+            f"{seen_pct(r.coverage):.1f}",
             _number(r.worst_idleness_s),
             _number(r.avg_idleness_s),
             _number(r.bound_s),
@@ -176,9 +176,10 @@ def _heat(zone: ZoneRecord) -> str:
     picture.cells(zone.cells_m, zone.cell_m, zone.worst_s, most_s)
     picture.polygon(outline_m(zone.zone.shape), 'fill="none" stroke="#1c2126"')
     steps = [(f"to {most_s * (i + 1) / len(SCALE):.0f} s", colour) for i, colour in enumerate(SCALE)]
-    if np.isinf(zone.worst_s).any():
-        steps.append(("never seen", "#000000"))
-    return f"<div><p>{escape(zone.zone.name)}, bound {zone.bound_s:.1f} s</p>{picture}{legend(steps)}</div>"
+    if np.isinf(zone.worst_s).any():  # and so how long the others were unseen was not measured
+        steps = [("seen", SCALE[0]), ("never seen", NEVER)]
+    bound = f"bound of {zone.serving} {zone.bound_s:.1f} s" if zone.serving > 0 else "nobody flew"
+    return f"<div><p>{escape(zone.zone.name)}, {bound}</p>{picture}{legend(steps)}</div>"
 
 
 def _separation(record: FlightRecord, happened: Sequence[tuple[float, str]]) -> str:

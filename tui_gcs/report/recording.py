@@ -47,10 +47,14 @@ class ZoneRecord:
     """The most that waited at once."""
 
     @property
+    def serving(self) -> int:
+        """The most that flew at once (the team, before any did), without its reserve."""
+        return (max(self.flying, default=0) or self.members) - self.reserve
+
+    @property
     def bound_s(self) -> float:
-        """Sweep bound with all of the team but its reserve; infinite for nobody."""
-        serving = self.members - self.reserve
-        return self.alone_s / serving if serving > 0 else math.inf
+        """Sweep bound of those who serve; infinite for nobody."""
+        return self.alone_s / self.serving if self.serving > 0 else math.inf
 
 
 @dataclass

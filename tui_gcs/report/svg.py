@@ -16,6 +16,8 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8
 """Okabe and Ito's, told apart by the colour-blind, and two more."""
 WIDTH, HEIGHT = 760, 240
 LEFT, RIGHT, TOP, BOTTOM = 46, 12, 10, 34
+NOTE_CHARACTER, NOTE_ROWS = 6.2, 12
+"""How wide a character of a mark's text is at most; marks close together are written below each other."""
 MOST_POINTS = 1200
 """Of one line; longer ones are thinned out."""
 SCALE = ("#fff7bc", "#fee391", "#fec44f", "#fe9929", "#d95f0e", "#8c2d04")
@@ -55,13 +57,20 @@ def chart(title: str, lines: Sequence[Line], *, unit: str, marks: Sequence[tuple
     for share in (0.0, 0.25, 0.5, 0.75, 1.0):
         value = low_x + share * (high_x - low_x)
         x, _ = at(value, 0.0)
-        parts.append(f'<text x="{x:.1f}" y="{HEIGHT - BOTTOM + 15}" text-anchor="middle">{value:.0f} s</text>')
+        anchor = "end" if share == 1.0 else "middle"  # the last one would be cut at the edge
+        parts.append(f'<text x="{x:.1f}" y="{HEIGHT - BOTTOM + 15}" text-anchor="{anchor}">{value:.0f} s</text>')
     parts.append(f'<text x="{LEFT}" y="{TOP + 10}" class="unit">{escape(unit)}</text>')
-    for t_s, text in marks:
+    ends: list[float] = []
+    for t_s, text in sorted(marks):
         x, _ = at(t_s, 0.0)
+        wide = len(text) * NOTE_CHARACTER
+        begin = x + 3 if x + 3 + wide < WIDTH else x - 3 - wide
+        row = next((row for row, end in enumerate(ends) if end < begin), len(ends))
+        ends[row : row + 1] = [begin + wide]
         parts.append(f'<line class="mark" x1="{x:.1f}" y1="{TOP}" x2="{x:.1f}" y2="{HEIGHT - BOTTOM}"/>')
         parts.append(f"<title>{escape(text)}</title>")
-        parts.append(f'<text x="{x + 3:.1f}" y="{TOP + 10}" class="note">{escape(text)}</text>')
+        y = TOP + 10 + row % NOTE_ROWS * 13
+        parts.append(f'<text x="{max(begin, LEFT):.1f}" y="{y}" class="note">{escape(text)}</text>')
     for line in lines:
         dash = ' stroke-dasharray="6 4"' if line.dashed else ""
         for run in _runs([at(x, y) if math.isfinite(y) else None for x, y in zip(line.xs, line.ys, strict=True)]):

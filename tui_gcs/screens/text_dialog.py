@@ -51,7 +51,11 @@ class DialogBox(LinesView):
 
 
 def fitted(text: list[Line], room: int) -> list[Line]:
-    """The first lines and the last ones, and how many are missing between."""
+    """Without empty lines, the last ones first; then the first lines and the last, and how many are missing between."""
+    empty = [at for at, line in enumerate(text) if not any(words.strip() for words, _ in line)]
+    too_many = max(len(text) - room, 0)
+    left_out = frozenset(empty[-too_many:] if too_many else ())
+    text = [line for at, line in enumerate(text) if at not in left_out]
     if len(text) <= room:
         return text
     missing = len(text) - room + 1

@@ -86,7 +86,7 @@ class AlarmLine(LinesView):
         if self._prompt:
             return [self._prompt_runs(width)]
         if self._local.text and (self._local.level is Level.WARNING or not self._alarms):
-            return [_local_runs(self._local, self._notice)]
+            return [_local_runs(self._local, self._notice, width)]
         if self._alarms:
             arrow = "→" if self.glyphs.unicode else "->"
             return [alarm_runs(self._alarms, self._keys, self._notice, width, self._bright, arrow, self._shelved)]
@@ -111,11 +111,22 @@ class AlarmLine(LinesView):
         return [(tag, ink), (words, ink), (prompt, Ink.SELECTED)]
 
 
-def _local_runs(local: Notice, notice: Notice) -> list[Run]:
+def _local_runs(local: Notice, notice: Notice, width: int) -> list[Run]:
+    """Of what only this console knows its first parts, as many as fit beside what became of a command."""
     warns = local.level is Level.WARNING
     tag = (" ! WARN ", Ink.ALARM) if warns else (" ^ CAUT ", Ink.SELECTED_CAUTION)
-    tail = f"   | {notice.text}" if notice.text else ""
-    return [tag, (f" {local.text}", Ink.WARNING if warns else Ink.CAUTION), (tail, Ink.TEXT)]
+    tail = f"  | {notice.text}" if notice.text else ""
+    text, *more = local.text.split("   ")
+    room = width - cell_len(tag[0] + tail)
+    for part in more:
+        if cell_len(f" {text}   {part}") > room:
+            break
+        text = f"{text}   {part}"
+    return [
+        tag,
+        (f" {text}", Ink.WARNING if warns else Ink.CAUTION),
+        (cut(tail, width - cell_len(tag[0] + text) - 1), Ink.TEXT),
+    ]
 
 
 def alarm_runs(

@@ -3,7 +3,7 @@
 from textual.widget import Widget
 
 from tui_gcs.core.messages import StationStatus, TeamStatus, VehicleRow
-from tui_gcs.core.metrics import all_words
+from tui_gcs.core.metrics import all_words, seen_pct
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.key_names import cut_mark, key_name
 from tui_gcs.widgets.lines import Line, LinesView
@@ -13,7 +13,7 @@ from tui_gcs.widgets.strips import Run, cut_before
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.vehicle_alarms import AlarmsOf
 from tui_gcs.widgets.visible import whole_age_s
-from tui_gcs.widgets.words import number, packed
+from tui_gcs.widgets.words import number, outside, packed
 
 ROLE_INKS = {"defend": Ink.DEFEND, "attack": Ink.ATTACK}
 WORKER_INKS = {"absent": Ink.MUTED, "late": Ink.WARNING, "dead": Ink.WARNING, "quarantined": Ink.WARNING}
@@ -99,7 +99,7 @@ def team_lines(team: TeamStatus, glyphs: GlyphSet) -> list[list[Run]]:
         ],
         [
             (f"  {number(team.ratio, 2)}", _ratio_ink(team)),
-            (f" x bound {number(team.bound_s, 1)}  cover {number(team.coverage * 100.0, 0, '%')}", Ink.TEXT),
+            (f" x bound {number(team.bound_s, 1)}  cover {number(seen_pct(team.coverage, 0), 0, '%')}", Ink.TEXT),
             (f"  slots {_slots(team)}", Ink.TEXT),
             (f" +{team.reserve} in reserve" if team.reserve else "", Ink.TEXT),
             (_plan_age(team), WORKER_INKS.get(team.worker, Ink.MUTED)),
@@ -143,7 +143,7 @@ def team_brief(team: TeamStatus, glyphs: GlyphSet) -> list[Run]:
     """One line."""
     ink = ROLE_INKS.get(team.role, Ink.TEXT)
     state = "" if team.worker == "running" else f" {team.worker}"
-    cover = number(team.coverage * 100.0)
+    cover = number(seen_pct(team.coverage, 0))
     text = f" {number(team.worst_idleness_s, 1, 's')} {number(team.ratio, 2)}x cov{cover} {_slots(team)}"
     text += f"+{team.reserve}" if team.reserve else ""
     return [(team.role[:3].upper(), ink), (text, Ink.TEXT), (state, WORKER_INKS.get(team.worker, Ink.MUTED))]
@@ -156,7 +156,7 @@ def fleet_lines(status: StationStatus) -> list[list[Run]]:
         [
             (f"nearest pair {number(status.min_separation_m, 1, ' m')} (3-D)", Ink.TEXT),
             ("   ", Ink.TEXT),
-            (f"outside area {number(status.outside_area_m, 0, ' m')}", _outside_ink(status)),
+            (f"outside area {outside(status.outside_area_m, ' m')}", _outside_ink(status)),
         ]
     ]
     if vetoes:
@@ -175,7 +175,7 @@ def fleet_brief(status: StationStatus) -> list[Run]:
     vetoes = sum(status.vetoes.values())
     return [
         (f"sep {number(status.min_separation_m, 1, 'm')} ", Ink.TEXT),
-        (f"out {number(status.outside_area_m, 0, 'm')}", _outside_ink(status)),
+        (f"out {outside(status.outside_area_m, 'm')}", _outside_ink(status)),
         (f" veto {vetoes}" if vetoes else "", Ink.CAUTION),
     ]
 

@@ -117,6 +117,6 @@ def station_lost_notice(status: StationStatus | None, silent_s: float) -> Notice
             f"no station heard for {silent_s:.0f} s: is it running?  q leaves; then tui-gcs fly", Level.WARNING
         )
     return Notice(
-        f"station silent for {silent_s:.0f} s: vehicles go on as set up for link loss   !h tries HOLD ALL",
+        f"station silent for {silent_s:.0f} s   !h tries HOLD ALL   vehicles go on as set up",
         Level.WARNING,
     )

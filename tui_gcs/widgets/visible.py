@@ -6,7 +6,8 @@ import numpy as np
 
 from tui_gcs.core.messages import FleetFrame, StationStatus
 from tui_gcs.core.messages_services import VehicleInfo
-from tui_gcs.core.metrics import all_words
+from tui_gcs.core.metrics import all_words, seen_pct
+from tui_gcs.widgets.words import outside
 
 Key = tuple[object, ...]
 
@@ -70,7 +71,7 @@ def visible_status(status: StationStatus) -> Key:
             team.reserve,
             whole_age_s(team.plan_age_s),
             *(steps(team.rate_hz, 1.0), steps(team.worst_idleness_s, 0.1), steps(team.average_idleness_s, 0.1)),
-            *(steps(team.coverage, 0.01), steps(team.bound_s, 0.1), steps(team.ratio, 0.01), team.error),
+            *(seen_pct(team.coverage, 0), steps(team.bound_s, 0.1), steps(team.ratio, 0.01), team.error),
             tuple(all_words(team.metrics)),
         )
         for team in status.teams
@@ -80,7 +81,7 @@ def visible_status(status: StationStatus) -> Key:
         *(int(status.mission_time_s), status.heard, status.vehicles, status.armed, status.in_control, teams),
         tuple(status.not_ready.items()),
         tuple((link.name, link.up, link.error) for link in status.links),
-        *(steps(status.min_separation_m, 0.1), steps(status.outside_area_m, 1.0), tuple(status.vetoes.items())),
+        *(steps(status.min_separation_m, 0.1), outside(status.outside_area_m, ""), tuple(status.vetoes.items())),
         *(status.recording, status.alarms, status.preflight, tuple(status.homes.items())),
         *(tuple(status.if_silent.items()), tuple(status.planner_files.items())),
     )

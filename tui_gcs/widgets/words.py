@@ -30,6 +30,12 @@ def number(value: float, digits: int = 0, unit: str = "") -> str:
     return f"{round(value, digits) + 0.0:.{digits}f}{unit}"
 
 
+def outside(value_m: float, unit: str) -> str:
+    """How far somebody was outside, rounded up: 0 is said only of nobody; tenths where they count."""
+    tenths = math.ceil(round(value_m * 10.0, 3)) if math.isfinite(value_m) else 0
+    return number(value_m if not tenths else tenths / 10.0, 1 if 0 < tenths < 100 else 0, unit)
+
+
 def fitted(value: float, width: int) -> str:
     """With one decimal if that fits into `width` cells, else whole."""
     text = number(value, 1)

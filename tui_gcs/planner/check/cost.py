@@ -36,6 +36,8 @@ def step_time(subject: Subject) -> Iterator[Finding]:
             yield failed(
                 check, value, "3 late in a row and the vehicles hold: do less per step, or declare a lower rate_hz"
             )
+        elif half > limit_ms:
+            yield noted(check, value, f"with {count} vehicles most steps are late, which holds them: do less per step")
         elif worst > limit_ms:
             yield noted(check, value, "a step in a hundred is late, which is no harm; three in a row are")
         else:
