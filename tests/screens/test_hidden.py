@@ -138,3 +138,22 @@ def test_the_keys_that_answer_an_alarm_are_not_cut_for_why(action: str, told: st
     keys = {"return_all": "!r", "return_selected": "r", "acknowledge": "a"}
     line = "".join(text for text, _ in alarm_runs([alarm], keys, Notice(""), 80, True, "→"))
     assert f"battery low: vehicles 1-8  16 %   {told}" in line and len(line) == 80
+
+
+@pytest.mark.parametrize(
+    ("action", "told"),
+    [
+        ("[resume] resume, or [return_all] return", "   → Enter resume  "),
+        ("its vehicles hold: [resume] resume, or [show_planners] look why", "   → its vehicles hold: Enter resume  "),
+        ("it flies on for now, and holds after 2 s: [resume] resume", "   → Enter resume  "),
+        ("its number, then say that it is to land; or [return_all] return", "   → !r return  "),
+        ("its vehicles fly on, and hold after 2 s without it", "   → its vehicles fly on, and"),
+    ],
+    ids=["the first", "whole", "the keys", "only the second fits", "as much as fits"],
+)
+def test_details_that_leave_no_room_for_what_to_do_are_left_out(action: str, told: str) -> None:
+    alarm = Alarm("late", AlarmLevel.CAUTION, "PLN", "late", action, "new", 1, 0.0, names=("attack", "defend"))
+    alarm = msgspec.structs.replace(alarm, text="attack: a planner of that name is late")
+    keys = {"return_all": "!r", "resume": "Enter", "acknowledge": "a"}
+    line = "".join(text for text, _ in alarm_runs([alarm], keys, Notice(""), 80, True, "→"))
+    assert line.startswith(f" ^ CAUT  late: attack, defend{told}") and len(line) == 80

@@ -1,5 +1,6 @@
 """The second line: the worst thing the operator must act on and the key that answers it, or nothing."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -16,6 +17,9 @@ from tui_gcs.widgets.strips import Run, cut
 FLASH_S = 0.5
 """Half a period: 1 Hz is what a slow link carries."""
 WIDE = 100
+_OR = re.compile("[,;] or ")
+SEEN_CELLS = 4
+"""Less of what to do tells nothing of it."""
 LEAST_CELLS = 12
 """Less of an alarm's words beside a prompt tells nothing: its tag alone."""
 ALARM_SHARE = 0.45
@@ -150,11 +154,21 @@ def alarm_runs(
         text = f" {_beside(first, notice.text, width - len(tag) - len(right))}  | {notice.text}"
     room = width - len(tag) - len(right)
     if cell_len(text) > room:  # the first thing to do, rather than a part of the second
-        text = text.partition(", or ")[0]
-    if cell_len(text) > room and ": " in action and first.state != "over" and not notice.text:
-        what = action.partition(": ")[2].partition(", or ")[0]  # the keys, rather than why; never a part of them
-        text = f" {first.words()}   {arrow} {what}"
+        text = _OR.split(text)[0]
+    if cell_len(text) > room and action and first.state != "over" and not notice.text:
+        text = _for_the_keys(first, f"   {arrow} ", _OR.split(action), room)
     return [(tag, tag_ink), (cut(text, room), ink), (right, Ink.TEXT)]
+
+
+def _for_the_keys(alarm: Alarm, arrow: str, actions: Sequence[str], room: int) -> str:
+    """What is wrong and one thing to do: the keys, rather than why; and than details that leave no room."""
+    whole, short, first = alarm.words(), _short(alarm), actions[0]
+    keys = first.partition(": ")[2] or first
+    tries = [(whole, keys), (short, first), (short, keys), *((short, other) for other in actions[1:])]
+    if cell_len(f" {whole}{arrow}") <= room - SEEN_CELLS:
+        tries = tries[:1]
+    lines = [f" {what}{arrow}{to_do}" for what, to_do in tries]
+    return next((line for line in lines if cell_len(line) <= room), lines[-1] if len(lines) == 1 else lines[2])
 
 
 def alarm_tag(alarm: Alarm, bright: bool = True) -> tuple[str, Ink, Ink]:
