@@ -26,7 +26,13 @@ def test_the_wind_is_the_median_of_what_vehicles_say_and_blows_where_it_goes(tmp
 
 
 @pytest.mark.parametrize(
-    "said", [{"direction": 0.0, "speed": 0.0}, {"direction": math.nan, "speed": 4.0}, {"direction": 10.0, "speed": 1e9}]
+    "said",
+    [
+        {"direction": 0.0, "speed": 0.0},
+        {"direction": -180.0, "speed": 0.0},  # real ArduCopters, in 6 m/s: "wind 0.0 m/s from 180°" was on the screen
+        {"direction": math.nan, "speed": 4.0},
+        {"direction": 10.0, "speed": 1e9},
+    ],
 )
 def test_no_estimate_and_nonsense_are_no_wind(tmp_path: Path, said: dict[str, float]) -> None:
     rig = ServiceRig(tmp_path, Peer(1)).heard()

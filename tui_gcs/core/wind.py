@@ -37,8 +37,8 @@ class WindBook:
         return (east, north) if t_s >= self._clock.now() - FRESH_S else None
 
     def _wind(self, vehicle: Vehicle, fields: Fields) -> None:
-        """ArduPilot: the direction it comes from, and speed; all zero while it has no estimate."""
-        if not math.isfinite(fields["direction"]) or fields["speed"] == 0.0 == fields["direction"]:
+        """ArduPilot: the direction it comes from, and speed; without an estimate 0 m/s, from -180° (4.7: measured)."""
+        if not math.isfinite(fields["direction"]) or fields["speed"] == 0.0:
             return
         towards = math.radians(fields["direction"] + 180.0)
         self._take(vehicle, fields["speed"] * math.sin(towards), fields["speed"] * math.cos(towards))
