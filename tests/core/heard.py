@@ -54,5 +54,7 @@ class Heard:
         return self.say("GLOBAL_POSITION_INT", after_s=after_s, **place | fields)
 
     def told(self) -> list[str]:
-        """Events so far."""
-        return [event.text for event in self.events.since(0)]
+        """Events so far, all of them of a vehicle."""
+        events = self.events.since(0)
+        assert {event.source for event in events} <= {"vehicle 1", "vehicle 2"}
+        return [event.text for event in events]

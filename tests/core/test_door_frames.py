@@ -51,7 +51,8 @@ def test_who_is_not_known_is_sent_nothing(tmp_path: Path) -> None:
     assert way.door.ask(2, "COMMAND_LONG", **ARM) == "unknown vehicle"
     assert not way.door.transfer(2, "upload", "MISSION_COUNT", count=1, mission_type=0, opaque_id=0)
     assert way.sent() == [] and way.door.refused == {"unknown vehicle": 3}
-    assert "COMMAND_LONG NOT SENT: unknown vehicle" in way.heard.told()
+    (told, _) = (event for event in way.heard.events.since(0) if "NOT SENT" in event.text)
+    assert (told.source, told.text) == ("vehicle 2", "COMMAND_LONG NOT SENT: unknown vehicle")
 
 
 def test_system_0_is_everybody_and_never_addressed(tmp_path: Path) -> None:
@@ -70,7 +71,11 @@ def test_who_must_not_be_commanded_is_stopped_and_nothing_else(tmp_path: Path) -
     assert way.door.give_key(way.heard.vehicle, Key("alpha", SECRET)) == "two vehicles use id 1"
     way.door.setpoint(1, **PLACE)
     assert way.sent() == [] and way.door.refused == {"two vehicles use id 1": 4}
-    assert "set-point NOT SENT: two vehicles use id 1" in way.heard.told()
+    assert [text for text in way.heard.told() if "NOT SENT" in text] == [
+        "COMMAND_LONG NOT SENT: two vehicles use id 1",
+        "MISSION_COUNT NOT SENT: two vehicles use id 1",
+        "set-point NOT SENT: two vehicles use id 1",
+    ]
     assert [line for line in way.journalled() if "action" in line] == []
     for stop in ("hold", "land", "disarm", "return"):
         assert way.door.action(1, stop, "COMMAND_LONG", **COMMAND, command=21) == ""
@@ -108,6 +113,20 @@ def test_a_sim_station_commands_its_own_vehicles_only_and_asks_the_others_who_th
     assert way.door.action(1, "hold", "COMMAND_LONG", **ARM) == not_ours, "who has not said its version proves nothing"
     way.heard.vehicle.identified = True
     assert way.door.action(1, "hold", "COMMAND_LONG", **ARM) == ""
+
+
+def test_live_and_with_a_simulator_of_ones_own_every_vehicle_is_ours(tmp_path: Path) -> None:
+    """`--kind sim` has no token to prove anything with; LIVE nobody is asked for one."""
+    for folder, kind, token in (("a", Kind.SIM, ""), ("b", Kind.LIVE, "0123")):
+        (tmp_path / folder).mkdir()
+        way = Doorway(tmp_path / folder, kind, token)
+        assert way.door.is_ours(way.heard.vehicle)
+
+
+def test_a_message_without_a_target_goes_as_it_is(tmp_path: Path) -> None:
+    way = Doorway(tmp_path)
+    assert way.door.ask(1, "SYSTEM_TIME", time_unix_usec=5, time_boot_ms=7) == ""
+    assert way.sent() == [("SYSTEM_TIME", {"time_unix_usec": 5, "time_boot_ms": 7}, "there")]
 
 
 def test_a_stop_goes_over_every_way_everything_else_over_the_one_in_use(tmp_path: Path) -> None:

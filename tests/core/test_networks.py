@@ -1,6 +1,5 @@
 """Several networks, each with ids of its own, and links over satellites."""
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,6 @@ import pytest
 from wires import Wire, Wired
 
 from tui_gcs.core import messages as m
-from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.links import Address
 from tui_gcs.core.messages import Freshness
@@ -142,40 +140,6 @@ def test_a_vehicle_heard_over_a_satellite_only_is_shown_and_left_in_peace(wired:
     flight.run(10.0)
     assert vehicle.freshness(flight.clock.now()) is Freshness.LOST
     assert any(text.startswith("LOST: nothing heard for") for text in flight.texts("vehicle 1"))
-
-
-def test_over_a_satellite_the_mode_of_a_px4_is_the_upper_half_of_its_number(wired: MakeWired) -> None:
-    """PX4 puts the upper 16 bits of its custom_mode there (custom_mode_hl of px4_custom_mode.h): main and sub mode."""
-    satellite = Wire("satellite", high_latency=True, place=lambda fleet, index: None)
-    flight = wired(1, wires=[satellite])
-    for said, mode in ((3 << 8 | 4, "HOLD"), (5 << 8 | 4, "RTL")):
-        satellite.link.inject(high_latency(flight, autopilot=12, custom_mode=said), ("modem", 1))
-        flight.run(5.0)
-        assert mode_name(12, 2, flight.vehicle().custom_mode) == mode
-
-
-def test_over_a_satellite_the_height_goes_on_from_what_was_known(wired: MakeWired) -> None:
-    """It says metres above the sea: how much they changed, the height above home did."""
-    flight, near, satellite = with_satellite(wired)
-    satellite.link.inject(high_latency(flight), ("modem", 1))
-    flight.run(5.0)
-    near.up = False
-    flight.run(5.0)
-    amsl_m, rel_m = flight.vehicle().alt_amsl_m, flight.vehicle().alt_rel_m
-    for climbed_m in (25, 40):
-        said = {"altitude": round(amsl_m) + climbed_m, "climb_rate": 15}
-        satellite.link.inject(high_latency(flight, **said), ("modem", 1))
-        flight.run(20.0)
-        assert flight.vehicle().alt_rel_m == pytest.approx(rel_m + climbed_m, abs=0.5)
-        assert flight.vehicle().velocity_m_s[2] == 1.5
-
-
-def test_a_height_over_a_satellite_alone_is_above_nothing_known(wired: MakeWired) -> None:
-    satellite = Wire("satellite", high_latency=True, place=lambda fleet, index: None)
-    flight = wired(1, wires=[satellite])
-    satellite.link.inject(high_latency(flight), ("modem", 1))
-    flight.run(5.0)
-    assert flight.vehicle().alt_amsl_m == 140.0 and math.isnan(flight.vehicle().alt_rel_m)
 
 
 def test_it_cannot_be_started_over_a_satellite(wired: MakeWired) -> None:

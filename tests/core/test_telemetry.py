@@ -6,8 +6,10 @@ import pytest
 from heard import ARMED, BEAT, E7, LAT, LON, Heard
 from pymavlink.dialects.v10 import common as version1
 
+from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.scenario import Origin
+from tui_gcs.core.vehicle import Vehicle
 
 NORTH_M, EAST_M = 111.26, 68.68
 """A thousandth of a degree there."""
@@ -120,11 +122,35 @@ def test_after_a_jump_back_to_where_it_was_it_takes_four_again() -> None:
 
 
 def test_how_far_it_may_have_come_grows_while_nothing_is_heard() -> None:
-    """150 m/s and 50 m: 5 km are no jump after 40 s, and one after 4."""
+    """150 m/s and 50 m: 5 km are a jump after 32 s, and none after 34."""
+    for silence_s, believed in ((32.0, False), (34.0, True)):
+        heard = Heard()
+        heard.is_at()
+        assert (heard.is_at(LAT + 0.045, after_s=silence_s).position_m[1] > 5000.0) is believed
+
+
+def test_a_jump_to_the_other_side_of_the_origin_is_one() -> None:
     heard = Heard()
-    heard.is_at()
-    assert heard.is_at(LAT + 0.045, after_s=40.0).position_m[1] > 5000.0
-    assert heard.is_at(LAT, after_s=4.0).position_m[1] > 5000.0
+    heard.is_at(LAT + 0.02, LON + 0.02)
+    x, y, _ = heard.vehicle.position_m
+    assert heard.is_at(LAT - 0.02, LON - 0.02).position_m[:2] == (x, y)
+    assert heard.is_at(LAT + 0.02, LON - 0.02).position_m[:2] == (x, y)
+    assert heard.is_at(LAT - 0.02, LON + 0.02).position_m[:2] == (x, y)
+
+
+def test_positions_that_come_ever_later_are_told_now_and_then() -> None:
+    """A modem that buffers: each looks new, and is old."""
+    heard = Heard()
+    for _ in range(20):
+        heard.is_at(after_s=0.5)
+    assert [text for text in heard.told() if "late" in text] == []
+    for number in range(100):
+        boot_ms = round((heard.clock.now() + 0.5 - 0.1 * number) * 1e3)
+        heard.say("GLOBAL_POSITION_INT", after_s=0.5, time_boot_ms=boot_ms, lat=52 * E7, lon=round(LON * E7))
+    assert [text for text in heard.told() if "late" in text] == [
+        "positions come 2 s late, or its clock runs slow",
+        "positions come 7 s late, or its clock runs slow",
+    ]
 
 
 def test_a_new_origin_moves_what_is_known_and_no_vehicle() -> None:
@@ -291,3 +317,57 @@ def test_a_home_that_moves_in_flight_is_told() -> None:
         "its home moved 110 m, +0 m in height",
         "its home moved 0 m, -4 m in height",
     ]
+
+
+# ---------------------------------------------------------------- over a satellite
+
+
+def distant(heard: Heard, after_s: float = 10.0, **fields: int) -> Vehicle:
+    """HIGH_LATENCY2, of a vehicle that said nothing else for a while."""
+    place = {"latitude": round(LAT * E7), "longitude": round((LON + 0.001) * E7), "altitude": 140}
+    boot_ms = round((heard.clock.now() + after_s) * 1e3)
+    said = {"type": 2, "autopilot": 3, "timestamp": boot_ms} | place | fields
+    return heard.say("HIGH_LATENCY2", after_s=after_s, **said)
+
+
+def test_one_message_of_a_satellite_says_where_it_is_and_how_fast() -> None:
+    """Headings in 2 degrees, speeds in 0.2 m/s, climb rates in 0.1 m/s, the charge in percent."""
+    heard = Heard()
+    vehicle = distant(heard, heading=45, groundspeed=25, climb_rate=-13, battery=71, custom_mode=6)
+    assert vehicle.position_s == heard.clock.now()
+    assert vehicle.position_m[:2] == pytest.approx((EAST_M, 0.0), abs=0.05) and vehicle.alt_amsl_m == 140.0
+    assert vehicle.velocity_m_s == (5.0, 0.0, -1.3) and vehicle.heading_deg == 90.0
+    assert (vehicle.battery_pct, vehicle.custom_mode) == (71.0, 6)
+
+
+@pytest.mark.parametrize(("said", "mode"), [(3 << 8 | 4, "HOLD"), (5 << 8 | 4, "RTL"), (6, "OFFBOARD")])
+def test_over_a_satellite_the_mode_of_a_px4_is_the_upper_half_of_its_number(said: int, mode: str) -> None:
+    """PX4 puts the upper 16 bits of its custom_mode there (custom_mode_hl of px4_custom_mode.h): main and sub mode."""
+    vehicle = distant(Heard(autopilot=12), autopilot=12, custom_mode=said)
+    assert mode_name(12, 2, vehicle.custom_mode) == mode
+
+
+def test_over_a_satellite_the_height_goes_on_from_what_was_known() -> None:
+    """It says metres above the sea: how much they changed, the height above home did."""
+    heard = Heard()
+    heard.is_at(alt=130_000, relative_alt=30_000)
+    assert distant(heard, altitude=140).alt_rel_m == pytest.approx(40.0)
+    assert distant(heard, altitude=105).alt_rel_m == pytest.approx(5.0)
+
+
+def test_a_height_over_a_satellite_alone_is_above_nothing_known() -> None:
+    vehicle = distant(Heard(), altitude=140)
+    assert vehicle.alt_amsl_m == 140.0 and math.isnan(vehicle.alt_rel_m)
+
+
+def test_what_the_normal_link_brings_comes_first_and_what_is_older_changes_nothing() -> None:
+    heard = Heard()
+    heard.is_at(alt=130_000, relative_alt=30_000)
+    vehicle = distant(heard, after_s=1.0, custom_mode=9)
+    assert vehicle.position_m[0] == 0.0 and vehicle.custom_mode == 4
+    vehicle = heard.say(
+        "HIGH_LATENCY2", after_s=20.0, latitude=52 * E7, longitude=0, custom_mode=9, battery=5, timestamp=50
+    )
+    assert vehicle.position_m[0] == 0.0 and vehicle.custom_mode == 4 and math.isnan(vehicle.battery_pct)
+    assert distant(heard, latitude=0, longitude=0, battery=9).position_m[0] == 0.0
+    assert heard.fleet.dropped["invalid position"] == 1
