@@ -195,6 +195,13 @@ def test_a_position_that_gets_bad_is_told_once_and_only_of_who_is_armed() -> Non
         assert [text for text in heard.told() if "degraded" in text] == told
 
 
+def test_a_fix_that_is_lost_in_flight_is_told_as_that() -> None:
+    heard = Heard(**ARMED)
+    heard.say("GPS_RAW_INT", fix_type=3, h_acc=900)
+    heard.say("GPS_RAW_INT", fix_type=1)
+    assert [text for text in heard.told() if "degraded" in text] == ["position degraded: no GPS fix"]
+
+
 def test_of_two_receivers_the_gap_counts() -> None:
     heard = Heard(**ARMED)
     place = {"lat": round(LAT * E7), "lon": round(LON * E7), "fix_type": 3, "h_acc": 500}
