@@ -34,6 +34,11 @@ class Desk:
         (alarm,) = self.desk.alarms()
         return alarm
 
+    def only_of(self, cause: str) -> Alarm:
+        """The only one of that cause."""
+        (alarm,) = (alarm for alarm in self.desk.alarms() if alarm.cause == cause)
+        return alarm
+
     def acknowledge(self, *causes: str) -> bool:
         """As a console does with what it shows now."""
         raised = {alarm.cause: alarm.raised for alarm in self.desk.alarms() if alarm.cause in causes}
@@ -168,6 +173,45 @@ def test_shelving_has_a_limit_and_hides_only_who_was_there(desk: Desk) -> None:
     shelve(5.0)
     assert desk.desk.unshelve("console-1", Unshelve(causes=("lost",))).ok
     assert desk.shown() == ["new LOST in the air: vehicle 5"]
+
+
+def test_a_minute_is_enough_to_shelve_and_none_is_not(desk: Desk) -> None:
+    desk.look(*lost(5))
+    raised = {"lost": desk.only().raised}
+    assert not desk.desk.shelve("console-1", Shelve(raised=raised, minutes=0.0)).ok
+    reply = desk.desk.shelve("console-1", Shelve(raised=raised, minutes=0.5))
+    assert (reply.ok, reply.text) == (True, "shelved for 0.5 min: LOST in the air: vehicle 5")
+
+
+def test_a_number_that_changes_rings_no_second_time(desk: Desk) -> None:
+    desk.look(Finding("battery-low", 5, "22 %"), seconds=3.0)
+    reply = desk.desk.acknowledge("console-1", Acknowledge(raised={"battery-low": desk.only().raised}))
+    assert reply.text == "acknowledged: battery low: vehicle 5  22 %"
+    desk.look(Finding("battery-low", 5, "21 %"))
+    assert desk.shown() == ["acknowledged battery low: vehicle 5  21 %"]
+
+
+def test_after_a_restart_of_the_station_nothing_is_new_that_was_seen(desk: Desk) -> None:
+    wrong = [*lost(5), Finding("battery-low", 6, "22 %"), Finding("outside", 7, "by 4 m")]
+    desk.look(*wrong, seconds=3.0)
+    desk.acknowledge("lost")
+    desk.desk.shelve("console-2", Shelve(raised={"outside": desk.only_of("outside").raised}, minutes=5.0))
+    again = Desk()
+    again.desk.recall(desk.desk.memory())
+    assert (
+        again.shown()
+        == desk.shown()
+        == [
+            "new battery low: vehicle 6  22 %",
+            "acknowledged LOST in the air: vehicle 5",
+            "shelved OUTSIDE the area: vehicle 7  by 4 m",
+        ]
+    )
+    assert (again.only_of("lost").by, again.only_of("outside").by) == ("console-1", "console-2")
+    again.look(seconds=14.5)
+    assert len(again.shown()) == 3, "nobody has been heard yet"
+    again.look(*lost(8), seconds=5.0)
+    assert again.shown() == ["new LOST in the air: vehicle 8", "over battery low: vehicle 6  22 %"]
 
 
 def test_what_is_told_once_stays_until_it_was_seen(desk: Desk) -> None:
