@@ -62,6 +62,19 @@ def test_a_low_battery_on_the_ground_is_no_alarm(flight: Rig) -> None:
         assert found(flight) == {}
 
 
+def test_who_is_armed_has_alarms_whoever_flies_it(flight: Rig) -> None:
+    with patch.object(flight.station.book.flights[2], "phase", Phase.GROUND):
+        with patch.object(vehicle(flight), "gps_fix", 1):
+            assert found(flight)["position"] == [(2, "no GPS fix")]
+        with patch.object(Vehicle, "freshness", lambda self, now: m.Freshness.LOST):
+            assert (2, "") in found(flight)["lost"]
+
+
+def test_a_stop_that_is_not_confirmed_names_its_vehicle(flight: Rig) -> None:
+    with patch.object(flight.station.commands, "unconfirmed_stops", lambda: [(2, "return")]):
+        assert found(flight) == {"stop": [(2, "return")]}
+
+
 def test_gps_lost_and_poor(flight: Rig) -> None:
     with patch.object(vehicle(flight), "gps_fix", 1):
         assert found(flight)["position"] == [(2, "no GPS fix")]
@@ -207,6 +220,7 @@ def test_a_late_planner_s_vehicles_fly_and_a_failed_one_s_hold_until_it_is_mende
 
 def test_who_flies_at_another_is_told_of_with_both_named(flight: Rig) -> None:
     """A pilot has taken vehicle 2, and flies it at vehicle 1, which is on its way to meet it."""
+    assert flight.station._alarm_finder._next_closing_s <= flight.clock.now() + 1.0, "looked for again and again"
     x, y, z = vehicle(flight, 1).position_m
     with (
         patch.object(vehicle(flight), "position_m", (x + 60.0, y, z)),
