@@ -6,6 +6,7 @@ from doorway import Doorway
 from heard import ARMED
 
 from tui_gcs.core.kinds import Kind
+from tui_gcs.core.vehicle import PathState
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.signing import Key
 
@@ -138,6 +139,21 @@ def test_a_stop_goes_over_every_way_everything_else_over_the_one_in_use(tmp_path
     assert (len(way.sent()), way.sent("other radio")) == (1, [])
     way.door.action(1, "hold", "COMMAND_LONG", **ARM)
     assert [address for _, _, address in way.sent() + way.sent("other radio")] == ["there", "elsewhere"]
+
+
+def test_a_stop_goes_to_where_good_signatures_came_from_just_now_too(tmp_path: Path) -> None:
+    """The address in use may be a relay's that swallows it."""
+    way = Doorway(tmp_path)
+    fleet, vehicle, clock = way.heard.fleet, way.heard.vehicle, way.heard.clock
+    second = fleet.paths.begin(fleet.intakes[""].source("other radio", "elsewhere"))
+    second.state, second.proven_s = PathState.CANDIDATE, clock.now()
+    vehicle.paths.append(second)
+    clock.advance(2.9)
+    way.door.action(1, "hold", "COMMAND_LONG", **ARM)
+    assert (len(way.sent()), len(way.sent("other radio"))) == (1, 1)
+    clock.advance(0.2)
+    way.door.action(1, "hold", "COMMAND_LONG", **ARM)
+    assert (len(way.sent()), len(way.sent("other radio"))) == (1, 0)
 
 
 def test_another_stations_frame_passes_as_it_is_and_is_journalled_with_its_source(tmp_path: Path) -> None:

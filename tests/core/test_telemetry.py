@@ -313,6 +313,29 @@ def test_a_home_that_nobody_can_have_is_refused_and_told() -> None:
     assert heard.say("HOME_POSITION", latitude=0, longitude=0).home_m == kept
 
 
+@pytest.mark.parametrize(
+    ("at_deg", "home_deg", "armed", "believed"),
+    [
+        (None, 1.0, True, True),  # where it is, it has not said yet
+        (0.0, 0.44, False, True),  # 49 km
+        (0.0, 0.46, False, False),  # 51 km
+        (0.0, 0.02, True, False),  # 2 km from where it took off, and from where it is
+        (0.0, 0.02, False, True),
+        (0.02, 0.02, True, True),  # set anew where it is
+        (0.02, 0.008, True, True),  # 900 m from where it took off
+    ],
+)
+def test_which_homes_are_believed(at_deg: float | None, home_deg: float, armed: bool, believed: bool) -> None:
+    """Degrees north of where it took off, which is the home that it had told."""
+    heard = Heard(**(ARMED if armed else BEAT))
+    if at_deg is not None:
+        heard.is_at()
+        heard.say("HOME_POSITION", latitude=52 * E7, longitude=round(LON * E7))
+        heard.is_at(LAT + at_deg, after_s=60.0)
+    told = heard.say("HOME_POSITION", latitude=round((LAT + home_deg) * E7), longitude=round(LON * E7)).home_m
+    assert (told is not None and told[1] == pytest.approx(1000.0 * NORTH_M * home_deg, rel=0.001)) is believed
+
+
 def test_a_home_that_moves_in_flight_is_told() -> None:
     heard = Heard(**ARMED)
     heard.is_at(relative_alt=20_000)
