@@ -47,7 +47,8 @@ class Doorway:
         return found
 
     def journalled(self) -> list[dict[str, Any]]:
-        return [json.loads(line) for line in self.journal.path.read_text().splitlines()]
+        path = self.journal.path
+        return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
 
     def recorded(self) -> list[int]:
         """Ids of the recorded messages."""

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from doorway import Doorway
-from heard import ARMED
+from heard import ARMED, BEAT
 
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.vehicle import PathState
@@ -51,8 +51,12 @@ def test_who_is_not_known_is_sent_nothing(tmp_path: Path) -> None:
     assert way.door.action(2, "arm", "COMMAND_LONG", **ARM) == "unknown vehicle"
     assert way.door.ask(2, "COMMAND_LONG", **ARM) == "unknown vehicle"
     assert not way.door.transfer(2, "upload", "MISSION_COUNT", count=1, mission_type=0, opaque_id=0)
-    assert way.sent() == [] and way.door.refused == {"unknown vehicle": 3}
-    (told, _) = (event for event in way.heard.events.since(0) if "NOT SENT" in event.text)
+    way.door.setpoint(2, **PLACE)
+    assert way.sent() == [] and way.door.refused == {"unknown vehicle": 4}
+    way.heard.clock.advance(1.0)
+    way.door.tick()
+    assert way.journalled() == [], "nothing was done"
+    (told, *_) = (event for event in way.heard.events.since(0) if "NOT SENT" in event.text)
     assert (told.source, told.text) == ("vehicle 2", "COMMAND_LONG NOT SENT: unknown vehicle")
 
 
@@ -108,7 +112,12 @@ def test_a_sim_station_commands_its_own_vehicles_only_and_asks_the_others_who_th
     assert way.door.foreign(1, b"raw", "hold", "QGC") == not_ours
     assert way.door.give_key(way.heard.vehicle, Key("alpha", SECRET)) == not_ours
     way.door.setpoint(1, **PLACE)
+    assert not way.door.transfer(1, "upload", "MISSION_COUNT", count=1, mission_type=0, opaque_id=0)
     assert way.sent() == []
+    way.heard.clock.advance(1.0)
+    way.door.tick()
+    assert [line for line in way.journalled() if "refused" not in line] == [], "nothing was done"
+    way.heard.say("HEARTBEAT", **BEAT)
     assert way.door.ask(1, "COMMAND_LONG", **COMMAND, command=512) == "" and len(way.sent()) == 1
     way.heard.vehicle.firmware_token = "0123"
     assert way.door.action(1, "hold", "COMMAND_LONG", **ARM) == not_ours, "who has not said its version proves nothing"

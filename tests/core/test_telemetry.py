@@ -202,6 +202,33 @@ def test_a_fix_that_is_lost_in_flight_is_told_as_that() -> None:
     assert [text for text in heard.told() if "degraded" in text] == ["position degraded: no GPS fix"]
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "later_s", "error_m"),
+    [
+        ({}, {"north": 0.001}, 1.0, 101.3),  # 111 m, of which it flew 10
+        ({}, {"north": 0.00005}, 1.0, 0.5),  # 6 m: nothing but its flight
+        ({}, {"north": -0.0002}, 0.0, 22.3),
+        ({}, {"east": 0.001}, 0.0, 68.7),
+        ({}, {"north": 0.00008}, 0.0, 0.5),  # 9 m apart is what plain receivers are
+        ({"h_acc": 200_000}, {"north": 0.001}, 0.0, 200.0),  # it says worse itself
+        ({}, {"north": 0.001, "fix_type": 2}, 0.0, 0.5),  # that one has no place
+        ({"fix_type": 2}, {"north": 0.001}, 0.0, math.inf),
+        ({}, {"north": 0.001}, 3.1, 0.5),  # that one has said nothing for long
+    ],
+)
+def test_two_receivers_that_disagree_leave_so_much_doubt(
+    first: dict[str, float], second: dict[str, float], later_s: float, error_m: float
+) -> None:
+    """At 10 m/s; the second one speaks first, so that the vehicle flies on in between."""
+    heard = Heard()
+    heard.is_at(vx=1000)
+    for name, said, after_s in (("GPS2_RAW", second, 0.1), ("GPS_RAW_INT", first, later_s)):
+        lat, lon = LAT + said.get("north", 0.0), LON + said.get("east", 0.0)
+        fields = {"fix_type": 3, "h_acc": 500} | {key: value for key, value in said.items() if "_" in key}
+        heard.say(name, after_s=after_s, lat=round(lat * E7), lon=round(lon * E7), **fields)
+    assert heard.vehicle.position_error_m == pytest.approx(error_m, abs=0.3)
+
+
 def test_of_two_receivers_the_gap_counts() -> None:
     heard = Heard(**ARMED)
     place = {"lat": round(LAT * E7), "lon": round(LON * E7), "fix_type": 3, "h_acc": 500}

@@ -112,7 +112,7 @@ class Door:
     def action(self, vehicle_id: int, what: str, name: str, **fields: Any) -> str:
         """Have the guard judge an action, journal it, send it; "" or why not. `what` is the operator's word for it."""
         vehicle = self._fleet.vehicles.get(vehicle_id)
-        why = self._why_not(vehicle, what) if vehicle is not None else ""
+        why = (self._why_not(vehicle, what) if vehicle is not None else "") or self._nobody(vehicle, name, fields)
         if why:
             return self._refuse(vehicle_id, name, why)
         self._journal.write(
@@ -169,8 +169,8 @@ class Door:
         if vehicle is not None and vehicle.no_commands:
             self._refuse(vehicle_id, "set-point", vehicle.no_commands)
             return
-        self._setpoints[vehicle_id] += 1
-        self._send(vehicle_id, "SET_POSITION_TARGET_GLOBAL_INT", fields)
+        if not self._send(vehicle_id, "SET_POSITION_TARGET_GLOBAL_INT", fields):
+            self._setpoints[vehicle_id] += 1
 
     def transfer(self, vehicle_id: int, what: str, name: str, **fields: Any) -> bool:
         """Send a part of something long whose beginning was an `action` (plan items, file blocks); whether it left.
@@ -182,8 +182,10 @@ class Door:
         if why:
             self._refuse(vehicle_id, name, why)
             return False
+        if self._send(vehicle_id, name, fields):
+            return False
         self._parts[(vehicle_id, what)] += 1
-        return not self._send(vehicle_id, name, fields)
+        return True
 
     def ask(self, vehicle_id: int, name: str, **fields: Any) -> str:
         """Send a request for information or message rates; "" or why not."""
@@ -223,14 +225,19 @@ class Door:
             return ""
         return vehicle.no_commands or (vehicle.no_start if what in STARTS and not vehicle.airborne else "")
 
+    def _nobody(self, vehicle: Vehicle | None, name: str, fields: dict[str, Any]) -> str:
+        """Why there is nobody whom this may be sent to, or ""."""
+        if vehicle is None or vehicle.system == 0:
+            return "unknown vehicle"
+        purpose = f"{name}:{fields['command']}" if "command" in fields else name
+        return "" if purpose in HOUSEKEEPING or self.is_ours(vehicle) else "not one of our simulated vehicles"
+
     def _send(self, vehicle_id: int, name: str, fields: dict[str, Any], *, every_way: bool = False) -> str:
         """Put it on the wire; "" or why not."""
         vehicle = self._fleet.vehicles.get(vehicle_id)
-        if vehicle is None or vehicle.system == 0:
-            return self._refuse(vehicle_id, name, "unknown vehicle")
-        purpose = f"{name}:{fields['command']}" if "command" in fields else name
-        if purpose not in HOUSEKEEPING and not self.is_ours(vehicle):
-            return self._refuse(vehicle_id, name, "not one of our simulated vehicles")
+        why = self._nobody(vehicle, name, fields)
+        if vehicle is None or why:
+            return self._refuse(vehicle_id, name, why)
         frame = self._encode(vehicle, name, fields)
         self._recorder.write(self._clock.wall(), frame)
         self._put_to(vehicle, self._trust.signed(vehicle, frame), every_way=every_way)
