@@ -1,7 +1,9 @@
 """The hot path takes exactly the frames that are good, whatever surrounds them."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pymavlink.dialects.v10 import common as version1
 
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.intake import Intake
@@ -19,6 +21,21 @@ class Nobody:
 
     def odd(self, source: Source, what: str) -> None:
         pass
+
+
+class Judge(Nobody):
+    """An owner that believes nobody, or everybody; `heard` is what it was handed."""
+
+    def __init__(self, *, believes: bool, bound: int = 1) -> None:
+        self.believes, self.bound = believes, bound
+        self.oddities: list[str] = []
+
+    def place(self, slot: Slot, source: Source) -> None:
+        source.bound = self.bound
+        slot.gate = lambda raw: self.believes
+
+    def odd(self, source: Source, what: str) -> None:
+        self.oddities.append(what)
 
 
 def attitudes(count: int, *, signed: bool = False) -> list[bytes]:
@@ -65,3 +82,93 @@ def test_an_empty_datagram_is_nothing() -> None:
     intake = warm()
     assert intake.datagrams("x", [(b"", HERE), (b"", ("127.0.0.1", 6000))], 1.0) == []
     assert intake.counts("x")["junk bytes"] == 0
+
+
+BANNER = b"ArduCopter V4.7.0-dev (12345678)\r\n"
+OLD = version1.MAVLink_heartbeat_message(2, 3, 81, 4, 3, 3).pack(version1.MAVLink(None, srcSystem=9, srcComponent=1))
+WAYS = {
+    "the first one": lambda frames: [frames[0]],
+    "one by one": lambda frames: frames,
+    "all at once": lambda frames: [b"".join(frames)],
+    "behind junk": lambda frames: [b"\x00\x01\xff" + frame for frame in frames],
+    "version 1": lambda frames: [OLD],
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_who_is_not_believed_is_taken_in_no_way(way: str) -> None:
+    pieces = WAYS[way](attitudes(5))
+    for believes in (True, False):
+        datagrams, stream = Intake("", Judge(believes=believes)), Intake("", Judge(believes=believes))
+        taken = datagrams.datagrams("x", [(attitudes(1)[0], HERE), *((piece, HERE) for piece in pieces)], 1.0)
+        streamed = stream.chunks("x", [(piece, HERE) for piece in pieces], 1.0)
+        assert (bool(taken), bool(streamed)) == (believes, believes)
+        counted = [slot.count for each in (datagrams, stream) for slot in each.source("x", HERE).slots.values()]
+        assert all(counted) is believes, "nor shown"
+
+
+def test_bytes_of_a_stream_become_the_same_frames_in_pieces_of_any_size() -> None:
+    frames = attitudes(20)
+    data = b"\x01\x02" + b"".join(frames[:10]) + b"\xfd\x09noise" + b"".join(frames[10:])
+    for size in (1, 7, 40, 1000):
+        intake = Intake("", Nobody())
+        taken = [
+            raw
+            for at in range(0, len(data), size)
+            for raw in intake.chunks("x", [(data[at : at + size], HERE)], at / 1e4)
+        ]
+        assert taken == frames and intake.counts("x")["junk bytes"] == 9
+        assert intake.counts("x")["frames"] == 20
+
+
+def test_what_was_cut_off_when_a_stream_fell_silent_or_ended_is_junk() -> None:
+    first, second = attitudes(2)
+    for ends in (True, False):
+        intake = Intake("", Nobody())
+        intake.chunks("x", [(first[:-3], HERE)], 1.0)
+        intake.tick(1.4)
+        assert intake.counts("x")["junk bytes"] == 0, "the rest may come"
+        if ends:
+            intake.chunks("x", [(b"", HERE)], 1.5)
+        else:
+            intake.tick(1.6)
+        assert intake.counts("x")["junk bytes"] == len(first) - 3
+        assert intake.chunks("x", [(second, HERE)], 2.0) == [second]
+
+
+@pytest.mark.parametrize(("again", "lost"), [(False, 6), (True, 0)])
+def test_what_is_missing_in_the_count_was_lost_unless_it_connected_anew(again: bool, lost: int) -> None:
+    frames = attitudes(10)
+    intake = Intake("", Nobody())
+    intake.chunks("x", [(frame, HERE) for frame in frames[:3]], 1.0)
+    if again:
+        intake.chunks("x", [(b"", HERE)], 1.5)
+    intake.chunks("x", [(frames[9], HERE)], 2.0)
+    (stream,) = intake.source("x", HERE).streams.values()
+    assert stream.lost == lost
+
+
+def test_a_banner_is_text_and_text_behind_a_frame_is_junk() -> None:
+    intake = warm()
+    intake.datagrams("x", [(BANNER, HERE)], 1.0)
+    assert (intake.counts("x")["text bytes"], intake.counts("x")["junk bytes"]) == (len(BANNER), 0)
+    intake.datagrams("x", [(attitudes(2)[1] + BANNER, HERE), (b"\x00" + BANNER, HERE)], 2.0)
+    assert (intake.counts("x")["text bytes"], intake.counts("x")["junk bytes"]) == (len(BANNER), 2 * len(BANNER) + 1)
+
+
+def test_a_wrong_crc_is_counted_once_for_each_frame_and_hints_at_another_dialect() -> None:
+    owner = Judge(believes=True)
+    intake = Intake("", owner)
+    frame = attitudes(1)[0]
+    for number in range(20):
+        assert owner.oddities == []
+        intake.datagrams("x", [(frame[:-1] + bytes([frame[-1] ^ 1]), HERE)], float(number))
+        assert intake.counts("x")["bad CRC"] == number + 1
+    assert owner.oddities == ["dialect differs: ATTITUDE"]
+
+
+def test_what_is_counted_is_so_also_of_sources_that_were_forgotten() -> None:
+    intake = Intake("", Judge(believes=True, bound=0))
+    for port in range(3000):
+        intake.datagrams("x", [(OLD, ("127.0.0.1", port))], float(port))
+    assert len(intake.sources) < 3000 and intake.counts("x")["frames"] == 3000
