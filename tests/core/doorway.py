@@ -15,7 +15,6 @@ from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.scenario import Limits, OperatingArea
 from tui_gcs.core.tlog import read_tlog
-from tui_gcs.core.trust import TrustBook
 from tui_gcs.core.wire.dialect import decode
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.frames import cut_datagram
@@ -25,16 +24,15 @@ from tui_gcs.core.zones import Circle
 class Doorway:
     """A door with the link "radio", and `Heard`'s vehicle 1 behind it."""
 
-    def __init__(self, folder: Path, kind: Kind = Kind.LIVE, token: str = "", **beat: int) -> None:
-        self.heard = Heard(**beat)
+    def __init__(self, folder: Path, kind: Kind = Kind.LIVE, token: str = "", **vehicle: Any) -> None:
+        self.heard = Heard(**vehicle)
         self.links = {name: MemoryLink(name) for name in ("radio", "other radio")}
         self.links["satellite"] = MemoryLink(spec=LinkSpec("satellite", "memory", "", high_latency=True))
         self.recorder, self.journal = TlogWriter(folder / "run.tlog"), Journal(folder / "run.jsonl")
         clock, events, fleet = self.heard.clock, self.heard.events, self.heard.fleet
         guard = Guard(Limits(), OperatingArea(Circle((0.0, 0.0), 100.0), 5.0, 50.0), ())
         files = (self.recorder, self.journal, clock, events)
-        trust = TrustBook(clock, events, ("",))
-        self.door = Door(dict(self.links), fleet, guard, Encoder(255, 190), *files, kind, token, trust)
+        self.door = Door(dict(self.links), fleet, guard, Encoder(255, 190), *files, kind, token, self.heard.trust)
 
     def sent(self, link: str = "radio") -> list[tuple[str, dict[str, Any], object]]:
         """Name, fields and address of what left over a link since the last look."""

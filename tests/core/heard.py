@@ -6,10 +6,13 @@ from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.scenario import Origin
+from tui_gcs.core.trust import TrustBook
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire import dialect
 from tui_gcs.core.wire.encode import Encoder
+from tui_gcs.core.wire.signing import sign, ticks
 
 LAT, LON, E7 = 52.0, -0.6, 10**7
 BEAT = {"type": 2, "autopilot": 3, "base_mode": 81, "custom_mode": 4, "system_status": 3, "mavlink_version": 3}
@@ -17,12 +20,17 @@ ARMED = BEAT | {"base_mode": 81 | 128}
 
 
 class Heard:
-    """Vehicle 1 says hello over the link "radio", with these fields of its heartbeat."""
+    """Vehicle 1 says hello over the link "radio", with these fields of its heartbeat.
 
-    def __init__(self, **beat: int) -> None:
+    With `keys` the station believes what they say; the vehicle signs with `secret`, if that is not empty.
+    """
+
+    def __init__(self, keys: KeyStore | None = None, secret: bytes = b"", **beat: int) -> None:
         self.clock = VirtualClock()
         self.events = EventLog(self.clock)
-        self.fleet = Fleet(self.clock, self.events, LocalFrame(Origin(LAT, LON, 100.0)), 255)
+        self.secret = secret
+        self.trust = TrustBook(self.clock, self.events, ("",), keys, heartbeat=lambda: b"")
+        self.fleet = Fleet(self.clock, self.events, LocalFrame(Origin(LAT, LON, 100.0)), 255, gates=self.trust)
         self.sender = Encoder(1, 1)
         for _ in range(2):
             self.say("HEARTBEAT", **BEAT | beat)
@@ -38,13 +46,17 @@ class Heard:
         zeros: dict[str, Any] = {
             part.name: b"" if part.is_text else 0 if part.count == 1 else [0] * part.count for part in layout.fields
         }
-        return self.hear(self.sender.encode(name, **zeros | fields), after_s, over)
+        raw = self.sender.encode(name, **zeros | fields)
+        if self.secret:
+            raw = sign(raw, self.secret, 0, ticks(self.clock.wall() + after_s))
+        return self.hear(raw, after_s, over)
 
     def hear(self, raw: bytes, after_s: float = 0.1, over: str = "radio") -> Vehicle:
         """This datagram comes from it."""
         self.clock.advance(after_s)
         self.fleet.intakes[""].datagrams(over, [(raw, "there")], self.clock.now())
         self.fleet.tick()
+        self.trust.tick(self.fleet.in_order())
         return self.vehicle
 
     def is_at(self, lat: float = LAT, lon: float = LON, *, after_s: float = 0.1, **fields: int) -> Vehicle:
