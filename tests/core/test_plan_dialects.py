@@ -7,6 +7,7 @@ from heard import Heard
 
 from tui_gcs.core.firmware.plans import ARDUPILOT, ARDUPLANE, GENERIC, PX4, PlanDialect, dialect_of
 from tui_gcs.core.plan import Plan, PlanItem, PlanKind
+from tui_gcs.core.wire.mavlink import NOT_VEHICLES
 
 MISSION, FENCE, RALLY = PlanKind.MISSION, PlanKind.FENCE, PlanKind.RALLY
 LAT, LON = 470_000_000, 85_000_000
@@ -190,6 +191,13 @@ def test_a_polygon_of_too_many_corners_is_named() -> None:
 )
 def test_the_dialect_is_that_of_its_heartbeat(autopilot: int, kind: int, dialect: PlanDialect) -> None:
     assert dialect_of(Heard(autopilot=autopilot, type=kind).vehicle) is dialect
+
+
+def test_whatever_has_wings_is_an_arduplane() -> None:
+    """MAV_TYPE: fixed wing, airship, and all sorts of VTOL; no rotors alone, rovers, boats or submarines."""
+    vehicles = set(range(45)) - NOT_VEHICLES
+    found = {kind for kind in vehicles if dialect_of(Heard(autopilot=3, type=kind).vehicle) is ARDUPLANE}
+    assert found == {1, 7, 16, 17, 19, 20, 21, 22, 23, 24, 25, 28}
 
 
 def test_it_flies_its_mission_if_it_is_armed_and_in_that_mode() -> None:
