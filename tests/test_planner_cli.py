@@ -185,6 +185,22 @@ def test_a_planner_that_takes_its_process_down(
     assert f"FAIL  flies          {told}" in out
 
 
+@pytest.mark.parametrize(
+    ("source", "told"),
+    [
+        (
+            bad.source(after="len(rows) or __import__('os')._exit(0)"),
+            "FAIL  fleet sizes    the process ended with code 0",
+        ),
+        ("__import__('os')._exit(0)\n" + bad.GOOD, "FAIL  loads          the process ended with code 0"),
+    ],
+    ids=["in a step", "while it is loaded"],
+)
+def test_who_ends_its_process_without_an_error_has_not_passed(source: str, told: str, tell: Tell) -> None:
+    code, out = check(tell, source, "--only", "fleet sizes")
+    assert code == 1 and told in out and out.endswith("mine.py: 1 FAIL\n")
+
+
 def test_a_file_that_never_finishes_loading_is_told_with_its_line(tell: Tell, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(planner_check, "LOADING_SILENT_S", 4.0)
     code, out = check(tell, "\nwhile True: pass\n" + bad.GOOD)

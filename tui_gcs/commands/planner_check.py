@@ -122,10 +122,12 @@ def _child(what: str, names: list[str], first: bool, arguments: argparse.Namespa
             command, stdin=subprocess.DEVNULL, stdout=errors, stderr=errors, pass_fds=(writer,), env=environment
         )
         os.close(writer)
-        hung = False
+        hung = ended = False
         try:
             lines = _Lines(reader, child.pid)
-            yield from lines
+            for line in lines:
+                ended = ended or "end" in line
+                yield line
             if hung := lines.hung:
                 child.send_signal(signal.SIGUSR1)  # it says where it is
                 time.sleep(DUMP_S)
@@ -137,7 +139,7 @@ def _child(what: str, names: list[str], first: bool, arguments: argparse.Namespa
             os.close(reader)
         errors.seek(0)
         told = errors.read().decode(errors="replace")
-    if hung or code:
+    if hung or code or not ended:  # code 0 before all was checked: the planner ended it
         yield _death(what, told, code, hung_s=lines.silent_s if hung else None)
 
 
