@@ -120,6 +120,26 @@ def test_a_memory_that_cannot_be_read_is_as_if_it_were_not(rig: MakeRig, tmp_pat
     flight.restart_station(StationMemory(path))
     flight.run(3.0)
     assert flight.station.round_index == 0 and set(flight.station.book.flights) == {1}
+    assert [a.cause for a in flight.station.alarms.alarms()] == ["memory"], "what it shows is not what was flown"
+
+
+@pytest.mark.parametrize("key", ["flights", "round_index", "alarms", "acknowledged", "plans", "reboots"])
+def test_a_memory_with_wrong_things_in_it_keeps_no_station_from_its_vehicles(
+    rig: MakeRig, tmp_path: Path, key: str
+) -> None:
+    flight = rig(2).flying()
+    path = tmp_path / "memory.json"
+    StationMemory(path).remember(flight.station)
+    path.write_text(json.dumps(json.loads(path.read_text()) | {key: [{"x": "y"}]}))
+    flight.restart_station(StationMemory(path))
+    flight.run(6.0)
+    assert flight.phases() == {Phase.HOLDING}
+    alarms = {alarm.cause: alarm for alarm in flight.station.alarms.alarms()}
+    assert set(alarms) == {"found", "memory"} and "it is damaged" in alarms["memory"].text
+    assert flight.ask(m.Resume()).ok
+    StationMemory(path).remember(flight.station)
+    flight.run(6.0)
+    assert {a.cause for a in flight.station.alarms.alarms() if a.state != "over"} == set()
 
 
 def test_memory_is_written_only_when_something_changed(rig: MakeRig, tmp_path: Path) -> None:
@@ -143,6 +163,22 @@ def test_a_disk_that_is_full_does_not_hurt_the_flight(rig: MakeRig, tmp_path: Pa
     StationMemory(tmp_path / "no" / "such" / "directory" / "memory.json").remember(flight.station)
     flight.run(1.0)
     assert flight.phases() == {Phase.GROUND}
+
+
+def test_what_could_not_be_kept_is_told_and_kept_when_there_is_room(rig: MakeRig, tmp_path: Path) -> None:
+    flight = rig(1).ready()
+    folder = tmp_path / "later"
+    memory = StationMemory(folder / "memory.json")
+    memory.remember(flight.station)
+    flight.run(1.0)
+    (alarm,) = flight.station.alarms.alarms()
+    assert alarm.cause == "recording" and "No such file" in alarm.text
+    folder.mkdir()
+    memory.remember(flight.station)
+    assert not (folder / "memory.json").exists(), "not tried again at every tick"
+    flight.run(2.0)
+    memory.remember(flight.station)
+    assert (folder / "memory.json").exists() and flight.station.memory_error == ""
 
 
 def test_a_vehicle_in_its_pilots_mode_is_found_but_not_taken(rig: MakeRig, tmp_path: Path) -> None:

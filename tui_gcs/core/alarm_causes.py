@@ -186,6 +186,14 @@ CAUSES = (
         off_s=30.0,
     ),
     Cause(
+        "memory",
+        CAUTION,
+        "MEM",
+        "MEMORY LOST",
+        "round and edits are those of the first start: look at them, [show_plan] plan; or [return_all] return",
+        off_s=0.0,
+    ),
+    Cause(
         "found",
         CAUTION,
         "HLD",

@@ -226,7 +226,9 @@ class AlarmFinder:
 
     def _machines(self) -> Iterator[Finding]:
         station = self._station
-        for error in (station.recorder.error, station.journal.error):
+        if station.memory_lost:
+            yield Finding("memory", "station", station.memory_lost)
+        for error in (station.recorder.error, station.journal.error, station.memory_error):
             if error:
                 yield Finding("recording", "station", error)
         for name, link in station.links.items():

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("tui_gcs.station")
 
+RETRY_S = 2.0
+"""So long after a failure to write it is tried again."""
 KEYS = frozenset({"toml", "run", "round_index", "revision", "task_revision", "started_s", "flights"})
 """What a whole memory holds."""
 
@@ -30,17 +32,25 @@ class StationMemory:
         """Read `path` if it is there; what cannot be read is as if it were not."""
         self._path = path
         self._written = ""
+        self._retry_s = -math.inf
         self._held: dict[str, Any] = {}
+        self.lost = ""
+        """Why the memory of the last run is not known, though there was one; "" otherwise."""
         try:
             held = json.loads(path.read_text())
             if isinstance(held, dict) and held.keys() >= KEYS:
                 self._held = held
             else:
-                log.error("memory of the last run is not this version's: not used")
+                self.forget("it is not this version's")
         except FileNotFoundError:
             pass
         except (OSError, ValueError) as error:
-            log.error("memory of the last run cannot be read: %s", error)
+            self.forget(f"it cannot be read: {error}")
+
+    def forget(self, why: str) -> None:
+        """What was read is of no use: go on without it, and say so to the station."""
+        log.error("memory of the last run is lost: %s", why)
+        self._held, self.lost = {}, why
 
     @property
     def toml(self) -> str:
@@ -48,9 +58,15 @@ class StationMemory:
         return str(self._held.get("toml", ""))
 
     def recall(self, station: "Station") -> None:
-        """Put what is remembered into a fresh station."""
-        if not self._held:
-            return
+        """Put what is remembered into a fresh station; tell it if it is lost."""
+        try:
+            if self._held:
+                self._recall(station)
+        except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+            self.forget(f"it is damaged: {type(error).__name__} {error}")
+        station.memory_lost = self.lost
+
+    def _recall(self, station: "Station") -> None:
         for item in self._held["flights"]:
             home = item["home_m"]
             flight = Flight(item["vehicle"], item["team"], item["layer_m"], home_m=tuple(home) if home else None)
@@ -71,6 +87,8 @@ class StationMemory:
 
     def remember(self, station: "Station") -> None:
         """Write down what changed."""
+        if station.executive.run in (RunPhase.STARTING, RunPhase.RUNNING):
+            station.memory_lost = ""  # somebody said how to go on
         started_s = station.executive.started_s
         held = {
             "toml": station.toml,
@@ -96,12 +114,16 @@ class StationMemory:
             "plans": station.services.missions.book.memory(),
         }
         text = json.dumps(held)
-        if text == self._written:
+        now = station.clock.now()
+        if text == self._written or now < self._retry_s:
             return
-        self._written = text
         new = self._path.with_suffix(".new")
         try:
             new.write_text(text)
             new.replace(self._path)
         except OSError as error:
-            log.error("memory of this run cannot be written: %s", error)
+            if not station.memory_error:
+                log.error("memory of this run cannot be written: %s", error)
+            self._retry_s, station.memory_error = now + RETRY_S, f"{new}: {error.strerror}"
+        else:
+            self._written, station.memory_error = text, ""

@@ -193,6 +193,8 @@ class Station:
         self.desks: dict[str, TeamDesk] = {}
         self.readiness = Readiness(self)
         self.preflight = PreflightDesk(self)
+        self.memory_lost = self.memory_error = ""
+        """Why what the station before this one knew is lost; why what this one knows cannot be kept. "" otherwise."""
         self.requests = RequestDesk(self)
         self.reboots = RebootBook(self.fleet)
         self._alarm_finder = AlarmFinder(self, self.alarms)

@@ -15,6 +15,7 @@ import socket
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
@@ -31,7 +32,7 @@ from tui_gcs.core.links import Link, LinkError, open_link
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import PlannerInfo
 from tui_gcs.core.recorder import TlogWriter
-from tui_gcs.core.scenario import OperatorId
+from tui_gcs.core.scenario import OperatorId, Scenario
 from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.station import Station, StationConfig
 from tui_gcs.core.wire import dialect
@@ -64,11 +65,7 @@ def run(run_file: Path) -> None:
     kind = Kind(setting["kind"])
     clock = MonotonicClock()
     memory = StationMemory(run_dir / "memory.json")
-    toml = memory.toml or setting["toml"]
-    try:
-        scenario = parse(toml, where=setting["scenario_path"])
-    except ScenarioError as error:
-        raise StartError(str(error)) from None
+    toml, scenario = _scenario(memory, setting)
     _add_dialects(setting.get("dialects", []))
     links = _open_links(setting["links"])
     others = [(text, commands) for text, commands in setting.get("forward", [])]
@@ -123,6 +120,19 @@ def run(run_file: Path) -> None:
         for link in (*links, *(endpoint.link for endpoint in forward)):
             link.close()
         _close(zenoh_bus)
+
+
+def _scenario(memory: StationMemory, setting: dict[str, Any]) -> tuple[str, Scenario]:
+    """What was flown last, or what it is started with. Raises `StartError`."""
+    try:
+        if memory.toml:
+            return memory.toml, parse(memory.toml, where=setting["scenario_path"])
+    except ScenarioError as error:
+        memory.forget(f"its scenario: {error}")
+    try:
+        return setting["toml"], parse(setting["toml"], where=setting["scenario_path"])
+    except ScenarioError as error:
+        raise StartError(str(error)) from None
 
 
 class ReceiveGap:
