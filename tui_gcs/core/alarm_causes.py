@@ -190,7 +190,7 @@ CAUSES = (
         CAUTION,
         "MEM",
         "MEMORY LOST",
-        "round and edits are those of the first start: look at them, [show_plan] plan; or [return_all] return",
+        "check round, zones, teams: [show_plan] plan; or [return_all] return",
         off_s=0.0,
     ),
     Cause(
