@@ -155,6 +155,26 @@ def test_why_is_in_its_own_words_as_long_as_it_lasts(watched: Watched) -> None:
     ), "another one, of which it said nothing"
 
 
+def test_words_that_come_within_three_seconds_are_why_later_ones_are_not(watched: Watched) -> None:
+    watched.says(system_status=5, custom_mode=6)
+    assert watched.found() == {"failsafe": "CRITICAL: a failsafe is active"}
+    for later_s, words in ((2.0, "Radio Failsafe"), (3.0, "Battery Failsafe")):
+        watched.heard.clock.advance(later_s)
+        watched.vehicle.recent_reasons.append((watched.heard.clock.now(), words))
+        watched.says(system_status=5, custom_mode=6)
+        assert watched.found() == {"failsafe": "RTL: Radio Failsafe"}
+
+
+def test_after_a_landing_a_failsafe_is_another_one(watched: Watched) -> None:
+    watched.vehicle.recent_reasons = [(watched.heard.clock.now(), "Radio Failsafe")]
+    watched.says(system_status=5, custom_mode=6)
+    assert watched.found() == {"failsafe": "RTL: Radio Failsafe"}
+    assert watched.found(in_flight=False) == {}
+    watched.heard.clock.advance(60.0)
+    watched.says(system_status=5, custom_mode=6)
+    assert watched.found() == {"failsafe": "CRITICAL: a failsafe is active"}
+
+
 def test_who_must_not_be_commanded_says_so_on_the_ground_too(watched: Watched) -> None:
     watched.vehicle.untrusted = "signs with an unknown key"
     assert watched.found(in_flight=False) == {"identity": "NOT COMMANDED: signs with an unknown key"}
