@@ -167,6 +167,20 @@ def test_a_wrong_crc_is_counted_once_for_each_frame_and_hints_at_another_dialect
     assert owner.oddities == ["dialect differs: ATTITUDE"]
 
 
+def test_a_damaged_frame_among_good_ones_costs_itself_and_is_counted_once() -> None:
+    first, second, third, fourth = attitudes(4)
+    damaged = second[:12] + bytes([second[12] ^ 1]) + second[13:]
+    intake = warm()
+    assert intake.datagrams("x", [(first + damaged + third + fourth, HERE)], 1.0) == [first, third, fourth]
+    assert (intake.counts("x")["bad CRC"], intake.counts("x")["junk bytes"]) == (1, len(damaged))
+
+
+def test_junk_and_text_of_strangers_are_counted() -> None:
+    intake = Intake("", Nobody())
+    intake.datagrams("x", [(b"\x00\x01junk\xff", HERE), (BANNER, ("127.0.0.1", 6000))], 1.0)
+    assert (intake.counts("x")["junk bytes"], intake.counts("x")["text bytes"]) == (7, len(BANNER))
+
+
 def test_what_is_counted_is_so_also_of_sources_that_were_forgotten() -> None:
     intake = Intake("", Judge(believes=True, bound=0))
     for port in range(3000):
