@@ -95,11 +95,14 @@ class Executive:
             vehicle = self._fleet.vehicles[vehicle_id]
             self._commands.submit(self._firmware.of(vehicle).prepare(vehicle, self._on_step))
 
-    def hold(self, vehicles: tuple[int, ...], *, stays: str = HELD_BY_NAME) -> tuple[VehicleResult, ...]:
+    def hold(
+        self, vehicles: tuple[int, ...], *, stays: str = HELD_BY_NAME, asked: bool = True
+    ) -> tuple[VehicleResult, ...]:
         """Hold at once: these, or every vehicle of a team. A start under way is cancelled.
 
         Vehicles of no team, or that we cannot speak to, are not ours to command: they are named as such. Those that
-        are named stay when all are resumed, because of `stays`.
+        are named stay when all are resumed, because of `stays`. Not `asked` for by anybody: whom a failsafe of its own
+        flies is left to it.
         """
         now = self._clock.now()
         self.resume_found = False
@@ -114,8 +117,8 @@ class Executive:
             )
             if flight is None or why:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
-            else:
-                results.append(self._hold_one(vehicle, flight, now))
+            elif asked or not self._firmware.of(vehicle).acts_by_itself(vehicle):
+                results.append(self._hold_one(vehicle, flight, now, asked=asked))
                 flight.stays = flight.stays or (stays if vehicles else "")
         if not vehicles and self.run is not RunPhase.IDLE:
             self.run = RunPhase.HOLD
@@ -350,12 +353,13 @@ class Executive:
 
     # ---------------------------------------------------------------- hold, lost, found
 
-    def _hold_one(self, vehicle: Vehicle, flight: Flight, now: float) -> VehicleResult:
+    def _hold_one(self, vehicle: Vehicle, flight: Flight, now: float, *, asked: bool = True) -> VehicleResult:
         self._commands.cancel(vehicle.id)
         flight.stays = flight.own_way()
         starting = flight.phase is Phase.ARMING or flight.step == CANCELLED
         flight.enter(Phase.HOLDING, now, CANCELLED if starting and not vehicle.airborne else "")
-        self._steering.hold(vehicle)
+        flight.unasked = not asked
+        self._steering.hold(vehicle, asked=asked)
         return VehicleResult(vehicle=vehicle.id, ok=True, text="start cancelled" if flight.step else "holds")
 
     def _take_over(self, flight: Flight, now: float) -> None:
@@ -385,7 +389,7 @@ class Executive:
         firmware = self._firmware.of(vehicle)
         checks = {Phase.LANDING: firmware.is_landing, Phase.HOLDING: firmware.is_holding}
         # of a veto's hold nobody knows, and it is not said any more: the failsafe goes on
-        by_itself = flight.phase in _STEERED and firmware.acts_by_itself(vehicle)
+        by_itself = (flight.unasked or flight.phase in _STEERED) and firmware.acts_by_itself(vehicle)
         stopping = self._commands.stopping(vehicle.id) and not by_itself
         settled = now - flight.since_s > OUT_MODE_GRACE_S and not stopping
         if checks.get(flight.phase, firmware.is_steerable)(vehicle) or not settled:

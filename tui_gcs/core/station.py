@@ -21,7 +21,7 @@ from tui_gcs.core.clock import Clock
 from tui_gcs.core.detections import Detections
 from tui_gcs.core.door import Door
 from tui_gcs.core.escort import EscortDesk
-from tui_gcs.core.events import EventLog
+from tui_gcs.core.events import ALERT, EventLog
 from tui_gcs.core.executive import Executive
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.speech import Speech
@@ -37,8 +37,10 @@ from tui_gcs.core.links import Link
 from tui_gcs.core.listeners import Listeners
 from tui_gcs.core.messages import (
     Event,
+    EventClass,
     FleetFrame,
     Kind,
+    Phase,
     PlannerInfo,
     RunPhase,
     ScenarioChanged,
@@ -46,6 +48,7 @@ from tui_gcs.core.messages import (
     encode,
 )
 from tui_gcs.core.monitor import FleetMonitor
+from tui_gcs.core.pauses import Pauses
 from tui_gcs.core.preflight import PreflightDesk
 from tui_gcs.core.rates import RateDesk
 from tui_gcs.core.readiness import Readiness
@@ -199,6 +202,7 @@ class Station:
         self.reboots = RebootBook(self.fleet)
         self._alarm_finder = AlarmFinder(self, self.alarms)
         self._next_alarms_s = -math.inf
+        self.pauses = Pauses()
         self.dropped: Counter[str] = Counter()
         self._assigned_for: tuple[int, ...] = ()
         self._frame_seq = self._status_seq = 0
@@ -263,18 +267,30 @@ class Station:
         self.reboots.tick()
         self.executive.tick()
         self.firmware.tick()
-        for desk in self.desks.values():
-            silent = desk.tick()
-            if silent:
-                self.executive.hold(tuple(silent), stays="")
-        self.escorts.tick()
-        self.steering.tick()
+        if self.pauses.is_over(self.clock.now()):
+            self._hold_after_pause()
+        if not self.pauses.catches_up:
+            for desk in self.desks.values():
+                silent = desk.tick()
+                if silent:
+                    self.executive.hold(tuple(silent), stays="", asked=False)
+            self.escorts.tick()
+            self.steering.tick()
         self.forwarder.tick()
         self.door.tick()
         yield
         self._look_for_alarms()
         yield
         yield from self._publish_due()
+
+    def _hold_after_pause(self) -> None:
+        """Whoever flew for its planner, and does so still, holds: nobody led it meanwhile, and it may be anywhere."""
+        flying = tuple(flight.vehicle for flight in self.book.in_phase(Phase.FLYING))
+        text = f"this station stood still for {self.pauses.lasted_s:.1f} s: is the computer overloaded?"
+        text += f" {len(flying)} vehicle{'s' if len(flying) != 1 else ''} hold{'' if len(flying) != 1 else 's'}"
+        self.events.say(EventClass.CONNECTION, "station", text, ALERT)
+        if flying:
+            self.executive.hold(flying, stays="", asked=False)
 
     def close(self) -> None:
         """Write down what the next start has to know."""
