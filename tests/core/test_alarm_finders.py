@@ -10,6 +10,7 @@ import pytest
 from tests.core.rig import Rig, scenario, toml
 from tui_gcs.core import messages as m
 from tui_gcs.core.alarm_causes import BY_ID
+from tui_gcs.core.firmware.health import BATTERY_STATUS, Concern, Problem, problems_in_flight
 from tui_gcs.core.messages import Phase
 from tui_gcs.core.services.traffic import Track
 from tui_gcs.core.tracking import Tracking
@@ -51,6 +52,19 @@ def test_batteries_low_critical_and_unknown_with_a_dead_band(flight: Rig) -> Non
         assert found(flight) == {}
         with patch.object(flight.station.alarms, "is_up", lambda cause, _: cause == "battery-low"):
             assert found(flight) == {"battery-low": [(2, "26 %")]}
+
+
+@pytest.mark.parametrize(("state", "cause"), [(2, "battery-low"), (3, "battery-critical"), (4, "battery-critical")])
+def test_a_battery_is_as_bad_as_its_vehicle_says(flight: Rig, state: int, cause: str) -> None:
+    """Seen on a real PX4 at its BAT_LOW_THR: "battery CRITICAL: vehicle 5  battery low"."""
+    health, said = flight.station.services.health, {"charge_state": state, "fault_bitmask": 0, "time_remaining": 0}
+    one = vehicle(flight)
+    with patch.object(health, "in_flight", lambda v: tuple(of_battery(v, said)) if v is one else ()):
+        assert found(flight) == {cause: [(2, "battery at its end" if state == 4 else f"{one.battery_pct:.0f} %")]}
+
+
+def of_battery(one: Vehicle, said: dict[str, int]) -> Iterator[tuple[Concern, Problem]]:
+    return problems_in_flight(one, lambda message: said if message == BATTERY_STATUS else None)
 
 
 def test_a_low_battery_on_the_ground_is_no_alarm(flight: Rig) -> None:

@@ -133,8 +133,10 @@ class AlarmFinder:
 
     def _own_checks(self, vehicle: Vehicle) -> Iterator[Finding]:
         """What an autopilot says of itself that would keep it on the ground."""
+        charge = "" if math.isnan(vehicle.battery_pct) else f"{vehicle.battery_pct:.0f} %"
         for concern, problem in self._health.get(vehicle.id, ()):
-            yield Finding(_CAUSES[concern], vehicle.id, problem.text)
+            tells_less = charge and problem.text in ("battery low", "battery critical")  # than how much is left
+            yield Finding(_CAUSES[concern], vehicle.id, charge if tells_less else problem.text)
 
     def _look_at_health(self, flying: list[Vehicle], gap_s: float) -> None:
         ids = [vehicle.id for vehicle in flying]
@@ -243,4 +245,9 @@ def _soonest(closing: Closing) -> float:
     return closing.in_s
 
 
-_CAUSES: dict[Concern, str] = {"position": "position", "battery": "battery-critical", "health": "health"}
+_CAUSES: dict[Concern, str] = {
+    "position": "position",
+    "battery": "battery-critical",
+    "battery-low": "battery-low",
+    "health": "health",
+}

@@ -56,6 +56,7 @@ SENSORS = {
 ESSENTIAL = 0x1 | 0x2 | 0x8 | 0x200000
 BATTERY_STATES = {2: "low", 3: "critical", 4: "at its end", 5: "failed", 6: "unhealthy", 7: "charging"}
 """MAV_BATTERY_CHARGE_STATE, as far as it is worth telling."""
+BATTERY_LOW = "battery low"
 BATTERY_FAULTS = (
     "deep discharge",
     "spikes",
@@ -118,7 +119,7 @@ REMOTE_ID_TEXTS = ("PreArm: OpenDroneID", "PreArm: ODID")
 NO_OPERATOR_ID = "; this station sends no operator's Remote ID: another one must, or DID_OPTIONS must not ask for it"
 
 
-Concern = Literal["position", "battery", "health"]
+Concern = Literal["position", "battery", "battery-low", "health"]
 """What a problem in flight puts in doubt."""
 
 
@@ -167,7 +168,9 @@ def problems_in_flight(vehicle: Vehicle, newest: Newest) -> Iterator[tuple[Conce
         yield from _concerning("position", _px4_estimator(estimator))
     if newest(SYS_STATUS) is not None:
         yield from _concerning("health", _sensors(newest))
-    yield from _concerning("battery", _battery(vehicle, newest))
+    for problem in _battery(vehicle, newest):
+        if problem.blocks:
+            yield "battery-low" if problem.text == BATTERY_LOW else "battery", problem
 
 
 def _about(concern: Concern, found: Iterator[Problem]) -> Iterator[Problem]:
