@@ -9,6 +9,7 @@ from fake_station import FakeStation
 from mission_station import mission_console
 from plan_station import plan_console
 
+from tui_gcs.core.alarm_causes import BY_ID
 from tui_gcs.core.messages_alarms import Alarm, AlarmLevel
 from tui_gcs.screens.journal import JournalScreen
 from tui_gcs.screens.planners import PlannersDialog
@@ -157,3 +158,20 @@ def test_details_that_leave_no_room_for_what_to_do_are_left_out(action: str, tol
     keys = {"return_all": "!r", "resume": "Enter", "acknowledge": "a"}
     line = "".join(text for text, _ in alarm_runs([alarm], keys, Notice(""), 80, True, "→"))
     assert line.startswith(f" ^ CAUT  late: attack, defend{told}") and len(line) == 80
+
+
+@pytest.mark.parametrize(
+    ("cause", "vehicles", "told", "line"),
+    [
+        ("battery-critical", (1,), "4 %", "battery CRITICAL: vehicle 1  4 %   → its number, r return "),
+        ("battery-low", (11,), "20 %", "battery low: vehicle 11  20 %   → its number, r return  "),
+        ("left", (4,), "LAND", "left the mission: vehicle 4  LAND   → !h hold all  "),
+    ],
+)
+def test_what_was_flown_tells_its_keys(cause: str, vehicles: tuple[int, ...], told: str, line: str) -> None:
+    """Seen: "battery CRITICAL: vehicle 1  4 %   → its number, then r re..", "…  LAND   → a pilot or failsafe fl.."."""
+    known = BY_ID[cause]
+    alarm = Alarm(cause, known.level, known.tag, known.title, known.action, "new", 1, 0.0, vehicles)
+    alarm = msgspec.structs.replace(alarm, text=told)
+    keys = {"return_all": "!r", "hold_all": "!h", "return_selected": "r", "acknowledge": "a"}
+    assert line in "".join(text for text, _ in alarm_runs([alarm], keys, Notice(""), 80, True, "→"))
