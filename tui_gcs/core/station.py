@@ -286,8 +286,8 @@ class Station:
     def _hold_after_pause(self) -> None:
         """Whoever flew for its planner, and does so still, holds: nobody led it meanwhile, and it may be anywhere."""
         flying = tuple(flight.vehicle for flight in self.book.in_phase(Phase.FLYING))
-        text = f"this station stood still for {self.pauses.lasted_s:.1f} s: is the computer overloaded?"
-        text += f" {len(flying)} vehicle{'s' if len(flying) != 1 else ''} hold{'' if len(flying) != 1 else 's'}"
+        held = f"{len(flying)} {'vehicle holds' if len(flying) == 1 else 'vehicles hold'}; " if flying else ""
+        text = f"stood still for {self.pauses.lasted_s:.1f} s: {held}computer overloaded?"
         self.events.say(EventClass.CONNECTION, "station", text, ALERT)
         if flying:
             self.executive.hold(flying, stays="", asked=False)
