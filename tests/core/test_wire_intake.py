@@ -179,6 +179,8 @@ def test_junk_and_text_of_strangers_are_counted() -> None:
     intake = Intake("", Nobody())
     intake.datagrams("x", [(b"\x00\x01junk\xff", HERE), (BANNER, ("127.0.0.1", 6000))], 1.0)
     assert (intake.counts("x")["junk bytes"], intake.counts("x")["text bytes"]) == (7, len(BANNER))
+    intake.datagrams("x", [(b"\xfd" * 60_000, ("127.0.0.1", 7000))], 1.0)
+    assert intake.counts("x")["junk bytes"] == 60_007, "as big as no vehicle sends: not even looked at"
 
 
 def test_what_is_counted_is_so_also_of_sources_that_were_forgotten() -> None:
