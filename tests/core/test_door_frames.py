@@ -44,6 +44,9 @@ def test_whatever_a_caller_writes_it_is_addressed_to_the_vehicle(tmp_path: Path)
     way.door.ask(1, "COMMAND_LONG", **ARM, target_system=9, target_component=154)
     ((_, fields, _),) = way.sent()
     assert (fields["target_system"], fields["target_component"]) == (1, 154)
+    way.door.ask(1, "PARAM_REQUEST_LIST")
+    ((_, fields, _),) = way.sent()
+    assert (fields["target_system"], fields["target_component"]) == (1, 1), "all that it has"
 
 
 def test_who_is_not_known_is_sent_nothing(tmp_path: Path) -> None:
