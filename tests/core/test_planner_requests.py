@@ -190,6 +190,15 @@ def test_who_is_not_heard_begins_a_preview_at_its_take_off_place(rig: MakeRig) -
     assert starts_m == {place.vehicle: place.place_m for place in parse(flight.station.toml).places}
 
 
+def test_a_preview_is_told_what_the_teams_planner_learnt(rig: MakeRig) -> None:
+    flight = rig(1, wants=None, planning=False).ready()
+    asked = asked_of(flight)
+    flight.plan(snapshot=b"slow in this wind")
+    flight.run(0.1)
+    assert flight.ask(m.Preview(base_revision=flight.station.revision, toml=flight.station.toml)).ok
+    assert asked[0][1].snapshot == b"slow in this wind"
+
+
 def test_a_preview_that_nobody_answers_ends(rig: MakeRig) -> None:
     flight = rig(1, planning=False).ready()
     assert flight.ask(m.Preview(base_revision=flight.station.revision, toml=flight.station.toml)).ok

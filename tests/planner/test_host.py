@@ -43,6 +43,7 @@ class Probe(Planner):
                 "big",
                 "no bytes",
                 "heir",
+                "testator",
             ),
         ),
         Param("speed_m_s", float, 5.0, 1.0, 8.0, "m/s"),
@@ -97,9 +98,13 @@ class Probe(Planner):
         holds = [Intent(int(i), "hold") for i in ctx.fleet.id[ctx.fleet.active]]
         return Output(holds, metrics={"seven": np.float64(7)}, notes=self.notes)
 
-    def inherit(self, before: Planner) -> None:
-        assert isinstance(before, Probe)
-        self.seen.append(f"inherit {before.steps}")
+    def learnt(self) -> bytes:
+        if self.trouble == "testator":
+            raise RuntimeError("leaves nothing")
+        return str(self.steps).encode()
+
+    def inherit(self, learnt: bytes) -> None:
+        self.seen.append(f"inherit {learnt.decode()}")
         if self.trouble == "heir":
             raise RuntimeError("wants nothing of it")
 
@@ -537,6 +542,36 @@ def test_a_planner_of_a_new_task_is_told_of_the_one_before() -> None:
     plan = host.step(vehicles.frame())
     assert "RuntimeError: wants nothing of it" in plan.error
     assert plan.fate == "quarantined"
+
+
+def test_a_planner_that_cannot_say_what_it_learnt_does_not_keep_the_next_from_flying() -> None:
+    host, vehicles = probing(trouble="testator"), fleet(1)
+    host.step(vehicles.frame())
+    host.set_task(msgspec.structs.replace(task_of(ZONE, planner="probe"), revision=8))
+    plan = host.step(vehicles.frame())
+    assert plan.notes == ("begins anew: what it learnt is lost: RuntimeError: leaves nothing",)
+    assert plan.error == ""
+
+
+def test_what_was_learnt_is_kept_with_a_snapshot_for_another_task() -> None:
+    host, vehicles = probing(), fleet(1)
+    host.step(vehicles.frame())
+    other = host_of(msgspec.structs.replace(task_of(ZONE, planner="probe"), revision=8, footprint_radius_m=9.0))
+    other.inherit(host.snapshot())
+    assert Probe.seen[-1] == "inherit 1"
+    other.step(vehicles.frame())
+    other.inherit(host.snapshot())
+    assert Probe.seen[-1] == "start 0", "too late: it flies"
+
+
+def test_a_planner_that_keeps_only_what_it_learnt_begins_anew_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Probe, "snapshot", lambda _: b"")
+    host, vehicles = probing(), fleet(1)
+    host.step(vehicles.frame())
+    other = PlannerHost("red")
+    other.set_task(task_of(ZONE, planner="probe"), host.snapshot())
+    assert other.step(vehicles.frame()).notes == ()
+    assert Probe.seen[-3:] == ["configure 5.0", "inherit 1", "start 0"]
 
 
 def test_a_planner_that_goes_on_from_a_snapshot_inherits_nothing() -> None:

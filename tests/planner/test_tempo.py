@@ -11,6 +11,7 @@ from test_patrol import limits_kept
 
 from tui_gcs.core.messages import Intent, Plan
 from tui_gcs.core.zones import Rectangle
+from tui_gcs.planner.foresight import foresee
 from tui_gcs.planner.host import PlannerHost
 from tui_gcs.planner.tempo import BESIDE_M, MOST_TRY_S, SETTLES_S, SLOWER, SLOWEST, TRY_S, Tempo
 
@@ -160,6 +161,17 @@ def test_the_next_round_begins_at_the_tempo_of_the_last() -> None:
     plan = fly(host, vehicles, 241.0)
     assert plan.revision == 8
     assert plan.metrics["tempo_pct"] == share
+
+
+def test_a_preview_promises_what_the_tempo_of_the_present_flight_allows() -> None:
+    host, vehicles = windy_patrol()
+    plan = fly(host, vehicles, 240.0)
+    share = plan.metrics["tempo_pct"] / 100.0
+    task = task_of(zone_of(Rectangle((160.0, 210.0), 90.0, 70.0)))
+    calm = foresee(task, vehicles.frame(), {})
+    windy = foresee(task, vehicles.frame(), {}, snapshot=host.snapshot())
+    assert windy.plan.metrics["tempo_pct"] == plan.metrics["tempo_pct"]
+    assert windy.worst_s == pytest.approx(calm.worst_s / share)
 
 
 def test_a_restarted_worker_goes_on_at_the_same_tempo() -> None:

@@ -43,7 +43,7 @@ from tui_gcs.core.messages_planning import Track as Track
 from tui_gcs.core.messages_preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.scenario import Scenario
 
-PROTOCOL = 16
+PROTOCOL = 17
 """Version of this file's contract; consoles and workers say it first (`Hello`)."""
 
 
@@ -160,6 +160,8 @@ class PreviewTask(Message, frozen=True):
     """Above 0: with as many vehicles as it takes for this worst idleness."""
     starts_m: dict[int, tuple[float, float]] = {}
     """Take-off places, for vehicles that are not in the frame."""
+    snapshot: bytes = b""
+    """Of the team's planner: what it learnt is known to the next one of its kind."""
 
 
 class PreviewResult(Message, frozen=True):

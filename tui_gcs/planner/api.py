@@ -278,10 +278,14 @@ class Planner:
         """
         self.task = task
 
-    def inherit(self, before: "Planner") -> None:
-        """`before` worked on the task before this one: what it learnt of vehicles and air may still be true.
+    def learnt(self) -> bytes:
+        """What is still true in another zone: of vehicles, of the air. Kept for the next task; b"" is nothing."""
+        return b""
 
-        Called after `configure`, of two of the same class, and not of one that is restored.
+    def inherit(self, learnt: bytes) -> None:
+        """What the planner of the task before this one has `learnt`, which had the same name and version.
+
+        Called after `configure`, and not if it is restored.
         """
 
     def start(self, t_s: float, fleet: Fleet) -> None:

@@ -58,11 +58,16 @@ def foresee(
     frame: FleetFrame,
     files: Mapping[str, PlannerFile],
     starts_m: Mapping[int, tuple[float, float]] = NOWHERE_ELSE,
+    snapshot: bytes = b"",
 ) -> Foresight:
-    """Configure the planner, and fly what it plans; who is not in `frame` begins where `starts_m` says."""
+    """Configure the planner, and fly what it plans; who is not in `frame` begins where `starts_m` says.
+
+    `snapshot`: of the planner that flies; if it is of the same kind, what it learnt is known to this one.
+    """
     host = PlannerHost(task.team, files)
     host.searches = False
     host.set_task(task)
+    host.inherit(snapshot)
     world = World(task, start_m(task, frame, starts_m), t_s=frame.t_s)
     plan = host.step(world.frame())
     if plan.error:
@@ -122,6 +127,7 @@ def vehicles_for(
     frame: FleetFrame,
     files: Mapping[str, PlannerFile],
     starts_m: Mapping[int, tuple[float, float]] = NOWHERE_ELSE,
+    snapshot: bytes = b"",
 ) -> tuple[int, Foresight]:
     """The fewest vehicles with which every place is seen that often, and what they make of it.
 
@@ -133,7 +139,7 @@ def vehicles_for(
     alone_s = sweep_bound_s(area_m2(task.zone.shape), 1, task.limits.speed_m_s, task.footprint_radius_m)
     n = max(1, math.ceil(alone_s / idleness_s))
     while n <= MOST_VEHICLES:
-        found = foresee(with_vehicles(task, n), frame, files, starts_m)
+        found = foresee(with_vehicles(task, n), frame, files, starts_m, snapshot)
         if found.plan.error:
             return n, found
         if found.worst_s <= idleness_s:

@@ -135,6 +135,8 @@ class PlannerHost:
             found = keeping.unpack(snapshot, job.planner, task)
             if isinstance(found, str):
                 job.notes.append(f"begins anew: the snapshot {found}")
+            elif not found.data:
+                self._inherit(job, found.learnt)
             elif error := self._restored(job, job.planner, found):
                 job = self._configured(task)
                 job.notes.append(f"begins anew: restore failed: {_last_line(error)}")
@@ -150,10 +152,28 @@ class PlannerHost:
 
     def _hand_on(self, before: Planner, job: Job) -> None:
         """Let a new task's planner know what the one before has learnt."""
-        after = job.planner
+        after, learnt = job.planner, list[bytes]()
         if after is None or job.started or type(after) is not type(before):
             return
-        if error := self._guarded(lambda: after.inherit(before)):
+        if error := self._guarded(lambda: learnt.append(keeping.learnt_by(before))):
+            job.notes.append(f"begins anew: what it learnt is lost: {_last_line(error)}")
+            return
+        self._inherit(job, learnt[0])
+
+    def inherit(self, snapshot: bytes) -> None:
+        """Let the planner of a task that has not begun know what another one had learnt when this was taken."""
+        job = self._present()
+        if job.planner is None or job.started:
+            return
+        found = keeping.of_kind(snapshot, job.planner)
+        if isinstance(found, keeping.Kept):
+            self._inherit(job, found.learnt)
+
+    def _inherit(self, job: Job, learnt: bytes) -> None:
+        planner = job.planner
+        if not learnt or planner is None:
+            return
+        if error := self._guarded(lambda: planner.inherit(learnt)):
             job.error, job.planner = error, None
 
     def _stop(self, planner: Planner) -> None:

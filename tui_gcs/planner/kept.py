@@ -30,6 +30,7 @@ class Kept(Message, frozen=True):
     low: list[int]
     credit: float
     data: bytes
+    learnt: bytes = b""
 
 
 def digest(task: PlannerTask) -> bytes:
@@ -43,33 +44,48 @@ def pack(
     """Everything that the next host needs; b"" if the planner keeps nothing.
 
     Raises:
-        TypeError: its snapshot is no bytes.
-        ValueError: it is too large.
+        TypeError: its snapshot, or what it learnt, is no bytes.
+        ValueError: they are too large.
     """
-    data = planner.snapshot()
+    data, learnt = planner.snapshot(), learnt_by(planner)
     if not isinstance(data, bytes):
         raise TypeError(f"a snapshot must be bytes, not {type(data).__name__}")
-    if len(data) > MOST_BYTES:
-        raise ValueError(f"a snapshot of {len(data) / 1e6:.1f} MB: at most {MOST_BYTES / 1e6:g} MB are kept")
-    if not data:
+    if (size := len(data) + len(learnt)) > MOST_BYTES:
+        raise ValueError(f"a snapshot of {size / 1e6:.1f} MB: at most {MOST_BYTES / 1e6:g} MB are kept")
+    if not data and not learnt:
         return b""
     rng_state = json.dumps(rng.bit_generator.state)
     version = str(planner.version)
+    of_task = digest(task)
     kept = Kept(
-        API_VERSION, planner.name, version, digest(task), t_s, rng_state, changes.state, changes.low, credit, data
+        API_VERSION, planner.name, version, of_task, t_s, rng_state, changes.state, changes.low, credit, data, learnt
     )
     return encode(kept)
 
 
+def learnt_by(planner: Planner) -> bytes:
+    """What it would hand on. Raises TypeError if that is no bytes."""
+    learnt = planner.learnt()
+    if not isinstance(learnt, bytes):
+        raise TypeError(f"what a planner learnt must be bytes, not {type(learnt).__name__}")
+    return learnt
+
+
 def unpack(packed: bytes, planner: Planner, task: PlannerTask) -> Kept | str:
     """What was kept, or why it is not of use for this planner and task."""
+    kept = of_kind(packed, planner)
+    return kept if isinstance(kept, str) or kept.task == digest(task) else "is of another task"
+
+
+def of_kind(packed: bytes, planner: Planner) -> Kept | str:
+    """As `unpack`, of whatever task."""
     try:
         kept = msgspec.msgpack.decode(packed, type=Kept)
     except msgspec.MsgspecError:
         return "is not readable"
     if (kept.api, kept.planner, kept.version) != (API_VERSION, planner.name, str(planner.version)):
         return f"is of {kept.planner} {kept.version}"
-    return kept if kept.task == digest(task) else "is of another task"
+    return kept
 
 
 def rng_state(kept: Kept) -> dict[str, Any]:

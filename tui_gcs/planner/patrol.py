@@ -35,6 +35,7 @@ from tui_gcs.planner.region import Region
 from tui_gcs.planner.search import Search, begun
 from tui_gcs.planner.site import Design, site_of
 from tui_gcs.planner.smoothing import Motion
+from tui_gcs.planner.tempo import taken_on
 from tui_gcs.planner.tour import Tour
 from tui_gcs.planner.transit import Mobility
 
@@ -105,11 +106,14 @@ class Patrol(Planner):
         """Ahead of what was granted, by the units done."""
         self._fly(self._state.design)
 
-    def inherit(self, before: Planner) -> None:
+    def learnt(self) -> bytes:
         """The wind does not change with the zone."""
-        if isinstance(before, Patrol):
-            self._state.tempo = before._state.tempo.handed_on()
-            self._fly(self._state.design)
+        return self._state.tempo.handed_on()
+
+    def inherit(self, learnt: bytes) -> None:
+        """At the tempo that was right before."""
+        self._state.tempo = taken_on(learnt)
+        self._fly(self._state.design)
 
     def step(self, ctx: Context) -> Output:
         """Intents for active vehicles; slots are re-spaced in the step that sees another set of them."""

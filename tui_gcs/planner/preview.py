@@ -38,9 +38,9 @@ def preview(ask: PreviewTask, files: Mapping[str, PlannerFile]) -> PreviewResult
     vehicles = len(task.members)
     try:
         if ask.idleness_s > 0.0:
-            vehicles, found = vehicles_for(ask.idleness_s, task, frame, files, ask.starts_m)
+            vehicles, found = vehicles_for(ask.idleness_s, task, frame, files, ask.starts_m, ask.snapshot)
         else:
-            found = foresee(task, frame, files, ask.starts_m)
+            found = foresee(task, frame, files, ask.starts_m, ask.snapshot)
     except ValueError as why:
         return PreviewResult(task.team, ask.number, "failed", text=str(why))
     if found.plan.error:

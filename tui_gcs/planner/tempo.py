@@ -9,6 +9,8 @@ after a longer one if that did not go well.
 import math
 from dataclasses import dataclass
 
+import msgspec
+
 BESIDE_M, BESIDE_S = 0.5, 3.0
 """So much farther beside its way than was planned for, for so long in all, is too far: places are missed."""
 FORGOTTEN = 0.05
@@ -42,9 +44,10 @@ class Tempo:
     judged_s: float = -math.inf
     stepped_s: float = -math.inf
 
-    def handed_on(self) -> "Tempo":
+    def handed_on(self) -> bytes:
         """For another tour in the same air."""
-        return Tempo(self.wanted, self.wanted, good_s=self.good_s, try_s=self.try_s, tried=self.tried)
+        after = Tempo(self.wanted, self.wanted, good_s=self.good_s, try_s=self.try_s, tried=self.tried)
+        return msgspec.msgpack.encode(after)
 
     def judge(self, t_s: float, off_m: float) -> float:
         """`off_m`: how much farther beside its way than was planned for the worst vehicle is; NaN: nobody is on a slot.
@@ -75,3 +78,8 @@ class Tempo:
         before, most = self.share, CHANGE_PER_S * gap_s
         self.share += min(max(self.wanted - self.share, -most), most)
         return self.share / before
+
+
+def taken_on(data: bytes) -> Tempo:
+    """What was `handed_on`. Raises ValueError if it was not."""
+    return msgspec.msgpack.decode(data, type=Tempo)
