@@ -11,6 +11,7 @@ from flights import SMALL, Fleet, fleet, fly, host_of, no_fly, region_of, task_o
 from tui_gcs.core.guard import BRAKES_BELOW_M_S, CATCH_UP_M, CATCH_UP_S
 from tui_gcs.core.messages import FleetFrame, Freshness, Intent, Plan, Track
 from tui_gcs.core.zones import Circle, Rectangle, Zone, polygon_of
+from tui_gcs.planner.guardian import Guardian
 from tui_gcs.planner.host import PlannerHost
 from tui_gcs.planner.intercept import Edges, courses, meet
 from tui_gcs.planner.transit import Mobility
@@ -65,6 +66,14 @@ def limits_kept(plan: Plan, zone: Zone = ZONE, closed: tuple[Zone, ...] = ()) ->
         assert np.hypot(*(np.diff(speeds, axis=0)[:, :2] / intent.dt_s).T).max() <= 2.5
         assert (places[:, 2] == 20.0 + 7.0 * intent.vehicle).all()
         assert region.can_stop(places[:, :2], speeds[:, :2], 2.5).all()
+
+
+def test_the_tempo_is_not_changed_while_there_are_intruders() -> None:
+    planner = guardian()._present().planner
+    assert isinstance(planner, Guardian)
+    planner._state.alert_until_s = 30.0
+    notes = {t_s: planner._keep_tempo(float(t_s), 9.0) for t_s in range(60)}
+    assert [t_s for t_s, told in notes.items() if told] == [32, 40, 48, 56]
 
 
 def reasons(plan: Plan) -> list[str]:

@@ -10,7 +10,7 @@ from flights import SMALL, Fleet, fleet, fly, host_of, task_of, zone_of
 from test_patrol import limits_kept
 
 from tui_gcs.core.messages import Intent, Plan
-from tui_gcs.core.zones import Rectangle
+from tui_gcs.core.zones import Circle, Rectangle
 from tui_gcs.planner.foresight import foresee
 from tui_gcs.planner.host import PlannerHost
 from tui_gcs.planner.tempo import BESIDE_M, MOST_TRY_S, SETTLES_S, SLOWER, SLOWEST, TRY_S, Tempo
@@ -152,6 +152,31 @@ def test_slots_are_equally_spaced_in_time_at_any_tempo() -> None:
     then = {intent.slot: np.array(intent.positions_m[0][:2]) for intent in later.intents}
     for k in range(4):
         assert math.dist(then[f"{k + 1}/4"], places[f"{(k + 1) % 4 + 1}/4"]) <= 8.0 * 0.3
+
+
+def test_a_guardians_ring_is_flown_slower_too_and_its_vehicles_keep_their_distances() -> None:
+    plain = fleet(4, places=((350.0, 200.0), (250.0, 300.0), (150.0, 200.0), (250.0, 100.0)))
+    host = host_of(task_of(zone_of(Circle((250.0, 200.0), 80.0)), planner="guardian"))
+    vehicles = Windy(plain.ids, plain.position_m, plain.velocity_m_s)
+    notes: list[str] = []
+
+    def watch(plan: Plan) -> None:
+        limits_kept(plan)
+        notes.extend(plan.notes)
+
+    plan = fly(host, vehicles, 200.0, watch)
+    share = plan.metrics["tempo_pct"] / 100.0
+    assert 0.5 <= share < 0.8
+    assert notes[0] == "tour flown at 85 % of its speed: vehicles are beside their slots: wind, load?"
+    assert plan.metrics["joined"] == 4.0
+    speeds = [math.hypot(*intent.velocities_m_s[0][:2]) for intent in plan.intents]
+    assert max(speeds) <= 8.0 * 0.98 * share + 1e-6
+    places = np.array([intent.positions_m[0][:2] for intent in plan.intents])
+    bearings = np.sort(np.arctan2(*(places - (250.0, 200.0)).T))
+    gaps = np.diff(bearings, append=bearings[0] + 2.0 * math.pi)
+    assert np.degrees(gaps) == pytest.approx([90.0] * 4, abs=5.0)
+    host.set_task(msgspec.structs.replace(host._present().task, revision=8, footprint_radius_m=14.0))
+    assert fly(host, vehicles, 201.0).metrics["tempo_pct"] == plan.metrics["tempo_pct"]
 
 
 def test_the_next_round_begins_at_the_tempo_of_the_last() -> None:

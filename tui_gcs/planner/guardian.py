@@ -36,6 +36,7 @@ from tui_gcs.planner.pursuit import SAMPLE_S, SAMPLES, Aims, paths
 from tui_gcs.planner.region import Region
 from tui_gcs.planner.ring import nearest_phase_s, rates, ring
 from tui_gcs.planner.smoothing import Motion
+from tui_gcs.planner.tempo import Tempo, taken_on
 from tui_gcs.planner.tour import Tour
 from tui_gcs.planner.transit import Mobility
 from tui_gcs.planner.unseen import BIN_M, GROUP, LINES, Threats, Unseen
@@ -55,6 +56,10 @@ LOST_TRACK_M, LOST_TRACK_S = 8.0, 1.7
 """A vehicle this far from its path, or so long from its velocity with all its acceleration, gets a new one from where
 it is: in 3 m/s of wind real ArduCopters could not turn as fast, and at 2 s the guard takes a path for a jump."""
 OLD_POSITION_S = 1.0
+BESIDE_M = 1.5
+"""So far beside its way a vehicle meets an intruder all the same: speed is worth more."""
+SLOW_M_S = 0.5
+"""Slower than this nobody is early or late."""
 CONTACT_SHARE = 0.9
 """Of the contact distance: so near a meeting is planned."""
 INSIDE_M = 1.0
@@ -111,13 +116,14 @@ class _State:
     """Tracks and vehicles."""
     t_s: float = -math.inf
     drawn_s: float = -math.inf
+    tempo: Tempo = field(default_factory=Tempo)
 
 
 class Guardian(Planner):
     """A ring around the zone whose vehicles meet intruders outside."""
 
     name = "guardian"
-    version = "2"
+    version = "3"
     params = (
         Param("ring_m", float, 20.0, 0.0, 200.0, "m", "the ring is so far outside the zone"),
         Param("ring_speed", float, 0.97, 0.1, 0.97, "", "speed on the ring as a share of the limit"),
@@ -132,8 +138,7 @@ class Guardian(Planner):
         super().configure(task, params, rng)
         warm_up()
         limits = task.limits
-        accel = limits.accel_m_s2 * ACCEL_SHARE
-        self._mobility = Mobility(limits.speed_m_s * SPEED_SHARE, accel)
+        self._accel_m_s2 = accel = limits.accel_m_s2 * ACCEL_SHARE
         self._region = Region(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
         self._zone = polygon_of(task.zone.shape)
         self._contact_m = float(params["contact_m"])
@@ -142,15 +147,25 @@ class Guardian(Planner):
         self._inside = int(params["inside"])
         ring_m_s = limits.speed_m_s * float(params["ring_speed"])
         out_m = [max(0.0, float(params["ring_m"]) + more_m) for more_m in (0.0, INNER_M, OUTER_M)]
-        self._circuits = [ring(self._zone, each_m, self._region, ring_m_s, accel) for each_m in out_m]
-        tour = self._circuits[0]
+        self._laid = [ring(self._zone, each_m, self._region, ring_m_s, accel) for each_m in out_m]
+        tour = self._laid[0]
         if self._inside:
             motion = Motion(limits.speed_m_s * TOUR_SHARE, accel, task.footprint_radius_m)
             tour = design(task.zone.shape, self._region, motion, task.footprint_radius_m, self._inside, rng).tour
-        self._circuits.append(tour)
+        self._laid.append(tour)
         self._sees_m = float(params["sees_m"])
         self._unseen = Unseen(self._zone, self._sees_m, float(params["intruder_m_s"]))
         self._state = _State(unseen=self._unseen.none_seen())
+        self._fly()
+
+    def learnt(self) -> bytes:
+        """The wind does not change with the zone."""
+        return self._state.tempo.handed_on()
+
+    def inherit(self, learnt: bytes) -> None:
+        """At the tempo that was right before."""
+        self._state.tempo = taken_on(learnt)
+        self._fly()
 
     def step(self, ctx: Context) -> Output:
         """Who meets whom is decided anew in every step."""
@@ -158,14 +173,15 @@ class Guardian(Planner):
         active = np.flatnonzero(fleet.active)
         # Sorted by place: ids decide nothing.
         rows = active[np.lexsort((fleet.position_m[active, 1], fleet.position_m[active, 0]))]
-        xy, velocity = self._references(ctx, rows)
+        xy, velocity, off_m = self._references(ctx, rows)
+        notes = self._keep_tempo(ctx.t_s, off_m)
         self._take_posts([int(i) for i in fleet.id[rows]], xy)
         self._look_round(ctx.t_s, fleet.position_m[rows, :2])
         chased = self._chased(ctx.tracks, fleet.position_m[rows, :2])
         assigned = self._duties(ctx.t_s, ctx.tracks, chased, fleet.id[rows], xy, velocity)
         aims = self._aims(fleet.id[rows], xy, assigned, ctx.t_s)
         places, speeds = paths(xy, velocity, aims, self._mobility, self._region)
-        out = Output(metrics=self._metrics(ctx.tracks, assigned))
+        out = Output(metrics=self._metrics(ctx.tracks, assigned), notes=notes)
         for k, i in enumerate(rows.tolist()):
             out.intents.append(self._intent(ctx, i, places[k], speeds[k], assigned.get(k)))
         out.intents.sort(key=lambda intent: intent.vehicle)
@@ -185,17 +201,43 @@ class Guardian(Planner):
     def restore(self, data: bytes) -> None:
         """As `snapshot` gave."""
         self._state = msgspec.msgpack.decode(data, type=_State)
+        self._fly()
+
+    # ---------------------------------------------------------------- how fast
+
+    def _fly(self) -> None:
+        """At the present tempo: who is carried off by the wind meets nobody in time."""
+        limits, rate = self.task.limits, self._state.tempo.share
+        self._mobility = Mobility(limits.speed_m_s * SPEED_SHARE * rate, self._accel_m_s2 * rate**2)
+        self._circuits = [tour.times(rate) for tour in self._laid] if rate < 1.0 else self._laid
+
+    def _keep_tempo(self, t_s: float, off_m: float) -> list[str]:
+        """Slower if somebody cannot follow the ring, faster when all can again; neither while there are intruders."""
+        tempo, wanted = self._state.tempo, self._state.tempo.wanted
+        if t_s < self._state.alert_until_s:
+            return []
+        gap_s = tempo.judge(t_s, off_m - BESIDE_M)
+        if tempo.share != tempo.wanted:
+            rate = tempo.advance(gap_s)
+            for post in self._state.posts.values():
+                post.phase_s /= rate  # the same place, on a circuit that takes longer
+            self._fly()
+        return tempo.news(wanted)
 
     # ---------------------------------------------------------------- where they are
 
-    def _references(self, ctx: Context, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
-        """(n, 2) places and velocities from which paths go on: where they should be, if they are near it."""
+    def _references(self, ctx: Context, rows: NDArray[np.int64]) -> tuple[Floats, Floats, float]:
+        """(n, 2) places and velocities from which paths go on: where they should be, if they are near it.
+
+        And how far beside its way the worst of those is that were on their places; NaN: nobody was.
+        """
         fleet, since_s = ctx.fleet, ctx.t_s - self._state.t_s
         velocity = np.nan_to_num(fleet.velocity_m_s[rows, :2])
         age_s = np.clip(np.nan_to_num(fleet.age_s[rows]), 0.0, OLD_POSITION_S)
         xy = fleet.position_m[rows, :2] + velocity * age_s[:, None]
+        off_m = math.nan
         if not 0.0 <= since_s <= SAMPLE_S * (SAMPLES - 1):
-            return xy, velocity
+            return xy, velocity, off_m
         at, share = divmod(since_s / SAMPLE_S, 1.0)
         here, there = int(at), min(int(at) + 1, SAMPLES - 1)
         for k, i in enumerate(rows.tolist()):
@@ -203,12 +245,14 @@ class Guardian(Planner):
             if post is None or not post.path_m:
                 continue
             place = (1.0 - share) * np.array(post.path_m[here]) + share * np.array(post.path_m[there])
-            speed = (1.0 - share) * np.array(post.path_m_s[here]) + share * np.array(post.path_m_s[there])
-            change_m_s = math.dist(speed, velocity[k])
-            near = math.dist(place, xy[k]) <= LOST_TRACK_M and change_m_s <= LOST_TRACK_S * self._mobility.accel_m_s2
+            way = (1.0 - share) * np.array(post.path_m_s[here]) + share * np.array(post.path_m_s[there])
+            if post.joined and fleet.age_s[i] <= OLD_POSITION_S:
+                off_m = float(np.fmax(off_m, _beside_m(xy[k] - place, way)))
+            change_m_s = math.dist(way, velocity[k])
+            near = math.dist(place, xy[k]) <= LOST_TRACK_M and change_m_s <= LOST_TRACK_S * self._accel_m_s2
             if fleet.age_s[i] > OLD_POSITION_S or near:
-                xy[k], velocity[k] = place, speed
-        return xy, velocity
+                xy[k], velocity[k] = place, way
+        return xy, velocity, off_m
 
     def _take_posts(self, vehicles: list[int], xy: Floats) -> None:
         """Posts of exactly these, on the ring but for as many as are wanted inside."""
@@ -382,7 +426,7 @@ class Guardian(Planner):
     def _metrics(self, tracks: Tracks, duties: dict[int, Duty]) -> dict[str, float]:
         posts = list(self._state.posts.values())
         assigned = sum(len(post.targets) + len(post.passes) for post in posts)
-        return {
+        return self._state.tempo.metrics | {
             "tracks": float(np.count_nonzero(tracks.confirmed)),
             "assigned": float(assigned),
             "countered": float(len(self._state.met)),
@@ -394,6 +438,14 @@ class Guardian(Planner):
 
 def _top_speed(velocity_m_s: Floats) -> float:
     return float(np.hypot(*velocity_m_s.T).max())
+
+
+def _beside_m(off_m: Floats, velocity_m_s: Floats) -> float:
+    """How far beside its way something is that is `off_m` (2,) from its place; early or late does not count."""
+    speed = float(np.hypot(*velocity_m_s))
+    if speed < SLOW_M_S:
+        return float(np.hypot(*off_m))
+    return abs(float(off_m[0] * velocity_m_s[1] - off_m[1] * velocity_m_s[0])) / speed
 
 
 def _drawing(xy_m: Floats) -> Annotation:

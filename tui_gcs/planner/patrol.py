@@ -169,10 +169,7 @@ class Patrol(Planner):
             before, rate = self._course, tempo.advance(gap_s)
             self._fly(self._state.design)
             self._course.retime(formation, before, rate, t_s, fleet)
-        if tempo.wanted == wanted:
-            return []
-        why = "vehicles are beside their slots: wind, load?" if tempo.wanted < wanted else "they keep up: faster again"
-        return [f"tour flown at {100.0 * tempo.wanted:.0f} % of its speed: {why}"]
+        return tempo.news(wanted)
 
     def _search_on(self, units: int) -> None:
         """Look for a better tour until the next step."""
@@ -322,8 +319,7 @@ class Patrol(Planner):
         worst_s = predicted_worst_s(state.design, n) / state.tempo.share if n else np.nan
         bound_s = sweep_bound_s(area_m2(task.zone.shape), max(1, n), task.limits.speed_m_s, task.footprint_radius_m)
         owners = state.formation.owners.values()
-        slower = {"tempo_pct": 100.0 * state.tempo.share} if state.tempo.share < 1.0 else {}
-        return slower | {
+        return state.tempo.metrics | {
             "period_s": self._course.tour.period_s,
             "predicted_worst_s": worst_s,
             "predicted_ratio": worst_s / bound_s,

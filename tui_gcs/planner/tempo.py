@@ -69,6 +69,18 @@ class Tempo:
             self._step(t_s, min(1.0, self.wanted / SLOWER), tried=True)
         return gap_s
 
+    def news(self, before: float) -> list[str]:
+        """What is to be told if `before` was what was wanted until now."""
+        if self.wanted == before:
+            return []
+        why = "vehicles are beside their slots: wind, load?" if self.wanted < before else "they keep up: faster again"
+        return [f"tour flown at {100.0 * self.wanted:.0f} % of its speed: {why}"]
+
+    @property
+    def metrics(self) -> dict[str, float]:
+        """Nothing at full speed."""
+        return {"tempo_pct": 100.0 * self.share} if self.share < 1.0 else {}
+
     def _step(self, t_s: float, wanted: float, tried: bool) -> None:
         self.wanted, self.tried, self.stepped_s = wanted, tried, t_s
         self.beside_s = self.good_s = 0.0
