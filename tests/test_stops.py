@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from tui_gcs.core.bus import BusError, OnGone
-from tui_gcs.core.messages import Hold, Return
+from tui_gcs.core.messages import Hold, Reply, Return, VehicleResult, encode
 from tui_gcs.core.messages_flight import Land
 from tui_gcs.stops import Stop, StopLine
 from tui_gcs.turns import Turns
@@ -19,6 +19,7 @@ class Station:
     def __init__(self) -> None:
         self.asked: list[Stop] = []
         self.answers: dict[int, bool] = {}
+        self.answers_with: dict[int, bytes] = {}
         self._changed = threading.Condition()
 
     def ask(self, stop: Stop, timeout_s: float, gone: OnGone) -> bytes:
@@ -29,7 +30,7 @@ class Station:
             assert self._changed.wait_for(lambda: number in self.answers, 5.0), "the test forgot to answer"
         if not self.answers[number]:
             raise BusError("no answer")
-        return b"%d" % number
+        return self.answers_with.get(number, b"%d" % number)
 
     def answer(self, number: int, yes: bool) -> None:
         with self._changed:
@@ -99,6 +100,23 @@ async def test_a_stop_of_one_vehicle_ends_no_stop_of_all() -> None:
     for number in (1, 2):
         station.answer(number, True)
     assert await asyncio.gather(hold, land) == [b"2", b"1"]
+
+
+async def test_said_again_a_stop_leaves_alone_who_has_obeyed_a_newer_one() -> None:
+    """HOLD ALL is not heard; vehicle 3 is told to land, and lands: HOLD ALL, said again, must not stop it."""
+    station = Station()
+    line = StopLine(station.ask, Turns())
+    hold = await given(line, Hold())
+    land = await given(line, Land((3, 4)))
+    await until(lambda: len(station.asked) == 2)
+    results = (VehicleResult(3, True, "lands where it is"), VehicleResult(4, False, "is not in the air"))
+    station.answers_with[1] = encode(Reply(ok=False, results=results))
+    station.answer(1, True)
+    await land
+    station.answer(0, False)
+    await until(lambda: station.asked[2:] == [Hold(but=(3,))])
+    station.answer(2, True)
+    assert await hold == b"2"
 
 
 async def test_after_another_order_the_same_stop_is_a_new_one() -> None:

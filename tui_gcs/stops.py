@@ -2,7 +2,8 @@
 
 A station that does not answer must not make stops queue: they would come when the operator has long done something
 else. So each stop has a thread at once; the same one given again while it is under way is that one, with all its tries
-anew; and one whose place a newer one has taken is not said again.
+anew; one whose place a newer one has taken is not said again; and said again it is not for those who have obeyed a
+newer one: who was told to land after HOLD ALL is not held.
 """
 
 import asyncio
@@ -10,8 +11,10 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
+import msgspec
+
 from tui_gcs.core.bus import BusError, OnGone
-from tui_gcs.core.messages import Hold, Return
+from tui_gcs.core.messages import Hold, Reply, Return, decode
 from tui_gcs.core.messages_flight import Land
 from tui_gcs.turns import Turn, Turns
 
@@ -85,7 +88,9 @@ class StopLine:
             while way.sent < way.tries:
                 way.sent += 1
                 try:
-                    return await loop.run_in_executor(self._threads, self._say, way)
+                    answer = await loop.run_in_executor(self._threads, self._say, way)
+                    self._spare(way, _obeyed(answer))
+                    return answer
                 except BusError as error:
                     problem = error
                 if way.replaced:
@@ -96,6 +101,11 @@ class StopLine:
             if self._newest is way:
                 self._newest = None
 
+    def _spare(self, newer: _Way, obeyed: set[int]) -> None:
+        """Those who have obeyed `newer` are not meant by older ones any more."""
+        for older in self._ways[: self._ways.index(newer)]:
+            older.stop = msgspec.structs.replace(older.stop, but=tuple(sorted(obeyed | set(older.stop.but))))
+
     def _say(self, way: _Way) -> bytes:
         """On a thread, which may have come late, or before that of the order before."""
         try:
@@ -105,6 +115,13 @@ class StopLine:
             return self._ask(way.stop, self._timeout_s, way.turn.gone.set)
         finally:
             way.turn.gone.set()
+
+
+def _obeyed(answer: bytes) -> set[int]:
+    try:
+        return {result.vehicle for result in decode(answer, Reply).results if result.ok}
+    except msgspec.MsgspecError:
+        return set()  # who asked is told that it cannot be read
 
 
 def _covers(newer: Stop, older: Stop) -> bool:

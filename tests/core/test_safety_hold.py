@@ -176,3 +176,21 @@ def test_b6_112_two_operators_press_opposite_keys_within_50_ms(rig: MakeRig) -> 
     assert told[-2:] == [("console-1", "hold"), ("console-2", "resume")]
     flight.run(3.0)
     assert [flight.phase(v) for v in flight.ids] == [Phase.FLYING] * 2
+
+
+@pytest.mark.parametrize(
+    ("request_", "becomes"), [(m.Hold, Phase.HOLDING), (m.Return, Phase.RETURNING), (Land, Phase.LANDING)]
+)
+def test_a_stop_of_all_but_one_leaves_that_one_alone(
+    rig: MakeRig, request_: type[m.Hold | m.Return | Land], becomes: Phase
+) -> None:
+    """As a console says it that was not answered when another stop came."""
+    flight = rig(3).flying().run(2.0)
+    assert flight.ask(Land((2,))).ok
+    flight.run(1.0)
+    began_s = flight.station.book.flights[2].since_s
+    reply = flight.ask(request_(but=(2,)))
+    assert reply.ok and [result.vehicle for result in reply.results] == [1, 3]
+    assert [flight.phase(v) for v in flight.ids] == [becomes, Phase.LANDING, becomes]
+    assert flight.station.book.flights[2].since_s == began_s
+    assert [result.vehicle for result in flight.ask(request_((1, 2), but=(2,))).results] == [1]

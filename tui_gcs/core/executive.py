@@ -96,9 +96,9 @@ class Executive:
             self._commands.submit(self._firmware.of(vehicle).prepare(vehicle, self._on_step))
 
     def hold(
-        self, vehicles: tuple[int, ...], *, stays: str = HELD_BY_NAME, asked: bool = True
+        self, vehicles: tuple[int, ...], but: tuple[int, ...] = (), *, stays: str = HELD_BY_NAME, asked: bool = True
     ) -> tuple[VehicleResult, ...]:
-        """Hold at once: these, or every vehicle of a team. A start under way is cancelled.
+        """Hold at once: these, or every vehicle of a team, not those in `but`. A start under way is cancelled.
 
         Vehicles of no team, or that we cannot speak to, are not ours to command: they are named as such. Those that
         are named stay when all are resumed, because of `stays`. Not `asked` for by anybody: whom a failsafe of its own
@@ -110,7 +110,8 @@ class Executive:
         for vehicle in self._fleet.in_order():
             flight = self._book.get(vehicle.id)
             concerned = flight is not None and (vehicle.airborne or flight.phase is not Phase.GROUND)
-            if (vehicles and vehicle.id not in vehicles) or not (concerned or (vehicles and vehicle.airborne)):
+            left_out = vehicle.id in but or (vehicles and vehicle.id not in vehicles)
+            if left_out or not (concerned or (vehicles and vehicle.airborne)):
                 continue
             why = (
                 "is in no team: not ours to command" if flight is None else self._firmware.of(vehicle).why_not(vehicle)
@@ -151,12 +152,15 @@ class Executive:
         text = f"resume: {vehicles_words(f.vehicle for f in holding)}"
         return Reply(ok=True, text=text, results=tuple(sorted([*resumed, *stay], key=lambda r: r.vehicle)))
 
-    def go_home(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
-        """Return and land: these, or every vehicle of a team that is in the air. A start under way is cancelled."""
+    def go_home(self, vehicles: tuple[int, ...], but: tuple[int, ...] = ()) -> tuple[VehicleResult, ...]:
+        """Return and land: these, or every vehicle of a team that is in the air, not those in `but`.
+
+        A start under way is cancelled.
+        """
         now = self._clock.now()
         self.resume_found = False
         results = []
-        for flight, vehicle in self._meant(vehicles):
+        for flight, vehicle in self._meant(vehicles, but):
             if why := self._firmware.of(vehicle).why_not(vehicle):
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif flight.phase is Phase.ARMING:
@@ -169,12 +173,15 @@ class Executive:
             self.run = RunPhase.RETURNING
         return tuple(results)
 
-    def land(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
-        """Land where they are: these, or every vehicle of a team in the air. A start under way is cancelled."""
+    def land(self, vehicles: tuple[int, ...], but: tuple[int, ...] = ()) -> tuple[VehicleResult, ...]:
+        """Land where they are: these, or every vehicle of a team in the air, not those in `but`.
+
+        A start under way is cancelled.
+        """
         now = self._clock.now()
         self.resume_found = False
         results = []
-        for flight, vehicle in self._meant(vehicles):
+        for flight, vehicle in self._meant(vehicles, but):
             if why := self._firmware.of(vehicle).why_not(vehicle):
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif vehicle.airborne and (why := vehicle.no_commands):  # it would be told to who knows whom
@@ -195,12 +202,12 @@ class Executive:
             self.run = RunPhase.RETURNING
         return tuple(results)
 
-    def _meant(self, vehicles: tuple[int, ...]) -> Iterator[tuple[Flight, Vehicle]]:
-        """These, or (none named) every vehicle of a team that is not on the ground."""
+    def _meant(self, vehicles: tuple[int, ...], but: tuple[int, ...]) -> Iterator[tuple[Flight, Vehicle]]:
+        """These, or (none named) every vehicle of a team that is not on the ground, not those in `but`."""
         for flight in self._book:
             vehicle = self._fleet.vehicles.get(flight.vehicle)
             wanted = flight.vehicle in vehicles if vehicles else flight.phase is not Phase.GROUND
-            if wanted and vehicle is not None:
+            if wanted and flight.vehicle not in but and vehicle is not None:
                 yield flight, vehicle
 
     def give_up_by_hand(self, vehicle: Vehicle) -> None:

@@ -225,6 +225,8 @@ class Hold(Request, frozen=True, tag="hold"):
     """Hold at once: all vehicles, or only these."""
 
     vehicles: tuple[int, ...] = ()
+    but: tuple[int, ...] = ()
+    """Not these: what they were told after it was done before it came."""
 
 
 class Resume(Request, frozen=True, tag="resume"):
@@ -237,6 +239,8 @@ class Return(Request, frozen=True, tag="return"):
     """Return and land: all vehicles, or only these."""
 
     vehicles: tuple[int, ...] = ()
+    but: tuple[int, ...] = ()
+    """As of `Hold`."""
 
 
 class SwitchRound(Request, frozen=True, tag="switch-round"):

@@ -29,6 +29,8 @@ class Land(Request, frozen=True, tag="land"):
     """Land where they are: these, or all vehicles of teams in the air. Answered at once, repeated until it shows."""
 
     vehicles: Vehicles = ()
+    but: Vehicles = ()
+    """As of `Hold`."""
 
 
 class KillMotors(Request, frozen=True, tag="kill-motors"):

@@ -146,14 +146,14 @@ class RequestDesk:
         if isinstance(request, m.Start):
             return self._start(request)
         if isinstance(request, m.Hold):
-            return _done("hold", request.vehicles, executive.hold(request.vehicles))
+            return _done("hold", request, executive.hold(request.vehicles, request.but))
         if isinstance(request, m.Resume):
             self._station.renew_quarantined()
             return executive.resume(request.vehicles)
         if isinstance(request, m.Return):
-            return _done("return", request.vehicles, executive.go_home(request.vehicles))
+            return _done("return", request, executive.go_home(request.vehicles, request.but))
         if isinstance(request, Land):
-            return _done("land", request.vehicles, executive.land(request.vehicles))
+            return _done("land", request, executive.land(request.vehicles, request.but))
         if isinstance(request, m.SwitchRound):
             return self._switch_round(request.index)
         if isinstance(request, m.ApplyScenario):
@@ -275,10 +275,10 @@ class RequestDesk:
         return Reply(ok=True, text="station ends")
 
 
-def _done(what: str, named: tuple[int, ...], results: tuple[VehicleResult, ...]) -> Reply:
+def _done(what: str, asked: m.Hold | m.Return | Land, results: tuple[VehicleResult, ...]) -> Reply:
     """A reply for a stop-class request: ok if everybody concerned got it. Nobody that was named is left out."""
     answered = {result.vehicle for result in results}
-    left_out = [v for v in named if v not in answered]
+    left_out = [v for v in asked.vehicles if v not in answered and v not in asked.but]
     results += tuple(VehicleResult(vehicle=v, ok=False, text="is not known or not in the air") for v in left_out)
     if not results:
         return Reply(ok=False, text="nobody is in the air")
