@@ -80,11 +80,13 @@ class Windy(Fleet):
     carried_m: float = 5.0
 
     def follow(self, plan: Plan, dt_s: float) -> None:
+        before = self.position_m.copy()
         super().follow(plan, dt_s)
         for intent in plan.intents:
             times = intent.t0_s + intent.dt_s * np.arange(len(intent.positions_m))
             speed = math.hypot(*(np.interp(self.t_s, times, axis) for axis in np.array(intent.velocities_m_s).T))
             self.position_m[self.ids.index(intent.vehicle), 0] += self.carried_m * (speed / 8.0) ** 2
+        self.velocity_m_s = (self.position_m - before) / dt_s
 
 
 def windy_patrol() -> tuple[PlannerHost, Windy]:
