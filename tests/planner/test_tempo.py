@@ -13,7 +13,7 @@ from tui_gcs.core.messages import Intent, Plan
 from tui_gcs.core.zones import Circle, Rectangle
 from tui_gcs.planner.foresight import foresee
 from tui_gcs.planner.host import PlannerHost
-from tui_gcs.planner.tempo import BESIDE_M, MOST_TRY_S, SETTLES_S, SLOWER, SLOWEST, TRY_S, Tempo
+from tui_gcs.planner.tempo import BESIDE_M, BESIDE_S, MOST_TRY_S, SETTLES_S, SLOWER, SLOWEST, TRY_S, Tempo
 
 STEP_S = 0.2
 
@@ -51,6 +51,16 @@ def test_who_is_beside_its_way_is_slowed_step_by_step_and_smoothly() -> None:
     assert -np.diff(shares).min() <= 0.1 * STEP_S + 1e-9
     judged(tempo, 25.0, 300.0, 6.0)
     assert tempo.share == SLOWEST
+
+
+def test_who_was_not_led_for_a_while_catches_up_first() -> None:
+    """Flown: a station that had stood still for 9 s slowed its patrol in calm air."""
+    tempo = Tempo()
+    t_s = judged(tempo, 0.0, 10.0, 0.0)
+    t_s = judged(tempo, t_s + 9.0, t_s + 9.0 + SETTLES_S, 6.0)
+    assert tempo.wanted == 1.0
+    judged(tempo, t_s, t_s + BESIDE_S + 1.0, 6.0)
+    assert tempo.wanted == SLOWER, "it is beside its way all the same"
 
 
 def test_nobody_on_a_slot_tells_nothing() -> None:

@@ -24,8 +24,9 @@ SETTLES_S = 6.0
 """After a step nothing is judged for so long: who is behind catches up first."""
 CHANGE_PER_S = 0.1
 """The speed changes by this share of the tour's in a second: 0.8 m/s2 at 8 m/s."""
-LOOK_S = 1.0
-"""Nothing counts for longer than this, though nobody looked."""
+LOOK_S, BLIND_S = 1.0, 2.0
+"""Nothing counts for longer than the first, though nobody looked; after the second nobody led the vehicles either: real
+ArduCopters had braked meanwhile, and were not beside their way for any wind."""
 
 
 @dataclass
@@ -54,6 +55,8 @@ class Tempo:
 
         The time since the last judgement, as far as it counts.
         """
+        if BLIND_S < t_s - self.judged_s < math.inf:
+            self.stepped_s = t_s
         gap_s = min(max(t_s - self.judged_s, 0.0), LOOK_S)
         self.judged_s = t_s
         if not math.isfinite(off_m) or t_s < self.stepped_s + SETTLES_S:
