@@ -205,6 +205,14 @@ def test_nothing_is_recorded(flight: Rig) -> None:
         assert found(flight)["recording"] == [("station", "run.tlog: No space left on device")]
 
 
+def test_what_was_forgotten_or_cannot_be_kept_and_that_nobody_starts_it_again(flight: Rig) -> None:
+    with patch.multiple(flight.station, memory_lost="it is damaged", memory_error="No space left", orphaned=True):
+        wrong = found(flight)
+    assert wrong["memory"] == [("station", "it is damaged")]
+    assert wrong["recording"] == [("station", "No space left")]
+    assert wrong["supervisor"] == [("station", "")]
+
+
 def test_a_dead_planner_counts_while_its_vehicles_fly(flight: Rig) -> None:
     with patch.object(flight.station.desks["defend"], "worker_state", lambda: "dead"):
         assert found(flight)["planner"] == [("defend", "patrol is dead")]

@@ -230,6 +230,8 @@ class AlarmFinder:
         station = self._station
         if station.memory_lost:
             yield Finding("memory", "station", station.memory_lost)
+        if station.orphaned:
+            yield Finding("supervisor", "station")
         for error in (station.recorder.error, station.journal.error, station.memory_error):
             if error:
                 yield Finding("recording", "station", error)

@@ -196,6 +196,8 @@ class Station:
         self.desks: dict[str, TeamDesk] = {}
         self.readiness = Readiness(self)
         self.preflight = PreflightDesk(self)
+        self.orphaned = False
+        """Whether the process that would start it again is gone."""
         self.memory_lost = self.memory_error = ""
         """Why what the station before this one knew is lost; why what this one knows cannot be kept. "" otherwise."""
         self.requests = RequestDesk(self)

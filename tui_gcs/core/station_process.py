@@ -188,7 +188,7 @@ def _loop(
     wake: socket.socket,
     clock: MonotonicClock,
 ) -> None:
-    stop = {"asked": False}
+    stop, supervisor = {"asked": False}, os.getppid()
     signal.signal(signal.SIGTERM, lambda *_: stop.update(asked=True))
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     next_tick_s = next_receive_s = clock.now()
@@ -226,6 +226,7 @@ def _loop(
             for info in declarations.poll():
                 station.config.planners.setdefault(info.name, info)
             workers.end_stuck(desk.team.name for desk in station.desks.values() if desk.kill_wanted)
+            station.orphaned = os.getppid() != supervisor
             memory.remember(station)
     declarations.end()
     time.sleep(0.1)  # let the last answer out
