@@ -290,6 +290,16 @@ async def test_hold_all_works_in_a_tiny_terminal() -> None:
         assert "HOLD ALL" in c.text()
 
 
+async def test_space_holds_in_a_tiny_terminal_too_and_starts_nobody_there() -> None:
+    async with console((40, 10), flight) as c:
+        await c.press("space")
+        assert c.station.commands() == [m.Hold()]
+        assert "HOLD ALL" in c.text()
+    async with console((40, 10)) as c:
+        await c.press("space")
+        assert c.station.commands() == [] and isinstance(c.app.screen, TinyScreen)
+
+
 async def test_prefix_alone_does_nothing_and_is_shown() -> None:
     async with console(prepare=flight) as c:
         await c.press("!")

@@ -222,7 +222,7 @@ CAUSES = (
     Cause("silence", CAUTION, "LNK", "NOBODY is heard", "look at links and radios: nothing can be sent", on_s=2.0),
     Cause("link", CAUTION, "LNK", "link failed", "mend the link"),
     Cause("recording", CAUTION, "REC", "NOT RECORDING", "make room on the disk"),
-    Cause("supervisor", CAUTION, "SUP", "NOT SUPERVISED", "dead it stays dead: land, then start it anew"),
+    Cause("supervisor", CAUTION, "SUP", "NOT SUPERVISED", "not started again if it dies: land, then start it anew"),
     Cause("poor-link", CAUTION, "RF", "link poor", "turn antennas, keep near", on_s=5.0, off_s=10.0),
     Cause("report", CAUTION, "MSG", "it says", "look at its messages: [show_journal] journal", off_s=0.0),
     # advisories

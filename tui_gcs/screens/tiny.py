@@ -3,8 +3,11 @@
 from textwrap import wrap
 
 from textual.app import ComposeResult
+from textual.binding import Binding
 from textual.screen import ModalScreen
 
+from tui_gcs.actions import APP
+from tui_gcs.core.messages import RunPhase
 from tui_gcs.feed import Feed, FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
@@ -54,7 +57,7 @@ class TinyScreen(ModalScreen[None]):
     """Covers everything while the terminal is too small."""
 
     DEFAULT_CSS = "TinyScreen { background: #101418; }"
-    BINDINGS = [("q", "app.detach", "detach")]
+    BINDINGS = [("q", "app.detach", "detach"), Binding("space", "hold_in_flight", "HOLD", id=f"{APP}.start_stop")]
 
     def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
         """For this feed."""
@@ -65,6 +68,11 @@ class TinyScreen(ModalScreen[None]):
     def compose(self) -> ComposeResult:
         """Lines only."""
         yield self.tiny_lines
+
+    async def action_hold_in_flight(self) -> None:
+        """Space holds here, too; nobody starts what he does not see."""
+        if self._feed.status is not None and self._feed.status.run is not RunPhase.IDLE:
+            await self.run_action("app.start_stop")
 
     def on_mount(self) -> None:
         """Listen."""
