@@ -175,3 +175,11 @@ def test_what_was_flown_tells_its_keys(cause: str, vehicles: tuple[int, ...], to
     alarm = msgspec.structs.replace(alarm, text=told)
     keys = {"return_all": "!r", "hold_all": "!h", "return_selected": "r", "acknowledge": "a"}
     assert line in "".join(text for text, _ in alarm_runs([alarm], keys, Notice(""), 80, True, "→"))
+
+
+def test_a_beginning_of_what_to_do_is_not_room_for_it() -> None:
+    action = "its vehicles hold: [resume] resume, or [show_planners] look why"
+    alarm = Alarm("planner", AlarmLevel.CAUTION, "PLN", "planner trouble", action, "new", 1, 0.0, names=("a", "defend"))
+    alarm = msgspec.structs.replace(alarm, text="defend: patrol is late")
+    line = "".join(text for text, _ in alarm_runs([alarm], {"resume": "Enter"}, Notice(""), 80, True, "→"))
+    assert line.startswith(" ^ CAUT  planner trouble: a, defend   → ") and "Enter resume " in line

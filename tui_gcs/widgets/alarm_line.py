@@ -18,8 +18,8 @@ FLASH_S = 0.5
 """Half a period: 1 Hz is what a slow link carries."""
 WIDE = 100
 _OR = re.compile("[,;] or ")
-SEEN_CELLS = 4
-"""Less of what to do tells nothing of it."""
+SEEN_CELLS = 12
+"""Less of what to do tells nothing of it: '→ En..'."""
 LEAST_CELLS = 12
 """Less of an alarm's words beside a prompt tells nothing: its tag alone."""
 ALARM_SHARE = 0.45
