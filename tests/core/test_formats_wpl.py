@@ -82,6 +82,8 @@ def test_a_first_line_with_another_index_is_an_item() -> None:
     """A place at 600 m above sea level that is flown to, as home lines say: only the index tells."""
     text = "QGC WPL 110\n1\t0\t0\t16\t0\t0\t0\t0\t47.5\t8.5\t600\t1\n"
     assert len(read_wpl(text).plan.items) == 1 and read_wpl(text).home is None
+    above_home = text.replace("\n1\t0\t0\t", "\n0\t1\t3\t")
+    assert len(read_wpl(above_home).plan.items) == 1, "homes are above the sea"
 
 
 def test_what_the_first_line_is_can_be_said() -> None:

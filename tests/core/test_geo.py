@@ -50,6 +50,7 @@ def test_the_antimeridian_is_no_edge() -> None:
 def test_distance_and_bearing() -> None:
     assert distance_m((0, 0), (30, 40)) == 50
     assert [bearing_deg((0, 0), p) for p in ((0, 1), (1, 0), (0, -1), (-1, 0))] == [0, 90, 180, 270]
+    assert (bearing_deg((10, 20), (10, 21)), bearing_deg((10, 20), (9, 20))) == (0, 270)
 
 
 def test_how_far_a_place_is_from_a_straight_ends_at_its_ends() -> None:
@@ -57,4 +58,5 @@ def test_how_far_a_place_is_from_a_straight_ends_at_its_ends() -> None:
     assert [from_straight_m(place, (0.0, 0.0), (10.0, 0.0)) for place in places] == [3.0, 5.0, 5.0, 0.0]
     assert from_straight_m((3.0, 4.0), (0.0, 0.0), (0.0, 0.0)) == 5.0, "a straight without length is a point"
     assert from_straight_m((7.0, 1.0), (0.0, 0.0), (6.0, 8.0)) == pytest.approx(5.0), "3-4-5, across the grid"
+    assert from_straight_m((17.0, 21.0), (10.0, 20.0), (16.0, 28.0)) == pytest.approx(5.0), "wherever it lies"
     assert from_straight_m((0.5, 0.0), (0.0, 0.0), (0.5, 0.0)) == 0.0, "half a metre is one, too"
