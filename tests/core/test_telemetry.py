@@ -10,6 +10,7 @@ from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.scenario import Origin
 from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.wire.encode import Encoder
 
 NORTH_M, EAST_M = 111.26, 68.68
 """A thousandth of a degree there."""
@@ -409,6 +410,25 @@ def test_over_a_satellite_the_mode_of_a_px4_is_the_upper_half_of_its_number(said
     """PX4 puts the upper 16 bits of its custom_mode there (custom_mode_hl of px4_custom_mode.h): main and sub mode."""
     vehicle = distant(Heard(autopilot=12), autopilot=12, custom_mode=said)
     assert mode_name(12, 2, vehicle.custom_mode) == mode
+
+
+def test_over_a_satellite_an_ardupilot_says_whether_it_is_armed() -> None:
+    """Its base_mode is in custom0, a signed byte (GCS_Common.cpp): 0x80 is armed, 217 of GUIDED is -39."""
+    heard = Heard()
+    heard.is_at()
+    assert heard.say("HEARTBEAT", **BEAT | {"base_mode": 217}).armed
+    assert not distant(heard, custom0=89).armed
+    assert distant(heard, custom0=217 - 256).armed
+    assert distant(heard, after_s=1.0, custom0=217 - 256).armed
+
+
+def test_who_might_be_armed_is_taken_as_armed() -> None:
+    """PX4 says nothing of it over a satellite: the last heartbeat counts, and without one nobody knows."""
+    heard = Heard(autopilot=12)
+    assert not distant(heard, autopilot=12).armed
+    heard.sender = Encoder(2, 1)
+    distant(heard, autopilot=12)
+    assert heard.fleet.vehicles[2].armed
 
 
 def test_over_a_satellite_the_height_goes_on_from_what_was_known() -> None:
