@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -91,3 +92,17 @@ def test_a_scenario_that_names_another_planner_of_a_file_is_flown_by_the_watched
     scenario.write_text("[[team]]\nplanner = 7\n")
     with pytest.raises(CommandError, match=r"theirs\.toml"):
         planner_watch.start(_parser().parse_args(["planner", "watch", str(mine), str(scenario)]))
+
+
+def test_what_a_planner_reacts_to_can_be_watched_too(mine: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    specs: list[dict[str, Any]] = []
+    monkeypatch.setattr("tui_gcs.launcher.launch", lambda *_, sim_spec, **__: specs.append(sim_spec))
+    monkeypatch.setattr(planner_watch, "running", lambda kind: False)
+    more = "--intruders 3 --sensor range=50 --wind 2,-1 --autopilot px4"
+    planner_watch.start(_parser().parse_args(["planner", "watch", str(mine), *more.split()]))
+    planner_watch.start(_parser().parse_args(["planner", "watch", str(mine)]))
+    with_more, plain = specs
+    assert len(with_more["intruders"]) % 3 == 0 and with_more["sensor"]["range_m"] == 50.0
+    assert list(with_more["wind_m_s"]) == [2.0, -1.0]
+    assert {vehicle["autopilot"] for vehicle in with_more["vehicles"]} == {"px4"}
+    assert not {"intruders", "sensor", "wind_m_s"} & set(plain)

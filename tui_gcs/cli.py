@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from tui_gcs import __version__
-from tui_gcs.commands import console_options, files_parser, planner_parser, vehicle_parser
+from tui_gcs.commands import console_options, files_parser, planner_parser, sim_options, vehicle_parser
 from tui_gcs.exits import CANNOT, CommandError
 
 
@@ -71,10 +71,10 @@ def _add_demo(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
     console_options.add(parser)
     parser.add_argument("--scenario", metavar="FILE", help="another scenario than the shipped swarm-challenge")
     _planner(parser)
-    _autopilot(parser)
-    _weather(parser)
-    _world(parser)
-    _fault(parser)
+    sim_options.autopilot(parser)
+    sim_options.weather(parser)
+    sim_options.world(parser)
+    sim_options.fault(parser)
 
 
 def _add_fly(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -112,10 +112,10 @@ def _add_rehearse(commands: "argparse._SubParsersAction[argparse.ArgumentParser]
     parser.add_argument("--drain", action="append", default=[], metavar="ID@T", help=known)
     known = "the station dies T seconds after the start, comes back, and is told to resume; may be repeated"
     parser.add_argument("--restart", action="append", default=[], type=float, metavar="T", help=known)
-    _autopilot(parser)
-    _weather(parser)
-    _world(parser)
-    _fault(parser)
+    sim_options.autopilot(parser)
+    sim_options.weather(parser)
+    sim_options.world(parser)
+    sim_options.fault(parser)
 
 
 def _add_replay(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -169,46 +169,17 @@ def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument("--home", metavar="LAT,LON,AMSL[,HEADING]", help="place of the first (default: the demo's)")
     parser.add_argument("--spacing", type=float, metavar="M", help="metres between them (default 12)")
     parser.add_argument("--first", type=int, metavar="ID", help="system id of the first (default 1)")
-    _autopilot(parser)
+    sim_options.autopilot(parser)
     parser.add_argument("--seed", type=int, help="of everything random")
-    _weather(parser)
-    _world(parser)
+    sim_options.weather(parser)
+    sim_options.world(parser)
     parser.add_argument("--speed", type=float, default=1.0, metavar="X", help="times real time (default 1)")
     parser.add_argument("--target", default="127.0.0.1:14550", metavar="HOST:PORT")
-    _fault(parser)
+    sim_options.fault(parser)
     parser.add_argument("--real", choices=("arducopter", "px4"), help="real autopilots, each in its own simulator")
     parser.add_argument("--binary", metavar="PATH", help="their program, if it is not on PATH")
     parser.add_argument("--params", metavar="FILE", help="their default parameters (ArduPilot)")
     parser.add_argument("--wipe", action="store_true", help="without the parameters and missions of earlier runs")
-
-
-def _weather(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--wind", metavar="E,N", help="m/s toward east and north, with gusts")
-    parser.add_argument("--gps-noise", type=float, metavar="M", help="standard deviation of positions")
-
-
-def _world(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--intruders", type=int, metavar="N", help="so many in each wave, against the defended zone")
-    parser.add_argument(
-        "--sensor",
-        metavar="WHAT",
-        help="what the vehicles see them with, e.g. range=60,rate=5,p=0.9,false=1,sigma=2 (m, Hz, share, 1/min, m)",
-    )
-
-
-def _autopilot(parser: argparse.ArgumentParser) -> None:
-    known = "of the simulated vehicles, default ardupilot; mixed: they take turns"
-    parser.add_argument("--autopilot", choices=("ardupilot", "px4", "mixed"), help=known)
-
-
-def _fault(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--fault",
-        default="",
-        metavar="FAULTS",
-        help="bad links, e.g. loss=0.1,burst=0.05/0.3,delay=200ms,jitter=20%%,dup=0.01,reorder=0.05,rate=5760,"
-        "corrupt=1e-4,flap=10s/2s; up.NAME=… to the vehicles only, down.NAME=… to the station only",
-    )
 
 
 def _add_keys(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

@@ -147,12 +147,12 @@ def test_the_keys_that_answer_an_alarm_are_not_cut_for_why(action: str, told: st
         ("[resume] resume, or [return_all] return", "   → Enter resume  "),
         ("its vehicles hold: [resume] resume, or [show_planners] look why", "   → its vehicles hold: Enter resume  "),
         ("it flies on for now, and holds after 2 s: [resume] resume", "   → Enter resume  "),
-        ("its number, then say that it is to land; or [return_all] return", "   → !r return  "),
+        ("its number, then say that it is to land; or [return_all] return", "  attack: a planner..   → !r return  "),
         ("its vehicles fly on, and hold after 2 s without it", "   → its vehicles fly on, and"),
     ],
-    ids=["the first", "whole", "the keys", "only the second fits", "as much as fits"],
+    ids=["the first", "whole", "the keys", "only the second fits, and words", "as much as fits"],
 )
-def test_details_that_leave_no_room_for_what_to_do_are_left_out(action: str, told: str) -> None:
+def test_what_to_do_comes_before_the_words_of_details(action: str, told: str) -> None:
     alarm = Alarm("late", AlarmLevel.CAUTION, "PLN", "late", action, "new", 1, 0.0, names=("attack", "defend"))
     alarm = msgspec.structs.replace(alarm, text="attack: a planner of that name is late")
     keys = {"return_all": "!r", "resume": "Enter", "acknowledge": "a"}

@@ -3,7 +3,7 @@
 import argparse
 from typing import Any
 
-from tui_gcs.commands import console_options
+from tui_gcs.commands import console_options, sim_options
 
 EXAMPLES = """a planner of your own, from nothing:
   tui-gcs planner new mine               writes mine.py, which flies; change it
@@ -46,6 +46,9 @@ def add(commands: Any) -> None:
     watch.add_argument("file", metavar="FILE.py")
     watch.add_argument("scenario", metavar="SCENARIO.toml", nargs="?", help="another than the shipped one")
     watch.add_argument("--seed", type=int, metavar="N", help="another seed than the scenario's")
+    sim_options.autopilot(watch)
+    sim_options.weather(watch)
+    sim_options.world(watch)
     console_options.add(watch)
 
 

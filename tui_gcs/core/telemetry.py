@@ -13,13 +13,14 @@ from tui_gcs.core import home
 from tui_gcs.core.boot_clock import FITS_MS, Step
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import ALERT, WARNING, EventLog
+from tui_gcs.core.firmware import satellite
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.gps import DEGRADED_M, GPS2_RAW, apart_m, claimed_m
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.tally import Tally
 from tui_gcs.core.vehicle import NAN, POSITION_AT, POSITION_BYTES, Vehicle, as_frame
 from tui_gcs.core.wire.frames import MAGIC_V2
-from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4, FLAG_ARMED
+from tui_gcs.core.wire.mavlink import FLAG_ARMED
 from tui_gcs.core.wire.sources import Slot
 
 MOST_SPEED_M_S = 150.0
@@ -290,14 +291,15 @@ class Telemetry:
         """HIGH_LATENCY2: one message for everything, over satellite links. The normal streams come first."""
         vehicle: Vehicle = slot.owner
         boot_ms, latitude, longitude, mode, altitude, *rest = slot.values()
-        heading, speed, climb, battery, base_mode = rest[6], rest[11], rest[17], rest[18], rest[19]
+        heading, speed, climb, battery, custom0 = rest[6], rest[11], rest[17], rest[18], rest[19]
         vehicle.high_latency_s = now
         if any(0 <= path.boot.boot_ms - boot_ms < LONGEST_WAY_MS for path in vehicle.paths):
             return  # it was a minute on its way: the normal stream had told newer things before it ceased
         if now - vehicle.heartbeat_s > HIGH_LATENCY_WAITS_S:
-            vehicle.custom_mode = mode << 16 if vehicle.autopilot == AUTOPILOT_PX4 else mode  # its custom_mode_hl
-            if vehicle.autopilot == AUTOPILOT_ARDUPILOT:  # its custom0 (GCS_Common.cpp); PX4 says nothing of arming
-                self._armed(vehicle, bool(base_mode & FLAG_ARMED), now)
+            vehicle.custom_mode = satellite.mode_number(vehicle.autopilot, mode)
+            armed = satellite.is_armed(vehicle.autopilot, custom0)
+            if armed is not None:
+                self._armed(vehicle, armed, now)
             elif vehicle.heartbeat_s == -math.inf:
                 vehicle.armed = True  # for all we know
         if now - vehicle.position_s <= HIGH_LATENCY_WAITS_S or not self._is_place(

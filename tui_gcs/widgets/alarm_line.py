@@ -12,7 +12,7 @@ from tui_gcs.core.messages_alarms import AlarmLevel, AlarmState, action_words
 from tui_gcs.widgets.levels import Level
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.strips import Run, cut
+from tui_gcs.widgets.strips import CUT, Run, cut
 
 FLASH_S = 0.5
 """Half a period: 1 Hz is what a slow link carries."""
@@ -161,14 +161,28 @@ def alarm_runs(
 
 
 def _for_the_keys(alarm: Alarm, arrow: str, actions: Sequence[str], room: int) -> str:
-    """What is wrong and one thing to do: the keys, rather than why; and than details that leave no room."""
+    """What is wrong and one thing to do: the keys, rather than why; and as many words of details as they leave room."""
     whole, short, first = alarm.words(), _short(alarm), actions[0]
     keys = first.partition(": ")[2] or first
     tries = [(whole, keys), (short, first), (short, keys), *((short, other) for other in actions[1:])]
     if cell_len(f" {whole}{arrow}") <= room - SEEN_CELLS:
         tries = tries[:1]
     lines = [f" {what}{arrow}{to_do}" for what, to_do in tries]
-    return next((line for line in lines if cell_len(line) <= room), lines[-1] if len(lines) == 1 else lines[2])
+    fits = [cell_len(line) <= room for line in lines]
+    what, to_do = tries[fits.index(True) if any(fits) else min(2, len(tries) - 1)]
+    details = "" if what == whole else _begun(alarm.text, room - cell_len(f" {what}  {arrow}{to_do}"))
+    return f" {what}  {details}{arrow}{to_do}" if details else f" {what}{arrow}{to_do}"
+
+
+def _begun(text: str, cells: int) -> str:
+    """As many whole words as there is room for; "" if they would say nothing."""
+    if cell_len(text) <= cells:
+        return text
+    words = text.split()
+    while words and cell_len(" ".join(words)) + len(CUT) > cells:
+        words.pop()
+    begun = " ".join(words) + CUT
+    return begun if cell_len(begun) >= LEAST_CELLS else ""
 
 
 def alarm_tag(alarm: Alarm, bright: bool = True) -> tuple[str, Ink, Ink]:
