@@ -11,7 +11,7 @@ from flights import SMALL, Fleet, fleet, fly, host_of, no_fly, region_of, task_o
 from tui_gcs.core.guard import BRAKES_BELOW_M_S, CATCH_UP_M, CATCH_UP_S
 from tui_gcs.core.messages import FleetFrame, Freshness, Intent, Plan, Track
 from tui_gcs.core.zones import Circle, Rectangle, Zone, polygon_of
-from tui_gcs.planner.guardian import Guardian
+from tui_gcs.planner.guardian import Guardian, _Post
 from tui_gcs.planner.host import PlannerHost
 from tui_gcs.planner.intercept import Edges, courses, meet
 from tui_gcs.planner.transit import Mobility
@@ -74,6 +74,18 @@ def test_the_tempo_is_not_changed_while_there_are_intruders() -> None:
     planner._state.alert_until_s = 30.0
     notes = {t_s: planner._keep_tempo(float(t_s), 9.0) for t_s in range(60)}
     assert [t_s for t_s, told in notes.items() if told] == [32, 40, 48, 56]
+
+
+def test_who_was_on_the_ring_is_beside_it_though_its_path_begins_where_it_is() -> None:
+    """Four real ones in 6 m/s of wind got new paths again and again, and were slowed half a minute too late."""
+    planner = guardian()._present().planner
+    assert isinstance(planner, Guardian)
+    there = planner._circuits[0].at(np.array([3.0]))[0][0]
+    outwards = (there - (250.0, 200.0)) / math.dist(there, (250.0, 200.0))
+    coming, settled = _Post(False, 2.8, joined=True), _Post(False, 2.8, joined=True)
+    assert planner._aside_m(coming, there + 4.0 * outwards, 0.2) == 0.0, "on its way to the ring"
+    assert planner._aside_m(settled, there, 0.2) == pytest.approx(0.0, abs=1e-6)
+    assert planner._aside_m(settled, there + 4.0 * outwards, 0.2) == pytest.approx(4.0, abs=0.01)
 
 
 def reasons(plan: Plan) -> list[str]:

@@ -56,7 +56,7 @@ LOST_TRACK_M, LOST_TRACK_S = 8.0, 1.7
 """A vehicle this far from its path, or so long from its velocity with all its acceleration, gets a new one from where
 it is: in 3 m/s of wind real ArduCopters could not turn as fast, and at 2 s the guard takes a path for a jump."""
 OLD_POSITION_S = 1.0
-BESIDE_M = 1.5
+BESIDE_M, SETTLED_M = 1.5, 0.5
 """So far beside its way a vehicle meets an intruder all the same: speed is worth more."""
 SLOW_M_S = 0.5
 """Slower than this nobody is early or late."""
@@ -91,6 +91,8 @@ class _Post:
     rate: float = 1.0
     way: Way = ON_RING
     joined: bool = False
+    settled: bool = False
+    """It was right on its circuit since it joined."""
     targets: tuple[int, ...] = ()
     """Track ids, in order."""
     passes: tuple[int, ...] = ()
@@ -247,12 +249,20 @@ class Guardian(Planner):
             place = (1.0 - share) * np.array(post.path_m[here]) + share * np.array(post.path_m[there])
             way = (1.0 - share) * np.array(post.path_m_s[here]) + share * np.array(post.path_m_s[there])
             if post.joined and fleet.age_s[i] <= OLD_POSITION_S:
-                off_m = float(np.fmax(off_m, _beside_m(xy[k] - place, way)))
+                beside_m = max(_beside_m(xy[k] - place, way), self._aside_m(post, xy[k], since_s))
+                off_m = float(np.fmax(off_m, beside_m))
             change_m_s = math.dist(way, velocity[k])
             near = math.dist(place, xy[k]) <= LOST_TRACK_M and change_m_s <= LOST_TRACK_S * self._accel_m_s2
             if fleet.age_s[i] > OLD_POSITION_S or near:
                 xy[k], velocity[k] = place, way
         return xy, velocity, off_m
+
+    def _aside_m(self, post: _Post, xy: Floats, since_s: float) -> float:
+        """How far beside its circuit it is, if it was on it: paths anew from where it is hide that."""
+        here, velocity = self._circuits[post.way[0]].at(np.array([post.phase_s + post.rate * since_s]))
+        aside_m = _beside_m(xy - here[0], velocity[0])
+        post.settled = post.settled or aside_m <= SETTLED_M
+        return aside_m if post.settled else 0.0
 
     def _take_posts(self, vehicles: list[int], xy: Floats) -> None:
         """Posts of exactly these, on the ring but for as many as are wanted inside."""
@@ -383,6 +393,7 @@ class Guardian(Planner):
                 post.phase_s = post.phase_s + post.rate * since_s if math.isfinite(since_s) else math.nan
                 away_m = math.dist(tour.at(np.array([post.phase_s]))[0][0], xy[k]) if post.joined else math.inf
                 post.joined = k not in duties and away_m <= LEFT_M
+                post.settled = post.settled and post.joined
                 if not post.joined:
                     aside_m = math.dist(tour.at(np.array([phase_s]))[0][0], xy[k])
                     post.phase_s = phase_s + post.way[1] * aside_m / self._mobility.speed_m_s
