@@ -10,7 +10,6 @@ from tui_gcs.commands.common import (
     read_scenario,
     running,
     say_planners,
-    simulable,
 )
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
@@ -45,14 +44,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _launch(arguments: argparse.Namespace) -> None:
-    from tui_gcs.commands.sim_fleet import spec_of, weather_of, world_of
+    from tui_gcs.commands.sim_fleet import spec_of_scenario
     from tui_gcs.launcher import launch
 
     check_seed(arguments.seed)
     planners = read_planners(arguments.planner)
     scenario, toml, path = read_scenario(arguments.scenario, planners)
-    vehicles = spec_of(simulable(scenario), arguments.seed, arguments.autopilot or "ardupilot")
-    vehicles |= world_of(scenario, arguments.intruders, arguments.sensor, vehicles["seed"])
-    vehicles |= weather_of(arguments)
+    vehicles = spec_of_scenario(scenario, arguments)
     say_planners(planners, scenario)
     launch(Kind.SIM, path, toml, [], sim_spec=vehicles, fault=arguments.fault, planners=list(planners.values()))

@@ -10,7 +10,6 @@ from tui_gcs.commands.common import (
     read_scenario,
     running,
     say_planners,
-    simulable,
 )
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
@@ -33,7 +32,7 @@ def start(arguments: argparse.Namespace) -> None:
     """Launch a station with vehicles of its own. Raises `CommandError`."""
     if running(Kind.SIM):
         raise CommandError("a SIM station runs already: `tui-gcs stop` ends it, then watch")
-    from tui_gcs.commands.sim_fleet import spec_of, weather_of, world_of
+    from tui_gcs.commands.sim_fleet import spec_of_scenario
     from tui_gcs.core.scenario_load import ScenarioError, parse
     from tui_gcs.launcher import launch
 
@@ -46,9 +45,7 @@ def start(arguments: argparse.Namespace) -> None:
         scenario = parse(toml, path, {info.name})
     except ScenarioError as error:
         raise CommandError(str(error)) from None
-    vehicles = spec_of(simulable(scenario), arguments.seed, arguments.autopilot or "ardupilot")
-    vehicles |= world_of(scenario, arguments.intruders, arguments.sensor, vehicles["seed"])
-    vehicles |= weather_of(arguments)
+    vehicles = spec_of_scenario(scenario, arguments)
     say_planners(planners, scenario)
     launch(Kind.SIM, path, toml, [], sim_spec=vehicles, planners=[info], watch=True)
 

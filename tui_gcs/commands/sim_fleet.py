@@ -42,22 +42,26 @@ def spec_of_options(arguments: argparse.Namespace) -> dict[str, Any]:
     Raises:
         CommandError: options that cannot be, or not together; one line.
     """
-    autopilots = arguments.autopilot or "ardupilot"
     if arguments.scenario is not None:
         for name in ("count", "home", "spacing", "first"):
             if getattr(arguments, name) is not None:
                 raise CommandError(f"--{name}: the scenario says who stands where; leave it out")
         scenario, _, _ = read_scenario(arguments.scenario)
-        spec = spec_of(simulable(scenario), arguments.seed, autopilots)
-        spec |= world_of(scenario, arguments.intruders, arguments.sensor, spec["seed"])
-    elif arguments.intruders is not None:
+        return spec_of_scenario(scenario, arguments)
+    if arguments.intruders is not None:
         raise CommandError("--intruders come to a scenario's defended zone: name a SCENARIO.toml")
-    elif arguments.count is None:
+    if arguments.count is None:
         raise CommandError("name a SCENARIO.toml, or say how many vehicles: tui-gcs sim --count 8")
-    else:
-        spec = {"seed": arguments.seed or 0, "vehicles": _manned(_grid(arguments), autopilots)}
-        if arguments.sensor is not None:
-            raise CommandError("--sensor finds --intruders, and they need a SCENARIO.toml")
+    spec = {"seed": arguments.seed or 0, "vehicles": _manned(_grid(arguments), arguments.autopilot or "ardupilot")}
+    if arguments.sensor is not None:
+        raise CommandError("--sensor finds --intruders, and they need a SCENARIO.toml")
+    return spec | weather_of(arguments)
+
+
+def spec_of_scenario(scenario: "Scenario", arguments: argparse.Namespace) -> dict[str, Any]:
+    """The spec of a scenario's vehicles, their world and weather, as the command line says. Raises `CommandError`."""
+    spec = spec_of(simulable(scenario), arguments.seed, arguments.autopilot or "ardupilot")
+    spec |= world_of(scenario, arguments.intruders, arguments.sensor, spec["seed"])
     return spec | weather_of(arguments)
 
 

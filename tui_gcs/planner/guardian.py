@@ -57,7 +57,8 @@ LOST_TRACK_M, LOST_TRACK_S = 8.0, 1.7
 it is: in 3 m/s of wind real ArduCopters could not turn as fast, and at 2 s the guard takes a path for a jump."""
 OLD_POSITION_S = 1.0
 BESIDE_M, SETTLED_M = 1.5, 0.5
-"""So far beside its way a vehicle meets an intruder all the same: speed is worth more."""
+"""So far beside its way a vehicle meets an intruder all the same: speed is worth more. So near its circuit it is right
+on it."""
 SLOW_M_S = 0.5
 """Slower than this nobody is early or late."""
 CONTACT_SHARE = 0.9

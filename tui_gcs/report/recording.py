@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tui_gcs.core import bus as keys
 from tui_gcs.core.bus import Bus
-from tui_gcs.core.idleness import IdlenessGrid, cell_centres_m, sweep_bound_s
+from tui_gcs.core.idleness import IdlenessGrid, cell_centres_m, serving, sweep_bound_s
 from tui_gcs.core.messages import Event, FleetFrame, Freshness, Phase, Plan, RunPhase, StationStatus, VehicleRow, decode
 from tui_gcs.core.results import GROUND_M
 from tui_gcs.core.scenario import Round, Scenario
@@ -49,7 +49,7 @@ class ZoneRecord:
     @property
     def serving(self) -> int:
         """The most that flew at once (the team, before any did), without its reserve."""
-        return (max(self.flying, default=0) or self.members) - self.reserve
+        return serving(max(self.flying, default=0) or self.members, self.reserve)
 
     @property
     def bound_s(self) -> float:
