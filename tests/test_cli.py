@@ -1,5 +1,6 @@
 """Bad input on the command line: one clear line on stderr, exit code other than 0, no traceback, nothing started."""
 
+import runpy
 import socket
 import subprocess
 import sys
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.console_pty import PtyConsole
+from tui_gcs import __version__ as tui_gcs_version
 from tui_gcs.cli import main
 from tui_gcs.commands import common
 from tui_gcs.commands.control import lost_vehicles
@@ -209,3 +211,12 @@ def test_lost_vehicles_are_named_as_everywhere_else() -> None:
     assert lost_vehicles(["1-3", "5", "2,7"]) == (1, 2, 3, 5, 7)
     with pytest.raises(CommandError, match="vehicles are named as"):
         lost_vehicles(["one"])
+
+
+def test_python_m_tui_gcs_is_the_same_program(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["tui-gcs", "--version"])
+    with pytest.raises(SystemExit) as end:
+        runpy.run_module("tui_gcs", run_name="__main__")
+    assert (end.value.code, capsys.readouterr().out) == (0, f"tui-gcs {tui_gcs_version}\n")
