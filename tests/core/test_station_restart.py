@@ -239,6 +239,38 @@ def test_what_was_answered_stays_answered_and_nothing_is_new(rig: MakeRig, tmp_p
     assert lost.raised > raised["lost"], "numbers go on: a console that had the old ones knows that it is new"
 
 
+def test_what_planners_learnt_is_known_to_the_next_stations_workers(rig: MakeRig, tmp_path: Path) -> None:
+    """Without it a patrol began at full speed again, and was blown 6 to 8 m beside its way until it had slowed anew."""
+    path = tmp_path / "memory.json"
+    flight = rig(2).flying()
+    flight.plan(learnt=b"slow in this wind", snapshot=b"all of it")
+    flight.run(0.1)
+    StationMemory(path).remember(flight.station)
+    flight.restart_station(StationMemory(path))
+    for _ in range(2):  # the next one may be killed before its planners have said anything
+        assert flight.ask(m.GetTask(team="defend")).snapshot == b"slow in this wind", "also when tasks change"
+        flight.run(3.0)
+    StationMemory(path).remember(flight.station)
+    held = json.loads(path.read_text())
+    for damaged in (
+        {"defend": "?"},
+        {"defend": 3},
+        ["defend"],
+        "x",
+        {"defend": "AA" * 50_000},
+        {"attack": "AAAA"},
+        None,
+    ):
+        path.write_text(json.dumps(held | {"learnt": damaged}))
+        flight.restart_station(StationMemory(path))
+        assert flight.ask(m.GetTask(team="defend")).snapshot == b""
+        assert set(flight.station.book.flights) == {1, 2} and flight.station.memory_lost == "", "nothing else is lost"
+    del held["learnt"]
+    path.write_text(json.dumps(held))
+    flight.restart_station(StationMemory(path))
+    assert set(flight.station.book.flights) == {1, 2} and flight.station.memory_lost == "", "of a station of before"
+
+
 def test_what_was_over_and_nobody_saw_is_still_told(rig: MakeRig, tmp_path: Path) -> None:
     flight = rig(2).flying()
     silent = {1}

@@ -574,6 +574,53 @@ def test_a_planner_that_keeps_only_what_it_learnt_begins_anew_with_it(monkeypatc
     assert Probe.seen[-3:] == ["configure 5.0", "inherit 1", "start 0"]
 
 
+def test_what_was_learnt_is_told_alone_for_a_task_and_a_station_to_come() -> None:
+    host, vehicles = probing(), fleet(1)
+    plan = host.step(vehicles.frame())
+    assert plan.learnt and b"restore" not in plan.learnt
+    assert host.step(vehicles.frame()).learnt is None, "as before"
+    other = PlannerHost("red")
+    other.set_task(msgspec.structs.replace(task_of(ZONE, planner="probe", speed_m_s=6.0), revision=9), plan.learnt)
+    assert other.step(vehicles.frame()).notes == ()
+    assert Probe.seen[-3:] == ["configure 6.0", "inherit 1", "start 0"]
+
+
+def test_a_snapshot_of_another_task_still_says_what_was_learnt() -> None:
+    host, vehicles = probing(), fleet(1)
+    host.step(vehicles.frame())
+    other = PlannerHost("red")
+    other.set_task(task_of(ZONE, planner="probe", speed_m_s=6.0), host.snapshot())
+    assert Probe.seen[-2:] == ["configure 6.0", "inherit 1"]
+
+
+def test_what_another_version_learnt_is_not_inherited(monkeypatch: pytest.MonkeyPatch) -> None:
+    host, vehicles = probing(), fleet(1)
+    learnt = host.step(vehicles.frame()).learnt or b""
+    monkeypatch.setattr(Probe, "version", "2")
+    other = PlannerHost("red")
+    other.set_task(task_of(ZONE, planner="probe"), learnt)
+    assert other.step(vehicles.frame()).notes == ("begins anew: the snapshot is of probe 1",)
+    assert not [seen for seen in Probe.seen if seen.startswith("inherit")]
+
+
+def test_an_heir_that_cannot_take_what_was_kept_begins_anew_and_flies() -> None:
+    host, vehicles = probing(), fleet(1)
+    learnt = host.step(vehicles.frame()).learnt or b""
+    other = PlannerHost("red")
+    other.set_task(task_of(ZONE, planner="probe", trouble="heir"), learnt)
+    plan = other.step(vehicles.frame())
+    assert plan.error == ""
+    assert plan.notes == ("begins anew: what was learnt is of no use: RuntimeError: wants nothing of it",)
+    assert Probe.seen[-4:] == ["configure 5.0", "inherit 1", "configure 5.0", "start 0"]
+
+
+def test_who_learnt_too_much_is_told_that_it_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Probe, "learnt", lambda _: bytes(20_000))
+    plan = probing().step(fleet(1).frame())
+    assert plan.learnt is None and plan.snapshot
+    assert plan.notes == ("not kept: ValueError: it learnt 20.1 kB: at most 16 kB outlive this task and the station",)
+
+
 def test_a_planner_that_goes_on_from_a_snapshot_inherits_nothing() -> None:
     host, vehicles = probing(), fleet(1)
     host.step(vehicles.frame())

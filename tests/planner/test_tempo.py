@@ -13,7 +13,9 @@ from tui_gcs.core.messages import Intent, Plan
 from tui_gcs.core.zones import Circle, Rectangle
 from tui_gcs.planner.foresight import foresee
 from tui_gcs.planner.host import PlannerHost
-from tui_gcs.planner.tempo import BESIDE_M, BESIDE_S, MOST_TRY_S, SETTLES_S, SLOWER, SLOWEST, TRY_S, Tempo
+from tui_gcs.planner.kept import Kept, pack_learnt
+from tui_gcs.planner.patrol import Patrol
+from tui_gcs.planner.tempo import BESIDE_M, BESIDE_S, MOST_TRY_S, SETTLES_S, SLOWER, SLOWEST, TRY_S, Tempo, taken_on
 
 STEP_S = 0.2
 
@@ -209,6 +211,59 @@ def test_a_preview_promises_what_the_tempo_of_the_present_flight_allows() -> Non
     windy = foresee(task, vehicles.frame(), {}, snapshot=host.snapshot())
     assert windy.plan.metrics["tempo_pct"] == plan.metrics["tempo_pct"]
     assert windy.worst_s == pytest.approx(calm.worst_s / share)
+
+
+def test_a_worker_of_a_station_that_was_killed_begins_at_the_tempo_of_the_one_before() -> None:
+    """It stood still, and slowed anew: vehicles were 6 to 8 m beside their way for a minute."""
+    host, vehicles = windy_patrol()
+    learnt = [b""]
+
+    def watch(plan: Plan) -> None:
+        learnt.append(plan.learnt if plan.learnt is not None else learnt[-1])
+
+    share = fly(host, vehicles, 240.0, watch).metrics["tempo_pct"]
+    assert len(set(learnt)) <= 40 and max(map(len, learnt)) < 300, "it is written down with each change"
+    other = PlannerHost("red")
+    task = msgspec.structs.replace(task_of(zone_of(SMALL)), revision=3, off_course_m=1.0)
+    other.set_task(task, learnt[-1])
+    plan = other.step(vehicles.frame())
+    assert (plan.notes, plan.metrics["tempo_pct"], plan.learnt) == ((), share, learnt[-1])
+
+
+def test_nothing_is_handed_on_in_calm_air() -> None:
+    tempo = Tempo()
+    judged(tempo, 0.0, 900.0, 0.0)
+    assert tempo.handed_on() == b""
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"wanted": 3.0, "share": 3.0},
+        *({"wanted": 0.0}, {"wanted": math.nan}, {"wanted": "slow"}, {"share": 8.0}, {"good_s": -1.0}),
+        *({"try_s": math.inf}, {"try_s": 0.0}, {"stepped_s": 1e9}, {"tried": 2}),
+    ],
+)
+def test_a_tempo_that_nobody_handed_on_is_not_flown(wrong: dict[str, object]) -> None:
+    whole = msgspec.msgpack.decode(Tempo(0.6, 0.6, good_s=30.0, try_s=TRY_S).handed_on())
+    assert taken_on(msgspec.msgpack.encode(whole)).wanted == 0.6
+    damaged = msgspec.msgpack.encode(whole | wrong)
+    with pytest.raises(ValueError):
+        taken_on(damaged)
+    host, vehicles = windy_patrol()
+    kept = msgspec.msgpack.decode(pack_learnt(learner(msgspec.msgpack.encode(whole))), type=Kept)
+    host = PlannerHost("red")
+    host.set_task(task_of(zone_of(SMALL)), msgspec.msgpack.encode(msgspec.structs.replace(kept, learnt=damaged)))
+    plan = host.step(vehicles.frame())
+    assert plan.error == "" and len(plan.intents) == 4 and "tempo_pct" not in plan.metrics
+    assert plan.notes[0].startswith("begins anew: what was learnt is of no use: ")
+
+
+def learner(learnt: bytes) -> Patrol:
+    """A patrol that has learnt this."""
+    patrol = Patrol()
+    patrol.learnt = lambda: learnt  # type: ignore[method-assign]
+    return patrol
 
 
 def test_a_restarted_worker_goes_on_at_the_same_tempo() -> None:

@@ -1,10 +1,13 @@
 """What a station must know again after `kill -9`.
 
-Scenario, round, teams, homes, answered alarms, who must be rebooted, what was acknowledged, which plans are ours.
+Scenario, round, teams, homes, answered alarms, who must be rebooted, what was acknowledged, which plans are ours, what
+planners learnt.
 
 A restarted station shows the whole picture and sends no set-point: vehicles found in the air are shown as holding.
 """
 
+import base64
+import binascii
 import json
 import logging
 import math
@@ -13,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from tui_gcs.core.flights import IN_THE_AIR, Flight
 from tui_gcs.core.messages import RunPhase
+from tui_gcs.core.plan_limits import MOST_LEARNT_BYTES
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station
@@ -84,6 +88,9 @@ class StationMemory:
         station.reboots.recall(self._held.get("reboots", {}))
         station.preflight.recall(self._held.get("acknowledged", []))
         station.services.missions.book.recall(self._held.get("plans", []))
+        learnt = self._held.get("learnt")
+        for name, desk in station.desks.items():
+            desk.learnt = _bytes(learnt.get(name)) if isinstance(learnt, dict) else b""
 
     def remember(self, station: "Station") -> None:
         """Write down what changed."""
@@ -112,6 +119,7 @@ class StationMemory:
             "reboots": station.reboots.memory(),
             "acknowledged": station.preflight.memory(),
             "plans": station.services.missions.book.memory(),
+            "learnt": {name: base64.b64encode(desk.learnt).decode() for name, desk in station.desks.items()},
         }
         text = json.dumps(held)
         now = station.clock.now()
@@ -127,3 +135,12 @@ class StationMemory:
             self._retry_s, station.memory_error = now + RETRY_S, f"{new}: {error.strerror}"
         else:
             self._written, station.memory_error = text, ""
+
+
+def _bytes(text: object) -> bytes:
+    """What a planner learnt; b"" if that is damaged: it learns again, and nothing else is lost for it."""
+    try:
+        learnt = base64.b64decode(text, validate=True) if isinstance(text, str) else b""
+    except (binascii.Error, ValueError):
+        learnt = b""
+    return learnt if len(learnt) <= MOST_LEARNT_BYTES else b""

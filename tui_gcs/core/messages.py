@@ -43,7 +43,7 @@ from tui_gcs.core.messages_planning import Track as Track
 from tui_gcs.core.messages_preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.scenario import Scenario
 
-PROTOCOL = 17
+PROTOCOL = 18
 """Version of this file's contract; consoles and workers say it first (`Hello`)."""
 
 

@@ -191,6 +191,8 @@ class Plan(Message, frozen=True):
     """Of a planner that failed: it is begun anew from its snapshot, or not before the operator changes something."""
     snapshot: bytes | None = None
     """For the next worker, should this one die; None: as before."""
+    learnt: bytes | None = None
+    """For whoever plans next, also for another task and another station; None: as before."""
     notes: tuple[str, ...] = ()
     """What else the operator should know, each told once a minute."""
     news: tuple[tuple[str, bool], ...] = ()

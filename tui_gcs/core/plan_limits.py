@@ -7,6 +7,8 @@ from tui_gcs.core.text import clean
 
 MOST_BYTES, MOST_BYTES_EACH = 3_000_000, 20_000
 """Of a plan: in all (most of it is its snapshot), and more for every vehicle of the team."""
+MOST_LEARNT_BYTES = 16_000
+"""Of what a planner learnt, as it is kept for another task and another station: its memory is written anew with it."""
 FEWEST_INTENTS, INTENTS_EACH = 64, 2
 MOST_ANNOTATIONS, MOST_POINTS, MOST_TEXT_CELLS = 200, 20_000, 40
 """What a planner may draw; the rest is cut."""

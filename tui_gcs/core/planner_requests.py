@@ -92,7 +92,7 @@ class PlannerRequests:
             worker = team.name if team.name in station.desks else next(iter(station.desks))
             self._asked[team.name] = worker
             self.previews[team.name] = PreviewResult(team.name, self._number, "running")
-            snapshot = station.desks[team.name].snapshot if team.name in station.desks else b""
+            snapshot = station.desks[team.name].kept if team.name in station.desks else b""
             ask = PreviewTask(self._number, task, frame, request.idleness_s, starts_m, snapshot)
             station.bus.publish(PREVIEW_TASK.format(team=worker), encode(ask))
         return Reply(ok=True, text="preview begun", previews=dict(self.previews))

@@ -114,7 +114,7 @@ class RequestDesk:
                 return Reply(ok=False, text=f"no team {request.team}")
             if desk.quarantined:
                 return Reply(ok=True, text="its planner is left alone until the operator changes something")
-            return Reply(ok=True, task=desk.task, snapshot=desk.snapshot)
+            return Reply(ok=True, task=desk.task, snapshot=desk.kept)
         if isinstance(request, m.GetPreviews):
             return self.planners.look()
         if isinstance(request, m.GetPlanners):

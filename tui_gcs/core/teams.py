@@ -24,7 +24,7 @@ from tui_gcs.core.idleness import serving
 from tui_gcs.core.intents import IntentDesk
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.messages import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
-from tui_gcs.core.plan_limits import MOST_METRICS, MOST_NOTES, NOTES_PER_S, shown, too_many
+from tui_gcs.core.plan_limits import MOST_LEARNT_BYTES, MOST_METRICS, MOST_NOTES, NOTES_PER_S, shown, too_many
 from tui_gcs.core.planner_tasks import task_of
 from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.steering import Steering
@@ -82,6 +82,8 @@ class TeamDesk:
         """Its worker does not answer as it should: whoever keeps workers ends it and starts another."""
         self.snapshot = b""
         """Of the planner of the present task."""
+        self.learnt = b""
+        """What its planners have learnt, for a worker that begins anew; opaque, its host knows whose it is."""
         self.rate_hz = 5.0
         """How often its planner steps, by its own word."""
         self.ignored = 0
@@ -153,6 +155,11 @@ class TeamDesk:
             flight.passed = None  # judged anew at once: another area
         return task
 
+    @property
+    def kept(self) -> bytes:
+        """For a worker that begins anew: a snapshot, or what was learnt before there is one for the present task."""
+        return self.snapshot or self.learnt
+
     # ---------------------------------------------------------------- plans
 
     def take(self, plan: Plan) -> list[tuple[int, str]]:
@@ -216,6 +223,8 @@ class TeamDesk:
         self.metrics = {clean(k, MOST_NAME_CELLS): v for k, v in sorted(plan.metrics.items())[:MOST_METRICS]}
         if plan.snapshot is not None and len(plan.snapshot) <= MOST_SNAPSHOT_BYTES:
             self.snapshot = plan.snapshot
+        if plan.learnt is not None and len(plan.learnt) <= MOST_LEARNT_BYTES:
+            self.learnt = plan.learnt
 
     def _end_old_courses(self, plan: Plan) -> None:
         """The first plan of a task: whom it does not name does not fly on for the older one."""

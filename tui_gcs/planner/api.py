@@ -279,13 +279,16 @@ class Planner:
         self.task = task
 
     def learnt(self) -> bytes:
-        """What is still true in another zone: of vehicles, of the air. Kept for the next task; b"" is nothing."""
+        """What is still true in another zone: of vehicles, of the air; b"" is nothing.
+
+        Kept for the next task, also over the death of this process and of the station (16 kB at most).
+        """
         return b""
 
     def inherit(self, learnt: bytes) -> None:
         """What the planner of the task before this one has `learnt`, which had the same name and version.
 
-        Called after `configure`, and not if it is restored.
+        Called after `configure`, and not if it is restored. What is damaged must be an error: it begins anew without.
         """
 
     def start(self, t_s: float, fleet: Fleet) -> None:

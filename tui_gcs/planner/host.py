@@ -132,14 +132,23 @@ class PlannerHost:
             raise ValueError(f"this is the planner host of team {self.team!r}, the task is of {task.team!r}")
         job = self._configured(task)
         if snapshot and job.planner is not None:
-            found = keeping.unpack(snapshot, job.planner, task)
-            if isinstance(found, str):
-                job.notes.append(f"begins anew: the snapshot {found}")
-            elif not found.data:
-                self._inherit(job, found.learnt)
-            elif error := self._restored(job, job.planner, found):
-                job = self._configured(task)
-                job.notes.append(f"begins anew: restore failed: {_last_line(error)}")
+            job = self._went_on(job, job.planner, snapshot)
+        return job
+
+    def _went_on(self, job: Job, planner: Planner, snapshot: bytes) -> Job:
+        """The job with what was kept, or begun anew without: its vehicles are to fly in any case."""
+        found = keeping.of_kind(snapshot, planner)
+        if isinstance(found, str):
+            job.notes.append(f"begins anew: the snapshot {found}")
+            return job
+        if found.data and found.task == keeping.digest(job.task):
+            what, error = "restore failed", self._restored(job, planner, found)
+        else:
+            job.notes += ["begins anew: the snapshot is of another task"] if found.data else []
+            what, error = "what was learnt is of no use", self._inherited(planner, found.learnt)
+        if error:
+            job = self._configured(job.task)
+            job.notes.append(f"begins anew: {what}: {_last_line(error)}")
         return job
 
     def adopt(self, job: Job) -> None:
@@ -170,11 +179,12 @@ class PlannerHost:
             self._inherit(job, found.learnt)
 
     def _inherit(self, job: Job, learnt: bytes) -> None:
-        planner = job.planner
-        if not learnt or planner is None:
-            return
-        if error := self._guarded(lambda: planner.inherit(learnt)):
+        if job.planner is not None and (error := self._inherited(job.planner, learnt)):
             job.error, job.planner = error, None
+
+    def _inherited(self, planner: Planner, learnt: bytes) -> str:
+        """Let it know what was learnt; the traceback if it cannot take that."""
+        return self._guarded(lambda: planner.inherit(learnt)) if learnt else ""
 
     def _stop(self, planner: Planner) -> None:
         self._guarded(lambda: planner.stop("new task"))
@@ -364,7 +374,10 @@ class PlannerHost:
         if error := self._guarded(pack):
             return msgspec.structs.replace(plan, notes=(*plan.notes, f"no snapshot: {_last_line(error)}"))
         job.kept = packed[0]
-        return msgspec.structs.replace(plan, snapshot=packed[0])
+        plan = msgspec.structs.replace(plan, snapshot=packed[0])
+        if error := self._guarded(lambda: packed.append(keeping.pack_learnt(planner))):
+            return msgspec.structs.replace(plan, notes=(*plan.notes, f"not kept: {_last_line(error)}"))
+        return msgspec.structs.replace(plan, learnt=packed[1])
 
     @staticmethod
     def _guarded(call: Callable[[], None]) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from tui_gcs.core.message import Message
 from tui_gcs.core.messages import PlannerTask, encode
+from tui_gcs.core.plan_limits import MOST_LEARNT_BYTES
 from tui_gcs.planner.api import API_VERSION, Planner
 from tui_gcs.planner.changes import Changes, State
 
@@ -71,14 +72,25 @@ def learnt_by(planner: Planner) -> bytes:
     return learnt
 
 
-def unpack(packed: bytes, planner: Planner, task: PlannerTask) -> Kept | str:
-    """What was kept, or why it is not of use for this planner and task."""
-    kept = of_kind(packed, planner)
-    return kept if isinstance(kept, str) or kept.task == digest(task) else "is of another task"
+def pack_learnt(planner: Planner) -> bytes:
+    """What it learnt alone, as a snapshot of no task; b"" if that is nothing.
+
+    Raises:
+        TypeError: it is no bytes.
+        ValueError: it is too large.
+    """
+    learnt = learnt_by(planner)
+    if not learnt:
+        return b""
+    packed = encode(Kept(API_VERSION, planner.name, str(planner.version), b"", 0.0, "", {}, [], 0.0, b"", learnt))
+    if len(packed) > MOST_LEARNT_BYTES:
+        most = f"at most {MOST_LEARNT_BYTES / 1e3:g} kB outlive this task and the station"
+        raise ValueError(f"it learnt {len(packed) / 1e3:.1f} kB: {most}")
+    return packed
 
 
 def of_kind(packed: bytes, planner: Planner) -> Kept | str:
-    """As `unpack`, of whatever task."""
+    """What was kept, of whatever task, or why it is not of use for this planner."""
     try:
         kept = msgspec.msgpack.decode(packed, type=Kept)
     except msgspec.MsgspecError:

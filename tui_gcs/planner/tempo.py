@@ -20,6 +20,8 @@ SLOWER = 0.85
 SLOWEST = 0.5
 TRY_S, MOST_TRY_S = 300.0, 2400.0
 """On the slots for so long, a step faster is tried; twice as long after one that failed."""
+GOOD_STEP_S = 10.0
+"""What is handed on counts so roughly: a station writes it down whenever it has changed."""
 SETTLES_S = 6.0
 """After a step nothing is judged for so long: who is behind catches up first."""
 CHANGE_PER_S = 0.1
@@ -46,9 +48,10 @@ class Tempo:
     stepped_s: float = -math.inf
 
     def handed_on(self) -> bytes:
-        """For another tour in the same air."""
-        after = Tempo(self.wanted, self.wanted, good_s=self.good_s, try_s=self.try_s, tried=self.tried)
-        return msgspec.msgpack.encode(after)
+        """For another tour in the same air; b"" while nothing was learnt of it. Does not change with every step."""
+        good_s = self.good_s // GOOD_STEP_S * GOOD_STEP_S if self.wanted < 1.0 else 0.0
+        after = Tempo(self.wanted, self.wanted, good_s=good_s, try_s=self.try_s, tried=self.tried)
+        return msgspec.msgpack.encode(after) if after != Tempo() else b""
 
     def judge(self, t_s: float, off_m: float) -> float:
         """`off_m`: how much farther beside its way than was planned for the worst vehicle is; NaN: nobody is on a slot.
@@ -97,4 +100,8 @@ class Tempo:
 
 def taken_on(data: bytes) -> Tempo:
     """What was `handed_on`. Raises ValueError if it was not."""
-    return msgspec.msgpack.decode(data, type=Tempo)
+    tempo = msgspec.msgpack.decode(data, type=Tempo)
+    in_limits = SLOWEST <= tempo.wanted <= 1.0 and tempo.good_s >= 0.0 and TRY_S <= tempo.try_s <= MOST_TRY_S
+    if not in_limits or tempo.handed_on() != data:
+        raise ValueError("this is no tempo")
+    return tempo

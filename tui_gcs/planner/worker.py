@@ -80,10 +80,10 @@ class Worker:
         self._say_hello()
         while not self.stopped and os.getppid() == parent:
             task, frame = self._wait()
-            if task is not None:
+            if self.host.revision < 0 and (task is not None or not self._preparing):
+                self._ask_for_task(task)
+            elif task is not None:
                 self._want(decode(task, PlannerTask))
-            elif self.host.revision < 0 and not self._preparing:
-                self._ask_for_task()
             self._prepare_and_adopt()
             self._look_aside()
             if frame is not None:
@@ -155,10 +155,13 @@ class Worker:
 
     # ---------------------------------------------------------------- the station
 
-    def _ask_for_task(self) -> None:
+    def _ask_for_task(self, told: bytes | None = None) -> None:
+        """For the first one, also if one was just `told`: with it comes what the worker before this one knew."""
         reply = self._ask(GetTask(team=self._team))
         if reply is not None and reply.task is not None:
             self._want(reply.task, reply.snapshot)
+        elif told is not None:
+            self._want(decode(told, PlannerTask))
 
     def _say_hello(self) -> None:
         reply = self._ask(Hello(protocol=PROTOCOL, who=self._principal))

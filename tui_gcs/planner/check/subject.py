@@ -93,4 +93,4 @@ def subject_of(what: str, seed: int, quick: bool, beat: Callable[[], None]) -> S
 
 def essence(plan: Plan) -> bytes:
     """Everything of a plan that must be the same when it is made again."""
-    return encode(msgspec.structs.replace(plan, step_ms=0.0, seq=0, snapshot=None, notes=(), news=()))
+    return encode(msgspec.structs.replace(plan, step_ms=0.0, seq=0, snapshot=None, learnt=None, notes=(), news=()))
