@@ -29,6 +29,7 @@ from tui_gcs.commanding import FOLLOW_S, CommandingApp, action_named
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.clock import Clock, MonotonicClock
 from tui_gcs.core.messages import Acknowledge, Alarm, Kind, RunPhase
+from tui_gcs.core.messages_alarms import to_answer
 from tui_gcs.core.overlays import Overlay
 from tui_gcs.dispatch import Dispatcher
 from tui_gcs.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
@@ -427,7 +428,7 @@ class ConsoleApp(CommandingApp):
     # ------------------------------------------------------------ alarms
 
     def action_acknowledge(self) -> None:
-        """The alarm on the second line was seen."""
+        """What the second line shows that nobody had seen was seen."""
         first = self._to_answer()
         if first is None:
             self.notice("nothing to acknowledge")
@@ -438,7 +439,7 @@ class ConsoleApp(CommandingApp):
 
     def _to_answer(self) -> Alarm | None:
         """The alarm that `a` acknowledges."""
-        return next((alarm for alarm in self.feed.alarms if alarm.state in ("new", "over")), None)
+        return to_answer(self.feed.alarms)
 
     def action_show_alarms(self) -> None:
         """All alarms."""

@@ -141,12 +141,24 @@ def test_what_comes_back_and_back_is_kept_longer(desk: Desk) -> None:
     assert len([line for line in desk.history() if line == "alarm: LOST in the air: vehicle 3"]) == 3
 
 
-def test_the_worst_new_one_comes_first_then_what_is_over_then_what_was_seen(desk: Desk) -> None:
+def test_the_worst_that_holds_comes_first_then_what_is_over_then_what_is_only_to_be_known(desk: Desk) -> None:
+    """What was over stood before a critical battery that somebody had seen, an hour ago."""
     found = [Finding("recording", "station", "disk full"), Finding("outside", 2, "by 4 m"), Finding("hold", 1)]
+    found += [Finding("stop", 4), Finding("link", "radio")]
     desk.look(*found, *lost(9), seconds=2.0)
     desk.look(*found, seconds=3.0)
-    desk.acknowledge("outside")
-    assert [alarm.cause for alarm in desk.desk.alarms()] == ["recording", "lost", "outside", "hold"]
+    desk.acknowledge("stop", "link")
+    link = desk.only_of("link")
+    assert desk.desk.shelve("console-1", Shelve(raised={"link": link.raised}, minutes=5.0)).ok
+    in_turn = [(alarm.cause, alarm.state) for alarm in desk.desk.alarms()]
+    assert in_turn == [
+        ("outside", "new"),
+        ("stop", "acknowledged"),
+        ("recording", "new"),
+        ("lost", "over"),
+        ("hold", "acknowledged"),
+        ("link", "shelved"),
+    ]
 
 
 def test_an_advisory_goes_by_itself(desk: Desk) -> None:
@@ -202,8 +214,8 @@ def test_after_a_restart_of_the_station_nothing_is_new_that_was_seen(desk: Desk)
         again.shown()
         == desk.shown()
         == [
-            "new battery low: vehicle 6  22 %",
             "acknowledged LOST in the air: vehicle 5",
+            "new battery low: vehicle 6  22 %",
             "shelved OUTSIDE the area: vehicle 7  by 4 m",
         ]
     )

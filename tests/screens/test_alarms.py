@@ -37,7 +37,11 @@ async def test_only_what_nobody_has_seen_flashes_and_a_answers_it() -> None:
         assert inks(c) == before
         await c.press("a")
         await c.tick()
-        assert "^ CAUT  battery low: vehicle 7  24 %" in c.line(1)  # the worst that is new
+        assert "! WARN  LOST in the air: vehicle 5" in c.line(1), "seen, and still the worst"
+        assert c.line(1).endswith("NEW BAT 7   2 al  a ack"), "and what a is for now"
+        steady = inks(c)
+        line.flash()
+        assert Ink.SELECTED_CAUTION in inks(c) ^ steady, "it flashes"
         await c.tick(1.0)
         await c.press("a")
         await c.tick()
@@ -73,6 +77,33 @@ async def test_what_is_over_before_anybody_saw_it_says_so() -> None:
         await c.press("A", "s")
         assert "s shelve" not in c.text() and "a forgets it" in c.text()
         assert not any(isinstance(request, Shelve) for request in c.station.commands()), "nothing is there to put aside"
+
+
+async def test_what_is_over_is_told_beside_what_holds_and_a_forgets_it() -> None:
+    for size, told in (
+        (NARROW, "over LST 5   2 al  a ack"),
+        (WIDE, "over LST 5   2 alarms  a ack"),
+    ):
+        async with console(size, trouble) as c:
+            await c.press("A", "down", "a", "escape")
+            frame = c.station.changes.pop(5)
+            await c.tick()
+            assert "^ CAUT  battery low: vehicle 7  24 %" in c.line(1) and told in c.line(1), c.line(1)
+            await c.tick(1.0)
+            await c.press("a")
+            await c.tick()
+            assert "battery low: vehicle 7" in c.line(1) and "over" not in c.line(1)
+            c.station.changes[5] = frame
+
+
+async def test_what_is_new_beside_the_worst_is_not_lost_behind_an_answer() -> None:
+    async with console(NARROW, trouble) as c:
+        await c.press("a")
+        await c.tick()
+        c.app.notice("refused: vehicle 3 has no fix")
+        await c.settle()
+        assert "LOST in the air" in c.line(1) and "refused: vehicle 3 has no fix" in c.line(1)
+        assert "NEW BAT 7" in c.line(1)
 
 
 async def test_the_answer_to_a_key_is_not_hidden_by_an_alarm() -> None:

@@ -362,6 +362,12 @@ def _words(members: list[_Member]) -> str:
     return "  ".join(part for part in (f"{members[0].cause.title}: {who}", _details(members, newest)) if part)
 
 
-def _order(alarm: Alarm) -> tuple[int, int, int]:
-    """New, over, acknowledged, shelved; then by level and rank."""
-    return (_STATES.index(alarm.state), -alarm.level, RANK[alarm.cause])
+def _order(alarm: Alarm) -> tuple[int, int, int, int]:
+    """The worst that holds, of a level the new; then what is over, what is only to be known, what was put aside.
+
+    A warning that holds is not pushed off a line by a smaller one that is new, nor by what is over: who has answered it
+    an hour ago must not forget it.
+    """
+    holds = alarm.state in ("new", "acknowledged")
+    place = 3 if alarm.state == "shelved" else 1 if not holds else 0 if alarm.level > AlarmLevel.ADVISORY else 2
+    return (place, -alarm.level, _STATES.index(alarm.state), RANK[alarm.cause])

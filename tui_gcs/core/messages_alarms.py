@@ -1,7 +1,7 @@
 """Alarms on the bus: what needs an operator's act, grouped by cause; the station computes them, consoles answer.
 
-They travel in `StationStatus.alarms`, worst first, so that every console shows the same and a new one has them with
-its first status. Times are the station's monotonic seconds.
+They travel in `StationStatus.alarms`, the worst that holds first, so that every console shows the same and a new one
+has them with its first status. Times are the station's monotonic seconds.
 """
 
 import re
@@ -80,6 +80,11 @@ class Unshelve(Request, frozen=True, tag="unshelve"):
     """Show these again, as new."""
 
     causes: tuple[str, ...]
+
+
+def to_answer(alarms: Iterable[Alarm]) -> Alarm | None:
+    """Of alarms in their order the first that nobody has seen: what an acknowledgement is for."""
+    return next((alarm for alarm in alarms if alarm.state in ("new", "over")), None)
 
 
 def vehicles_words(vehicles: Iterable[int]) -> str:

@@ -1,4 +1,4 @@
-"""The second line: the worst thing the operator must act on and the key that answers it, or nothing."""
+"""The second line: the worst that holds and the key that answers it, and beside it what nobody has seen yet."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -8,7 +8,7 @@ from rich.cells import cell_len
 from textual.timer import Timer
 
 from tui_gcs.core.messages import Alarm
-from tui_gcs.core.messages_alarms import AlarmLevel, AlarmState, action_words
+from tui_gcs.core.messages_alarms import AlarmLevel, AlarmState, action_words, id_ranges, to_answer
 from tui_gcs.widgets.levels import Level
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
@@ -22,6 +22,8 @@ SEEN_CELLS = 12
 """Less of what to do tells nothing of it: '→ En..'."""
 LEAST_CELLS = 12
 """Less of an alarm's words beside a prompt tells nothing: its tag alone."""
+MOST_WHOM_CELLS = 8
+"""Of another alarm than the first: who has it."""
 ALARM_SHARE = 0.45
 """What an alarm gets of the line at least, beside what became of a command."""
 
@@ -82,8 +84,8 @@ class AlarmLine(LinesView):
         self.update_lines()
 
     def _is_loud(self) -> bool:
-        first = self._alarms[0] if self._alarms and not self._local.text else None
-        return first is not None and first.state == "new" and first.level in BRIGHT_INKS
+        news = to_answer(self._alarms) if not self._local.text else None
+        return news is not None and news.state == "new" and news.level in BRIGHT_INKS
 
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
@@ -105,9 +107,9 @@ class AlarmLine(LinesView):
         prompt = f" {self._prompt} "
         if self._local.level is Level.WARNING and self._local.text:
             tag, ink, text = " ! WARN ", Ink.ALARM, self._local.text
-        elif self._alarms and self._alarms[0].state == "new":
-            tag, _, ink = alarm_tag(self._alarms[0], self._bright)
-            text = _short(self._alarms[0])
+        elif (news := to_answer(self._alarms)) is not None and news.state == "new":
+            tag, _, ink = alarm_tag(news, self._bright)
+            text = _short(news)
         else:
             return [(prompt, Ink.SELECTED)]
         room = width - cell_len(tag + prompt) - 2
@@ -142,22 +144,36 @@ def alarm_runs(
     arrow: str,
     shelved: int = 0,
 ) -> list[Run]:
-    """The worst alarm, what to do about it, and how many there are. What is long is cut, never the count."""
-    first = alarms[0]
+    """The worst alarm, what to do about it, what else is new, how many there are. What is long is cut, never those."""
+    first, news = alarms[0], to_answer(alarms)
     tag, ink, tag_ink = alarm_tag(first, bright)
     right = _count(alarms, keys, width, shelved)
     action = action_words(first.action, keys)
     text = f" {first.words()}" + (f"   {arrow} {action}" if action and first.state != "over" else "")
+    other: Run = ("", ink)
+    if news is not None and news is not first:
+        other = _news(news, bright, width - cell_len(tag + text + right))
     if notice.text:  # the answer to a key is not to be missed, either
         least = f" {_short(first)}  | {notice.text}"
-        right = right if cell_len(tag + least + right) <= width else ""
-        text = f" {_beside(first, notice.text, width - len(tag) - len(right))}  | {notice.text}"
-    room = width - len(tag) - len(right)
+        right = right if cell_len(tag + least + other[0] + right) <= width else ""
+        text = f" {_beside(first, notice.text, width - cell_len(tag + other[0] + right))}  | {notice.text}"
+    room = width - cell_len(tag + other[0] + right)
     if cell_len(text) > room:  # the first thing to do, rather than a part of the second
         text = _OR.split(text)[0]
     if cell_len(text) > room and action and first.state != "over" and not notice.text:
         text = _for_the_keys(first, f"   {arrow} ", _OR.split(action), room)
-    return [(tag, tag_ink), (cut(text, room), ink), (right, Ink.TEXT)]
+    return [(tag, tag_ink), (cut(text, room), ink), other, (right, Ink.TEXT)]
+
+
+def _news(alarm: Alarm, bright: bool, room: int) -> Run:
+    """What `a` is for, where the worst is something else: in words if there is room, or three letters and whom."""
+    _, _, ink = alarm_tag(alarm, bright)
+    state = "over" if alarm.state == "over" else "NEW"
+    words = f" {state} {_short(alarm)} "
+    if cell_len(words) <= room:
+        return words, ink
+    whom = ",".join([*([id_ranges(alarm.vehicles)] if alarm.vehicles else []), *alarm.names])
+    return f" {state} {alarm.tag} {_at_most(whom, MOST_WHOM_CELLS)} ", ink
 
 
 def _for_the_keys(alarm: Alarm, arrow: str, actions: Sequence[str], room: int) -> str:
