@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plan_designs import HOMES, RALLIES, fences, missions
-from plan_peers import mission, waypoint
+from plan_peers import circle, fence, mission, square, waypoint
 
 from tui_gcs.core.formats.bounded import json_of
 from tui_gcs.core.formats.content import Content, FormatError, Home
@@ -138,12 +138,85 @@ def test_a_new_file_is_whole_and_says_what_it_had_to_assume() -> None:
     assert "home" in out.notes[0]
 
 
+def test_new_parts_are_written_as_qgroundcontrol_reads_them() -> None:
+    """It refuses a polygon or circle without its version, and reads the height by the mode beside it."""
+    back = PlanItem(5000, 3, x=473_970_000, y=85_460_000, z=30.0)
+    places = tuple(waypoint(i, frame=frame) for i, frame in enumerate((3, 6, 0, 5, 10, 11)))
+    shapes = fence(*square()[:3], circle(50.0), circle(20.0, 5003), back)
+    made = written(Content(Plan(PlanKind.MISSION, places), shapes))
+    corners = [[47.3938, 8.5416], [47.4018, 8.5416], [47.4018, 8.5496]]
+    assert made["geoFence"] == {
+        "version": 2,
+        "polygons": [{"version": 1, "inclusion": True, "polygon": corners}],
+        "circles": [
+            {"version": 1, "inclusion": False, "circle": {"center": [47.3979, 8.5457], "radius": 50.0}},
+            {"version": 1, "inclusion": True, "circle": {"center": [47.3979, 8.5457], "radius": 20.0}},
+        ],
+        "breachReturn": [47.397, 8.546, 30.0],
+    }
+    assert made["mission"].items() >= {
+        "version": 2, "firmwareType": 0, "vehicleType": 2, "cruiseSpeed": 15, "hoverSpeed": 5, "globalPlanAltitudeMode": 1
+    }.items()  # fmt: skip
+    assert [(item["frame"], item["AltitudeMode"]) for item in made["mission"]["items"]] == [
+        (3, 1), (3, 1), (0, 2), (0, 2), (10, 4), (10, 4)
+    ]  # fmt: skip
+    assert [item["doJumpId"] for item in made["mission"]["items"]] == [1, 2, 3, 4, 5, 6]
+
+
+def test_a_fence_return_point_without_a_height_is_at_home_s() -> None:
+    made = written(Content(fence=fence(PlanItem(5000, 3, x=473_970_000, y=85_460_000, z=math.nan))))
+    assert made["geoFence"]["breachReturn"] == [47.397, 8.546, 0.0]
+
+
+@pytest.mark.parametrize("target", [0, 1, 2])
+def test_a_jump_leads_to_the_same_item_in_a_new_file(target: int) -> None:
+    jump = PlanItem(JUMP, 2, (float(target), 2.0, 0.0, 0.0))
+    plan = Plan(PlanKind.MISSION, (waypoint(0), waypoint(1), jump, waypoint(2)))
+    made = written(Content(plan))
+    assert made["mission"]["items"][2]["params"][0] == target + 1 and content_of(made).mission == plan
+
+
+def test_a_jump_that_is_kept_leads_where_it_leads_now() -> None:
+    content = read(document(simple(1), simple(2), simple(3, JUMP, [2, 2, 0, 0, 0, 0, 0], frame=2), simple(4)))
+    first, second, jump, last = content.mission.items
+    shorter = Plan(PlanKind.MISSION, (second, replace(jump, params=(0.0, 2.0, 0.0, 0.0)), last))
+    made = written(replace(content, mission=shorter))
+    assert content_of(made).mission == shorter and made["mission"]["items"][-1]["myNote"] == 4
+
+
+def test_one_of_two_equal_places_can_be_taken_out() -> None:
+    content = read(document(simple(1), simple(1, doJumpId=2), simple(1, doJumpId=3)))
+    for count in (2, 1, 0):
+        fewer = Plan(PlanKind.MISSION, content.mission.items[:count])
+        assert content_of(written(replace(content, mission=fewer))).mission == fewer
+
+
+def test_home_that_nobody_said_is_drawn_at_the_first_place() -> None:
+    """Not where an item says `here` (0, 0), which is a place off Africa."""
+    here = PlanItem(22, 3, z=15.0)
+    for place in (waypoint(0), waypoint(0, x=0), waypoint(0, y=0)):
+        plan = Plan(PlanKind.MISSION, (PlanItem(178, 2, (1.0, 5.0, -1.0, 0.0), 7, 8), here, place))
+        assert written(Content(plan))["mission"]["plannedHomePosition"] == [place.lat_deg, place.lon_deg, 0.0]
+    nowhere = written(Content(Plan(PlanKind.MISSION, (here,))))
+    assert nowhere["mission"]["plannedHomePosition"] == [0.0, 0.0, 0.0]
+
+
+def test_an_endless_number_is_refused_with_its_command() -> None:
+    endless = Plan(PlanKind.MISSION, (waypoint(0, params=(math.inf, 0.0, 0.0, 0.0)),))
+    with pytest.raises(FormatError, match="command 16: an endless number"):
+        write_qgc(Content(endless))
+
+
 def test_heights_of_rally_points_are_never_guessed() -> None:
     high = Plan(PlanKind.RALLY, (PlanItem(5100, 0, x=473_977_000, y=85_456_000, z=500.0),))
     lost = write_qgc(Content(rally=high))
     assert json.loads(lost.data)["rallyPoints"]["points"] == [] and "1 rally point above sea level" in lost.left_out[0]
     known = write_qgc(Content(rally=high, home=Home(47.0, 8.0, 488.0)))
     assert json.loads(known.data)["rallyPoints"]["points"] == [[47.3977, 8.5456, 12.0]] and not known.left_out
+    for frame, home in ((0, Home(47.0, 8.0)), (10, Home(47.0, 8.0, 488.0)), (11, Home(47.0, 8.0, 488.0))):
+        two = Plan(PlanKind.RALLY, (replace(high.items[0], frame=frame),) * 2)
+        out = write_qgc(Content(rally=two, home=home))
+        assert json.loads(out.data)["rallyPoints"]["points"] == [] and "2 rally points above" in out.left_out[0]
 
 
 def test_a_number_that_cannot_travel_is_told() -> None:

@@ -155,7 +155,7 @@ def simple_item(item: PlanItem) -> dict[str, Any]:
 
 
 def _fence(plan: Plan, old: dict[str, Any]) -> dict[str, Any]:
-    fence: dict[str, Any] = {"version": 2} | old | {"version": 2}
+    fence: dict[str, Any] = old | {"version": 2}
     fence.pop("polygon", None)
     shapes = fence_shapes(plan.items)
     were = _known(old.get("polygons"), polygon_items)
@@ -200,7 +200,7 @@ def _take(items: list[PlanItem], were: Old) -> dict[str, Any] | None:
 
 
 def _rally(content: Content, old: dict[str, Any], left_out: list[str]) -> dict[str, Any]:
-    rally: dict[str, Any] = {"version": 2} | old | {"version": 2}
+    rally: dict[str, Any] = old | {"version": 2}
     points: list[Any] = []
     lost = 0
     known = [([rally_item(raw, "")], raw) for raw in old.get("points", [])]
