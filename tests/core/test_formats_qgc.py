@@ -87,13 +87,37 @@ def test_what_was_not_changed_is_written_as_it_was() -> None:
     assert written(read(document())) == document()
 
 
+def test_numbers_that_are_not_in_order_stay_while_nothing_changes() -> None:
+    raw = document(simple(7), simple(3), simple(5, JUMP, [7, 2, 0, 0, 0, 0, 0], frame=2))
+    content = read(raw)
+    assert written(content) == raw
+    other_nan = [replace(item, params=(*item.params[:3], float("nan"))) for item in content.mission.items[:2]]
+    again = Plan(PlanKind.MISSION, (*other_nan, content.mission.items[2]))
+    assert written(replace(content, mission=again)) == raw
+
+
+@pytest.mark.parametrize("at", range(5))
+def test_what_is_before_and_after_a_changed_place_is_kept(at: int) -> None:
+    content = read(document(*(simple(number) for number in range(1, 6))))
+    items = list(content.mission.items)
+    items[at] = replace(items[at], z=33.0)
+    plan = Plan(PlanKind.MISSION, tuple(items))
+    made = written(replace(content, mission=plan))
+    assert content_of(made).mission == plan
+    assert [entry.get("myNote") for entry in made["mission"]["items"]] == [
+        None if index == at else index + 1 for index in range(5)
+    ]
+
+
 def test_an_item_added_before_a_survey_leaves_the_survey() -> None:
     content = read(document())
     items = content.mission.items
     new = replace(items[1], z=33.0)
     jump = replace(items[3], params=(0.0, 2.0, 0.0, 0.0))
     changed = Plan(PlanKind.MISSION, (items[0], new, *items[1:3], jump, items[4]))
-    made = written(replace(content, mission=changed))["mission"]["items"]
+    out = write_qgc(replace(content, mission=changed))
+    made = json.loads(out.data)["mission"]["items"]
+    assert out.notes == ()
     assert [entry["type"] for entry in made] == ["SimpleItem", "SimpleItem", "ComplexItem", "SimpleItem", "SimpleItem"]
     assert made[0]["myNote"] == 1 and "myNote" not in made[1] and made[1]["Altitude"] == 33
     assert [item["doJumpId"] for item in made[2]["TransectStyleComplexItem"]["Items"]] == [3, 4]
@@ -200,6 +224,18 @@ def test_home_that_nobody_said_is_drawn_at_the_first_place() -> None:
     assert nowhere["mission"]["plannedHomePosition"] == [0.0, 0.0, 0.0]
 
 
+def test_home_of_a_kept_file_is_written_only_where_it_moved_or_was_missing() -> None:
+    content = read(document())
+    kept = document()["mission"]["plannedHomePosition"]
+    moved = Home(47.1, 8.2, 300.0)
+    for home, is_written in ((content.home, kept), (None, kept), (moved, [47.1, 8.2, 300.0])):
+        out = write_qgc(replace(content, home=home))
+        assert json.loads(out.data)["mission"]["plannedHomePosition"] == is_written and out.notes == ()
+    missing = write_qgc(read(_without("mission.plannedHomePosition")))
+    assert json.loads(missing.data)["mission"]["plannedHomePosition"] == [47.3978, 8.5456, 0.0]
+    assert "where home is was not said" in missing.notes[0]
+
+
 def test_an_endless_number_is_refused_with_its_command() -> None:
     endless = Plan(PlanKind.MISSION, (waypoint(0, params=(math.inf, 0.0, 0.0, 0.0)),))
     with pytest.raises(FormatError, match="command 16: an endless number"):
@@ -233,6 +269,7 @@ def test_older_files_are_read() -> None:
     content = read(raw)
     assert content.mission.items == (PlanItem(16, 3, (5.0, 0.0, 0.0, 0.0), 474_000_000, 85_000_000, 12.0),)
     assert [item.params[0] for item in content.fence.items] == [3.0] * 3
+    assert written(content)["geoFence"].keys() == {"version", "polygons", "circles"}
 
 
 def test_a_fence_is_read_as_its_own_version_has_it() -> None:

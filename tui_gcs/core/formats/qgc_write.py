@@ -87,7 +87,7 @@ def _items(plan: Plan, source: QgcSource | None, notes: list[str]) -> list[dict[
         entries, blocks = copy.deepcopy(source.document["mission"]["items"]), source.blocks
         before = (content_of(source.document).mission or NO_MISSION).items
     head, tail = _same_ends(before, plan.items)
-    if source is not None and head == len(before) == len(plan.items):
+    if head == len(before) == len(plan.items):
         return entries
     kept_head = sum(1 for first, count in blocks if first + count <= head)
     rest = [(first, count) for first, count in blocks[kept_head:] if first >= len(before) - tail]
