@@ -12,6 +12,7 @@ from tui_gcs.core import messages as m
 from tui_gcs.core.alarm_causes import BY_ID
 from tui_gcs.core.firmware.health import BATTERY_STATUS, Concern, Problem, problems_in_flight
 from tui_gcs.core.messages import Phase
+from tui_gcs.core.messages_alarms import action_words
 from tui_gcs.core.services.traffic import Track
 from tui_gcs.core.tracking import Tracking
 from tui_gcs.core.vehicle import Vehicle
@@ -140,13 +141,40 @@ def test_a_position_of_which_a_px4_says_that_it_has_none(flight: Rig) -> None:
         assert "position" not in found(flight)
 
 
-@pytest.mark.parametrize("phase", [Phase.RETURNING, Phase.LANDING])
-def test_a_low_battery_that_is_on_its_way_down_says_so(flight: Rig, phase: Phase) -> None:
+@pytest.mark.parametrize(
+    ("phase", "mode", "words", "advice"),
+    [
+        (Phase.RETURNING, 4, "returning", "it returns; too far? its number, c l lands it here"),
+        (Phase.LANDING, 9, "landing", "it lands: keep its place clear"),
+        (Phase.TAKEN_OUT, 6, "returning", "it returns; too far? its number, c l lands it here"),
+        (Phase.TAKEN_OUT, 9, "landing", "it lands: keep its place clear"),
+    ],
+    ids=["by our order", "landing", "by its own failsafe", "landing by itself"],
+)
+def test_who_is_on_its_way_down_with_a_low_battery_is_not_to_be_sent_home(
+    flight: Rig, phase: Phase, mode: int, words: str, advice: str
+) -> None:
+    """Seen: "battery CRITICAL: vehicle 2  14 %, landing   → its number, r return"."""
     with (
-        patch.object(vehicle(flight), "battery_pct", 14.0),
+        patch.multiple(vehicle(flight), battery_pct=14.0, custom_mode=mode),
         patch.object(flight.station.book.flights[2], "phase", phase),
     ):
-        assert found(flight)["battery-critical"] == [(2, f"14 %, {phase.value}")]
+        assert found(flight)["battery-critical"] == [(2, f"14 %, {words}")]
+        (finding,) = [f for f in flight.station._alarm_finder.findings(2.0) if f.cause == "battery-critical"]
+        assert action_words(finding.action, {"orders": "c", "return_selected": "r"}) == advice
+
+
+def test_what_its_own_checks_say_of_a_battery_is_told_so_too(flight: Rig) -> None:
+    said = (
+        ("battery", Problem("battery critical", True, "battery", is_charge=True)),
+        ("health", Problem("gyro", True)),
+    )
+    with (
+        patch.object(flight.station.services.health, "in_flight", lambda v: said if v is vehicle(flight) else ()),
+        patch.multiple(vehicle(flight), battery_pct=40.0, custom_mode=9),
+    ):
+        assert found(flight)["battery-critical"] == [(2, "40 %, landing")]
+        assert found(flight)["health"] == [(2, "gyro, landing")]
 
 
 def test_outside_the_area(flight: Rig) -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tui_gcs.core.alarm_causes import CAUSES, RANK
+from tui_gcs.core.alarm_causes import BY_ID, CAUSES, RANK
 from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.events import ALERT, CRITICAL, EMERGENCY, EventLog
@@ -159,6 +159,17 @@ def test_the_worst_that_holds_comes_first_then_what_is_over_then_what_is_only_to
         ("hold", "acknowledged"),
         ("link", "shelved"),
     ]
+
+
+def test_what_to_do_is_for_those_of_whom_it_is_true(desk: Desk) -> None:
+    down = [Finding("battery-critical", v, "9 %, landing", action="it lands") for v in (3, 4)]
+    desk.look(*down, seconds=2.0)
+    assert desk.only().action == "it lands"
+    desk.look(*down, Finding("battery-critical", 7, "14 %"), seconds=2.0)
+    own = BY_ID["battery-critical"].action
+    assert (desk.only().vehicles, desk.only().action) == ((3, 4, 7), f"vehicle 7: {own}")
+    desk.look(Finding("battery-critical", 3, "9 %"), Finding("battery-critical", 7, "14 %"), seconds=4.0)
+    assert (desk.only().vehicles, desk.only().action) == ((3, 7), own), "it does something else now"
 
 
 def test_an_advisory_goes_by_itself(desk: Desk) -> None:

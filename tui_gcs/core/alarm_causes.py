@@ -229,6 +229,15 @@ CAUSES = (
     Cause("hold", ADVISORY, "HLD", "HOLD", "[resume] resume, or [return_all] return and land", off_s=0.0),
     Cause("forward", ADVISORY, "FWD", "not forwarded", "look at the other station", on_s=2.0),
 )
+_FAR = "it returns; too far? its number, [orders] l lands it here"
+_WATCH = {"return": "it returns: watch it", "land": "it lands: watch it"}
+WHEN_ON_ITS_WAY: dict[str, dict[str, str]] = {
+    "battery-critical": {"return": _FAR, "land": "it lands: keep its place clear"},
+    "battery-low": {"return": "it returns: watch its charge", "land": "it lands: keep its place clear"},
+    "battery-unknown": _WATCH,
+    "health": _WATCH,
+}
+"""By cause, of a vehicle that returns or lands already: what to do instead of telling it to return."""
 BY_ID = {cause.id: cause for cause in CAUSES}
 RANK = {cause.id: index for index, cause in enumerate(CAUSES)}
 MOST_SHELVED_MIN = {WARNING: 5.0, CAUTION: 30.0, ADVISORY: 120.0}

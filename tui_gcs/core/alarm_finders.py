@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tui_gcs.core.alarm_causes import WHEN_ON_ITS_WAY
 from tui_gcs.core.alarm_signs import VehicleSigns
 from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.closing import Closing, closings
+from tui_gcs.core.firmware.habits import stop_word
 from tui_gcs.core.firmware.health import Concern, Problem
 from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.flights import FOUND, ON_BOARD_STEP, Flight
@@ -37,7 +39,8 @@ CLOSING_GAP_S = 0.5
 SETTLES_S = 5.0
 """A station that begins has not heard everybody yet, nor seen what they do."""
 FAILED = ("dead", "quarantined", "late")
-_DOWN = (Phase.RETURNING, Phase.LANDING)
+_DOWN = {Phase.RETURNING: "return", Phase.LANDING: "land"}
+_ON_ITS_WAY = {"return": "returning", "land": "landing"}
 """What a low battery asks for is being done."""
 
 
@@ -103,17 +106,16 @@ class AlarmFinder:
         in_flight = self._in_flight(vehicle)
         link = self._station.links.get(vehicle.link)
         failed = vehicle.link if link is not None and link.error and len(vehicle.used_paths()) <= 1 else ""
-        on_its_way = flight.phase.value if flight is not None and flight.phase in _DOWN else ""
+        does = _does(vehicle, flight)
         for finding in self._signs.findings(vehicle, now, in_flight=in_flight, failed_link=failed):
-            tired = on_its_way and finding.cause in ("battery-low", "battery-critical")
-            yield replace(finding, text=f"{finding.text}, {on_its_way}") if tired else finding
+            yield _fitting(finding, does)
         if not in_flight:
             return
         has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step != ON_BOARD_STEP
         if has_left and now >= self._settled_s:
             yield Finding("left", vehicle.id, mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode))
         if vehicle.airborne:
-            yield from self._own_checks(vehicle)
+            yield from (_fitting(finding, does) for finding in self._own_checks(vehicle))
         if flight is not None and flight.vetoed:
             yield Finding("vetoed", vehicle.id, flight.vetoed)
         if flight is not None and flight.phase is Phase.FLYING and flight.joined:
@@ -135,8 +137,8 @@ class AlarmFinder:
         """What an autopilot says of itself that would keep it on the ground."""
         charge = "" if math.isnan(vehicle.battery_pct) else f"{vehicle.battery_pct:.0f} %"
         for concern, problem in self._health.get(vehicle.id, ()):
-            tells_less = charge and problem.text in ("battery low", "battery critical")  # than how much is left
-            yield Finding(_CAUSES[concern], vehicle.id, charge if tells_less else problem.text)
+            text = charge if charge and problem.is_charge else problem.text
+            yield Finding(_CAUSES[concern], vehicle.id, text)
 
     def _look_at_health(self, flying: list[Vehicle], gap_s: float) -> None:
         ids = [vehicle.id for vehicle in flying]
@@ -241,6 +243,23 @@ class AlarmFinder:
         for endpoint in station.config.forward:
             if endpoint.link.error:
                 yield Finding("forward", endpoint.link.name, endpoint.link.error)
+
+
+def _does(vehicle: Vehicle, flight: Flight | None) -> str:
+    """What brings it down, by whose order or failsafe ever: "return" or "land"; "" if nothing does."""
+    if flight is not None and flight.phase in _DOWN:
+        return _DOWN[flight.phase]
+    word = stop_word(vehicle, mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode))
+    return word if word in _ON_ITS_WAY else ""
+
+
+def _fitting(finding: Finding, does: str) -> Finding:
+    """As it is to be told of a vehicle that returns or lands already: nobody is to order that again."""
+    actions = WHEN_ON_ITS_WAY.get(finding.cause, {})
+    if does not in actions:
+        return finding
+    text = f"{finding.text}, {_ON_ITS_WAY[does]}" if finding.text else _ON_ITS_WAY[does]
+    return replace(finding, text=text, action=actions[does])
 
 
 def _soonest(closing: Closing) -> float:

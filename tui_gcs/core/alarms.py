@@ -38,6 +38,8 @@ class Finding:
     cause: str
     subject: Subject
     text: str = ""
+    action: str = ""
+    """What to do about this one; "": what its cause says."""
 
 
 @dataclass
@@ -45,6 +47,7 @@ class _Member:
     cause: Cause
     subject: Subject
     text: str = ""
+    action: str = ""
     found_s: float | None = None
     """Since when it is true without a break; None while it is not."""
     seen_s: float = 0.0
@@ -138,7 +141,7 @@ class AlarmDesk:
         """Whether it is raised by this."""
         if member.found_s is None:
             member.found_s = now
-        member.seen_s, member.hidden = now, hidden
+        member.seen_s, member.hidden, member.action = now, hidden, finding.action
         if member.holds:
             if finding.cause in TOLD and _without_count(finding.text) != _without_count(member.text):
                 self._renew(member, now)
@@ -328,7 +331,7 @@ def _alarm(members: list[_Member], now: float) -> Alarm:
         level=cause.level,
         tag=cause.tag,
         title=cause.title,
-        action=cause.action,
+        action=_action(cause, shown),
         state=state,
         raised=max(member.raised for member in members),
         since_s=min(member.since_s for member in shown),
@@ -339,6 +342,14 @@ def _alarm(members: list[_Member], now: float) -> Alarm:
         by=newest.by,
         shelved_until_s=max(member.shelved_until_s for member in shown),
     )
+
+
+def _action(cause: Cause, members: list[_Member]) -> str:
+    """What to do; where it is not the same for all, for those for whom the cause's own is."""
+    others = [member for member in members if not member.action]
+    if not others:
+        return max(members, key=lambda member: member.raised).action
+    return cause.action if len(others) == len(members) else f"{vehicles_words(_vehicles(others))}: {cause.action}"
 
 
 def _vehicles(members: Iterable[_Member]) -> tuple[int, ...]:

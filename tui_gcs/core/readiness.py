@@ -22,7 +22,7 @@ GPS_3D = 3
 """MAVLink GPS_FIX_TYPE_3D_FIX."""
 LEAST_BATTERY_PCT = 20.0
 """Below this nobody starts; an unknown battery (NaN) does not count as empty."""
-CHECK_OF = {"position": "gps", "battery": "battery", "health": "arming"}
+CHECK_OF = {"position": "gps", "battery": "battery", "battery-low": "battery", "health": "arming"}
 """What a problem that a vehicle has with itself is about, and the check that tells it."""
 
 

@@ -56,7 +56,8 @@ SENSORS = {
 ESSENTIAL = 0x1 | 0x2 | 0x8 | 0x200000
 BATTERY_STATES = {2: "low", 3: "critical", 4: "at its end", 5: "failed", 6: "unhealthy", 7: "charging"}
 """MAV_BATTERY_CHARGE_STATE, as far as it is worth telling."""
-BATTERY_LOW = "battery low"
+CHARGE_LOW, CHARGE_SPENT = 2, frozenset({2, 3})
+"""The first of them is no reason to hurry; what these say is how much is left."""
 BATTERY_FAULTS = (
     "deep discharge",
     "spikes",
@@ -142,6 +143,8 @@ class Problem:
     """Whether it must not be armed so."""
     about: Concern = field(default="health", compare=False)
     """What it puts in doubt; the same words are the same problem."""
+    is_charge: bool = field(default=False, compare=False)
+    """It says how much is left in a battery: a percentage says it better."""
 
 
 def problems(vehicle: Vehicle, newest: Newest, checks: Checks, now: float) -> Iterator[Problem]:
@@ -154,7 +157,7 @@ def problems(vehicle: Vehicle, newest: Newest, checks: Checks, now: float) -> It
     else:
         yield from _about("position", _gps(vehicle, newest, blocks=True))
     yield from _sensors(newest)
-    yield from _about("battery", _battery(vehicle, newest))
+    yield from _battery(vehicle, newest)
 
 
 def problems_in_flight(vehicle: Vehicle, newest: Newest) -> Iterator[tuple[Concern, Problem]]:
@@ -170,7 +173,7 @@ def problems_in_flight(vehicle: Vehicle, newest: Newest) -> Iterator[tuple[Conce
         yield from _concerning("health", _sensors(newest))
     for problem in _battery(vehicle, newest):
         if problem.blocks:
-            yield "battery-low" if problem.text == BATTERY_LOW else "battery", problem
+            yield problem.about, problem
 
 
 def _about(concern: Concern, found: Iterator[Problem]) -> Iterator[Problem]:
@@ -251,18 +254,19 @@ def _battery(vehicle: Vehicle, newest: Newest) -> Iterator[Problem]:
     """BATTERY_STATUS before SYS_STATUS."""
     battery = newest(BATTERY_STATUS)
     if battery is not None:
-        state = BATTERY_STATES.get(battery["charge_state"])
-        if state is not None:
-            yield Problem(f"battery {state}", blocks=True)
+        state = battery["charge_state"]
+        if state in BATTERY_STATES:
+            about: Concern = "battery-low" if state == CHARGE_LOW else "battery"
+            yield Problem(f"battery {BATTERY_STATES[state]}", True, about, is_charge=state in CHARGE_SPENT)
         faults = [word for bit, word in enumerate(BATTERY_FAULTS) if battery["fault_bitmask"] >> bit & 1]
         if faults:
-            yield Problem(f"battery fault: {', '.join(faults)}", blocks=True)
+            yield Problem(f"battery fault: {', '.join(faults)}", True, "battery")
         if 0 < battery["time_remaining"] < LITTLE_S:
-            yield Problem(f"battery for {battery['time_remaining']} s only", blocks=False)
+            yield Problem(f"battery for {battery['time_remaining']} s only", False, "battery")
     if math.isnan(vehicle.battery_pct):
-        yield Problem("battery: charge unknown", blocks=False)
+        yield Problem("battery: charge unknown", False, "battery")
     elif vehicle.battery_pct < LOW_PCT:
-        yield Problem(f"battery at {vehicle.battery_pct:.0f} %", blocks=False)
+        yield Problem(f"battery at {vehicle.battery_pct:.0f} %", False, "battery")
 
 
 def _estimates(values: Sequence[tuple[str, float]], whose: str) -> Iterator[Problem]:
