@@ -10,7 +10,14 @@ import pytest
 from tests.core.rig import Rig, scenario, toml
 from tui_gcs.core import messages as m
 from tui_gcs.core.alarm_causes import BY_ID
-from tui_gcs.core.firmware.health import BATTERY_STATUS, Concern, Problem, problems_in_flight
+from tui_gcs.core.firmware.health import (
+    BATTERY_STATUS,
+    EKF_STATUS_REPORT,
+    SYS_STATUS,
+    Concern,
+    Problem,
+    problems_in_flight,
+)
 from tui_gcs.core.messages import Phase
 from tui_gcs.core.messages_alarms import action_words
 from tui_gcs.core.services.traffic import Track
@@ -115,6 +122,56 @@ def test_a_failsafe_tells_what_it_does_and_why_in_the_vehicle_s_own_words(flight
     with patch.object(vehicle(flight), "system_status", 5):
         assert found(flight) == {"failsafe": [(2, "CRITICAL: a failsafe is active")]}, "another one, without a word"
     assert found(flight) == {}
+
+
+def test_a_failsafe_without_a_gps_fix_says_so(flight: Rig) -> None:
+    """A real PX4 without GPS: its LAND is a descent that drifts, and "Failsafe activated" is all it may say."""
+    said = [(flight.clock.now(), "Failsafe activated")]
+    bad = {"system_status": 5, "custom_mode": 9, "recent_reasons": said, "position_error_m": float("inf")}
+    with patch.multiple(vehicle(flight), **bad):
+        assert found(flight)["failsafe"] == [(2, "LAND without a GPS fix: Failsafe activated")]
+    assert found(flight) == {}
+
+
+def test_who_leaves_says_why_a_fence_for_example(flight: Rig) -> None:
+    """A real ArduCopter at its fence: "Circle fence breached", a notice, and RTL; its state is not CRITICAL."""
+    one = flight.station.book.flights[2]
+    with patch.multiple(one, phase=Phase.TAKEN_OUT, step="mode", left_said="Circle fence breached"):
+        assert found(flight)["left"] == [(2, "GUIDED: Circle fence breached")]
+    with patch.multiple(one, phase=Phase.TAKEN_OUT, step="mode"):
+        assert found(flight)["left"] == [(2, "GUIDED")]
+
+
+def test_who_cannot_fly_as_fast_as_it_is_asked(flight: Rig) -> None:
+    slow = Tracking(asked_m_s=4.2, made_m_s=1.1, crawls_since_s=flight.clock.now() - 6.0)
+    with patch.object(flight.station.book.flights[2], "tracking", slow):
+        assert found(flight) == {"beside": [(2, "flies 1 of 4 m/s")]}
+        with patch.object(flight.station.book.flights[2], "vetoed", "no"):
+            assert list(found(flight)) == ["vetoed"]
+
+
+EKF = {"flags": 0x33F, "velocity_variance": 0.1, "pos_horiz_variance": 0.1, "pos_vert_variance": 0.1}
+
+
+def test_a_compass_in_doubt_is_no_lost_position(flight: Rig) -> None:
+    """All compasses of a real ArduCopter turned: it flew on within 0.2 m of its way, and did not drift."""
+
+    def told(**report: float) -> list[tuple[Concern, str]]:
+        newest = {EKF_STATUS_REPORT: EKF | {"compass_variance": 0.1} | report}
+        return [(concern, problem.text) for concern, problem in problems_in_flight(vehicle(flight), newest.get)]
+
+    assert told() == []
+    assert told(compass_variance=2.7) == [("health", "EKF: compass does not fit (2.7, should be below 1)")]
+    assert told(pos_vert_variance=1.9) == [("position", "EKF: height does not fit (1.9, should be below 1)")]
+
+
+@pytest.mark.parametrize(("bit", "text"), [(0x4, "compass unhealthy"), (0x40000000, "propulsion unhealthy")])
+def test_who_has_no_compass_left_or_no_thrust_is_not_well(flight: Rig, bit: int, text: str) -> None:
+    """An ArduCopter whose compasses all failed said nothing but this bit."""
+    status = {f"onboard_control_sensors_{word}": 0x6FFFFFFF for word in ("present", "enabled", "health")}
+    status["onboard_control_sensors_health"] &= ~bit
+    newest = {SYS_STATUS: status}
+    assert [p.text for _, p in problems_in_flight(vehicle(flight), newest.get)] == [text]
 
 
 def test_why_the_last_flight_ended_is_no_reason_in_the_next(flight: Rig) -> None:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from itertools import combinations
+from unittest.mock import patch
 
 import msgspec
 import pytest
@@ -106,6 +107,32 @@ def test_one_that_returns_goes_round_one_that_holds_at_the_height_of_its_layer(r
     assert nearest_m(flight, lambda: flight.phase(1) is Phase.GROUND or flight.clock.now() > end_s, 91.0) > 4.0
     assert flight.phase(1) is Phase.GROUND and flight.phase(2) is Phase.HOLDING
     assert flight.station.monitor.violations == 0
+
+
+@pytest.mark.parametrize(("late", "x", "y"), [(1, 240.0, 200.0), (3, 60.0, 120.0), (1, 60.0, 260.0)])
+def test_with_an_empty_battery_nobody_waits_above_its_home(rig: MakeRig, late: int, x: float, y: float) -> None:
+    """Two real ArduCopters did, at 0 %, for one with a weak motor. Unless that one passes below it."""
+
+    def places(frame: FleetFrame, task: PlannerTask) -> list[Intent]:
+        where = {v: (200.0 + 20.0 * v, 240.0) for v in task.members} | {late: (x, y)}
+        return [Intent(vehicle=v, kind="goto", position_m=(*where[v], task.layers_m[v])) for v in task.members]
+
+    flight = rig(3, wants=places).flying()
+    flight.until(lambda: math.dist(flight.place(late)[:2], (x, y)) < 2.0 and flight.speed(2) < 0.3, 90.0)
+    blocked = flight.station.steering.blocked
+    with patch.object(  # it does not come
+        flight.station.steering, "blocked", lambda f, *more: "somebody" if f.vehicle == late else blocked(f, *more)
+    ):
+        assert flight.ask(m.Return()).ok
+        flight.until(lambda: flight.station.book.flights[2].step == "over home", 90.0)
+        flight.run(5.0)
+        assert flight.phase(2) is Phase.RETURNING, "its battery is good"
+        flight.sim._pilots[flight.sim_index[2]].discharge(0.09)
+        flight.run(5.0)
+    passes = (x, y) == (60.0, 260.0)
+    assert flight.phase(2) is (Phase.RETURNING if passes else Phase.LANDING)
+    lands = any("lands before the others are above their homes" in text for text in flight.texts("vehicle 2"))
+    assert lands is not passes
 
 
 def test_one_that_cannot_go_on_says_why(rig: MakeRig) -> None:

@@ -198,3 +198,35 @@ def test_positions_that_are_older_than_the_newest_plan_are_compared_all_the_same
         vehicle.position_m, vehicle.position_s = whole.at(now - 0.35)[0], float(now - 0.05)
         tracking.look(plan, vehicle)
     assert tracking.lag_s == pytest.approx(0.3, abs=0.02) and tracking.lead.time_s > 0.3
+
+
+def flown_at(share: float, until_s: float) -> Tracking:
+    """A circle, led anew from where the vehicle is every second; it makes this share of the speed."""
+    vehicle, tracking, angle = a_vehicle(1), Tracking(), 0.0
+    for now in np.arange(1.0, until_s, 0.2):
+        angle += share * 0.2 * SPEED_M_S / RADIUS_M
+        x, y = RADIUS_M * math.cos(angle), RADIUS_M * math.sin(angle)
+        course = circle(60.0)
+        begun = Trajectory(float(now) - angle * RADIUS_M / SPEED_M_S, 0.25, course.positions_m, course.velocities_m_s)
+        vehicle.position_m, vehicle.position_s = (x, y, 30.0), float(now)
+        vx, vy = (round(100 * share * SPEED_M_S * v) for v in (-math.sin(angle), math.cos(angle)))
+        vehicle.fix = (int(1000 * now), 520_000_000, 0, 0, 0, vy, vx, 0, 0)
+        tracking.look(begun, vehicle)
+    return tracking
+
+
+@pytest.mark.parametrize(("share", "crawls"), [(0.25, True), (0.0, True), (0.6, False), (1.0, False)])
+def test_who_makes_too_little_of_its_speed_crawls_however_often_it_is_led_anew(share: float, crawls: bool) -> None:
+    """A real ArduCopter with a motor at 75 %: never late, never beside its way, 1 m/s instead of 4."""
+    tracking = flown_at(share, 30.0)
+    assert tracking.crawls(30.0) is crawls
+    assert tracking.made_m_s == pytest.approx(share * tracking.asked_m_s, abs=0.2)
+    assert not flown_at(share, 6.0).crawls(6.0), "not at once"
+
+
+def test_who_waits_at_a_place_does_not_crawl() -> None:
+    tracking = flown_at(0.25, 30.0)
+    vehicle = a_vehicle(1)
+    vehicle.position_m, vehicle.position_s = (60.0, 0.0, 30.0), 30.2
+    tracking.look(Stand((60.0, 0.0, 30.0), 8.0), vehicle)
+    assert not tracking.crawls(40.0)

@@ -358,6 +358,16 @@ def test_a_text_that_is_an_event_too_is_told_once(rig: ServiceRig, text: str, me
     assert told(rig) == [message if event_first else text.strip()]
 
 
+def test_an_event_that_tells_all_of_its_text_and_why_is_told_too(rig: ServiceRig) -> None:
+    """A real PX4 that lost its GPS in flight: the operator read "Failsafe activated", and no more."""
+    rig.peers[1].say("STATUSTEXT", severity=2, text=b"Failsafe activated\t")
+    rig.run(0.1)
+    why = "Failsafe activated: Autopilot disengaged, switching to Descend"
+    rig.station.fleet.texts.event(rig.vehicle(), 2, why)
+    assert told(rig) == ["Failsafe activated", why]
+    assert rig.vehicle().failsafe_words(0.0) == "Autopilot disengaged, switching to Descend"
+
+
 def test_a_text_with_a_tab_and_no_event_is_told(rig: ServiceRig) -> None:
     rig.station.fleet.texts.event(rig.vehicle(), 6, "Takeoff detected")
     rig.peers[1].say("STATUSTEXT", severity=6, text=b"Landing at destination\t")

@@ -71,7 +71,7 @@ CAUSES = (
         WARNING,
         "FS",
         "FAILSAFE on board",
-        "look what it does; [return_all] return the others",
+        "watch it; [return_all] return the others",
         hides=("health", "left", "report"),  # an alert may be worse: it loses thrust, too
     ),
     Cause("stop", WARNING, "STP", "STOP not confirmed", "take it over by radio; [hold_all] hold all", hides=_TOLD),

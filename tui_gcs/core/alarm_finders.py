@@ -112,25 +112,34 @@ class AlarmFinder:
         if not in_flight:
             return
         has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step != ON_BOARD_STEP
-        if has_left and now >= self._settled_s:
-            yield Finding("left", vehicle.id, mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode))
+        if flight is not None and has_left and now >= self._settled_s:
+            mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+            yield Finding("left", vehicle.id, f"{mode}: {flight.left_said}" if flight.left_said else mode)
         if vehicle.airborne:
             yield from (_fitting(finding, does) for finding in self._own_checks(vehicle))
+            if off_m := self._station.jumps.off_m(vehicle.id):
+                yield Finding("position", vehicle.id, f"it jumped by {off_m:.0f} m")
         if flight is not None and flight.vetoed:
             yield Finding("vetoed", vehicle.id, flight.vetoed)
-        if flight is not None and flight.phase is Phase.FLYING and flight.joined:
-            yield from self._beside(flight, vehicle)
+        if flight is not None and flight.phase is Phase.FLYING and not flight.vetoed:
+            yield from self._beside(flight, vehicle, now)
 
-    def _beside(self, flight: Flight, vehicle: Vehicle) -> Iterator[Finding]:
-        """It is not where its plan has it and others believe it to be. A slow link makes late, too, but not by much."""
+    def _beside(self, flight: Flight, vehicle: Vehicle, now: float) -> Iterator[Finding]:
+        """It is not where its plan has it and others believe it to be. A slow link makes late, too, but not by much.
+
+        Who cannot fly as fast as it is asked never gets to its slot: its planner leads it on from where it is.
+        """
         tracking, results = flight.tracking, self._station.scenario.results
         if tracking is None:
             return
         beside_m, late_s = np.nan_to_num([tracking.cross_m, abs(tracking.lag_s)]).tolist()
         beside, late = beside_m / max(BESIDE_M, results.slot_error_max_m), late_s / max(LATE_S, results.slot_lag_max_s)
-        if self._signs.beyond("beside", vehicle, max(beside, late), 1.0, BESIDE_BAND):
+        if flight.joined and self._signs.beyond("beside", vehicle, max(beside, late), 1.0, BESIDE_BAND):
             when = "late" if tracking.lag_s > 0.0 else "early"
             text = f"{beside_m:.0f} m beside its way" if beside >= late else f"{late_s:.1f} s {when}"
+            yield Finding("beside", vehicle.id, text)
+        elif tracking.crawls(now):
+            text = f"flies {max(0.0, tracking.made_m_s):.0f} of {tracking.asked_m_s:.0f} m/s"
             yield Finding("beside", vehicle.id, text)
 
     def _own_checks(self, vehicle: Vehicle) -> Iterator[Finding]:

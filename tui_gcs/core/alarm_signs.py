@@ -60,6 +60,8 @@ class VehicleSigns:
             why = vehicle.failsafe_words(since_s - SAID_BEFORE_S)
         self._failsafes[vehicle.id] = (since_s, why)
         does = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+        if _has_no_fix(vehicle):
+            does += " without a GPS fix"
         return f"{does}: {why}" if why else FAILSAFE_STATES[vehicle.system_status]
 
     def beyond(self, cause: str, vehicle: Vehicle, value: float, limit: float, band: float) -> bool:
@@ -76,8 +78,12 @@ class VehicleSigns:
             yield Finding("battery-low", vehicle.id, f"{charge_pct:.0f} %")
 
     def _position(self, vehicle: Vehicle) -> Iterator[Finding]:
-        if math.isinf(vehicle.position_error_m) or 0 < vehicle.gps_fix < LEAST_FIX:
+        if _has_no_fix(vehicle):
             yield Finding("position", vehicle.id, "no GPS fix")
         elif self.beyond("poor-position", vehicle, vehicle.position_error_m, POOR_POSITION_M, POOR_POSITION_BAND_M):
             error_m = min(vehicle.position_error_m, 999.0)
             yield Finding("poor-position", vehicle.id, f"±{5 * max(1, round(error_m / 5))} m")
+
+
+def _has_no_fix(vehicle: Vehicle) -> bool:
+    return math.isinf(vehicle.position_error_m) or 0 < vehicle.gps_fix < LEAST_FIX

@@ -406,6 +406,7 @@ class Executive:
         text = f"left its mode (now {mode}): taken out of the mission" + (f"; it said: {said}" if said else "")
         self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
         self._take_out(flight, vehicle, "mode", now)
+        flight.left_said = said
         self._commands.cancel(vehicle.id)
         return True
 

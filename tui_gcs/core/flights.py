@@ -73,6 +73,8 @@ class Flight:
     """Of one that was taken out: the place it was on its way to, and goes on to if it hears nothing."""
     stays: str = ""
     """Of one that holds: why it does not go on with the others when all are resumed; "" if it does."""
+    left_said: str = ""
+    """Of one that was taken out because it left its mode: why, in its own words; "" if it did not say."""
     unasked: bool = False
     """It was told to hold by the station itself, no operator: its own failsafe counts for more."""
 
@@ -82,7 +84,7 @@ class Flight:
         self.sent_to_m = going if phase is Phase.TAKEN_OUT else None
         self.phase, self.step, self.since_s = phase, step, now
         self.course, self.passed, self.limited_m_s = None, None, math.nan
-        self.unasked = False
+        self.unasked, self.left_said = False, ""
         if self.tracking is not None:
             self.tracking.pause()
         if phase not in (Phase.ARMING, Phase.TAKEOFF):

@@ -24,6 +24,9 @@ OVER_HOME_SPEED_M_S = 0.7
 LANDING_GAP_S = 2.0
 RETURN_WAIT_S = 240.0
 """Vehicles above their homes wait at most this long for one that does not come."""
+LAND_NOW_PCT = 15.0
+"""With less left in its battery nobody waits for others above its home, unless they pass there. Flown: three real
+ArduCopters above their homes, at 0 %, waiting for one with a weak motor."""
 STUCK_S = 15.0
 """A returning vehicle that does not move for this long is told."""
 ASIDE_AFTER_S = 5.0
@@ -175,12 +178,13 @@ class Homing:
     def land_in_turn(self, now: float) -> None:
         """When every returning vehicle is above its home, they land, lowest layer first, one every few seconds.
 
-        One that does not get there (it was told about) is waited for only so long.
+        One that does not get there (it was told about) is waited for only so long, and not with an empty battery.
         """
         returning = self._book.in_phase(Phase.RETURNING)
         there = [flight for flight in returning if flight.step == "over home"]
-        if any(f.step != "over home" and now - f.since_s < RETURN_WAIT_S for f in returning):
-            return
+        coming = [f for f in returning if f.step != "over home"]
+        if any(now - f.since_s < RETURN_WAIT_S for f in coming):
+            there = [flight for flight in there if self._may_not_wait(flight, coming)]
         if not there or now - self._last_landing_s < LANDING_GAP_S:
             return
         self._last_landing_s = now
@@ -188,6 +192,25 @@ class Homing:
         flight.enter(Phase.LANDING, now)
         vehicle = self._fleet.vehicles[flight.vehicle]
         self._commands.submit(self._firmware.of(vehicle).land(vehicle))
+
+    def _may_not_wait(self, flight: Flight, coming: list[Flight]) -> bool:
+        """Whether its battery is nearly empty, and nobody who is still on his way home passes below it."""
+        own = self._fleet.vehicles[flight.vehicle]
+        charge_pct = own.battery_pct
+        if flight.home_m is None or not charge_pct < LAND_NOW_PCT:
+            return False
+        for other in coming:
+            vehicle, home = self._fleet.vehicles[other.vehicle], other.home_m
+            if other.layer_m > flight.layer_m and vehicle.alt_rel_m > own.alt_rel_m + LAYER_TOLERANCE_M:
+                continue  # above it, and stays there
+            if home is None or not vehicle.has_position():
+                return False
+            ahead = other.way_m if other.step == "home" else self._steering.way_home(vehicle, home)
+            if self._steering.passes(flight.home_m, [vehicle.position_m[:2], *ahead]):
+                return False
+        text = f"battery at {charge_pct:.0f} %: lands before the others are above their homes"
+        self._events.say(EventClass.MISSION, f"vehicle {flight.vehicle}", text, WARNING, every_s=10)
+        return True
 
     def _stand(self, point_m: Vec3) -> Stand:
         return Stand(point_m, self.speed_m_s)

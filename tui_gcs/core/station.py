@@ -21,7 +21,7 @@ from tui_gcs.core.clock import Clock
 from tui_gcs.core.detections import Detections
 from tui_gcs.core.door import Door
 from tui_gcs.core.escort import EscortDesk
-from tui_gcs.core.events import ALERT, EventLog
+from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.executive import Executive
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.speech import Speech
@@ -31,6 +31,7 @@ from tui_gcs.core.forward import Endpoint, Forwarder
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.journal import Journal
+from tui_gcs.core.jumps import JumpWatch
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Link
@@ -69,6 +70,7 @@ from tui_gcs.core.steering import Steering
 from tui_gcs.core.teams import TeamDesk
 from tui_gcs.core.tracks import TrackBook
 from tui_gcs.core.trust import TrustBook
+from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wind import WindBook
 from tui_gcs.core.wire.encode import Encoder
 
@@ -205,6 +207,7 @@ class Station:
         self._alarm_finder = AlarmFinder(self, self.alarms)
         self._next_alarms_s = -math.inf
         self.pauses = Pauses()
+        self.jumps = JumpWatch()
         self.dropped: Counter[str] = Counter()
         self._assigned_for: tuple[int, ...] = ()
         self._frame_seq = self._status_seq = 0
@@ -294,6 +297,14 @@ class Station:
         if flying:
             self.executive.hold(flying, stays="", asked=False)
 
+    def _hold_jumped(self, vehicle: Vehicle, far_m: float) -> None:
+        """Led on it would be as far beside what everybody believes: who flew for its planner or by hand holds."""
+        text = f"its position jumped by {far_m:.0f} m: before or after that it is not where it says"
+        self.events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, WARNING)
+        flight = self.book.get(vehicle.id)
+        if flight is not None and flight.phase in (Phase.FLYING, Phase.BY_HAND):
+            self.executive.hold((vehicle.id,), stays="its position jumped", asked=False)
+
     def close(self) -> None:
         """Write down what the next start has to know."""
         self.trust.close()
@@ -302,6 +313,8 @@ class Station:
         now = self.clock.now()
         if now >= self._next_alarms_s - 1e-9:
             self._next_alarms_s = now + ALARM_GAP_S
+            for vehicle, far_m in self.jumps.look(self.fleet.vehicles.values()):
+                self._hold_jumped(vehicle, far_m)
             self.alarms.look(self._alarm_finder.findings(ALARM_GAP_S))
 
     def _publish_due(self) -> Iterator[None]:

@@ -9,13 +9,15 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
+from shapely import LineString, Point
+
 from tui_gcs.core.aside import columns_aside
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.course import STILL, Course, Stand, stopping_point
 from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
-from tui_gcs.core.flights import Flight, FlightBook
+from tui_gcs.core.flights import COLUMN_M, Flight, FlightBook
 from tui_gcs.core.guard import Guard, Verdict
 from tui_gcs.core.guard_motion import Alone, Does, Sight
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Vec3
@@ -172,6 +174,11 @@ class Steering:
     def way_home(self, vehicle: Vehicle, home_m: Vec3) -> list[tuple[float, float]]:
         """Turning points of the shortest way home inside the operating area and around no-fly zones."""
         return route(self._guard.allowed, vehicle.position_m[:2], home_m[:2])
+
+    def passes(self, home_m: Vec3, way_m: list[tuple[float, float]]) -> bool:
+        """Whether somebody on that way comes too near to who lands at `home_m`."""
+        gap_m = self._guard.limits.separation_horizontal_m + COLUMN_M
+        return bool(LineString(way_m).distance(Point(home_m[:2])) < gap_m)
 
     def off_course_m(self, vehicles: Iterable[int]) -> float:
         """How far beside a moving course the worst of these vehicles may be."""

@@ -46,6 +46,11 @@ ASKED_M = 5.0
 """A reference so far away, or as fast as `LEAST_SPEED_M_S`, asks to move."""
 
 
+CRAWLS_SHARE, CRAWLS_S, CRAWL_SMOOTH_S = 0.5, 5.0, 4.0
+"""Less than this share of what is asked, for so long: it cannot. An ArduCopter with a motor at 75 % made 1 m/s of 4,
+and its planner led it anew from where it was, again and again: it was never late."""
+
+
 @dataclass
 class Tracking:
     """One vehicle's."""
@@ -61,6 +66,11 @@ class Tracking:
     """Time of the newest position that was compared."""
     still_since_s: float = math.nan
     drag: DragModel = field(default_factory=DragModel)
+    asked_m_s: float = 0.0
+    """Speed of its courses, smoothed; 0 where they do not move."""
+    made_m_s: float = 0.0
+    """What it flies of that, in their direction."""
+    crawls_since_s: float = math.nan
 
     def pause(self) -> None:
         """It follows nothing that moves: nothing is measured."""
@@ -76,6 +86,7 @@ class Tracking:
         if isinstance(course, Stand) or gap_s > GAP_S:
             self.pause()
             self.drag = DragModel()
+            self.asked_m_s, self.made_m_s, self.crawls_since_s = 0.0, 0.0, math.nan
             if isinstance(course, Stand):
                 return
             gap_s = min(gap_s, GAP_S)
@@ -84,6 +95,7 @@ class Tracking:
             self.drag.advance(gap_s, velocity, self.lead.drag_hz)
             self._learn_drag(point, vehicle.position_m, gap_s)
         speed = math.hypot(*velocity)
+        self._compare_speeds(speed, velocity, vehicle, at_s, gap_s)
         if speed < LEAST_SPEED_M_S:
             self.pause()
             return
@@ -99,6 +111,22 @@ class Tracking:
         if at_s - self.since_s > SETTLE_S:
             accel = course.acceleration(at_s) if vehicle.loss_pct <= MOST_LOSS_PCT else STILL
             self._learn(late_s, behind, cross_m, accel, gap_s)
+
+    def _compare_speeds(self, speed: float, velocity: Vec3, vehicle: Vehicle, at_s: float, gap_s: float) -> None:
+        made = sum(v * w for v, w in zip(vehicle.velocity_m_s, velocity, strict=True)) / speed if speed > 0.0 else 0.0
+        if not math.isfinite(made):
+            return
+        share = min(1.0, gap_s / CRAWL_SMOOTH_S)
+        self.asked_m_s += share * (speed - self.asked_m_s)
+        self.made_m_s += share * (made - self.made_m_s)
+        if self.asked_m_s < LEAST_SPEED_M_S or self.made_m_s > CRAWLS_SHARE * self.asked_m_s:
+            self.crawls_since_s = math.nan
+        elif math.isnan(self.crawls_since_s):
+            self.crawls_since_s = at_s
+
+    def crawls(self, now: float) -> bool:
+        """Whether it has been flying much slower than asked for long."""
+        return now - self.crawls_since_s > CRAWLS_S  # False while it is NaN
 
     def _learn_drag(self, wanted_m: Vec3, place_m: Vec3, gap_s: float) -> None:
         """In corners most, however slow: there an autopilot's integral leans the wrong way."""

@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from tui_gcs.core.boot_clock import BootClock
+from tui_gcs.core.firmware.failsafe_words import failsafe_words
 from tui_gcs.core.links.base import Address
 from tui_gcs.core.messages import Freshness, Vec3
 from tui_gcs.core.wire.sources import Slot, Source, Stream
@@ -367,10 +368,5 @@ class Vehicle:
         return list(dict.fromkeys(text for when, text in self.recent_reasons if when >= t_s))
 
     def failsafe_words(self, t_s: float) -> str:
-        """What it said of a failsafe since `t_s`, and just before that of why; "" if it said nothing of one.
-
-        ArduPilot: "EKF variance", "EKF Failsafe: changed to LAND Mode"; PX4: "Critical battery", "Failsafe activated".
-        """
-        said = self.reasons_since(t_s)
-        at = next((i for i, text in enumerate(said) if "failsafe" in text.lower()), None)
-        return "" if at is None else "; ".join(said[max(0, at - 1) : at + 1])
+        """Why it acts by itself, in its own words since `t_s`; "" if it said nothing of a failsafe."""
+        return failsafe_words(self.reasons_since(t_s))

@@ -54,6 +54,8 @@ SENSORS = {
 }
 """MAV_SYS_STATUS_SENSOR."""
 ESSENTIAL = 0x1 | 0x2 | 0x8 | 0x200000
+NEEDED_IN_FLIGHT = ESSENTIAL | 0x4 | 0x40000000
+"""And who loses its compass or thrust must be looked at: an ArduCopter without any compass flew on, saying nothing."""
 BATTERY_STATES = {2: "low", 3: "critical", 4: "at its end", 5: "failed", 6: "unhealthy", 7: "charging"}
 """MAV_BATTERY_CHARGE_STATE, as far as it is worth telling."""
 CHARGE_LOW, CHARGE_SPENT = 2, frozenset({2, 3})
@@ -107,6 +109,7 @@ PX4_RATIOS = {
     "height": "pos_vert_ratio",
     "compass": "mag_ratio",
 }
+_OF_COMPASS = ": compass "
 STICK_MODES = frozenset({"ALT_HOLD", "LOITER", "POSHOLD", "CIRCLE", "SPORT", "DRIFT", "FLOWHOLD", "AUTOTUNE"})
 """ArduCopter modes in which the throttle stick is the climb rate, an absent pilot's stick included."""
 STICK_LOW_US = 1400
@@ -163,14 +166,14 @@ def problems(vehicle: Vehicle, newest: Newest, checks: Checks, now: float) -> It
 def problems_in_flight(vehicle: Vehicle, newest: Newest) -> Iterator[tuple[Concern, Problem]]:
     """What an autopilot says of itself that asks for an act in the air; its silence is told elsewhere."""
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT and newest(EKF_STATUS_REPORT) is not None:
-        yield from _concerning("position", _ardupilot_ekf(vehicle, newest))
+        yield from _doubts(_ardupilot_ekf(vehicle, newest))
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT and (stick := sinking_stick(vehicle, newest)):
         reads = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode) in STICK_MODES
         yield from _concerning("health", iter([Problem(stick, blocks=reads)]))
     if vehicle.autopilot == AUTOPILOT_PX4 and (estimator := newest(ESTIMATOR_STATUS)) is not None:
-        yield from _concerning("position", _px4_estimator(estimator))
+        yield from _doubts(_px4_estimator(estimator))
     if newest(SYS_STATUS) is not None:
-        yield from _concerning("health", _sensors(newest))
+        yield from _concerning("health", _sensors(newest, NEEDED_IN_FLIGHT))
     for problem in _battery(vehicle, newest):
         if problem.blocks:
             yield problem.about, problem
@@ -182,6 +185,12 @@ def _about(concern: Concern, found: Iterator[Problem]) -> Iterator[Problem]:
 
 def _concerning(concern: Concern, found: Iterator[Problem]) -> Iterator[tuple[Concern, Problem]]:
     return ((concern, problem) for problem in found if problem.blocks)
+
+
+def _doubts(found: Iterator[Problem]) -> Iterator[tuple[Concern, Problem]]:
+    """Of an estimator. Whose compass does not fit knows its place all the same (within 0.2 m, flown)."""
+    for concern, problem in _concerning("position", found):
+        yield "health" if _OF_COMPASS in problem.text else concern, problem
 
 
 def flight_mode(vehicle: Vehicle) -> int:
@@ -226,7 +235,7 @@ def _state(vehicle: Vehicle) -> Iterator[Problem]:
         yield Problem("still starting", blocks=True)  # PX4 says so whenever its checks fail in the mode it is in
 
 
-def _sensors(newest: Newest) -> Iterator[Problem]:
+def _sensors(newest: Newest, needed: int = ESSENTIAL) -> Iterator[Problem]:
     status = newest(SYS_STATUS)
     if status is None:
         yield Problem("nothing is heard of its sensors (SYS_STATUS)", blocks=True)
@@ -235,7 +244,7 @@ def _sensors(newest: Newest) -> Iterator[Problem]:
     bad = enabled & ~status["onboard_control_sensors_health"]
     for bit, name in SENSORS.items():
         if bad & bit:
-            yield Problem(f"{name} unhealthy", blocks=bool(bit & ESSENTIAL))
+            yield Problem(f"{name} unhealthy", blocks=bool(bit & needed))
 
 
 def _gps(vehicle: Vehicle, newest: Newest, *, blocks: bool) -> Iterator[Problem]:

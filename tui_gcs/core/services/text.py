@@ -13,6 +13,7 @@ from typing import Any
 
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import NOTICE, WARNING, EventLog
+from tui_gcs.core.firmware.failsafe_words import is_of_failsafe
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.tally import Tally
 from tui_gcs.core.vehicle import Vehicle
@@ -38,6 +39,9 @@ TWIN_S, TWINS_KEPT, TWIN_SHARE = 1.0, 20, 0.5
 Measured (px4-8.tlog, px4-services.tlog): 0-100 ms apart, either first, and worded differently: "IGN MISSION_ITEM:
 Invalid item" is "Ignoring mission item, invalid item".
 """
+MORE_WORDS = 2
+"""So many more words than the first has tell more: "Failsafe activated", then its EVENT "Failsafe activated: Autopilot
+disengaged, switching to Descend" (a real PX4 that lost its GPS)."""
 MOST_REASONS = 20
 _WORD = re.compile(r"[^\W_]+")
 
@@ -138,7 +142,7 @@ class TextAssembler:
 
 
 class Twins:
-    """News that come twice, as a text and as an EVENT: whichever is second is not told."""
+    """News that come twice, as a text and as an EVENT: the second is not told, unless it tells all and more."""
 
     def __init__(self) -> None:
         """Nobody said anything."""
@@ -154,7 +158,7 @@ class Twins:
                 fewer = min(len(words), len(others))
                 if fewer and len(words & others) >= TWIN_SHARE * fewer:
                     said.remove(entry)
-                    return True
+                    return not (others < words and len(words - others) >= MORE_WORDS)
         said.append((now, event, words))
         return False
 
@@ -217,7 +221,7 @@ class TextDesk:
 
     def _tell(self, vehicle: Vehicle, severity: int, text: str) -> None:
         severity = severity if 0 <= severity <= 7 else NOTICE
-        if severity <= WARNING:
+        if severity <= WARNING or is_of_failsafe(text):  # of a fence that it crossed ArduPilot says so in a notice
             self.reason(vehicle, text)
         now = self._clock.now()
         if not self._pace.has_room(vehicle.id, severity, now):

@@ -1,0 +1,108 @@
+"""Positions that jump: found, told as long as they are doubtful, and nobody is led on by them."""
+
+from collections.abc import Callable
+
+import pytest
+from rig import Rig
+from vehicles import a_vehicle
+
+from tui_gcs.core import messages as m
+from tui_gcs.core.jumps import JumpWatch
+from tui_gcs.core.messages import Phase, Vec3
+from tui_gcs.core.vehicle import Vehicle
+
+MakeRig = Callable[..., Rig]
+
+
+class Flown:
+    """A vehicle that tells where it is."""
+
+    def __init__(self) -> None:
+        self.vehicle: Vehicle = a_vehicle(1)
+        self.vehicle.armed, self.vehicle.landed_state = True, 2
+        self.watch = JumpWatch()
+
+    def tells(self, boot_ms: int, place_m: Vec3, velocity_m_s: Vec3 = (0.0, 0.0, 0.0)) -> list[int]:
+        """How far it jumped by that, in metres."""
+        east, north, up = (round(100 * v) for v in velocity_m_s)
+        self.vehicle.fix = (boot_ms, 520_000_000, 0, 0, 0, north, east, -up, 0)
+        self.vehicle.position_m = place_m
+        return [round(far_m) for _, far_m in self.watch.look([self.vehicle])]
+
+
+def test_flight_is_no_jump_however_fast_and_with_gaps() -> None:
+    flown, x = Flown(), 0.0
+    for boot_ms in (1000, 1200, 1400, 3400):
+        x = 0.02 * (boot_ms - 1000)
+        assert flown.tells(boot_ms, (x, 0.0, 30.0), (20.0, 0.0, 0.0)) == []
+    assert flown.tells(5400, (x + 20.0, 0.0, 30.0)) == [], "it braked from 20 m/s within two seconds"
+    assert flown.watch.off_m(1) == 0.0
+
+
+@pytest.mark.parametrize("jump_m", [(0.0, 67.0, 0.0), (0.0, 0.0, 20.0)])
+def test_a_jump_counts_until_it_jumps_back(jump_m: Vec3) -> None:
+    flown, (_, y, z) = Flown(), jump_m
+    flown.tells(1000, (10.0, 0.0, 30.0))
+    assert flown.tells(1200, (10.0, y, 30.0 + z)) == [round(y + z)]
+    assert flown.tells(1400, (12.0, y, 30.0 + z), (10.0, 0.0, 0.0)) == []
+    assert flown.watch.off_m(1) == pytest.approx(y + z)
+    assert flown.tells(1600, (14.0, 1.0, 30.0), (10.0, 0.0, 0.0)) == [], "no news: it is where it was again"
+    assert flown.watch.off_m(1) == 0.0
+
+
+def test_down_or_rebooted_it_begins_anew() -> None:
+    flown = Flown()
+    flown.tells(1000, (10.0, 0.0, 30.0))
+    assert flown.tells(1200, (90.0, 0.0, 30.0)) == [80]
+    assert flown.tells(100, (20.0, 0.0, 30.0)) == [] and flown.watch.off_m(1) == 0.0
+    assert flown.tells(300, (90.0, 0.0, 30.0)) == [70]
+    flown.vehicle.armed = False
+    assert flown.tells(500, (0.0, 0.0, 0.0)) == [] and flown.watch.off_m(1) == 0.0
+
+
+def test_after_a_long_gap_nothing_can_be_said() -> None:
+    flown = Flown()
+    flown.tells(1000, (10.0, 0.0, 30.0))
+    assert flown.tells(4000, (90.0, 0.0, 30.0)) == []
+
+
+def believes(flight: Rig, index: int, off_m: Vec3) -> None:
+    """What a glitch of its GPS makes it believe."""
+    flight.sim._vehicles.weather.noisy = True
+    flight.sim._vehicles.weather.gps_error_m[index] = off_m
+
+
+def alarms(flight: Rig) -> dict[str, tuple[tuple[int, ...], str]]:
+    return {
+        alarm.cause: (alarm.vehicles, alarm.text) for alarm in flight.station.alarms.alarms() if alarm.state != "over"
+    }
+
+
+@pytest.mark.parametrize("off_m", [(0.0, 67.0, 0.0), (0.0, 30.0, 0.0), (0.0, 0.0, 20.0)])
+def test_who_jumps_is_not_led_on_and_is_told_of(rig: MakeRig, off_m: Vec3) -> None:
+    """As flown: its planner led a real ArduCopter on, 67 m beside what the map showed, and no alarm was left."""
+    flight = rig(2).flying().run(10.0)
+    believes(flight, 0, off_m)
+    flight.run(4.0)
+    assert [flight.phase(1), flight.phase(2)] == [Phase.HOLDING, Phase.FLYING]
+    assert flight.station.book.flights[1].stays == "its position jumped"
+    far = round(sum(off_m))
+    assert alarms(flight)["position"][0] == (1,)
+    assert f"it jumped by {far} m" in alarms(flight)["position"][1]
+    assert any(f"its position jumped by {far} m" in text for text in flight.texts("vehicle 1"))
+    (result,) = flight.ask(m.Resume()).results
+    assert result.text == "its position jumped: resume it by name", "not with all the others"
+    believes(flight, 0, (0.0, 0.0, 0.0))
+    flight.run(8.0)
+    assert "position" not in alarms(flight)
+    assert flight.phase(1) is Phase.HOLDING, "until an operator gives it back"
+
+
+def test_who_returns_by_an_operator_s_order_goes_on(rig: MakeRig) -> None:
+    flight = rig(2).flying().run(10.0)
+    assert flight.ask(m.Return(vehicles=(1,))).ok
+    flight.run(1.0)
+    believes(flight, 0, (0.0, 30.0, 0.0))
+    flight.run(3.0)
+    assert flight.phase(1) is Phase.RETURNING
+    assert alarms(flight)["position"][0] == (1,)

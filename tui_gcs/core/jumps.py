@@ -1,0 +1,84 @@
+"""Vehicles whose position jumps: before or after it they are not where they say, and nobody can tell which.
+
+Flown with a real ArduCopter whose GPS was 67 m off from one moment to the next: it said "GPS Glitch" for 10 s, then
+believed it, said "Glitch cleared", and its planner led it on, 67 m beside what the map showed. So a height, too, after
+a jump of its barometer.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from tui_gcs.core.messages import Vec3
+from tui_gcs.core.vehicle import Vehicle
+
+JUMP_M = 10.0
+"""Farther from where its own speed brings it: a jump. What filters correct in a step is less (RTK found: 1 m)."""
+MORE_M_S2 = 4.0
+"""Its speed may change so much between two positions."""
+LONGEST_S = 2.5
+"""After a longer gap nothing can be said."""
+
+
+@dataclass(slots=True)
+class _Last:
+    boot_ms: int
+    place_m: Vec3
+    velocity_m_s: Vec3
+    off_m: Vec3 = (0.0, 0.0, 0.0)
+    """All that it jumped since it took off."""
+
+
+class JumpWatch:
+    """Looks at the newest position of everybody who flies, some times a second."""
+
+    def __init__(self) -> None:
+        """Nobody flies."""
+        self._last: dict[int, _Last] = {}
+
+    def look(self, vehicles: Iterable[Vehicle]) -> list[tuple[Vehicle, float]]:
+        """Who jumped since the last look, and how far, in metres. Who is down, or another one by now, is forgotten."""
+        jumped, last = [], {}
+        for vehicle in vehicles:
+            fix = vehicle.fix
+            if not (vehicle.airborne and fix and vehicle.has_position()):
+                continue
+            before = self._last.get(vehicle.id)
+            now = _Last(fix[0], vehicle.position_m, vehicle.velocity_m_s)
+            if before is not None and fix[0] >= before.boot_ms:
+                now.off_m = before.off_m
+                missed = _missed(before, now)
+                if missed is not None:
+                    now.off_m = _plus(before.off_m, missed)
+                    if not _is_back(now.off_m):
+                        jumped.append((vehicle, math.hypot(*missed)))
+            last[vehicle.id] = now
+        self._last = last
+        return jumped
+
+    def off_m(self, vehicle: int) -> float:
+        """How far it has jumped in this flight, and not back again; 0 if it has not."""
+        last = self._last.get(vehicle)
+        return 0.0 if last is None or _is_back(last.off_m) else math.hypot(*last.off_m)
+
+
+def _missed(before: _Last, now: _Last) -> Vec3 | None:
+    """From where it would be by its own speed to where it says it is; None if that is no jump."""
+    gap_s = (now.boot_ms - before.boot_ms) / 1000
+    if gap_s > LONGEST_S:
+        return None
+    moved = (
+        place - old - gap_s * (v + w) / 2
+        for place, old, v, w in zip(now.place_m, before.place_m, before.velocity_m_s, now.velocity_m_s, strict=True)
+    )
+    x, y, z = moved
+    return (x, y, z) if math.hypot(x, y, z) > JUMP_M + MORE_M_S2 * gap_s * gap_s else None
+
+
+def _is_back(off_m: Vec3) -> bool:
+    return math.hypot(*off_m) <= JUMP_M
+
+
+def _plus(one: Vec3, other: Vec3) -> Vec3:
+    x, y, z = (a + b for a, b in zip(one, other, strict=True))
+    return x, y, z
