@@ -102,6 +102,31 @@ def test_two_clocks_by_turns_are_twins_at_once(apart_s: float, hz: float) -> Non
     assert steps.count(Step.REBOOT) <= (apart_s > 600)
 
 
+@pytest.mark.parametrize("apart_s", [-900.0, -7.0, 7.0, 500.0, 100_000.0])
+@pytest.mark.parametrize("turn_s", [1.0, 1.5, 3.0, 10.0])
+@pytest.mark.parametrize("hz", [1.0, 4.0])
+def test_two_clocks_that_take_long_turns_are_twins_and_no_row_of_reboots(
+    apart_s: float, turn_s: float, hz: float
+) -> None:
+    """Two vehicles over a relay that lets them through one after the other; each turn was a reboot, again and again."""
+    clock, steps = running(), []
+    for k in range(1, 1 + round(12 * turn_s * hz)):
+        now = 10.0 + k / hz
+        steps += told(clock, (990 + now + (apart_s if k / hz % (2 * turn_s) < turn_s else 0.0), now))
+    assert steps.count(Step.TWIN) >= 3
+    assert steps.count(Step.REBOOT) <= 1, "the first may be one"
+    left = told(clock, *((steps_s + 990, steps_s) for steps_s in (now + 2 + j / 10 for j in range(60))))
+    assert left[-40:] == [Step.ON] * 40, "one goes away"
+    assert told(clock, (0.5, now + 12.0), (0.6, now + 12.1)) == [Step.REBOOT, Step.ON], "and boots again"
+
+
+def test_a_board_that_was_replaced_is_no_twin_and_neither_is_the_next() -> None:
+    clock = running()
+    for boot_s, begin_s in ((500.0, 12.0), (200.0, 20.0), (800.0, 28.0)):
+        steps = told(clock, *((boot_s + k / 10, begin_s + k / 10) for k in range(50)))
+        assert Step.TWIN not in steps and steps[-30:] == [Step.ON] * 30
+
+
 @pytest.mark.parametrize("apart_s", [-4.0, -2.0, 2.0, 4.0])
 def test_two_clocks_near_each_other_are_twins_if_they_are_steady(apart_s: float) -> None:
     clock = running()

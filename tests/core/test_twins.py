@@ -82,6 +82,26 @@ def test_it_stays_blocked_while_both_are_there(wired: MakeWired, case: str) -> N
     assert len(said) <= 3
 
 
+@pytest.mark.parametrize("turn_s", [1.5, 3.0, 6.0])
+def test_two_that_a_relay_lets_through_by_turns_are_two(wired: MakeWired, turn_s: float) -> None:
+    """Each turn came out as a reboot: whatever had been arranged was forgotten again and again, and nobody was told."""
+    whose = [0]
+
+    def by_turns(fleet: int, _index: int) -> tuple[str, int] | None:
+        return ("relay", 0) if fleet == whose[0] else None
+
+    flight = wired(1, wires=[Wire("near", place=by_turns)]).run(20.0)
+    flight.stranger(age_s=100.0)
+    flight.same_uid()
+    flight.vehicle().uid = ""
+    before = flight.vehicle().reboots
+    for turn in range(1, 9):
+        whose[0] = turn % 2
+        flight.run(turn_s)
+    assert "two vehicles use id 1 on one address" in flight.vehicle().no_commands
+    assert flight.vehicle().reboots <= before + 1
+
+
 def test_in_flight_a_stranger_elsewhere_does_not_stop_ours_from_being_steered(wired: MakeWired) -> None:
     for wires in (fresh(CASES["same link, other address"]), fresh(CASES["other link"])):
         flight = wired(1, wires=wires).flying().run(5.0)

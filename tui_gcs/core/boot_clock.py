@@ -107,15 +107,16 @@ class BootClock:
         other.turns = other.turns + 1 if steady and by_turns else 0
         apart_ms = abs(self.boot_ms + (now - self.at_s) * 1e3 - boot_ms)
         other.boot_ms, other.at_s = boot_ms, now
-        if now - self.at_s >= (ALONE_S if apart_ms > JITTER_MS else ALONE_NEAR_S):
-            self._replace(boot_ms, now)
-            return Step.REBOOT
-        if by_turns and (apart_ms > JITTER_MS or (apart_ms > NEAR_MS and other.turns >= STEADY_TURNS)):
-            return Step.TWIN
-        return Step.LATE
+        other.is_twin |= by_turns and apart_ms > JITTER_MS  # the first was heard after it: both are alive
+        alone = now - self.at_s >= (ALONE_S if apart_ms > JITTER_MS else ALONE_NEAR_S)
+        if alone:
+            self._replace(boot_ms, now, is_twin=other.is_twin)
+        elif not by_turns or not (other.is_twin or (apart_ms > NEAR_MS and other.turns >= STEADY_TURNS)):
+            return Step.LATE
+        return Step.TWIN if other.is_twin or not alone else Step.REBOOT
 
-    def _replace(self, boot_ms: int, now: float) -> None:
-        self._other = _Other(self.boot_ms, self.at_s)
+    def _replace(self, boot_ms: int, now: float, *, is_twin: bool = False) -> None:
+        self._other = _Other(self.boot_ms, self.at_s, is_twin)
         self.boot_ms, self.at_s = boot_ms, now
         self.late_s, self._least_s = 0.0, math.inf
 
@@ -123,10 +124,10 @@ class BootClock:
 class _Other:
     """A second timeline."""
 
-    __slots__ = ("at_s", "boot_ms", "turns")
+    __slots__ = ("at_s", "boot_ms", "is_twin", "turns")
 
-    def __init__(self, boot_ms: int, at_s: float) -> None:
-        self.boot_ms, self.at_s, self.turns = boot_ms, at_s, 0
+    def __init__(self, boot_ms: int, at_s: float, is_twin: bool = False) -> None:
+        self.boot_ms, self.at_s, self.turns, self.is_twin = boot_ms, at_s, 0, is_twin
 
     def misses_by_ms(self, boot_ms: int, now: float) -> float:
         return abs(boot_ms - self.boot_ms - (now - self.at_s) * 1e3)
