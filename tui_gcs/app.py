@@ -225,6 +225,7 @@ class ConsoleApp(CommandingApp):
             self.push_screen(TinyScreen(self.feed, glyphs=self.glyphs))
         elif not small and shown:
             self.pop_screen()
+        self.call_after_refresh(self.fit_result)
 
     async def on_event(self, event: events.Event) -> None:
         """Keys pass the chord of last resort first: dialogs, forms and small terminals cannot swallow it."""

@@ -327,6 +327,11 @@ class CommandingApp(ThinApp):
         newest, *before = reversed(told)
         self._panel().show(newest, before, rows_of(self.feed).get, now_words, brief_words)
 
+    def fit_result(self) -> None:
+        """The terminal has another size."""
+        for panel in self.screen_stack[0].query(ResultPanel):
+            panel.fit()
+
     def close_result(self) -> bool:
         """Close the table; whether there was one."""
         self.orders.forget_over()

@@ -121,6 +121,14 @@ async def test_what_had_no_room_in_its_line_is_read_whole_in_the_journal() -> No
             assert f"number {vehicle}" in c.text()
 
 
+async def test_a_vehicle_that_says_nothing_but_blanks_takes_no_more_than_its_line() -> None:
+    """A STATUSTEXT of fifty spaces ended the console."""
+    async with console(NARROW) as c:
+        c.station.event(" " * 50, source="vehicle 3")
+        await c.press("J")
+        assert shown(c)[-1].endswith("vehicle 3")
+
+
 async def test_paging_through_long_events_passes_none_by() -> None:
     def long_ones(station: FakeStation) -> None:
         station.fly()

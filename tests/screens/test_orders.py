@@ -421,6 +421,18 @@ async def test_ids_of_four_digits_stand_apart_and_a_long_reason_is_read_to_its_e
         assert "3    done" in c.result()
 
 
+async def test_results_on_a_screen_that_is_hardly_there_wait_until_it_is_larger() -> None:
+    """On 20 columns a reason ended the console."""
+    async with console((20, 5), flight) as c:
+        panel = c.app._panel()
+        results = [Result(3, Came.REFUSED, "in no team, or without a take-off place")]
+        panel.show(("hold 3", results), [], rows_of(c.app.feed).get, now_words, brief_words)
+        await c.settle()
+        await c.pilot.resize_terminal(*NARROW)
+        await c.settle()
+        assert "REFUSED   in no team, or without a take-off place" in c.result()
+
+
 async def test_how_a_vehicle_is_now_is_never_cut_for_a_reason() -> None:
     """Seen at 80 columns: `now: transfer GUIDED A` beside a reason that was read to its end."""
     why = "begun, but telemetry does not show it"

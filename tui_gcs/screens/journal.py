@@ -7,7 +7,6 @@ earlier starts of the station, too.
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from textwrap import wrap
 from typing import ClassVar
 
 from rich.cells import cell_len
@@ -31,6 +30,7 @@ from tui_gcs.widgets.strips import Run, cut
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.top_lines import TopLines
 from tui_gcs.widgets.words import ids
+from tui_gcs.widgets.wrapping import wrapped
 
 MOST_LINES = 6
 """Of one event."""
@@ -125,7 +125,7 @@ def journal_lines(event: Event, width: int, principal: str) -> list[Line]:
     room = max(LEAST_CELLS, width - indent)
     if cell_len(text) <= room:
         return [[*head, (text, ink)]]
-    pieces = wrap(text, room * len(text) // cell_len(text), max_lines=MOST_LINES, placeholder=" ..")
+    pieces = wrapped(text, room, MOST_LINES, placeholder=" ..")
     return [[*head, (pieces[0], ink)], *([(" " * indent, ink), (piece, ink)] for piece in pieces[1:])]
 
 

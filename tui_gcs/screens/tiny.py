@@ -1,7 +1,5 @@
 """What remains on a terminal below 80x24: how many are armed, the worst alarm, HOLD ALL."""
 
-from textwrap import wrap
-
 from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.screen import ModalScreen
@@ -13,6 +11,7 @@ from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.top_lines import worst
+from tui_gcs.widgets.wrapping import wrapped
 
 MIN_COLUMNS, MIN_ROWS = 80, 24
 
@@ -105,4 +104,4 @@ class TinyScreen(ModalScreen[None]):
 
 def _wrapped(text: str, width: int) -> list[str]:
     """In lines of `width`, three at most."""
-    return wrap(text, max(width, 8))[:3]
+    return wrapped(text, width)[:3]

@@ -7,15 +7,15 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from textwrap import wrap
 
 from tui_gcs.core.messages import VehicleRow
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.strips import CUT, Run, cut
+from tui_gcs.widgets.strips import Run, cut
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.words import ids
+from tui_gcs.widgets.wrapping import wrapped
 
 MOST_ROWS = 10
 LEAST_ID_CELLS, WORD_CELLS = 4, 10
@@ -116,10 +116,14 @@ class ResultPanel(LinesView):
         open_ = [(title, [r for r in results if r.came not in GOOD]) for title, results in before]
         self._orders = [newest, *((title, results) for title, results in open_ if results)]
         self.display = True
+        set_title(self, f"result: {newest[0]}")
+        self.fit()
+
+    def fit(self) -> None:
+        """As high as what it tells, as far as the terminal has room for it."""
         most = max(5, self.app.size.height - 6)
         told = self.lines(self.app.size.width - BORDER_CELLS, most - BORDER_LINES)
         self.styles.height = min(len(told) + BORDER_LINES, most)
-        set_title(self, f"result: {newest[0]}")
         self.update_lines()
 
     def close(self) -> bool:
@@ -160,7 +164,7 @@ class ResultPanel(LinesView):
             if len(text) + 2 <= max(beside, 2):
                 lines.append([*_head(result, id_cells), (f"{text:<{beside}}", Ink.TEXT), (now, Ink.MUTED)])
                 continue
-            first, *rest = wrap(text, room, max_lines=MOST_REASON_LINES, placeholder=CUT)
+            first, *rest = wrapped(text, room, MOST_REASON_LINES)
             indent: Run = (" " * (id_cells + WORD_CELLS), Ink.TEXT)
             lines.append([*_head(result, id_cells), (first, Ink.TEXT)])
             lines += [[indent, (more, Ink.TEXT)] for more in rest]

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from textwrap import wrap
 
 from textual import events
 from textual.message import Message
@@ -17,6 +16,7 @@ from tui_gcs.widgets.titles import set_title, show_beyond
 from tui_gcs.widgets.vehicle_alarms import AlarmsOf, level_now
 from tui_gcs.widgets.visible import whole_age_s
 from tui_gcs.widgets.words import UNKNOWN, autopilot_short, fitted, gps, mode_or_hand, number, speed_m_s
+from tui_gcs.widgets.wrapping import wrapped
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class Roster(LinesView):
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`."""
         if self._frame is None or not self._frame.ids:
-            return [[(text, Ink.MUTED)] for text in ("no vehicle yet", *wrap(self._waiting, max(1, width)))]
+            return [[(text, Ink.MUTED)] for text in ("no vehicle yet", *wrapped(self._waiting, width))]
         rows = self._frame.rows()
         columns = fitting_columns(width, max(row.id for row in rows))
         room = max(1, height - 1)

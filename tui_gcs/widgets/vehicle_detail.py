@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from textwrap import wrap
 
 from tui_gcs.core.messages import Alarm, Freshness, Phase, VehicleRow
 from tui_gcs.core.messages_services import Details, VehicleInfo
@@ -16,6 +15,7 @@ from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.vehicle_alarms import LEVELS, level_now
 from tui_gcs.widgets.visible import whole_age_s
 from tui_gcs.widgets.words import UNKNOWN, gps, hand_words, heading, number, phase_words, slot_words, speed_m_s
+from tui_gcs.widgets.wrapping import wrapped
 
 MOST_ALARMS, MOST_CHECK_LINES = 3, 4
 LABEL_CELLS = 6
@@ -247,7 +247,7 @@ class DetailLines:
 
 
 def _wrapped(label: str, text: str, width: int, ink: Ink = Ink.TEXT) -> list[Line]:
-    lines = wrap(text, max(20, width - LABEL_CELLS))[:MOST_CHECK_LINES]
+    lines = wrapped(text, max(20, width - LABEL_CELLS))[:MOST_CHECK_LINES]
     return [_pair(label if not index else "", line, ink) for index, line in enumerate(lines)]
 
 

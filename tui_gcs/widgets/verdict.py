@@ -1,6 +1,5 @@
 """Below the forms: what is wrong with what was typed, or what the plan is worth. Wrapped, never markup."""
 
-import textwrap
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -11,6 +10,7 @@ from tui_gcs.widgets.key_names import cut_mark
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import cut_before
+from tui_gcs.widgets.wrapping import wrapped
 
 MAX_CELLS = 600
 MARGIN_CELLS = 3
@@ -40,7 +40,7 @@ class VerdictLines(LinesView):
         lines: list[Line] = []
         for remark in self._remarks:
             text = clean(remark.text, MAX_CELLS)
-            lines += [[(part, remark.ink)] for part in textwrap.wrap(text, max(width, 10))]
+            lines += [[(part, remark.ink)] for part in wrapped(text, width)]
         if len(lines) > height > 0:
             (last, ink), more = lines[height - 1][0], cut_mark(self, "read_whole", "^R", self.app.current_mode)
             lines = [*lines[: height - 1], [(cut_before(last, width, more), ink), (more, Ink.MUTED)]]
@@ -81,12 +81,10 @@ class EditLine(LinesView):
             return [[(f" {state}", self._state.ink)]]
         if self._fits_beside(width):
             return [[(f" {state}", self._state.ink), (f"  {message}", self._message.ink)]]
-        room = max(width - MARGIN_CELLS, 10)
-        wrapped = textwrap.wrap(message, room, max_lines=max(height, 1), placeholder=" …")
-        signs = ["*" if self._state.ink is Ink.CAUTION else " ", *" " * len(wrapped)]
+        parts = wrapped(message, width - MARGIN_CELLS, max(height, 1), placeholder=" …")
+        signs = ["*" if self._state.ink is Ink.CAUTION else " ", *" " * len(parts)]
         return [
-            [(f" {sign}", self._state.ink), (part, self._message.ink)]
-            for sign, part in zip(signs, wrapped, strict=False)
+            [(f" {sign}", self._state.ink), (part, self._message.ink)] for sign, part in zip(signs, parts, strict=False)
         ]
 
     def _fits_beside(self, width: int) -> bool:
