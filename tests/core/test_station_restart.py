@@ -10,11 +10,15 @@ import pytest
 from rig import Rig, scenario
 
 from tui_gcs.core import messages as m
+from tui_gcs.core.bus import REQUEST
 from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Phase, RunPhase
 from tui_gcs.core.messages_alarms import AlarmLevel
+from tui_gcs.core.messages_services import PlanRow, ServiceReply, SetParams, UploadPlan
+from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.preflight_vehicles import plans_on_board
 from tui_gcs.core.status import station_status
 
 pytestmark = pytest.mark.long  # nearly each is a flight
@@ -297,3 +301,44 @@ def test_who_must_be_rebooted_is_remembered_until_it_has_been(rig: MakeRig, tmp_
         why = "" if rebooted else "airframe changed: reboot it before it flies"
         assert flight.station.fleet.vehicles[1].no_start == why
         assert flight.station.fleet.vehicles[2].no_start == ""
+
+
+WAYS = tuple(PlanRow(16, 3, (0.0, 0.0, 0.0, 0.0), 520_730_000 + 10 * i, -6_270_000, 40.0) for i in range(120))
+
+
+def change(ground: Rig, request: UploadPlan | SetParams) -> ServiceReply:
+    return m.decode(ground.bus.ask(REQUEST.format(principal="cli"), m.encode(request)), ServiceReply)
+
+
+def test_what_was_being_changed_is_told_and_is_not_taken_for_whole(rig: MakeRig, tmp_path: Path) -> None:
+    """A real ArduCopter then held 161 of 399 items, and nobody said a word."""
+    ground, path = rig(2).ready(), tmp_path / "memory.json"
+    assert change(ground, UploadPlan(vehicles=(1,), kind="mission", items=WAYS)).ok
+    ground.run(0.5)
+    StationMemory(path).remember(ground.station)
+    ground.restart_station(StationMemory(path))
+    ground.run(12.0)
+    book = ground.station.services.missions.book
+    assert 0 < book.state(1).total < 120, "the beginning of it"
+    told = "upload mission of 120 items: cut short when the station ended"
+    assert any(text.startswith(told) for text in ground.texts("vehicle 1"))
+    (alarm,) = (alarm for alarm in ground.station.alarms.alarms() if alarm.cause == "alert")
+    assert (alarm.vehicles, alarm.state) == ((1,), "new") and told in alarm.text
+    found = {one.name: one.text for one in plans_on_board(ground.station, ground.station.fleet.vehicles[1])}
+    assert found["mission"] == "mission on board was changed: the station ended while it was changing it"
+    StationMemory(path).remember(ground.station)
+    ground.restart_station(StationMemory(path))
+    ground.run(3.0)
+    assert not any(text.startswith(told) for text in ground.texts("vehicle 1")), "once"
+    assert ground.station.services.missions.book.to_read(1, PlanKind.MISSION), "but it is not forgotten"
+
+
+def test_a_change_that_was_over_is_not_told(rig: MakeRig, tmp_path: Path) -> None:
+    ground, path = rig(1).ready(), tmp_path / "memory.json"
+    assert change(ground, SetParams(vehicles=(1,), values={"RTL_ALT": 2500.0})).ok
+    StationMemory(path).remember(ground.station)
+    held = json.loads(path.read_text())
+    assert held["unfinished"] == [[1, "set RTL_ALT = 2500"]] and held["changing"] == []
+    ground.run(1.0)
+    StationMemory(path).remember(ground.station)
+    assert json.loads(path.read_text())["unfinished"] == []

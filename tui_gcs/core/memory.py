@@ -1,7 +1,7 @@
 """What a station must know again after `kill -9`.
 
 Scenario, round, teams, homes, answered alarms, who must be rebooted, what was acknowledged, which plans are ours, what
-planners learnt.
+planners learnt, what was being changed on vehicles.
 
 A restarted station shows the whole picture and sends no set-point: vehicles found in the air are shown as holding.
 """
@@ -14,9 +14,13 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tui_gcs.core.events import ALERT
 from tui_gcs.core.flights import IN_THE_AIR, Flight
-from tui_gcs.core.messages import RunPhase
+from tui_gcs.core.messages import EventClass, RunPhase
+from tui_gcs.core.plan import PlanKind
 from tui_gcs.core.plan_limits import MOST_LEARNT_BYTES
+from tui_gcs.core.services.plan_jobs import PlanJob
+from tui_gcs.core.text import clean
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station
@@ -91,6 +95,15 @@ class StationMemory:
         learnt = self._held.get("learnt")
         for name, desk in station.desks.items():
             desk.learnt = _bytes(learnt.get(name)) if isinstance(learnt, dict) else b""
+        self._recall_changes(station)
+
+    def _recall_changes(self, station: "Station") -> None:
+        """What this station's end cut short is told: a vehicle may hold a part of it, which looks like a whole."""
+        for vehicle, kind in self._held.get("changing", []):
+            station.services.missions.book.cut_short(int(vehicle), PlanKind(kind))
+        for vehicle, what in self._held.get("unfinished", []):
+            text = f"{clean(what, 80)}: cut short when the station ended, it may hold a part: look, do it again"
+            station.events.say(EventClass.MISSION, f"vehicle {int(vehicle)}", text, ALERT)
 
     def remember(self, station: "Station") -> None:
         """Write down what changed."""
@@ -119,6 +132,12 @@ class StationMemory:
             "reboots": station.reboots.memory(),
             "acknowledged": station.preflight.memory(),
             "plans": station.services.missions.book.memory(),
+            "changing": [
+                [job.vehicle, int(job.kind)]
+                for job in station.jobs.under_way()
+                if isinstance(job, PlanJob) and job.changing
+            ],
+            "unfinished": station.requests.tasks.unfinished(),
             "learnt": {name: base64.b64encode(desk.learnt).decode() for name, desk in station.desks.items()},
         }
         text = json.dumps(held)

@@ -45,6 +45,7 @@ class RequestDesk:
         self._station = station
         self._provisioning = ProvisionDesk(station)
         self._services = ServiceDesk(station)
+        self.tasks = self._services.tasks
         self.planners = PlannerRequests(station)
         self.in_control = ""
         """The principal whose command came last."""

@@ -146,6 +146,7 @@ class ServiceDesk:
         if vehicle is None or why:
             return VehicleResult(vehicle=number, ok=False, text=why), 0
         task = self.tasks.begin(number, what, principal)
+        task.changes = isinstance(request, s.Change)
         why = self._acts.begin(vehicle, request, task)
         if why:
             self.tasks.forget(task)

@@ -33,6 +33,8 @@ class Task:
     def __init__(self, number: int, vehicle: int, what: str, who: str, began_s: float) -> None:
         """It runs from now on; whoever does it calls `follow` or `end`."""
         self.number, self.vehicle, self.what, self.who, self.began_s = number, vehicle, what, who, began_s
+        self.changes = False
+        """Whether it changes something on the vehicle: cut short it leaves a part of that."""
         self.text = ""
         self.result: TaskResult | None = None
         self.stop: Callable[[], str | None] | None = None
@@ -121,6 +123,10 @@ class TaskBook:
     def get(self, number: int) -> Task | None:
         """The task of that number, if it is remembered."""
         return self._tasks.get(number)
+
+    def unfinished(self) -> list[tuple[int, str]]:
+        """(vehicle, what) of those under way that change something."""
+        return [(task.vehicle, task.what) for task in self._tasks.values() if task.changes and not task.over]
 
     def infos(self, numbers: tuple[int, ...] = ()) -> tuple[TaskInfo, ...]:
         """These, as far as they are remembered, or all."""

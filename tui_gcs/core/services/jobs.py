@@ -96,6 +96,10 @@ class JobDesk:
         """What is under way with a vehicle."""
         return self._running.get(vehicle)
 
+    def under_way(self) -> list[Job]:
+        """All that run."""
+        return list(self._running.values())
+
     def jobs(self, vehicle: int) -> list[Job]:
         """What runs and waits for a vehicle, in order."""
         running = self._running.get(vehicle)

@@ -72,6 +72,10 @@ class MissionState:
     """When we last changed, or tried to change, what is held: reports are late."""
 
 
+CUT_SHORT = "cut short"
+"""No plan has this fingerprint: what is read is not ours."""
+
+
 class PlanBook:
     """One `MissionState` per vehicle."""
 
@@ -109,6 +113,12 @@ class PlanBook:
     def recall(self, held: list[list[Any]]) -> None:
         """Go on from what `memory` gave."""
         self._ours = {(vehicle, PlanKind(kind)): fingerprint for vehicle, kind, fingerprint in held}
+
+    def cut_short(self, vehicle: int, kind: PlanKind) -> None:
+        """The station ended while it was changing this one: what is there may be a part of it, whole and flyable."""
+        self._ours[vehicle, kind] = CUT_SHORT
+        held = self.state(vehicle).held[kind]
+        held.ours, held.stale = True, "the station ended while it was changing it"
 
     def forget(self, vehicle: int) -> None:
         """It rebooted, was replaced or is gone."""

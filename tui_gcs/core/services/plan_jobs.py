@@ -48,6 +48,8 @@ class PlanJob(Job):
         """`name` is the operator's word; the service sets `on_done`."""
         super().__init__(vehicle, name)
         self.kind = kind
+        self.changing = False
+        """The vehicle was told of it: what it holds may be a part of it."""
         self.notes: list[str] = []
         """What the operator should know of a success."""
         self.before: Held | None = None
@@ -89,7 +91,7 @@ class PlanJob(Job):
 
     def _touch(self) -> None:
         """What is on board is about to change: until it was asked nothing is known; what it held may be restored."""
-        held = self._held
+        held, self.changing = self._held, True
         self.before = replace(held) if held.known else None
         if held.known and not held.partial:
             held.before = held.plan
