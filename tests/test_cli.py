@@ -15,7 +15,7 @@ from tui_gcs.commands import common
 from tui_gcs.commands.control import lost_vehicles
 from tui_gcs.core.config import SUPERVISOR_LOCK, runtime_dir, try_lock
 from tui_gcs.core.kinds import Kind
-from tui_gcs.exits import CommandError
+from tui_gcs.exits import CANNOT, CommandError
 
 DATA = Path(__file__).parent / "data"
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
@@ -211,6 +211,11 @@ def test_lost_vehicles_are_named_as_everywhere_else() -> None:
     assert lost_vehicles(["1-3", "5", "2,7"]) == (1, 2, 3, 5, 7)
     with pytest.raises(CommandError, match="vehicles are named as"):
         lost_vehicles(["one"])
+
+
+def test_the_name_of_a_file_does_not_write_to_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["convert", str(SCENARIO), "\x1b]0;hacked\x07.mid"]) == CANNOT
+    assert capsys.readouterr().err.startswith("tui-gcs: ␛]0;hacked␇.mid: an ending that says the format")
 
 
 def test_python_m_tui_gcs_is_the_same_program(

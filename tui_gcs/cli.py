@@ -10,6 +10,8 @@ from tui_gcs import __version__
 from tui_gcs.commands import console_options, files_parser, planner_parser, sim_options, vehicle_parser
 from tui_gcs.exits import CANNOT, CommandError
 
+MOST_ERROR_CELLS = 4000
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one subcommand; every error the user can cause is one line on stderr and exit code 2."""
@@ -19,7 +21,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         module = importlib.import_module(f"tui_gcs.commands.{arguments.module}")
         code: int = module.run(arguments)
     except CommandError as error:
-        print(f"tui-gcs: {error}", file=sys.stderr)  # noqa: T201
+        from tui_gcs.core.text import clean
+
+        print(f"tui-gcs: {clean(str(error), MOST_ERROR_CELLS)}", file=sys.stderr)  # noqa: T201
         return CANNOT
     except ImportError as error:
         text = f"this installation is not whole: {error}; install it again (pip install .)"

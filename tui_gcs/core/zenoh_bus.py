@@ -62,7 +62,8 @@ def _open(mode: str, settings: dict[str, str], what: str) -> zenoh.Session:
     try:
         return zenoh.open(config)
     except zenoh.ZError as error:
-        raise BusError(f"cannot {what}: {str(error).splitlines()[0][:200]}") from None
+        why = str(error).partition("\n")[0][:200]
+        raise BusError(f"cannot {what}: {why}") from None
 
 
 class _Ending:
