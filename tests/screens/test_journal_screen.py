@@ -1,5 +1,6 @@
 """The journal screen: follow, filters, older lines from the station's journal."""
 
+import msgspec
 import pytest
 from console import NARROW, WIDE, Console, console
 from fake_station import WALL_START_S, FakeStation
@@ -66,6 +67,24 @@ async def test_going_up_pages_older_lines_in_and_new_ones_do_not_move_them() -> 
         assert shown(c) == before
         await c.press("end")
         assert shown(c)[-1].endswith("landed")
+
+
+async def test_a_clock_that_was_set_back_does_not_hide_what_is_new() -> None:
+    """Seen: after a step of an hour new lines were somewhere in the middle, for an hour."""
+
+    def ahead(station: FakeStation) -> None:
+        told(station)
+        old = [msgspec.structs.replace(event, wall_s=event.wall_s + 4600.0) for event in station.old_events]
+        station.old_events = [*old, *station.events]  # the file has what the feed has, too
+
+    async with console(WIDE, ahead) as c:
+        await c.press("J")
+        c.station.event("landed", source="vehicle 1", cls="vehicle")
+        await c.settle()
+        assert [line.split()[-1] for line in shown(c)][-5:] == ["299", "glitch", "started", "␛", "landed"]
+        for _ in range(20):
+            await c.press("pageup")
+        assert shown(c)[0].endswith("old line 0")
 
 
 async def test_filters_by_severity_class_vehicle_and_words() -> None:

@@ -7,6 +7,9 @@ moves only when told to, so an hour of retries is a test of milliseconds.
 import time
 from typing import Protocol
 
+CORRECTION_S = 1.0
+"""A time service corrects by less at once."""
+
 
 class Clock(Protocol):
     """Where the core takes time from."""
@@ -19,9 +22,17 @@ class Clock(Protocol):
         """Seconds since the Unix epoch, for logs only; may jump."""
         ...
 
+    def steady_wall(self) -> float:
+        """As `wall` was at the beginning, and never set since: for logs in which time may not go back or leap."""
+        ...
+
 
 class MonotonicClock:
     """The machine's clocks."""
+
+    def __init__(self) -> None:
+        """The wall clock is believed as it is now."""
+        self._offset_s = time.time() - time.monotonic()
 
     def now(self) -> float:
         """Monotonic seconds, shared by all processes of this machine."""
@@ -30,6 +41,10 @@ class MonotonicClock:
     def wall(self) -> float:
         """Seconds since the Unix epoch."""
         return time.time()
+
+    def steady_wall(self) -> float:
+        """Unix seconds as they would be had nobody set the clock."""
+        return time.monotonic() + self._offset_s
 
 
 class VirtualClock:
@@ -40,17 +55,48 @@ class VirtualClock:
         self._elapsed_s = 0.0
         self._start_s = start_s
         self._wall_start_s = wall_start_s
+        self._set_s = 0.0
 
     def now(self) -> float:
         """Monotonic seconds."""
         return self._start_s + self._elapsed_s
 
     def wall(self) -> float:
-        """Unix seconds, moving in step with `now`."""
+        """Unix seconds, moving in step with `now`; `set_wall` moves them."""
+        return self._wall_start_s + self._set_s + self._elapsed_s
+
+    def steady_wall(self) -> float:
+        """Unix seconds as if never set."""
         return self._wall_start_s + self._elapsed_s
+
+    def set_wall(self, by_s: float) -> None:
+        """Somebody sets the wall clock."""
+        self._set_s += by_s
 
     def advance(self, dt_s: float) -> None:
         """Move time forward by `dt_s` seconds (>= 0)."""
         if dt_s < 0:
             raise ValueError(f"time cannot go back: advance({dt_s})")
         self._elapsed_s += dt_s
+
+
+class WallWatch:
+    """Notices when the wall clock is set while a station runs: times before and after that do not fit together."""
+
+    def __init__(self, clock: Clock) -> None:
+        """It is right as it is."""
+        self._clock = clock
+        self._offset_s = clock.wall() - clock.now()
+
+    def was_set_by(self) -> float:
+        """By how many seconds since this was last asked; 0 for what is no more than a correction."""
+        before, self._offset_s = self._offset_s, self._clock.wall() - self._clock.now()
+        by_s = self._offset_s - before
+        return by_s if abs(by_s) > CORRECTION_S else 0.0
+
+
+def clock_words(by_s: float) -> str:
+    """How an operator is told."""
+    far = f"{abs(by_s) / 3600:.1f} h" if abs(by_s) >= 3600 else f"{abs(by_s):.0f} s"
+    way = "ahead" if by_s > 0 else "back"
+    return f"this computer's clock was set {way} by {far}: times of day before that differ; nothing waits by it"

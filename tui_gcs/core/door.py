@@ -88,7 +88,7 @@ class Door:
                 else:
                     targets.add((path.source.link, path.source.address))
         if targets or signed:
-            self._recorder.write(self._clock.wall(), frame)
+            self._recorder.write(self._clock.steady_wall(), frame)
         for number, (vehicle, path) in enumerate(signed, 1):
             self._put(path.source.link, path.source.address, self._trust.signed(vehicle, frame))
             if number % AT_ONCE == 0:
@@ -138,7 +138,7 @@ class Door:
         if why:
             self.refused[why] += 1
             return why
-        self._recorder.write(self._clock.wall(), raw)
+        self._recorder.write(self._clock.steady_wall(), raw)
         self._put_to(vehicle, raw, every_way=what in STOPS)
         return ""
 
@@ -212,7 +212,7 @@ class Door:
         frame = self._encode(
             vehicle, "COMMAND_LONG", {"command": 512, "confirmation": 0, "param1": message} | NO_MORE_PARAMETERS
         )
-        self._recorder.write(self._clock.wall(), frame)
+        self._recorder.write(self._clock.steady_wall(), frame)
         self._put(path.source.link, path.source.address, self._trust.signed(vehicle, frame))
 
     def _why_not(self, vehicle: Vehicle, what: str) -> str:
@@ -239,7 +239,7 @@ class Door:
         if vehicle is None or why:
             return self._refuse(vehicle_id, name, why)
         frame = self._encode(vehicle, name, fields)
-        self._recorder.write(self._clock.wall(), frame)
+        self._recorder.write(self._clock.steady_wall(), frame)
         self._put_to(vehicle, self._trust.signed(vehicle, frame), every_way=every_way)
         return ""
 

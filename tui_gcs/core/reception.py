@@ -54,7 +54,7 @@ class Reception:
         Before each link but the first `may_go_on` is asked: a process has only so much time.
         """
         now = self._clock.now()
-        wall_s = self._clock.wall()
+        wall_s = self._clock.steady_wall()
         count = size = 0
         links = list(self._links.items())
         for number in range(self._first, self._first + len(links)):

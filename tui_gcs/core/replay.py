@@ -68,6 +68,10 @@ class PlayedClock:
         """Unix time when this was recorded."""
         return self.now_s + self.ahead_s
 
+    def steady_wall(self) -> float:
+        """The same: nothing is recorded by it."""
+        return self.wall()
+
 
 class Player:
     """Plays one telemetry log onto a bus: fleet frames, events and status of kind REPLAY; answers what consoles ask."""

@@ -17,7 +17,7 @@ from tui_gcs.core.alarm_finders import AlarmFinder
 from tui_gcs.core.alarms import AlarmDesk
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.by_hand import ByHand
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.clock import Clock, WallWatch, clock_words
 from tui_gcs.core.detections import Detections
 from tui_gcs.core.door import Door
 from tui_gcs.core.escort import EscortDesk
@@ -208,6 +208,7 @@ class Station:
         self._next_alarms_s = -math.inf
         self.pauses = Pauses()
         self.jumps = JumpWatch()
+        self._wall_watch = WallWatch(clock)
         self.dropped: Counter[str] = Counter()
         self._assigned_for: tuple[int, ...] = ()
         self._frame_seq = self._status_seq = 0
@@ -313,6 +314,8 @@ class Station:
         now = self.clock.now()
         if now >= self._next_alarms_s - 1e-9:
             self._next_alarms_s = now + ALARM_GAP_S
+            if by_s := self._wall_watch.was_set_by():
+                self.events.say(EventClass.CONNECTION, "station", clock_words(by_s), WARNING)
             for vehicle, far_m in self.jumps.look(self.fleet.vehicles.values()):
                 self._hold_jumped(vehicle, far_m)
             self.alarms.look(self._alarm_finder.findings(ALARM_GAP_S))

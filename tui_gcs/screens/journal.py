@@ -148,6 +148,10 @@ def journal_line(event: Event, width: int, principal: str) -> list[Run]:
     ]
 
 
+def _key(event: Event) -> tuple[int, float, str]:
+    return event.seq, event.wall_s, event.text
+
+
 class JournalScreen(Screen[None]):
     """What happened, and why."""
 
@@ -221,11 +225,28 @@ class JournalScreen(Screen[None]):
 
     # ------------------------------------------------------------ lines
 
+    def _fresh(self, events_: Sequence[Event]) -> list[Event]:
+        fresh = [event for event in events_ if _key(event) not in self._has]
+        self._has.update(map(_key, fresh))
+        return fresh
+
     def _take(self, new: Sequence[Event]) -> None:
-        """Keep each once, in order of time."""
-        fresh = [event for event in new if (event.seq, event.wall_s, event.text) not in self._has]
-        self._has.update((event.seq, event.wall_s, event.text) for event in fresh)
-        self._events = sorted([*self._events, *fresh], key=lambda event: (event.wall_s, event.seq))[-KEPT:]
+        """What the feed brings is the newest, whatever the time of day says: clocks are set in flight, too."""
+        self._events = [*self._events, *self._fresh(new)][-KEPT:]
+
+    def _take_older(self, piece: Sequence[Event]) -> None:
+        """A piece of the file, in the file's order: each before what follows it there."""
+        place = {_key(event): at for at, event in enumerate(self._events)}
+        fresh = set(map(_key, self._fresh(piece)))
+        merged: list[Event] = []
+        done = 0
+        for event in piece:
+            if _key(event) in fresh:
+                merged.append(event)
+            elif (at := place.get(_key(event), -1)) >= done:
+                merged += self._events[done : at + 1]
+                done = at + 1
+        self._events = [*merged, *self._events[done:]][-KEPT:]
 
     def _shown(self) -> list[Event]:
         if self._sieve == Sieve():
@@ -268,7 +289,7 @@ class JournalScreen(Screen[None]):
                 if not reply.ok:
                     break
                 self._before = reply.journal_at
-                self._take(reply.events)
+                self._take_older(reply.events)
                 if not self._before or len(self._shown()) >= shown + self.journal_lines.room:
                     break
         finally:
