@@ -5,6 +5,7 @@ acknowledged. Modes are believed from the heartbeat, not from the ACK. Outside G
 word. LOITER, ALT_HOLD, POSHOLD and CIRCLE are never used: without a pilot their throttle stick is down, and they sink.
 """
 
+import math
 from collections.abc import Callable
 
 from tui_gcs.core.course import STILL
@@ -114,11 +115,17 @@ class ArduCopter:
         who would fly to that place. On the ground and armed: disarm
         (a start was cancelled). Armed, but no position tells where it is: BRAKE, which ends a climb and harms nobody on
         the ground. Its mode may change between two heartbeats, and it may lift off after the first copy.
-        Done when it hardly moves, and not only in the moment the hold was sent, or when it is disarmed.
+        Done when it hardly moves, and not only in the moment it was told to stop in the air, or when it is disarmed: a
+        climb begins slowly, too, and GUIDED is also the mode of a take-off.
         """
         name, speech = vehicle.id, self._speech
+        seen_s = math.inf
+        """When it was last seen before it was first told to stop in the air."""
 
         def send(copy: int) -> None:
+            nonlocal seen_s
+            if may_be_flying(vehicle):
+                seen_s = min(seen_s, vehicle.heartbeat_s)
             if vehicle.airborne and vehicle.custom_mode == GUIDED and not vehicle.no_commands:
                 speech.position(name, where())
             elif may_be_flying(vehicle):
@@ -127,8 +134,8 @@ class ArduCopter:
                 speech.say(name, "disarm", Order(c.CMD_ARM_DISARM, (0,)), copy)
 
         def stopped(v: Vehicle) -> bool:
-            still = v.airborne and self.is_holding(v) and stands_still(v)
-            return is_settled(v, action) and (not v.armed or still)
+            still = v.airborne and self.is_holding(v) and stands_still(v) and is_settled(v, seen_s)
+            return is_settled(v, action.first_s) and (not v.armed or still)
 
         action = Action(name, "hold", Retry.STOP, send=send, confirmed=stopped)
         action.look = lambda: speech.ask(name, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)

@@ -183,9 +183,9 @@ def stands_still(vehicle: Vehicle) -> bool:
     return math.hypot(*vehicle.velocity_m_s) < HOLD_SPEED_M_S
 
 
-def is_settled(vehicle: Vehicle, action: Action) -> bool:
+def is_settled(vehicle: Vehicle, told_s: float) -> bool:
     """Whether the newest picture of it shows what became of an order, and not only the moment it was given."""
-    return min(vehicle.position_s, vehicle.heartbeat_s) > action.first_s + HOLD_SETTLES_S
+    return min(vehicle.position_s, vehicle.heartbeat_s) > told_s + HOLD_SETTLES_S
 
 
 def may_be_flying(vehicle: Vehicle) -> bool:

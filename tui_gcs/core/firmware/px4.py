@@ -181,7 +181,7 @@ class Px4Multicopter:
 
         def stopped(v: Vehicle) -> bool:
             still = v.airborne and v.custom_mode == HOLD and stands_still(v)
-            return is_settled(v, action) and (not v.armed or still)
+            return is_settled(v, action.first_s) and (not v.armed or still)
 
         action = Action(name, "hold", Retry.STOP, send=send, confirmed=stopped, command=c.CMD_SET_MODE, double_ack=True)
         action.look = lambda: self._speech.ask(name, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)
