@@ -9,6 +9,7 @@ from rig import SETPOINT, Rig, scenario
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.fleet import LOOK_S
+from tui_gcs.core.flights import ON_BOARD_STEP
 from tui_gcs.core.messages import Freshness, Intent, Phase, RunPhase
 from tui_gcs.rehearsal import TICK_S
 
@@ -473,7 +474,7 @@ def test_who_leaves_its_mode_by_a_failsafe_is_told_with_its_own_words(rig: MakeR
 def test_a_mission_on_board_may_end_on_the_ground_but_not_above_it(rig: MakeRig) -> None:
     flight = rig(2).flying().run(5.0)
     for vehicle in (1, 2):
-        flight.station.by_hand.on_board(flight.station.fleet.vehicles[vehicle])
+        flight.station.by_hand.let_go(flight.station.fleet.vehicles[vehicle], ON_BOARD_STEP)
     flight.run(2.0)
     flight.sim._pilots[1].disarm()
     flight.pilot(1, LAND)

@@ -4,6 +4,7 @@ No simulator: a flight of each is in test_by_hand.
 """
 
 import math
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -96,16 +97,59 @@ def test_motors_are_stopped_of_one_vehicle_with_a_reason(vehicles: tuple[int, ..
     assert desk.do(f.KillMotors(vehicles, reason)) == why and desk.orders(1) == []
 
 
-def test_motors_are_stopped_at_once_and_it_is_not_said_again_later() -> None:
+def test_motors_are_stopped_at_once_and_that_is_not_said_again_later() -> None:
     desk = aloft()
     desk.executive.land((1,))
     desk.orders(1)
     assert desk.do(f.KillMotors((1,), "it burns")) == "" and desk.task.what == "KILL MOTORS: it burns"
     desk.run(1.5)
     assert desk.orders(1) == ["disarm now"], "the landing is not said on"
-    desk.run(10.0).orders(1)
-    assert desk.ended() == (JobState.FAILED, "no answer") and desk.run(5.0).orders(1) == []
+    desk.run(10.0)
+    assert desk.ended() == (JobState.FAILED, "it is held: no answer")
+    assert desk.orders(1)[:2] == ["disarm now", "to (0, 100, 30)"]
     assert Desk().do(f.KillMotors((1,), "it burns")) == "it is not armed"
+
+
+def leaves_its_mode(desk: Desk) -> None:
+    desk.vehicle(1).custom_mode = 6
+
+
+def is_not_heard(desk: Desk) -> None:
+    desk.silent.add(1)
+    desk.run(3.0)
+
+
+def is_outside(desk: Desk) -> None:
+    desk.place(1, (0.0, 390.0, 30.0), moving=(0.0, 8.0, 0.0))
+
+
+@pytest.mark.parametrize("noticed", [leaves_its_mode, is_not_heard, is_outside])
+def test_nothing_that_is_noticed_comes_between_an_operator_and_the_motors(noticed: Callable[[Desk], None]) -> None:
+    """It leaves its mode, is lost or meets the guard's veto in the very second in which its motors are stopped."""
+    desk = aloft()
+    desk.do(f.GoTo((1,), ((0.0, 300.0, 30.0),)))
+    desk.run(5.0)
+    noticed(desk)
+    desk.sent.clear()
+    desk.do(f.KillMotors((1,), "flies away"))
+    desk.run(2.5)
+    assert [words for _, words in desk.sent] == ["disarm now"] * 3
+    desk.silent.clear()
+    desk.place(1, (0.0, 100.0, 5.0), armed=False)
+    desk.run()
+    assert desk.ended() == (JobState.DONE, "motors stopped") and desk.phases()[0] is Phase.GROUND
+    assert "motors stopped, as an operator ordered" in list(desk.told())
+
+
+@pytest.mark.parametrize("phase", [Phase.GROUND, Phase.TAKEN_OUT])
+def test_who_was_not_ours_to_steer_is_not_held_where_its_motors_go_on(phase: Phase) -> None:
+    desk = aloft()
+    desk.flight(1).enter(phase, 0.0, "mode")
+    desk.vehicle(1).landed_state, desk.vehicle(1).position_m = 1, (0.0, 0.0, 0.0)
+    desk.do(f.KillMotors((1,), "it burns"))
+    desk.run(12.0)
+    assert desk.ended() == (JobState.FAILED, "no answer") and desk.orders(1) == ["disarm now"]
+    assert desk.phases()[0] is phase
 
 
 @pytest.mark.parametrize("alt_m", [2.4, 90.1, NAN, math.inf])

@@ -18,7 +18,7 @@ from tui_gcs.core.closing import Closing, closings
 from tui_gcs.core.firmware.habits import stop_word
 from tui_gcs.core.firmware.health import Concern, Problem
 from tui_gcs.core.firmware.modes import mode_name
-from tui_gcs.core.flights import FOUND, ON_BOARD_STEP, Flight
+from tui_gcs.core.flights import FOUND, MOTORS_STEP, ON_BOARD_STEP, Flight
 from tui_gcs.core.messages import Freshness, Phase, RunPhase
 from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.monitor import error_m
@@ -111,7 +111,8 @@ class AlarmFinder:
             yield _fitting(finding, does)
         if not in_flight:
             return
-        has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step != ON_BOARD_STEP
+        ordered = (ON_BOARD_STEP, MOTORS_STEP)
+        has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step not in ordered
         if flight is not None and has_left and now >= self._settled_s:
             mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
             yield Finding("left", vehicle.id, f"{mode}: {flight.left_said}" if flight.left_said else mode)

@@ -9,7 +9,7 @@ from tui_gcs.core.clock import Clock
 from tui_gcs.core.course import LEAST_SPEED_M_S, STILL, Course, Stand
 from tui_gcs.core.cruise import ACCEL_SHARE, Cruise
 from tui_gcs.core.firmware.registry import Firmwares
-from tui_gcs.core.flights import BY_HAND_STEP, ON_BOARD_STEP, Flight, FlightBook
+from tui_gcs.core.flights import BY_HAND_STEP, Flight, FlightBook
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.messages import Freshness, Phase, Vec3
@@ -145,15 +145,15 @@ class ByHand:
             return f"{speed_m_s:g} m/s: {LEAST_SPEED_M_S:g} to {limit:g} are allowed"
         return self._take(vehicle, Stand(flight.course.point_m, speed_m_s))
 
-    def on_board(self, vehicle: Vehicle) -> None:
-        """It flies what is on board from now on: nobody here steers it.
+    def let_go(self, vehicle: Vehicle, step: str) -> None:
+        """It flies what is on board from now on, or its motors are stopped: nobody here steers it.
 
         Its firmware is not released: a PX4 that is still in OFFBOARD is told to stop there until its mode has changed.
         Left without set-points it would fly home by its failsafe, across the layers of others.
         """
         flight = self._book.get(vehicle.id)
         if flight is not None:
-            flight.enter(Phase.TAKEN_OUT, self._clock.now(), ON_BOARD_STEP)
+            flight.enter(Phase.TAKEN_OUT, self._clock.now(), step)
 
     def lifting(self, vehicle: Vehicle, alt_m: float) -> str:
         """It is about to take off to `alt_m` by hand; "" or why not."""

@@ -15,7 +15,7 @@ from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
-from tui_gcs.core.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, ON_BOARD_STEP, Flight, FlightBook
+from tui_gcs.core.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, MOTORS_STEP, ON_BOARD_STEP, Flight, FlightBook
 from tui_gcs.core.homing import LAYER_TOLERANCE_M, Homing
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.messages_alarms import vehicles_words
@@ -477,7 +477,9 @@ class Executive:
         by_itself = flight.phase is Phase.TAKEN_OUT and vehicle.alt_rel_m < LANDED_M
         expected = flight.phase is Phase.LANDING or flight.step == CANCELLED or by_itself
         text = "DISARMED outside a landing of ours"
-        if on_board:
+        if flight.step == MOTORS_STEP:
+            text = "motors stopped, as an operator ordered"
+        elif on_board:
             text = "landed and disarmed by its mission on board"
         elif by_itself:
             text = "landed and disarmed by itself, or by its pilot"

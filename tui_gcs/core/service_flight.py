@@ -9,6 +9,7 @@ from tui_gcs.core import messages_flight as f
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.commands import CMD_ARM_DISARM
 from tui_gcs.core.firmware.speech import Done
+from tui_gcs.core.flights import MOTORS_STEP, ON_BOARD_STEP
 from tui_gcs.core.message import Vec3
 from tui_gcs.core.service_acts import ARMED
 from tui_gcs.core.service_tasks import Task
@@ -67,7 +68,10 @@ class FlightActs:
         return ""
 
     def _kill(self, vehicle: Vehicle, request: f.KillMotors, task: Task) -> str:
-        """As a start, which is never said again later; it is not armed any more when that shows."""
+        """As a start, which is never said again later; it is not armed any more when that shows.
+
+        Nobody here steers it meanwhile: a guard's veto, a mode that changes or a lost link would end the order.
+        """
         if len(request.vehicles) != 1:
             return "the motors of one vehicle at a time"
         if not request.reason.strip():
@@ -78,6 +82,9 @@ class FlightActs:
         self._station.commands.cancel(vehicle.id)
         order = Order(CMD_ARM_DISARM, (0, FORCE))
         done = self._ends(task, "motors stopped")
+        if self._station.by_hand.steers(vehicle):
+            done = partial(self._let_go_ended, vehicle, task, "motors stopped")
+            self._station.by_hand.let_go(vehicle, MOTORS_STEP)
         self._submit(
             self._station.speech.action(vehicle.id, "disarm", Retry.START, order, lambda v: not v.armed, done), task
         )
@@ -156,15 +163,17 @@ class FlightActs:
             return "holds no mission: upload one first"
         station.commands.cancel(vehicle.id)
         action = firmware.mission_start(vehicle) if request.act == "start" else firmware.mission_continue(vehicle)
-        action.on_done = partial(self._on_board_ended, vehicle, task)
-        station.by_hand.on_board(vehicle)
+        action.on_done = partial(self._let_go_ended, vehicle, task, "flies its mission")
+        station.by_hand.let_go(vehicle, ON_BOARD_STEP)
         self._submit(action, task)
         return ""
 
-    def _on_board_ended(self, vehicle: Vehicle, task: Task, action: Action, outcome: Outcome, why: str) -> None:
+    def _let_go_ended(
+        self, vehicle: Vehicle, task: Task, text: str, action: Action, outcome: Outcome, why: str
+    ) -> None:
         """Who did not take it is held: nobody steers it any more, and its last order may have been a velocity."""
         if outcome is Outcome.CONFIRMED:
-            task.end(text="flies its mission")
+            task.end(text=text)
             return
         is_ours = outcome is not Outcome.SUPERSEDED  # by another order, which says what it does now
         if is_ours:
