@@ -15,12 +15,14 @@ from hypothesis import strategies as st
 
 import tui_gcs
 from tui_gcs.cli import main
+from tui_gcs.commands.vehicle_files import write_here
 from tui_gcs.core.formats.bounded import MOST_BYTES
 from tui_gcs.core.formats.content import Content, FormatError
 from tui_gcs.core.formats.files import read_file
 from tui_gcs.core.messages import ScenarioChanged
 from tui_gcs.core.missions.store import DraftFileError
 from tui_gcs.core.scenario_load import parse
+from tui_gcs.exits import CommandError
 from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.mission_editor import MissionEditor
 from tui_gcs.widgets.mission_files import MissionFile
@@ -158,6 +160,61 @@ def test_a_pipe_is_no_file_to_wait_for(tmp_path: Path, capsys: pytest.CaptureFix
     os.mkfifo(tmp_path / "a.plan")
     assert main(["convert", str(tmp_path / "a.plan"), str(tmp_path / "b.kml")]) == 2
     assert "not a file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("what", ["pipe", "folder", "device"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        "run IN.toml --link udpin:127.0.0.1:14999 --yes",
+        "rehearse IN.toml",
+        "rehearse --planner IN.py",
+        "demo --headless --scenario IN.toml",
+        "sim IN.toml --target 127.0.0.1:14999",
+        "replay IN.tlog --summary",
+        "convert IN.toml out.kml",
+        "convert good.kml out.toml --base IN.toml",
+        "check IN.toml",
+        "check IN.plan",
+        "check IN.param",
+        "planner check IN.py",
+    ],
+)
+def test_what_is_no_file_is_refused_at_once_wherever_one_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], command: str, what: str
+) -> None:
+    """A pipe was waited for without a word, by everything that reads a scenario, a recording or a planner."""
+    monkeypatch.chdir(tmp_path)
+    name = next(word for word in command.split() if word.startswith("IN"))
+    if what == "pipe":
+        os.mkfifo(name)
+    elif what == "folder":
+        Path(name).mkdir()
+    else:
+        Path(name).symlink_to("/dev/zero")
+    Path("good.kml").write_text(f'<kml xmlns="http://www.opengis.net/kml/2.2"><Document>{POINT}</Document></kml>')
+    assert main(command.split()) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert Path(name).stem in line or "zero" in line
+
+
+@pytest.mark.parametrize("option", ["rehearse --json", "rehearse --report", "demo --headless --json"])
+def test_a_result_is_not_written_into_a_pipe_that_nobody_reads(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str
+) -> None:
+    os.mkfifo(tmp_path / "out")
+    assert main([*option.split(), str(tmp_path / "out")]) == 2
+    assert "out: cannot be written (a pipe that nobody may read)" in capsys.readouterr().err
+
+
+def test_what_is_wanted_from_a_vehicle_replaces_plain_files_only(tmp_path: Path) -> None:
+    """`params save 3 /dev/null --yes` would have put a file in the place of the device."""
+    for name in ("pipe", "folder", "link"):
+        target = tmp_path / name
+        {"pipe": os.mkfifo, "folder": Path.mkdir, "link": lambda path: path.symlink_to("/dev/null")}[name](target)  # type: ignore[operator]
+        with pytest.raises(CommandError, match="not a plain file"):
+            write_here(target, b"x", yes=True)
+    assert write_here(tmp_path / "new", b"x", yes=True) and (tmp_path / "new").read_bytes() == b"x"
 
 
 def test_nothing_that_a_file_says_reaches_the_terminal_as_control_codes(

@@ -126,9 +126,10 @@ def check_writable(json_file: str | None) -> None:
     """Tell before the flight that its result cannot be written. Raises `CommandError`."""
     if json_file is None:
         return
+    from tui_gcs.core import plain_file
+
     try:
-        with Path(json_file).open("a"):
-            pass
+        plain_file.check_writable(Path(json_file))
     except OSError as error:
         raise CommandError(f"{json_file}: cannot be written ({error.strerror})") from None
 

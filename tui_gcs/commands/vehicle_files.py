@@ -5,7 +5,7 @@ import shutil
 import time
 from pathlib import Path
 
-from tui_gcs.commands.convert import put
+from tui_gcs.commands.convert import may_write, put
 from tui_gcs.commands.vehicle_station import (
     Ended,
     StationClient,
@@ -29,6 +29,7 @@ from tui_gcs.core.messages_services import (
     RemoveFile,
     WriteFile,
 )
+from tui_gcs.core.plain_file import open_plain
 from tui_gcs.exits import FAILED, CommandError
 
 
@@ -120,7 +121,10 @@ def _may_copy(arguments: argparse.Namespace) -> bool:
         return True
     only_one(arguments.ids, "for one file")
     target = Path(arguments.file)
-    return target.is_dir() or not target.exists() or confirmed(f"overwrite {target}", yes=arguments.yes)
+    if target.is_dir():
+        return True
+    may_write(target, force=True)
+    return not target.exists() or confirmed(f"overwrite {target}", yes=arguments.yes)
 
 
 def _fetched(station: StationClient, arguments: argparse.Namespace, ended: list[Ended]) -> int:
@@ -151,7 +155,7 @@ def _copy(kept: Path, wanted: Path, one: Ended) -> None:
 def read_here(path: Path, most_bytes: int) -> bytes:
     """A file of the user's. Raises `CommandError`."""
     try:
-        with path.open("rb") as file:
+        with open_plain(path) as file:
             data = file.read(most_bytes + 1)
     except OSError as error:
         raise CommandError(f"{path}: {error.strerror}") from None
@@ -162,6 +166,7 @@ def read_here(path: Path, most_bytes: int) -> bytes:
 
 def write_here(path: Path, data: bytes, *, yes: bool) -> bool:
     """Write a file of the user's as a whole; False if he does not want the one that is there overwritten."""
+    may_write(path, force=True)
     if path.exists() and not confirmed(f"overwrite {path}", yes=yes):
         return False
     put(path, data, force=True)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.plain_file import open_plain
 from tui_gcs.core.scenario import (
     Limits,
     LinkLoss,
@@ -63,7 +64,7 @@ def read_text(path: Path | str) -> str:
     """A scenario file's text with its line ends as they are. Raises `ScenarioError`."""
     where = printable(str(path), 200)
     try:
-        with Path(path).open("rb") as file:
+        with open_plain(Path(path)) as file:
             data = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
         raise ScenarioError([f"{where}: no such file; give the path of a scenario (TOML)"]) from None

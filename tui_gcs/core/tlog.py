@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
+from tui_gcs.core.plain_file import open_plain
 from tui_gcs.core.wire import dialect
 from tui_gcs.core.wire.frames import MAGIC, MAGIC_V1, MAGIC_V2, Frame, check_frame, frame_end
 
@@ -69,7 +70,7 @@ class TlogReader:
 
     def _records(self) -> Iterator[tuple[int, Frame]]:
         """Good records, with their times as they stand in the file."""
-        with self.path.open("rb") as file:
+        with open_plain(self.path) as file:
             data, at, ended, in_sync = b"", 0, False, True
             while True:
                 if not ended and len(data) - at < _MARGIN_BYTES:

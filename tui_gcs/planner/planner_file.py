@@ -7,6 +7,7 @@ from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
 
+from tui_gcs.core.plain_file import open_plain
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.registry import PlannerError
 
@@ -54,7 +55,7 @@ def read_source(path: Path) -> bytes:
     if path.suffix != ".py":
         raise PlannerError(f"{path.name}: a planner file ends in .py")
     try:
-        with path.open("rb") as file:
+        with open_plain(path) as file:
             source = file.read(MOST_BYTES + 1)
     except OSError as error:
         raise PlannerError(f"{path}: cannot be read ({error.strerror})") from None

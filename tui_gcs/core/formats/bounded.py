@@ -4,9 +4,7 @@ Limits are such that the largest file that is read at all takes less than a seco
 """
 
 import json
-import os
 import re
-import stat
 import zipfile
 import zlib
 from io import BytesIO
@@ -14,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from tui_gcs.core.formats.content import FormatError
+from tui_gcs.core.plain_file import open_plain
 from tui_gcs.core.text import clean
 
 if TYPE_CHECKING:
@@ -32,9 +31,7 @@ _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 def data_of(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
     """A file's bytes, one more than `most_bytes` if it is larger. Raises FormatError."""
     try:
-        with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):  # a pipe or a device never ends
-                raise FormatError("not a file")
+        with open_plain(path) as file:
             return file.read(most_bytes + 1)
     except (OSError, ValueError) as error:
         raise FormatError(error.strerror or "" if isinstance(error, OSError) else str(error)) from None

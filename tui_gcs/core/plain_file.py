@@ -1,0 +1,36 @@
+"""Opening what an operator names: a pipe would be waited for, a device never ends, a directory is no file."""
+
+import errno
+import os
+import stat
+from pathlib import Path
+from typing import BinaryIO
+
+
+def open_plain(path: Path) -> BinaryIO:
+    """A plain file, open for reading; at once, whatever stands there.
+
+    Raises:
+        OSError: it cannot be opened, or is something else; its `strerror` says so in words.
+        ValueError: no file can be called so.
+    """
+    file = os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb")
+    mode = os.fstat(file.fileno()).st_mode
+    if stat.S_ISREG(mode):
+        return file
+    file.close()
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    raise OSError(errno.EINVAL, "not a file")
+
+
+def check_writable(path: Path) -> None:
+    """Whether a file can be written there, known at once; nothing that is in it is lost.
+
+    Raises:
+        OSError: it cannot; its `strerror` says why.
+        ValueError: no file can be called so.
+    """
+    if path.is_fifo() and path.parent.parts[:2] not in ((os.sep, "dev"), (os.sep, "proc")):
+        raise OSError(errno.EINVAL, "a pipe that nobody may read")  # /dev/stdout, /dev/fd/63 are ours already
+    os.close(os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NONBLOCK | os.O_CLOEXEC, 0o666))
