@@ -142,7 +142,7 @@ class FakeStation:
             run=self.run,
             round_index=self.round_index,
             rounds=tuple(r.name for r in self.scenario.rounds),
-            mission_time_s=self.t_s - self.started_s if self.flying else 0.0,
+            mission_time_s=self.t_s - self.started_s if math.isfinite(self.started_s) and self.flying else 0.0,
             heard=sum(f is not m.Freshness.LOST for f in frame.freshness),
             vehicles=self.count,
             armed=sum(frame.armed),

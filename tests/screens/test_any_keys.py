@@ -6,9 +6,12 @@ from typing import Any
 
 import pytest
 from console import Console, console
-from fake_station import trouble
+from fake_station import SCENES
 
 from tui_gcs.core import messages as m
+from tui_gcs.core.kinds import Kind
+from tui_gcs.core.messages_flight import Land
+from tui_gcs.widgets.glyphs import ASCII, UNICODE
 
 PRINTABLE = [
     *"abcdefghijklmnoprstuvwxyzABCDEFGHIJKLMNOPRSTUVWXYZ0123456789",
@@ -41,7 +44,9 @@ async def any_keys(seed: int, count: int) -> None:
     """So many keys; an exception in the console comes out of its context."""
     rng, pressed = random.Random(seed), list[object]()
     try:
-        async with console(rng.choice(SIZES[:3]), trouble) as c:
+        size, scene, glyphs = rng.choice(SIZES[:3]), rng.choice(list(SCENES.values())), rng.choice([UNICODE, ASCII])
+        kind, replay, read_only = rng.choice([Kind.SIM, Kind.LIVE]), rng.random() < 0.1, rng.random() < 0.1
+        async with console(size, scene, kind=kind, glyphs=glyphs, replay=replay, read_only=read_only) as c:
             for _ in range(count):
                 if rng.random() < 0.04:
                     pressed.append(rng.choice(SIZES))
@@ -56,6 +61,7 @@ async def any_keys(seed: int, count: int) -> None:
                     await c.tick(rng.choice([0.1, 0.1, 1.0, 11.0]))
                 assert c.app.is_running
             asked_of_somebody(c)
+            assert not (replay or read_only) or not c.station.commands()
     except Exception as error:
         error.add_note(f"after {pressed[-40:]}")
         raise
@@ -68,4 +74,4 @@ def asked_of_somebody(c: Console) -> None:
         named: Any = getattr(asked, "vehicles", None)
         if named is not None:
             assert set(named) <= fleet and len(set(named)) == len(named), asked
-            assert named or isinstance(asked, m.Hold | m.Return | m.Resume), asked  # there nobody is everybody
+            assert named or isinstance(asked, m.Hold | m.Return | m.Resume | Land), asked  # there nobody is everybody
