@@ -20,7 +20,7 @@ from typing import Any
 
 from sitl.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
 from sitl.port import Port
-from sitl.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, alive, parse_target
+from sitl.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, Starter, add_starter, parse_target
 from sitl.signing import SigningSpec, time_of
 
 TICK_S = 0.05
@@ -113,11 +113,11 @@ def open_ports(fleet: SimFleet, target: tuple[str, int]) -> list[Port]:
 class Loop:
     """Steps the fleet at 20 Hz of simulated time, `speed` times real time."""
 
-    def __init__(self, fleet: SimFleet, ports: list[Port], *, speed: float, parent: int | None) -> None:
+    def __init__(self, fleet: SimFleet, ports: list[Port], *, speed: float, starter: Starter) -> None:
         self.fleet = fleet
         self.ports = ports
         self.period_s = TICK_S / speed
-        self.parent = parent
+        self.starter = starter
         self.running = True
         self._ready = selectors.DefaultSelector()
         for index, port in enumerate(ports):
@@ -128,7 +128,7 @@ class Loop:
         self.running = False
 
     def run(self) -> None:
-        """Until a signal comes or the parent process is gone."""
+        """Until a signal comes or whoever it was started for is gone."""
         due_s = time.monotonic()
         check_s = due_s
         while self.running:
@@ -139,9 +139,9 @@ class Loop:
                 due_s = now_s
             due_s += self.period_s
             self._exchange()
-            if self.parent is not None and now_s >= check_s:
+            if now_s >= check_s:
                 check_s = now_s + PARENT_CHECK_S
-                self.running = self.running and alive(self.parent)
+                self.running = self.running and self.starter.is_there
 
     def _answer_until(self, due_s: float) -> None:
         """Between two ticks: answer what comes, at most every ANSWER_S, so that transfers do not wait for ticks."""
@@ -172,23 +172,23 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--target", required=True, metavar="HOST:PORT", help="where the ground station listens")
     parser.add_argument("--speed", type=float, default=1.0, help="times real time (default 1)")
     parser.add_argument("--boot-s", type=float, default=3.0, help="seconds from power-on to readiness (default 3)")
-    parser.add_argument("--parent", type=int, metavar="PID", help="end when this process is gone")
+    add_starter(parser)
     return parser.parse_args(argv)
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Exit status: 0 after a signal or the parent's end, 2 for bad input."""
+    """Exit status: 0 after a signal or the starter's end, 2 for bad input."""
     args = _arguments(argv)
     try:
         if not 0.01 <= args.speed <= 100.0:
             raise LaunchError(f"--speed {args.speed:g}: must be 0.01 to 100")
-        target = parse_target(args.target)
+        target, starter = parse_target(args.target), Starter(args.parent, args.lifeline)
         fleet = load_spec(args.spec, args.boot_s)
         ports = open_ports(fleet, target)
     except LaunchError as error:
         sys.stderr.write(f"sitl: {error}\n")
         return EXIT_BAD_INPUT
-    loop = Loop(fleet, ports, speed=args.speed, parent=args.parent)
+    loop = Loop(fleet, ports, speed=args.speed, starter=starter)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, loop.stop)
     try:

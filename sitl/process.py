@@ -1,7 +1,9 @@
 """What the simulator's processes have in common: errors of one line, addresses, and ending with who started them."""
 
+import argparse
 import ctypes
 import os
+import select
 import signal
 import sys
 
@@ -27,15 +29,34 @@ def parse_target(text: str, option: str = "--target") -> tuple[str, int]:
     return host, int(port)
 
 
-def alive(pid: int) -> bool:
-    """Whether there is such a process."""
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True
+def add_starter(parser: argparse.ArgumentParser) -> None:
+    """The options of `Starter`."""
+    parser.add_argument("--parent", type=int, metavar="PID", help="end when this process, which started it, is gone")
+    parser.add_argument("--lifeline", type=int, metavar="FD", help="end when nobody holds the other end of this pipe")
+
+
+class Starter:
+    """Whom a simulator runs for: the process that started it, or everybody who holds the other end of a pipe."""
+
+    def __init__(self, parent: int | None, lifeline: int | None = None) -> None:
+        """`lifeline` goes before `parent`; with neither it runs until it is told to end.
+
+        Raises:
+            LaunchError: there is no such descriptor.
+        """
+        self._parent, self._lifeline = parent, lifeline
+        if lifeline is not None:
+            try:
+                os.fstat(lifeline)
+            except OSError:
+                raise LaunchError(f"--lifeline {lifeline}: no pipe is open under this number") from None
+
+    @property
+    def is_there(self) -> bool:
+        """Whether anybody still wants it."""
+        if self._lifeline is not None:
+            return not select.select([self._lifeline], [], [], 0.0)[0]  # nobody writes: what can be read is the end
+        return self._parent is None or os.getppid() == self._parent  # one that was killed may still have its number
 
 
 class ParentBond:

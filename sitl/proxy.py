@@ -17,7 +17,7 @@ from types import FrameType
 from typing import Protocol
 
 from sitl.faults import FaultError, FaultyLink, LinkFaults, Tally, parse
-from sitl.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, alive, parse_target
+from sitl.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, Starter, add_starter, parse_target
 from sitl.proxy_tcp import TcpProxy
 
 Address = tuple[str, int]
@@ -196,11 +196,11 @@ def _udp_socket() -> socket.socket:
 
 
 class Loop:
-    """Turns a proxy until a signal comes or the parent process is gone."""
+    """Turns a proxy until a signal comes or whoever it was started for is gone."""
 
-    def __init__(self, proxy: Proxy, parent: int | None) -> None:
+    def __init__(self, proxy: Proxy, starter: Starter) -> None:
         self._proxy = proxy
-        self._parent = parent
+        self._starter = starter
         self._running = True
 
     def stop(self, _signal: int, _frame: FrameType | None) -> None:
@@ -213,9 +213,9 @@ class Loop:
         while self._running:
             now_s = time.monotonic()
             next_s = self._proxy.pump(now_s)
-            if self._parent is not None and now_s >= check_s:
+            if now_s >= check_s:
                 check_s = now_s + PARENT_CHECK_S
-                self._running = self._running and alive(self._parent)
+                self._running = self._running and self._starter.is_there
             # time spent asleep is not time spent per datagram: many that come together are moved together
             time.sleep(SHORTEST_WAIT_S)
             self._proxy.selector.select(min(max(next_s - time.monotonic(), 0.0), LONGEST_WAIT_S))
@@ -237,7 +237,7 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--fault", default="", metavar="FAULTS", help="for example loss=0.1,delay=200ms,jitter=20%%")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--tcp", action="store_true", help="a station connects to --listen, a vehicle waits at --to")
-    parser.add_argument("--parent", type=int, metavar="PID", help="end when this process is gone")
+    add_starter(parser)
     return parser.parse_args(argv)
 
 
@@ -253,11 +253,12 @@ def report(proxy: Proxy) -> str:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Exit status: 0 after a signal or the parent's end, 2 for bad input."""
+    """Exit status: 0 after a signal or the starter's end, 2 for bad input."""
     args = _arguments(argv)
     try:
         faults = parse(args.fault)
         listen, to = parse_listen(args.listen), parse_target(args.to, "--to")
+        starter = Starter(args.parent, args.lifeline)
         proxy: Proxy = (TcpProxy if args.tcp else UdpProxy)(listen, to, faults, args.seed)
     except FaultError as error:
         sys.stderr.write(f"sitl: --fault {error}\n")
@@ -265,7 +266,7 @@ def main(argv: list[str] | None = None) -> int:
     except LaunchError as error:
         sys.stderr.write(f"sitl: {error}\n")
         return EXIT_BAD_INPUT
-    loop = Loop(proxy, args.parent)
+    loop = Loop(proxy, starter)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, loop.stop)
     try:

@@ -25,7 +25,7 @@ from pathlib import Path
 from types import FrameType
 from typing import IO, Any
 
-from sitl.process import EXIT_BAD_INPUT, LaunchError, ParentBond, alive, parse_target
+from sitl.process import EXIT_BAD_INPUT, LaunchError, ParentBond, Starter, add_starter, parse_target
 
 PX4_PORT = 14550
 """Where a stock PX4 sends to, on this machine: its start script names no other."""
@@ -264,8 +264,8 @@ def _empty(folder: Path) -> None:
 class Watch:
     """Waits for the end: a signal, the parent's, or that of all vehicles."""
 
-    def __init__(self, fleet: RealFleet, parent: int | None, out: IO[str]) -> None:
-        self._fleet, self._parent, self._out = fleet, parent, out
+    def __init__(self, fleet: RealFleet, starter: Starter, out: IO[str]) -> None:
+        self._fleet, self._starter, self._out = fleet, starter, out
         self._running = True
 
     def stop(self, _signal: int, _frame: FrameType | None) -> None:
@@ -275,7 +275,7 @@ class Watch:
     def run(self) -> int:
         """Exit status: 0 when asked to end, 1 when a vehicle could not start or all have ended."""
         started = time.monotonic()
-        while self._running and (self._parent is None or alive(self._parent)):
+        while self._running and self._starter.is_there:
             for instance in self._fleet.ended():
                 self._out.write(f"sitl: {instance.epitaph()}")
                 self._out.flush()
@@ -311,7 +311,7 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--params", type=Path, metavar="FILE", help="ArduPilot: default parameters")
     parser.add_argument("--speed", type=float, default=1.0, help="times real time (default 1)")
     parser.add_argument("--wipe", action="store_true", help="factory parameters, no missions, no logs")
-    parser.add_argument("--parent", type=int, metavar="PID", help="end when this process is gone")
+    add_starter(parser)
     parser.add_argument("--check", action="store_true", help="start nothing: say what would be in the way")
     return parser.parse_args(argv)
 
@@ -339,13 +339,14 @@ def main(argv: list[str] | None = None) -> int:
         signal.signal(number, lambda *_: sys.exit(0))
     try:
         places, options = read_places(args.spec), _options(args)
+        starter = Starter(args.parent, args.lifeline)
         if args.check:
             return 0
         fleet = RealFleet(args.autopilot, places, options, args.folder.resolve())
     except (LaunchError, OSError) as error:
         sys.stderr.write(f"sitl: {error}\n")
         return EXIT_BAD_INPUT
-    watch = Watch(fleet, args.parent, sys.stderr)
+    watch = Watch(fleet, starter, sys.stderr)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, watch.stop)
     try:

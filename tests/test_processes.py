@@ -106,3 +106,15 @@ def test_return_brings_everybody_home_and_a_flying_fleet_keeps_its_station(fleet
     assert len(json.loads(status.stdout)["vehicles"]) == 8
     until(lambda: m.Phase.LANDING in fleet.phases(), 90, "above home the first one descends")
     assert fleet.status.faults == {}
+
+
+def test_simulated_vehicles_fly_on_with_the_station_alone_and_end_with_it(fleet: Watcher):
+    """Seen: launcher and station killed, the simulator ran for ever."""
+    for pid in processes("tui_gcs.launcher"):
+        os.kill(pid, signal.SIGKILL)
+    until(lambda: any(alarm.cause == "supervisor" for alarm in fleet.status.alarms), 5, "told that nobody supervises")
+    time.sleep(2.5)
+    assert processes("sitl.launch") and max(fleet.frame.heard_age_s) < 1.5, "it is still flown"
+    for pid in processes("tui_gcs.core.station_process"):
+        os.kill(pid, signal.SIGKILL)
+    until(lambda: not processes("sitl.launch"), 5, "nobody wants vehicles any more")

@@ -163,9 +163,11 @@ def supervise(kind: Kind) -> int:
         if not try_lock(lock):
             return 3
         setting = json.loads((directory / RUN_FILE).read_text())
-        simulation = _start_sim(directory, setting)
+        wanted, wants = os.pipe()
+        simulation = _start_sim(directory, setting, wanted)
+        os.close(wanted)
         try:
-            return _keep_station(directory)
+            return _keep_station(directory, wants)
         finally:
             for process in simulation:
                 process.terminate()
@@ -174,8 +176,12 @@ def supervise(kind: Kind) -> int:
             (directory / "memory.json").unlink(missing_ok=True)
 
 
-def _start_sim(directory: Path, setting: dict[str, Any]) -> list[subprocess.Popen[bytes]]:
-    """The vehicles, and what makes their links bad, if anything."""
+def _start_sim(directory: Path, setting: dict[str, Any], wanted: int) -> list[subprocess.Popen[bytes]]:
+    """The vehicles, and what makes their links bad, if anything.
+
+    They end by themselves when nobody holds the other end of the pipe `wanted`: this process, and the station, which
+    flies on without it.
+    """
     if "sim_spec" not in setting:
         return []
     spec = directory / "sim.json"
@@ -186,11 +192,12 @@ def _start_sim(directory: Path, setting: dict[str, Any]) -> list[subprocess.Pope
         commands.append(proxy_command(target, setting["sim_target"], setting["fault"], setting["sim_spec"]["seed"]))
     command = [sys.executable, "-m", "sitl.launch", "--spec", str(spec), "--target", target]
     commands.insert(0, [*command, "--parent", str(os.getpid())])
-    return [subprocess.Popen(command, stdin=subprocess.DEVNULL) for command in commands]
+    tied = [[*command, "--lifeline", str(wanted)] for command in commands]
+    return [subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=(wanted,)) for command in tied]
 
 
-def _keep_station(directory: Path) -> int:
-    """Start the station again whenever it dies."""
+def _keep_station(directory: Path, wants: int) -> int:
+    """Start the station again whenever it dies. It holds `wants` as long as it lives, and none of its children does."""
     station: subprocess.Popen[bytes] | None = None
     asked = {"end": False}
 
@@ -207,7 +214,7 @@ def _keep_station(directory: Path) -> int:
             (directory / "error").write_text(f"the station died {MOST_RESTARTS} times in a minute: see its log")
             return 1
         command = [sys.executable, "-m", "tui_gcs.core.station_process", str(directory / RUN_FILE)]
-        station = subprocess.Popen(command, stdin=subprocess.DEVNULL)
+        station = subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=(wants,))
         code = station.wait()
         if code in (0, CANNOT_START):
             return code

@@ -2,6 +2,7 @@
 
 import json
 import os
+import select
 import socket
 import subprocess
 import sys
@@ -98,3 +99,49 @@ def test_it_ends_when_its_parent_is_gone(tmp_path):
     command = [sys.executable, "-m", "sitl.launch", "--spec", str(path), "--target", "127.0.0.1:9"]
     done = subprocess.run([*command, "--parent", str(gone.pid)], timeout=20.0, check=False)
     assert done.returncode == 0
+
+
+@pytest.mark.process
+def test_it_ends_when_its_parent_was_killed_and_nobody_has_waited_for_that(tmp_path):
+    """A killed process keeps its number until somebody asks how it ended: vehicles flew for it for ever."""
+    path = tmp_path / "spec.json"
+    path.write_text(json.dumps(SPEC))
+    lives, says = os.pipe()
+    begin = "import subprocess, sys; subprocess.Popen(sys.argv[2:] + ['--parent', str(__import__('os').getpid())],"
+    begin += " pass_fds=[int(sys.argv[1])]); print(flush=True); input()"
+    launch = [sys.executable, "-m", "sitl.launch", "--spec", str(path), "--target", "127.0.0.1:9"]
+    parent = subprocess.Popen(
+        [sys.executable, "-c", begin, str(says), *launch],
+        pass_fds=[says],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    )
+    os.close(says)
+    try:
+        parent.stdout.readline()
+        parent.kill()
+        assert select.select([lives], [], [], 20.0)[0], "it runs on"
+    finally:
+        os.close(lives)
+        parent.communicate()
+
+
+@pytest.mark.process
+def test_it_ends_when_nobody_holds_the_other_end_of_its_pipe(tmp_path):
+    path = tmp_path / "spec.json"
+    path.write_text(json.dumps(SPEC))
+    wanted, wants = os.pipe()
+    command = [sys.executable, "-m", "sitl.launch", "--spec", str(path), "--target", "127.0.0.1:9"]
+    process = subprocess.Popen([*command, "--lifeline", str(wanted)], pass_fds=[wanted])
+    os.close(wanted)
+    with pytest.raises(subprocess.TimeoutExpired):
+        process.wait(1.5)
+    os.close(wants)
+    assert process.wait(20.0) == 0
+
+
+def test_a_pipe_that_is_not_there_is_told(tmp_path, capsys):
+    path = tmp_path / "spec.json"
+    path.write_text(json.dumps(SPEC))
+    assert main(["--spec", str(path), "--target", "127.0.0.1:9", "--lifeline", "999"]) == 2
+    assert capsys.readouterr().err == "sitl: --lifeline 999: no pipe is open under this number\n"
