@@ -45,7 +45,9 @@ def test_each_step_waits_for_what_shows_the_one_before() -> None:
     assert watch.run(0.9).orders(1) == [], "nor do those that it told before its mode"
     watch.run(0.3)
     checked(watch, 1)
-    assert watch.run().orders(1) == ["arm"]
+    watch.run(0.5)
+    assert [words for _, words in watch.sent] == ["arm"], "once, and again only after a while"
+    watch.orders(1)
     watch.vehicle(1).armed = True
     assert watch.run().orders(1) == ["take off to 30"] and watch.phases() == [Phase.ARMING]
     watch.place(1, (0.0, 0.0, 1.5), landed_state=2)
@@ -148,8 +150,8 @@ def test_one_that_lifts_off_although_its_start_was_cancelled_is_held_like_any_ot
     watch.place(1, (0.0, 0.0, 0.0), armed=True, landed_state=1)
     watch.run()
     watch.executive.hold(())
-    watch.run(0.5).orders(1)
-    watch.run(1.0).orders(1)
+    assert not any("not started" in text for text in watch.told())
+    watch.run(1.5).orders(1)
     watch.place(1, (0.0, 0.0, 0.3), moving=(0.0, 0.0, 0.4), landed_state=2)
     assert watch.run(0.8).orders(1) == ["to (0, 0, 2)"] and watch.commands.stopping(1), "a climb begins slowly"
     watch.place(1, (0.0, 0.0, 3.0), moving=(0.0, 0.0, 2.0))

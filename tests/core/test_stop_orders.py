@@ -69,7 +69,17 @@ def test_a_stop_with_nobody_in_the_air_changes_nothing(stop: str) -> None:
     watch = Watch(2)
     assert STOPS[stop](watch, ()) == () and watch.executive.run is RunPhase.IDLE
     watch.run(1.0)
-    assert watch.sent == []
+    assert watch.sent == [] and list(watch.told()) == []
+
+
+def test_a_hold_that_nobody_asked_for_leaves_a_vehicle_to_its_own_failsafe() -> None:
+    watch = in_flight(2)
+    watch.vehicle(2).custom_mode, watch.vehicle(2).system_status = RTL, 5
+    assert list(texts(watch.executive.hold((), asked=False))) == [1]
+    assert watch.phases() == [Phase.HOLDING, Phase.FLYING] and watch.flight(1).unasked
+    watch.run(0.5)
+    assert watch.orders(2) == []
+    assert list(texts(watch.executive.hold((2,)))) == [2] and watch.run(0.5).orders(2) == ["BRAKE"]
 
 
 @pytest.mark.parametrize("stop", STOPS)
@@ -275,7 +285,9 @@ def test_while_all_return_only_named_ones_resume() -> None:
     assert watch.executive.resume((2,)).text == "not resumed"
     assert watch.executive.resume((1, 2)).results == (VehicleResult(2, False, "neither holds nor is flown by hand"),)
     assert watch.phases() == [Phase.HOLDING, Phase.RETURNING]
-    assert watch.executive.resume((1,)).ok and watch.phases() == [Phase.TAKEOFF, Phase.RETURNING]
+    reply = watch.executive.resume((1,))
+    assert reply.results == (VehicleResult(1, True, "resumes"),), "the one that was held by name, too"
+    assert watch.phases() == [Phase.TAKEOFF, Phase.RETURNING]
 
 
 def test_a_cancelled_start_is_not_resumed() -> None:
@@ -292,11 +304,12 @@ def test_a_cancelled_start_is_not_resumed() -> None:
 
 def test_one_heard_from_another_address_is_told_nothing_but_its_stop() -> None:
     watch = in_flight(2)
+    watch.commands.submit(watch.firmware.of(watch.vehicle(1)).change_speed(watch.vehicle(1), 5.0))
     watch.executive.moved(watch.vehicle(1))
     assert watch.flight(1).phase is Phase.TAKEN_OUT and watch.flight(1).step == f"{LOST} flying"
     watch.executive.land((2,))
     watch.executive.moved(watch.vehicle(2))
-    watch.orders(2)
+    watch.sent.clear()
     watch.vehicle(1).identified = watch.vehicle(2).identified = False
     watch.run(2.0)
     assert (watch.orders(1), watch.orders(2)) == ([], ["LAND"]), "a stop is said on"
@@ -307,7 +320,16 @@ def test_one_that_was_replaced_is_told_nothing_any_more() -> None:
     watch.executive.land((1,))
     watch.orders(1)
     watch.executive.replaced(watch.vehicle(1))
+    assert watch.flight(1).step == "replaced"
     assert watch.run(3.0).orders(1) == [] and watch.flight(1).phase is Phase.TAKEN_OUT
+
+
+@pytest.mark.parametrize("what", ["moved", "rebooted", "replaced"])
+def test_one_in_no_team_is_nobodys_business(what: str) -> None:
+    watch = in_flight(1)
+    stranger = watch.place(7, (0.0, 0.0, 30.0), armed=True, landed_state=2)
+    getattr(watch.executive, what)(stranger)
+    assert watch.run(1.0).phases() == [Phase.FLYING] and watch.orders(7) == []
 
 
 @pytest.mark.parametrize("what", ["moved", "rebooted"])
@@ -369,6 +391,56 @@ def test_one_that_is_not_heard_is_out_and_its_stop_is_said_on() -> None:
     assert (watch.orders(1), watch.orders(2)) == ([], ["LAND"])
 
 
+def test_one_that_is_lost_is_told_nothing_but_stops() -> None:
+    watch = in_flight(1)
+    watch.silent = {1}
+    watch.run(3.0)
+    watch.commands.submit(watch.firmware.of(watch.vehicle(1)).change_speed(watch.vehicle(1), 5.0))
+    assert watch.run(0.5).orders(1) == ["at most 5 m/s"]
+    watch.run(0.2).sent.clear()
+    assert watch.phases() == [Phase.TAKEN_OUT] and watch.run(5.0).orders(1) == []
+
+
+@pytest.mark.parametrize(("phase", "goes_on"), [(Phase.FLYING, True), (Phase.HOLDING, False)])
+def test_a_failsafe_while_it_is_stopped_counts_more_than_a_veto_and_less_than_an_order(
+    phase: Phase, goes_on: bool
+) -> None:
+    """It says RTL while a hold is still being said: of the guard's making in FLYING, an operator's in HOLDING."""
+    watch = in_flight(1)
+    watch.flies(1, (0.0, 100.0, 30.0), phase, moving=(3.0, 0.0, 0.0))
+    watch.steering.hold(watch.vehicle(1), asked=not goes_on)
+    watch.place(1, (0.0, 100.0, 30.0), moving=(3.0, 0.0, 0.0), custom_mode=RTL, system_status=5)
+    watch.run(1.0).sent.clear()
+    watch.run(2.0)
+    assert watch.phases() == [Phase.TAKEN_OUT if goes_on else Phase.HOLDING]
+    assert watch.orders(1) == ([] if goes_on else ["BRAKE"])
+
+
+def test_what_it_said_of_its_failsafe_is_told_with_its_mode() -> None:
+    watch = in_flight(1)
+    now = watch.clock.now()
+    watch.vehicle(1).recent_reasons = [(now - 7.0, "Old Failsafe"), (now - 1.0, "Battery Failsafe")]
+    watch.vehicle(1).custom_mode = RTL
+    watch.run()
+    assert "left its mode (now RTL): taken out of the mission; it said: Battery Failsafe" in list(watch.told())
+
+
+def test_a_cancelled_start_stays_one_when_it_is_stopped_again() -> None:
+    watch = Watch(1)
+    watch.executive.start((1,))
+    watch.place(1, (0.0, 0.0, 0.0), armed=True, landed_state=1)
+    for _ in range(3):
+        assert texts(watch.executive.hold(())) == {1: "start cancelled"} and watch.flight(1).step == "cancelled"
+        watch.run(0.5)
+
+
+def test_one_that_is_held_just_when_it_has_landed_is_no_cancelled_start() -> None:
+    watch = in_flight(1)
+    watch.flies(1, (0.0, 0.0, 0.0), Phase.LANDING, landed_state=1, custom_mode=LAND)
+    assert texts(watch.executive.hold((1,))) == {1: "holds"} and watch.flight(1).step == ""
+    assert watch.run(0.5).orders(1) == ["disarm"]
+
+
 def test_one_without_a_position_is_out_and_that_is_told() -> None:
     watch = in_flight(1)
     watch.blind = {1}
@@ -428,20 +500,22 @@ def test_who_has_not_said_who_it_is_is_not_taken_back() -> None:
 
 
 @pytest.mark.parametrize(
-    ("resume", "stays", "after_s", "becomes"),
+    ("resume", "stays", "after_s", "mode", "becomes"),
     [
-        (True, "", 0.0, Phase.TAKEOFF),
-        (False, "", 0.0, Phase.HOLDING),
-        (True, "was held by name", 0.0, Phase.HOLDING),
-        (True, "", 11.0, Phase.HOLDING),
+        (True, "", 0.0, GUIDED, Phase.TAKEOFF),
+        (True, "", 10.0, GUIDED, Phase.TAKEOFF),
+        (False, "", 0.0, GUIDED, Phase.HOLDING),
+        (True, "was held by name", 0.0, GUIDED, Phase.HOLDING),
+        (True, "", 11.0, GUIDED, Phase.HOLDING),
+        (True, "", 0.0, RTL, Phase.HOLDING),
     ],
 )
 def test_a_restarted_station_goes_on_only_as_the_scenario_says_and_only_at_once(
-    resume: bool, stays: str, after_s: float, becomes: Phase
+    resume: bool, stays: str, after_s: float, mode: int, becomes: Phase
 ) -> None:
     watch = Watch(1)
     watch.clock.advance(after_s)
-    watch.place(1, (0.0, 100.0, 30.0), armed=True, landed_state=2)
+    watch.place(1, (0.0, 100.0, 30.0), armed=True, landed_state=2, custom_mode=mode)
     watch.flight(1).stays = stays
     watch.executive.remember_flying(watch.flight(1))
     watch.flight(1).stays = stays

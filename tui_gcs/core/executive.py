@@ -290,7 +290,7 @@ class Executive:
         """The run's phase follows its flights."""
         up = (Phase.ARMING, Phase.TAKEOFF)
         if self.run is RunPhase.STARTING and not self._book.in_phase(*up):
-            ready = [f for f in self._book.in_phase(Phase.TAKEOFF, Phase.HOLDING, Phase.FLYING) if f.step == "ready"]
+            ready = [f for f in self._book.in_phase(Phase.HOLDING) if f.step == "ready"]
             for flight in ready:
                 flight.enter(Phase.FLYING, self._clock.now())
             self.run = RunPhase.RUNNING if self._book.in_phase(Phase.FLYING) else RunPhase.HOLD
@@ -351,10 +351,10 @@ class Executive:
         """Up its column (or, after a hold, to its layer again, steered and judged); there it waits for the others."""
         by_hand = math.isfinite(flight.by_hand_m)
         wanted_m = flight.by_hand_m if by_hand else flight.layer_m
-        if flight.step == "climb" and abs(vehicle.alt_rel_m - wanted_m) <= LAYER_TOLERANCE_M:
+        if abs(vehicle.alt_rel_m - wanted_m) <= LAYER_TOLERANCE_M:
             flight.enter(Phase.BY_HAND if by_hand else Phase.HOLDING, now, "ready")
             self._flies_without_run(now)
-        elif flight.step == "climb" and now - flight.since_s > CLIMB_LIMIT_S:
+        elif now - flight.since_s > CLIMB_LIMIT_S:
             self._events.say(EventClass.MISSION, f"vehicle {flight.vehicle}", "does not reach its layer: holds", ALERT)
             self._hold_one(vehicle, flight, now)
 
