@@ -147,6 +147,21 @@ async def test_where_two_teams_meet_is_told_under_each_of_them() -> None:
         assert "defend and attack" not in c.verdict(), "of an edit that is old"
 
 
+async def test_a_planner_that_takes_long_is_seen_to_work() -> None:
+    there: list[Planners] = []
+    async with plan_console(prepare=lambda station: there.append(Planners(station))) as c:
+        await sees(c, "defend: planning ...")
+        c.clock.advance(4.0)
+        await sees(c, "defend: planning ... 4 s")
+        c.clock.advance(20.0)
+        await sees(c, "defend: planning ... 25 s")
+        there[0].find_out(worst_s=26.8, ratio=1.28, separation=1.4)
+        await sees(c, "defend: 4 planned: 26.8 s worst")
+        await c.type_into("radius_m", "60")
+        await sees(c, "defend: planning ...")
+        assert "planning ... 2" not in c.verdict(), "another question"
+
+
 async def test_nothing_is_planned_while_nobody_looks() -> None:
     there: list[Planners] = []
     async with plan_console(prepare=lambda station: there.append(Planners(station))) as c:

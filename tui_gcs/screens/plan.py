@@ -16,7 +16,7 @@ from textual.timer import Timer
 from tui_gcs.actions import Action, bindings
 from tui_gcs.core.clock import Clock
 from tui_gcs.core.safe_files import FileRefused
-from tui_gcs.core.scenario import Limits, Round
+from tui_gcs.core.scenario import Limits, Round, Team
 from tui_gcs.core.zones import area_m2, contains
 from tui_gcs.feed import Feed, ScenarioChanged, StatusUpdated
 from tui_gcs.screens.plan_actions import PLAN_ACTIONS
@@ -35,6 +35,7 @@ from tui_gcs.widgets.settings_form import SettingsForm
 from tui_gcs.widgets.shape_edit import border_of, corners_told
 from tui_gcs.widgets.team_form import TeamForm
 from tui_gcs.widgets.titles import set_title
+from tui_gcs.widgets.verdict import Remark
 from tui_gcs.widgets.zone_form import ZoneForm
 from tui_gcs.widgets.zone_list import AREA_ROW, ZoneList
 
@@ -206,12 +207,15 @@ class PlanScreen(PlanApply):
         zone_name = self.draft.zone_name
         self.zone_list.show(current, names.index(zone_name) + 1 if zone_name in names else AREA_ROW)
         team = self.draft.team
-        previewed = preview_remarks(team, self.previews.get(team.name), self.asked_s) if team is not None else []
+        previewed = self._previewed(team) if team is not None else []
         met = [each.finding for each in self.meetings if team is not None and team.name in each.teams]
         refusal = self.refusal if model.text == self.refused_text else ""
         self.verdict.show(remarks(model, self.draft, refusal, self.glyphs, [*previewed, *meeting_remarks(met)]))
         self.foresee_later()
         self._keep_later()
+
+    def _previewed(self, team: Team) -> list[Remark]:
+        return preview_remarks(team, self.previews.get(team.name), self.asked_s, self.waited_s)
 
     def _show_edited(self, current: Round) -> None:
         edited, pending = self.draft.edited, self.draft.pending

@@ -36,6 +36,10 @@ class PlanPreview(DraftScreen):
     """What is asked when, on the console's clock: the next edit, or a look for an answer."""
     _look: Timer | None = None
     """Looks whether it is time, while something waits."""
+    _asked_at = 0.0
+    """When the question left, on the console's clock."""
+    waited_s = 0
+    """Whole seconds since then, while somebody still plans."""
 
     @property
     def what_to_foresee(self) -> tuple[int, str, int] | None:
@@ -116,13 +120,17 @@ class PlanPreview(DraftScreen):
 
     async def _ask_station(self, question: Preview | GetPreviews) -> None:
         """Ask, and look again until all have answered; somebody else's question ends this one."""
+        if isinstance(question, Preview):
+            self._asked_at = self.clock.now()
         reply = await self.feed.request(question)
         numbers = {found.number for found in reply.previews.values()}
         if isinstance(question, Preview):
             self._numbers = numbers
         known = reply.previews if reply.ok and numbers == self._numbers else {}
-        if known != self.previews:
+        running = any(found.state == "running" for found in known.values())
+        before, self.waited_s = self.waited_s, int(self.clock.now() - self._asked_at) if running else 0
+        if known != self.previews or self.waited_s != before:
             self._know(known)
             self.show_foreseen()
-        if any(found.state == "running" for found in known.values()):
+        if running:
             self._ask_in(POLL_S, GetPreviews())

@@ -26,13 +26,21 @@ def _remarks(found: list[ScenarioFinding]) -> list[Remark]:
     return said
 
 
-def preview_remarks(team: Team, found: PreviewResult | None, asked_s: float) -> list[Remark]:
-    """What the planner would make of it; `asked_s`: how many vehicles it takes for this idleness was the question."""
+WAIT_SHOWN_S = 3
+"""From here on the operator is told how long it takes: it works, and is not stuck."""
+
+
+def preview_remarks(team: Team, found: PreviewResult | None, asked_s: float, waited_s: int = 0) -> list[Remark]:
+    """What the planner would make of it, or that it has worked on it for `waited_s`.
+
+    `asked_s`: how many vehicles it takes for this idleness was the question.
+    """
     if found is None:
         return []
     if found.state == "running":
         what = f"how many for {asked_s:g} s?" if asked_s else "planning"
-        return [Remark(f"{team.name}: {what} ...", Ink.MUTED)]
+        so_long = f" {waited_s} s" if waited_s >= WAIT_SHOWN_S else ""
+        return [Remark(f"{team.name}: {what} ...{so_long}", Ink.MUTED)]
     said = _remarks(previewed(found))
     if asked_s and found.state == "done":
         more = found.vehicles - team.size
