@@ -1,13 +1,16 @@
 """Positions that jump: found, told as long as they are doubtful, and nobody is led on by them."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from rig import Rig
 from vehicles import a_vehicle
 
 from tui_gcs.core import messages as m
+from tui_gcs.core.flights import FOUND
 from tui_gcs.core.jumps import JumpWatch
+from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Phase, Vec3
 from tui_gcs.core.vehicle import Vehicle
 
@@ -106,3 +109,29 @@ def test_who_returns_by_an_operator_s_order_goes_on(rig: MakeRig) -> None:
     flight.run(3.0)
     assert flight.phase(1) is Phase.RETURNING
     assert alarms(flight)["position"][0] == (1,)
+
+
+def test_who_holds_already_is_told_to_hold_where_it_is_now(rig: MakeRig) -> None:
+    """It holds at a place: after a jump it would fly back to that, as far beside what is true."""
+    flight = rig(2).flying().run(10.0)
+    assert flight.ask(m.Hold(vehicles=(1,))).ok
+    flight.run(10.0)
+    _, before_m, _ = flight.station.fleet.vehicles[1].position_m
+    believes(flight, 0, (0.0, 30.0, 0.0))
+    flight.run(10.0)
+    assert flight.phase(1) is Phase.HOLDING
+    assert flight.station.fleet.vehicles[1].position_m[1] > before_m + 28.0, "where it says that it is, it stays"
+
+
+def test_who_was_found_in_the_air_is_sent_nothing_for_a_jump(rig: MakeRig, tmp_path: Path) -> None:
+    flight = rig(2).flying().run(10.0)
+    memory = StationMemory(tmp_path / "memory.json")
+    memory.remember(flight.station)
+    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    flight.run(10.0)
+    assert flight.station.book.flights[1].step == FOUND
+    believes(flight, 0, (0.0, 30.0, 0.0))
+    since_s = flight.clock.now()
+    flight.run(3.0)
+    assert flight.sent_to(1, since_s=since_s) == []
+    assert flight.station.book.flights[1].stays == "its position jumped"

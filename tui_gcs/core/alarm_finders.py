@@ -15,11 +15,12 @@ from tui_gcs.core.alarm_causes import WHEN_ON_ITS_WAY
 from tui_gcs.core.alarm_signs import VehicleSigns
 from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.closing import Closing, closings
+from tui_gcs.core.events import WARNING
 from tui_gcs.core.firmware.habits import stop_word
 from tui_gcs.core.firmware.health import Concern, Problem
 from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.flights import FOUND, MOTORS_STEP, ON_BOARD_STEP, Flight
-from tui_gcs.core.messages import Freshness, Phase, RunPhase
+from tui_gcs.core.messages import Event, Freshness, Phase, RunPhase
 from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.monitor import error_m
 from tui_gcs.core.vehicle import Vehicle
@@ -33,7 +34,7 @@ TRAFFIC_M, TRAFFIC_UP_M, TRAFFIC_AGE_S = 1500.0, 300.0, 15.0
 """An aircraft nearer than that, both ways, heard no longer ago."""
 BESIDE_M, LATE_S, BESIDE_BAND = 2.0, 1.0, 0.3
 """So far beside its slot's way, late or early, for seconds: good ones never are (1.1 m, 0.3 s), nor on bad links."""
-HEALTH_ROUND_S = 2.0
+HEALTH_ROUND_S = 1.0
 """Each flying vehicle's own checks are looked at once in this time: they are many."""
 CLOSING_GAP_S = 0.5
 SETTLES_S = 5.0
@@ -54,8 +55,18 @@ class AlarmFinder:
         self._next_closing_s = -math.inf
         self._meetings: list[Finding] = []
         self._settled_s = station.clock.now() + SETTLES_S
-        self._health: dict[int, tuple[tuple[Concern, Problem], ...]] = {}
+        self._health: dict[int, dict[Concern, Problem]] = {}
+        """By vehicle, the worst of each concern."""
         self._next_health = 0
+        self._spoke: set[str] = set()
+        """Who said something bad since their checks were looked at last, e.g. "vehicle 3"."""
+        self.in_doubt: dict[int, str] = {}
+        """Who flies and does not know where, by what it says of itself, and what that is; as `findings` found it."""
+
+    def on_event(self, event: Event) -> None:
+        """What somebody says may be in its telemetry, too, and better: it is looked at next."""
+        if event.severity <= WARNING:
+            self._spoke.add(event.source)
 
     def findings(self, gap_s: float) -> list[Finding]:
         """All that is wrong now; asked every `gap_s`."""
@@ -64,6 +75,7 @@ class AlarmFinder:
         vehicles = station.fleet.in_order()
         flying = [vehicle for vehicle in vehicles if vehicle.airborne]
         self._look_at_health(flying, gap_s)
+        self.in_doubt = {}
         return [
             *self._absent(),
             *self._silence(vehicles, now),
@@ -108,7 +120,7 @@ class AlarmFinder:
         failed = vehicle.link if link is not None and link.error and len(vehicle.used_paths()) <= 1 else ""
         does = _does(vehicle, flight)
         for finding in self._signs.findings(vehicle, now, in_flight=in_flight, failed_link=failed):
-            yield _fitting(finding, does)
+            yield _fitting(self._noted(finding), does)
         if not in_flight:
             return
         ordered = (ON_BOARD_STEP, MOTORS_STEP)
@@ -117,13 +129,18 @@ class AlarmFinder:
             mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
             yield Finding("left", vehicle.id, f"{mode}: {flight.left_said}" if flight.left_said else mode)
         if vehicle.airborne:
-            yield from (_fitting(finding, does) for finding in self._own_checks(vehicle))
+            yield from (_fitting(self._noted(finding), does) for finding in self._own_checks(vehicle))
             if off_m := self._station.jumps.off_m(vehicle.id):
                 yield Finding("position", vehicle.id, f"it jumped by {off_m:.0f} m")
         if flight is not None and flight.vetoed:
             yield Finding("vetoed", vehicle.id, flight.vetoed)
         if flight is not None and flight.phase is Phase.FLYING and not flight.vetoed:
             yield from self._beside(flight, vehicle, now)
+
+    def _noted(self, finding: Finding) -> Finding:
+        if finding.cause == "position" and isinstance(finding.subject, int):
+            self.in_doubt[finding.subject] = finding.text
+        return finding
 
     def _beside(self, flight: Flight, vehicle: Vehicle, now: float) -> Iterator[Finding]:
         """It is not where its plan has it and others believe it to be. A slow link makes late, too, but not by much.
@@ -146,17 +163,21 @@ class AlarmFinder:
     def _own_checks(self, vehicle: Vehicle) -> Iterator[Finding]:
         """What an autopilot says of itself that would keep it on the ground."""
         charge = "" if math.isnan(vehicle.battery_pct) else f"{vehicle.battery_pct:.0f} %"
-        for concern, problem in self._health.get(vehicle.id, ()):
+        for concern, problem in self._health.get(vehicle.id, {}).items():
             text = charge if charge and problem.is_charge else problem.text
             yield Finding(_CAUSES[concern], vehicle.id, text)
 
     def _look_at_health(self, flying: list[Vehicle], gap_s: float) -> None:
         ids = [vehicle.id for vehicle in flying]
         self._health = {i: problems for i, problems in self._health.items() if i in set(ids)}
+        due = [vehicle for vehicle in flying if f"vehicle {vehicle.id}" in self._spoke] if self._spoke else []
+        self._spoke.clear()
         for _ in range(min(len(flying), int(len(flying) * gap_s / HEALTH_ROUND_S) + 1)):
             self._next_health = (self._next_health + 1) % len(flying)
-            vehicle = flying[self._next_health]
-            self._health[vehicle.id] = self._station.services.health.in_flight(vehicle)
+            due.append(flying[self._next_health])
+        for vehicle in due:
+            found = self._station.services.health.in_flight(vehicle)
+            self._health[vehicle.id] = dict(reversed(found))  # of each concern the first counts
 
     # ---------------------------------------------------------------- all together
 

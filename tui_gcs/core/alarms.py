@@ -147,13 +147,18 @@ class AlarmDesk:
                 self._renew(member, now)
             member.text = finding.text
             return False
-        if hidden or now - member.found_s < member.cause.on_s - 1e-9:
+        if hidden or not (now - member.found_s >= member.cause.on_s - 1e-9 or self._is_told(member, now)):
             return False
         if member.over_s is not None and now - member.over_s < CHATTER_S:
             member.flutters += 1
         member.text, member.over_s = finding.text, None
         self._renew(member, now)
         return True
+
+    def _is_told(self, member: _Member, now: float) -> bool:
+        """Whether what it hides was told just now: two say so, and neither may wait for the other."""
+        told = [self._told.get((effect, member.subject)) for effect in member.cause.hides if effect in TOLD]
+        return any(each is not None and now - each[0] <= member.cause.on_s for each in told)
 
     def _renew(self, member: _Member, now: float) -> None:
         self._raised += 1

@@ -26,7 +26,7 @@ from tui_gcs.core.executive import Executive
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.fleet import Fleet
-from tui_gcs.core.flights import FlightBook
+from tui_gcs.core.flights import FOUND, FlightBook
 from tui_gcs.core.forward import Endpoint, Forwarder
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.guard import Guard
@@ -58,6 +58,7 @@ from tui_gcs.core.reception import Reception
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.requests import RequestDesk
 from tui_gcs.core.scenario import OperatorId, Round, Scenario, Team
+from tui_gcs.core.self_doubts import SelfDoubts
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.jobs import JobDesk
@@ -74,6 +75,8 @@ from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wind import WindBook
 from tui_gcs.core.wire.encode import Encoder
 
+JUMPED, DOUBTED = "its position jumped", "it doubted its own position"
+"""Why who holds does not go on with the others."""
 FRAME_GAP_S = 0.1
 STATUS_GAP_S = 0.5
 ALARM_GAP_S = 0.2
@@ -205,9 +208,11 @@ class Station:
         self.requests = RequestDesk(self)
         self.reboots = RebootBook(self.fleet)
         self._alarm_finder = AlarmFinder(self, self.alarms)
+        self.events.listen(self._alarm_finder.on_event)
         self._next_alarms_s = -math.inf
         self.pauses = Pauses()
         self.jumps = JumpWatch()
+        self._self_doubts = SelfDoubts()
         self._wall_watch = WallWatch(clock)
         self.dropped: Counter[str] = Counter()
         self._assigned_for: tuple[int, ...] = ()
@@ -299,12 +304,29 @@ class Station:
             self.executive.hold(flying, stays="", asked=False)
 
     def _hold_jumped(self, vehicle: Vehicle, far_m: float) -> None:
-        """Led on it would be as far beside what everybody believes: who flew for its planner or by hand holds."""
+        """Led on it would be as far beside what everybody believes: who flew for its planner or by hand holds.
+
+        Who holds is told to do so where it is now: it would fly back to where it seemed to be.
+        """
         text = f"its position jumped by {far_m:.0f} m: before or after that it is not where it says"
         self.events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, WARNING)
         flight = self.book.get(vehicle.id)
-        if flight is not None and flight.phase in (Phase.FLYING, Phase.BY_HAND):
-            self.executive.hold((vehicle.id,), stays="its position jumped", asked=False)
+        if flight is None or flight.phase not in (Phase.FLYING, Phase.BY_HAND, Phase.HOLDING):
+            return
+        if flight.step == FOUND:
+            flight.stays = flight.stays or JUMPED
+        else:
+            self.executive.hold((vehicle.id,), stays=JUMPED, asked=False)
+
+    def _hold_doubtful(self, now: float) -> None:
+        """As long as it still is where it says, nearly: who flies for its planner or by hand holds."""
+        for vehicle, why in self._self_doubts.look(self._alarm_finder.in_doubt, now):
+            flight = self.book.get(vehicle)
+            if flight is not None and flight.phase in (Phase.FLYING, Phase.BY_HAND):
+                text = f"it doubts its own position, and holds: {why}"
+                self.events.say(EventClass.SENSOR, f"vehicle {vehicle}", text, WARNING)
+                self._self_doubts.answer(vehicle)
+                self.executive.hold((vehicle,), stays=DOUBTED, asked=False)
 
     def close(self) -> None:
         """Write down what the next start has to know."""
@@ -319,6 +341,7 @@ class Station:
             for vehicle, far_m in self.jumps.look(self.fleet.vehicles.values()):
                 self._hold_jumped(vehicle, far_m)
             self.alarms.look(self._alarm_finder.findings(ALARM_GAP_S))
+            self._hold_doubtful(now)
 
     def _publish_due(self) -> Iterator[None]:
         now = self.clock.now()

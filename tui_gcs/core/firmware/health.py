@@ -150,6 +150,16 @@ class Problem:
     """It says how much is left in a battery: a percentage says it better."""
 
 
+GLITCH = Problem("GPS glitch: its position may jump to a wrong place within seconds", blocks=True, about="position")
+GLITCH_OVER = "Glitch cleared"
+
+
+def _says_glitch(said: Sequence[str]) -> bool:
+    """ArduPilot says "GPS Glitch or Compass error" (older: "GPS Glitch"), and the other at its end."""
+    told = [text for text in said if text.startswith("GPS Glitch") or text == GLITCH_OVER]
+    return bool(told) and told[-1] != GLITCH_OVER
+
+
 def problems(vehicle: Vehicle, newest: Newest, checks: Checks, now: float) -> Iterator[Problem]:
     """All that is wrong."""
     yield from _state(vehicle)
@@ -163,8 +173,14 @@ def problems(vehicle: Vehicle, newest: Newest, checks: Checks, now: float) -> It
     yield from _battery(vehicle, newest)
 
 
-def problems_in_flight(vehicle: Vehicle, newest: Newest) -> Iterator[tuple[Concern, Problem]]:
-    """What an autopilot says of itself that asks for an act in the air; its silence is told elsewhere."""
+def problems_in_flight(vehicle: Vehicle, newest: Newest, said: Sequence[str] = ()) -> Iterator[tuple[Concern, Problem]]:
+    """What an autopilot says of itself that asks for an act in the air; its silence is told elsewhere.
+
+    `said`: its texts of the last seconds, oldest first. A glitch is told in one at once, in telemetry later, and over a
+    slow radio not at all.
+    """
+    if vehicle.autopilot == AUTOPILOT_ARDUPILOT and _says_glitch(said):
+        yield "position", GLITCH
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT and newest(EKF_STATUS_REPORT) is not None:
         yield from _doubts(_ardupilot_ekf(vehicle, newest))
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT and (stick := sinking_stick(vehicle, newest)):
@@ -349,7 +365,7 @@ def _ardupilot_ekf(vehicle: Vehicle, newest: Newest) -> Iterator[Problem]:
         missing = [word for bit, word in EKF_PARTS.items() if not flags & bit]
         yield Problem(f"EKF without {', '.join(missing)}", blocks=True)
     if flags & EKF_GLITCH:
-        yield Problem("GPS glitch: its position may jump to a wrong place within seconds", blocks=True)
+        yield GLITCH
     yield from _estimates([(word, report[name]) for word, name in EKF_VARIANCES.items()], "EKF")
 
 

@@ -18,6 +18,8 @@ from tui_gcs.core.services.remote_id import RemoteIdService
 from tui_gcs.core.services.vehicle_events import VehicleEvents
 from tui_gcs.core.vehicle import Vehicle
 
+GLITCH_SAID_S = 12.0
+"""So long what an autopilot says of a glitch counts: ArduPilot believes a GPS that stays off after 10 s (measured)."""
 OLD_S = 60.0
 """Older telemetry says nothing of now: the poorest set of a radio has a message every 20 s."""
 
@@ -45,8 +47,9 @@ class HealthService:
 
     def in_flight(self, vehicle: Vehicle) -> tuple[tuple[Concern, Problem], ...]:
         """What is wrong with it by its own telemetry that asks for an act in the air."""
-        newest = _Newest(self._fleet, vehicle, self._clock.now())
-        return tuple(problems_in_flight(vehicle, newest))
+        now = self._clock.now()
+        said = vehicle.reasons_since(now - GLITCH_SAID_S)
+        return tuple(problems_in_flight(vehicle, _Newest(self._fleet, vehicle, now), said))
 
     def of(self, vehicle: Vehicle) -> Health:
         """What is wrong with it now."""
