@@ -1,5 +1,6 @@
 """Positions that jump: found, told as long as they are doubtful, and nobody is led on by them."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -67,6 +68,38 @@ def test_after_a_long_gap_nothing_can_be_said() -> None:
     flown = Flown()
     flown.tells(1000, (10.0, 0.0, 30.0))
     assert flown.tells(4000, (90.0, 0.0, 30.0)) == []
+
+
+def test_a_new_station_knows_who_jumped_unless_it_has_landed_or_booted_since() -> None:
+    flown = Flown()
+    flown.tells(1000, (10.0, 0.0, 30.0))
+    flown.tells(1200, (10.0, 67.0, 30.0))
+    held = json.loads(json.dumps(flown.watch.memory()))
+
+    def next_station(boot_ms: int, *, armed: bool = True) -> float:
+        flown.watch, flown.vehicle.armed = JumpWatch(), armed
+        flown.watch.recall(held)
+        assert json.loads(json.dumps(flown.watch.memory())) == held, "also when it ends before it heard anybody"
+        assert flown.tells(boot_ms, (180.0, 67.0, 30.0)) == [], "it flew on meanwhile: that is no jump"
+        return flown.watch.off_m(1)
+
+    assert next_station(60_000) == pytest.approx(67.0)
+    assert flown.tells(60_200, (180.0, 0.0, 30.0)) == [] and flown.watch.off_m(1) == 0.0, "and back again"
+    assert next_station(900) == 0.0, "it booted"
+    assert next_station(60_000, armed=False) == 0.0, "it landed"
+    flown.vehicle.armed = True
+    assert flown.tells(60_200, (10.0, 0.0, 30.0)) == [] and flown.watch.off_m(1) == 0.0
+
+
+def test_that_it_jumped_is_told_by_the_station_after_this_one_too(rig: MakeRig, tmp_path: Path) -> None:
+    flight = rig(2).flying().run(10.0)
+    believes(flight, 0, (0.0, 67.0, 0.0))
+    flight.run(4.0)
+    StationMemory(tmp_path / "memory.json").remember(flight.station)
+    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    flight.run(40.0)
+    vehicles, text = alarms(flight)["position"]
+    assert vehicles == (1,) and text.startswith("it jumped by ")
 
 
 def believes(flight: Rig, index: int, off_m: Vec3) -> None:

@@ -8,8 +8,9 @@ a jump of its barometer.
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.messages import NOWHERE, Vec3
 from tui_gcs.core.vehicle import Vehicle
 
 JUMP_M = 10.0
@@ -27,6 +28,8 @@ class _Last:
     velocity_m_s: Vec3
     off_m: Vec3 = (0.0, 0.0, 0.0)
     """All that it jumped since it took off."""
+    jumped_ms: int = 0
+    """When it last did, by its boot clock."""
 
 
 class JumpWatch:
@@ -35,21 +38,26 @@ class JumpWatch:
     def __init__(self) -> None:
         """Nobody flies."""
         self._last: dict[int, _Last] = {}
+        self._recalled: dict[int, _Last] = {}
+        """What the station before this one knew, until the vehicle is heard."""
 
     def look(self, vehicles: Iterable[Vehicle]) -> list[tuple[Vehicle, float]]:
         """Who jumped since the last look, and how far, in metres. Who is down, or another one by now, is forgotten."""
         jumped, last = [], {}
         for vehicle in vehicles:
             fix = vehicle.fix
-            if not (vehicle.airborne and fix and vehicle.has_position()):
+            if not (fix and vehicle.has_position()):
                 continue
-            before = self._last.get(vehicle.id)
+            recalled = self._recalled.pop(vehicle.id, None)
+            if not vehicle.airborne:
+                continue
+            before = self._last.get(vehicle.id, recalled)
             now = _Last(fix[0], vehicle.position_m, vehicle.velocity_m_s)
             if before is not None and fix[0] >= before.boot_ms:
-                now.off_m = before.off_m
-                missed = _missed(before, now)
+                now.off_m, now.jumped_ms = before.off_m, before.jumped_ms
+                missed = _missed(before, now) if before is not recalled else None
                 if missed is not None:
-                    now.off_m = _plus(before.off_m, missed)
+                    now.off_m, now.jumped_ms = _plus(before.off_m, missed), fix[0]
                     if not _is_back(now.off_m):
                         jumped.append((vehicle, math.hypot(*missed)))
             last[vehicle.id] = now
@@ -60,6 +68,24 @@ class JumpWatch:
         """How far it has jumped in this flight, and not back again; 0 if it has not."""
         last = self._last.get(vehicle)
         return 0.0 if last is None or _is_back(last.off_m) else math.hypot(*last.off_m)
+
+    # ---------------------------------------------------------------- over a restart of the station
+
+    def memory(self) -> list[dict[str, Any]]:
+        """What the next start must know: who has jumped how far, and when."""
+        known = self._recalled | self._last
+        return [
+            {"vehicle": vehicle, "off_m": last.off_m, "jumped_ms": last.jumped_ms}
+            for vehicle, last in sorted(known.items())
+            if not _is_back(last.off_m)
+        ]
+
+    def recall(self, held: Iterable[dict[str, Any]]) -> None:
+        """Go on from what `memory` gave; who has landed or booted since is forgotten when it is heard."""
+        for item in held:
+            x, y, z = map(float, item["off_m"])
+            jumped_ms = int(item["jumped_ms"])
+            self._recalled[int(item["vehicle"])] = _Last(jumped_ms, NOWHERE, NOWHERE, (x, y, z), jumped_ms)
 
 
 def _missed(before: _Last, now: _Last) -> Vec3 | None:

@@ -1,7 +1,7 @@
 """What a station must know again after `kill -9`.
 
-Scenario, round, teams, homes, answered alarms, who must be rebooted, what was acknowledged, which plans are ours, what
-planners learnt, what was being changed on vehicles.
+Scenario, round, teams, homes, answered alarms, who must be rebooted, whose position jumped, what was acknowledged,
+which plans are ours, what planners learnt, what was being changed on vehicles.
 
 A restarted station shows the whole picture and sends no set-point: vehicles found in the air are shown as holding.
 """
@@ -90,6 +90,7 @@ class StationMemory:
         station.set_round(min(self._held["round_index"], len(station.scenario.rounds) - 1))
         station.alarms.recall(self._held.get("alarms", {}))
         station.reboots.recall(self._held.get("reboots", {}))
+        station.jumps.recall(self._held.get("jumps", []))
         station.preflight.recall(self._held.get("acknowledged", []))
         station.services.missions.book.recall(self._held.get("plans", []))
         learnt = self._held.get("learnt")
@@ -130,6 +131,7 @@ class StationMemory:
             ],
             "alarms": station.alarms.memory(),
             "reboots": station.reboots.memory(),
+            "jumps": station.jumps.memory(),
             "acknowledged": station.preflight.memory(),
             "plans": station.services.missions.book.memory(),
             "changing": [
