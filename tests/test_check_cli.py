@@ -56,8 +56,24 @@ def test_what_planners_would_make_of_it_and_where_teams_meet(capsys: pytest.Capt
     out = capsys.readouterr().out
     assert re.search(r"note    r: defend: 4 planned: [\d.]+ s worst, [\d.]+ x bound, separation [\d.]+ x\n", out)
     assert re.search(r"r: defend and attack: separation 1\.\d\d x after \d+ s at \[\d+ \d+\] \([1-4] and [5-8]\):", out)
+    assert "note    preview: planned at once for ArduPilot, up to 0.9 m beside its course (--autopilot)\n" in out
+    assert main(["check", "a.toml", "--preview", "--autopilot", "px4"]) == 0
+    assert "planned at once for PX4, up to 1.25 m beside its course" in capsys.readouterr().out
     Path("b.kml").write_text("<kml/>")
     assert main(["check", "b.kml", "--preview"]) == 2
+
+
+def test_a_scenario_that_cannot_be_read_is_said_whatever_the_other_file_holds(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    Path("empty.waypoints").write_text("QGC WPL 110\n")
+    Path("bad.toml").write_text("x = [")
+    assert main(["check", "empty.waypoints"]) == 0
+    capsys.readouterr()
+    assert main(["check", "empty.waypoints", "--scenario", "bad.toml"]) == 2
+    assert "bad.toml" in capsys.readouterr().err
+    assert main(["check", str(SCENARIO), "--round", "2"]) == 2
+    assert "a scenario is looked at as a whole" in capsys.readouterr().err
 
 
 def test_a_zone_that_nobody_serves(capsys: pytest.CaptureFixture[str]) -> None:

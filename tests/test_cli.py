@@ -218,6 +218,13 @@ def test_the_name_of_a_file_does_not_write_to_the_terminal(capsys: pytest.Captur
     assert capsys.readouterr().err.startswith("tui-gcs: ␛]0;hacked␇.mid: an ending that says the format")
 
 
+def test_an_option_that_there_is_not_does_not_write_to_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["check", "a.toml", "--\x1b]0;hacked\x07"])
+    assert end.value.code == CANNOT
+    assert capsys.readouterr().err.endswith("tui-gcs: error: unrecognized arguments: --␛]0;hacked␇\n")
+
+
 def test_python_m_tui_gcs_is_the_same_program(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

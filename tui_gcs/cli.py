@@ -5,6 +5,7 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 from tui_gcs import __version__
 from tui_gcs.commands import console_options, files_parser, planner_parser, sim_options, vehicle_parser
@@ -35,8 +36,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     return code
 
 
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong without repeating escape sequences to the terminal; its subcommands do, too."""
+
+    def error(self, message: str) -> NoReturn:
+        """One clean line, and exit code 2."""
+        from tui_gcs.core.text import clean
+
+        super().error(clean(message, MOST_ERROR_CELLS))
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser: argparse.ArgumentParser = _Parser(
         prog="tui-gcs", description="A ground control station for fleets of autonomous vehicles, in a terminal."
     )
     parser.add_argument("--version", action="version", version=f"tui-gcs {__version__}")

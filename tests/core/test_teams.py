@@ -13,13 +13,14 @@ from tui_gcs.core.course import Stand
 from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M
 from tui_gcs.core.firmware.px4 import Px4Multicopter
+from tui_gcs.core.firmware.registry import off_course_m
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.messages import FleetFrame, Intent, Phase, Plan, PlannerTask, RunPhase
 from tui_gcs.core.plan_limits import NOTES_PER_S
 from tui_gcs.core.snapshot import fleet_frame
 from tui_gcs.core.status import station_status
 from tui_gcs.core.tracking import Tracking
-from tui_gcs.core.wire.mavlink import AUTOPILOT_PX4
+from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
 MakeRig = Callable[..., Rig]
 
@@ -56,6 +57,7 @@ def test_a_planner_is_told_how_far_the_worst_of_its_autopilots_strays(rig: MakeR
     mixed = desk.task_for(station.scenario, station.round, desk.team, 99)
     assert mixed.off_course_m == Px4Multicopter.off_course_m > ArduCopter.off_course_m
     assert station.firmware.off_course_m((1, 77)) == UNKNOWN_OFF_COURSE_M, "77 was never heard"
+    assert max(off_course_m(AUTOPILOT_ARDUPILOT), off_course_m(AUTOPILOT_PX4)) <= UNKNOWN_OFF_COURSE_M
 
 
 # ---------------------------------------------------------------- late and dead

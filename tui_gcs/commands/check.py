@@ -14,6 +14,7 @@ from tui_gcs.core.text import clean
 from tui_gcs.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
+    from tui_gcs.core.formats.conversion import Base
     from tui_gcs.core.missions.draft import VehicleDraft
     from tui_gcs.core.missions.findings import Finding, Site
     from tui_gcs.core.plan_findings import Who
@@ -25,7 +26,10 @@ def run(arguments: argparse.Namespace) -> int:
     is_scenario = path.name.lower().endswith(SCENARIO)
     if arguments.preview and not is_scenario:
         raise CommandError("--preview is of a scenario (.toml): only planners are foretold")
-    lines = scenario_lines(path, preview=arguments.preview) if is_scenario else other_lines(path, arguments)
+    if is_scenario and (arguments.scenario or arguments.round):
+        raise CommandError("--scenario and --round are of a plan: a scenario is looked at as a whole")
+    preview = (arguments.autopilot or "ardupilot") if arguments.preview else None
+    lines = scenario_lines(path, preview) if is_scenario else other_lines(path, arguments)
     errors, cautions = (sum(line.level == level for line in lines) for level in (ERROR, CAUTION))
     if arguments.json:
         found = [{"level": line.level.lower(), "where": line.where, "text": line.text} for line in lines]
@@ -42,8 +46,11 @@ def run(arguments: argparse.Namespace) -> int:
 # ---------------------------------------------------------------- scenarios
 
 
-def scenario_lines(path: Path, *, preview: bool = False) -> list[Line]:
-    """What is to be said of a scenario. Raises `CommandError` if it cannot be read at all."""
+def scenario_lines(path: Path, preview: str | None = None) -> list[Line]:
+    """What is to be said of a scenario, and what planners make of it with this autopilot (`preview`).
+
+    Raises `CommandError` if it cannot be read at all.
+    """
     from tui_gcs.core.scenario_load import ScenarioError, parse, read_text
 
     try:
@@ -66,10 +73,10 @@ def scenario_lines(path: Path, *, preview: bool = False) -> list[Line]:
         if team.planner not in known:
             what = f"planner {team.planner!r} is none of the known ones: it needs --planner FILE.py where it flies"
             found.append(Line(CAUTION, f"team {team.name}", what))
-    if preview:
+    if preview is not None:
         from tui_gcs.commands.check_preview import preview_lines
 
-        found += preview_lines(scenario)
+        found += preview_lines(scenario, preview)
     return sorted(found, key=lambda line: -WORDS.index(line.level))
 
 
@@ -78,16 +85,20 @@ def scenario_lines(path: Path, *, preview: bool = False) -> list[Line]:
 
 def other_lines(path: Path, arguments: argparse.Namespace) -> list[Line]:
     """Our missions of many vehicles, or a file of one. Raises `CommandError`."""
+    base = read_base(Path(arguments.scenario)) if arguments.scenario is not None else None
     data = missions_in(path)
     if data is None:
-        return file_lines(path, arguments)
+        return file_lines(path, base, arguments)
     from tui_gcs.commands.check_missions import missions_lines
 
-    return missions_lines(path, data, arguments)
+    return missions_lines(path, data, base, arguments)
 
 
-def file_lines(path: Path, arguments: argparse.Namespace) -> list[Line]:
-    """What is to be said of another file. Raises `CommandError` if it cannot be read at all."""
+def file_lines(path: Path, base: "Base | None", arguments: argparse.Namespace) -> list[Line]:
+    """What is to be said of another file; `base`: where a plan is flown.
+
+    Raises `CommandError` if it cannot be read at all.
+    """
     content = read_any(path, arguments.kind, arguments.home_line)
     if not isinstance(content, Content):
         return []
@@ -98,7 +109,7 @@ def file_lines(path: Path, arguments: argparse.Namespace) -> list[Line]:
     if content.params:
         return [*lost, *_param_lines(content), *notes]
     unflown = [Line(ERROR, "mission", f"{part}: its way is not in the file") for part in content.not_flown]
-    return [*unflown, *_plan_lines(content, arguments), *lost, *notes]
+    return [*unflown, *_plan_lines(content, base, arguments), *lost, *notes]
 
 
 def _drawing_lines(content: Content) -> list[Line]:
@@ -137,7 +148,7 @@ def _param_lines(content: Content) -> list[Line]:
     return found
 
 
-def _plan_lines(content: Content, arguments: argparse.Namespace) -> list[Line]:
+def _plan_lines(content: Content, base: "Base | None", arguments: argparse.Namespace) -> list[Line]:
     """The findings of a plan: where it leads, and what its autopilot makes of it."""
     from tui_gcs.core.missions.draft import VehicleDraft
     from tui_gcs.core.missions.findings import Level, findings
@@ -149,7 +160,7 @@ def _plan_lines(content: Content, arguments: argparse.Namespace) -> list[Line]:
     draft = VehicleDraft(*items)
     if draft.is_empty:
         return [Line(NOTE, "", "nothing is planned in it")]
-    who, site = _who(content, draft, arguments)
+    who, site = _who(content, draft, base, arguments)
     amsl_m = content.home.amsl_m if content.home is not None and not math.isnan(content.home.amsl_m) else 0.0
     way = way_of(draft.mission, Home(who.start_m, amsl_m), who.frame, site.performance)
     found: list[Finding] = findings(draft, way, site)
@@ -166,7 +177,9 @@ def _told(finding: "Finding") -> tuple[str, str]:
     return where, finding.text
 
 
-def _who(content: Content, draft: "VehicleDraft", arguments: argparse.Namespace) -> "tuple[Who, Site]":
+def _who(
+    content: Content, draft: "VehicleDraft", base: "Base | None", arguments: argparse.Namespace
+) -> "tuple[Who, Site]":
     """Who flies it from where, and in what area it is judged."""
     from tui_gcs.core.firmware.plans import dialect_for
     from tui_gcs.core.geo import LocalFrame
@@ -174,7 +187,6 @@ def _who(content: Content, draft: "VehicleDraft", arguments: argparse.Namespace)
     from tui_gcs.core.plan_findings import Who
     from tui_gcs.core.scenario import Origin
 
-    base = read_base(Path(arguments.scenario)) if arguments.scenario is not None else None
     index = round_of(base, arguments.round)
     current = base.scenario.rounds[index or 0] if base is not None else None
     home_deg = _home(arguments.home)

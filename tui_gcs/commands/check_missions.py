@@ -4,8 +4,9 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from tui_gcs.commands.check_lines import CAUTION, ERROR, NOTE, WORDS, Line
-from tui_gcs.commands.convert import read_base, round_of
+from tui_gcs.commands.check_lines import CAUTION, ERROR, NAMES, NOTE, WORDS, Line
+from tui_gcs.commands.convert import round_of
+from tui_gcs.core.formats.conversion import Base
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.missions.crew import Member, crew
 from tui_gcs.core.missions.draft import MissionDraft
@@ -17,12 +18,9 @@ from tui_gcs.core.scenario import Origin
 from tui_gcs.exits import CommandError
 from tui_gcs.widgets.mission_text import clock, conflict_text, distance
 
-NAMES = {"ardupilot": "ArduPilot", "px4": "PX4"}
-"""As in fleet frames."""
 
-
-def missions_lines(path: Path, data: bytes, arguments: argparse.Namespace) -> list[Line]:
-    """The gravest first. Raises `CommandError` if it cannot be read."""
+def missions_lines(path: Path, data: bytes, base: Base | None, arguments: argparse.Namespace) -> list[Line]:
+    """The gravest first; `base`: where they are flown. Raises `CommandError` if it cannot be read."""
     try:
         saved = from_bytes(data)
     except DraftFileError as error:
@@ -30,7 +28,7 @@ def missions_lines(path: Path, data: bytes, arguments: argparse.Namespace) -> li
     look = Forecast()
     look.draft = saved.draft
     look.performance = saved.performance or look.performance
-    notes = _site(look, saved.draft, arguments)
+    notes = _site(look, saved.draft, base, arguments)
     if arguments.autopilot is not None:
         name = NAMES[arguments.autopilot]
         look.crew = {v: replace(look.member(v), autopilot=name) for v in saved.draft.vehicles}
@@ -50,9 +48,8 @@ def missions_lines(path: Path, data: bytes, arguments: argparse.Namespace) -> li
     return sorted([*found, *notes], key=lambda line: -WORDS.index(line.level))
 
 
-def _site(look: Forecast, draft: MissionDraft, arguments: argparse.Namespace) -> list[Line]:
+def _site(look: Forecast, draft: MissionDraft, base: Base | None, arguments: argparse.Namespace) -> list[Line]:
     """Where it is flown: the scenario's area, places and limits, or nothing but where each begins."""
-    base = read_base(Path(arguments.scenario)) if arguments.scenario is not None else None
     index = round_of(base, arguments.round)
     if base is not None:
         scenario = base.scenario

@@ -2,7 +2,10 @@
 
 from collections.abc import Iterator
 
-from tui_gcs.commands.check_lines import WORDS, Line
+from msgspec.structs import replace
+
+from tui_gcs.commands.check_lines import AUTOPILOTS, NAMES, NOTE, WORDS, Line
+from tui_gcs.core.firmware.registry import off_course_m
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.meetings import findings
 from tui_gcs.core.messages import FleetFrame, PreviewTask
@@ -14,23 +17,29 @@ from tui_gcs.planner import registry
 from tui_gcs.planner.preview import preview
 
 
-def preview_lines(scenario: Scenario) -> list[Line]:
-    """Every round, all vehicles begin at their take-off places. Teams whose planner is not known are left out."""
-    return [
+def preview_lines(scenario: Scenario, autopilot: str) -> list[Line]:
+    """Every round, all vehicles begin at their take-off places. Teams whose planner is not known are left out.
+
+    `autopilot`: a key of `AUTOPILOTS`; the better it keeps to its course, the wider apart a patrol's lanes may be.
+    """
+    off_m = off_course_m(AUTOPILOTS[autopilot])
+    lines = [
         Line(WORDS[finding.level], round_.name, ": ".join(filter(None, (finding.text, finding.detail))))
         for round_ in scenario.rounds
-        for finding in _round(scenario, round_)
+        for finding in _round(scenario, round_, off_m)
     ]
+    told = f"planned at once for {NAMES[autopilot]}, up to {off_m:g} m beside its course (--autopilot)"
+    return [*lines, Line(NOTE, "preview", told)]
 
 
-def _round(scenario: Scenario, round_: Round) -> Iterator[ScenarioFinding]:
+def _round(scenario: Scenario, round_: Round, off_m: float) -> Iterator[ScenarioFinding]:
     crew_of, nobody = crews(scenario), FleetFrame(seq=0, t_s=0.0, wall_s=0.0, kind=Kind.SIM)
     starts_m = {vehicle: place.place_m for crew in crew_of.values() for vehicle, place in crew.items()}
     ways = {}
     for team in scenario.teams:
         if team.planner not in registry.names():
             continue
-        task = crewed(scenario, round_, team, crew_of[team.name])
+        task = replace(crewed(scenario, round_, team, crew_of[team.name]), off_course_m=off_m)
         found = preview(PreviewTask(0, task, nobody, starts_m=starts_m), {})
         yield from previewed(found)
         if found.ways is not None:

@@ -37,7 +37,9 @@ def add(commands: Commands) -> None:
     check.set_defaults(module="check")
     check.add_argument("file", metavar="FILE")
     check.add_argument(
-        "--autopilot", choices=("ardupilot", "px4"), help="who is to fly the plan (default: as a .plan says)"
+        "--autopilot",
+        choices=("ardupilot", "px4"),
+        help="who is to fly it (default: as a .plan says; --preview: ardupilot)",
     )
     _common(check)
     check.add_argument("--scenario", metavar="SCENARIO.toml", help="judge a plan by its operating area, too")

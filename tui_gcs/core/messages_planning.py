@@ -104,7 +104,7 @@ class PlannerTask(Message, frozen=True):
     """Altitude layer of each member, metres above home."""
     zones: tuple[Zone, ...] = ()
     """All zones of the round, the team's among them."""
-    off_course_m: float = 1.5
+    off_course_m: float = 1.25
     """How far beside a moving course the worst of the team's vehicles may be: their autopilots' measured figure."""
 
 

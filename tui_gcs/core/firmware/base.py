@@ -34,8 +34,8 @@ class Lead:
     None: its autopilot is told places and velocities only."""
 
 
-UNKNOWN_OFF_COURSE_M = 1.5
-"""`Firmware.off_course_m` of a vehicle that was never heard."""
+UNKNOWN_OFF_COURSE_M = 1.25
+"""`Firmware.off_course_m` of a vehicle that was never heard: the worst of those that planners lead."""
 
 
 class Firmware(Protocol):

@@ -17,6 +17,15 @@ from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4, autopilot_name
 
 
+def off_course_m(autopilot: int) -> float:
+    """`Firmware.off_course_m` of multicopters with this autopilot (MAV_AUTOPILOT)."""
+    known: dict[int, float] = {
+        AUTOPILOT_ARDUPILOT: ArduCopter.off_course_m,
+        AUTOPILOT_PX4: Px4Multicopter.off_course_m,
+    }
+    return known.get(autopilot, UNKNOWN_OFF_COURSE_M)
+
+
 class Firmwares:
     """One of each kind; a vehicle's is told by its heartbeat."""
 
