@@ -50,7 +50,7 @@ def test_a_jump_counts_until_it_jumps_back(jump_m: Vec3) -> None:
     assert flown.tells(1200, (10.0, y, 30.0 + z)) == [round(y + z)]
     assert flown.tells(1400, (12.0, y, 30.0 + z), (10.0, 0.0, 0.0)) == []
     assert flown.watch.off_m(1) == pytest.approx(y + z)
-    assert flown.tells(1600, (14.0, 1.0, 30.0), (10.0, 0.0, 0.0)) == [], "no news: it is where it was again"
+    assert flown.tells(1600, (14.0, 0.0, 30.0), (10.0, 0.0, 0.0)) == [round(y + z)], "it is where it was again"
     assert flown.watch.off_m(1) == 0.0
 
 
@@ -84,7 +84,7 @@ def test_a_new_station_knows_who_jumped_unless_it_has_landed_or_booted_since() -
         return flown.watch.off_m(1)
 
     assert next_station(60_000) == pytest.approx(67.0)
-    assert flown.tells(60_200, (180.0, 0.0, 30.0)) == [] and flown.watch.off_m(1) == 0.0, "and back again"
+    assert flown.tells(60_200, (180.0, 0.0, 30.0)) == [67] and flown.watch.off_m(1) == 0.0, "and back again"
     assert next_station(900) == 0.0, "it booted"
     assert next_station(60_000, armed=False) == 0.0, "it landed"
     flown.vehicle.armed = True
@@ -154,6 +154,12 @@ def test_who_holds_already_is_told_to_hold_where_it_is_now(rig: MakeRig) -> None
     flight.run(10.0)
     assert flight.phase(1) is Phase.HOLDING
     assert flight.station.fleet.vehicles[1].position_m[1] > before_m + 28.0, "where it says that it is, it stays"
+    believes(flight, 0, (0.0, 0.0, 0.0))
+    flight.run(5.0)
+    back_m = flight.station.fleet.vehicles[1].position_m[1]
+    assert any(text.startswith("its position jumped back by ") for text in flight.texts("vehicle 1"))
+    flight.run(8.0)
+    assert abs(flight.station.fleet.vehicles[1].position_m[1] - back_m) < 1.0, "and after it jumped back, too"
 
 
 def test_who_was_found_in_the_air_is_sent_nothing_for_a_jump(rig: MakeRig, tmp_path: Path) -> None:

@@ -42,7 +42,10 @@ class JumpWatch:
         """What the station before this one knew, until the vehicle is heard."""
 
     def look(self, vehicles: Iterable[Vehicle]) -> list[tuple[Vehicle, float]]:
-        """Who jumped since the last look, and how far, in metres. Who is down, or another one by now, is forgotten."""
+        """Who jumped since the last look, and how far, in metres; also who jumped back, whose `off_m` is 0 now.
+
+        Who is down, or another one by now, is forgotten.
+        """
         jumped, last = [], {}
         for vehicle in vehicles:
             fix = vehicle.fix
@@ -58,8 +61,7 @@ class JumpWatch:
                 missed = _missed(before, now) if before is not recalled else None
                 if missed is not None:
                     now.off_m, now.jumped_ms = _plus(before.off_m, missed), fix[0]
-                    if not _is_back(now.off_m):
-                        jumped.append((vehicle, math.hypot(*missed)))
+                    jumped.append((vehicle, math.hypot(*missed)))
             last[vehicle.id] = now
         self._last = last
         return jumped

@@ -309,6 +309,8 @@ class Station:
         Who holds is told to do so where it is now: it would fly back to where it seemed to be.
         """
         text = f"its position jumped by {far_m:.0f} m: before or after that it is not where it says"
+        if not self.jumps.off_m(vehicle.id):
+            text = f"its position jumped back by {far_m:.0f} m"
         self.events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, WARNING)
         flight = self.book.get(vehicle.id)
         if flight is None or flight.phase not in (Phase.FLYING, Phase.BY_HAND, Phase.HOLDING):
