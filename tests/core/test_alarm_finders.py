@@ -162,7 +162,7 @@ def test_a_compass_in_doubt_is_no_lost_position(flight: Rig) -> None:
 
     assert told() == []
     assert told(compass_variance=2.7) == [("health", "EKF: compass does not fit (2.7, should be below 1)")]
-    assert told(pos_vert_variance=1.9) == [("position", "EKF: height does not fit (1.9, should be below 1)")]
+    assert told(pos_vert_variance=1.9) == [("height", "EKF: height does not fit (1.9, should be below 1)")]
 
 
 @pytest.mark.parametrize(("bit", "text"), [(0x4, "compass unhealthy"), (0x40000000, "propulsion unhealthy")])

@@ -31,7 +31,7 @@ class Cause:
 _TOLD = ("alert", "report")
 _OF_LOST = (
     *("stale", "left", "holds", "stays", "battery-critical", "battery-low", "battery-unknown", "position"),
-    *("poor-position", "health", "failsafe", "outside", "stop", "poor-link", "vetoed", "beside", *_TOLD),
+    *("poor-position", "height", "health", "failsafe", "outside", "stop", "poor-link", "vetoed", "beside", *_TOLD),
 )
 """Nothing of that is known any more, or anything but a consequence."""
 
@@ -92,6 +92,15 @@ CAUSES = (
         "it drifts: [hold_all] hold all, or land it",
         on_s=1.0,
         hides=("poor-position", "health", *_TOLD),
+    ),
+    Cause(
+        "height",
+        WARNING,
+        "ALT",
+        "HEIGHT in doubt",
+        "its number, [orders] l lands it here; RETURN goes higher than its layer",
+        on_s=1.0,
+        hides=_TOLD,
     ),
     Cause("outside", WARNING, "OUT", "OUTSIDE the area", "[hold_all] hold all, or [return_all] return", on_s=0.5),
     Cause(

@@ -20,6 +20,7 @@ from tui_gcs.core.firmware.habits import stop_word
 from tui_gcs.core.firmware.health import Concern, Problem
 from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.flights import FOUND, MOTORS_STEP, ON_BOARD_STEP, Flight
+from tui_gcs.core.jumps import JUMP_M
 from tui_gcs.core.messages import Event, Freshness, Phase, RunPhase
 from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.monitor import error_m
@@ -130,15 +131,27 @@ class AlarmFinder:
             yield Finding("left", vehicle.id, f"{mode}: {flight.left_said}" if flight.left_said else mode)
         if vehicle.airborne:
             yield from (_fitting(self._noted(finding), does) for finding in self._own_checks(vehicle))
-            if off_m := self._station.jumps.off_m(vehicle.id):
+            if (off_m := math.hypot(*self._station.jumps.off(vehicle.id)[:2])) > JUMP_M:
                 yield Finding("position", vehicle.id, f"it jumped by {off_m:.0f} m")
+            if text := self._height(vehicle.id):
+                yield self._noted(Finding("height", vehicle.id, text))
         if flight is not None and flight.vetoed:
             yield Finding("vetoed", vehicle.id, flight.vetoed)
         if flight is not None and flight.phase is Phase.FLYING and not flight.vetoed:
             yield from self._beside(flight, vehicle, now)
 
+    def _height(self, vehicle: int) -> str:
+        """How its height may be wrong, or ""."""
+        if off_m := self._station.heights.off_m(vehicle):
+            return f"by its GPS it is {abs(off_m):.0f} m {'lower' if off_m > 0.0 else 'higher'} than it says"
+        up_m = self._station.jumps.off(vehicle)[2]
+        if abs(up_m) <= JUMP_M:
+            return ""
+        way, other = ("up", "lower") if up_m > 0.0 else ("down", "higher")
+        return f"it jumped {way} by {abs(up_m):.0f} m: it may be so much {other} than it says"
+
     def _noted(self, finding: Finding) -> Finding:
-        if finding.cause == "position" and isinstance(finding.subject, int):
+        if finding.cause in ("position", "height") and isinstance(finding.subject, int):
             self.in_doubt[finding.subject] = finding.text
         return finding
 
@@ -299,6 +312,7 @@ def _soonest(closing: Closing) -> float:
 
 _CAUSES: dict[Concern, str] = {
     "position": "position",
+    "height": "height",
     "battery": "battery-critical",
     "battery-low": "battery-low",
     "health": "health",

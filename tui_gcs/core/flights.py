@@ -61,6 +61,8 @@ class Flight:
     passed_s: float = -math.inf
     tracking: Tracking | None = None
     """How well it keeps to moving courses; None before the first."""
+    lift_m: float = 0.0
+    """So much higher than its layer it returns, by its own height: that may be wrong, and it lower than it says."""
     limited_m_s: float = math.nan
     """The speed it was told to keep to on the way to a place, since it last did something else."""
     slot: str = ""
@@ -95,6 +97,11 @@ class Flight:
             self.stays = ""
         if phase is not Phase.FLYING:
             self.slot, self.joined, self.waits, self.vetoed = "", False, False, ""
+
+    @property
+    def home_layer_m(self) -> float:
+        """The height at which it returns."""
+        return self.layer_m + self.lift_m
 
     @property
     def roams(self) -> bool:

@@ -5,6 +5,7 @@ hold, it goes aside and changes its height there.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 from tui_gcs.core.clock import Clock
@@ -51,6 +52,8 @@ class Homing:
     ) -> None:
         """`speed_m_s` limits flights to a place."""
         self.speed_m_s = speed_m_s
+        self.lift_m: Callable[[int], float] = lambda vehicle: 0.0
+        """How much lower than it says a vehicle may be."""
         self._fleet = fleet
         self._book = book
         self._firmware = firmware
@@ -69,6 +72,7 @@ class Homing:
         if not vehicle.airborne or home is None:
             return VehicleResult(vehicle=vehicle.id, ok=False, text="is not in the air" if home else "has no home")
         flight.home_m = home
+        flight.lift_m = self._lift_m(flight)
         self._commands.cancel(vehicle.id)
         if (order := self._firmware.of(vehicle).engage(vehicle)) is not None:
             self._commands.submit(order)
@@ -78,17 +82,22 @@ class Homing:
             flight.go_to_step("over home", now)
             flight.course = self._stand((x, y, z))
         else:
-            flight.course = self._stand((x, y, flight.layer_m))
+            flight.course = self._stand((x, y, flight.home_layer_m))
         self._next_target_s[vehicle.id] = now
         self._waits_s.pop(vehicle.id, None)
-        return VehicleResult(vehicle=vehicle.id, ok=True, text="returns")
+        text = f"returns {flight.lift_m:.0f} m above its layer: its height is in doubt" if flight.lift_m else "returns"
+        return VehicleResult(vehicle=vehicle.id, ok=True, text=text)
+
+    def _lift_m(self, flight: Flight) -> float:
+        """Who may be lower than it says keeps to its layer by the lower of the two, as far as the area allows it."""
+        return max(0.0, min(self.lift_m(flight.vehicle), self._steering.ceiling_m - flight.layer_m))
 
     def follow(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         """To its layer, aside if need be, then above home, then wait for its turn."""
         home, anew = flight.home_m, False
         if home is None or flight.course is None:
             return
-        if flight.step == "layer" and abs(vehicle.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M:
+        if flight.step == "layer" and abs(vehicle.alt_rel_m - flight.home_layer_m) <= LAYER_TOLERANCE_M:
             flight.go_to_step("home", now)
             flight.way_m = self._steering.way_home(vehicle, home)
             self._begin_leg(flight, now)
@@ -96,7 +105,7 @@ class Homing:
         elif flight.step == "aside" and self._is_over(vehicle, flight.course.at(now)[0]):
             flight.go_to_step("layer", now)
             x, y, _ = flight.course.at(now)[0]
-            flight.course = self._stand((x, y, flight.layer_m))
+            flight.course = self._stand((x, y, flight.home_layer_m))
         elif flight.step == "home" and len(flight.way_m) > 1 and self._is_near(vehicle, flight.way_m[0]):
             del flight.way_m[0]
             flight.since_s = now
@@ -158,7 +167,7 @@ class Homing:
             if other is not flight and other.course is not None and other.step in ("aside", "layer")
         ]
         here = self._steering.stop_place(vehicle)
-        for place in self._steering.columns_aside(vehicle, here, flight.layer_m, home, taken):
+        for place in self._steering.columns_aside(vehicle, here, flight.home_layer_m, home, taken):
             if not self._steering.blocked(replace(flight, course=self._stand(place)), vehicle):
                 return place
         return None
@@ -166,7 +175,7 @@ class Homing:
     def _begin_leg(self, flight: Flight, now: float) -> None:
         """Its course leads to the next turning point; it is told at once, if nobody is in the way."""
         x, y = flight.way_m[0]
-        flight.course = self._stand((x, y, flight.layer_m))
+        flight.course = self._stand((x, y, flight.home_layer_m))
         self._next_target_s[flight.vehicle] = now
 
     def _is_near(self, vehicle: Vehicle, place_m: tuple[float, float]) -> bool:

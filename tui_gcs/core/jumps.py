@@ -68,8 +68,12 @@ class JumpWatch:
 
     def off_m(self, vehicle: int) -> float:
         """How far it has jumped in this flight, and not back again; 0 if it has not."""
+        return math.hypot(*self.off(vehicle))
+
+    def off(self, vehicle: int) -> Vec3:
+        """The same by direction: east, north, up."""
         last = self._last.get(vehicle)
-        return 0.0 if last is None or _is_back(last.off_m) else math.hypot(*last.off_m)
+        return (0.0, 0.0, 0.0) if last is None or _is_back(last.off_m) else last.off_m
 
     # ---------------------------------------------------------------- over a restart of the station
 

@@ -91,6 +91,7 @@ class StationMemory:
         station.alarms.recall(self._held.get("alarms", {}))
         station.reboots.recall(self._held.get("reboots", {}))
         station.jumps.recall(self._held.get("jumps", []))
+        station.heights.recall(self._held.get("heights", {}))
         station.preflight.recall(self._held.get("acknowledged", []))
         station.services.missions.book.recall(self._held.get("plans", []))
         learnt = self._held.get("learnt")
@@ -132,6 +133,7 @@ class StationMemory:
             "alarms": station.alarms.memory(),
             "reboots": station.reboots.memory(),
             "jumps": station.jumps.memory(),
+            "heights": station.heights.memory(v.id for v in station.fleet.in_order() if v.airborne),
             "acknowledged": station.preflight.memory(),
             "plans": station.services.missions.book.memory(),
             "changing": [

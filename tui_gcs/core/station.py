@@ -30,6 +30,7 @@ from tui_gcs.core.flights import FOUND, FlightBook
 from tui_gcs.core.forward import Endpoint, Forwarder
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.guard import Guard
+from tui_gcs.core.heights import HeightWatch
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.jumps import JumpWatch
 from tui_gcs.core.keystore import KeyStore
@@ -212,6 +213,8 @@ class Station:
         self._next_alarms_s = -math.inf
         self.pauses = Pauses()
         self.jumps = JumpWatch()
+        self.heights = HeightWatch()
+        self.executive.homing.lift_m = self.lift_m
         self._self_doubts = SelfDoubts()
         self._wall_watch = WallWatch(clock)
         self.dropped: Counter[str] = Counter()
@@ -330,6 +333,10 @@ class Station:
                 self._self_doubts.answer(vehicle)
                 self.executive.hold((vehicle,), stays=DOUBTED, asked=False)
 
+    def lift_m(self, vehicle: int) -> float:
+        """How much lower than it says a vehicle may be: it jumped up, or its GPS says so."""
+        return max(0.0, self.jumps.off(vehicle)[2], self.heights.off_m(vehicle))
+
     def close(self) -> None:
         """Write down what the next start has to know."""
         self.trust.close()
@@ -342,6 +349,7 @@ class Station:
                 self.events.say(EventClass.CONNECTION, "station", clock_words(by_s), WARNING)
             for vehicle, far_m in self.jumps.look(self.fleet.vehicles.values()):
                 self._hold_jumped(vehicle, far_m)
+            self.heights.look(self.fleet.vehicles.values(), now)
             self.alarms.look(self._alarm_finder.findings(ALARM_GAP_S))
             self._hold_doubtful(now)
 

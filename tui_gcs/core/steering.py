@@ -180,6 +180,11 @@ class Steering:
         gap_m = self._guard.limits.separation_horizontal_m + COLUMN_M
         return bool(LineString(way_m).distance(Point(home_m[:2])) < gap_m)
 
+    @property
+    def ceiling_m(self) -> float:
+        """The greatest height in the operating area."""
+        return self._guard.area.alt_max_m
+
     def off_course_m(self, vehicles: Iterable[int]) -> float:
         """How far beside a moving course the worst of these vehicles may be."""
         return self._firmware.off_course_m(vehicles)

@@ -109,7 +109,7 @@ PX4_RATIOS = {
     "height": "pos_vert_ratio",
     "compass": "mag_ratio",
 }
-_OF_COMPASS = ": compass "
+_OF_COMPASS, _OF_HEIGHT = ": compass ", ": height "
 STICK_MODES = frozenset({"ALT_HOLD", "LOITER", "POSHOLD", "CIRCLE", "SPORT", "DRIFT", "FLOWHOLD", "AUTOTUNE"})
 """ArduCopter modes in which the throttle stick is the climb rate, an absent pilot's stick included."""
 STICK_LOW_US = 1400
@@ -123,7 +123,7 @@ REMOTE_ID_TEXTS = ("PreArm: OpenDroneID", "PreArm: ODID")
 NO_OPERATOR_ID = "; this station sends no operator's Remote ID: another one must, or DID_OPTIONS must not ask for it"
 
 
-Concern = Literal["position", "battery", "battery-low", "health"]
+Concern = Literal["position", "height", "battery", "battery-low", "health"]
 """What a problem in flight puts in doubt."""
 
 
@@ -206,7 +206,7 @@ def _concerning(concern: Concern, found: Iterator[Problem]) -> Iterator[tuple[Co
 def _doubts(found: Iterator[Problem]) -> Iterator[tuple[Concern, Problem]]:
     """Of an estimator. Whose compass does not fit knows its place all the same (within 0.2 m, flown)."""
     for concern, problem in _concerning("position", found):
-        yield "health" if _OF_COMPASS in problem.text else concern, problem
+        yield "health" if _OF_COMPASS in problem.text else "height" if _OF_HEIGHT in problem.text else concern, problem
 
 
 def flight_mode(vehicle: Vehicle) -> int:
