@@ -437,7 +437,7 @@ def test_a_cancelled_start_stays_one_when_it_is_stopped_again() -> None:
 def test_one_that_is_held_just_when_it_has_landed_is_no_cancelled_start() -> None:
     watch = in_flight(1)
     watch.flies(1, (0.0, 0.0, 0.0), Phase.LANDING, landed_state=1, custom_mode=LAND)
-    assert texts(watch.executive.hold((1,))) == {1: "holds"} and watch.flight(1).step == ""
+    assert texts(watch.executive.hold((1,))) == {1: "has touched down"}
     assert watch.run(0.5).orders(1) == ["disarm"]
 
 
@@ -552,3 +552,45 @@ def test_who_disarms_is_down_and_it_is_told_how(
     told = [event for event in watch.events.since(0) if event.source == "vehicle 1"]
     assert [(event.text, event.severity <= 1) for event in told] == [(text, is_alarm)]
     assert watch.executive.run is RunPhase.IDLE and watch.run(5.0).orders(1) == []
+
+
+def touching_down(landed_state: int, height_m: float) -> Watch:
+    watch = in_flight(1)
+    watch.flight(1).enter(Phase.LANDING, watch.clock.now() - 30.0, "in place")
+    watch.place(1, (3.0, 4.0, height_m), landed_state=landed_state, custom_mode=LAND)
+    return watch
+
+
+@pytest.mark.parametrize(("landed_state", "height_m"), [(1, 0.1), (4, 0.4), (1, 20.0)])
+def test_a_hold_of_one_that_has_just_come_down_is_no_alarm(landed_state: int, height_m: float) -> None:
+    """As its own barometer has it, it may be higher; "DISARMED outside a landing of ours" was told of it."""
+    watch = touching_down(landed_state, height_m)
+    (result,) = watch.executive.hold((1,))
+    assert (result.ok, result.text) == (True, "has touched down")
+    watch.run(0.5)
+    assert watch.orders(1) == (["disarm"] if landed_state == 1 and height_m < 2.0 else ["BRAKE"])
+    assert watch.executive.hold((1,))[0].text == "has touched down", "also when it is told again"
+    watch.run(2.0)
+    watch.place(1, (3.0, 4.0, height_m), armed=False, landed_state=1)
+    watch.run()
+    assert watch.phases() == [Phase.GROUND]
+    told = [event for event in watch.events.since(0) if event.source == "vehicle 1"]
+    assert [(event.text, event.severity <= 1) for event in told][-1] == (
+        "landed and disarmed, held on the ground",
+        False,
+    )
+
+
+def test_a_hold_of_one_that_is_still_landing_is_a_hold_and_what_ends_it_an_alarm() -> None:
+    watch = touching_down(4, 5.0)
+    assert watch.executive.hold((1,))[0].text == "holds"
+    watch.run(3.0).place(1, (3.0, 4.0, 0.1), armed=False, landed_state=1)
+    assert "DISARMED outside a landing of ours" in watch.run().told()
+
+
+def test_who_goes_up_again_after_it_was_held_on_the_ground_holds_in_the_air() -> None:
+    watch = touching_down(4, 0.5)
+    watch.executive.hold((1,))
+    watch.place(1, (3.0, 4.0, 3.0), landed_state=2)
+    watch.run(3.0).place(1, (3.0, 4.0, 0.1), armed=False, landed_state=1)
+    assert "DISARMED outside a landing of ours" in watch.run().told()

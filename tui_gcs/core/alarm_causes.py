@@ -98,7 +98,7 @@ CAUSES = (
         WARNING,
         "ALT",
         "HEIGHT in doubt",
-        "its number, [orders] l lands it here; RETURN goes higher than its layer",
+        "its number, [orders] l lands it here",
         on_s=1.0,
         hides=_TOLD,
     ),

@@ -15,12 +15,13 @@ from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
-from tui_gcs.core.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, MOTORS_STEP, ON_BOARD_STEP, Flight, FlightBook
+from tui_gcs.core.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, Flight, FlightBook
 from tui_gcs.core.homing import LAYER_TOLERANCE_M, Homing
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.services.command import Action, CommandService, Outcome
 from tui_gcs.core.steering import Steering
+from tui_gcs.core.touchdown import CANCELLED, TOUCHED, is_down, landing_words
 from tui_gcs.core.vehicle import Vehicle
 
 PREARM_WAIT_S = 15.0
@@ -31,16 +32,12 @@ CHECKS_SETTLE_S = 1.0
 PREARM_ANSWER_S = 2.0
 """It says why by itself only every 30 s, so it is asked, and has this long to answer."""
 CLIMB_LIMIT_S = 120.0
-CANCELLED = "cancelled"
-"""Step of a flight whose start was interrupted before it left the ground."""
 RESUME_WITHIN_S = 10.0
 """A restarted station lets vehicles go on by itself only this long; then an operator must say so."""
 HEARD_S = 2.0
 """Stale and heard within this time: only the position is missing. A silent vehicle is left to become LOST."""
 REPLACED = "replaced"
 """Step of a vehicle taken out because another one has its id: it is not taken back."""
-LANDED_M = 2.0
-"""Above home: who disarms higher up has not landed, whatever it was doing."""
 HELD_BY_NAME = "was held by name"
 LEFT_SAID_S = 6.0
 """Who leaves its mode by a failsafe says why shortly before (PX4 holds for 3 s before it is out)."""
@@ -279,7 +276,7 @@ class Executive:
         elif flight.phase in IN_THE_AIR:
             if self._notice_loss(flight, vehicle, now):
                 return
-            if flight.step == CANCELLED and vehicle.airborne:
+            if (flight.step == CANCELLED and vehicle.airborne) or (flight.step == TOUCHED and not is_down(vehicle)):
                 flight.step = ""  # it had left the ground already: a hold like any other
             if flight.phase is Phase.TAKEOFF:
                 self._follow_climb(flight, vehicle, now)
@@ -364,10 +361,13 @@ class Executive:
         self._commands.cancel(vehicle.id)
         flight.stays = flight.own_way()
         starting = flight.phase is Phase.ARMING or flight.step == CANCELLED
-        flight.enter(Phase.HOLDING, now, CANCELLED if starting and not vehicle.airborne else "")
+        landing = flight.phase is Phase.LANDING or flight.step == TOUCHED
+        step = CANCELLED if starting and not vehicle.airborne else TOUCHED if landing and is_down(vehicle) else ""
+        flight.enter(Phase.HOLDING, now, step)
         flight.unasked = not asked
         self._steering.hold(vehicle, asked=asked)
-        return VehicleResult(vehicle=vehicle.id, ok=True, text="start cancelled" if flight.step else "holds")
+        text = {CANCELLED: "start cancelled", TOUCHED: "has touched down"}.get(step, "holds")
+        return VehicleResult(vehicle=vehicle.id, ok=True, text=text)
 
     def _take_over(self, flight: Flight, now: float) -> None:
         """From a hold back to the planner: up or down to its own layer, then ready."""
@@ -473,18 +473,7 @@ class Executive:
                 self.started_s = now
 
     def _down(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        on_board = flight.step == ON_BOARD_STEP and vehicle.alt_rel_m < LANDED_M
-        by_itself = flight.phase is Phase.TAKEN_OUT and vehicle.alt_rel_m < LANDED_M
-        expected = flight.phase is Phase.LANDING or flight.step == CANCELLED or by_itself
-        text = "DISARMED outside a landing of ours"
-        if flight.step == MOTORS_STEP:
-            text = "motors stopped, as an operator ordered"
-        elif on_board:
-            text = "landed and disarmed by its mission on board"
-        elif by_itself:
-            text = "landed and disarmed by itself, or by its pilot"
-        elif expected:
-            text = "start cancelled, disarmed" if flight.step == CANCELLED else "landed and disarmed"
+        text, expected = landing_words(flight, vehicle)
         flight.touchdown_m = vehicle.position_m
         self._commands.cancel(vehicle.id)
         self._firmware.of(vehicle).release(vehicle)
