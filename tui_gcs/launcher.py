@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tui_gcs.core.clock import wall_offset_s
 from tui_gcs.core.config import STATION_LOCK, SUPERVISOR_LOCK, runtime_dir, state_dir, try_lock
 from tui_gcs.core.kinds import Kind
 
@@ -85,6 +86,7 @@ def launch(
         "toml": toml,
         "links": links,
         "run_name": time.strftime("%Y%m%d-%H%M%S") + f"-{secrets.token_hex(2)}",
+        "wall_offset_s": wall_offset_s(),
         "forced_kind": forced_kind,
         "forward": forward or [],
         "dialects": dialects or [],

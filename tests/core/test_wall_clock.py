@@ -1,12 +1,13 @@
 """Somebody sets the computer's clock while vehicles fly: nothing waits by it, logs go on, and it is told."""
 
+import time
 from collections.abc import Callable
 
 import pytest
 from rig import Rig
 
 from tui_gcs.core import messages as m
-from tui_gcs.core.clock import MonotonicClock, VirtualClock, WallWatch
+from tui_gcs.core.clock import MonotonicClock, VirtualClock, WallWatch, wall_offset_s
 from tui_gcs.core.messages import Phase
 from tui_gcs.core.summary import summarize
 
@@ -65,3 +66,16 @@ def test_the_words_name_how_far(rig: MakeRig) -> None:
     ground.clock.set_wall(-5400.0)
     ground.run(0.5)
     assert any("set back by 1.5 h" in text for text in ground.texts("station"))
+
+
+def test_the_next_station_s_log_goes_on_and_it_tells_that_the_clock_was_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As read: a station killed after the clock was set back began an hour before its own log's end."""
+    begun = wall_offset_s()
+    first = MonotonicClock(begun)
+    before_s, plain = first.steady_wall(), time.time
+    monkeypatch.setattr(time, "time", lambda: plain() - HOUR_S)
+    second = MonotonicClock(begun)
+    assert second.steady_wall() == pytest.approx(before_s, abs=1.0)
+    assert second.wall() == pytest.approx(before_s - HOUR_S, abs=1.0)
+    assert WallWatch(second).was_set_by() == pytest.approx(-HOUR_S, abs=1.0)
+    assert WallWatch(MonotonicClock()).was_set_by() == 0.0

@@ -27,12 +27,17 @@ class Clock(Protocol):
         ...
 
 
+def wall_offset_s() -> float:
+    """What to add to monotonic time, as of now, to have Unix time. Until it boots, the whole machine's."""
+    return time.time() - time.monotonic()
+
+
 class MonotonicClock:
     """The machine's clocks."""
 
-    def __init__(self) -> None:
-        """The wall clock is believed as it is now."""
-        self._offset_s = time.time() - time.monotonic()
+    def __init__(self, offset_s: float | None = None) -> None:
+        """The wall clock is believed as it is now, or as it was when somebody noted its `wall_offset_s`."""
+        self._offset_s = wall_offset_s() if offset_s is None else offset_s
 
     def now(self) -> float:
         """Monotonic seconds, shared by all processes of this machine."""
@@ -84,9 +89,9 @@ class WallWatch:
     """Notices when the wall clock is set while a station runs: times before and after that do not fit together."""
 
     def __init__(self, clock: Clock) -> None:
-        """It is right as it is."""
+        """It is right as it was when `steady_wall` began: in a run's first station, it may be, not in this one."""
         self._clock = clock
-        self._offset_s = clock.wall() - clock.now()
+        self._offset_s = clock.steady_wall() - clock.now()
 
     def was_set_by(self) -> float:
         """By how many seconds since this was last asked; 0 for what is no more than a correction."""

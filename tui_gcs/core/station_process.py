@@ -63,7 +63,7 @@ def run(run_file: Path) -> None:
     run_dir = run_file.parent
     setting = json.loads(run_file.read_text())
     kind = Kind(setting["kind"])
-    clock = MonotonicClock()
+    clock = MonotonicClock(setting.get("wall_offset_s"))  # of the whole run: its log goes on, whoever set the clock
     memory = StationMemory(run_dir / "memory.json")
     toml, scenario = _scenario(memory, setting)
     _add_dialects(setting.get("dialects", []))
