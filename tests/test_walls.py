@@ -55,6 +55,13 @@ def tree_of(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
 
 
+@pytest.fixture(scope="module", autouse=True)
+def forgotten() -> Iterator[None]:
+    """A million nodes: tests that come later in this process and look for garbage would look through them."""
+    yield
+    tree_of.cache_clear()
+
+
 def imports(path: Path) -> Iterator[str]:
     """Every imported module; `from a import b` as `a.b`, for b may be a module."""
     package = path.relative_to(ROOT).parent.parts
