@@ -1,7 +1,7 @@
-"""Tours that tests of the core fly: each is designed once per process. Designing one takes a second of CPU.
+"""Tours that tests fly: each is designed once per process. Designing one takes a second of CPU.
 
-What is asked for is the key. How tours are designed, and searched on for in flight, is tested in tests/planner and in
-test_lockstep.py, without this.
+What is asked for is the key. How tours are designed is tested in tests/planner, and how they are searched on for in
+flight there and in test_lockstep.py, without this.
 """
 
 import pickle
@@ -11,12 +11,18 @@ from typing import Any
 from tui_gcs.planner.search import Search, begun
 
 SEARCHED = 10**9
-_searches: dict[bytes, Search] = {}
+_searches: dict[bytes, bytes] = {}
+
+
+def once(*question: Any) -> Search:
+    """What `begun` answers, a copy for each who asks."""
+    key = pickle.dumps(question)
+    if key not in _searches:
+        _searches[key] = pickle.dumps(begun(*question))
+    found: Search = pickle.loads(_searches[key])
+    return found
 
 
 def remembered(*question: Any) -> Search:
-    """What `begun` answers; nothing is searched for after it."""
-    key = pickle.dumps(question)
-    if key not in _searches:
-        _searches[key] = replace(begun(*question), units=SEARCHED)
-    return replace(_searches[key])
+    """As `once`; nothing is searched for after it."""
+    return replace(once(*question), units=SEARCHED)

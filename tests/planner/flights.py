@@ -145,7 +145,9 @@ def swarm() -> Scenario:
     return load(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
 
 
+@cache
 def region_of(zone: Zone, area: OperatingArea = AREA, closed: tuple[Zone, ...] = ()) -> Region:
+    """Nobody changes a region, and every plan of a flight is looked at against the same one."""
     return Region(area, closed, 5.0, zone)
 
 

@@ -10,6 +10,8 @@ from tui_gcs.planner import search
 from tui_gcs.planner.ahead import HostAhead
 from tui_gcs.planner.host import PlannerHost
 
+pytestmark = pytest.mark.usefixtures("designed_once")
+
 UNITS = {"search": 40}
 NOW = task_of(zone_of(SMALL), **UNITS)
 NEXT = msgspec.structs.replace(task_of(zone_of(Rectangle((200.0, 200.0), 90.0, 70.0)), **UNITS), revision=2)

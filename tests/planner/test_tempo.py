@@ -17,6 +17,8 @@ from tui_gcs.planner.kept import Kept, pack_learnt
 from tui_gcs.planner.patrol import Patrol
 from tui_gcs.planner.tempo import BESIDE_M, BESIDE_S, MOST_TRY_S, SETTLES_S, SLOWER, SLOWEST, TRY_S, Tempo, taken_on
 
+pytestmark = pytest.mark.usefixtures("designed_once")
+
 STEP_S = 0.2
 
 
