@@ -342,3 +342,15 @@ def test_a_change_that_was_over_is_not_told(rig: MakeRig, tmp_path: Path) -> Non
     ground.run(1.0)
     StationMemory(path).remember(ground.station)
     assert json.loads(path.read_text())["unfinished"] == []
+
+
+def test_what_is_to_be_changed_is_written_down_before_that_begins(rig: MakeRig, tmp_path: Path) -> None:
+    """As flown: five of 96 parameters had left when the station was killed, and the next one said nothing."""
+    ground, path = rig(1).ready(), tmp_path / "memory.json"
+    memory = StationMemory(path)
+    ground.station.requests.tasks.note = lambda: memory.remember(ground.station)
+    assert change(ground, SetParams(vehicles=(1,), values={"RTL_ALT": 2500.0})).ok
+    assert json.loads(path.read_text())["unfinished"] == [[1, "set RTL_ALT = 2500"]]
+    ground.restart_station(StationMemory(path))
+    ground.run(3.0)
+    assert any(text.startswith("set RTL_ALT = 2500: cut short") for text in ground.texts("vehicle 1"))

@@ -147,6 +147,8 @@ class ServiceDesk:
             return VehicleResult(vehicle=number, ok=False, text=why), 0
         task = self.tasks.begin(number, what, principal)
         task.changes = isinstance(request, s.Change)
+        if task.changes and not isinstance(request, s.SetMode | Nudge):  # these leave nothing half done
+            self.tasks.note()
         why = self._acts.begin(vehicle, request, task)
         if why:
             self.tasks.forget(task)

@@ -102,6 +102,8 @@ class TaskBook:
         self._clock = clock
         self._tasks: OrderedDict[int, Task] = OrderedDict()
         self._last = 0
+        self.note: Callable[[], None] = lambda: None
+        """Writes `unfinished` down; called before what changes something on a vehicle begins."""
 
     def begin(self, vehicle: int, what: str, who: str) -> Task:
         """A new one; the oldest that is over is forgotten, where there are many."""

@@ -106,6 +106,7 @@ def run(run_file: Path) -> None:
     except (LinkError, KeyStoreError, SigningError) as error:
         raise StartError(str(error)) from None
     memory.recall(station)
+    station.requests.tasks.note = lambda: memory.remember(station)  # a hundred parameters take less than a tick
     given = [argument for info in files for argument in ("--file", info.name, info.sha256, info.file)]
     watched = kind is Kind.SIM and setting.get("watch", False)
     given += ["--watch"] if watched else []
