@@ -6,11 +6,10 @@ from collections.abc import Callable, Iterator
 import msgspec
 
 from tui_gcs.core.messages import Freshness, Phase
-from tui_gcs.core.zones import polygon_of
 from tui_gcs.planner.check.finding import Finding, failed, passed
 from tui_gcs.planner.check.form import active_ids, faults, who_is_outside
 from tui_gcs.planner.check.subject import Broken, Subject
-from tui_gcs.planner.check.world import World, scattered, task_for
+from tui_gcs.planner.check.world import World, middle_m, scattered, task_for
 from tui_gcs.planner.host import PlannerHost
 
 STEP_S = 0.2
@@ -184,8 +183,7 @@ def _lured_out(subject: Subject) -> None:
     flight = _Flight(subject, 4)
     world = flight.world
     flight.go(1.0, "nothing is seen")
-    x, y = polygon_of(flight.task.zone.shape).representative_point().coords[0]
-    begin_m = [*world.position_m[:, :2].tolist(), [x, y]]
+    begin_m = [*world.position_m[:, :2].tolist(), list(middle_m(flight.task.zone.shape))]
     ways_m_s = [(-LURE_M_S, 0.0)] * len(flight.task.members) + [(0.0, -LURE_M_S)]
     what = "targets leave the operating area"
     for step in range(round(LURED_S / STEP_S)):

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,13 @@ def task_for(
         layers_m={vehicle: LOW_M + LAYER_GAP_M * (i % LAYERS) for i, vehicle in enumerate(members)},
         zones=(zone,),
     )
+
+
+@lru_cache(maxsize=8)
+def middle_m(shape: Shape) -> tuple[float, float]:
+    """A place well inside; asked for with every target of every step."""
+    x, y = polygon_of(shape).representative_point().coords[0]
+    return x, y
 
 
 def scattered(n: int, seed: int = 7) -> Floats:
@@ -119,8 +127,7 @@ class World:
 
     def target(self, number: int, xy_m: tuple[float, float], *, confirmed: bool = True, age_s: float = 0.2) -> Track:
         """A target that the first vehicle saw there `age_s` ago, on its way to the middle of the zone at 4 m/s."""
-        x, y = polygon_of(self.task.zone.shape).representative_point().coords[0]
-        way = np.array([x, y]) - xy_m
+        way = np.array(middle_m(self.task.zone.shape)) - xy_m
         east, north = (4.0 * way / max(float(np.hypot(*way)), 1.0)).tolist()
         seen_s = self.t_s - age_s
         return Track(
