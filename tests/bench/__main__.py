@@ -25,6 +25,7 @@ from tests.bench.load import latency, load
 from tests.bench.planning import planning, planning_long
 from tests.bench.planning_losses import planning_losses
 from tests.bench.planning_runs import planning_runs
+from tests.bench.planning_turns import planning_turns
 from tests.bench.row import NotMeasured, Row
 from tests.bench.sim import sim
 from tests.bench.wire import wire
@@ -45,6 +46,7 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "files": files,
     "planning": planning,
     "planning-long": planning_long,
+    "planning-turns": planning_turns,
     "planning-losses": planning_losses,
     "planning-runs": planning_runs,
     "guardian": guardian,
@@ -54,6 +56,7 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
 LONG_S = {
     "planning": 150,
     "planning-long": 1500,
+    "planning-turns": 200,
     "planning-runs": 350,
     "load": 95,
     "live": 150,
@@ -65,7 +68,7 @@ LONG_S = {
     "guard": 1200,
 }
 """Parts that take more than a minute say so."""
-BY_NAME_ONLY = {"commands", "planning-long", "guardian", "guardian-flown", "guard"}
+BY_NAME_ONLY = {"commands", "planning-long", "planning-turns", "guardian", "guardian-flown", "guard"}
 
 
 def main(chosen: list[str]) -> int:

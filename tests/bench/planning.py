@@ -34,7 +34,7 @@ UNSEEN, UNSEEN_SEED = 20, 20261
 def planning(_: Path) -> Iterator[Row]:
     """The rounds of the shipped scenario, then unseen zones."""
     warm_up()
-    for name, zone, area in _rounds():
+    for name, zone, area in rounds():
         yield from _round(name, zone, area)
     yield from _unseen()
 
@@ -42,17 +42,18 @@ def planning(_: Path) -> Iterator[Row]:
 def planning_long(_: Path) -> Iterator[Row]:
     """Whether time would help: searches without margins that go on for a hundred times as long."""
     warm_up()
-    for name, zone, area in _rounds():
+    for name, zone, area in rounds():
         site = _site_without_margins(zone, area)
         search, begin_s = begun(site, 1, TEAM), time.process_time()
         for units in LONG_UNITS:
             while search.units < units:
                 search.work(site)
-            yield Row(f"{name}, no margins, {units} units: / B1, n = {TEAM}", _best_ratio(search, zone.shape), "")
+            yield Row(f"{name}, no margins, {units} units: / B1, n = {TEAM}", best_ratio(search, zone.shape), "")
         yield Row(f"{name}: CPU of that", time.process_time() - begin_s, "s")
 
 
-def _rounds() -> Iterator[tuple[str, Zone, OperatingArea]]:
+def rounds() -> Iterator[tuple[str, Zone, OperatingArea]]:
+    """(what it is, zone, area) of the shipped scenario's zones."""
     scenario = load(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
     for number, round_ in enumerate(scenario.rounds, 1):
         for zone in round_.zones[:2]:
@@ -78,7 +79,7 @@ def _round(name: str, zone: Zone, area: OperatingArea) -> Iterator[Row]:
     site = _site(zone, area, (), Px4Multicopter.off_course_m)
     search = begun(site, 0, TEAM)
     _search_on(search, site)
-    ratio = _best_ratio(search, zone.shape)
+    ratio = best_ratio(search, zone.shape)
     yield Row(f"{name}, PX4s, after {BACKGROUND_S:g} s: worst idleness / B1, n = {TEAM}", ratio, "", 1.25)
     site = _site_without_margins(zone, area)
     search = begun(site, 0, TEAM)
@@ -153,7 +154,8 @@ def _site_without_margins(zone: Zone, area: OperatingArea) -> Site:
     return site_of(zone.shape, Region(area, (), MARGIN_M, zone), motion, RADIUS_M)
 
 
-def _best_ratio(search: Search, shape: Shape) -> float:
+def best_ratio(search: Search, shape: Shape) -> float:
+    """Worst idleness over B1 of the best tour that was found, with `TEAM` vehicles."""
     assert search.best is not None
     return _ratio(search.best, shape, TEAM)
 

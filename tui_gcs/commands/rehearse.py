@@ -5,19 +5,9 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from tui_gcs.commands.common import (
-    bound_folders,
-    check_seed,
-    check_writable,
-    login_name,
-    new_folder,
-    planner_files,
-    read_planners,
-    read_scenario,
-    say_planners,
-    simulable,
-)
-from tui_gcs.commands.headless import ProgressBar, report, written
+from tui_gcs.commands.common import check_writable, login_name
+from tui_gcs.commands.lock_step import asked
+from tui_gcs.commands.result_table import report, written
 from tui_gcs.core.config import ConfigError, state_dir
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CANNOT, CommandError
@@ -30,69 +20,35 @@ if TYPE_CHECKING:
 
 def run(arguments: argparse.Namespace) -> int:
     """Fly, print the table, write the report; 0 only if every gate holds."""
-    import msgspec
-
-    from tui_gcs.commands.sim_fleet import weather_of, world_of
     from tui_gcs.core.bus import Bus
     from tui_gcs.core.rehearsals import plan_digest
     from tui_gcs.core.results import Referee
     from tui_gcs.happenings import HappeningError
-    from tui_gcs.launcher import LaunchError, check_fault
-    from tui_gcs.rehearsal import BadLinks, rehearse, weather_of_spec, world_of_spec
     from tui_gcs.report.recording import FlightRecord
 
-    check_seed(arguments.seed)
     for file in (arguments.json, arguments.report):
         check_writable(file)
-    planners = read_planners(arguments.planner)
-    scenario, toml, _ = read_scenario(arguments.scenario, planners)
-    simulable(scenario)
-    if arguments.seed is not None:
-        scenario = msgspec.structs.replace(scenario, seed=arguments.seed)
-    if arguments.rounds is not None and not 1 <= arguments.rounds <= len(scenario.rounds):
-        raise CommandError(f"--rounds {arguments.rounds}: the scenario has {len(scenario.rounds)}")
-    try:
-        check_fault(arguments.fault)
-        planned = _happenings(arguments)
-        folder = new_folder(state_dir(Kind.SIM), time.strftime("rehearsal-%Y%m%d-%H%M%S"))
-    except (ConfigError, OSError, LaunchError, HappeningError) as error:
-        raise CommandError(str(error)) from None
-    say_planners(planners, scenario)
-    plan = plan_digest(scenario, planners)
-    bar, begin_s = ProgressBar(), time.monotonic()
     records: list[FlightRecord] = []
 
     def watch(bus: Bus, _referee: Referee) -> None:
         records.append(FlightRecord(scenario, bus))
 
-    bad_links = BadLinks(arguments.fault, scenario.seed) if arguments.fault else None
     try:
-        result, problem = rehearse(
-            scenario,
-            toml,
-            folder,
-            bar.show,
-            rounds=arguments.rounds,
-            autopilots=arguments.autopilot or "ardupilot",
-            bad_links=bad_links,
-            files=planner_files(planners),
-            weather=weather_of_spec(weather_of(arguments)),
-            world=world_of_spec(world_of(scenario, arguments.intruders, arguments.sensor, scenario.seed)),
-            happenings=planned,
-            watch=watch,
-        )
+        planned = _happenings(arguments)
+        flight = asked(arguments, "rehearsal")
+        scenario, begin_s = flight.scenario, time.monotonic()
+        plan = plan_digest(scenario, flight.planners)
+        result, problem = flight.fly(planned, watch)
     except HappeningError as error:
         raise CommandError(str(error)) from None
-    bar.end()
     code = report(result, problem, arguments.json)
-    if bad_links is not None:
-        sys.stdout.write(bad_links.text())
+    flight.tell_links()
     if arguments.rounds in (None, len(scenario.rounds)):
         _remember(scenario.name, plan, result, problem, arguments)
     _tell_pace(records[0], time.monotonic() - begin_s)
     if arguments.report and not _reported(arguments, records[0], result, problem, planned):
         code = CANNOT
-    sys.stdout.write(bound_folders(folder.parent, "rehearsal"))
+    flight.bound_folders()
     return code
 
 

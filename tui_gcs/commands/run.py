@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.commands.common import check_writable, join, login_name, read_planners, read_scenario, running
 from tui_gcs.commands.fly import start
-from tui_gcs.commands.headless import ProgressBar, report
+from tui_gcs.commands.progress_bar import ProgressBar
+from tui_gcs.commands.result_table import report
 from tui_gcs.core.kinds import Kind
 from tui_gcs.exits import CommandError
 

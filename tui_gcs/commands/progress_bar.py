@@ -1,0 +1,34 @@
+"""How far a flight in lock-step is, on stderr."""
+
+import sys
+import time
+
+BAR_CELLS = 30
+
+
+class ProgressBar:
+    """One line on stderr, redrawn a few times a second."""
+
+    def __init__(self) -> None:
+        """Nothing drawn yet."""
+        self._next_s = 0.0
+
+    def show(self, share: float, text: str) -> None:
+        """Draw if it is time."""
+        now = time.monotonic()
+        if now < self._next_s:
+            return
+        self._next_s = now + (0.2 if sys.stderr.isatty() else 5.0)
+        full = int(share * BAR_CELLS)
+        line = f"[{'#' * full}{'.' * (BAR_CELLS - full)}] {share:4.0%} {text}"
+        sys.stderr.write(f"\r{_fitted(line, 78):<78}" if sys.stderr.isatty() else line + "\n")
+        sys.stderr.flush()
+
+    def end(self) -> None:
+        """Clear the line."""
+        if sys.stderr.isatty():
+            sys.stderr.write("\r" + " " * 78 + "\r")
+
+
+def _fitted(line: str, cells: int) -> str:
+    return line if len(line) <= cells else line[: cells - 1] + "…"

@@ -1,0 +1,92 @@
+"""The result of a flight, as a table and as a file."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui_gcs.core.metrics import seen_pct
+from tui_gcs.exits import CANNOT, FAILED, OK
+
+if TYPE_CHECKING:
+    from tui_gcs.core.results import Result
+
+NAME_WIDTH = 9
+
+
+def report(result: "Result", problem: str, json_file: str | None) -> int:
+    """Print the result, then write it; returns the exit code. A file that cannot be written is told, and costs 2."""
+    import msgspec
+
+    sys.stdout.write(table(result))
+    sys.stdout.flush()
+    if problem:
+        sys.stderr.write(f"tui-gcs: the flight ended early: {problem}\n")
+    code = OK if result.ok and not problem else FAILED
+    if json_file:
+        data = msgspec.json.format(msgspec.json.encode(result), indent=2) + b"\n"
+        code = code if written(json_file, data) else CANNOT
+    return code
+
+
+def written(path: str, data: bytes) -> bool:
+    """Write a file after a flight; where that fails it is told in one line, and whatever else is to be kept is kept."""
+    try:
+        Path(path).write_bytes(data)
+    except OSError as error:
+        sys.stderr.write(f"tui-gcs: {path}: cannot be written ({error.strerror}); the result is as printed above\n")
+        return False
+    return True
+
+
+def table(result: "Result") -> str:
+    """The result for people, 80 columns wide."""
+    lines = [
+        f"{result.scenario}  seed {result.seed}",
+        "",
+        _row(("", "", "", "n"), ("on", "cover", "worst", "avg", "bound"), ("ratio", "off", "slot")),
+        _row(("round", "zone", "role", ""), ("slot s", "%", "s", "s", "s"), ("", "p95 m", "max m")),
+    ]
+    for r in result.rounds:
+        cover, bound = f"{seen_pct(r.coverage):.1f}", _number(r.bound_s)
+        idle = (_number(r.on_slot_after_s, 1), cover, _number(r.worst_idleness_s), _number(r.avg_idleness_s), bound)
+        off = (_number(r.ratio), _number(r.off_slot_p95_m), _number(r.off_slot_max_m))
+        if len(r.round) > NAME_WIDTH:  # as rehearsals call what follows a loss: whole, on a line of its own
+            lines.append(r.round[:80])
+        name = r.round if len(r.round) <= NAME_WIDTH else ""
+        lines.append(_row((name, r.zone, r.role, str(r.n)), idle, off))
+        if r.reserve:
+            lines.append(f"{'':10}and {r.reserve} in reserve: bound and ratio are of the {r.n} that fly")
+    lines += _intruders(result)
+    lines += ["", f"{'check':<57}{'value':>10}{'limit':>10}"]
+    told = ""
+    for check in result.checks:
+        mark = "ok  " if check.ok else "FAIL"
+        lines.append(f"{mark} {check.name:<52.52}{_number(check.value):>10}{_number(check.limit):>10}")
+        if check.why and check.why != told:
+            lines.append(f"     -- {check.why}"[:80])
+            told = check.why
+    good = sum(check.ok for check in result.checks)
+    lines += ["", f"{good} of {len(result.checks)} checks hold", *filter(None, [result.incomplete]), ""]
+    return "\n".join(lines)
+
+
+def _intruders(result: "Result") -> list[str]:
+    """Who was met, who came in; nothing for a flight that nobody disturbed."""
+    lines = [""] if result.intruders else []
+    for r in result.intruders:
+        left = f", {r.under_way} still on their way" if r.under_way else ""
+        lines.append(f"intruders, {r.round} {r.zone}:"[:80])
+        lines.append(f"  {r.met} of {r.came} countered before the zone{left};")
+        near = "none came near" if r.nearest_m is None else f"the nearest came to {r.nearest_m:.1f} m of the zone"
+        lines.append(f"  {'at least one was in the zone' if r.nearest_m == 0.0 else near}")
+    return lines
+
+
+def _row(who: tuple[str, str, str, str], idle: tuple[str, ...], off: tuple[str, str, str]) -> str:
+    name, zone, role, count = who
+    numbers = "".join(f"{text:>7}" for text in idle)
+    return f"{name:<10.10}{zone:<7.7} {role:<7.7}{count:>2}{numbers}{off[0]:>6}{off[1]:>6}{off[2]:>6}".rstrip()
+
+
+def _number(value: float | None, digits: int = 2) -> str:
+    return "--" if value is None else f"{value:.{digits}f}"
