@@ -83,10 +83,10 @@ def _pairs(position: Floats, velocity: Floats, limits: Limits) -> _Pairs:
     closing_sideways = ((velocity[first] - velocity[other]) * aside).sum(axis=1) / 2
     closing_up = ((velocity[first] - velocity[other]) * up).sum(axis=1) / 2
     more = (vertical - closing_up) / CLIMB_M_S > (sideways - closing_sideways) / limits.speed_m_s
-    by_height = (vertical >= 0.0) & (more | (sideways < 0.0))
-    # Too near in both: there where less is missing. Above each other, sideways alone would let them close in by height.
+    # Too near in height: there where less is missing, and that is sideways if it is apart there. Above each other,
+    # sideways alone would let them close in by height.
     nearly = room_up_m / limits.separation_vertical_m > room_m / limits.separation_horizontal_m
-    by_height |= (vertical < 0.0) & (sideways < 0.0) & nearly
+    by_height = np.where(vertical >= 0.0, more | (sideways < 0.0), nearly)
     normal = np.where(by_height[:, None], up, aside)
     return _Pairs(first, normal, np.where(by_height, vertical, sideways))
 
