@@ -124,6 +124,20 @@ def test_a_failsafe_tells_what_it_does_and_why_in_the_vehicle_s_own_words(flight
     assert found(flight) == {}
 
 
+def test_a_second_failsafe_says_why_too(flight: Rig) -> None:
+    """A real PX4 on its way home from its fence, whose battery was empty then: "LAND: Failsafe activated"."""
+    now, signs = flight.clock.now(), flight.station._alarm_finder._signs
+    fence = [(now, "Geofence: exceeding maximum distance to Home"), (now, "Failsafe activated: switching to RTL")]
+    more = [(now + 40.0, "Emergency battery level: switching to Land"), (now + 41.0, "Failsafe activated")]
+    over = [(now + 60.0, "Radio Failsafe Cleared")]
+    with patch.multiple(vehicle(flight), system_status=5, custom_mode=9, recent_reasons=fence):
+        assert signs._failsafe(vehicle(flight), now) == "LAND: Geofence: exceeding maximum distance to Home"
+        for after_s, said in ((40.5, more[:1]), (42.0, more), (50.0, more), (61.0, over)):
+            with patch.object(vehicle(flight), "recent_reasons", fence + said):
+                assert signs._failsafe(vehicle(flight), now + after_s) == "LAND: Emergency battery level"
+    found(flight)
+
+
 def test_a_failsafe_without_a_gps_fix_says_so(flight: Rig) -> None:
     """A real PX4 without GPS: its LAND is a descent that drifts, and "Failsafe activated" is all it may say."""
     said = [(flight.clock.now(), "Failsafe activated")]

@@ -155,14 +155,19 @@ def test_why_is_in_its_own_words_as_long_as_it_lasts(watched: Watched) -> None:
     ), "another one, of which it said nothing"
 
 
-def test_words_that_come_within_three_seconds_are_why_later_ones_are_not(watched: Watched) -> None:
+def test_words_that_come_within_three_seconds_are_why_and_later_ones_of_another_failsafe(watched: Watched) -> None:
     watched.says(system_status=5, custom_mode=6)
     assert watched.found() == {"failsafe": "CRITICAL: a failsafe is active"}
-    for later_s, words in ((2.0, "Radio Failsafe"), (3.0, "Battery Failsafe")):
+    for later_s, words, why in (
+        (2.0, "Radio Failsafe", "Radio Failsafe"),
+        (9.0, "Crosstrack error", "Radio Failsafe"),
+        (9.0, "Battery Failsafe", "Battery Failsafe"),
+        (9.0, "Radio Failsafe Cleared", "Battery Failsafe"),
+    ):
         watched.heard.clock.advance(later_s)
         watched.vehicle.recent_reasons.append((watched.heard.clock.now(), words))
         watched.says(system_status=5, custom_mode=6)
-        assert watched.found() == {"failsafe": "RTL: Radio Failsafe"}
+        assert watched.found() == {"failsafe": f"RTL: {why}"}
 
 
 def test_after_a_landing_a_failsafe_is_another_one(watched: Watched) -> None:

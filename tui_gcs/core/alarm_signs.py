@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator
 
 from tui_gcs.core.alarms import AlarmDesk, Finding
+from tui_gcs.core.firmware.failsafe_words import is_news
 from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.messages import Freshness
 from tui_gcs.core.snapshot import problem_of
@@ -58,6 +59,8 @@ class VehicleSigns:
         since_s, why = self._failsafes.get(vehicle.id, (now, ""))
         if now - since_s <= SAID_AFTER_S:
             why = vehicle.failsafe_words(since_s - SAID_BEFORE_S)
+        elif is_news(news := vehicle.failsafe_words(now - SAID_BEFORE_S)):
+            why = news
         self._failsafes[vehicle.id] = (since_s, why)
         does = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
         if _has_no_fix(vehicle):
