@@ -13,6 +13,7 @@ from watch import BRAKE, GUIDED, Watch
 
 from tui_gcs.core import messages_flight as f
 from tui_gcs.core.course import Stand
+from tui_gcs.core.cruise import Cruise
 from tui_gcs.core.messages import Phase, Vec3
 from tui_gcs.core.orbit import Orbit
 from tui_gcs.core.service_flight import FlightActs, words
@@ -170,6 +171,13 @@ def test_a_take_off_arms_climbs_and_is_refused_beside_another_one() -> None:
     assert desk.ended() == (JobState.DONE, "climbs to 12.5 m") and desk.flight(1).phase is Phase.TAKEOFF
 
 
+def test_one_that_is_in_no_team_does_not_take_off() -> None:
+    desk = Desk()
+    del desk.book.flights[1]
+    assert desk.do(f.TakeOff((1,), 20.0)) == "is in no team: no course is flown with it"
+    assert desk.run(1.0).orders(1) == []
+
+
 def test_a_take_off_that_fails_is_given_up_and_disarmed() -> None:
     desk = Desk()
     desk.vehicle(1).armed = True
@@ -295,6 +303,8 @@ def test_one_that_flies_its_mission_is_limited_by_its_own_word() -> None:
     assert desk.ended() == (JobState.DONE, "at most 3 m/s")
     for speed_m_s in (0.05, 8.5, NAN):
         assert desk.do(f.LimitSpeed((1,), speed_m_s)) == f"{speed_m_s:g} m/s: 0.1 to 8 are allowed"
+    for speed_m_s in (0.1, 8.0):
+        assert desk.do(f.LimitSpeed((1,), speed_m_s)) == ""
 
 
 # ---------------------------------------------------------------- circles, nudges, followers
@@ -339,6 +349,42 @@ def test_a_nudge_is_as_fast_as_asked_and_allowed_and_ends_by_itself(asked: Vec3,
     assert course.at(1010.0)[1] == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.parametrize(
+    ("asked", "flown"),
+    [
+        ((0.3, -0.4, 0.0), (0.3, -0.4, 0.0)),
+        ((6.0, 8.0, 0.0), (4.8, 6.4, 0.0)),
+        ((0.0, 80.0, 0.0), (0.0, 8.0, 0.0)),
+        ((12.0, 0.0, 16.0), (4.8, 0.0, 3.0)),
+        ((0.0, 6.0, -8.0), (0.0, 4.8, -1.5)),
+        ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+    ],
+)
+def test_a_nudge_leads_to_no_more_than_the_limits_in_its_direction(asked: Vec3, flown: Vec3) -> None:
+    """A second is too short to get there: who keeps the key pressed does."""
+    course = nudged(asked).flight(1).course
+    assert isinstance(course, Cruise) and course.velocity_m_s == pytest.approx(flown)
+
+
+def test_one_whose_velocity_is_not_known_is_flown_as_if_it_stood() -> None:
+    desk = nudged()
+    desk.flight(1).course = None
+    desk.vehicle(1).fix = None
+    assert not any(map(math.isfinite, desk.vehicle(1).velocity_m_s))
+    assert desk.by_hand.nudge(desk.vehicle(1), f.Nudge((1,), (1.0, 0.0, 0.0))) == ""
+    course = desk.flight(1).course
+    assert isinstance(course, Cruise) and course.from_m_s == (0.0, 0.0, 0.0)
+    assert desk.do(f.Circle((1,), (0.0, 50.0, NAN), 40.0)) == "" and desk.flight(1).goal == ((0.0, 50.0, 30.0), 40.0)
+
+
+def test_the_speed_on_the_way_may_be_the_least_and_the_most() -> None:
+    desk = aloft()
+    for speed_m_s in (0.1, 8.0):
+        assert desk.do(f.GoTo((1,), ((0.0, 0.0, 30.0),), speed_m_s=speed_m_s)) == ""
+        assert desk.do(f.LimitSpeed((1,), speed_m_s)) == ""
+        assert desk.flight(1).course == Stand((0.0, 0.0, 30.0), speed_m_s)
+
+
 def test_only_a_nudge_of_zero_takes_a_vehicle_from_what_it_does() -> None:
     desk = aloft(Phase.HOLDING)
     assert desk.do(f.Nudge((1,), (1.0, 0.0, 0.0))) == "does something else meanwhile: begin the nudge anew"
@@ -380,6 +426,10 @@ def test_a_mission_is_begun_only_in_the_air_and_if_there_is_one() -> None:
     request = f.OnBoardMission((1,), "start")
     assert Desk(items=5).do(request) == "is not in the air: take off first"
     assert aloft().do(request) == "holds no mission: upload one first"
+    plane = aloft(items=5)
+    plane.vehicle(1).type = 1
+    assert plane.do(request) == "only ArduCopter and PX4 multicopters can be flown so far"
+    assert plane.phases()[0] is Phase.FLYING and plane.run(1.0).orders(1) == []
     desk = aloft(items=5)
     desk.executive.hold((1,))
     desk.orders(1)

@@ -92,7 +92,8 @@ class ByHand:
         speed = limits.speed_m_s if math.isnan(request.speed_m_s) else min(request.speed_m_s, limits.speed_m_s)
         here = self._steering.stop_place(vehicle)
         x, y, z = request.centre_m
-        begin_s = now + math.hypot(*vehicle.velocity_m_s) / limits.accel_m_s2
+        moving_m_s = math.hypot(*vehicle.velocity_m_s)
+        begin_s = now + (moving_m_s / limits.accel_m_s2 if math.isfinite(moving_m_s) else 0.0)
         try:
             orbit = Orbit.about(
                 begin_s,
