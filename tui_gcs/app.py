@@ -39,6 +39,7 @@ from tui_gcs.key_guard import KeyGuard
 from tui_gcs.key_turns import LONGEST_S, KeyHandled, KeyTurns
 from tui_gcs.line_entry import LineEntry
 from tui_gcs.notices import NOTICE_S, Notices
+from tui_gcs.read_ahead import AFTER_S, read_ahead
 from tui_gcs.screens.alarms import AlarmScreen
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.help import HelpDialog, PaletteDialog
@@ -189,6 +190,7 @@ class ConsoleApp(CommandingApp):
         self.set_interval(FOLLOW_S, self.follow_orders)
         self._garbage.begin(self.clock.now())
         self.set_interval(LOOK_S, lambda: self._garbage.look(self.clock.now()))
+        self.set_timer(AFTER_S, read_ahead)
         self.switch_mode("fly")
 
     def on_unmount(self) -> None:
