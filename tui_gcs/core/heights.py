@@ -2,8 +2,8 @@
 
 Flown with a real ArduCopter whose barometer was 20 m off from one moment to the next: its EKF doubted that for 10 s,
 then believed it, said no more, and as it kept to the height that it read it sank by 20 m, which the map did not show.
-A GPS knows heights worse than a barometer, but not for long by so much: in 80 flights of real autopilots, up to 50
-minutes long, the two parted by less than 3 m.
+A GPS knows heights worse than a barometer, but seldom by so much: in 80 flights of real autopilots (with simulated
+sensors) the two parted by less than 3 m.
 """
 
 import math

@@ -2,9 +2,9 @@
 
 Flown with a real ArduCopter whose GPS was 67 m off from one moment to the next: its EKF said so a second later, and for
 10 s it flew on where it was, by its inertia sensors; then it believed its GPS, and all that it was told from then on
-was 67 m beside what the map showed. Until then there is time to stop it where it still knows its place. In 154 flights
-of real ones, in wind up to 6 m/s and with a tenth of all frames lost, no report of theirs ever was above half of what
-counts here.
+was 67 m beside what the map showed. Until then there is time to stop it where it still knows its place. Of 46,000
+reports of real ones in flight, in wind up to 6 m/s and with a tenth of all frames lost, none but those of such faults
+said so: the largest ratio was 0.53, 1 counts.
 """
 
 from collections.abc import Mapping
