@@ -145,6 +145,17 @@ def test_one_that_refuses_to_take_off_is_disarmed() -> None:
     assert "disarm" in watch.run(0.5).orders(1)
 
 
+def test_a_height_that_does_not_read_zero_on_the_ground_is_no_take_off() -> None:
+    """Seen in a rehearsal with noisy heights: the order was lost, and not said again, for it counted as done."""
+    watch = armed()
+    watch.place(1, (0.0, 0.0, 1.8), armed=True, landed_state=1)
+    watch.run(1.5)
+    said = [words for vehicle, words in watch.sent if vehicle == 1 and words.startswith("take off")]
+    assert len(said) > 1 and watch.phases()[0] is Phase.ARMING, "it is said again"
+    watch.place(1, (0.0, 0.0, 2.9), landed_state=1)
+    assert watch.run().phases()[0] is Phase.TAKEOFF
+
+
 def test_one_that_lifts_off_although_its_start_was_cancelled_is_held_like_any_other() -> None:
     watch = armed()
     watch.place(1, (0.0, 0.0, 0.0), armed=True, landed_state=1)

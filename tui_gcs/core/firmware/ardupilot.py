@@ -85,7 +85,7 @@ class ArduCopter:
     def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> Action:
         """NAV_TAKEOFF's height is above home."""
         order = Order(c.CMD_TAKEOFF, (0, 0, 0, 0, 0, 0, alt_rel_m))
-        return self._speech.take_off(vehicle.id, order, on_done)
+        return self._speech.take_off(vehicle, order, on_done)
 
     def land(self, vehicle: Vehicle) -> Action:
         """LAND."""

@@ -128,7 +128,7 @@ class Px4Multicopter:
         if problem:
             return refused(vehicle.id, "take-off", problem, on_done)
         order = Order(c.CMD_TAKEOFF, (NAN, 0, 0, NAN, NAN, NAN, home_m + alt_rel_m))
-        return self._speech.take_off(vehicle.id, order, on_done)
+        return self._speech.take_off(vehicle, order, on_done)
 
     def land(self, vehicle: Vehicle) -> Action:
         """AUTO LAND."""

@@ -14,6 +14,8 @@ from tui_gcs.core.vehicle import Vehicle
 
 Done = Callable[[Action, Outcome, str], None]
 Shown = Callable[[Vehicle], bool]
+LIFTED_M = 1.0
+"""Higher than it stood: in the air, whatever it says of that."""
 
 
 class Speech:
@@ -77,15 +79,15 @@ class Speech:
         order = Order(c.CMD_ARM_DISARM, (0,))
         return self.action(vehicle, "disarm", Retry.STOP, order, lambda v: not v.armed)
 
-    def take_off(self, vehicle: int, order: Order, on_done: Done) -> Action:
-        """Take off; done when it shows that it left the ground."""
-        left = (c.LANDED_IN_AIR, c.LANDED_TAKEOFF)
+    def take_off(self, vehicle: Vehicle, order: Order, on_done: Done) -> Action:
+        """Take off; done when it shows that it left the ground, whose height need not read zero."""
+        left, ground_m = (c.LANDED_IN_AIR, c.LANDED_TAKEOFF), vehicle.alt_rel_m
         return self.action(
-            vehicle,
+            vehicle.id,
             "take-off",
             Retry.START,
             order,
-            lambda v: v.armed and (v.alt_rel_m > 1.0 or v.landed_state in left),
+            lambda v: v.armed and (v.alt_rel_m > ground_m + LIFTED_M or v.landed_state in left),
             on_done,
             confirm_s=8.0,
             shown_by=c.EXTENDED_SYS_STATE,
