@@ -114,6 +114,7 @@ def test_what_is_looked_at_is_what_the_station_has(rig: MakeRig) -> None:
     assert (reply.ok, reply.task, reply.text) == (True, None, text)
     ground.ask(m.Note(text="written down", severity=5))
     assert "written down" in [event.text for event in ground.ask(m.GetJournal()).events]
+    assert ground.ask(m.GetTask(team="nobody")) == Reply(ok=False, text="no team nobody")
 
 
 @pytest.mark.parametrize(("asked", "severity"), [(-3, 4), (1, 4), (4, 4), (6, 6), (7, 7), (99, 7)])
@@ -211,13 +212,14 @@ def test_what_an_edit_changes_of_planners_is_said_by_team() -> None:
 
 @pytest.mark.parametrize("vehicles", [(), (1, 1), (2, 1, 2)])
 def test_a_start_names_each_vehicle_once(rig: MakeRig, vehicles: tuple[int, ...]) -> None:
-    assert rig(2).ask(m.Start(vehicles=vehicles)).text == "name each vehicle once"
+    assert rig(2).ask(m.Start(vehicles=vehicles)) == Reply(ok=False, text="name each vehicle once")
 
 
 def test_nothing_is_started_while_the_fleet_returns(rig: MakeRig) -> None:
     ground = rig(1)
     ground.station.executive.run = RunPhase.RETURNING
-    assert ground.ask(m.Start(vehicles=(1,))).text == "the fleet is returning: wait until all have landed"
+    why = "the fleet is returning: wait until all have landed"
+    assert ground.ask(m.Start(vehicles=(1,))) == Reply(ok=False, text=why)
     assert not ground.ask(m.SwitchRound(index=1)).ok and ground.station.round_index == 0
 
 
@@ -226,12 +228,12 @@ def test_a_station_ends_only_if_nothing_armed_is_heard_and_the_lost_are_named(ri
     one, two = ground.station.fleet.vehicles[1], ground.station.fleet.vehicles[2]
     assert ground.ask(m.Shutdown(lost=(1,))).text == "nothing armed is lost: stop without --lost"
     one.armed = two.armed = True
-    assert ground.ask(m.Shutdown()).text == "not while vehicles are armed: 1, 2"
+    assert ground.ask(m.Shutdown()) == Reply(ok=False, text="not while vehicles are armed: 1, 2")
     ground.loses = lambda way, index: index in (0, 1)
     ground.run(30.0)
     ids = "armed when last heard, and LOST: 1 2; if you know what became of them: tui-gcs stop --lost 1 2"
     for named in ((), (1,), (1, 2, 3)):
-        assert ground.ask(m.Shutdown(lost=named)).text == ids
+        assert ground.ask(m.Shutdown(lost=named)) == Reply(ok=False, text=ids)
     assert not ground.station.ending
     assert ground.ask(m.Shutdown(lost=(2, 1))).ok and ground.station.ending
 
