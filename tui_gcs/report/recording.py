@@ -42,7 +42,7 @@ class ZoneRecord:
     flying: list[int] = field(default_factory=list)
     tour_m: list[tuple[float, float]] = field(default_factory=list)
     metrics: dict[str, float] = field(default_factory=dict)
-    """What its planner counted last in this round."""
+    """What its planner counted last while this round was flown."""
     reserve: int = 0
     """The most that waited at once."""
 
@@ -102,7 +102,7 @@ class FlightRecord:
         if status.armed and status.round_index != self._index and self._index < status.round_index:
             self._index = status.round_index
             self._begin(self.scenario.rounds[status.round_index], status)
-        if self.rounds and not self._returning:
+        if self.rounds and status.run is RunPhase.RUNNING:  # who holds is nobody that a planner counts on
             counted = {team.name: team.metrics for team in status.teams if team.metrics}
             reserve = {team.name: team.reserve for team in status.teams}
             for zone in self.rounds[-1].zones:

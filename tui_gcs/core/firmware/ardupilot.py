@@ -38,9 +38,10 @@ class ArduCopter:
     Its position gain is 1/s, and it takes no acceleration along with a place in frame 6 (tried: no difference).
     In a wind of 3 m/s tours at 8 m/s take all the 30 degrees it may lean, and it is up to 8 m off; at 6 m/s 0.6 m.
     """
-    off_course_m = 0.9
+    off_course_m = 1.1
     """Measured on four real ones in two flights of three rounds: 95 % of places within 0.5 m, all within 0.8 m. The
-    simulated one: 99 % within 0.3 m, in a wind of 3 m/s 0.7 m."""
+    simulated one: all within 0.5 m; in a wind of 3 m/s with a GPS that wanders by 0.5 m 95 % within 0.7 m, all within
+    1.2 m. Planned with 0.9 m, a place in two zones of six was missed once there, and waited twice as long."""
 
     def __init__(self, speech: Speech, commands: CommandService) -> None:
         """`commands` runs what comes along with a set-point."""
