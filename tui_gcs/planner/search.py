@@ -32,6 +32,8 @@ TRY = (Effort(0.05, 1.0, 12), Effort(1.0, 3.0, 10))
 CHANGE = Effort(1.0, 3.0, 10)
 FINISHED, FEWEST_FINISHED = 8, 2
 """Tries that are finished at once."""
+MOST_FINISHING = 80_000
+"""Rounds of that, times cells: no further try is begun then. A round of 3000 cells takes about 20 ms."""
 POOL = 5
 """Finished drafts that are kept and changed."""
 NEW_SHARE = 0.4
@@ -127,8 +129,13 @@ def begun(site: Site, seed: int, n: int) -> Search:
     tries.sort(key=_cost)
     most = min(len(tries), max(FEWEST_FINISHED, round(FINISHED * share)))
     search.bar = tries[most - 1].cost * PROMISING
+    left = MOST_FINISHING // len(site.cells)
     for draft in tries[:most]:
-        search._admit(site, site.finished(draft, search._hopeful()))
+        if left > 0:
+            finishing = site.begun(draft.respaced(FINER), enough=search._hopeful())
+            while not finishing.done:
+                finishing, left = site.tightened(finishing), left - 1
+            search._admit(site, finishing.best)
     return search
 
 

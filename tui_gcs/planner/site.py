@@ -99,13 +99,6 @@ class Site:
             draft = smooth(draft, self.coarse, self.motion, self.region, effort)
         return draft
 
-    def finished(self, draft: Draft, enough: float = math.inf) -> Draft:
-        """The draft with more control points after descent on all cells; its cost is its exact duration then."""
-        finishing = self.begun(draft.respaced(FINER), enough=enough)
-        while not finishing.done:
-            finishing = self.tightened(finishing)
-        return finishing.best
-
     def begun(self, draft: Draft, instead_of: float = math.inf, enough: float = math.inf) -> Finishing:
         """Before the first round."""
         nothing = replace(draft, cost=math.inf)
