@@ -77,6 +77,18 @@ class PatientDriver(LinuxDriver):
         columns, lines = super()._get_terminal_size()
         return min(columns, MOST_COLUMNS), min(lines, MOST_LINES)
 
+    def _sigtstp_application(self, *_: object) -> None:
+        """Stop, and later go on, between two turns of the loop.
+
+        A signal comes in the middle of anything: in the middle of a write, whose lock is taken then, what gives the
+        terminal back would wait for that lock for ever.
+        """
+        self._loop.call_soon_threadsafe(super()._sigtstp_application)
+
+    def _sigcont_application(self, *_: object) -> None:
+        """See `_sigtstp_application`."""
+        self._loop.call_soon_threadsafe(super()._sigcont_application)
+
     def write(self, data: str) -> None:
         """Queue `data`; where the queue is full it is lost, and all is painted anew when the terminal reads again."""
         if self._writer_thread is not None:
