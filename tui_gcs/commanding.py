@@ -335,7 +335,8 @@ class CommandingApp(ThinApp):
     def close_result(self) -> bool:
         """Close the table; whether there was one."""
         self.orders.forget_over()
-        closed = [panel.close() for panel in self.screen_stack[0].query(ResultPanel)]
+        bottom = self.screen_stack[:1]  # none any more while the console ends
+        closed = [panel.close() for screen in bottom for panel in screen.query(ResultPanel)]
         return any(closed)
 
     def _panel(self) -> ResultPanel:
