@@ -9,9 +9,6 @@ WORDS = (NOTE, CAUTION, ERROR)
 """By `missions.findings.Level`."""
 AUTOPILOTS = {"ardupilot": AUTOPILOT_ARDUPILOT, "px4": AUTOPILOT_PX4}
 
-NAMES = {"ardupilot": "ArduPilot", "px4": "PX4"}
-"""As in fleet frames."""
-
 
 @dataclass(frozen=True)
 class Line:

@@ -4,7 +4,7 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from tui_gcs.commands.check_lines import CAUTION, ERROR, NAMES, NOTE, WORDS, Line
+from tui_gcs.commands.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, Line
 from tui_gcs.commands.convert import round_of
 from tui_gcs.core.formats.conversion import Base
 from tui_gcs.core.geo import LocalFrame
@@ -15,6 +15,7 @@ from tui_gcs.core.missions.store import DraftFileError, from_bytes
 from tui_gcs.core.missions.way import Home
 from tui_gcs.core.plan import PlanItem, PlanKind
 from tui_gcs.core.scenario import Origin
+from tui_gcs.core.wire.mavlink import autopilot_name
 from tui_gcs.exits import CommandError
 from tui_gcs.widgets.mission_text import clock, conflict_text, distance
 
@@ -30,7 +31,7 @@ def missions_lines(path: Path, data: bytes, base: Base | None, arguments: argpar
     look.performance = saved.performance or look.performance
     notes = _site(look, saved.draft, base, arguments)
     if arguments.autopilot is not None:
-        name = NAMES[arguments.autopilot]
+        name = autopilot_name(AUTOPILOTS[arguments.autopilot])
         look.crew = {v: replace(look.member(v), autopilot=name) for v in saved.draft.vehicles}
     found = [
         Line(WORDS[finding.level], f"vehicle {vehicle}", str(finding))

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from msgspec.structs import replace
 
-from tui_gcs.commands.check_lines import AUTOPILOTS, NAMES, NOTE, WORDS, Line
+from tui_gcs.commands.check_lines import AUTOPILOTS, NOTE, WORDS, Line
 from tui_gcs.core.firmware.registry import off_course_m
 from tui_gcs.core.kinds import Kind
 from tui_gcs.core.meetings import findings
@@ -13,6 +13,7 @@ from tui_gcs.core.planner_tasks import crewed, crews
 from tui_gcs.core.preview_findings import previewed
 from tui_gcs.core.scenario import Round, Scenario
 from tui_gcs.core.scenario_findings import ScenarioFinding
+from tui_gcs.core.wire.mavlink import autopilot_name
 from tui_gcs.planner import registry
 from tui_gcs.planner.preview import preview
 
@@ -22,13 +23,14 @@ def preview_lines(scenario: Scenario, autopilot: str) -> list[Line]:
 
     `autopilot`: a key of `AUTOPILOTS`; the better it keeps to its course, the wider apart a patrol's lanes may be.
     """
-    off_m = off_course_m(AUTOPILOTS[autopilot])
+    number = AUTOPILOTS[autopilot]
+    off_m = off_course_m(number)
     lines = [
         Line(WORDS[finding.level], round_.name, ": ".join(filter(None, (finding.text, finding.detail))))
         for round_ in scenario.rounds
         for finding in _round(scenario, round_, off_m)
     ]
-    told = f"planned at once for {NAMES[autopilot]}, up to {off_m:g} m beside its course (--autopilot)"
+    told = f"planned at once for {autopilot_name(number)}, up to {off_m:g} m beside its course (--autopilot)"
     return [*lines, Line(NOTE, "preview", told)]
 
 

@@ -21,14 +21,14 @@ OF_A_NEW_ONE = ("fault", "autopilot", "wind", "gps_noise", "intruders", "sensor"
 
 def run(arguments: argparse.Namespace) -> int:
     """Console on a simulated fleet; lock-step and a table where there is no terminal."""
-    try:
-        check_fault(arguments.fault)
-    except LaunchError as error:
-        raise CommandError(str(error)) from None
     if arguments.headless or not sys.stdout.isatty():
         from tui_gcs.commands.headless import fly
 
         return fly(arguments)
+    try:
+        check_fault(arguments.fault)
+    except LaunchError as error:
+        raise CommandError(str(error)) from None
     if arguments.json or arguments.rounds:
         raise CommandError("--json and --rounds belong to --headless")
     need_terminal()

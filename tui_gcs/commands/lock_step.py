@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tui_gcs.commands.common import (
     bound_folders,
@@ -44,6 +44,9 @@ class Asked:
     planners: "dict[str, PlannerInfo]"
     folder: Path
     bad_links: "BadLinks | None"
+    weather: dict[str, Any]
+    world: dict[str, Any]
+    """Parts of the simulator's spec, as `sim_fleet` reads them."""
 
     def fly(
         self,
@@ -51,7 +54,6 @@ class Asked:
         watch: "Callable[[Bus, Referee], None]" = lambda _bus, _referee: None,
     ) -> "tuple[Result, str]":
         """(result, why it ended early or ""). Raises `HappeningError`."""
-        from tui_gcs.commands.sim_fleet import weather_of, world_of
         from tui_gcs.rehearsal import rehearse, weather_of_spec, world_of_spec
 
         arguments, bar = self.arguments, ProgressBar()
@@ -64,8 +66,8 @@ class Asked:
             autopilots=arguments.autopilot or "ardupilot",
             bad_links=self.bad_links,
             files=planner_files(self.planners),
-            weather=weather_of_spec(weather_of(arguments)),
-            world=world_of_spec(world_of(self.scenario, arguments.intruders, arguments.sensor, self.scenario.seed)),
+            weather=weather_of_spec(self.weather),
+            world=world_of_spec(self.world),
             happenings=happenings,
             watch=watch,
         )
@@ -86,7 +88,7 @@ def asked(arguments: argparse.Namespace, name: str) -> Asked:
     """Look at the arguments. Raises `CommandError`."""
     import msgspec
 
-    from tui_gcs.commands.sim_fleet import world_of
+    from tui_gcs.commands.sim_fleet import weather_of, world_of
     from tui_gcs.launcher import LaunchError, check_fault
     from tui_gcs.rehearsal import BadLinks
 
@@ -96,7 +98,8 @@ def asked(arguments: argparse.Namespace, name: str) -> Asked:
     simulable(scenario)
     if arguments.seed is not None:
         scenario = msgspec.structs.replace(scenario, seed=arguments.seed)
-    world_of(scenario, arguments.intruders, arguments.sensor, scenario.seed)  # what is wrong with it is told now
+    world = world_of(scenario, arguments.intruders, arguments.sensor, scenario.seed)
+    weather = weather_of(arguments)
     if arguments.rounds is not None and not 1 <= arguments.rounds <= len(scenario.rounds):
         raise CommandError(f"--rounds {arguments.rounds}: the scenario has {len(scenario.rounds)}")
     try:
@@ -106,4 +109,4 @@ def asked(arguments: argparse.Namespace, name: str) -> Asked:
         raise CommandError(str(error)) from None
     say_planners(planners, scenario)
     bad_links = BadLinks(arguments.fault, scenario.seed) if arguments.fault else None
-    return Asked(arguments, name, scenario, toml, planners, folder, bad_links)
+    return Asked(arguments, name, scenario, toml, planners, folder, bad_links, weather, world)

@@ -131,11 +131,12 @@ def begun(site: Site, seed: int, n: int) -> Search:
     search.bar = tries[most - 1].cost * PROMISING
     left = MOST_FINISHING // len(site.cells)
     for draft in tries[:most]:
-        if left > 0:
-            finishing = site.begun(draft.respaced(FINER), enough=search._hopeful())
-            while not finishing.done:
-                finishing, left = site.tightened(finishing), left - 1
-            search._admit(site, finishing.best)
+        if left <= 0:
+            break
+        finishing = site.begun(draft.respaced(FINER), enough=search._hopeful())
+        while not finishing.done:
+            finishing, left = site.tightened(finishing), left - 1
+        search._admit(site, finishing.best)
     return search
 
 
