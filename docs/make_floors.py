@@ -119,7 +119,7 @@ def main() -> None:
         before, _, after = parted(DOCUMENT.read_text(encoding="utf-8"))
         DOCUMENT.write_text(before + section() + after, encoding="utf-8")
     else:
-        print(section())
+        sys.stdout.write(f"{section()}\n")
 
 
 if __name__ == "__main__":
