@@ -10,7 +10,7 @@ from textual.pilot import Pilot
 from tui_gcs.app import ConsoleApp
 from tui_gcs.commands.common import read_scenario
 from tui_gcs.core import messages as m
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.rehearsal import LockStep
 
 FOLDER = Path(__file__).parent

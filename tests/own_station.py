@@ -9,9 +9,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from tui_gcs.core import messages as m
+from tui_gcs.core.base.directories import socket_path
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.bus import EVENT, FLEET, STATUS, BusError
-from tui_gcs.core.config import socket_path
-from tui_gcs.core.kinds import Kind
 from tui_gcs.core.zenoh_bus import ZenohBus, connect
 
 

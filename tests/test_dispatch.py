@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import pytest
 
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.messages import Request, VehicleResult
 from tui_gcs.core.messages_preflight import ReadChecks
 from tui_gcs.core.messages_services import GetTasks, ServiceReply, TaskInfo

@@ -9,7 +9,7 @@ import msgspec
 import pytest
 
 from tui_gcs import plan_transfers
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.messages import Request, VehicleResult
 from tui_gcs.core.messages_services import GetTasks, ServiceReply, TaskInfo, UploadPlan
 from tui_gcs.core.missions import fences

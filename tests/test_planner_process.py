@@ -12,7 +12,7 @@ from tests.own_station import Watcher, processes, station_in, until
 from tui_gcs.commands.common import read_planners
 from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.core import messages as m
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.scenario import Team
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import load

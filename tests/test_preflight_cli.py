@@ -12,8 +12,8 @@ from tui_gcs.cli import main
 from tui_gcs.commands import preflight, rehearse
 from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as m
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.bus import MemoryBus
-from tui_gcs.core.kinds import Kind
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages_preflight import Check, CheckState
 from tui_gcs.core.rehearsals import FILE, RehearsalBook, plan_digest

@@ -12,8 +12,8 @@ import pytest
 
 from tests.console_pty import PtyConsole
 from tests.terminal_picture import TerminalPicture
-from tui_gcs.core.config import socket_path
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.directories import socket_path
+from tui_gcs.core.base.run_kind import Kind
 
 pytestmark = pytest.mark.process
 

@@ -24,10 +24,10 @@ from tests.vehicle_rig import RigClient, Tell, tell
 from tui_gcs.cli import _parser, main
 from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.commands.vehicle_station import vehicle_ids
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.formats.content import Content
 from tui_gcs.core.formats.files import read_file
 from tui_gcs.core.formats.qgc_write import write_qgc
-from tui_gcs.core.kinds import Kind
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.scenario_load import load
 from tui_gcs.exits import CommandError

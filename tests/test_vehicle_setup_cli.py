@@ -10,7 +10,7 @@ import pytest
 from tests.test_vehicle_cli import WPL
 from tests.vehicle_rig import RigClient, Tell, tell
 from tui_gcs.commands.vehicle_lead import Lead
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.messages_services import TaskInfo
 
 sys.path.insert(0, str(Path(__file__).parent / "core"))  # the scripted vehicles are there

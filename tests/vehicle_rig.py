@@ -14,7 +14,7 @@ from tests.test_keys_cli import Typist
 from tui_gcs.cli import main
 from tui_gcs.commands import vehicle, vehicle_files
 from tui_gcs.commands.vehicle_station import StationClient
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.run_kind import Kind
 
 Tell = Callable[..., tuple[int, str, str]]
 

@@ -26,8 +26,8 @@ from tui_gcs.actions.entries import Entry, entries_of, order_entries
 from tui_gcs.actions.keymap import human, with_keys
 from tui_gcs.chord import PREFIX_S, Chord
 from tui_gcs.commanding import FOLLOW_S, CommandingApp, action_named
+from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.bus import Bus
-from tui_gcs.core.clock import Clock, MonotonicClock
 from tui_gcs.core.messages import Acknowledge, Alarm, Kind, RunPhase
 from tui_gcs.core.messages_alarms import to_answer
 from tui_gcs.core.overlays import Overlay

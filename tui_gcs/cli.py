@@ -22,7 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         module = importlib.import_module(f"tui_gcs.commands.{arguments.module}")
         code: int = module.run(arguments)
     except CommandError as error:
-        from tui_gcs.core.text import clean
+        from tui_gcs.core.base.text import clean
 
         print(f"tui-gcs: {clean(str(error), MOST_ERROR_CELLS)}", file=sys.stderr)  # noqa: T201
         return CANNOT
@@ -41,7 +41,7 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """One clean line, and exit code 2."""
-        from tui_gcs.core.text import clean
+        from tui_gcs.core.base.text import clean
 
         super().error(clean(message, MOST_ERROR_CELLS))
 

@@ -6,7 +6,7 @@ from tui_gcs.actions import APP_ACTIONS, Action, refusal, situation_of
 from tui_gcs.actions.orders import BY_ID, beyond_reach, left_out_words, split
 from tui_gcs.actions.places import Surroundings
 from tui_gcs.actions.table import NOTHING_HOLDS
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import Hold, Request, Resume, Return, RunPhase, Start, SwitchRound
 from tui_gcs.core.messages_flight import Land

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.messages import Freshness, Reply, Request, VehicleRow
 from tui_gcs.core.messages_services import GetTasks, ServiceReply, TaskInfo
 from tui_gcs.feed import NO_ANSWER, Feed

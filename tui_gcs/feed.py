@@ -18,8 +18,8 @@ from textual.message_pump import MessagePump
 
 from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as wire
+from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.bus import Bus, BusError, Closable, OnGone
-from tui_gcs.core.clock import Clock, MonotonicClock
 from tui_gcs.core.messages_services import (
     GetModes,
     GetOnBoard,

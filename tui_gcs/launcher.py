@@ -15,9 +15,9 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tui_gcs.core.clock import wall_offset_s
-from tui_gcs.core.config import STATION_LOCK, SUPERVISOR_LOCK, runtime_dir, state_dir, try_lock
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.clock import wall_offset_s
+from tui_gcs.core.base.directories import STATION_LOCK, SUPERVISOR_LOCK, runtime_dir, state_dir, try_lock
+from tui_gcs.core.base.run_kind import Kind
 
 if TYPE_CHECKING:
     from tui_gcs.core.messages_planning import PlannerInfo

@@ -15,12 +15,12 @@ import msgspec
 from sitl.faults import FaultyLink, Lane, Tally, parse
 from sitl.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
 from sitl.vehicle import AutopilotName
+from tui_gcs.core.base.clock import VirtualClock
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.bus import STATUS, Bus, BusSession, MemoryBus
-from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.incursions import Incursions
 from tui_gcs.core.journal import Journal
-from tui_gcs.core.kinds import Kind
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import RunPhase, StationStatus, decode

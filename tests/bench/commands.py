@@ -12,13 +12,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from tests.bench.row import Row
+from tui_gcs.core.base.clock import VirtualClock
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.bus import MemoryBus
-from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.firmware.ardupilot import AUTO, BRAKE, GUIDED
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.firmware.commands import CMD_ARM_DISARM, CMD_REQUEST_MESSAGE, CMD_SET_MODE, CMD_TAKEOFF
 from tui_gcs.core.journal import Journal
-from tui_gcs.core.kinds import Kind
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.scenario_load import load

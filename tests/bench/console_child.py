@@ -16,8 +16,8 @@ from textual.app import App
 from textual.screen import Screen
 
 from tui_gcs.app import ConsoleApp
-from tui_gcs.core.config import socket_path
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.directories import socket_path
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.zenoh_bus import connect_later
 from tui_gcs.feed import FleetUpdated
 

@@ -10,9 +10,9 @@ from pathlib import Path
 from tests.bench.row import NotMeasured, Row
 from tests.console_pty import PtyConsole
 from tui_gcs.core import messages as m
+from tui_gcs.core.base.directories import socket_path
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.bus import STATUS, BusError
-from tui_gcs.core.config import socket_path
-from tui_gcs.core.kinds import Kind
 from tui_gcs.core.zenoh_bus import ZenohBus, connect
 
 MEASURED_S = 20.0

@@ -11,7 +11,7 @@ import sys
 import time
 
 from tests.bench.stream import ORIGIN_DEG
-from tui_gcs.core.clock import MonotonicClock
+from tui_gcs.core.base.clock import MonotonicClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.geo import LocalFrame

@@ -9,7 +9,7 @@ from pymavlink.generator import mavcrc
 
 from tests.bench.row import NotMeasured, Row
 from tests.bench.stream import ORIGIN_DEG, Datagram, signed_stream, stream
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.geo import LocalFrame

@@ -13,10 +13,10 @@ from pathlib import Path
 from sitl.fleet import SimFleet, VehicleSpec
 from tests.conformance.air import Air
 from tests.conformance.turns import Turns
+from tui_gcs.core.base.clock import Clock, MonotonicClock, VirtualClock
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.bus import MemoryBus
-from tui_gcs.core.clock import Clock, MonotonicClock, VirtualClock
 from tui_gcs.core.journal import Journal
-from tui_gcs.core.kinds import Kind
 from tui_gcs.core.links import Link, open_link
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import parse_link

@@ -6,10 +6,10 @@ from typing import Any
 
 from heard import Heard
 
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.door import Door
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.journal import Journal
-from tui_gcs.core.kinds import Kind
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.recorder import TlogWriter

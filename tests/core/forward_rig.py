@@ -10,7 +10,7 @@ from typing import Any
 from fastcrc.crc16 import mcrf4xx
 from hypothesis import strategies as st
 
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.forward import Endpoint, Forwarder
 from tui_gcs.core.geo import LocalFrame

@@ -14,9 +14,9 @@ import msgspec
 
 from tests.core.designs import remembered
 from tui_gcs.core import messages as m
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.bus import FLEET, PLAN, REQUEST, TASK, MemoryBus
 from tui_gcs.core.events import ALERT
-from tui_gcs.core.kinds import Kind
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Event, FleetFrame, Intent, Phase, Plan, PlannerTask, Reply, RunPhase
 from tui_gcs.core.messages_preflight import OVERRIDABLE

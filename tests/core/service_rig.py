@@ -17,10 +17,10 @@ from typing import Any
 
 from rig import scenario, toml
 
+from tui_gcs.core.base.clock import VirtualClock
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.bus import MemoryBus
-from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.journal import Journal
-from tui_gcs.core.kinds import Kind
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.recorder import TlogWriter

@@ -4,7 +4,7 @@ import pytest
 
 from tui_gcs.core.alarm_causes import BY_ID, CAUSES, RANK
 from tui_gcs.core.alarms import AlarmDesk, Finding
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.events import ALERT, CRITICAL, EMERGENCY, EventLog
 from tui_gcs.core.messages import Acknowledge, Alarm, EventClass, Shelve, Unshelve
 from tui_gcs.core.messages_alarms import AlarmLevel, action_words

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.core import autosave
-from tui_gcs.core.autosave import Autosave
-from tui_gcs.core.safe_files import FileRefused
+from tui_gcs.core.base import autosave
+from tui_gcs.core.base.autosave import Autosave
+from tui_gcs.core.base.safe_files import FileRefused
 
 
 def test_work_is_there_for_the_next_one_until_it_is_forgotten(tmp_path: Path) -> None:

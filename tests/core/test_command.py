@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import pytest
 from vehicles import a_vehicle
 
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.services.command import (
     ACCEPTED,

@@ -5,7 +5,7 @@ from pathlib import Path
 from doorway import Doorway
 from heard import ARMED, BEAT
 
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.vehicle import PathState
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.signing import Key

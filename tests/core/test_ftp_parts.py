@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from service_rig import PX4, Peer, ServiceRig
 
-from tui_gcs.core.safe_files import SafeFolder
+from tui_gcs.core.base.safe_files import SafeFolder
 from tui_gcs.core.services import metadata
 from tui_gcs.core.services.byte_ranges import ByteRanges
 from tui_gcs.core.services.ftp_change import entry_of

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 from service_rig import PX4, Peer, ServiceRig
 
+from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.health import Problem
 from tui_gcs.core.services.health import Health
 from tui_gcs.core.services.vehicle_events import Check, Report
-from tui_gcs.core.text import SafeText
 
 ALL, PREARM = 0x1120FFFF, 0x10000000
 HOLD, OFFBOARD = 0x3040000, 0x60000

@@ -3,7 +3,7 @@
 import pytest
 from fastcrc.crc16 import mcrf4xx
 
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.geo import LocalFrame

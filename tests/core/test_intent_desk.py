@@ -6,12 +6,12 @@ from typing import Any
 import pytest
 from watch import Watch
 
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.course import Course, Stand, Trajectory
 from tui_gcs.core.cruise import Cruise
 from tui_gcs.core.intents import IntentDesk
 from tui_gcs.core.messages import Intent, Phase, Plan, Vec3
 from tui_gcs.core.orbit import Orbit
-from tui_gcs.core.text import clean
 
 STILL: Vec3 = (0.0, 0.0, 0.0)
 HERE: Vec3 = (0.0, 100.0, 30.0)

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.keystore import KeyStore, KeyStoreError, open_store, vehicle_name
 from tui_gcs.core.keystore_import import secret_from
 from tui_gcs.core.keystore_timestamps import FILE, SAFE_FILE, TimestampFile
-from tui_gcs.core.kinds import Kind
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.signing import TICKS_PER_S, ZERO_KEY, Key, SigningClock, Verdict, Verifier, sign, ticks
 

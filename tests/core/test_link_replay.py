@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from link_rig import FRAME
 
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.links import LinkError, open_link
 from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE
 from tui_gcs.core.wire.encode import Encoder

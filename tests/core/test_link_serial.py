@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from link_rig import FRAME, stream_of, until
 
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.links import LinkError, open_link, parse_link, try_links
 from tui_gcs.core.links.base import Link
 

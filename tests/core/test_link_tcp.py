@@ -8,7 +8,7 @@ from contextlib import suppress
 import pytest
 from link_rig import FRAME, free_port, stream_of, taken, until
 
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.links import open_link
 from tui_gcs.core.links.base import Link
 from tui_gcs.core.links.connection import MAX_UNSENT_BYTES

@@ -9,7 +9,7 @@ from contextlib import suppress
 import pytest
 from link_rig import FRAME, LIMIT_S, free_port, taken, until
 
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.links import Address, open_link, parse_link
 from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE
 from tui_gcs.core.links.outbox import STALLED_S

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from link_rig import FRAME, arrives, free_port, until
 
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.links import open_link, parse_link
 from tui_gcs.core.links import udp as udp_module
 from tui_gcs.core.links.base import Link

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from link_rig import FRAME, free_port
 
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.links import LinkError, LinkSpec, open_link, parse_link
 from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE, Link
 from tui_gcs.core.links.memory import MemoryLink

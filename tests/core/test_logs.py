@@ -10,7 +10,7 @@ from ftp_peer import FtpServer
 from log_peer import LogServer
 from service_rig import ARDUPILOT, PX4, Peer, ServiceRig
 
-from tui_gcs.core.safe_files import PartFile
+from tui_gcs.core.base.safe_files import PartFile
 from tui_gcs.core.services.jobs import JobState
 from tui_gcs.core.services.log_list import LogEntry
 from tui_gcs.core.services.logs import LogService

@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tui_gcs.core.base.safe_files import SafeFolder
+from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.parameters import Encoding
 from tui_gcs.core.param_cache import MOST_FILES, CacheKey, ParamCache
-from tui_gcs.core.safe_files import SafeFolder
 from tui_gcs.core.services.param_values import (
     Param,
     ParamType,
@@ -22,7 +23,6 @@ from tui_gcs.core.services.param_values import (
     to_float32,
     wire_value,
 )
-from tui_gcs.core.text import SafeText
 
 LIMITS = {ParamType.INT8: (-128, 127), ParamType.UINT16: (0, 65535), ParamType.INT32: (-(2**31), 2**31 - 1)}
 

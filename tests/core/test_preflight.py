@@ -10,8 +10,8 @@ from rig import Rig, scenario
 from service_asking import ask
 
 from tui_gcs.core import messages as m
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.firmware.failsafes import explain
-from tui_gcs.core.kinds import Kind
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Phase, RunPhase
 from tui_gcs.core.messages_alarms import id_ranges

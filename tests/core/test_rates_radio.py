@@ -5,7 +5,7 @@ from collections import Counter, deque
 from typing import Any
 
 from sitl.fleet import SimFleet, VehicleSpec
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.fleet import Fleet

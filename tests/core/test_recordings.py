@@ -11,7 +11,7 @@ from fastcrc.crc16 import mcrf4xx
 from pymavlink.dialects.v20 import all as pymavlink_all
 from wire_newer import NEW, extra_fields
 
-from tui_gcs.core.text import clean
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.tlog import read_tlog
 from tui_gcs.core.wire import dialect
 from tui_gcs.core.wire.dialect import Message, decode

@@ -7,7 +7,7 @@ import pytest
 from rig import scenario, toml
 
 from tui_gcs.commands.result_table import table
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.messages import NOWHERE, FleetFrame, Freshness, Phase, RunPhase, StationStatus, TeamStatus, Vec3
 from tui_gcs.core.results import Check, Referee
 from tui_gcs.core.scenario import Scenario

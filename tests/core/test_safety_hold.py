@@ -7,7 +7,7 @@ import pytest
 from rig import Rig
 
 from tui_gcs.core import messages as m
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Phase
 from tui_gcs.core.messages_flight import Land

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as pymavlink_all
 
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.tlog import TlogReader
 from tui_gcs.core.wire import signing
 from tui_gcs.core.wire.encode import Encoder

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.cells import cell_len
 
-from tui_gcs.core.text import clean
+from tui_gcs.core.base.text import clean
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,8 @@
 
 from vehicles import a_vehicle
 
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
+from tui_gcs.core.base.rejection_counter import Tally
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.services.text import (
     FRAMES_PER_S,
@@ -13,7 +14,6 @@ from tui_gcs.core.services.text import (
     TextAssembler,
     TextDesk,
 )
-from tui_gcs.core.tally import Tally
 
 FULL = "x" * 50
 

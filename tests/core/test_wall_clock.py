@@ -7,7 +7,7 @@ import pytest
 from rig import Rig
 
 from tui_gcs.core import messages as m
-from tui_gcs.core.clock import MonotonicClock, VirtualClock, WallWatch, wall_offset_s
+from tui_gcs.core.base.clock import MonotonicClock, VirtualClock, WallWatch, wall_offset_s
 from tui_gcs.core.messages import Phase
 from tui_gcs.core.summary import summarize
 

@@ -9,8 +9,8 @@ from typing import Any, cast
 
 from vehicles import a_vehicle
 
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.by_hand import ByHand
-from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.door import Door
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.executive import Executive

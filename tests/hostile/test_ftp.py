@@ -16,7 +16,7 @@ from tests.hostile.peer_rig import PeerRig  # also makes the following importabl
 from ftp_peer import ACK, BURST, NAK, OPEN, READ, FtpServer  # isort: skip
 from service_rig import ARDUPILOT, PX4, Peer  # isort: skip
 
-from tui_gcs.core.safe_files import FileRefused, PartFile, SafeFolder, safe_name
+from tui_gcs.core.base.safe_files import FileRefused, PartFile, SafeFolder, safe_name
 from tui_gcs.core.services import ftp_read, metadata
 from tui_gcs.core.services.ftp_codec import crc32
 from tui_gcs.core.services.jobs import JobState

@@ -1,12 +1,12 @@
 """What the log says of attacks: each cause seldom, with how often; nothing suppressed is lost."""
 
 from tests.hostile.test_intake import PLACE, Anybody
-from tui_gcs.core.clock import VirtualClock
+from tui_gcs.core.base.clock import VirtualClock
+from tui_gcs.core.base.rejection_counter import Tally
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.refusals import RefusalTeller
 from tui_gcs.core.services.text import BURST, TEXTS_PER_S, TextPace
-from tui_gcs.core.tally import Tally
 from tui_gcs.core.wire.intake import Intake
 
 

@@ -15,7 +15,7 @@ import tui_gcs
 from tests.core.rig import Rig
 from tests.hostile.oracle import Oracle
 from tests.hostile.test_framing import raw_frame
-from tui_gcs.core.text import clean
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.wire import dialect
 from tui_gcs.core.wire.frames import cut_datagram
 from tui_gcs.core.wire.tables import Field

@@ -8,8 +8,8 @@ from fake_station import FakeStation
 from quiet_pilot import QuietPilot
 
 from tui_gcs.app import ConsoleApp
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.bus import MemoryBus
-from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.messages import Kind, Note
 from tui_gcs.groups import GroupFile
 from tui_gcs.screens.fly import FlyScreen

@@ -17,8 +17,8 @@ from tui_gcs.core import messages as m
 from tui_gcs.core import messages_flight as f
 from tui_gcs.core import messages_services as s
 from tui_gcs.core.alarms import AlarmDesk, Finding
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.bus import MemoryBus
-from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.messages_alarms import AlarmLevel
 from tui_gcs.core.messages_preflight import AcknowledgeCheck, Check, ReadChecks, SignOff

@@ -17,8 +17,8 @@ from quiet_pilot import QuietPilot
 from tui_gcs.app import ConsoleApp
 from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as m
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.bus import MemoryBus
-from tui_gcs.core.clock import VirtualClock
 from tui_gcs.core.scenario_load import parse, read_text
 from tui_gcs.screens.plan import PlanScreen
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet

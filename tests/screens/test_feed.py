@@ -8,8 +8,8 @@ from fake_station import FakeStation
 
 from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as m
+from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.bus import MemoryBus
-from tui_gcs.core.clock import VirtualClock
 from tui_gcs.feed import (
     DisplayLagged,
     EventRaised,

@@ -3,7 +3,7 @@
 import msgspec
 from test_map import AREA, MapApp, picture
 
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.messages import FleetFrame, Track
 from tui_gcs.core.scenario import Round
 from tui_gcs.widgets.glyphs import ASCII, UNICODE

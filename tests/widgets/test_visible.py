@@ -3,7 +3,7 @@
 import msgspec
 import pytest
 
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.messages import Alarm, Check, LinkStatus, RunPhase, StationStatus, TeamStatus
 from tui_gcs.widgets.visible import visible_status
 

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from tui_gcs.actions.action import APP, Action
-from tui_gcs.core.text import clean
+from tui_gcs.core.base.text import clean
 
 RESERVED = {
     "exclamation_mark": "begins HOLD ALL (!h)",

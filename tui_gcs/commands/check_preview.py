@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from msgspec.structs import replace
 
 from tui_gcs.commands.check_lines import AUTOPILOTS, NOTE, WORDS, Line
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.firmware.registry import off_course_m
-from tui_gcs.core.kinds import Kind
 from tui_gcs.core.meetings import findings
 from tui_gcs.core.messages import FleetFrame, PreviewTask
 from tui_gcs.core.planner_tasks import crewed, crews

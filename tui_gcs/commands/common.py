@@ -12,8 +12,8 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui_gcs.core.config import ConfigError, socket_path
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.directories import ConfigError, socket_path
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.exits import CommandError
 from tui_gcs.launcher import START_LIMIT_S, is_running, start_error
 
@@ -42,7 +42,7 @@ def read_planners(files: list[str]) -> "dict[str, PlannerInfo]":
     """
     if not files:
         return {}
-    from tui_gcs.core.text import clean
+    from tui_gcs.core.base.text import clean
     from tui_gcs.planner.describe import DescribeError, describe_file
 
     found: dict[str, PlannerInfo] = {}
@@ -67,7 +67,7 @@ def planner_files(planners: "dict[str, PlannerInfo]") -> "dict[str, PlannerFile]
 
 def say_planners(planners: "dict[str, PlannerInfo]", scenario: "Scenario") -> None:
     """Which files will fly the vehicles, and which will not: shown before they do."""
-    from tui_gcs.core.text import clean
+    from tui_gcs.core.base.text import clean
 
     flown = {team.planner for team in scenario.teams}
     for info in planners.values():
@@ -126,7 +126,7 @@ def check_writable(json_file: str | None) -> None:
     """Tell before the flight that its result cannot be written. Raises `CommandError`."""
     if json_file is None:
         return
-    from tui_gcs.core import plain_file
+    from tui_gcs.core.base import regular_file as plain_file
 
     try:
         plain_file.check_writable(Path(json_file))

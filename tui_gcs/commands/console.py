@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui_gcs.commands import console_options
-from tui_gcs.core.config import socket_path, state_dir
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.directories import socket_path, state_dir
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.overlays import Overlay, OverlayError, load_overlay
 from tui_gcs.core.zenoh_bus import connect_later
 from tui_gcs.exits import CommandError

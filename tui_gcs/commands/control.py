@@ -7,7 +7,7 @@ import time
 from typing import TYPE_CHECKING
 
 from tui_gcs.commands.common import join, need_terminal, running
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
@@ -137,9 +137,9 @@ def _alarm_words(alarm: "Alarm") -> str:
 
 
 def _words(status: "StationStatus", frame: "FleetFrame") -> str:
+    from tui_gcs.core.base.text import clean
     from tui_gcs.core.messages_preflight import count_words
     from tui_gcs.core.metrics import all_words
-    from tui_gcs.core.text import clean
 
     minutes, seconds = divmod(int(status.mission_time_s), 60)
     lines = [

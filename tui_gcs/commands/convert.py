@@ -21,8 +21,8 @@ SCENARIO = ".toml"
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the other file; 0 if all of it is there, 1 if something had to be left out."""
+    from tui_gcs.core.base.text import clean
     from tui_gcs.core.formats.content import FormatError
-    from tui_gcs.core.text import clean
 
     source, target = Path(arguments.source), Path(arguments.target)
     wanted = _target(target, arguments.to)
@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def tell(written: "Written", who: str = "") -> None:
     """What was noted and what was lost, a line each."""
-    from tui_gcs.core.text import clean
+    from tui_gcs.core.base.text import clean
 
     for note in written.notes:
         sys.stdout.write(f"{who}note: {clean(note, MOST_CELLS)}\n")
@@ -60,10 +60,10 @@ def missions_in(path: Path) -> bytes | None:
     """The missions screen's own file, if it is one; its other `.json` holds one plan. Raises `CommandError`."""
     if not path.name.lower().endswith(".json"):
         return None
+    from tui_gcs.core.base.text import clean
     from tui_gcs.core.formats.bounded import data_of
     from tui_gcs.core.formats.content import FormatError
     from tui_gcs.core.missions.store import MOST_BYTES, are_missions
-    from tui_gcs.core.text import clean
 
     try:
         data = data_of(path, MOST_BYTES)
@@ -117,12 +117,12 @@ def round_of(base: "Base | None", wanted: str | None) -> int | None:
 
 def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "Content | Base":
     """What is in a file. Raises `CommandError`, one line."""
+    from tui_gcs.core.base.text import clean
     from tui_gcs.core.formats.bounded import data_of
     from tui_gcs.core.formats.content import FormatError
     from tui_gcs.core.formats.files import read_file
     from tui_gcs.core.formats.wpl import HomeLine
     from tui_gcs.core.plan import PlanKind
-    from tui_gcs.core.text import clean
 
     if path.name.lower().endswith(SCENARIO):
         return read_base(path)

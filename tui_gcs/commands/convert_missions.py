@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 from tui_gcs.commands.convert import MOST_CELLS, may_write, options_for, put, tell
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, FormatError, Written
 from tui_gcs.core.formats.conversion import convert
 from tui_gcs.core.formats.files import Family, Format
@@ -12,7 +13,6 @@ from tui_gcs.core.messages_alarms import id_ranges
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.store import DraftFileError, from_bytes
 from tui_gcs.core.plan import PlanKind
-from tui_gcs.core.text import clean
 from tui_gcs.exits import FAILED, OK, CommandError
 
 

@@ -11,7 +11,7 @@ from tui_gcs.commands.common import (
     running,
     say_planners,
 )
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.exits import CommandError
 from tui_gcs.launcher import LaunchError, check_fault
 

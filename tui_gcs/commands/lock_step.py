@@ -19,8 +19,8 @@ from tui_gcs.commands.common import (
     simulable,
 )
 from tui_gcs.commands.progress_bar import ProgressBar
-from tui_gcs.core.config import ConfigError, state_dir
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.directories import ConfigError, state_dir
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.exits import CommandError
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from tui_gcs.commands.common import check_seed
-from tui_gcs.core.text import clean
+from tui_gcs.core.base.text import clean
 from tui_gcs.exits import FAILED, OK, CommandError
 from tui_gcs.planner import describe, registry
 from tui_gcs.planner.check.suite import CHECKS, FIRST

@@ -8,7 +8,7 @@ import threading
 
 from tui_gcs.commands.common import need_terminal
 from tui_gcs.commands.console import Preferences, preferences
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.exits import FAILED, OK, CommandError
 from tui_gcs.slow import wants_slow
 
@@ -43,8 +43,8 @@ def _summary(file: str, *, as_json: bool) -> int:
 
 def _show(file: str, speed: float, wanted: Preferences) -> int:
     from tui_gcs.app import ConsoleApp
+    from tui_gcs.core.base.clock import MonotonicClock
     from tui_gcs.core.bus import MemoryBus
-    from tui_gcs.core.clock import MonotonicClock
     from tui_gcs.core.replay import Player
     from tui_gcs.core.tlog import TlogError
 

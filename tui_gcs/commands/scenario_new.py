@@ -5,10 +5,10 @@ import shlex
 import sys
 from pathlib import Path
 
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.scenario import Origin
 from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.scenario_new import MOST_VEHICLES, new_scenario
-from tui_gcs.core.text import clean
 from tui_gcs.exits import OK, CommandError
 
 DEMO = Origin(52.0720, -0.6280, 110.0)

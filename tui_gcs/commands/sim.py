@@ -13,8 +13,8 @@ from typing import Any
 
 from tui_gcs.commands.common import OURSELVES, check_seed
 from tui_gcs.commands.sim_fleet import spec_of_options
-from tui_gcs.core.config import ConfigError, state_dir
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.directories import ConfigError, state_dir
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.exits import CommandError
 from tui_gcs.launcher import LaunchError, check_fault, free_port, proxy_command
 

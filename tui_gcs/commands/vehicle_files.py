@@ -18,7 +18,8 @@ from tui_gcs.commands.vehicle_station import (
     tell_failed,
     vehicle_ids,
 )
-from tui_gcs.core.config import ConfigError, state_dir
+from tui_gcs.core.base.directories import ConfigError, state_dir
+from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.core.messages_services import (
     MOST_FILE_BYTES,
     DownloadFile,
@@ -29,7 +30,6 @@ from tui_gcs.core.messages_services import (
     RemoveFile,
     WriteFile,
 )
-from tui_gcs.core.plain_file import open_plain
 from tui_gcs.exits import FAILED, CommandError
 
 

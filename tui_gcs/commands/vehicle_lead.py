@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from textwrap import wrap
 
 from tui_gcs.commands.vehicle_station import LINE_CELLS, StationClient
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.messages_services import CancelTask, TaskInfo
 from tui_gcs.core.messages_setup import ConfirmStep
-from tui_gcs.core.text import clean
 
 ENTER, CANCEL, LEAVE = "Enter: done as asked", "ctrl-c: cancel", "ctrl-c again: leave it as it is"
 

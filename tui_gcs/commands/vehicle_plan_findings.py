@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator, Sequence
 
 from tui_gcs.commands.vehicle_station import LINE_CELLS, StationClient, listed
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import PROTOCOL, GetScenario, Hello
 from tui_gcs.core.messages_services import DownloadPlan, GetOnBoard, GetVehicles, PlanRow, VehicleInfo
@@ -16,7 +17,6 @@ from tui_gcs.core.plan import Plan, PlanItem, PlanKind
 from tui_gcs.core.plan_findings import Who, autopilot_findings
 from tui_gcs.core.plan_rows import plan_of
 from tui_gcs.core.scenario import Origin, Round
-from tui_gcs.core.text import clean
 from tui_gcs.exits import CommandError
 
 Items = tuple[PlanItem, ...]

@@ -5,7 +5,7 @@
 
 import math
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import LEAST_SPEED_M_S, STILL, Course, Stand
 from tui_gcs.core.cruise import ACCEL_SHARE, Cruise
 from tui_gcs.core.firmware.registry import Firmwares

@@ -18,7 +18,7 @@ from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.components import hear_all
 from tui_gcs.core.fleet import Fields, Fleet
 from tui_gcs.core.messages import Vec3

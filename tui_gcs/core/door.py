@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.events import ALERT, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.guard import STARTS, STOPS, Guard

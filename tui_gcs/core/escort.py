@@ -7,8 +7,8 @@ longer than a second: when this ends, or the station, it brakes and stands.
 import math
 from dataclasses import dataclass
 
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.by_hand import ByHand
-from tui_gcs.core.clock import Clock
 from tui_gcs.core.course import Course
 from tui_gcs.core.events import WARNING, EventLog
 from tui_gcs.core.fleet import Fleet

@@ -4,7 +4,7 @@ import math
 from collections import deque
 from collections.abc import Callable
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.messages import Event, EventClass
 
 KEPT = 2000

@@ -8,7 +8,7 @@ it interrupts everything and is never queued.
 import math
 from collections.abc import Iterator
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import Stand
 from tui_gcs.core.events import ALERT, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.firmware.base import may_be_flying

@@ -9,8 +9,9 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.base.rejection_counter import Tally
 from tui_gcs.core.boot_clock import BootClock
-from tui_gcs.core.clock import Clock
 from tui_gcs.core.components import Components
 from tui_gcs.core.copies import Copies
 from tui_gcs.core.events import ERROR, INFO, NOTICE, WARNING, EventLog
@@ -21,7 +22,6 @@ from tui_gcs.core.paths import PathBook
 from tui_gcs.core.pilots import is_autopilot, replaces
 from tui_gcs.core.refusals import RefusalTeller
 from tui_gcs.core.services.text import TextDesk
-from tui_gcs.core.tally import Tally
 from tui_gcs.core.telemetry import Telemetry
 from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.dialect import Message, label

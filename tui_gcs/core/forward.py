@@ -11,7 +11,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.door import Door
 from tui_gcs.core.events import NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet

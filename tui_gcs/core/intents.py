@@ -2,7 +2,8 @@
 
 import math
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.course import STILL, Course, Stand, Trajectory, course_of
 from tui_gcs.core.cruise import ACCEL_SHARE, LONGEST_S, Cruise
 from tui_gcs.core.events import WARNING, EventLog
@@ -13,7 +14,6 @@ from tui_gcs.core.messages import EventClass, Intent, Phase, Plan, Vec3
 from tui_gcs.core.orbit import Orbit
 from tui_gcs.core.scenario import Limits
 from tui_gcs.core.steering import Steering
-from tui_gcs.core.text import clean
 from tui_gcs.core.vehicle import Vehicle
 
 MOST_SLOT_CELLS, MOST_REASON_CELLS = 12, 100

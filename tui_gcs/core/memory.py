@@ -14,13 +14,13 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.events import ALERT
 from tui_gcs.core.flights import IN_THE_AIR, Flight
 from tui_gcs.core.messages import EventClass, RunPhase
 from tui_gcs.core.plan import PlanKind
 from tui_gcs.core.plan_limits import MOST_LEARNT_BYTES
 from tui_gcs.core.services.plan_jobs import PlanJob
-from tui_gcs.core.text import clean
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeVar
 
 import msgspec
 
-from tui_gcs.core.kinds import Kind as Kind
+from tui_gcs.core.base.run_kind import Kind as Kind
 from tui_gcs.core.message import Message as Message
 from tui_gcs.core.message import Request as Request
 from tui_gcs.core.message import Vec3 as Vec3

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import msgspec
 
-from tui_gcs.core.safe_files import FileRefused, SafeFolder
+from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.services.param_values import Number, Param, param_type
-from tui_gcs.core.text import clean
 
 FORMAT = 1
 MOST_BYTES = 1 << 19

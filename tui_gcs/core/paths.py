@@ -13,15 +13,15 @@
 import math
 from collections.abc import Callable
 
+from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.base.rejection_counter import Tally
 from tui_gcs.core.boot_clock import BootClock, Step
-from tui_gcs.core.clock import Clock
 from tui_gcs.core.copies import Copies
 from tui_gcs.core.doubts import Doubts
 from tui_gcs.core.events import ALERT, ERROR, NOTICE, WARNING, EventLog
 from tui_gcs.core.likeness import APART_M, Likeness, gap, position_of
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.path_rules import REBIND_S, SAME_BOOT_S, ahead_s, copies_may_come, is_same, shares_link, uid_of
-from tui_gcs.core.tally import Tally
 from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, HIGH_LATENCY_LOST_S, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.wire.sources import Slot, Source
 

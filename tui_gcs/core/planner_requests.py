@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from tui_gcs.core import messages as m
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.bus import PREVIEW_TASK
 from tui_gcs.core.messages import PlannerTask, PreviewResult, PreviewTask, Reply, encode
 from tui_gcs.core.planner_tasks import Crew, crewed, crews
 from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import ScenarioError, parse
-from tui_gcs.core.text import clean
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

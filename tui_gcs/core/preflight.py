@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from tui_gcs.core import messages as m
 from tui_gcs.core import preflight_fleet as fleet
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.messages import EventClass, Reply
 from tui_gcs.core.messages_alarms import id_ranges
@@ -35,7 +36,6 @@ from tui_gcs.core.messages_preflight import (
 from tui_gcs.core.plan import PlanKind
 from tui_gcs.core.preflight_vehicles import Finding, failsafes, link_quality, plans_on_board, standing
 from tui_gcs.core.rehearsals import RehearsalBook, plan_digest
-from tui_gcs.core.text import clean
 from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:

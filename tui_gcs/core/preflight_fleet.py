@@ -4,7 +4,7 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.messages import Freshness, Phase
 from tui_gcs.core.messages_preflight import Check, CheckState
 from tui_gcs.core.rehearsals import Rehearsal

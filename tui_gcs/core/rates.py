@@ -7,7 +7,7 @@ reboot. So each vehicle is told its rates on the link it uses, and told again wh
 import math
 from typing import Any
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.events import INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.firmware.streams import not_for

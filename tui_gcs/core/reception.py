@@ -5,7 +5,7 @@ Called as often as the process likes; what is read is bounded per call, so that 
 
 from collections.abc import Callable
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.events import ERROR, NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.forward import Forwarder

@@ -7,10 +7,10 @@ import math
 from collections import Counter
 from collections.abc import Iterable
 
+from tui_gcs.core.base.rejection_counter import Tally
 from tui_gcs.core.events import NOTICE, EventLog
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.messages_alarms import vehicles_words
-from tui_gcs.core.tally import Tally
 from tui_gcs.core.wire.intake import Intake
 
 LOOK_S = 1.0

@@ -16,8 +16,9 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as m
 from tui_gcs.core.alarm_signs import VehicleSigns
 from tui_gcs.core.alarms import AlarmDesk
+from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.bus import Bus
-from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import FlightBook
@@ -25,7 +26,6 @@ from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.messages import EventClass, Freshness, Kind, Reply, RunPhase, ScenarioChanged, StationStatus
 from tui_gcs.core.scenario import Limits, LinkLoss, Origin, ResultLimits, Scenario
 from tui_gcs.core.snapshot import fleet_frame
-from tui_gcs.core.text import clean
 from tui_gcs.core.tlog import read_tlog
 from tui_gcs.core.wire.dialect import decode
 from tui_gcs.core.wire.frames import Frame

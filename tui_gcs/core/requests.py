@@ -10,6 +10,7 @@ import msgspec
 
 from tui_gcs.core import messages as m
 from tui_gcs.core import messages_services as s
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.events import DEBUG, NOTICE, WARNING
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.journal_reader import events_before
@@ -25,7 +26,6 @@ from tui_gcs.core.scenario import Round, Scenario
 from tui_gcs.core.scenario_load import ScenarioError, parse
 from tui_gcs.core.scenario_places import same_places
 from tui_gcs.core.service_requests import ServiceDesk
-from tui_gcs.core.text import clean
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

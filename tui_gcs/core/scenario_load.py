@@ -11,8 +11,8 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
+from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.core.geo import LocalFrame
-from tui_gcs.core.plain_file import open_plain
 from tui_gcs.core.scenario import (
     Limits,
     LinkLoss,

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 from tui_gcs.core import messages_services as s
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.commands import CMD_REBOOT
 from tui_gcs.core.firmware.mode_manners import manner_of
@@ -31,7 +32,6 @@ from tui_gcs.core.services.params import ParamService
 from tui_gcs.core.services.plan_jobs import DownloadJob, PlanJob
 from tui_gcs.core.services.services import Services
 from tui_gcs.core.services.shell_job import ShellJob
-from tui_gcs.core.text import clean
 from tui_gcs.core.vehicle import Vehicle
 
 REBOOT_S = 40.0

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from tui_gcs.core import messages_setup as s
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet

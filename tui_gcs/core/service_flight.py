@@ -6,6 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from tui_gcs.core import messages_flight as f
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.commands import CMD_ARM_DISARM
 from tui_gcs.core.firmware.speech import Done
@@ -15,7 +16,6 @@ from tui_gcs.core.service_acts import ARMED
 from tui_gcs.core.service_tasks import Task
 from tui_gcs.core.services.order import Action, Order, Outcome, Retry
 from tui_gcs.core.steering import LEAST_HOVER_M
-from tui_gcs.core.text import clean
 from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:

@@ -11,6 +11,7 @@ import msgspec
 from tui_gcs.core import messages_services as s
 from tui_gcs.core import messages_setup as setup
 from tui_gcs.core import service_flight as flight
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.messages import Freshness, VehicleResult
 from tui_gcs.core.messages_flight import Flight as FlightRequest
 from tui_gcs.core.messages_flight import Nudge
@@ -19,7 +20,6 @@ from tui_gcs.core.service_carry import payload_rows, remote_id_rows, traffic_row
 from tui_gcs.core.service_tasks import TaskBook
 from tui_gcs.core.service_views import on_board, vehicle_info
 from tui_gcs.core.services.param_values import shown
-from tui_gcs.core.text import clean
 from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.messages_services import TaskInfo, TaskResult
 from tui_gcs.core.services.jobs import Job, JobDesk, JobState
 

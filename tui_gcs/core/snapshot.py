@@ -2,7 +2,7 @@
 
 import math
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.firmware.registry import name_of
 from tui_gcs.core.fleet import Fleet

@@ -15,9 +15,9 @@ import msgspec
 from tui_gcs.core import bus as keys
 from tui_gcs.core.alarm_finders import AlarmFinder
 from tui_gcs.core.alarms import AlarmDesk
+from tui_gcs.core.base.clock import Clock, WallWatch, clock_words
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.by_hand import ByHand
-from tui_gcs.core.clock import Clock, WallWatch, clock_words
 from tui_gcs.core.detections import Detections
 from tui_gcs.core.door import Door
 from tui_gcs.core.escort import EscortDesk

@@ -20,14 +20,14 @@ from typing import Any
 import msgspec
 
 from tui_gcs.core import rehearsals
+from tui_gcs.core.base.clock import MonotonicClock
+from tui_gcs.core.base.directories import STATION_LOCK, socket_path, state_dir, try_lock
+from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.bus import BusError
-from tui_gcs.core.clock import MonotonicClock
-from tui_gcs.core.config import STATION_LOCK, socket_path, state_dir, try_lock
 from tui_gcs.core.forward import Endpoint
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.keystore import KeyStore, KeyStoreError, open_store
 from tui_gcs.core.keystore_timestamps import TimestampFile
-from tui_gcs.core.kinds import Kind
 from tui_gcs.core.links import Link, LinkError, open_link
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import PlannerInfo

@@ -12,7 +12,7 @@ from dataclasses import replace
 from shapely import LineString, Point
 
 from tui_gcs.core.aside import columns_aside
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import STILL, Course, Stand, stopping_point
 from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.firmware.registry import Firmwares

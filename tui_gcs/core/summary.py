@@ -6,10 +6,10 @@ from typing import Any, Literal
 
 import msgspec
 
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.extent import Extent, ExtentCollector, Place
 from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.services.text import TextAssembler
-from tui_gcs.core.text import clean
 from tui_gcs.core.tlog import TlogReader, read_tlog
 from tui_gcs.core.wire import dialect, mavlink
 from tui_gcs.core.wire.frames import Frame

@@ -15,7 +15,8 @@ from typing import Literal
 
 import msgspec
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.events import ALERT, NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import IN_THE_AIR, Flight, FlightBook
@@ -29,7 +30,6 @@ from tui_gcs.core.planner_tasks import task_of
 from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.team_measures import ZoneMeasure
-from tui_gcs.core.text import clean
 
 SILENT_S = 2.0
 LATE_IN_A_ROW = 3

@@ -10,14 +10,14 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from tui_gcs.core import home
+from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.base.rejection_counter import Tally
 from tui_gcs.core.boot_clock import FITS_MS, Step
-from tui_gcs.core.clock import Clock
 from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.firmware import satellite
 from tui_gcs.core.geo import LocalFrame
 from tui_gcs.core.gps import DEGRADED_M, GPS2_RAW, apart_m, claimed_m
 from tui_gcs.core.messages import EventClass
-from tui_gcs.core.tally import Tally
 from tui_gcs.core.vehicle import NAN, POSITION_AT, POSITION_BYTES, Vehicle, as_frame
 from tui_gcs.core.wire.frames import MAGIC_V2
 from tui_gcs.core.wire.mavlink import FLAG_ARMED

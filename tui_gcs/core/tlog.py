@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
-from tui_gcs.core.plain_file import open_plain
+from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.core.wire import dialect
 from tui_gcs.core.wire.frames import MAGIC, MAGIC_V1, MAGIC_V2, Frame, check_frame, frame_end
 

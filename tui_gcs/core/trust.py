@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.events import ALERT, NOTICE, WARNING, EventLog
 from tui_gcs.core.keystore import KeyStore, KeyStoreError
 from tui_gcs.core.keystore_timestamps import TimestampFile

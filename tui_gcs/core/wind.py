@@ -3,7 +3,7 @@
 import math
 import statistics
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet import Fields, Fleet
 from tui_gcs.core.vehicle import Vehicle
 

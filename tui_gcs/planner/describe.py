@@ -13,8 +13,8 @@ from pathlib import Path
 
 import msgspec
 
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.messages_planning import PlannerInfo
-from tui_gcs.core.text import clean
 
 LIMIT_S = 15.0
 """A file that takes longer to load is none to fly with."""

@@ -7,7 +7,7 @@ from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
 
-from tui_gcs.core.plain_file import open_plain
+from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.registry import PlannerError
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from textual import events
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.messages import Acknowledge, Alarm, EventClass, Request, Shelve, Unshelve
 from tui_gcs.core.messages_alarms import action_words
 from tui_gcs.feed import EventRaised, Feed, StatusUpdated

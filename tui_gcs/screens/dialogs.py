@@ -5,7 +5,7 @@ from textwrap import wrap
 
 from textual import events
 
-from tui_gcs.core.clock import Clock, MonotonicClock
+from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.messages import Kind, Start
 from tui_gcs.core.messages_preflight import Check, names_of, refusing
 from tui_gcs.core.scenario import LinkLoss

@@ -2,7 +2,7 @@
 
 from textual.app import ComposeResult
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.plan import PlanKind
 from tui_gcs.feed import Feed

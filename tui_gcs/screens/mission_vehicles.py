@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 from textual import work
 
 from tui_gcs.actions import refusal, situation_of
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.missions.autopilots import differences
 from tui_gcs.core.missions.draft import VehicleDraft

@@ -17,7 +17,7 @@ from textual.timer import Timer
 from textual.widgets import Input
 
 from tui_gcs.actions import Action, bindings
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.missions.conflicts import Conflict
 from tui_gcs.core.missions.store import DraftFileError
 from tui_gcs.core.missions.survey import GeneratorError

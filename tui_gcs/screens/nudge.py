@@ -9,7 +9,7 @@ from textual import events
 from textual.app import ComposeResult
 from textual.screen import ModalScreen
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.messages import Hold, Request, Vec3
 from tui_gcs.core.messages_flight import Nudge
 from tui_gcs.feed import Feed, FleetUpdated

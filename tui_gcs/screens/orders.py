@@ -10,7 +10,7 @@ from textual import events
 from tui_gcs.actions.orders import ORDERS, Aim, Field, Grade, Order, OrderError, left_out_words, split, why_not_order
 from tui_gcs.actions.outlook import Outlook, outlook
 from tui_gcs.actions.places import Surroundings
-from tui_gcs.core.clock import Clock, MonotonicClock
+from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.messages import Freshness, Kind, Phase, Request, VehicleRow
 from tui_gcs.core.messages_flight import Arm, TakeOff
 from tui_gcs.core.messages_preflight import open_by_hand

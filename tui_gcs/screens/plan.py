@@ -14,8 +14,8 @@ from textual.containers import Vertical
 from textual.timer import Timer
 
 from tui_gcs.actions import Action, bindings
-from tui_gcs.core.clock import Clock
-from tui_gcs.core.safe_files import FileRefused
+from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.base.safe_files import FileRefused
 from tui_gcs.core.scenario import Limits, Round, Team
 from tui_gcs.core.zones import area_m2, contains
 from tui_gcs.feed import Feed, ScenarioChanged, StatusUpdated

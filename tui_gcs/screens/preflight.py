@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from textual import events
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.messages import Request
 from tui_gcs.core.messages_preflight import (
     FAILSAFES,

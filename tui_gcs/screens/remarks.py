@@ -2,7 +2,7 @@
 
 from textwrap import wrap
 
-from tui_gcs.core.text import clean
+from tui_gcs.core.base.text import clean
 from tui_gcs.screens.text_dialog import MOST_CELLS, ScrolledDialog
 from tui_gcs.widgets.lines import Line
 from tui_gcs.widgets.verdict import MAX_CELLS, VerdictLines

@@ -2,7 +2,7 @@
 
 import math
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 
 EXPIRES_S = 10.0
 

@@ -5,7 +5,7 @@ from textwrap import wrap
 
 from textual import events
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.messages_services import OnBoardRow
 from tui_gcs.core.missions.autopilots import differences
 from tui_gcs.core.missions.draft import VehicleDraft

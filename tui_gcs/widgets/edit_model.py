@@ -11,11 +11,11 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
+from tui_gcs.core.base.undo_history import History, Step
 from tui_gcs.core.formats.bounded import data_of
 from tui_gcs.core.formats.content import FormatError
 from tui_gcs.core.formats.files import read_file
 from tui_gcs.core.formats.scenario_drawings import Put, put_drawings
-from tui_gcs.core.history import History, Step
 from tui_gcs.core.messages import ScenarioChanged
 from tui_gcs.core.scenario import OperatingArea, Round, Scenario, TakeOffPlace, Team
 from tui_gcs.core.scenario_edit import ScenarioDocument

@@ -11,7 +11,7 @@ from textual.strip import Strip
 from textual.widget import Widget
 from textual.widgets import Input
 
-from tui_gcs.core.text import clean
+from tui_gcs.core.base.text import clean
 from tui_gcs.widgets.field_order import FIELD_BINDINGS, OrderedFields, shown_fields, step_field
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.key_order import own_binding

@@ -5,7 +5,8 @@ Plain, no Textual.
 
 from pathlib import Path
 
-from tui_gcs.core.autosave import Autosave
+from tui_gcs.core.base.autosave import Autosave
+from tui_gcs.core.base.safe_files import FileRefused
 from tui_gcs.core.formats.bounded import data_of
 from tui_gcs.core.formats.content import Content, FormatError, Home
 from tui_gcs.core.formats.conversion import Options, convert
@@ -15,7 +16,6 @@ from tui_gcs.core.missions import store
 from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.missions.store import DraftFileError
 from tui_gcs.core.plan import PlanKind
-from tui_gcs.core.safe_files import FileRefused
 from tui_gcs.widgets.mission_editor import MissionEditor
 
 FILE_NAME = "missions.json"

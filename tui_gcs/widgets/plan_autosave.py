@@ -4,7 +4,7 @@ from pathlib import Path
 
 import msgspec
 
-from tui_gcs.core.autosave import Autosave
+from tui_gcs.core.base.autosave import Autosave
 from tui_gcs.core.messages import ScenarioChanged
 from tui_gcs.core.scenario_load import MAX_BYTES
 from tui_gcs.widgets.edit_model import EditModel

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from textual import events
 
-from tui_gcs.core.text import clean
+from tui_gcs.core.base.text import clean
 from tui_gcs.widgets.key_names import cut_mark
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink

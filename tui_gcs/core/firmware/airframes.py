@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tui_gcs.core.text import clean
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import STILL
 from tui_gcs.core.events import WARNING, EventLog
 from tui_gcs.core.firmware import commands as c

@@ -8,7 +8,7 @@ import math
 import struct
 from typing import Any
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware import commands as c
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.services.command import CommandService

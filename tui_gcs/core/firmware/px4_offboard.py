@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import stopping_point
 from tui_gcs.core.firmware import commands as c
 from tui_gcs.core.firmware.speech import Speech

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.firmware.ardupilot import COPTER_TYPES, ArduCopter
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M, Firmware

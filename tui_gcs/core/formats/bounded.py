@@ -11,9 +11,9 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from tui_gcs.core.base.regular_file import open_plain
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import FormatError
-from tui_gcs.core.plain_file import open_plain
-from tui_gcs.core.text import clean
 
 if TYPE_CHECKING:
     import xml.etree.ElementTree as ET

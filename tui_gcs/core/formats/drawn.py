@@ -2,8 +2,8 @@
 
 import math
 
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Drawing, FormatError, Place
-from tui_gcs.core.text import clean
 
 MOST_POINTS = 100_000
 """Of one file."""

@@ -6,10 +6,10 @@ What heights are above it cannot say; our own files say it as a property.
 from collections.abc import Iterator
 from typing import Any
 
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.bounded import json_text
 from tui_gcs.core.formats.content import Drawing, FormatError, Heights, Place
 from tui_gcs.core.formats.drawn import HEIGHTS, MOST_POINTS, NAME_MAX, checked, number, points_of, ring
-from tui_gcs.core.text import clean
 
 DEPTH_MAX = 32
 SINGLE = {"Point": "point", "LineString": "line", "Polygon": "area"}

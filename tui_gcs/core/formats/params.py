@@ -10,11 +10,11 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import FormatError, ParamLine, Written, counted
 from tui_gcs.core.formats.lists import Lines
 from tui_gcs.core.plan_check import LARGEST_PARAM
 from tui_gcs.core.services.param_values import ParamType, check_name, shown
-from tui_gcs.core.text import clean
 
 MOST_PARAMS = 8192
 QGC_FIELDS = 5

@@ -5,10 +5,10 @@ from typing import Any
 
 import msgspec
 
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import FormatError
 from tui_gcs.core.plan import Plan, PlanItem, PlanKind
 from tui_gcs.core.plan_check import MOST_ITEMS
-from tui_gcs.core.text import clean
 
 
 class _Item(msgspec.Struct, forbid_unknown_fields=True):

@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, FormatError, Home, QgcSource, counted
 from tui_gcs.core.plan import (
     AMSL,
@@ -27,7 +28,6 @@ from tui_gcs.core.plan import (
     PlanKind,
 )
 from tui_gcs.core.plan_check import MOST_ITEMS
-from tui_gcs.core.text import clean
 
 FILE_TYPE = "Plan"
 PARAMS = 7

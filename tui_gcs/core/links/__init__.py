@@ -2,7 +2,7 @@
 
 from contextlib import ExitStack
 
-from tui_gcs.core.clock import Clock, MonotonicClock
+from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.links.base import Address, Link
 from tui_gcs.core.links.replay import ReplayLink
 from tui_gcs.core.links.resolve import resolve

@@ -3,7 +3,7 @@
 import contextlib
 import socket
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import Address, LinkState, reason
 from tui_gcs.core.links.outbox import Outbox
 

@@ -4,7 +4,7 @@ import errno
 from collections import deque
 from collections.abc import Callable
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import LinkState
 
 STALLED_S = 5.0

@@ -1,6 +1,6 @@
 """When to try again to reach a partner that is not there."""
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 
 FIRST_RETRY_S = 1.0
 LAST_RETRY_S = 10.0

@@ -7,7 +7,7 @@ import os
 import termios
 from typing import Any
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import Address, LinkState, reason
 from tui_gcs.core.links.outbox import Outbox
 from tui_gcs.core.links.retry import Retry

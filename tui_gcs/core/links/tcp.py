@@ -4,7 +4,7 @@ import errno
 import os
 import socket
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import Address, LinkState
 from tui_gcs.core.links.connection import Connection
 from tui_gcs.core.links.resolve import Place

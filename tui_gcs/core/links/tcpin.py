@@ -3,7 +3,7 @@
 import math
 import socket
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE, Address, LinkState, reason
 from tui_gcs.core.links.connection import Connection
 from tui_gcs.core.links.resolve import Place, listen_advice

@@ -5,7 +5,7 @@ import socket
 import struct
 import sys
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE, MAX_DATAGRAMS_PER_RECEIVE, Address, LinkState, reason
 from tui_gcs.core.links.resolve import Place, listen_advice
 from tui_gcs.core.links.spec import LinkError, LinkSpec

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from tui_gcs.core.history import History, Step
+from tui_gcs.core.base.undo_history import History, Step
 from tui_gcs.core.plan import Plan, PlanItem, PlanKind
 from tui_gcs.core.plan_check import Problem, check
 

@@ -15,7 +15,7 @@ from collections import Counter, OrderedDict
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.events import ALERT, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.services.ack_book import AckBook

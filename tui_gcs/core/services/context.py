@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.door import Door
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.fleet import Fleet

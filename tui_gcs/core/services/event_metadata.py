@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from tui_gcs.core.text import SafeText, clean
+from tui_gcs.core.base.text import SafeText, clean
 
 MOST_DEFINITIONS = 10_000
 """PX4 has 378."""

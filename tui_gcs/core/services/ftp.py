@@ -10,6 +10,7 @@ from collections.abc import Callable
 from random import Random
 from typing import TypeVar
 
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.services.byte_ranges import ByteRanges
 from tui_gcs.core.services.context import Context
@@ -19,7 +20,6 @@ from tui_gcs.core.services.ftp_dialogue import FIRST_TRIES, FtpDialogue
 from tui_gcs.core.services.ftp_download import FtpDownloadJob
 from tui_gcs.core.services.ftp_read import MOST_BYTES, FtpReader, MemorySink, Sink
 from tui_gcs.core.services.jobs import Job
-from tui_gcs.core.text import clean
 from tui_gcs.core.vehicle import Vehicle
 
 MESSAGE = "FILE_TRANSFER_PROTOCOL"

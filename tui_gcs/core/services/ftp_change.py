@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from tui_gcs.core.base.text import SafeText, clean
 from tui_gcs.core.services.ftp_codec import Nak, Op, Packet, crc_fits
 from tui_gcs.core.services.ftp_dialogue import FtpDialogue
 from tui_gcs.core.services.ftp_read import MOST_WAITS, SESSION_WAIT_S, check_path
-from tui_gcs.core.text import SafeText, clean
 
 MOST_ENTRIES = 5000
 NAME_CELLS = 200

@@ -4,15 +4,15 @@ import zlib
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from tui_gcs.core.base.safe_files import FileRefused, PartFile, SafeFolder, safe_name
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.events import ALERT
 from tui_gcs.core.messages import EventClass
-from tui_gcs.core.safe_files import FileRefused, PartFile, SafeFolder, safe_name
 from tui_gcs.core.services.ftp_change import FtpOneQuestion
 from tui_gcs.core.services.ftp_codec import Op
 from tui_gcs.core.services.ftp_dialogue import FtpDialogue
 from tui_gcs.core.services.ftp_read import FtpReader
 from tui_gcs.core.services.jobs import Job
-from tui_gcs.core.text import clean
 from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.health import (
     Checks,
     Concern,

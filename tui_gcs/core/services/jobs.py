@@ -9,7 +9,7 @@ are counted by themselves: a plan does not wait until logs of others are here.
 from collections.abc import Callable
 from enum import StrEnum
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.events import INFO, WARNING, EventLog
 from tui_gcs.core.messages import EventClass, Freshness
 from tui_gcs.core.vehicle import Vehicle

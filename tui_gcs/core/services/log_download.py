@@ -7,8 +7,8 @@ Whole logs are never asked for at once: nothing on the way holds back a sender, 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from tui_gcs.core.base.safe_files import FileRefused
 from tui_gcs.core.fleet import Fields
-from tui_gcs.core.safe_files import FileRefused
 from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.log_list import LogEntry, LogLister
 from tui_gcs.core.services.log_part import LogPart

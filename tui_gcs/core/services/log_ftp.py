@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from tui_gcs.core.safe_files import FileRefused
+from tui_gcs.core.base.safe_files import FileRefused
 from tui_gcs.core.services.ftp_change import FtpEntry, FtpLister, FtpOneQuestion
 from tui_gcs.core.services.ftp_codec import Op
 from tui_gcs.core.services.ftp_dialogue import FtpDialogue

@@ -7,7 +7,7 @@ byte). So the last bytes that are there are fetched once more, and compared.
 
 import msgspec
 
-from tui_gcs.core.safe_files import FileRefused, PartFile, SafeFolder
+from tui_gcs.core.base.safe_files import FileRefused, PartFile, SafeFolder
 from tui_gcs.core.services.byte_ranges import ByteRanges
 from tui_gcs.core.services.log_list import LogEntry
 

@@ -14,8 +14,8 @@ from functools import partial
 
 import msgspec
 
+from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
 from tui_gcs.core.fleet import Fields
-from tui_gcs.core.safe_files import FileRefused, SafeFolder
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.ftp import FtpReaderJob, FtpService
 from tui_gcs.core.services.ftp_codec import crc_fits

@@ -6,8 +6,8 @@ from typing import Any
 
 import msgspec
 
+from tui_gcs.core.base.text import SafeText, clean
 from tui_gcs.core.services.param_values import NAME_BYTES, Number, shown
-from tui_gcs.core.text import SafeText, clean
 
 MOST_CHOICES = 200
 NO_TEXT = SafeText("")

@@ -3,8 +3,8 @@
 import struct
 from dataclasses import dataclass
 
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.services.param_values import NAME_BYTES, Number, Param, ParamType
-from tui_gcs.core.text import clean
 
 MAGIC, MAGIC_WITH_DEFAULTS = 0x671B, 0x671C
 MOST_BYTES = 1 << 18

@@ -10,8 +10,8 @@ import struct
 from dataclasses import dataclass
 from enum import IntEnum
 
+from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.parameters import Encoding
-from tui_gcs.core.text import SafeText
 
 NAME_BYTES = 16
 PLAIN_BELOW = 1e9

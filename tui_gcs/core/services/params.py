@@ -10,13 +10,14 @@ import struct
 from collections import Counter
 from collections.abc import Callable, Iterable
 
+from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.events import INFO, WARNING
 from tui_gcs.core.firmware import parameters as firmware
 from tui_gcs.core.firmware.airframes import changes_airframe
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.param_cache import CacheKey, ParamCache
-from tui_gcs.core.safe_files import FileRefused, SafeFolder
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.ftp import FtpService
 from tui_gcs.core.services.jobs import Job
@@ -42,7 +43,6 @@ from tui_gcs.core.services.param_values import (
     shown,
     wire_value,
 )
-from tui_gcs.core.text import clean
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.frames import MAGIC_V2
 

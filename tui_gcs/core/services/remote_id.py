@@ -8,12 +8,12 @@ What the operator has to tell is `operator_id`'s. Message packs are not read.
 from collections import Counter, OrderedDict
 from dataclasses import dataclass, field
 
+from tui_gcs.core.base.text import SafeText, clean
 from tui_gcs.core.components import hear_all
 from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.text import SafeText, clean
 from tui_gcs.core.vehicle import NAN, Vehicle
 
 MOST_OTHERS = 256

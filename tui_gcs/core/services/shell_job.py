@@ -2,10 +2,10 @@
 
 from collections.abc import Callable
 
+from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.shell import PROMPTS
 from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.shell import ShellService
-from tui_gcs.core.text import SafeText
 from tui_gcs.core.vehicle import Vehicle
 
 _PROMPTS = tuple(prompt.decode() for prompt in PROMPTS)

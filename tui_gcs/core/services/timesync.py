@@ -4,7 +4,7 @@ import math
 from collections import Counter, deque
 from dataclasses import dataclass, field
 
-from tui_gcs.core.clock import Clock
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.door import Door
 from tui_gcs.core.fleet import Fields, Fleet
 from tui_gcs.core.services.ack_book import Trips

@@ -9,6 +9,7 @@ import math
 from collections import Counter, OrderedDict
 from dataclasses import dataclass, field
 
+from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.events import ERROR, NOTICE, WARNING
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.messages import EventClass
@@ -16,7 +17,6 @@ from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.event_metadata import Decoded, EventMetadata, EventMetadataError, parse
 from tui_gcs.core.services.jobs import JobState
 from tui_gcs.core.services.metadata import EVENTS, MetadataJob, MetadataService
-from tui_gcs.core.text import SafeText
 from tui_gcs.core.vehicle import Vehicle
 
 RESET = 1

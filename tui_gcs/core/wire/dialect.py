@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from tui_gcs.core.text import clean
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.wire import tables
 from tui_gcs.core.wire.tables import DialectError
 

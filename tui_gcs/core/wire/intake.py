@@ -11,8 +11,8 @@ from typing import Protocol
 
 from fastcrc.crc16 import mcrf4xx
 
+from tui_gcs.core.base.rejection_counter import Tally
 from tui_gcs.core.links.base import Address
-from tui_gcs.core.tally import Tally
 from tui_gcs.core.wire import checksum, dialect
 from tui_gcs.core.wire.frames import MAGIC_V1, MAGIC_V2, SIGNED, Frame, Scan, is_text, scan_step
 from tui_gcs.core.wire.sources import CALL, KEEP, STATE, Slot, Source, Stream

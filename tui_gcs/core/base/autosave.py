@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from tui_gcs.core.safe_files import FileRefused, SafeFolder
+from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
 
 MOST_FILES = 32
 """So many programs may edit the same kind of work at once."""

@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 from typing import IO
 
-from tui_gcs.core.kinds import Kind
+from tui_gcs.core.base.run_kind import Kind
 
 SOCKET_PATH_MAX = 100
 """Bytes in a Unix socket path that every system takes (104 on macOS, 108 on Linux, with room for a suffix)."""
