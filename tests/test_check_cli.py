@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tui_gcs.cli import main
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions import build
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.store import Saved, to_bytes

@@ -8,7 +8,7 @@ import shapely
 
 from tui_gcs.cli import main
 from tui_gcs.core.formats.files import read_file
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions import fences
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.store import Saved, to_bytes

@@ -13,7 +13,7 @@ import pytest
 from tui_gcs.cli import _parser
 from tui_gcs.commands.sim import _ranges, _relay, _told
 from tui_gcs.commands.sim_fleet import spec_of_options
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.scenario import Origin
 from tui_gcs.exits import CommandError
 

@@ -18,7 +18,7 @@ from sitl.vehicle import AutopilotName
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.bus import STATUS, Bus, BusSession, MemoryBus
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.incursions import Incursions
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.links.memory import MemoryLink

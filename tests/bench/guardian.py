@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.bench.row import Row
+from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.core.messages import PlannerTask
 from tui_gcs.core.scenario import Limits, OperatingArea
-from tui_gcs.core.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.planner.api import Context, Fleet, Output, Planner, Tracks
 from tui_gcs.planner.design import design
 from tui_gcs.planner.intercept import meet
@@ -258,7 +258,7 @@ class Simple:
 
 def ring_tour() -> Tour:
     """15 m outside the zone, at nearly full speed."""
-    from tui_gcs.core.zones import polygon_of
+    from tui_gcs.core.geometry.zones import polygon_of
 
     return ring(polygon_of(ZONE.shape), 15.0, Region(AREA, (), 5.0, ZONE), 7.6, AGREED_M_S2)
 

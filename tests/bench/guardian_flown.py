@@ -14,7 +14,7 @@ import numpy as np
 from sitl.fleet import IntruderSpec, SensorSpec, WorldSpec
 from tests.bench.guardian import AREA, FAR_M, GOALS, INTRUDER_M_S, MIDDLE, WITHIN_S, ZONE
 from tests.bench.row import Row
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.results import Result
 from tui_gcs.core.scenario import Scenario, Team
 from tui_gcs.core.scenario_load import parse, read_text

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.idleness import IdlenessGrid, cell_centres_m
-from tui_gcs.core.zones import Shape, bounds
+from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m
+from tui_gcs.core.geometry.zones import Shape, bounds
 from tui_gcs.planner.tour import Tour, resampled, timed
 
 Floats = NDArray[np.floating[Any]]

@@ -12,7 +12,7 @@ from tests.bench.stream import ORIGIN_DEG, Datagram, signed_stream, stream
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.fleet import Fleet
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.scenario import Origin
 from tui_gcs.core.wire.intake import Intake
 from tui_gcs.core.wire.sources import Slot, Source

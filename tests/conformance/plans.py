@@ -1,7 +1,7 @@
 """Plans that checks put on vehicles, and how they wait for what they asked."""
 
 from tests.conformance.field import Failed, Field
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.plan import (
     CIRCLE_IN,
     POLYGON_IN,

@@ -8,6 +8,7 @@ from heard import Heard
 
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.door import Door
+from tui_gcs.core.geometry.zones import Circle
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.links.memory import MemoryLink
@@ -18,7 +19,6 @@ from tui_gcs.core.tlog import read_tlog
 from tui_gcs.core.wire.dialect import decode
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.frames import cut_datagram
-from tui_gcs.core.zones import Circle
 
 
 class Doorway:

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.forward import Endpoint, Forwarder
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.links.base import Address
 from tui_gcs.core.links.memory import MemoryLink
@@ -25,7 +26,6 @@ from tui_gcs.core.wire.dialect import decode, layout
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.frames import Frame, StreamCutter, cut_datagram
 from tui_gcs.core.wire.sources import Source
-from tui_gcs.core.zones import Circle, Rectangle, Role, Zone
 
 HOME_AMSL_M = 488.0
 LOCAL = LocalFrame(Origin(47.397742, 8.545594, HOME_AMSL_M))

@@ -3,11 +3,11 @@
 import numpy as np
 
 from tui_gcs.core.course import Course, Stand, Trajectory
+from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
 from tui_gcs.core.guard import Guard, Verdict
 from tui_gcs.core.guard_motion import Does, Sight
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.scenario import Limits, OperatingArea
-from tui_gcs.core.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
 
 LIMITS = Limits()
 SQUARE = Rectangle(centre_m=(100.0, 100.0), width_m=200.0, height_m=200.0)

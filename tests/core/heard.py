@@ -5,7 +5,7 @@ from typing import Any
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.fleet import Fleet
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.scenario import Origin
 from tui_gcs.core.trust import TrustBook

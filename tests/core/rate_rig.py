@@ -7,7 +7,7 @@ from typing import Any
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.firmware.speech import Speech
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.spec import parse_link
 from tui_gcs.core.rates import RateDesk
 from tui_gcs.core.scenario import Origin

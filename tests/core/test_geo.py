@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tui_gcs.core.geo import LocalFrame, bearing_deg, distance_m, from_straight_m
+from tui_gcs.core.geometry.local_frame import LocalFrame, bearing_deg, distance_m, from_straight_m
 from tui_gcs.core.scenario import Origin
 
 FIELD = LocalFrame(Origin(52.0720, -0.6280, 110.0))

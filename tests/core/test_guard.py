@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tui_gcs.core.course import Stand, Trajectory, course_of, stopping_point
+from tui_gcs.core.geometry.zones import Rectangle, Shape
 from tui_gcs.core.guard import Verdict
 from tui_gcs.core.guard_motion import foresee, times_of
 from tui_gcs.core.messages import Intent, Vec3
 from tui_gcs.core.scenario import OperatingArea
-from tui_gcs.core.zones import Rectangle, Shape
 
 # ---------------------------------------------------------------- area
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from tui_gcs.core.idleness import IdlenessGrid, cell_centres_m, sweep_bound_s
-from tui_gcs.core.zones import Circle, Polygon, Rectangle
+from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m, sweep_bound_s
+from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle
 
 L_SHAPE = Polygon(((0.0, 0.0), (60.0, 0.0), (60.0, 20.0), (20.0, 20.0), (20.0, 50.0), (0.0, 50.0)))
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions import build, fences
 from tui_gcs.core.missions.copies import copied
 from tui_gcs.core.missions.crew import Member

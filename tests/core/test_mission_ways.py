@@ -9,7 +9,8 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.core.messages import Annotation
 from tui_gcs.core.missions import build, corridor, fences, survey
 from tui_gcs.core.missions.conflicts import conflicts
@@ -21,7 +22,6 @@ from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.way import Home, Way, way_of
 from tui_gcs.core.plan import AMSL, JUMP, LAND, LOITER_TURNS, LOITER_UNLIMITED, MISSION_FRAME, PlanItem, PlanKind
 from tui_gcs.core.scenario import OperatingArea, Origin, Round
-from tui_gcs.core.zones import Circle, Rectangle, Role, Zone
 
 FRAME = LocalFrame(Origin(52.07, -0.628, 110.0))
 CRAFT = Performance()

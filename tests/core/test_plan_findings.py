@@ -6,7 +6,7 @@ from pathlib import Path
 from plan_peers import circle, fence, mission, rally, square, waypoint
 
 from tui_gcs.core.firmware.plans import ARDUPILOT, GENERIC, PX4, PlanDialect
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.findings import Level
 from tui_gcs.core.plan import Plan, PlanItem, PlanKind

@@ -9,7 +9,7 @@ from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.fleet import Fleet
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.spec import parse_link
 from tui_gcs.core.rate_sets import LADDER
 from tui_gcs.core.rates import RateDesk

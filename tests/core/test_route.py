@@ -6,7 +6,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tui_gcs.core.route import route
+from tui_gcs.core.geometry.shortest_route import route
 
 NOTCHED = shapely.Polygon([(0, 0), (100, 0), (100, 100), (60, 100), (60, 40), (40, 40), (40, 100), (0, 100)])
 WITH_HOLE = shapely.box(0, 0, 100, 100).difference(shapely.box(30, 30, 70, 70))

@@ -9,11 +9,11 @@ from rig import Rig, toml
 
 from sitl.fleet import VehicleSpec
 from tui_gcs.core import messages as m
-from tui_gcs.core.geo import LocalFrame
-from tui_gcs.core.idleness import IdlenessGrid
+from tui_gcs.core.geometry.idleness_grid import IdlenessGrid
+from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.zones import Circle
 from tui_gcs.core.messages import Phase, Reply, RunPhase
 from tui_gcs.core.scenario_load import ScenarioError, parse
-from tui_gcs.core.zones import Circle
 
 MakeRig = Callable[..., Rig]
 

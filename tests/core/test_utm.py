@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from tui_gcs.core.geo import WGS84_A_M, WGS84_E2
-from tui_gcs.core.utm import utm
+from tui_gcs.core.geometry.local_frame import WGS84_A_M, WGS84_E2
+from tui_gcs.core.geometry.utm import utm
 
 
 def test_a_known_place() -> None:

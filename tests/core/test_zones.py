@@ -7,7 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tui_gcs.core.zones import Circle, Polygon, Rectangle, area_m2, bounds, contains, outline_m, polygon_of
+from tui_gcs.core.geometry.zones import (
+    Circle,
+    Polygon,
+    Rectangle,
+    area_m2,
+    bounds,
+    contains,
+    outline_m,
+    polygon_of,
+)
 
 L_SHAPE = Polygon(((90.0, 130.0), (230.0, 130.0), (230.0, 190.0), (160.0, 190.0), (160.0, 280.0), (90.0, 280.0)))
 

@@ -18,7 +18,8 @@ from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.messages import Phase, Vec3
 from tui_gcs.core.scenario import Limits, OperatingArea, Origin
@@ -26,7 +27,6 @@ from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.sources import Stream
-from tui_gcs.core.zones import Rectangle
 
 AUTO, GUIDED, RTL, LAND, BRAKE = 3, 4, 6, 9, 17
 STEP_S = 0.1

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from flights import region_of, zone_of
 
-from tui_gcs.core.zones import Rectangle
+from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.planner import formation
 from tui_gcs.planner.api import Fleet
 from tui_gcs.planner.formation import Berth, Course, Formation, _ahead, _beside_m, _now

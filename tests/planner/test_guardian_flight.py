@@ -9,7 +9,7 @@ import numpy as np
 
 from sitl.fleet import IntruderSpec, SensorSpec, WorldSpec
 from tests.core.rig import Rig, scenario, toml
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 
 MIDDLE, ZONE_M = (150.0, 200.0), 80.0
 BEGIN_S, FAR_M, SPEED_M_S = 65.0, 180.0, 5.0

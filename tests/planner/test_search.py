@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from flights import region_of, zone_of
 
-from tui_gcs.core.zones import Rectangle
+from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.planner.formation import Formation
 from tui_gcs.planner.patrol_state import State, decode, encode
 from tui_gcs.planner.search import Search, begun

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from tui_gcs.core.idleness import IdlenessGrid, cell_centres_m
-from tui_gcs.core.zones import Circle
+from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m
+from tui_gcs.core.geometry.zones import Circle
 from tui_gcs.planner.tour import EVEN_S, TURN_M_S3, Tour, evaluate, resampled, timed
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from flights import AREA, no_fly, region_of, zone_of
 
-from tui_gcs.core.zones import Circle, Rectangle
+from tui_gcs.core.geometry.zones import Circle, Rectangle
 from tui_gcs.planner.region import Region
 from tui_gcs.planner.tour import Tour, resampled, timed
 from tui_gcs.planner.transit import (

@@ -11,7 +11,7 @@ from test_map import AREA, MapApp, picture
 
 from tests.screens.paper_fleet import PaperFleet
 from tui_gcs.core.bus import MemoryBus
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.messages import Freshness
 from tui_gcs.core.messages_services import OnBoardRow, PlanRow
 from tui_gcs.core.messages_setup import TrafficRow

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from plan_station import PlanConsole, PlanStation, plan_console
 
+from tui_gcs.core.geometry.zones import Circle
 from tui_gcs.core.scenario_load import parse
-from tui_gcs.core.zones import Circle
 
 MINE = ("a", "full_stop", "t", "o", "m", "l")
 

@@ -6,7 +6,7 @@ from pictures import same_as_snapshot
 from plan_station import PlanConsole, plan_console
 from textual.events import Key
 
-from tui_gcs.core.zones import Circle, Polygon, Rectangle
+from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle
 
 SIZES = pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
 L_SHAPE = ((90.0, 130.0), (230.0, 130.0), (230.0, 190.0), (160.0, 190.0), (160.0, 280.0), (90.0, 280.0))

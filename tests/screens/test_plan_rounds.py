@@ -5,8 +5,8 @@ from msgspec.structs import replace
 from plan_station import PlanConsole, PlanStation, plan_console
 
 from tui_gcs.core import messages as m
+from tui_gcs.core.geometry.zones import Circle, Rectangle
 from tui_gcs.core.messages import Annotation, FlownWays, PreviewResult
-from tui_gcs.core.zones import Circle, Rectangle
 from tui_gcs.screens.plan_preview import PAUSE_S
 
 

@@ -7,8 +7,8 @@ from mission_station import MissionConsole, mission_console
 from plan_station import KEYS, PlanConsole, plan_console
 from textual.events import Key, Paste
 
+from tui_gcs.core.geometry.zones import Circle
 from tui_gcs.core.plan import PlanKind
-from tui_gcs.core.zones import Circle
 from tui_gcs.screens.missions import MissionsScreen
 from tui_gcs.screens.upload_dialog import UploadDialog
 

@@ -6,11 +6,11 @@ import pytest
 from msgspec.structs import replace
 
 import tui_gcs
+from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.core.messages import ScenarioChanged
 from tui_gcs.core.scenario import OperatingArea, Team
 from tui_gcs.core.scenario_load import parse, read_text
 from tui_gcs.core.scenario_places import same_places
-from tui_gcs.core.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.widgets.edit_model import EditModel, Problems
 from tui_gcs.widgets.edit_parts import EditParts
 from tui_gcs.widgets.plan_draft import PlanDraft

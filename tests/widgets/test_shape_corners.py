@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tui_gcs.core.zones import Circle, Polygon, Rectangle, area_m2
+from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, area_m2
 from tui_gcs.widgets.shape_corners import (
     Snap,
     corners_m,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 from tui_gcs.core.course import rest_to_rest_s
-from tui_gcs.core.geo import from_straight_m
+from tui_gcs.core.geometry.local_frame import from_straight_m
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.messages import Phase, Request, Vec3, VehicleRow

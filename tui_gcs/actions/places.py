@@ -14,7 +14,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.messages import Vec3, VehicleRow
 
 NAN = math.nan

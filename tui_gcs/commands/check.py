@@ -182,7 +182,7 @@ def _who(
 ) -> "tuple[Who, Site]":
     """Who flies it from where, and in what area it is judged."""
     from tui_gcs.core.firmware.plans import dialect_for
-    from tui_gcs.core.geo import LocalFrame
+    from tui_gcs.core.geometry.local_frame import LocalFrame
     from tui_gcs.core.missions.findings import Site
     from tui_gcs.core.plan_findings import Who
     from tui_gcs.core.scenario import Origin

@@ -7,7 +7,7 @@ from pathlib import Path
 from tui_gcs.commands.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, Line
 from tui_gcs.commands.convert import round_of
 from tui_gcs.core.formats.conversion import Base
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions.crew import Member, crew
 from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.missions.forecast import Forecast

@@ -84,8 +84,8 @@ def _target(target: Path, to: str | None) -> "Format":
 def options_for(arguments: argparse.Namespace, title: str) -> "Options":
     """What the file does not say, from the command line. Raises `CommandError`."""
     from tui_gcs.core.formats.conversion import Options
+    from tui_gcs.core.geometry.zones import Role
     from tui_gcs.core.plan import PlanKind
-    from tui_gcs.core.zones import Role
 
     base = read_base(Path(arguments.base)) if arguments.base is not None else None
     if not -10_000 <= (arguments.height or 0.0) <= 83_000:  # NaN, too

@@ -70,7 +70,7 @@ def start(kind: Kind, arguments: argparse.Namespace) -> None:
 
 def _operator_at(arguments: argparse.Namespace, scenario: "Scenario") -> dict[str, float] | None:
     """Where the command line says the operator stands, as fields of `OperatorId`. Raises `CommandError`."""
-    from tui_gcs.core.geo import LocalFrame
+    from tui_gcs.core.geometry.local_frame import LocalFrame
     from tui_gcs.core.scenario_remote_id import HIGH_ALT_M, LOW_ALT_M, why_no_place
 
     alt_m = arguments.operator_alt

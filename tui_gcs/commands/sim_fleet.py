@@ -113,7 +113,7 @@ def _manned(vehicles: list[dict[str, Any]], autopilots: str) -> list[dict[str, A
 
 def _grid(arguments: argparse.Namespace) -> list[dict[str, Any]]:
     """Vehicles in rows from west to east, the first at home, as near to a square as their number allows."""
-    from tui_gcs.core.geo import LocalFrame
+    from tui_gcs.core.geometry.local_frame import LocalFrame
 
     first = 1 if arguments.first is None else arguments.first
     if not (arguments.count >= 1 and first >= 1 and first + arguments.count - 1 <= MOST_ID):

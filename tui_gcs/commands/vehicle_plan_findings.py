@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from tui_gcs.commands.vehicle_station import LINE_CELLS, StationClient, listed
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.messages import PROTOCOL, GetScenario, Hello
 from tui_gcs.core.messages_services import DownloadPlan, GetOnBoard, GetVehicles, PlanRow, VehicleInfo
 from tui_gcs.core.missions.autopilots import dialect_called

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from tui_gcs.core.geo import from_straight_m
+from tui_gcs.core.geometry.local_frame import from_straight_m
 from tui_gcs.core.guard_motion import Sight
 from tui_gcs.core.guard_separation import SPARE_M, SPARE_UP_M
 from tui_gcs.core.messages import Vec3

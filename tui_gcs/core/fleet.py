@@ -15,7 +15,7 @@ from tui_gcs.core.boot_clock import BootClock
 from tui_gcs.core.components import Components
 from tui_gcs.core.copies import Copies
 from tui_gcs.core.events import ERROR, INFO, NOTICE, WARNING, EventLog
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.ghosts import GhostWatch
 from tui_gcs.core.messages import EventClass, Freshness
 from tui_gcs.core.paths import PathBook

@@ -14,7 +14,7 @@ from shapely.geometry import LineString, Point
 from tui_gcs.core.course import Stand
 from tui_gcs.core.firmware.habits import habits_of
 from tui_gcs.core.forward_plans import Plan
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard import SPEED_TOLERANCE, Guard
 from tui_gcs.core.guard_motion import Does, Sight
 from tui_gcs.core.messages import Vec3

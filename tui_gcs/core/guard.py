@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from shapely.geometry import LineString, Point
 
 from tui_gcs.core.course import Reference, Samples, Stand
+from tui_gcs.core.geometry.zones import Zone
 from tui_gcs.core.guard_courses import FAR_M, Steps, finite_in, length_of, steps_of
 from tui_gcs.core.guard_lost import own_ways
 from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S, Flock, Sight, foresee, times_of
@@ -24,7 +25,6 @@ from tui_gcs.core.guard_region import Walls, band_miss_m
 from tui_gcs.core.guard_separation import Meeting, meetings
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.scenario import Limits, OperatingArea
-from tui_gcs.core.zones import Zone
 
 MIN_SETPOINT_GAP_S = 0.08
 """At most 12.5 set-points a second and vehicle."""

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from tui_gcs.core.course import Samples
+from tui_gcs.core.geometry.zones import Zone, polygon_of
 from tui_gcs.core.scenario import OperatingArea
-from tui_gcs.core.zones import Zone, polygon_of
 
 SAME_M = 0.01
 """A shorter way is none."""

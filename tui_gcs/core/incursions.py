@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import msgspec
 import shapely
 
+from tui_gcs.core.geometry.zones import Role, polygon_of
 from tui_gcs.core.messages import RunPhase, StationStatus
 from tui_gcs.core.scenario import Round, Scenario
-from tui_gcs.core.zones import Role, polygon_of
 
 
 class IntruderResult(msgspec.Struct):

@@ -6,9 +6,9 @@ As in `messages.py`: positions are ENU metres about the scenario origin, z above
 import math
 from typing import Literal
 
+from tui_gcs.core.geometry.zones import Zone
 from tui_gcs.core.message import Message, Vec3
 from tui_gcs.core.scenario import Limits, OperatingArea
-from tui_gcs.core.zones import Zone
 
 
 class Track(Message, frozen=True):

@@ -1,6 +1,6 @@
 """Where vehicles stand before take-off, in degrees: what a simulator needs to know of a scenario."""
 
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.scenario import Scenario
 
 

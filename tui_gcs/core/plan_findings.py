@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import shapely
 
 from tui_gcs.core.firmware.plans import PlanDialect
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions.commands import word_of
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.findings import Finding, Level, fence_regions

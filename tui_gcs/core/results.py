@@ -15,13 +15,13 @@ import shapely
 from numpy.typing import NDArray
 
 from tui_gcs.core.flights import COLUMN_M
-from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
+from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, sweep_bound_s
+from tui_gcs.core.geometry.zones import Zone, area_m2, polygon_of
 from tui_gcs.core.incursions import IntruderResult
 from tui_gcs.core.messages import FleetFrame, Phase, StationStatus, TeamStatus, Vec3, VehicleRow
 from tui_gcs.core.metrics import seen_pct
 from tui_gcs.core.scenario import Round, Scenario, Team
 from tui_gcs.core.separation import least_separation
-from tui_gcs.core.zones import Zone, area_m2, polygon_of
 
 WARM_UP_LIMIT_S = 600.0
 """A zone that is not seen whole in this time will not be."""

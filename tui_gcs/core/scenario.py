@@ -2,7 +2,7 @@
 
 import msgspec
 
-from tui_gcs.core.zones import Role, Shape, Zone
+from tui_gcs.core.geometry.zones import Role, Shape, Zone
 
 
 class Origin(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -12,11 +12,11 @@ from typing import Any
 import msgspec
 import tomlkit
 
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, Zone
 from tui_gcs.core.scenario import Limits, OperatingArea, Origin, ResultLimits, TakeOffPlace, Team
 from tui_gcs.core.scenario_lines import Span, map_lines
 from tui_gcs.core.scenario_load import ScenarioError
-from tui_gcs.core.zones import Circle, Polygon, Rectangle, Shape, Zone
 
 Value = float | int | bool | str | list[Any]
 Parameters = Mapping[str, float | int | bool | str]

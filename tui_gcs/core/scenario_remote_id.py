@@ -5,7 +5,7 @@ Limits are those of OPEN_DRONE_ID_* (MAVLink common): ASCII, 20 bytes for ids, 2
 
 import re
 
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.scenario import OperatorId
 from tui_gcs.core.scenario_fields import Point, Table, shown, shown_key
 

@@ -5,9 +5,9 @@ from collections import deque
 
 import numpy as np
 
-from tui_gcs.core.idleness import IdlenessGrid, sweep_bound_s
+from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, sweep_bound_s
+from tui_gcs.core.geometry.zones import Shape, area_m2
 from tui_gcs.core.scenario import Scenario
-from tui_gcs.core.zones import Shape, area_m2
 
 WORST_OVER_S = 60
 """The live worst idleness is the largest of the last minute."""

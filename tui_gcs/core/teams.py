@@ -20,8 +20,8 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.events import ALERT, NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import IN_THE_AIR, Flight, FlightBook
+from tui_gcs.core.geometry.idleness_grid import serving
 from tui_gcs.core.guard import Guard
-from tui_gcs.core.idleness import serving
 from tui_gcs.core.intents import IntentDesk
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.messages import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus

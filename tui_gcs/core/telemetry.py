@@ -15,7 +15,7 @@ from tui_gcs.core.base.rejection_counter import Tally
 from tui_gcs.core.boot_clock import FITS_MS, Step
 from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.firmware import satellite
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.gps import DEGRADED_M, GPS2_RAW, apart_m, claimed_m
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.vehicle import NAN, POSITION_AT, POSITION_BYTES, Vehicle, as_frame

@@ -2,8 +2,8 @@
 
 from html import escape
 
+from tui_gcs.core.geometry.zones import Role, bounds, outline_m
 from tui_gcs.core.scenario import Scenario
-from tui_gcs.core.zones import Role, bounds, outline_m
 from tui_gcs.report.recording import FlightRecord, RoundRecord
 from tui_gcs.report.svg import COLOURS, Map
 

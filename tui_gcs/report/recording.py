@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from tui_gcs.core import bus as keys
 from tui_gcs.core.bus import Bus
-from tui_gcs.core.idleness import IdlenessGrid, cell_centres_m, serving, sweep_bound_s
+from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m, serving, sweep_bound_s
+from tui_gcs.core.geometry.zones import Zone, area_m2
 from tui_gcs.core.messages import Event, FleetFrame, Freshness, Phase, Plan, RunPhase, StationStatus, VehicleRow, decode
 from tui_gcs.core.results import GROUND_M
 from tui_gcs.core.scenario import Round, Scenario
 from tui_gcs.core.separation import least_separation
-from tui_gcs.core.zones import Zone, area_m2
 
 Floats = NDArray[np.floating[Any]]
 

@@ -12,7 +12,7 @@ from textual.containers import Horizontal, Vertical
 from textual.message import Message
 
 from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, Action, bindings
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.messages import FleetFrame, StationStatus
 from tui_gcs.core.messages_services import OnBoardRow
 from tui_gcs.core.scenario import Origin, Round

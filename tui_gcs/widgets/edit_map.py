@@ -14,7 +14,7 @@ from textual.actions import SkipAction
 from textual.binding import Binding
 from textual.message import Message
 
-from tui_gcs.core.zones import Shape, contains, outline_m
+from tui_gcs.core.geometry.zones import Shape, contains, outline_m
 from tui_gcs.widgets.draft_map import REACH_DOTS, STEP_M, DraftMap
 from tui_gcs.widgets.map_drawings import MapLine, MapWord
 from tui_gcs.widgets.palette import Ink

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.messages_services import OnBoardRow
 from tui_gcs.core.missions.findings import fence_regions
 from tui_gcs.core.plan import PlanItem, PlanKind

@@ -14,7 +14,7 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.messages import Annotation, FleetFrame, Freshness, VehicleRow
 from tui_gcs.core.messages_setup import TrafficRow
 from tui_gcs.core.overlays import Overlay

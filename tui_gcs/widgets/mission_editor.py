@@ -7,7 +7,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.zones import Polygon, Shape
 from tui_gcs.core.messages import Annotation, VehicleRow
 from tui_gcs.core.missions import build, edits, fences
 from tui_gcs.core.missions.commands import with_command
@@ -21,7 +22,6 @@ from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.plan import HERE, LAND, RETURN, VTOL_LAND, PlanItem, PlanKind
 from tui_gcs.core.plan_check import MOST_ITEMS
 from tui_gcs.core.scenario import Round, Scenario
-from tui_gcs.core.zones import Polygon, Shape
 
 Place = tuple[float, float]
 NEW_STEP_M = 20.0

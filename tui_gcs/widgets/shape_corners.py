@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 from msgspec.structs import replace
 
-from tui_gcs.core.zones import Circle, Polygon, Rectangle, Shape, outline_m
+from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, outline_m
 from tui_gcs.widgets.shape_edit import as_polygon, centre_of, tidy
 
 Point = tuple[float, float]

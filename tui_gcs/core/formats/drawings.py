@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from tui_gcs.core.formats.content import Content, Drawing, FormatError, Heights, Home, Place, counted
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions.commands import word_of
 from tui_gcs.core.plan import (
     AMSL,

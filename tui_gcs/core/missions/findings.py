@@ -12,7 +12,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.zones import polygon_of
 from tui_gcs.core.missions.autopilots import refusals
 from tui_gcs.core.missions.draft import Items, VehicleDraft
 from tui_gcs.core.missions.performance import Performance
@@ -36,7 +37,6 @@ from tui_gcs.core.plan import (
 )
 from tui_gcs.core.plan_check import MOST_RADIUS_M
 from tui_gcs.core.scenario import Round
-from tui_gcs.core.zones import polygon_of
 
 TOUCH_M = 0.01
 """Places come back from 1e-7 degrees: a border may be touched."""

@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.zones import Circle, Shape, outline_m, polygon_of
 from tui_gcs.core.missions import build, fences
 from tui_gcs.core.missions.corridor import Corridor, paths
 from tui_gcs.core.missions.crew import Member
@@ -11,7 +12,6 @@ from tui_gcs.core.missions.draft import Items, MissionDraft
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.survey import GeneratorError, Place, Survey, lanes, split
 from tui_gcs.core.plan import PlanKind
-from tui_gcs.core.zones import Circle, Shape, outline_m, polygon_of
 
 SURVEY, CORRIDOR, FENCE = "survey", "corridor", "fence"
 WHAT = (SURVEY, CORRIDOR, FENCE)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tui_gcs.core import plan
-from tui_gcs.core.geo import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.missions.build import CHANGE_SPEED
 from tui_gcs.core.missions.draft import Items

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tui_gcs.core.zones import Shape, bounds, contains
+from tui_gcs.core.geometry.zones import Shape, bounds, contains
 
 Floats = NDArray[np.floating[Any]]
 

@@ -7,7 +7,7 @@ equations 7-11 and 35): better than a centimetre inside a zone.
 import math
 from typing import NamedTuple
 
-from tui_gcs.core.geo import WGS84_A_M
+from tui_gcs.core.geometry.local_frame import WGS84_A_M
 
 FLATTENING = 1.0 / 298.257223563
 _N = FLATTENING / (2.0 - FLATTENING)
