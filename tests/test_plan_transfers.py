@@ -14,7 +14,7 @@ from tui_gcs.core.messages import Request, VehicleResult
 from tui_gcs.core.messages_services import GetTasks, ServiceReply, TaskInfo, UploadPlan
 from tui_gcs.core.missions import fences
 from tui_gcs.core.missions.draft import VehicleDraft
-from tui_gcs.core.plan import LAND, PlanItem
+from tui_gcs.core.plans.model import LAND, PlanItem
 from tui_gcs.feed import NO_ANSWER, Feed
 from tui_gcs.plan_transfers import Transfer, Transfers
 from tui_gcs.transfer_times import PartTime

@@ -20,8 +20,8 @@ from tui_gcs.core.messages_services import (
     UploadPlan,
 )
 from tui_gcs.core.missions.draft import VehicleDraft
-from tui_gcs.core.plan import PlanKind, PlanWord
 from tui_gcs.core.plan_rows import plan_of, plan_rows
+from tui_gcs.core.plans.model import PlanKind, PlanWord
 from tui_gcs.feed import NO_ANSWER, Feed
 from tui_gcs.transfer_times import PartTime, all_words, steps_of
 

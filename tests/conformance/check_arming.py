@@ -5,7 +5,7 @@ from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.pilot import Pilot
 from tests.conformance.report import check
 from tests.conformance.tidy import empty
-from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.services.order import Outcome, Retry
 
 SPOILERS: tuple[tuple[str, float], ...] = (

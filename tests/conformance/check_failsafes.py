@@ -8,7 +8,7 @@ from tests.conformance.pilot import Pilot, flying
 from tests.conformance.plans import a_polygon, finished
 from tests.conformance.report import check
 from tests.conformance.tidy import empty
-from tui_gcs.core.plan import Plan, PlanKind
+from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.services.order import Order
 
 SILENCE_S = 12.0

@@ -7,7 +7,7 @@ from tests.conformance.pilot import flying
 from tests.conformance.plans import finished, place
 from tests.conformance.report import check
 from tests.conformance.tidy import empty
-from tui_gcs.core.plan import TAKE_OFF, WAYPOINT, Plan, PlanKind
+from tui_gcs.core.plans.model import TAKE_OFF, WAYPOINT, Plan, PlanKind
 
 LEG_M = 25.0
 ITEM_LIMIT_S = 60.0

@@ -2,7 +2,7 @@
 
 from tests.conformance.field import Failed, Field
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.plan import (
+from tui_gcs.core.plans.model import (
     CIRCLE_IN,
     POLYGON_IN,
     RALLY_POINT,

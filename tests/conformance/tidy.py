@@ -5,7 +5,7 @@ from tests.conformance.field import Failed, Field
 from tests.conformance.pilot import Pilot
 from tests.conformance.plans import ended
 from tui_gcs.core.messages import Freshness
-from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.plans.model import PlanKind
 
 TRIES = 2
 HEARD_S = 60.0

@@ -5,7 +5,7 @@ import math
 from hypothesis import strategies as st
 
 from tui_gcs.core.formats.content import Home
-from tui_gcs.core.plan import JUMP, Plan, PlanItem, PlanKind, float32
+from tui_gcs.core.plans.model import JUMP, Plan, PlanItem, PlanKind, float32
 
 LAT = st.integers(-890_000_000, 890_000_000).filter(bool)
 LON = st.integers(-1_799_999_999, 1_799_999_999)

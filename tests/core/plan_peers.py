@@ -12,7 +12,7 @@ from typing import Any
 
 from service_rig import ARDUPILOT, GCS, PX4, Fields, Peer
 
-from tui_gcs.core.plan import Plan, PlanItem, PlanKind
+from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 
 ACCEPTED, ERROR, NO_SPACE, WRONG_SEQUENCE, DENIED, CANCELLED = 0, 1, 4, 13, 14, 15
 COMMANDS = frozenset({16, 17, 18, 19, 20, 21, 22, 31, 82, 93, 112, 177, 178, 206, *range(5000, 5005), 5100})

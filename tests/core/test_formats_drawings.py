@@ -20,7 +20,7 @@ from tui_gcs.core.formats.files import BY_NAME, read_file
 from tui_gcs.core.formats.scenario_drawings import put_drawings
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Zone, outline_m
-from tui_gcs.core.plan import Plan, PlanItem, PlanKind
+from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.scenario import Origin
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import parse

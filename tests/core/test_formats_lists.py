@@ -10,7 +10,7 @@ from tui_gcs.core.formats.content import FormatError, ParamLine
 from tui_gcs.core.formats.files import read_file
 from tui_gcs.core.formats.lists import write_fence, write_rally
 from tui_gcs.core.formats.params import write_mavproxy, write_mission_planner, write_qgc_params
-from tui_gcs.core.plan import Plan, PlanItem, PlanKind, float32
+from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind, float32
 
 QGC = """# Onboard parameters for Vehicle 3
 #

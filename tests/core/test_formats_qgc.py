@@ -16,7 +16,7 @@ from tui_gcs.core.formats.bounded import json_of
 from tui_gcs.core.formats.content import Content, FormatError, Home
 from tui_gcs.core.formats.qgc_plan import content_of
 from tui_gcs.core.formats.qgc_write import write_qgc
-from tui_gcs.core.plan import JUMP, Plan, PlanItem, PlanKind
+from tui_gcs.core.plans.model import JUMP, Plan, PlanItem, PlanKind
 
 
 def simple(number: int, command: int = 16, params: list[Any] | None = None, **more: Any) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from tui_gcs.core.formats.content import Content, FormatError, Home
 from tui_gcs.core.formats.files import read_file
 from tui_gcs.core.formats.plain import write_plain
 from tui_gcs.core.formats.wpl import HomeLine, WplPlan, read_wpl, write_wpl
-from tui_gcs.core.plan import JUMP, Plan, PlanItem, PlanKind
+from tui_gcs.core.plans.model import JUMP, Plan, PlanItem, PlanKind
 
 JUMPING = Plan(PlanKind.MISSION, (*mission(4).items, PlanItem(JUMP, 2, (1.0, 3.0, 0.0, 0.0))))
 PLANS = [mission(30), JUMPING, fence(*square(), circle(50.5)), rally(20.0, 33.3), Plan(PlanKind.MISSION)]

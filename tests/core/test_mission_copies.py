@@ -9,7 +9,7 @@ from tui_gcs.core.missions.crew import Member
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.missions.way import Home
-from tui_gcs.core.plan import LAND, RELATIVE, ROI_LOCATION, PlanItem, PlanKind
+from tui_gcs.core.plans.model import LAND, RELATIVE, ROI_LOCATION, PlanItem, PlanKind
 from tui_gcs.core.scenario import Origin
 
 FRAME = LocalFrame(Origin(52.0, -0.6, 100.0))

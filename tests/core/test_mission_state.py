@@ -7,7 +7,7 @@ import pytest
 from plan_peers import AUTO, PX4_MISSION, ArduPilotPeer, PlanPeer, Px4Peer, fence, mission, rally
 from service_rig import ServiceRig
 
-from tui_gcs.core.plan import Plan, PlanKind
+from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.services.jobs import JobState
 from tui_gcs.core.services.mission import MissionService
 from tui_gcs.core.services.plan_book import Progress

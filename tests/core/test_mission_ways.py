@@ -20,7 +20,16 @@ from tui_gcs.core.missions.forecast import Forecast
 from tui_gcs.core.missions.patrols import patrols
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.way import Home, Way, way_of
-from tui_gcs.core.plan import AMSL, JUMP, LAND, LOITER_TURNS, LOITER_UNLIMITED, MISSION_FRAME, PlanItem, PlanKind
+from tui_gcs.core.plans.model import (
+    AMSL,
+    JUMP,
+    LAND,
+    LOITER_TURNS,
+    LOITER_UNLIMITED,
+    MISSION_FRAME,
+    PlanItem,
+    PlanKind,
+)
 from tui_gcs.core.scenario import OperatingArea, Origin, Round
 
 FRAME = LocalFrame(Origin(52.07, -0.628, 110.0))

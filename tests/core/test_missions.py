@@ -12,8 +12,8 @@ from tui_gcs.core.missions.commands import COMMANDS, MISSION_WORDS, with_command
 from tui_gcs.core.missions.draft import MissionDraft, MissionHistory, VehicleDraft
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.walk import Walk
-from tui_gcs.core.plan import JUMP, MISSION_FRAME, RELATIVE, WAYPOINT, Plan, PlanItem, PlanKind
-from tui_gcs.core.plan_check import check
+from tui_gcs.core.plans.check import check
+from tui_gcs.core.plans.model import JUMP, MISSION_FRAME, RELATIVE, WAYPOINT, Plan, PlanItem, PlanKind
 
 MISSION, FENCE = PlanKind.MISSION, PlanKind.FENCE
 

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from plan_peers import circle, fence, square, waypoint
 
-from tui_gcs.core.plan import JUMP, TAKE_OFF, Plan, PlanItem, PlanKind
-from tui_gcs.core.plan_check import check
+from tui_gcs.core.plans.check import check
+from tui_gcs.core.plans.model import JUMP, TAKE_OFF, Plan, PlanItem, PlanKind
 
 
 def told(item: PlanItem) -> list[str]:

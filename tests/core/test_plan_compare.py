@@ -10,8 +10,8 @@ from plan_designs import missions
 from plan_peers import circle, fence, square, waypoint
 
 from tui_gcs.core.firmware.plans import ARDUPILOT, GENERIC, PX4, PlanDialect
-from tui_gcs.core.plan import Plan, PlanItem, PlanKind
 from tui_gcs.core.plan_compare import begins_alike, compare
+from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 
 PLACE = waypoint(0, z=100.0)
 

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from doorway import Doorway
 
-from tui_gcs.core.plan import PlanItem, PlanKind
-from tui_gcs.core.plan_check import MOST_ITEMS
+from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.core.services.plan_read import Reading
 from tui_gcs.core.services.plan_send import Sending, Verdict
 from tui_gcs.core.services.plan_wire import Pace, Wire, fields_of

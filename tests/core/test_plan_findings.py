@@ -9,8 +9,8 @@ from tui_gcs.core.firmware.plans import ARDUPILOT, GENERIC, PX4, PlanDialect
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.findings import Level
-from tui_gcs.core.plan import Plan, PlanItem, PlanKind
 from tui_gcs.core.plan_findings import Who, autopilot_findings
+from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.scenario import Origin
 from tui_gcs.core.scenario_findings import findings
 from tui_gcs.core.scenario_load import parse

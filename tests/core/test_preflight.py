@@ -28,7 +28,7 @@ from tui_gcs.core.messages_preflight import (
     refusing,
 )
 from tui_gcs.core.missions.fences import circle
-from tui_gcs.core.plan import WAYPOINT, Plan, PlanItem, PlanKind
+from tui_gcs.core.plans.model import WAYPOINT, Plan, PlanItem, PlanKind
 from tui_gcs.core.rehearsals import Rehearsal, plan_digest, remember
 from tui_gcs.core.services.plan_book import Held
 

@@ -17,7 +17,7 @@ from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Phase, RunPhase
 from tui_gcs.core.messages_alarms import AlarmLevel
 from tui_gcs.core.messages_services import PlanRow, ServiceReply, SetParams, UploadPlan
-from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.preflight_vehicles import plans_on_board
 from tui_gcs.core.status import station_status
 

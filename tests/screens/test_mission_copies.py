@@ -2,7 +2,7 @@
 
 from mission_station import MissionConsole, mission_console
 
-from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.plans.model import PlanKind
 
 
 def planned(c: MissionConsole, vehicle: int) -> tuple[int, ...]:

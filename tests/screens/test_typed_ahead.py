@@ -8,7 +8,7 @@ from plan_station import KEYS, PlanConsole, plan_console
 from textual.events import Key, Paste
 
 from tui_gcs.core.geometry.zones import Circle
-from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.screens.missions import MissionsScreen
 from tui_gcs.screens.upload_dialog import UploadDialog
 

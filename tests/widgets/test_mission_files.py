@@ -8,7 +8,7 @@ from tui_gcs.core.formats.files import FORMATS, Family
 from tui_gcs.core.missions import build, fences
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.store import DraftFileError
-from tui_gcs.core.plan import Plan, PlanKind
+from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.widgets.mission_editor import MissionEditor
 from tui_gcs.widgets.mission_files import MissionFile
 

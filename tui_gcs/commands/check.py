@@ -121,8 +121,8 @@ def _drawing_lines(content: Content) -> list[Line]:
 def _area_lines(content: Content) -> list[Line]:
     """What is wrong with the areas of a drawing, whether they are to be fences or zones."""
     from tui_gcs.core.missions import fences
-    from tui_gcs.core.plan import Plan, PlanKind
-    from tui_gcs.core.plan_check import MOST_ITEMS, check
+    from tui_gcs.core.plans.check import MOST_ITEMS, check
+    from tui_gcs.core.plans.model import Plan, PlanKind
 
     areas = [each for each in content.drawings if each.kind == "area"]
     if len(areas) > MOST_ITEMS:
@@ -153,8 +153,8 @@ def _plan_lines(content: Content, base: "Base | None", arguments: argparse.Names
     from tui_gcs.core.missions.draft import VehicleDraft
     from tui_gcs.core.missions.findings import Level, findings
     from tui_gcs.core.missions.way import Home, way_of
-    from tui_gcs.core.plan import PlanKind
     from tui_gcs.core.plan_findings import autopilot_findings, summary
+    from tui_gcs.core.plans.model import PlanKind
 
     items = [plan.items if (plan := content.plan(kind)) is not None else () for kind in PlanKind]
     draft = VehicleDraft(*items)

@@ -13,7 +13,7 @@ from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.missions.forecast import Forecast
 from tui_gcs.core.missions.store import DraftFileError, from_bytes
 from tui_gcs.core.missions.way import Home
-from tui_gcs.core.plan import PlanItem, PlanKind
+from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.core.scenario import Origin
 from tui_gcs.core.wire.mavlink import autopilot_name
 from tui_gcs.exits import CommandError

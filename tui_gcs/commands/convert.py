@@ -85,7 +85,7 @@ def options_for(arguments: argparse.Namespace, title: str) -> "Options":
     """What the file does not say, from the command line. Raises `CommandError`."""
     from tui_gcs.core.formats.conversion import Options
     from tui_gcs.core.geometry.zones import Role
-    from tui_gcs.core.plan import PlanKind
+    from tui_gcs.core.plans.model import PlanKind
 
     base = read_base(Path(arguments.base)) if arguments.base is not None else None
     if not -10_000 <= (arguments.height or 0.0) <= 83_000:  # NaN, too
@@ -122,7 +122,7 @@ def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "C
     from tui_gcs.core.formats.content import FormatError
     from tui_gcs.core.formats.files import read_file
     from tui_gcs.core.formats.wpl import HomeLine
-    from tui_gcs.core.plan import PlanKind
+    from tui_gcs.core.plans.model import PlanKind
 
     if path.name.lower().endswith(SCENARIO):
         return read_base(path)

@@ -13,9 +13,9 @@ from tui_gcs.core.missions.autopilots import dialect_called
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.findings import Finding, Level, Site, findings
 from tui_gcs.core.missions.way import Home, way_of
-from tui_gcs.core.plan import Plan, PlanItem, PlanKind
 from tui_gcs.core.plan_findings import Who, autopilot_findings
 from tui_gcs.core.plan_rows import plan_of
+from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.scenario import Origin, Round
 from tui_gcs.exits import CommandError
 

@@ -14,7 +14,7 @@ from tui_gcs.core import messages_setup as setup
 from tui_gcs.core.messages import AnyRequest as StationRequest
 from tui_gcs.core.messages import Message, Reply, Request, Vec3, decode
 from tui_gcs.core.messages_setup import Number, Vehicles
-from tui_gcs.core.plan import PlanWord
+from tui_gcs.core.plans.model import PlanWord
 
 MOST_VEHICLES = 255
 """Named in one request."""
@@ -119,7 +119,7 @@ class ParamRow(Message, frozen=True):
 
 
 class PlanRow(Message, frozen=True):
-    """One item of a plan, as `core/plan.py` has it."""
+    """One item of a plan, as `core/plans/model.py` has it."""
 
     command: int
     frame: int

@@ -9,7 +9,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from tui_gcs.core.firmware.plans import PlanDialect
-from tui_gcs.core.plan import FenceShape, Plan, PlanItem, PlanKind, fence_shapes, float32
+from tui_gcs.core.plans.model import FenceShape, Plan, PlanItem, PlanKind, fence_shapes, float32
 
 MOST_TOLD = 10
 PARAM_TOLERANCE = 1e-5

@@ -16,7 +16,7 @@ from tui_gcs.core.missions.commands import word_of
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.findings import Finding, Level, fence_regions
 from tui_gcs.core.missions.way import Way
-from tui_gcs.core.plan import (
+from tui_gcs.core.plans.model import (
     AMSL,
     LAND,
     PLAIN_FRAME,

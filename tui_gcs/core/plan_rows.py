@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from tui_gcs.core.messages_services import PlanRow
-from tui_gcs.core.plan import Plan, PlanItem, PlanKind
+from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 
 
 def plan_rows(plan: Plan) -> tuple[PlanRow, ...]:

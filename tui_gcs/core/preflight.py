@@ -33,7 +33,7 @@ from tui_gcs.core.messages_preflight import (
     open_by_hand,
     refusing,
 )
-from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.preflight_vehicles import Finding, failsafes, link_quality, plans_on_board, standing
 from tui_gcs.core.rehearsals import RehearsalBook, plan_digest
 from tui_gcs.core.vehicle import Vehicle

@@ -16,8 +16,8 @@ from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.shell import why_no_shell
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.formats.content import counted
-from tui_gcs.core.plan import PlanKind, PlanWord
 from tui_gcs.core.plan_rows import plan_of, plan_rows
+from tui_gcs.core.plans.model import PlanKind, PlanWord
 from tui_gcs.core.service_carry import CarryActs
 from tui_gcs.core.service_setup import SetupActs
 from tui_gcs.core.service_tasks import Task

@@ -21,7 +21,7 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.missions.conflicts import Conflict
 from tui_gcs.core.missions.store import DraftFileError
 from tui_gcs.core.missions.survey import GeneratorError
-from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.feed import Feed, PlannerUpdated, ScenarioChanged, StatusUpdated
 from tui_gcs.screens.fly import present_round
 from tui_gcs.screens.mission_actions import MISSION_ACTIONS

@@ -2,7 +2,7 @@
 
 from textual.message import Message
 
-from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.widgets.form_text import FieldError, to_ids
 from tui_gcs.widgets.path_bar import PathBar
 

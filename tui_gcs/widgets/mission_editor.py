@@ -19,8 +19,8 @@ from tui_gcs.core.missions.forecast import Forecast
 from tui_gcs.core.missions.generate import OWN_ITEMS, Wanted, generated
 from tui_gcs.core.missions.patrols import Flown, flown_by, patrols
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.core.plan import HERE, LAND, RETURN, VTOL_LAND, PlanItem, PlanKind
-from tui_gcs.core.plan_check import MOST_ITEMS
+from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.model import HERE, LAND, RETURN, VTOL_LAND, PlanItem, PlanKind
 from tui_gcs.core.scenario import Round, Scenario
 
 Place = tuple[float, float]

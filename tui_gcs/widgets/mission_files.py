@@ -15,7 +15,7 @@ from tui_gcs.core.formats.files import Family, format_of, read_file
 from tui_gcs.core.missions import store
 from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.missions.store import DraftFileError
-from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.widgets.mission_editor import MissionEditor
 
 FILE_NAME = "missions.json"

@@ -8,7 +8,7 @@ from textual.message import Message
 from tui_gcs.core.missions.build import CHANGE_SPEED
 from tui_gcs.core.missions.commands import FRAMES, word_of
 from tui_gcs.core.missions.findings import Level
-from tui_gcs.core.plan import JUMP, PLAIN_FRAME, PlanItem, PlanKind
+from tui_gcs.core.plans.model import JUMP, PLAIN_FRAME, PlanItem, PlanKind
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.mission_editor import MissionEditor
 from tui_gcs.widgets.mission_text import clock, distance, has_height, labels, of_vehicle

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from tui_gcs.core.firmware.modes import mode_name
-from tui_gcs.core.plan import (
+from tui_gcs.core.plans.model import (
     AMSL,
     CIRCLES,
     FENCE_COMMANDS,

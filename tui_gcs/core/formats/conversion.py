@@ -6,7 +6,7 @@ from tui_gcs.core.formats import drawings, geojson, kml, lists, params, plain, q
 from tui_gcs.core.formats.content import Content, Drawing, FormatError, Written, counted
 from tui_gcs.core.formats.files import Family, Format, family_of
 from tui_gcs.core.geometry.zones import Role
-from tui_gcs.core.plan import Plan, PlanKind
+from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.scenario import Scenario
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import ScenarioError, parse

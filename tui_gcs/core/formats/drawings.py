@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 from tui_gcs.core.formats.content import Content, Drawing, FormatError, Heights, Home, Place, counted
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions.commands import word_of
-from tui_gcs.core.plan import (
+from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.model import (
     AMSL,
     CIRCLE_IN,
     CIRCLE_OUT,
@@ -33,7 +34,6 @@ from tui_gcs.core.plan import (
     PlanKind,
     fence_shapes,
 )
-from tui_gcs.core.plan_check import MOST_ITEMS
 from tui_gcs.core.scenario import Origin
 
 PART = "part"

@@ -8,7 +8,7 @@ from tui_gcs.core.formats import geojson, kml, lists, params, plain, qgc_plan, w
 from tui_gcs.core.formats.bounded import json_of, text_of
 from tui_gcs.core.formats.content import Content, Drawing, FormatError
 from tui_gcs.core.formats.wpl import HomeLine
-from tui_gcs.core.plan import Plan, PlanKind
+from tui_gcs.core.plans.model import Plan, PlanKind
 
 
 class Family(Enum):

@@ -7,7 +7,8 @@ Rally: `RALLY latitude longitude height break_height landing_direction flags`, h
 import math
 
 from tui_gcs.core.formats.content import FormatError, Written, counted
-from tui_gcs.core.plan import (
+from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.model import (
     AMSL,
     FENCE_RETURN,
     PLAIN_FRAME,
@@ -19,7 +20,6 @@ from tui_gcs.core.plan import (
     PlanKind,
     fence_shapes,
 )
-from tui_gcs.core.plan_check import MOST_ITEMS
 
 MOST_LINES = 50_000
 """Of a file: six times the parameters that one may have, so that a larger one is refused soon."""

@@ -7,8 +7,8 @@ import msgspec
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import FormatError
-from tui_gcs.core.plan import Plan, PlanItem, PlanKind
-from tui_gcs.core.plan_check import MOST_ITEMS
+from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 
 
 class _Item(msgspec.Struct, forbid_unknown_fields=True):

@@ -11,7 +11,8 @@ from typing import Any
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, FormatError, Home, QgcSource, counted
-from tui_gcs.core.plan import (
+from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.model import (
     AMSL,
     CIRCLE_IN,
     CIRCLE_OUT,
@@ -27,7 +28,6 @@ from tui_gcs.core.plan import (
     PlanItem,
     PlanKind,
 )
-from tui_gcs.core.plan_check import MOST_ITEMS
 
 FILE_TYPE = "Plan"
 PARAMS = 7

@@ -12,7 +12,7 @@ from typing import Any
 from tui_gcs.core.formats.bounded import json_text
 from tui_gcs.core.formats.content import Content, FormatError, Home, QgcSource, Written, counted
 from tui_gcs.core.formats.qgc_plan import FILE_TYPE, circle_item, content_of, polygon_items, rally_item
-from tui_gcs.core.plan import (
+from tui_gcs.core.plans.model import (
     AMSL,
     CIRCLE_IN,
     CIRCLES,

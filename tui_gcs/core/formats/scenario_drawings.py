@@ -20,7 +20,7 @@ from tui_gcs.core.formats.drawings import (
 )
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, outline_m
-from tui_gcs.core.plan import AMSL, CIRCLE_IN, CIRCLE_OUT, POLYGON_IN, POLYGON_OUT, Plan, PlanItem, PlanKind
+from tui_gcs.core.plans.model import AMSL, CIRCLE_IN, CIRCLE_OUT, POLYGON_IN, POLYGON_OUT, Plan, PlanItem, PlanKind
 from tui_gcs.core.scenario import OperatingArea, Round, Scenario
 from tui_gcs.core.scenario_edit import ScenarioDocument
 from tui_gcs.core.scenario_load import MAX_VERTICES, MAX_ZONES, ScenarioError

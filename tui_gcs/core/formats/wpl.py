@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from tui_gcs.core.formats.content import FormatError, Home
-from tui_gcs.core.plan import AMSL, FENCE_COMMANDS, JUMP, RALLY_POINT, WAYPOINT, Plan, PlanItem, PlanKind
-from tui_gcs.core.plan_check import MOST_ITEMS
+from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.model import AMSL, FENCE_COMMANDS, JUMP, RALLY_POINT, WAYPOINT, Plan, PlanItem, PlanKind
 
 HEADERS = ("QGC WPL 110", "QGC WPL 100")
 FIELDS = 12

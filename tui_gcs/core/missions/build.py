@@ -7,7 +7,7 @@ from dataclasses import replace
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions.draft import Items
 from tui_gcs.core.missions.survey import Lane, Place
-from tui_gcs.core.plan import MISSION_FRAME, RELATIVE, RETURN, TAKE_OFF, WAYPOINT, PlanItem
+from tui_gcs.core.plans.model import MISSION_FRAME, RELATIVE, RETURN, TAKE_OFF, WAYPOINT, PlanItem
 
 ANY_HEADING = (0.0, 0.0, 0.0, math.nan)
 """PX4 would turn to a heading of 0, north."""

@@ -8,8 +8,8 @@ with its number and bare parameters, and kept as it is.
 import math
 from dataclasses import dataclass
 
-from tui_gcs.core import plan
-from tui_gcs.core.plan import MISSION_FRAME, RELATIVE, PlanItem
+from tui_gcs.core.plans import model as plan
+from tui_gcs.core.plans.model import MISSION_FRAME, RELATIVE, PlanItem
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions.crew import Member
 from tui_gcs.core.missions.draft import Items, MissionDraft
 from tui_gcs.core.missions.survey import GeneratorError
-from tui_gcs.core.plan import (
+from tui_gcs.core.plans.model import (
     LOITER_TIME,
     LOITER_TO_ALT,
     LOITER_TURNS,

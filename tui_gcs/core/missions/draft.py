@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from tui_gcs.core.base.undo_history import History, Step
-from tui_gcs.core.plan import Plan, PlanItem, PlanKind
-from tui_gcs.core.plan_check import Problem, check
+from tui_gcs.core.plans.check import Problem, check
+from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 
 Items = tuple[PlanItem, ...]
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 
 from tui_gcs.core.missions.draft import Items
-from tui_gcs.core.plan import JUMP, PlanItem
+from tui_gcs.core.plans.model import JUMP, PlanItem
 
 
 def insert(items: Items, at: int, new: Iterable[PlanItem]) -> Items:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from tui_gcs.core.missions.draft import Items
-from tui_gcs.core.plan import (
+from tui_gcs.core.plans.model import (
     AMSL,
     CIRCLE_IN,
     CIRCLE_OUT,

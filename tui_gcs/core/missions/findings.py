@@ -18,7 +18,8 @@ from tui_gcs.core.missions.autopilots import refusals
 from tui_gcs.core.missions.draft import Items, VehicleDraft
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.way import LOW_M, Way
-from tui_gcs.core.plan import (
+from tui_gcs.core.plans.check import MOST_RADIUS_M
+from tui_gcs.core.plans.model import (
     CIRCLE_IN,
     CIRCLES,
     FENCE_COMMANDS,
@@ -35,7 +36,6 @@ from tui_gcs.core.plan import (
     PlanKind,
     fence_shapes,
 )
-from tui_gcs.core.plan_check import MOST_RADIUS_M
 from tui_gcs.core.scenario import Round
 
 TOUCH_M = 0.01

@@ -11,7 +11,7 @@ from tui_gcs.core.missions.crew import Member
 from tui_gcs.core.missions.draft import Items, MissionDraft
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.survey import GeneratorError, Place, Survey, lanes, split
-from tui_gcs.core.plan import PlanKind
+from tui_gcs.core.plans.model import PlanKind
 
 SURVEY, CORRIDOR, FENCE = "survey", "corridor", "fence"
 WHAT = (SURVEY, CORRIDOR, FENCE)

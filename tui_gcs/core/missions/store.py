@@ -10,8 +10,8 @@ import msgspec
 
 from tui_gcs.core.missions.draft import Items, MissionDraft, VehicleDraft
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.core.plan import PlanItem, PlanKind
-from tui_gcs.core.plan_check import MOST_ITEMS
+from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.model import PlanItem, PlanKind
 
 Params = tuple[float | None, float | None, float | None, float | None]
 VERSION = 1

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from tui_gcs.core.missions.draft import Items
-from tui_gcs.core.plan import JUMP
+from tui_gcs.core.plans.model import JUMP
 
 MOST_STEPS = 20_000
 """Of one walk: a jump back over many items, many times, is not followed further."""

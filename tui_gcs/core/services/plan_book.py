@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
 
-from tui_gcs.core.plan import Plan, PlanKind
+from tui_gcs.core.plans.model import Plan, PlanKind
 
 
 class Progress(IntEnum):

@@ -9,8 +9,8 @@ above the most that we read is refused.
 import math
 from typing import Any
 
-from tui_gcs.core.plan import PlanItem
-from tui_gcs.core.plan_check import MOST_ITEMS
+from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.model import PlanItem
 from tui_gcs.core.services.plan_wire import ACCEPTED, CANCELLED, DENIED, Pace, Wire, item_of, result_word
 
 TRIES, COUNT_TRIES = 20, 12

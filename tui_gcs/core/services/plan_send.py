@@ -15,7 +15,7 @@ from collections import Counter
 from enum import Enum
 from typing import Any
 
-from tui_gcs.core.plan import PlanItem
+from tui_gcs.core.plans.model import PlanItem
 from tui_gcs.core.services.plan_wire import (
     ACCEPTED,
     CANCELLED,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tui_gcs.core.door import Door
-from tui_gcs.core.plan import PlanItem, PlanKind
+from tui_gcs.core.plans.model import PlanItem, PlanKind
 
 ACCEPTED, ERROR, DENIED, INVALID_SEQUENCE, CANCELLED = 0, 1, 14, 13, 15
 RESULT_WORDS = (

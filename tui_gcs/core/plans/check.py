@@ -6,7 +6,7 @@ What one autopilot does not take is `PlanDialect.problems` in `core/firmware/pla
 import math
 from dataclasses import dataclass
 
-from tui_gcs.core.plan import (
+from tui_gcs.core.plans.model import (
     CIRCLES,
     DELAY,
     FENCE_COMMANDS,
