@@ -11,7 +11,7 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions import build
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.store import Saved, to_bytes
-from tui_gcs.core.scenario_load import parse
+from tui_gcs.core.scenario.load import parse
 
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
 WPL = (

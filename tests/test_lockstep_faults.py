@@ -5,8 +5,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from tui_gcs.core.scenario import Scenario
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
+from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.rehearsal import BadLinks, LockStep
 
 SHIPPED = Path(__file__).parents[1] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"

@@ -12,8 +12,8 @@ import pytest
 
 from tests.pty_operator import DOWN, EMPTY, ENTER, ESCAPE, RIGHT, SAVE, TAB, UP, Operator, end_programs
 from tui_gcs.core.geometry.zones import Shape
-from tui_gcs.core.scenario import Scenario
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
+from tui_gcs.core.scenario.model import Scenario
 
 pytestmark = [pytest.mark.process, pytest.mark.by_keys]
 PAPER = Path(__file__).parents[1] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"

@@ -6,7 +6,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
 from tui_gcs.happenings import losses, restart
 from tui_gcs.rehearsal import rehearse
 from tui_gcs.report.page import page

@@ -13,9 +13,9 @@ from tui_gcs.commands.common import read_planners
 from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.core import messages as m
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.scenario import Team
-from tui_gcs.core.scenario_edit import ScenarioDocument
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.edit import ScenarioDocument
+from tui_gcs.core.scenario.load import load
+from tui_gcs.core.scenario.model import Team
 from tui_gcs.launcher import launch
 
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"

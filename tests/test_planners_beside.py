@@ -9,8 +9,8 @@ import pytest
 
 from tui_gcs.core.bus import PLAN, REQUEST
 from tui_gcs.core.messages import Plan, Reply, Start, SwitchRound, decode, encode
-from tui_gcs.core.scenario import Scenario
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
+from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.planner.registry import PlannerFile
 from tui_gcs.rehearsal import LockStep, rehearse
 

@@ -19,7 +19,7 @@ from tui_gcs.core.messages_preflight import Check, CheckState
 from tui_gcs.core.rehearsals import FILE, RehearsalBook, plan_digest
 from tui_gcs.core.results import Check as Gate
 from tui_gcs.core.results import Result
-from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.core.script import Script, Step
 
 OPTIONS = argparse.Namespace(kind=None, json=False, read_again=False, acknowledge=[], sign=False, operator="Ada")

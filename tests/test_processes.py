@@ -19,7 +19,7 @@ from tests.own_station import Watcher, processes, station_in, until
 from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.core import messages as m
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
 from tui_gcs.launcher import launch
 
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from tui_gcs.core.geometry.zones import Rectangle, Role, Zone
-from tui_gcs.core.scenario import Scenario
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
+from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.happenings import Happening, HappeningError, drains, losses, restart
 from tui_gcs.rehearsal import rehearse
 from tui_gcs.report.page import _heat, page

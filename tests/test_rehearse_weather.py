@@ -8,7 +8,7 @@ import pytest
 from sitl.weather import WeatherSpec
 from tui_gcs.core.bus import Bus
 from tui_gcs.core.results import Referee
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
 from tui_gcs.rehearsal import rehearse
 from tui_gcs.report.recording import FlightRecord
 

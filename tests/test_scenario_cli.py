@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from tui_gcs.cli import main
-from tui_gcs.core.scenario import Origin
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
+from tui_gcs.core.scenario.model import Origin
 
 
 @pytest.fixture(autouse=True)

@@ -97,7 +97,7 @@ def calls_and_nodes(kind: type[ast.AST]) -> Iterator[tuple[Path, ast.AST]]:
 
 def test_there_is_something_to_look_at() -> None:
     assert {"core", "planner", "screens", "widgets"} <= {p.parent.name for p in SOURCES}
-    assert "tui_gcs.core.geometry.zones.Zone" in set(imports(ROOT / "tui_gcs/core/scenario.py"))
+    assert "tui_gcs.core.geometry.zones.Zone" in set(imports(ROOT / "tui_gcs/core/scenario/model.py"))
 
 
 @pytest.mark.parametrize("folder", ["tui_gcs/core", "tui_gcs/planner", "sitl", "tui_gcs/rehearsal"])

@@ -24,10 +24,10 @@ from tui_gcs.core.journal import Journal
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import RunPhase, StationStatus, decode
-from tui_gcs.core.places import simulated_places
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.results import Referee, Result
-from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario.model import Scenario
+from tui_gcs.core.scenario.takeoff_places import simulated_places
 from tui_gcs.core.script import Script
 from tui_gcs.core.station import Station, StationConfig
 from tui_gcs.happenings import Happening, Happenings

@@ -21,7 +21,7 @@ from tui_gcs.core.firmware.commands import CMD_ARM_DISARM, CMD_REQUEST_MESSAGE, 
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.recorder import TlogWriter
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
 from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.station import Station, StationConfig
 from tui_gcs.core.vehicle import Vehicle

@@ -16,7 +16,7 @@ from tests.bench.station import SCENARIO, LiveStation, kernel_drops, live_statio
 from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.core import messages as m
 from tui_gcs.core.messages_preflight import OVERRIDABLE
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
 
 PER_S, SECONDS = 50_000, 10.0
 FLOWN = 2

@@ -18,7 +18,7 @@ from tui_gcs.core.course import Trajectory
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.guard_motion import Does, Sight
-from tui_gcs.core.scenario import Limits, OperatingArea
+from tui_gcs.core.scenario.model import Limits, OperatingArea
 
 RUNS = int(os.environ.get("GUARD_RUNS", "1000"))
 FIRST = int(os.environ.get("GUARD_FIRST", "0"))

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from tests.bench.row import Row
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.core.messages import PlannerTask
-from tui_gcs.core.scenario import Limits, OperatingArea
+from tui_gcs.core.scenario.model import Limits, OperatingArea
 from tui_gcs.planner.api import Context, Fleet, Output, Planner, Tracks
 from tui_gcs.planner.design import design
 from tui_gcs.planner.intercept import meet

@@ -16,8 +16,8 @@ from tests.bench.guardian import AREA, FAR_M, GOALS, INTRUDER_M_S, MIDDLE, WITHI
 from tests.bench.row import Row
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.results import Result
-from tui_gcs.core.scenario import Scenario, Team
-from tui_gcs.core.scenario_load import parse, read_text
+from tui_gcs.core.scenario.load import parse, read_text
+from tui_gcs.core.scenario.model import Scenario, Team
 from tui_gcs.core.script import Script
 from tui_gcs.rehearsal import IntruderWatch, LockStep
 

@@ -14,8 +14,8 @@ from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.firmware.px4 import Px4Multicopter
 from tui_gcs.core.geometry.idleness_grid import cell_centres_m, sweep_bound_s
 from tui_gcs.core.geometry.zones import Shape, Zone, area_m2
-from tui_gcs.core.scenario import OperatingArea
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
+from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.patrol import ACCEL_SHARE, Patrol
 from tui_gcs.planner.region import Region

@@ -10,7 +10,7 @@ from unittest.mock import patch
 from tests.bench.planning import ACCEL_M_S2, MARGIN_M, RADIUS_M, SPEED_M_S, TEAM, best_ratio, rounds
 from tests.bench.row import Row
 from tui_gcs.core.geometry.zones import Zone
-from tui_gcs.core.scenario import OperatingArea
+from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.planner import tour
 from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.region import Region

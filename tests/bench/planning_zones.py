@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, polygon_of
-from tui_gcs.core.scenario import OperatingArea
+from tui_gcs.core.scenario.model import OperatingArea
 
 AREA = OperatingArea(Rectangle((300.0, 200.0), 600.0, 400.0), 20.0, 90.0)
 MIDDLE = np.array([300.0, 200.0])

@@ -16,7 +16,7 @@ from tui_gcs.core.events import EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links import open_link
-from tui_gcs.core.scenario import Origin
+from tui_gcs.core.scenario.model import Origin
 
 RECEIVE_S, LOOK_S = 0.005, 0.05
 """As a station under load does."""

@@ -22,7 +22,7 @@ from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import parse_link
 from tui_gcs.core.messages import EventClass, Freshness
 from tui_gcs.core.recorder import TlogWriter
-from tui_gcs.core.scenario_load import parse
+from tui_gcs.core.scenario.load import parse
 from tui_gcs.core.station import Station, StationConfig
 from tui_gcs.core.vehicle import Vehicle
 

@@ -13,7 +13,7 @@ from tui_gcs.core.plans.model import (
     PlanItem,
     PlanKind,
 )
-from tui_gcs.core.scenario import Origin
+from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.vehicle import Vehicle
 

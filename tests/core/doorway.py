@@ -14,7 +14,7 @@ from tui_gcs.core.journal import Journal
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.recorder import TlogWriter
-from tui_gcs.core.scenario import Limits, OperatingArea
+from tui_gcs.core.scenario.model import Limits, OperatingArea
 from tui_gcs.core.tlog import read_tlog
 from tui_gcs.core.wire.dialect import decode
 from tui_gcs.core.wire.encode import Encoder

@@ -20,7 +20,7 @@ from tui_gcs.core.links.base import Address
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.messages import Vec3
-from tui_gcs.core.scenario import Limits, OperatingArea, Origin
+from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin
 from tui_gcs.core.vehicle import Path, PathState, Vehicle
 from tui_gcs.core.wire.dialect import decode, layout
 from tui_gcs.core.wire.encode import Encoder

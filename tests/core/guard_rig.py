@@ -7,7 +7,7 @@ from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape,
 from tui_gcs.core.guard import Guard, Verdict
 from tui_gcs.core.guard_motion import Does, Sight
 from tui_gcs.core.messages import Vec3
-from tui_gcs.core.scenario import Limits, OperatingArea
+from tui_gcs.core.scenario.model import Limits, OperatingArea
 
 LIMITS = Limits()
 SQUARE = Rectangle(centre_m=(100.0, 100.0), width_m=200.0, height_m=200.0)

@@ -7,7 +7,7 @@ from tui_gcs.core.events import EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.keystore import KeyStore
-from tui_gcs.core.scenario import Origin
+from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.trust import TrustBook
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire import dialect

@@ -20,8 +20,8 @@ from tui_gcs.core.events import ALERT
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Event, FleetFrame, Intent, Phase, Plan, PlannerTask, Reply, RunPhase
 from tui_gcs.core.messages_preflight import OVERRIDABLE
-from tui_gcs.core.scenario import Scenario
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
+from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.core.station import Station
 from tui_gcs.core.wire.dialect import decode
 from tui_gcs.core.wire.encode import Encoder

@@ -301,7 +301,7 @@ def test_return_is_staggered_and_ends_where_it_began(rig: MakeRig) -> None:
 def test_hold_return_and_land_are_never_vetoed(rig: MakeRig) -> None:
     """With an area of a garden elsewhere every set-point is forbidden; what brings vehicles down is not."""
     from tui_gcs.core.geometry.zones import Rectangle
-    from tui_gcs.core.scenario import OperatingArea
+    from tui_gcs.core.scenario.model import OperatingArea
 
     flight = rig(2).flying().run(5.0)
     garden = OperatingArea(Rectangle(centre_m=(900.0, 900.0), width_m=20.0, height_m=20.0), 20.0, 25.0)

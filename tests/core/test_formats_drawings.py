@@ -21,9 +21,9 @@ from tui_gcs.core.formats.scenario_drawings import put_drawings
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Zone, outline_m
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
-from tui_gcs.core.scenario import Origin
-from tui_gcs.core.scenario_edit import ScenarioDocument
-from tui_gcs.core.scenario_load import parse
+from tui_gcs.core.scenario.edit import ScenarioDocument
+from tui_gcs.core.scenario.load import parse
+from tui_gcs.core.scenario.model import Origin
 
 SCENARIO = (Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml").read_text()
 DRAWN = ("kml", "kmz", "geojson")

@@ -8,7 +8,7 @@ from guard_rig import LIMITS, passing, sight, stand
 
 from tui_gcs.core.course import Stand
 from tui_gcs.core.guard_motion import Does, Flock, Sight, foresee, times_of, turned_m
-from tui_gcs.core.scenario import Limits
+from tui_gcs.core.scenario.model import Limits
 
 TIMES = times_of(LIMITS)
 HERE = (50.0, 50.0, 40.0)

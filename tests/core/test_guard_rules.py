@@ -15,7 +15,7 @@ from tui_gcs.core.guard import Guard, Verdict
 from tui_gcs.core.guard_motion import Does, Sight
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.orbit import Orbit
-from tui_gcs.core.scenario import Limits, OperatingArea
+from tui_gcs.core.scenario.model import Limits, OperatingArea
 
 HERE = (50.0, 50.0, 40.0)
 BOX = Rectangle(centre_m=(100.0, 100.0), width_m=40.0, height_m=40.0)

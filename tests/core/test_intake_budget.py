@@ -10,7 +10,7 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.base import Address
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.reception import MOST_BYTES, Reception
-from tui_gcs.core.scenario import Origin
+from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.wire import intake as intake_module
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.frames import Scan, scan_step

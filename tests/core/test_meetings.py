@@ -7,7 +7,7 @@ import pytest
 from tui_gcs.core.meetings import findings, nearest_at_once, tightest_crossing
 from tui_gcs.core.messages import FlownWays
 from tui_gcs.core.missions.findings import Level
-from tui_gcs.core.scenario import Limits
+from tui_gcs.core.scenario.model import Limits
 
 LIMITS = Limits(separation_horizontal_m=10.0, separation_vertical_m=5.0)
 

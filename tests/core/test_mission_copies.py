@@ -10,7 +10,7 @@ from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.missions.way import Home
 from tui_gcs.core.plans.model import LAND, RELATIVE, ROI_LOCATION, PlanItem, PlanKind
-from tui_gcs.core.scenario import Origin
+from tui_gcs.core.scenario.model import Origin
 
 FRAME = LocalFrame(Origin(52.0, -0.6, 100.0))
 CREW = {v: Member(Home((20.0 * v, 0.0), 100.0), 20.0 + 7.0 * v) for v in (1, 2, 3)}

@@ -30,7 +30,7 @@ from tui_gcs.core.plans.model import (
     PlanItem,
     PlanKind,
 )
-from tui_gcs.core.scenario import OperatingArea, Origin, Round
+from tui_gcs.core.scenario.model import OperatingArea, Origin, Round
 
 FRAME = LocalFrame(Origin(52.07, -0.628, 110.0))
 CRAFT = Performance()

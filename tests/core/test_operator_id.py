@@ -11,8 +11,8 @@ from service_rig import Peer, ServiceRig
 from sitl.remote_id import OLD_US
 from tui_gcs.core.messages import Start
 from tui_gcs.core.rehearsals import plan_digest
-from tui_gcs.core.scenario import OperatorId
-from tui_gcs.core.scenario_load import ScenarioError, parse
+from tui_gcs.core.scenario.load import ScenarioError, parse
+from tui_gcs.core.scenario.model import OperatorId
 
 SERIAL = "1596A1234567890ABCD"
 OPERATOR = OperatorId("FIN87astrdge12k8", 52.0725, -0.6275, 158.5, "survey of two fields", {1: SERIAL})

@@ -11,9 +11,9 @@ from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.findings import Level
 from tui_gcs.core.plan_findings import Who, autopilot_findings
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
-from tui_gcs.core.scenario import Origin
+from tui_gcs.core.scenario.load import parse
+from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.scenario_findings import findings
-from tui_gcs.core.scenario_load import parse
 
 HOME = (47.3977, 8.5456)
 SCENARIO = (Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml").read_text()

@@ -10,8 +10,8 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as m
 from tui_gcs.core.messages import Phase
 from tui_gcs.core.messages_planning import ParamInfo, PlannerInfo
-from tui_gcs.core.scenario_edit import ScenarioDocument
-from tui_gcs.core.scenario_load import parse
+from tui_gcs.core.scenario.edit import ScenarioDocument
+from tui_gcs.core.scenario.load import parse
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

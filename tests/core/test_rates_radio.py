@@ -13,7 +13,7 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.spec import parse_link
 from tui_gcs.core.rate_sets import LADDER
 from tui_gcs.core.rates import RateDesk
-from tui_gcs.core.scenario import Origin
+from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.wire.encode import Encoder
 from tui_gcs.core.wire.signing import sign, ticks

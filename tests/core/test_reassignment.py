@@ -10,7 +10,7 @@ from rig import Rig, toml
 from tui_gcs.core import messages as m
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Intent, Phase
-from tui_gcs.core.scenario_load import parse
+from tui_gcs.core.scenario.load import parse
 
 MakeRig = Callable[..., Rig]
 

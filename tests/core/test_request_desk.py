@@ -14,7 +14,7 @@ from tui_gcs.core.messages_alarms import Acknowledge, Shelve, Unshelve
 from tui_gcs.core.messages_flight import Land, Nudge
 from tui_gcs.core.messages_preflight import AcknowledgeCheck, ReadChecks, SignOff
 from tui_gcs.core.requests import _done, _planners_changed, act_words
-from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario.model import Scenario
 
 MakeRig = Callable[..., Rig]
 LOOKING = [

@@ -10,7 +10,7 @@ from tui_gcs.core import messages as m
 from tui_gcs.core.bus import REQUEST
 from tui_gcs.core.geometry.zones import Circle, Rectangle
 from tui_gcs.core.messages import FleetFrame, Intent, Phase, PlannerTask, Reply
-from tui_gcs.core.scenario import OperatingArea
+from tui_gcs.core.scenario.model import OperatingArea
 
 MakeRig = Callable[..., Rig]
 

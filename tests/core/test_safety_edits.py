@@ -13,7 +13,7 @@ from tui_gcs.core.geometry.idleness_grid import IdlenessGrid
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle
 from tui_gcs.core.messages import Phase, Reply, RunPhase
-from tui_gcs.core.scenario_load import ScenarioError, parse
+from tui_gcs.core.scenario.load import ScenarioError, parse
 
 MakeRig = Callable[..., Rig]
 

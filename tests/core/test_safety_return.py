@@ -17,7 +17,7 @@ from tui_gcs.core.guard import Guard
 from tui_gcs.core.jumps import JumpWatch
 from tui_gcs.core.messages import FleetFrame, Intent, Phase, PlannerTask, RunPhase, Vec3
 from tui_gcs.core.monitor import FleetMonitor
-from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.core.vehicle import Vehicle
 
 pytestmark = pytest.mark.long  # nearly each is a flight

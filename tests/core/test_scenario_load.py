@@ -6,8 +6,8 @@ import pytest
 
 import tui_gcs
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role
-from tui_gcs.core.scenario import Scenario
-from tui_gcs.core.scenario_load import MAX_BYTES, MAX_PROBLEMS_TOLD, ScenarioError, load, parse
+from tui_gcs.core.scenario.load import MAX_BYTES, MAX_PROBLEMS_TOLD, ScenarioError, load, parse
+from tui_gcs.core.scenario.model import Scenario
 
 SHIPPED = Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml"
 TEXT = SHIPPED.read_text(encoding="utf-8")

@@ -6,10 +6,10 @@ import msgspec
 import pytest
 
 import tui_gcs
-from tui_gcs.core.scenario import TakeOffPlace, Team
-from tui_gcs.core.scenario_edit import ScenarioDocument
-from tui_gcs.core.scenario_load import ScenarioError, parse, read_text
-from tui_gcs.core.scenario_places import missing, needless, new_place
+from tui_gcs.core.scenario.edit import ScenarioDocument
+from tui_gcs.core.scenario.load import ScenarioError, parse, read_text
+from tui_gcs.core.scenario.model import TakeOffPlace, Team
+from tui_gcs.core.scenario.place_allocation import missing, needless, new_place
 
 TEXT = read_text(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
 SHIPPED = parse(TEXT)

@@ -8,7 +8,7 @@ from pymavlink.dialects.v10 import common as version1
 
 from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.scenario import Origin
+from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wire.encode import Encoder
 

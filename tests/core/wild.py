@@ -16,7 +16,7 @@ from tui_gcs.core import messages as m
 from tui_gcs.core.flights import COLUMN_M
 from tui_gcs.core.geometry.zones import Circle, Role, Zone, contains, polygon_of
 from tui_gcs.core.messages import Intent, Phase, Vec3
-from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.rehearsal import TICK_S
 
 NOISE_SIGMAS = 3.0

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.test_cli import DATA, SCENARIO, refused
-from tui_gcs.core.scenario_load import ScenarioError, load
+from tui_gcs.core.scenario.load import ScenarioError, load
 from tui_gcs.core.summary import summarize
 from tui_gcs.core.tlog import TlogError, read_tlog
 

@@ -21,7 +21,7 @@ from tui_gcs.core.formats.content import Content, FormatError
 from tui_gcs.core.formats.files import read_file
 from tui_gcs.core.messages import ScenarioChanged
 from tui_gcs.core.missions.store import DraftFileError
-from tui_gcs.core.scenario_load import parse
+from tui_gcs.core.scenario.load import parse
 from tui_gcs.exits import CommandError
 from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.mission_editor import MissionEditor

@@ -6,7 +6,7 @@ from flights import AREA, designed, no_fly, region_of, zone_of
 
 from tui_gcs.core.geometry.idleness_grid import cell_centres_m, sweep_bound_s
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, area_m2
-from tui_gcs.core.scenario import OperatingArea, Scenario
+from tui_gcs.core.scenario.model import OperatingArea, Scenario
 from tui_gcs.planner.site import Design
 from tui_gcs.planner.tour import Tour, evaluate
 

@@ -9,8 +9,8 @@ from flights import AREA, SMALL, fleet, host_of, no_fly, task_of, zone_of
 
 import tui_gcs
 from tui_gcs.core.geometry.zones import Circle, Rectangle, polygon_of
-from tui_gcs.core.scenario import Round
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
+from tui_gcs.core.scenario.model import Round
 from tui_gcs.planner.host import PlannerHost
 from tui_gcs.planner.tour import resampled, timed
 from tui_gcs.planner.waypoints import parsed, strips

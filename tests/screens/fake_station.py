@@ -24,8 +24,8 @@ from tui_gcs.core.geometry.zones import bounds
 from tui_gcs.core.messages_alarms import AlarmLevel
 from tui_gcs.core.messages_preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.messages_setup import AskPayloads, GetTraffic, TrafficRow
-from tui_gcs.core.scenario import Scenario
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
+from tui_gcs.core.scenario.model import Scenario
 
 SCENARIO_FILE = Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml"
 WALL_START_S = 1_790_000_000.0

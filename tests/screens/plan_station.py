@@ -19,7 +19,7 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as m
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.bus import MemoryBus
-from tui_gcs.core.scenario_load import parse, read_text
+from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.screens.plan import PlanScreen
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 

@@ -16,8 +16,8 @@ from tui_gcs.core.messages import Freshness
 from tui_gcs.core.messages_services import OnBoardRow, PlanRow
 from tui_gcs.core.messages_setup import TrafficRow
 from tui_gcs.core.overlays import Overlay
-from tui_gcs.core.scenario import Origin, Round
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
+from tui_gcs.core.scenario.model import Origin, Round
 from tui_gcs.widgets.glyphs import UNICODE, next_dots
 from tui_gcs.widgets.map_doubt import doubt_radius_m
 from tui_gcs.widgets.map_grid import round_length_m

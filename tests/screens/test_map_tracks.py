@@ -5,7 +5,7 @@ from test_map import AREA, MapApp, picture
 
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.messages import FleetFrame, Track
-from tui_gcs.core.scenario import Round
+from tui_gcs.core.scenario.model import Round
 from tui_gcs.widgets.glyphs import ASCII, UNICODE
 from tui_gcs.widgets.map_tracks import ink_of
 from tui_gcs.widgets.map_view import MapView

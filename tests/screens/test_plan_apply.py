@@ -6,7 +6,7 @@ import pytest
 from plan_station import PlanConsole, PlanStation, plan_console
 
 from tui_gcs.core.geometry.zones import Circle
-from tui_gcs.core.scenario_load import parse
+from tui_gcs.core.scenario.load import parse
 
 MINE = ("a", "full_stop", "t", "o", "m", "l")
 

@@ -11,7 +11,7 @@ from textual.events import Key
 
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role
 from tui_gcs.core.messages import Hold, PlannerInfo, Resume, RunPhase
-from tui_gcs.core.scenario_load import parse, read_text
+from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Param
 from tui_gcs.widgets.glyphs import ASCII

@@ -7,8 +7,8 @@ from console import NARROW, WIDE
 from pictures import same_as_snapshot
 from plan_station import KEYS, PlanConsole, plan_console
 
-from tui_gcs.core.scenario import Scenario
-from tui_gcs.core.scenario_load import load
+from tui_gcs.core.scenario.load import load
+from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.widgets.glyphs import ASCII
 from tui_gcs.widgets.settings_text import GROUP_OF
 

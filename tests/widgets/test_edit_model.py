@@ -8,9 +8,9 @@ from msgspec.structs import replace
 import tui_gcs
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.core.messages import ScenarioChanged
-from tui_gcs.core.scenario import OperatingArea, Team
-from tui_gcs.core.scenario_load import parse, read_text
-from tui_gcs.core.scenario_places import same_places
+from tui_gcs.core.scenario.load import parse, read_text
+from tui_gcs.core.scenario.model import OperatingArea, Team
+from tui_gcs.core.scenario.place_allocation import same_places
 from tui_gcs.widgets.edit_model import EditModel, Problems
 from tui_gcs.widgets.edit_parts import EditParts
 from tui_gcs.widgets.plan_draft import PlanDraft

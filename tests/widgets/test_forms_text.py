@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
-from tui_gcs.core.scenario import OperatingArea, Team
+from tui_gcs.core.scenario.model import OperatingArea, Team
 from tui_gcs.planner.api import Param
 from tui_gcs.widgets.form_text import FieldError, ids_text, number_text, points_text, to_ids, to_number, to_points
 from tui_gcs.widgets.shape_edit import (

@@ -15,7 +15,7 @@ from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.messages import Phase, Request, Vec3, VehicleRow
 from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.messages_flight import Circle, Follow, GoTo, Nudge, TakeOff
-from tui_gcs.core.scenario import Limits, Round
+from tui_gcs.core.scenario.model import Limits, Round
 
 Homes = Mapping[int, tuple[float, float]]
 """East and north of each vehicle's home, metres."""

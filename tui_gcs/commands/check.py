@@ -51,7 +51,7 @@ def scenario_lines(path: Path, preview: str | None = None) -> list[Line]:
 
     Raises `CommandError` if it cannot be read at all.
     """
-    from tui_gcs.core.scenario_load import ScenarioError, parse, read_text
+    from tui_gcs.core.scenario.load import ScenarioError, parse, read_text
 
     try:
         text = read_text(path)
@@ -185,7 +185,7 @@ def _who(
     from tui_gcs.core.geometry.local_frame import LocalFrame
     from tui_gcs.core.missions.findings import Site
     from tui_gcs.core.plan_findings import Who
-    from tui_gcs.core.scenario import Origin
+    from tui_gcs.core.scenario.model import Origin
 
     index = round_of(base, arguments.round)
     current = base.scenario.rounds[index or 0] if base is not None else None

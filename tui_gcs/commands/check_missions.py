@@ -14,7 +14,7 @@ from tui_gcs.core.missions.forecast import Forecast
 from tui_gcs.core.missions.store import DraftFileError, from_bytes
 from tui_gcs.core.missions.way import Home
 from tui_gcs.core.plans.model import PlanItem, PlanKind
-from tui_gcs.core.scenario import Origin
+from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.wire.mavlink import autopilot_name
 from tui_gcs.exits import CommandError
 from tui_gcs.widgets.mission_text import clock, conflict_text, distance

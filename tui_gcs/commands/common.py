@@ -20,7 +20,7 @@ from tui_gcs.launcher import START_LIMIT_S, is_running, start_error
 if TYPE_CHECKING:
     from tui_gcs.core.links import LinkSpec
     from tui_gcs.core.messages_planning import PlannerInfo
-    from tui_gcs.core.scenario import Scenario
+    from tui_gcs.core.scenario.model import Scenario
     from tui_gcs.core.zenoh_bus import ZenohBus
     from tui_gcs.planner.registry import PlannerFile
 
@@ -90,7 +90,7 @@ def read_scenario(path: str | None, planners: Collection[str] | None = ()) -> tu
 
     `planners`: names of those in files, beside the known ones; None: it may name any. Raises `CommandError`.
     """
-    from tui_gcs.core.scenario_load import ScenarioError, load
+    from tui_gcs.core.scenario.load import ScenarioError, load
     from tui_gcs.planner import registry
 
     file = Path(path) if path is not None else Path(str(resources.files("tui_gcs"))) / "scenarios/swarm-challenge.toml"

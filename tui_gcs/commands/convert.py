@@ -134,7 +134,7 @@ def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "C
 
 def read_base(path: Path) -> "Base":
     """A scenario and its text. Raises `CommandError`."""
-    from tui_gcs.core.scenario_load import ScenarioError, parse, read_text
+    from tui_gcs.core.scenario.load import ScenarioError, parse, read_text
 
     try:
         text = read_text(path)

@@ -20,7 +20,7 @@ from tui_gcs.exits import CommandError
 from tui_gcs.launcher import launch, running_scenario
 
 if TYPE_CHECKING:
-    from tui_gcs.core.scenario import Scenario
+    from tui_gcs.core.scenario.model import Scenario
 
 DEFAULT_LINK = "udpin:127.0.0.1:14550"
 
@@ -71,7 +71,7 @@ def start(kind: Kind, arguments: argparse.Namespace) -> None:
 def _operator_at(arguments: argparse.Namespace, scenario: "Scenario") -> dict[str, float] | None:
     """Where the command line says the operator stands, as fields of `OperatorId`. Raises `CommandError`."""
     from tui_gcs.core.geometry.local_frame import LocalFrame
-    from tui_gcs.core.scenario_remote_id import HIGH_ALT_M, LOW_ALT_M, why_no_place
+    from tui_gcs.core.scenario.remote_id import HIGH_ALT_M, LOW_ALT_M, why_no_place
 
     alt_m = arguments.operator_alt
     if arguments.operator_at is None:

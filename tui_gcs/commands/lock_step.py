@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from tui_gcs.core.bus import Bus
     from tui_gcs.core.messages import PlannerInfo
     from tui_gcs.core.results import Referee, Result
-    from tui_gcs.core.scenario import Scenario
+    from tui_gcs.core.scenario.model import Scenario
     from tui_gcs.happenings import Happening
     from tui_gcs.rehearsal import BadLinks
 

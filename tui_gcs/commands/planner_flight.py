@@ -15,7 +15,7 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core.messages import Event, EventClass, FleetFrame, Phase, Reply, Resume, StationStatus, decode, encode
 from tui_gcs.core.metrics import seen_pct
 from tui_gcs.core.results import Check, Result
-from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.core.script import Script, Step
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Context, Intent, Output, Planner

@@ -33,7 +33,7 @@ def start(arguments: argparse.Namespace) -> None:
     if running(Kind.SIM):
         raise CommandError("a SIM station runs already: `tui-gcs stop` ends it, then watch")
     from tui_gcs.commands.sim_fleet import spec_of_scenario
-    from tui_gcs.core.scenario_load import ScenarioError, parse
+    from tui_gcs.core.scenario.load import ScenarioError, parse
     from tui_gcs.launcher import launch
 
     check_seed(arguments.seed)

@@ -17,7 +17,7 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.exits import CommandError
 
 if TYPE_CHECKING:
-    from tui_gcs.core.scenario import Scenario
+    from tui_gcs.core.scenario.model import Scenario
 
 POLL_S = 0.05
 SILENT_S = 10.0

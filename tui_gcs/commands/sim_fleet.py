@@ -8,7 +8,7 @@ from tui_gcs.commands.common import read_scenario, simulable
 from tui_gcs.exits import CommandError
 
 if TYPE_CHECKING:
-    from tui_gcs.core.scenario import Origin, Scenario
+    from tui_gcs.core.scenario.model import Origin, Scenario
 
 MOST_ID = 250
 """Ids above are ground stations'."""
@@ -29,7 +29,7 @@ SENSOR = {
 
 def spec_of(scenario: "Scenario", seed: int | None = None, autopilots: str = "ardupilot") -> dict[str, Any]:
     """What `sitl.launch` needs: one vehicle per take-off place that a team uses."""
-    from tui_gcs.core.places import simulated_places
+    from tui_gcs.core.scenario.takeoff_places import simulated_places
 
     ground_m = scenario.origin.ground_amsl_m
     vehicles = [_vehicle(*place, ground_m, 0.0) for place in simulated_places(scenario)]
@@ -71,7 +71,7 @@ def world_of(scenario: "Scenario", intruders: int | None, sensor: str | None, se
     Raises:
         CommandError: options that cannot be, or not together; one line.
     """
-    from tui_gcs.core.waves import waves
+    from tui_gcs.core.scenario.intruder_waves import waves
 
     if intruders is None:
         if sensor is not None:
@@ -132,7 +132,7 @@ def _grid(arguments: argparse.Namespace) -> list[dict[str, Any]]:
 
 def home_of(text: str | None) -> tuple["Origin", float]:
     """(place, heading) of LAT,LON,AMSL[,HEADING]; None is the origin of the shipped scenario. Raises `CommandError`."""
-    from tui_gcs.core.scenario import Origin
+    from tui_gcs.core.scenario.model import Origin
 
     if text is None:
         return read_scenario(None)[0].origin, 0.0

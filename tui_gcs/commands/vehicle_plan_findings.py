@@ -16,7 +16,7 @@ from tui_gcs.core.missions.way import Home, way_of
 from tui_gcs.core.plan_findings import Who, autopilot_findings
 from tui_gcs.core.plan_rows import plan_of
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
-from tui_gcs.core.scenario import Origin, Round
+from tui_gcs.core.scenario.model import Origin, Round
 from tui_gcs.exits import CommandError
 
 Items = tuple[PlanItem, ...]

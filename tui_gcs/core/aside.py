@@ -7,7 +7,7 @@ from tui_gcs.core.geometry.local_frame import from_straight_m
 from tui_gcs.core.guard_motion import Sight
 from tui_gcs.core.guard_separation import SPARE_M, SPARE_UP_M
 from tui_gcs.core.messages import Vec3
-from tui_gcs.core.scenario import Limits
+from tui_gcs.core.scenario.model import Limits
 
 RINGS, BEARINGS = (1.2, 2.0, 3.0, 4.5), 16
 """Places looked at: so many times the distance to be kept away, and so many directions."""

@@ -12,7 +12,7 @@ import numpy as np
 from tui_gcs.core.guard_courses import STEP_S
 from tui_gcs.core.guard_motion import Sight, foresee
 from tui_gcs.core.guard_separation import GROUND_M
-from tui_gcs.core.scenario import Limits
+from tui_gcs.core.scenario.model import Limits
 
 AHEAD_S = 10.0
 TIMES_S = np.arange(0.0, AHEAD_S + STEP_S / 2, STEP_S)

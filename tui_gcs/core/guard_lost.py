@@ -14,7 +14,7 @@ import numpy as np
 
 from tui_gcs.core.guard_motion import CLIMB_M_S, RETURN_M_S, Alone, Sight, gone, turned_m
 from tui_gcs.core.messages import Vec3
-from tui_gcs.core.scenario import Limits
+from tui_gcs.core.scenario.model import Limits
 
 SLOW_M_S, SLOW_CLIMB_M_S, SLOW_DESCENT_M_S = 4.0, 2.0, 0.4
 """So slowly a way is flown at the worst, with a fifth to spare: MPC_XY_CRUISE 5, WPNAV_SPEED_UP 2.5, LAND_SPEED 0.5."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tui_gcs.core.course import Course, Samples, Stand
 from tui_gcs.core.guard_courses import FAR_M, STEP_S, wanted
 from tui_gcs.core.messages import Vec3
-from tui_gcs.core.scenario import Limits
+from tui_gcs.core.scenario.model import Limits
 
 HORIZON_S = 5.0
 """How far ahead separation is predicted at least; farther where braking takes longer."""

@@ -10,7 +10,7 @@ from shapely.geometry.base import BaseGeometry
 
 from tui_gcs.core.course import Samples
 from tui_gcs.core.geometry.zones import Zone, polygon_of
-from tui_gcs.core.scenario import OperatingArea
+from tui_gcs.core.scenario.model import OperatingArea
 
 SAME_M = 0.01
 """A shorter way is none."""

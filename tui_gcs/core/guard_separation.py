@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from tui_gcs.core.course import Samples
 from tui_gcs.core.guard_courses import STEP_S
 from tui_gcs.core.guard_motion import Does, Flock
-from tui_gcs.core.scenario import Limits
+from tui_gcs.core.scenario.model import Limits
 
 GROUND_M = 2.0
 """Below this height above home neither the band nor separation applies."""

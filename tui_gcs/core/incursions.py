@@ -12,7 +12,7 @@ import shapely
 
 from tui_gcs.core.geometry.zones import Role, polygon_of
 from tui_gcs.core.messages import RunPhase, StationStatus
-from tui_gcs.core.scenario import Round, Scenario
+from tui_gcs.core.scenario.model import Round, Scenario
 
 
 class IntruderResult(msgspec.Struct):

@@ -12,7 +12,7 @@ from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.guard import SPEED_TOLERANCE, Guard
 from tui_gcs.core.messages import EventClass, Intent, Phase, Plan, Vec3
 from tui_gcs.core.orbit import Orbit
-from tui_gcs.core.scenario import Limits
+from tui_gcs.core.scenario.model import Limits
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.vehicle import Vehicle
 

@@ -41,7 +41,7 @@ from tui_gcs.core.messages_planning import PlannerInfo as PlannerInfo
 from tui_gcs.core.messages_planning import PlannerTask as PlannerTask
 from tui_gcs.core.messages_planning import Track as Track
 from tui_gcs.core.messages_preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
-from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario.model import Scenario
 
 PROTOCOL = 18
 """Version of this file's contract; consoles and workers say it first (`Hello`)."""

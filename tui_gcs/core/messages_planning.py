@@ -8,7 +8,7 @@ from typing import Literal
 
 from tui_gcs.core.geometry.zones import Zone
 from tui_gcs.core.message import Message, Vec3
-from tui_gcs.core.scenario import Limits, OperatingArea
+from tui_gcs.core.scenario.model import Limits, OperatingArea
 
 
 class Track(Message, frozen=True):

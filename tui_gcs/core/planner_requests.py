@@ -10,9 +10,9 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.bus import PREVIEW_TASK
 from tui_gcs.core.messages import PlannerTask, PreviewResult, PreviewTask, Reply, encode
 from tui_gcs.core.planner_tasks import Crew, crewed, crews
-from tui_gcs.core.scenario import Round, Scenario, Team
-from tui_gcs.core.scenario_edit import ScenarioDocument
-from tui_gcs.core.scenario_load import ScenarioError, parse
+from tui_gcs.core.scenario.edit import ScenarioDocument
+from tui_gcs.core.scenario.load import ScenarioError, parse
+from tui_gcs.core.scenario.model import Round, Scenario, Team
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

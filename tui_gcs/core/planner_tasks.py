@@ -5,7 +5,7 @@ from itertools import count, islice
 
 from tui_gcs.core.flights import places_of, teams_of
 from tui_gcs.core.messages_planning import PlannerTask
-from tui_gcs.core.scenario import Round, Scenario, TakeOffPlace, Team
+from tui_gcs.core.scenario.model import Round, Scenario, TakeOffPlace, Team
 
 Crew = Mapping[int, TakeOffPlace]
 """Of one team: where each vehicle starts, and its layer."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.core.flights import Flight
 from tui_gcs.core.messages import Freshness, Phase, VehicleResult
-from tui_gcs.core.scenario import Round, Scenario, band_m
+from tui_gcs.core.scenario.model import Round, Scenario, band_m
 from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:

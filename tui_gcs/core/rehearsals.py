@@ -14,7 +14,7 @@ import msgspec
 
 import tui_gcs
 from tui_gcs.core.messages_planning import PlannerInfo
-from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario.model import Scenario
 
 FILE = "rehearsals.jsonl"
 KEPT = 200

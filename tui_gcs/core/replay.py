@@ -24,7 +24,7 @@ from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import FlightBook
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.messages import EventClass, Freshness, Kind, Reply, RunPhase, ScenarioChanged, StationStatus
-from tui_gcs.core.scenario import Limits, LinkLoss, Origin, ResultLimits, Scenario
+from tui_gcs.core.scenario.model import Limits, LinkLoss, Origin, ResultLimits, Scenario
 from tui_gcs.core.snapshot import fleet_frame
 from tui_gcs.core.tlog import read_tlog
 from tui_gcs.core.wire.dialect import decode

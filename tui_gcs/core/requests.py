@@ -22,9 +22,9 @@ from tui_gcs.core.messages_setup import ConfirmStep
 from tui_gcs.core.planner_requests import PlannerRequests
 from tui_gcs.core.provision import ProvisionDesk
 from tui_gcs.core.readiness import layer_problem
-from tui_gcs.core.scenario import Round, Scenario
-from tui_gcs.core.scenario_load import ScenarioError, parse
-from tui_gcs.core.scenario_places import same_places
+from tui_gcs.core.scenario.load import ScenarioError, parse
+from tui_gcs.core.scenario.model import Round, Scenario
+from tui_gcs.core.scenario.place_allocation import same_places
 from tui_gcs.core.service_requests import ServiceDesk
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from tui_gcs.core.geometry.zones import Zone, area_m2, polygon_of
 from tui_gcs.core.incursions import IntruderResult
 from tui_gcs.core.messages import FleetFrame, Phase, StationStatus, TeamStatus, Vec3, VehicleRow
 from tui_gcs.core.metrics import seen_pct
-from tui_gcs.core.scenario import Round, Scenario, Team
+from tui_gcs.core.scenario.model import Round, Scenario, Team
 from tui_gcs.core.separation import least_separation
 
 WARM_UP_LIMIT_S = 600.0

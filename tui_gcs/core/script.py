@@ -12,7 +12,7 @@ from tui_gcs.core.bus import Bus, BusError
 from tui_gcs.core.messages import FleetFrame, Freshness, Phase, Reply, RunPhase, StationStatus, decode, encode
 from tui_gcs.core.messages_preflight import Check, CheckState, names_of
 from tui_gcs.core.results import Referee
-from tui_gcs.core.scenario import Round, Scenario
+from tui_gcs.core.scenario.model import Round, Scenario
 
 READY_LIMIT_S = 90.0
 """Vehicles that are not heard, ready and started after this long end the flight before it begins."""

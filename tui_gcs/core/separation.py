@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.scenario import Limits
+from tui_gcs.core.scenario.model import Limits
 
 LEAST_LIMIT_M = 1e-9
 """A limit of 0 asks for nothing: everybody is far enough."""

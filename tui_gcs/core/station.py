@@ -58,7 +58,7 @@ from tui_gcs.core.reboots import RebootBook
 from tui_gcs.core.reception import Reception
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.requests import RequestDesk
-from tui_gcs.core.scenario import OperatorId, Round, Scenario, Team
+from tui_gcs.core.scenario.model import OperatorId, Round, Scenario, Team
 from tui_gcs.core.self_doubts import SelfDoubts
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.services.context import Context

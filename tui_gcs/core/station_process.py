@@ -32,8 +32,8 @@ from tui_gcs.core.links import Link, LinkError, open_link
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import PlannerInfo
 from tui_gcs.core.recorder import TlogWriter
-from tui_gcs.core.scenario import OperatorId, Scenario
-from tui_gcs.core.scenario_load import ScenarioError, parse
+from tui_gcs.core.scenario.load import ScenarioError, parse
+from tui_gcs.core.scenario.model import OperatorId, Scenario
 from tui_gcs.core.station import Station, StationConfig
 from tui_gcs.core.wire import dialect
 from tui_gcs.core.wire.signing import SigningError

@@ -7,7 +7,7 @@ import numpy as np
 
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, sweep_bound_s
 from tui_gcs.core.geometry.zones import Shape, area_m2
-from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario.model import Scenario
 
 WORST_OVER_S = 60
 """The live worst idleness is the largest of the last minute."""

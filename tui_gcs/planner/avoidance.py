@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.scenario import Limits
+from tui_gcs.core.scenario.model import Limits
 
 Floats = NDArray[np.floating[Any]]
 Rows = NDArray[np.intp]

@@ -3,7 +3,7 @@
 from html import escape
 
 from tui_gcs.core.geometry.zones import Role, bounds, outline_m
-from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.report.recording import FlightRecord, RoundRecord
 from tui_gcs.report.svg import COLOURS, Map
 

@@ -13,7 +13,7 @@ from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m, se
 from tui_gcs.core.geometry.zones import Zone, area_m2
 from tui_gcs.core.messages import Event, FleetFrame, Freshness, Phase, Plan, RunPhase, StationStatus, VehicleRow, decode
 from tui_gcs.core.results import GROUND_M
-from tui_gcs.core.scenario import Round, Scenario
+from tui_gcs.core.scenario.model import Round, Scenario
 from tui_gcs.core.separation import least_separation
 
 Floats = NDArray[np.floating[Any]]

@@ -8,7 +8,7 @@ from textual import events
 from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.messages import Kind, Start
 from tui_gcs.core.messages_preflight import Check, names_of, refusing
-from tui_gcs.core.scenario import LinkLoss
+from tui_gcs.core.scenario.model import LinkLoss
 from tui_gcs.feed import Feed
 from tui_gcs.screens.orders import ARMING_S, LATE_S, NO_KEY, TOO_LATE
 from tui_gcs.screens.preflight import Operator, typed_into

@@ -17,7 +17,7 @@ from tui_gcs.actions import Action, bindings
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.safe_files import FileRefused
 from tui_gcs.core.geometry.zones import area_m2, contains
-from tui_gcs.core.scenario import Limits, Round, Team
+from tui_gcs.core.scenario.model import Limits, Round, Team
 from tui_gcs.feed import Feed, ScenarioChanged, StatusUpdated
 from tui_gcs.screens.plan_actions import PLAN_ACTIONS
 from tui_gcs.screens.plan_apply import PlanApply

@@ -10,7 +10,7 @@ from textual.worker import WorkType
 
 from tui_gcs.core.meetings import TeamsFinding, findings
 from tui_gcs.core.messages import CancelPreview, GetPreviews, Preview, PreviewResult
-from tui_gcs.core.scenario import Limits
+from tui_gcs.core.scenario.model import Limits
 from tui_gcs.screens.draft_screen import DraftScreen
 
 PAUSE_S = 0.7

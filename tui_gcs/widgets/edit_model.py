@@ -18,10 +18,10 @@ from tui_gcs.core.formats.files import read_file
 from tui_gcs.core.formats.scenario_drawings import Put, put_drawings
 from tui_gcs.core.geometry.zones import Role, Zone
 from tui_gcs.core.messages import ScenarioChanged
-from tui_gcs.core.scenario import OperatingArea, Round, Scenario, TakeOffPlace, Team
-from tui_gcs.core.scenario_edit import ScenarioDocument
-from tui_gcs.core.scenario_load import ScenarioError, parse
-from tui_gcs.core.scenario_places import fit_places
+from tui_gcs.core.scenario.edit import ScenarioDocument
+from tui_gcs.core.scenario.load import ScenarioError, parse
+from tui_gcs.core.scenario.model import OperatingArea, Round, Scenario, TakeOffPlace, Team
+from tui_gcs.core.scenario.place_allocation import fit_places
 from tui_gcs.widgets.form_text import ids_text
 
 Problems = tuple[str, ...]

@@ -1,9 +1,9 @@
 """Changes of what a working copy consists of besides zones: rounds and teams. Plain, no Textual."""
 
 from tui_gcs.core.geometry.zones import Role, Zone
-from tui_gcs.core.scenario import Round, Team
-from tui_gcs.core.scenario_edit import ScenarioDocument
-from tui_gcs.core.scenario_places import fit_places
+from tui_gcs.core.scenario.edit import ScenarioDocument
+from tui_gcs.core.scenario.model import Round, Team
+from tui_gcs.core.scenario.place_allocation import fit_places
 from tui_gcs.widgets.edit_model import EditModel, Problems
 
 NO_SCENARIO = ("no scenario yet",)

@@ -6,7 +6,7 @@ import numpy as np
 
 from tui_gcs.core.geometry.local_frame import LocalFrame, bearing_deg, distance_m
 from tui_gcs.core.geometry.utm import utm
-from tui_gcs.core.scenario import Origin
+from tui_gcs.core.scenario.model import Origin
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.map_raster import DotRaster
 from tui_gcs.widgets.map_scene import Word

@@ -18,7 +18,7 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.messages import Annotation, FleetFrame, Freshness, VehicleRow
 from tui_gcs.core.messages_setup import TrafficRow
 from tui_gcs.core.overlays import Overlay
-from tui_gcs.core.scenario import Origin, Round, TakeOffPlace
+from tui_gcs.core.scenario.model import Origin, Round, TakeOffPlace
 from tui_gcs.widgets import map_scene
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet, next_dots
 from tui_gcs.widgets.map_doubt import draw_doubt

@@ -21,7 +21,7 @@ from tui_gcs.core.missions.patrols import Flown, flown_by, patrols
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.plans.check import MOST_ITEMS
 from tui_gcs.core.plans.model import HERE, LAND, RETURN, VTOL_LAND, PlanItem, PlanKind
-from tui_gcs.core.scenario import Round, Scenario
+from tui_gcs.core.scenario.model import Round, Scenario
 
 Place = tuple[float, float]
 NEW_STEP_M = 20.0

@@ -6,7 +6,7 @@ import msgspec
 
 from tui_gcs.core.base.autosave import Autosave
 from tui_gcs.core.messages import ScenarioChanged
-from tui_gcs.core.scenario_load import MAX_BYTES
+from tui_gcs.core.scenario.load import MAX_BYTES
 from tui_gcs.widgets.edit_model import EditModel
 
 MOST_BYTES = 4 * MAX_BYTES

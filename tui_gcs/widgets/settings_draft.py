@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import msgspec
 
-from tui_gcs.core.scenario import Scenario
-from tui_gcs.core.scenario_edit import ScenarioDocument
+from tui_gcs.core.scenario.edit import ScenarioDocument
+from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.widgets import settings_text as st
 from tui_gcs.widgets.edit_model import EditModel, Problems
 from tui_gcs.widgets.form_text import FieldError

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import msgspec
 
-from tui_gcs.core.scenario import Limits, Origin, ResultLimits, Round, Scenario, TakeOffPlace
+from tui_gcs.core.scenario.model import Limits, Origin, ResultLimits, Round, Scenario, TakeOffPlace
 from tui_gcs.widgets.form_text import FieldError, number_text, shown, to_number
 
 Texts = Mapping[str, str]

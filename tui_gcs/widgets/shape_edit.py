@@ -7,7 +7,7 @@ from typing import assert_never
 import msgspec
 
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, bounds, outline_m
-from tui_gcs.core.scenario import OperatingArea
+from tui_gcs.core.scenario.model import OperatingArea
 
 KINDS = ("circle", "rectangle", "polygon")
 CIRCLE_CORNERS = 32

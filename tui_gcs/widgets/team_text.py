@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from tui_gcs.core.scenario import Team
+from tui_gcs.core.scenario.model import Team
 from tui_gcs.planner.api import Param, ParamValue
 from tui_gcs.widgets.form_text import FieldError, ids_text, number_text, shown, to_ids, to_number
 

@@ -6,7 +6,7 @@ from textual.message import Message
 from textual.widgets import Input, TextArea
 
 from tui_gcs.core.geometry.zones import Zone
-from tui_gcs.core.scenario import OperatingArea
+from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.widgets.choice import Choice
 from tui_gcs.widgets.form import Form, FormField, FormRow
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet

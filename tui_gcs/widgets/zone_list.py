@@ -7,7 +7,7 @@ from textual import events
 from textual.message import Message
 
 from tui_gcs.core.geometry.zones import Role
-from tui_gcs.core.scenario import Round
+from tui_gcs.core.scenario.model import Round
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.shape_edit import described

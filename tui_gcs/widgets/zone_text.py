@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
-from tui_gcs.core.scenario import OperatingArea
+from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.widgets.form_text import FieldError, number_text, points_text, to_number, to_points
 from tui_gcs.widgets.shape_edit import kind_of
 

@@ -7,9 +7,9 @@ from tui_gcs.core.formats.content import Content, Drawing, FormatError, Written,
 from tui_gcs.core.formats.files import Family, Format, family_of
 from tui_gcs.core.geometry.zones import Role
 from tui_gcs.core.plans.model import Plan, PlanKind
-from tui_gcs.core.scenario import Scenario
-from tui_gcs.core.scenario_edit import ScenarioDocument
-from tui_gcs.core.scenario_load import ScenarioError, parse
+from tui_gcs.core.scenario.edit import ScenarioDocument
+from tui_gcs.core.scenario.load import ScenarioError, parse
+from tui_gcs.core.scenario.model import Scenario
 
 
 @dataclass(frozen=True)

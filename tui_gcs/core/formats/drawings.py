@@ -34,7 +34,7 @@ from tui_gcs.core.plans.model import (
     PlanKind,
     fence_shapes,
 )
-from tui_gcs.core.scenario import Origin
+from tui_gcs.core.scenario.model import Origin
 
 PART = "part"
 PATH, MARK, FENCE, RALLY, RETURN_POINT, HOME = "mission", "waypoint", "fence", "rally", "fence return", "home"

@@ -21,9 +21,9 @@ from tui_gcs.core.formats.drawings import (
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, outline_m
 from tui_gcs.core.plans.model import AMSL, CIRCLE_IN, CIRCLE_OUT, POLYGON_IN, POLYGON_OUT, Plan, PlanItem, PlanKind
-from tui_gcs.core.scenario import OperatingArea, Round, Scenario
-from tui_gcs.core.scenario_edit import ScenarioDocument
-from tui_gcs.core.scenario_load import MAX_VERTICES, MAX_ZONES, ScenarioError
+from tui_gcs.core.scenario.edit import ScenarioDocument
+from tui_gcs.core.scenario.load import MAX_VERTICES, MAX_ZONES, ScenarioError
+from tui_gcs.core.scenario.model import OperatingArea, Round, Scenario
 
 ZONE, START = "zone", "start"
 ALT_MIN, ALT_MAX = "alt_min_m", "alt_max_m"

@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.scenario import Origin
+from tui_gcs.core.scenario.model import Origin
 
 WGS84_A_M = 6_378_137.0
 """Semi-major axis (NIMA TR8350.2)."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from tui_gcs.core.messages import Freshness, Phase, VehicleRow
 from tui_gcs.core.missions.way import Home
-from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario.model import Scenario
 
 MOVED_M = 2.0
 """A vehicle on the ground that is told elsewhere by less is where it was: GPS noise makes no new plan."""

@@ -36,7 +36,7 @@ from tui_gcs.core.plans.model import (
     PlanKind,
     fence_shapes,
 )
-from tui_gcs.core.scenario import Round
+from tui_gcs.core.scenario.model import Round
 
 TOUCH_M = 0.01
 """Places come back from 1e-7 degrees: a border may be touched."""

@@ -11,7 +11,7 @@ from tui_gcs.core.missions.findings import Finding, Site, battery_left_pct, find
 from tui_gcs.core.missions.patrols import Patrol
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.way import EMPTY, Home, Way, way_of
-from tui_gcs.core.scenario import Limits, Origin, Round
+from tui_gcs.core.scenario.model import Limits, Origin, Round
 
 NOBODY = Member(Home())
 Near = tuple[float, float]

@@ -11,7 +11,7 @@ from typing import Any
 
 from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.messages import EventClass
-from tui_gcs.core.scenario import OperatorId
+from tui_gcs.core.scenario.model import OperatorId
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.vehicle import Vehicle
 

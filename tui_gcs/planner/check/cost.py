@@ -8,7 +8,7 @@ import numpy as np
 
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.messages import Phase
-from tui_gcs.core.scenario import OperatingArea
+from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.planner.check.finding import Finding, failed, noted, passed
 from tui_gcs.planner.check.subject import Subject
 from tui_gcs.planner.check.world import FRAME_S, World, scattered, task_for

@@ -7,7 +7,7 @@ import shapely
 import shapely.ops
 
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, polygon_of
-from tui_gcs.core.scenario import OperatingArea
+from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.planner.check.finding import Finding, failed, noted, passed
 from tui_gcs.planner.check.form import faults, who_is_outside
 from tui_gcs.planner.check.subject import Broken, Refused, Subject

@@ -1,7 +1,7 @@
 """Where vehicles stand before take-off, in degrees: what a simulator needs to know of a scenario."""
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario.model import Scenario
 
 
 def simulated_places(scenario: Scenario) -> list[tuple[int, float, float]]:

@@ -14,7 +14,19 @@ from typing import Any
 from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
-from tui_gcs.core.scenario import (
+from tui_gcs.core.scenario.check import Parts, check
+from tui_gcs.core.scenario.fields import (
+    MAX_DISTANCE_M,
+    Point,
+    Problems,
+    Table,
+    kind_of,
+    printable,
+    shown,
+    shown_key,
+)
+from tui_gcs.core.scenario.lines import map_lines
+from tui_gcs.core.scenario.model import (
     Limits,
     LinkLoss,
     OperatingArea,
@@ -25,10 +37,7 @@ from tui_gcs.core.scenario import (
     TakeOffPlace,
     Team,
 )
-from tui_gcs.core.scenario_check import Parts, check
-from tui_gcs.core.scenario_fields import MAX_DISTANCE_M, Point, Problems, Table, kind_of, printable, shown, shown_key
-from tui_gcs.core.scenario_lines import map_lines
-from tui_gcs.core.scenario_remote_id import read_remote_id
+from tui_gcs.core.scenario.remote_id import read_remote_id
 
 FORMAT = 1
 """Version of the file format, the file's `format` key."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Role, polygon_of
-from tui_gcs.core.scenario import Scenario
+from tui_gcs.core.scenario.model import Scenario
 
 FAR_M, WITHIN_S, SPEED_M_S = 250.0, 10.0, 5.0
 FIRST_S, EVERY_S, WAVES = 90.0, 150.0, 20

@@ -8,9 +8,9 @@ import msgspec
 import numpy as np
 
 from tui_gcs.core.geometry.zones import contains
-from tui_gcs.core.scenario import Limits, Round, Scenario, TakeOffPlace, Team
-from tui_gcs.core.scenario_edit import ScenarioDocument
-from tui_gcs.core.scenario_load import ScenarioError
+from tui_gcs.core.scenario.edit import ScenarioDocument
+from tui_gcs.core.scenario.load import ScenarioError
+from tui_gcs.core.scenario.model import Limits, Round, Scenario, TakeOffPlace, Team
 
 Point = tuple[float, float]
 LAYER_GAP_M = 2.0

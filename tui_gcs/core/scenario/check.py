@@ -13,8 +13,8 @@ import shapely
 
 from tui_gcs.core.geometry.local_frame import distance_m
 from tui_gcs.core.geometry.zones import Polygon, Role, Shape, Zone, area_m2, contains, polygon_of
-from tui_gcs.core.scenario import Limits, OperatingArea, Round, TakeOffPlace, Team
-from tui_gcs.core.scenario_fields import Problems, nearest, one_of, shown
+from tui_gcs.core.scenario.fields import Problems, nearest, one_of, shown
+from tui_gcs.core.scenario.model import Limits, OperatingArea, Round, TakeOffPlace, Team
 
 MIN_AREA_M2 = 1.0
 TOUCH_M = 1e-6

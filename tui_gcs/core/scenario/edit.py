@@ -14,9 +14,9 @@ import tomlkit
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, Zone
-from tui_gcs.core.scenario import Limits, OperatingArea, Origin, ResultLimits, TakeOffPlace, Team
-from tui_gcs.core.scenario_lines import Span, map_lines
-from tui_gcs.core.scenario_load import ScenarioError
+from tui_gcs.core.scenario.lines import Span, map_lines
+from tui_gcs.core.scenario.load import ScenarioError
+from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin, ResultLimits, TakeOffPlace, Team
 
 Value = float | int | bool | str | list[Any]
 Parameters = Mapping[str, float | int | bool | str]

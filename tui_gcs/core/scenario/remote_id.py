@@ -6,8 +6,8 @@ Limits are those of OPEN_DRONE_ID_* (MAVLink common): ASCII, 20 bytes for ids, 2
 import re
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.scenario import OperatorId
-from tui_gcs.core.scenario_fields import Point, Table, shown, shown_key
+from tui_gcs.core.scenario.fields import Point, Table, shown, shown_key
+from tui_gcs.core.scenario.model import OperatorId
 
 ID_CHARS, DESCRIPTION_CHARS = 20, 23
 LOW_ALT_M, HIGH_ALT_M = -1000.0, 31_767.0

@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection
 from typing import Any
 
-from tui_gcs.core.scenario_lines import Span, find_line
+from tui_gcs.core.scenario.lines import Span, find_line
 
 Point = tuple[float, float]
 

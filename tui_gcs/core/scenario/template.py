@@ -3,7 +3,7 @@
 import json
 import math
 
-from tui_gcs.core.scenario import Limits, Origin
+from tui_gcs.core.scenario.model import Limits, Origin
 
 MOST_VEHICLES = 250
 ROW, STEP_M = 10, 20.0
