@@ -15,8 +15,8 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.bus import BusError, OnGone
 from tui_gcs.core.keystore import open_store
 from tui_gcs.core.keystore_import import secret_from
+from tui_gcs.core.mavlink.signing import Key
 from tui_gcs.core.messages import ProvisionKey, Reply, decode_request, encode
-from tui_gcs.core.wire.signing import Key
 from tui_gcs.exits import CommandError
 
 CANARY = bytes.fromhex("ca9a4ec0de" * 6 + "ca9a")

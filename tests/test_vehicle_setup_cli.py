@@ -32,8 +32,8 @@ from test_tuning import COPTER, QUAD
 
 from tui_gcs.core import messages_services as s
 from tui_gcs.core import messages_setup as setup
+from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.services.payload import UNSEEN_GIMBAL, UNSEEN_PICTURE
-from tui_gcs.core.wire.encode import Encoder
 
 __all__ = ["tell"]
 

@@ -17,17 +17,17 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.firmware.ardupilot import AUTO, BRAKE, GUIDED
 from tui_gcs.core.firmware.base import Firmware
-from tui_gcs.core.firmware.commands import CMD_ARM_DISARM, CMD_REQUEST_MESSAGE, CMD_SET_MODE, CMD_TAKEOFF
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.links.memory import MemoryLink
+from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM, CMD_REQUEST_MESSAGE, CMD_SET_MODE, CMD_TAKEOFF
+from tui_gcs.core.mavlink.dialect import Message, decode
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.frames import cut_datagram
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.station import Station, StationConfig
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.dialect import Message, decode
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import cut_datagram
 
 LOSS = 0.3
 TICK_S = 0.05

@@ -13,9 +13,9 @@ from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.mavlink.intake import Intake
+from tui_gcs.core.mavlink.sources import Slot, Source
 from tui_gcs.core.scenario.model import Origin
-from tui_gcs.core.wire.intake import Intake
-from tui_gcs.core.wire.sources import Slot, Source
 
 VEHICLES, SECONDS = 250, 16.0
 ROUNDS = 5

@@ -11,7 +11,7 @@ from typing import Any
 from sitl.faults import Faults, Lane
 from tui_gcs.core.links import Link
 from tui_gcs.core.links.base import Address
-from tui_gcs.core.wire.frames import cut_datagram
+from tui_gcs.core.mavlink.frames import cut_datagram
 
 
 class Air:

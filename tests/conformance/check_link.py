@@ -2,7 +2,7 @@
 
 from tests.conformance.field import Failed, Field
 from tests.conformance.report import check
-from tui_gcs.core.firmware.modes import mode_name
+from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.messages import Freshness
 
 WATCH_S = 10.0

@@ -13,12 +13,12 @@ from tui_gcs.core.guard import Guard
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
+from tui_gcs.core.mavlink.dialect import decode
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.frames import cut_datagram
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 from tui_gcs.core.tlog import read_tlog
-from tui_gcs.core.wire.dialect import decode
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import cut_datagram
 
 
 class Doorway:

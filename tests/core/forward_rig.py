@@ -19,13 +19,13 @@ from tui_gcs.core.guard import Guard
 from tui_gcs.core.links.base import Address
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
+from tui_gcs.core.mavlink.dialect import decode, layout
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.frames import Frame, StreamCutter, cut_datagram
+from tui_gcs.core.mavlink.sources import Source
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin
 from tui_gcs.core.vehicle import Path, PathState, Vehicle
-from tui_gcs.core.wire.dialect import decode, layout
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import Frame, StreamCutter, cut_datagram
-from tui_gcs.core.wire.sources import Source
 
 HOME_AMSL_M = 488.0
 LOCAL = LocalFrame(Origin(47.397742, 8.545594, HOME_AMSL_M))

@@ -8,8 +8,8 @@ from forward_rig import LOCAL, guard, vehicle
 from tui_gcs.core.forward_orders import Asked, Order
 from tui_gcs.core.forward_plans import Plan, Step
 from tui_gcs.core.forward_rules import judge
+from tui_gcs.core.mavlink.dialect import Message
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.dialect import Message
 
 NAN = math.nan
 ARDUCOPTER, PX4 = 3, 12

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from tui_gcs.core.links import Address
 from tui_gcs.core.links.base import Link
-from tui_gcs.core.wire.encode import Encoder
+from tui_gcs.core.mavlink.encode import Encoder
 
 T = TypeVar("T")
 LIMIT_S = 5.0

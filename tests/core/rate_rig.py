@@ -9,11 +9,11 @@ from tui_gcs.core.events import EventLog
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.spec import parse_link
+from tui_gcs.core.mavlink.sources import Slot, Source, Stream
 from tui_gcs.core.rates import RateDesk
 from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.services.command import ACCEPTED, FAILED, CommandService
 from tui_gcs.core.vehicle import Path, PathState, Vehicle
-from tui_gcs.core.wire.sources import Slot, Source, Stream
 
 TICK_S = 0.05
 ARDUPILOT, PX4 = 3, 12

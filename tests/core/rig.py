@@ -17,15 +17,15 @@ from tui_gcs.core import messages as m
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.bus import FLEET, PLAN, REQUEST, TASK, MemoryBus
 from tui_gcs.core.events import ALERT
+from tui_gcs.core.mavlink.dialect import decode
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.frames import cut_datagram
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import Event, FleetFrame, Intent, Phase, Plan, PlannerTask, Reply, RunPhase
 from tui_gcs.core.messages_preflight import OVERRIDABLE
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.core.station import Station
-from tui_gcs.core.wire.dialect import decode
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import cut_datagram
 from tui_gcs.rehearsal import TICK_S, LockStep
 
 SHIPPED = Path(__file__).parents[2] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"

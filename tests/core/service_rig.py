@@ -23,12 +23,12 @@ from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
+from tui_gcs.core.mavlink.dialect import decode
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.frames import cut_datagram
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.station import Station, StationConfig
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.dialect import decode
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import cut_datagram
 
 TICK_S = 0.02
 ARDUPILOT, PX4 = 3, 12

@@ -6,9 +6,9 @@ from calibration_rig import CALIBRATE, FAILED_RESULT, IN_PROGRESS, Calibrated, b
 from service_rig import PX4, Fields, ServiceRig
 
 from tui_gcs.core.firmware.setup import Sensor
+from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.services.calibration import CalibrationJob
 from tui_gcs.core.services.jobs import JobState
-from tui_gcs.core.wire.encode import Encoder
 
 
 def test_an_armed_vehicle_is_not_calibrated(tmp_path: Path) -> None:

@@ -8,9 +8,9 @@ from calibration_rig import ACCEPTED, CALIBRATE, DENIED, TEMPORARILY_REJECTED, C
 from service_rig import PX4, Fields
 
 from tui_gcs.core.firmware.setup import Sensor
+from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.services.calibration_texts import Side, TextCalibration
 from tui_gcs.core.services.jobs import JobState
-from tui_gcs.core.wire.encode import Encoder
 
 
 class Talker(Calibrated):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tui_gcs.core.firmware.failsafe_words import failsafe_words, is_of_failsafe
+from tui_gcs.core.mavlink.failsafe_texts import failsafe_words, is_of_failsafe
 
 HOLD_FIRST = "Failsafe activated: entering Hold for 5 seconds"
 

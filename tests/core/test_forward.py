@@ -20,7 +20,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tui_gcs.core.links import Address, LinkError
-from tui_gcs.core.wire.signing import sign
+from tui_gcs.core.mavlink.signing import sign
 
 MP: Address = ("192.0.2.8", 14551)
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from tui_gcs.core.forward_orders import Asked, Ruling
 from tui_gcs.core.forward_rules import MESSAGES
 from tui_gcs.core.links import Address
-from tui_gcs.core.wire.dialect import layout
-from tui_gcs.core.wire.signing import sign
+from tui_gcs.core.mavlink.dialect import layout
+from tui_gcs.core.mavlink.signing import sign
 
 MP: Address = ("192.0.2.8", 14551)
 

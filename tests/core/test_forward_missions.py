@@ -6,7 +6,7 @@ See `forward_rig` for the area: a pond of 20 m radius at (100, 100) m, vehicle 1
 import pytest
 from forward_rig import LOCAL, QGC, Rig, frames, link
 
-from tui_gcs.core.wire.encode import Encoder
+from tui_gcs.core.mavlink.encode import Encoder
 
 TO = {"target_system": 1, "target_component": 1, "mission_type": 0}
 HOME = (0.0, 0.0)

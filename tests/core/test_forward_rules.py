@@ -21,7 +21,7 @@ from judging import (
 )
 
 from tui_gcs.core.forward_rules import MESSAGES, judge, may_stop
-from tui_gcs.core.wire.dialect import layout_named
+from tui_gcs.core.mavlink.dialect import layout_named
 
 # ---------------------------------------------------------------- stops
 

@@ -9,8 +9,8 @@ from vehicles import a_vehicle
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.ghosts import ANSWERS_S, CROWD, FORGET_S, GhostWatch
+from tui_gcs.core.mavlink.sources import Stream
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.sources import Stream
 
 
 def ghost(number: int = 1, **traits: Any) -> Vehicle:

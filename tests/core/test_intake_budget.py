@@ -9,12 +9,10 @@ from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.base import Address
 from tui_gcs.core.links.memory import MemoryLink
-from tui_gcs.core.reception import MOST_BYTES, Reception
-from tui_gcs.core.scenario.model import Origin
-from tui_gcs.core.wire import intake as intake_module
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import Scan, scan_step
-from tui_gcs.core.wire.intake import (
+from tui_gcs.core.mavlink import intake as intake_module
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.frames import Scan, scan_step
+from tui_gcs.core.mavlink.intake import (
     MOST_DATAGRAM_BYTES,
     MOST_STEPS,
     MOST_STRANGE_FRAMES,
@@ -22,7 +20,9 @@ from tui_gcs.core.wire.intake import (
     STRANGE_PER_S,
     Intake,
 )
-from tui_gcs.core.wire.sources import CALL, STATE, VERSION_1_AFTER_S, Slot, Source
+from tui_gcs.core.mavlink.sources import CALL, STATE, VERSION_1_AFTER_S, Slot, Source
+from tui_gcs.core.reception import MOST_BYTES, Reception
+from tui_gcs.core.scenario.model import Origin
 
 HOME: Address = ("vehicle", 1)
 STRANGER: Address = ("stranger", 1)

@@ -8,7 +8,7 @@ from link_rig import FRAME
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.links import LinkError, open_link
 from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE
-from tui_gcs.core.wire.encode import Encoder
+from tui_gcs.core.mavlink.encode import Encoder
 
 START_US = 1_700_000_000_000_000
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from service_rig import PX4, Fields, Peer, ServiceRig
 
-from tui_gcs.core.firmware.modes import known_modes, mode_name
+from tui_gcs.core.mavlink.mode_names import known_modes, mode_name
 from tui_gcs.core.services.modes import ModeService
 
 COPTER_LIST = [

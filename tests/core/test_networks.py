@@ -11,10 +11,10 @@ from wires import Wire, Wired
 from tui_gcs.core import messages as m
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.links import Address
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.signing import Key, ticks
 from tui_gcs.core.messages import Freshness
 from tui_gcs.core.vehicle import Signing
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.signing import Key, ticks
 
 MakeWired = Callable[..., Wired]
 SECRET = bytes(range(1, 33))

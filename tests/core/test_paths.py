@@ -174,7 +174,7 @@ def test_another_link_costs_no_questions_about_rates(wired: MakeWired) -> None:
 
 
 def test_the_radio_of_a_second_link_is_heard(wired: MakeWired) -> None:
-    from tui_gcs.core.wire.encode import Encoder
+    from tui_gcs.core.mavlink.encode import Encoder
 
     flight = wired(1, wires=[Wire("near"), Wire("far", delay_s=0.3)]).run(10.0)
     said = {"rssi": 200, "remrssi": 190, "noise": 40, "remnoise": 40, "rxerrors": 0, "fixed": 0}

@@ -6,8 +6,8 @@ import pytest
 from heard import Heard
 
 from tui_gcs.core.firmware.plans import ARDUPILOT, ARDUPLANE, GENERIC, PX4, PlanDialect, dialect_of
+from tui_gcs.core.mavlink.enum_names import NOT_VEHICLES
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
-from tui_gcs.core.wire.mavlink import NOT_VEHICLES
 
 MISSION, FENCE, RALLY = PlanKind.MISSION, PlanKind.FENCE, PlanKind.RALLY
 LAT, LON = 470_000_000, 85_000_000

@@ -9,9 +9,9 @@ from wires import Wire, Wired
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.keystore import KeyStore
+from tui_gcs.core.mavlink.signing import Key, ticks
 from tui_gcs.core.messages import Reply
 from tui_gcs.core.vehicle import Signing
-from tui_gcs.core.wire.signing import Key, ticks
 
 MakeWired = Callable[..., Wired]
 SECRET, OTHER = bytes.fromhex("c0ffee" * 10 + "beef"), bytes(range(101, 133))

@@ -11,12 +11,12 @@ from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.spec import parse_link
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.signing import sign, ticks
 from tui_gcs.core.rate_sets import LADDER
 from tui_gcs.core.rates import RateDesk
 from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.services.command import CommandService
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.signing import sign, ticks
 
 TICK_S = 0.05
 RADIO = parse_link("serial:radio:57600")

@@ -7,9 +7,9 @@ import pytest
 from pymavlink import mavutil
 
 from tui_gcs.core.appender import Appender
+from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.tlog import read_tlog
-from tui_gcs.core.wire.encode import Encoder
 
 
 def frames(count: int) -> list[bytes]:

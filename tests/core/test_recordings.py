@@ -12,10 +12,10 @@ from pymavlink.dialects.v20 import all as pymavlink_all
 from wire_newer import NEW, extra_fields
 
 from tui_gcs.core.base.text import clean
+from tui_gcs.core.mavlink import dialect
+from tui_gcs.core.mavlink.dialect import Message, decode
+from tui_gcs.core.mavlink.frames import Frame
 from tui_gcs.core.tlog import read_tlog
-from tui_gcs.core.wire import dialect
-from tui_gcs.core.wire.dialect import Message, decode
-from tui_gcs.core.wire.frames import Frame
 
 pytestmark = pytest.mark.long  # whole recordings
 

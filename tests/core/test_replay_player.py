@@ -9,10 +9,10 @@ from tui_gcs.core import bus as keys
 from tui_gcs.core import messages as m
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.bus import MemoryBus
+from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.replay import LONGEST_GAP_S, Player
 from tui_gcs.core.tlog import TlogError
-from tui_gcs.core.wire.encode import Encoder
 
 DATA = Path(__file__).parent.parent / "data"
 START_S = 1.7e9

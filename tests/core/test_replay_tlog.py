@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.frames import Frame
 from tui_gcs.core.tlog import TlogError, read_tlog
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import Frame
 
 START_US = 1_700_000_000_000_000
 DAY_US = 24 * 3600 * 1_000_000

@@ -8,11 +8,11 @@ from rig import SETPOINT, Rig
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.links import Address
+from tui_gcs.core.mavlink.dialect import decode
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.frames import cut_datagram
 from tui_gcs.core.messages import Phase
 from tui_gcs.core.status import station_status
-from tui_gcs.core.wire.dialect import decode
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import cut_datagram
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

@@ -11,7 +11,7 @@ from vehicles import a_vehicle
 
 from tui_gcs.core import messages_services as s
 from tui_gcs.core.firmware.mode_manners import manner_of
-from tui_gcs.core.firmware.modes import known_modes
+from tui_gcs.core.mavlink.mode_names import known_modes
 from tui_gcs.core.services.order import Retry
 
 ACCEPTED, DENIED = 0, 2

@@ -10,11 +10,10 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as pymavlink_all
 
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.tlog import TlogReader
-from tui_gcs.core.wire import signing
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import cut_datagram
-from tui_gcs.core.wire.signing import (
+from tui_gcs.core.mavlink import signing
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.frames import cut_datagram
+from tui_gcs.core.mavlink.signing import (
     MAX_TIMESTAMP,
     TICKS_PER_S,
     ZERO_KEY,
@@ -30,6 +29,7 @@ from tui_gcs.core.wire.signing import (
     strip_signature,
     ticks,
 )
+from tui_gcs.core.tlog import TlogReader
 
 SECRET = bytes(range(32))
 OTHER_SECRET = bytes(range(1, 33))

@@ -10,8 +10,8 @@ import pytest
 
 from sitl.fleet import SimFleet, VehicleSpec
 from sitl.signing import SigningSpec
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.signing import TICKS_PER_S, SigningClock, Verdict, Verifier, sign, ticks
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.signing import TICKS_PER_S, SigningClock, Verdict, Verifier, sign, ticks
 
 KEY = bytes(range(32))
 WALL_S = 1_790_000_000.0

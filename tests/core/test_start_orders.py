@@ -5,8 +5,8 @@ from collections.abc import Callable
 import pytest
 from watch import BRAKE, GUIDED, LAND, Watch
 
+from tui_gcs.core.mavlink.sources import Slot
 from tui_gcs.core.messages import Phase, RunPhase
-from tui_gcs.core.wire.sources import Slot
 
 SYS_STATUS = 1
 STABILIZE = 0

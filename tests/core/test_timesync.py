@@ -8,8 +8,8 @@ import pytest
 from service_rig import Fields, Peer, ServiceRig
 from wires import Wire, Wired
 
+from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.services.timesync import MOST_AT_ONCE, MOST_PER_S
-from tui_gcs.core.wire.encode import Encoder
 
 MakeWired = Callable[..., Wired]
 ASK, PING = Encoder(1, 1), Encoder(1, 1)

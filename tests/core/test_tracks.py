@@ -11,9 +11,9 @@ from service_rig import Peer, ServiceRig
 
 from tui_gcs.core.bus import FLEET
 from tui_gcs.core.detections import Detection
+from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.messages import FleetFrame, Track, decode
 from tui_gcs.core.tracks import TrackBook
-from tui_gcs.core.wire.encode import Encoder
 
 NAN = math.nan
 CAMERA = 100

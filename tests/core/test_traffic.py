@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from service_rig import Peer, ServiceRig
 
+from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.services.traffic import FORGOTTEN_S, MOST_TRACKS, TrafficService
-from tui_gcs.core.wire.encode import Encoder
 
 ALL_KNOWN = 0x19F
 HERE: dict[str, Any] = {

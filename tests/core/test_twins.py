@@ -8,8 +8,8 @@ from wires import MakeWired, Wire, Wired, apart, at, only
 
 from tui_gcs.core import messages as m
 from tui_gcs.core.events import ALERT
+from tui_gcs.core.mavlink.intake import MOST_SOURCES
 from tui_gcs.core.messages import Freshness, Phase
-from tui_gcs.core.wire.intake import MOST_SOURCES
 
 
 def twins_told(flight: Wired, within_s: float = 5.0) -> None:
@@ -142,7 +142,7 @@ def test_a_stray_heartbeat_now_and_then_blocks_nobody(wired: MakeWired) -> None:
 
 
 def test_a_camera_with_an_address_of_its_own_is_no_second_vehicle(wired: MakeWired) -> None:
-    from tui_gcs.core.wire.encode import Encoder
+    from tui_gcs.core.mavlink.encode import Encoder
 
     flight = wired(1, wires=[Wire("near")]).run(10.0)
     camera = Encoder(1, 100)

@@ -4,7 +4,7 @@ from fastcrc.crc16 import mcrf4xx
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from tui_gcs.core.wire.checksum import BEFORE_MAGIC, HIGH, LOW, residue
+from tui_gcs.core.mavlink.checksum import BEFORE_MAGIC, HIGH, LOW, residue
 
 
 def judged(raw: bytes, extra: bytes) -> bool:

@@ -9,11 +9,21 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as pymavlink_all
 from wire_newer import NEW, extra_fields, extra_names
 
-from tui_gcs.core.wire import dialect, mavlink
-from tui_gcs.core.wire.dialect import Layout, Message, decode, fields_of, label, layout, message_name, payload_values
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import Frame, cut_datagram
-from tui_gcs.core.wire.mavlink import NOT_VEHICLES, type_name
+from tui_gcs.core.mavlink import dialect
+from tui_gcs.core.mavlink import enum_names as mavlink
+from tui_gcs.core.mavlink.dialect import (
+    Layout,
+    Message,
+    decode,
+    fields_of,
+    label,
+    layout,
+    message_name,
+    payload_values,
+)
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.enum_names import NOT_VEHICLES, type_name
+from tui_gcs.core.mavlink.frames import Frame, cut_datagram
 
 
 def decoded(raw: bytes) -> Message:
@@ -220,7 +230,7 @@ def test_our_names_of_enumerations_are_those_of_mavlink() -> None:
 
 def test_importing_the_wire_loads_no_tables() -> None:
     code = (
-        "import sys, tui_gcs.core.wire.encode, tui_gcs.core.links; from tui_gcs.core.wire import dialect;"
+        "import sys, tui_gcs.core.mavlink.encode, tui_gcs.core.links; from tui_gcs.core.mavlink import dialect;"
         "print('pymavlink' in sys.modules, len(dialect._definitions))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -10,11 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.generator.mavparse import MAVXML
 
-from tui_gcs.core.wire import dialect, tables
-from tui_gcs.core.wire.dialect_xml import MOST_DEPTH, read_xml
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import cut_datagram
-from tui_gcs.core.wire.tables import Definition, DialectError
+from tui_gcs.core.mavlink import dialect
+from tui_gcs.core.mavlink import message_tables as tables
+from tui_gcs.core.mavlink.dialect_xml import MOST_DEPTH, read_xml
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.frames import cut_datagram
+from tui_gcs.core.mavlink.message_tables import Definition, DialectError
 
 PYMAVLINK = {definition.msgid: definition for definition in tables.from_pymavlink()}
 KNOWN = {definition.msgid: definition for definition in tables.made_anew()}

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as pymavlink_all
 
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import Frame, StreamCutter, cut_datagram
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.frames import Frame, StreamCutter, cut_datagram
 
 HEARTBEAT: dict[str, Any] = {
     "type": 2,

@@ -5,10 +5,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v10 import common as version1
 
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.intake import Intake
-from tui_gcs.core.wire.signing import sign
-from tui_gcs.core.wire.sources import Slot, Source
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.intake import Intake
+from tui_gcs.core.mavlink.signing import sign
+from tui_gcs.core.mavlink.sources import Slot, Source
 
 HERE = ("127.0.0.1", 5000)
 

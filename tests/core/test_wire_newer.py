@@ -11,11 +11,11 @@ from pymavlink.dialects.v20 import all as pymavlink_all
 from rig import Rig
 
 from sitl.wire import cut
+from tui_gcs.core.mavlink import dialect
+from tui_gcs.core.mavlink.dialect import Message, decode
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.frames import cut_datagram
 from tui_gcs.core.tlog import read_tlog
-from tui_gcs.core.wire import dialect
-from tui_gcs.core.wire.dialect import Message, decode
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import cut_datagram
 
 MakeRig = Callable[..., Rig]
 ROOT = Path(__file__).parents[2]

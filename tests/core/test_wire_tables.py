@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as pymavlink_all
 from wire_newer import LONGER, NEW
 
-from tui_gcs.core.wire import tables
-from tui_gcs.core.wire.tables import Definition, DialectError, Field
+from tui_gcs.core.mavlink import message_tables as tables
+from tui_gcs.core.mavlink.message_tables import Definition, DialectError, Field
 
 PYMAVLINK = {definition.msgid: definition for definition in tables.from_pymavlink()}
 WHOLE = {definition.msgid: definition for definition in tables.made_anew()}
@@ -242,16 +242,16 @@ def test_any_bytes_behind_a_good_checksum_are_read_without_an_error(
 
 START = """
 import sys, time
-from tui_gcs.core.wire import tables
+from tui_gcs.core.mavlink import tables
 began_s = time.perf_counter()
 tables.load()
 print(1000 * (time.perf_counter() - began_s))
-from tui_gcs.core.wire.dialect import decode
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import cut_datagram
+from tui_gcs.core.mavlink.dialect import decode
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.frames import cut_datagram
 (frame,) = cut_datagram(Encoder(1, 1).encode("SYSTEM_TIME", time_unix_usec=5, time_boot_ms=6)).frames
 assert decode(frame).fields == {"time_unix_usec": 5, "time_boot_ms": 6}
-print(sorted(name for name in sys.modules if name.startswith(("pymavlink", "xml.", "tui_gcs.core.wire.dialect_xml"))))
+print(sorted(name for name in sys.modules if name.startswith(("pymavlink", "xml.", "tui_gcs.core.mavlink.dialect_xml"))))
 """
 
 

@@ -21,12 +21,12 @@ from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.guard import Guard
+from tui_gcs.core.mavlink.sources import Stream
 from tui_gcs.core.messages import Phase, Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.sources import Stream
 
 AUTO, GUIDED, RTL, LAND, BRAKE = 3, 4, 6, 9, 17
 STEP_S = 0.1

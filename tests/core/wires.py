@@ -18,11 +18,11 @@ from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Address
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
+from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.messages import StationStatus
 from tui_gcs.core.station import Station
 from tui_gcs.core.status import station_status
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire import dialect
 from tui_gcs.rehearsal import TICK_S, TOKEN
 
 Place = Callable[[int, int], Address | None]

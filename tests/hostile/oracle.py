@@ -26,14 +26,14 @@ from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Address, Link
 from tui_gcs.core.links.memory import MemoryLink
+from tui_gcs.core.mavlink.dialect import label
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.frames import cut_datagram
+from tui_gcs.core.mavlink.signing import Key
 from tui_gcs.core.messages import Freshness
 from tui_gcs.core.station import Station
 from tui_gcs.core.status import station_status
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.dialect import label
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import cut_datagram
-from tui_gcs.core.wire.signing import Key
 from tui_gcs.rehearsal import LINK, TOKEN, simulated_vehicles
 
 STRANGER: Address = ("stranger", 1)

@@ -13,9 +13,9 @@ from tests.core.link_rig import free_port
 from tests.hostile.oracle import STRANGER, Oracle
 from tui_gcs.core.links import Address, Link, open_link
 from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE
+from tui_gcs.core.mavlink import dialect
+from tui_gcs.core.mavlink.intake import MOST_SLOTS
 from tui_gcs.core.tlog import read_tlog
-from tui_gcs.core.wire import dialect
-from tui_gcs.core.wire.intake import MOST_SLOTS
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

@@ -22,10 +22,10 @@ from tui_gcs.core.forward import Endpoint
 from tui_gcs.core.links import Address
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
+from tui_gcs.core.mavlink import dialect
+from tui_gcs.core.mavlink.frames import SIGNED, cut_datagram
+from tui_gcs.core.mavlink.signing import sign
 from tui_gcs.core.tlog import read_tlog
-from tui_gcs.core.wire import dialect
-from tui_gcs.core.wire.frames import SIGNED, cut_datagram
-from tui_gcs.core.wire.signing import sign
 
 SEED = int(os.environ.get("FUZZ_SEED", "1"))
 GENERATED_BYTES, MUTATED_BYTES = 6_000_000, 4_000_000

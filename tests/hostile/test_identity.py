@@ -13,9 +13,9 @@ from tui_gcs.core.forward import Endpoint
 from tui_gcs.core.links import Address
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
+from tui_gcs.core.mavlink.signing import MAX_TIMESTAMP, TICKS_PER_S, sign, signature_matches, ticks
 from tui_gcs.core.messages import Freshness
 from tui_gcs.core.vehicle import Signing
-from tui_gcs.core.wire.signing import MAX_TIMESTAMP, TICKS_PER_S, sign, signature_matches, ticks
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

@@ -19,13 +19,13 @@ from plan_peers import ArduPilotPeer, PlanPeer, Px4Peer, fence, mission, square,
 from service_rig import Fields, Peer, ServiceRig
 
 from tests.hostile.oracle import Oracle
+from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.messages import Freshness
 from tui_gcs.core.plans.check import MOST_ITEMS, check
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.services.jobs import JobState
 from tui_gcs.core.services.mission import MissionService
 from tui_gcs.core.services.plan_jobs import PlanJob
-from tui_gcs.core.wire.encode import Encoder
 
 Attack = Callable[..., Oracle]
 Make = Callable[..., tuple[ServiceRig, MissionService]]

@@ -11,7 +11,7 @@ from tests.hostile.oracle import Watched
 from tests.hostile.test_framing import raw_frame
 from tests.hostile.test_text import TEXTS, WICKED, field_of, is_safe
 from tests.screens.meter import MeteredConsole
-from tui_gcs.core.wire import dialect
+from tui_gcs.core.mavlink import dialect
 
 OURS = re.compile(r"\x1b\[(?:\d+(?:;\d+)*)?[HCm]")
 """What a painter writes beside characters: move, step right, pen."""

@@ -16,9 +16,9 @@ from tests.core.rig import Rig
 from tests.hostile.oracle import Oracle
 from tests.hostile.test_framing import raw_frame
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.wire import dialect
-from tui_gcs.core.wire.frames import cut_datagram
-from tui_gcs.core.wire.tables import Field
+from tui_gcs.core.mavlink import dialect
+from tui_gcs.core.mavlink.frames import cut_datagram
+from tui_gcs.core.mavlink.message_tables import Field
 
 dialect.is_known(0)
 TEXTS = [

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
+from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
 NOTE, CAUTION, ERROR = "note", "caution", "ERROR"
 WORDS = (NOTE, CAUTION, ERROR)

@@ -8,6 +8,7 @@ from tui_gcs.commands.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS
 from tui_gcs.commands.convert import round_of
 from tui_gcs.core.formats.conversion import Base
 from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.mavlink.enum_names import autopilot_name
 from tui_gcs.core.missions.crew import Member, crew
 from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.missions.forecast import Forecast
@@ -15,7 +16,6 @@ from tui_gcs.core.missions.store import DraftFileError, from_bytes
 from tui_gcs.core.missions.way import Home
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.core.scenario.model import Origin
-from tui_gcs.core.wire.mavlink import autopilot_name
 from tui_gcs.exits import CommandError
 from tui_gcs.widgets.mission_text import clock, conflict_text, distance
 

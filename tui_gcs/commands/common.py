@@ -244,7 +244,7 @@ def check_dialects(files: list[str]) -> None:
     """
     if not files:
         return
-    from tui_gcs.core.wire.dialect import DialectError, add_xml
+    from tui_gcs.core.mavlink.dialect import DialectError, add_xml
 
     for file in files:
         try:

@@ -18,9 +18,9 @@ from tui_gcs.core.closing import Closing, closings
 from tui_gcs.core.events import WARNING
 from tui_gcs.core.firmware.habits import stop_word
 from tui_gcs.core.firmware.health import Concern, Problem
-from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.flights import FOUND, MOTORS_STEP, ON_BOARD_STEP, Flight
 from tui_gcs.core.jumps import JUMP_M
+from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.messages import Event, Freshness, Phase, RunPhase
 from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.monitor import error_m

@@ -7,8 +7,8 @@ of a vehicle are its autopilot's alone.
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from tui_gcs.core.mavlink.sources import Slot
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.sources import Slot
 
 if TYPE_CHECKING:
     from tui_gcs.core.fleet import Fleet

@@ -13,14 +13,14 @@ from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.guard import STARTS, STOPS, Guard
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.links import Address, Link
+from tui_gcs.core.mavlink import dialect
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.signing import Key, ticks
+from tui_gcs.core.mavlink.sources import Source
 from tui_gcs.core.messages import EventClass, Freshness, Kind
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.trust import TrustBook
 from tui_gcs.core.vehicle import Path, Vehicle
-from tui_gcs.core.wire import dialect
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.signing import Key, ticks
-from tui_gcs.core.wire.sources import Source
 
 HOUSEKEEPING = frozenset({"HEARTBEAT", "COMMAND_LONG:511", "COMMAND_LONG:512", "TIMESYNC", "PING"})
 """What may go to a vehicle that has not proven which kind it is: our heartbeat, answers, requests for information."""

@@ -12,11 +12,11 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import Stand
 from tui_gcs.core.events import ALERT, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.firmware.base import may_be_flying
-from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, Flight, FlightBook
 from tui_gcs.core.homing import LAYER_TOLERANCE_M, Homing
+from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.services.command import Action, CommandService, Outcome

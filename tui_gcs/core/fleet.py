@@ -17,6 +17,9 @@ from tui_gcs.core.copies import Copies
 from tui_gcs.core.events import ERROR, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.ghosts import GhostWatch
+from tui_gcs.core.mavlink.dialect import Message, label
+from tui_gcs.core.mavlink.intake import Intake
+from tui_gcs.core.mavlink.sources import CALL, KEEP, STATE, Slot, Source, Stream
 from tui_gcs.core.messages import EventClass, Freshness
 from tui_gcs.core.paths import PathBook
 from tui_gcs.core.pilots import is_autopilot, replaces
@@ -24,9 +27,6 @@ from tui_gcs.core.refusals import RefusalTeller
 from tui_gcs.core.services.text import TextDesk
 from tui_gcs.core.telemetry import Telemetry
 from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
-from tui_gcs.core.wire.dialect import Message, label
-from tui_gcs.core.wire.intake import Intake
-from tui_gcs.core.wire.sources import CALL, KEEP, STATE, Slot, Source, Stream
 
 Fields = dict[str, Any]
 OnMessage = Callable[[Vehicle, Fields], None]

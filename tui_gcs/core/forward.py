@@ -22,12 +22,12 @@ from tui_gcs.core.forward_ports import MOST_PARTNERS, MOST_PER_S, Port
 from tui_gcs.core.forward_rules import KEYS, MESSAGES, STEERING, judge, may_stop
 from tui_gcs.core.guard import STOPS, Guard
 from tui_gcs.core.links import Address, Link, LinkError
+from tui_gcs.core.mavlink.dialect import Message, decode, is_known, layout
+from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.frames import MAGIC_V2, Frame, cut_datagram
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.services.command import DENIED
 from tui_gcs.core.vehicle import IDS_PER_NETWORK, Vehicle
-from tui_gcs.core.wire.dialect import Message, decode, is_known, layout
-from tui_gcs.core.wire.encode import Encoder
-from tui_gcs.core.wire.frames import MAGIC_V2, Frame, cut_datagram
 
 ANSWER_GAP_S = 1.0
 """A refused command is answered at most so often per endpoint (security.md B.6-49)."""

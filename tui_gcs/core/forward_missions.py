@@ -6,7 +6,6 @@ Numbers: MAV_CMD, MAV_MISSION_TYPE of common.xml.
 """
 
 from tui_gcs.core.firmware.habits import habits_of
-from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.forward_orders import (
     Asked,
     Order,
@@ -24,7 +23,8 @@ from tui_gcs.core.forward_orders import (
     whole_number,
 )
 from tui_gcs.core.forward_plans import Place, Plan, Step
-from tui_gcs.core.wire.dialect import Message
+from tui_gcs.core.mavlink.dialect import Message
+from tui_gcs.core.mavlink.mode_names import mode_name
 
 FLIES_MISSION = frozenset({"AUTO", "AUTO_RTL", "MISSION"})
 """Modes."""

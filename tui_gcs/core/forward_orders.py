@@ -17,9 +17,9 @@ from tui_gcs.core.forward_plans import Plan
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard import SPEED_TOLERANCE, Guard
 from tui_gcs.core.guard_motion import Does, Sight
+from tui_gcs.core.mavlink.dialect import Message
 from tui_gcs.core.messages import Vec3
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.dialect import Message
 
 AMSL_FRAMES = frozenset({0, 5})
 """MAV_FRAME_GLOBAL and its _INT twin: heights above sea level."""

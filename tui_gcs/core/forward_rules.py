@@ -8,7 +8,6 @@ import math
 from collections.abc import Callable
 
 from tui_gcs.core.firmware.habits import MISSION_MODES, OTHER_MODES, habits_of, stop_word
-from tui_gcs.core.firmware.modes import mode_name
 from tui_gcs.core.forward_missions import (
     mission_continue,
     mission_item,
@@ -37,7 +36,8 @@ from tui_gcs.core.forward_orders import (
     whole_number,
 )
 from tui_gcs.core.forward_parameters import parameter
-from tui_gcs.core.wire.mavlink import FLAG_ARMED
+from tui_gcs.core.mavlink.enum_names import FLAG_ARMED
+from tui_gcs.core.mavlink.mode_names import mode_name
 
 KEYS = frozenset({7, 256, 299})
 """AUTH_KEY, SETUP_SIGNING, WIFI_CONFIG_AP: frames that carry keys go neither in nor out."""

@@ -8,7 +8,7 @@ import re
 from typing import Literal, get_args
 
 from tui_gcs.core.keystore_files import KeyStoreError
-from tui_gcs.core.wire.signing import KEY_BYTES
+from tui_gcs.core.mavlink.signing import KEY_BYTES
 
 Form = Literal["hex", "mavproxy", "missionplanner", "qgc"]
 FORMS: tuple[Form, ...] = get_args(Form)

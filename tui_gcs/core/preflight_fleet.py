@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.mavlink.enum_names import autopilot_name
 from tui_gcs.core.messages import Freshness, Phase
 from tui_gcs.core.messages_preflight import Check, CheckState
 from tui_gcs.core.rehearsals import Rehearsal
-from tui_gcs.core.wire.mavlink import autopilot_name
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 from tui_gcs.core import messages as m
 from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.keystore import KeyStoreError
+from tui_gcs.core.mavlink.signing import Key
 from tui_gcs.core.messages import EventClass, Freshness, Reply
 from tui_gcs.core.trust import PROVE_S
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.signing import Key
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

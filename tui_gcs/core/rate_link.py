@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tui_gcs.core.links.spec import LinkSpec
+from tui_gcs.core.mavlink.frames import SIGNATURE_BYTES
+from tui_gcs.core.mavlink.sources import Slot
 from tui_gcs.core.radio import BackOff
 from tui_gcs.core.rate_sets import (
     FRAME_BYTES,
@@ -18,8 +20,6 @@ from tui_gcs.core.rate_sets import (
     bytes_per_s,
     telemetry_budget,
 )
-from tui_gcs.core.wire.frames import SIGNATURE_BYTES
-from tui_gcs.core.wire.sources import Slot
 
 CALM_S = 5.0
 """A set gets richer when nobody has joined or left the link for this long; poorer at once."""

@@ -8,7 +8,7 @@ freezes at an old value when a set gets poorer. For that, `lean` goes without AT
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from tui_gcs.core.wire.frames import SIGNATURE_BYTES
+from tui_gcs.core.mavlink.frames import SIGNATURE_BYTES
 
 Rates = Mapping[int, float]
 """Hz by message id."""

@@ -10,10 +10,10 @@ from tui_gcs.core.events import ERROR, NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.forward import Forwarder
 from tui_gcs.core.links import Link
+from tui_gcs.core.mavlink.signing import for_log
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.trust import TrustBook
-from tui_gcs.core.wire.signing import for_log
 
 MOST_BYTES = 256 * 1024
 """Of all links together in one `receive`; what is left stays where it is, and its link is first the next time."""

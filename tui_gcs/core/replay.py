@@ -23,12 +23,12 @@ from tui_gcs.core.events import NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import FlightBook
 from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.mavlink.dialect import decode
+from tui_gcs.core.mavlink.frames import Frame
 from tui_gcs.core.messages import EventClass, Freshness, Kind, Reply, RunPhase, ScenarioChanged, StationStatus
 from tui_gcs.core.scenario.model import Limits, LinkLoss, Origin, ResultLimits, Scenario
 from tui_gcs.core.snapshot import fleet_frame
 from tui_gcs.core.tlog import read_tlog
-from tui_gcs.core.wire.dialect import decode
-from tui_gcs.core.wire.frames import Frame
 
 FRAME_GAP_S = 0.1
 STATUS_GAP_S = 0.5

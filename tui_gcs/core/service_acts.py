@@ -10,12 +10,12 @@ from typing import Any
 from tui_gcs.core import messages_services as s
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
-from tui_gcs.core.firmware.commands import CMD_REBOOT
 from tui_gcs.core.firmware.mode_manners import manner_of
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.shell import why_no_shell
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.formats.content import counted
+from tui_gcs.core.mavlink.commands import CMD_REBOOT
 from tui_gcs.core.plan_rows import plan_of, plan_rows
 from tui_gcs.core.plans.model import PlanKind, PlanWord
 from tui_gcs.core.service_carry import CarryActs

@@ -37,6 +37,7 @@ from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Link
 from tui_gcs.core.listeners import Listeners
+from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.messages import (
     Event,
     EventClass,
@@ -74,7 +75,6 @@ from tui_gcs.core.tracks import TrackBook
 from tui_gcs.core.trust import TrustBook
 from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.wind import WindBook
-from tui_gcs.core.wire.encode import Encoder
 
 JUMPED, DOUBTED = "its position jumped", "it doubted its own position"
 """Why who holds does not go on with the others."""

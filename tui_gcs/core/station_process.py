@@ -29,14 +29,14 @@ from tui_gcs.core.journal import Journal
 from tui_gcs.core.keystore import KeyStore, KeyStoreError, open_store
 from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Link, LinkError, open_link
+from tui_gcs.core.mavlink import dialect
+from tui_gcs.core.mavlink.signing import SigningError
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.messages import PlannerInfo
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import OperatorId, Scenario
 from tui_gcs.core.station import Station, StationConfig
-from tui_gcs.core.wire import dialect
-from tui_gcs.core.wire.signing import SigningError
 from tui_gcs.core.workers import Declarations, Workers
 from tui_gcs.core.zenoh_bus import QueuedBus, ZenohBus, serve
 

@@ -11,8 +11,8 @@ from itertools import islice
 from pathlib import Path
 
 from tui_gcs.core.base.regular_file import open_plain
-from tui_gcs.core.wire import dialect
-from tui_gcs.core.wire.frames import MAGIC, MAGIC_V1, MAGIC_V2, Frame, check_frame, frame_end
+from tui_gcs.core.mavlink import dialect
+from tui_gcs.core.mavlink.frames import MAGIC, MAGIC_V1, MAGIC_V2, Frame, check_frame, frame_end
 
 JUMP_US = 3 * 24 * 3600 * 1_000_000
 """A time farther than this from its neighbours is damaged (Mission Planner and pymavlink use three days, too)."""

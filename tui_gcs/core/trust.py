@@ -15,10 +15,8 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.events import ALERT, NOTICE, WARNING, EventLog
 from tui_gcs.core.keystore import KeyStore, KeyStoreError
 from tui_gcs.core.keystore_timestamps import TimestampFile
-from tui_gcs.core.messages import EventClass
-from tui_gcs.core.vehicle import IDS_PER_NETWORK, Signing, Vehicle
-from tui_gcs.core.wire.frames import MAGIC_V2, SIGNED
-from tui_gcs.core.wire.signing import (
+from tui_gcs.core.mavlink.frames import MAGIC_V2, SIGNED
+from tui_gcs.core.mavlink.signing import (
     MAX_TIMESTAMP,
     MAY_BE_UNSIGNED,
     Key,
@@ -31,7 +29,9 @@ from tui_gcs.core.wire.signing import (
     signed_by,
     timestamp,
 )
-from tui_gcs.core.wire.sources import Source
+from tui_gcs.core.mavlink.sources import Source
+from tui_gcs.core.messages import EventClass
+from tui_gcs.core.vehicle import IDS_PER_NETWORK, Signing, Vehicle
 
 HEARTBEAT = 0
 LOOK_S = 0.5

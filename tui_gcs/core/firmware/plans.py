@@ -9,7 +9,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from tui_gcs.core.firmware.modes import mode_name
+from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
+from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.plans.model import (
     AMSL,
     CIRCLES,
@@ -41,7 +42,6 @@ from tui_gcs.core.plans.model import (
     float32,
 )
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
 FLIES_MISSION = frozenset({"AUTO", "AUTO_RTL", "MISSION"})
 """Modes in which what is held is being flown."""

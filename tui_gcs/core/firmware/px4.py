@@ -13,7 +13,6 @@ from typing import Any
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import STILL
 from tui_gcs.core.events import WARNING, EventLog
-from tui_gcs.core.firmware import commands as c
 from tui_gcs.core.firmware.base import (
     Lead,
     is_settled,
@@ -23,6 +22,7 @@ from tui_gcs.core.firmware.base import (
 from tui_gcs.core.firmware.px4_failsafe import OffboardLoss
 from tui_gcs.core.firmware.px4_offboard import GAP_S, OFFBOARD, Offboard, home_amsl_m, in_failsafe
 from tui_gcs.core.firmware.speech import Done, Speech
+from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.messages import EventClass, Vec3
 from tui_gcs.core.place import home_height
 from tui_gcs.core.services.command import CommandService

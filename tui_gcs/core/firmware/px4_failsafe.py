@@ -9,8 +9,8 @@ import struct
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.firmware import commands as c
 from tui_gcs.core.firmware.speech import Speech
+from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.vehicle import Vehicle
 

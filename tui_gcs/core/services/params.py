@@ -16,6 +16,7 @@ from tui_gcs.core.events import INFO, WARNING
 from tui_gcs.core.firmware import parameters as firmware
 from tui_gcs.core.firmware.airframes import changes_airframe
 from tui_gcs.core.fleet import Fields
+from tui_gcs.core.mavlink.frames import MAGIC_V2
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.param_cache import CacheKey, ParamCache
 from tui_gcs.core.services.context import Context
@@ -44,7 +45,6 @@ from tui_gcs.core.services.param_values import (
     wire_value,
 )
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.frames import MAGIC_V2
 
 PARAM_VALUE, AUTOPILOT_VERSION = 22, 148
 BY_NAME = -1

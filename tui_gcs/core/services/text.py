@@ -14,10 +14,10 @@ from typing import Any
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.rejection_counter import Tally
 from tui_gcs.core.events import NOTICE, WARNING, EventLog
-from tui_gcs.core.firmware.failsafe_words import is_of_failsafe
+from tui_gcs.core.mavlink.failsafe_texts import is_of_failsafe
+from tui_gcs.core.mavlink.frames import MAGIC_V2
 from tui_gcs.core.messages import EventClass
 from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wire.frames import MAGIC_V2
 
 CHUNK_CHARS = 50
 WAIT_S = 1.0

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from fastcrc.crc16 import mcrf4xx
 
-from tui_gcs.core.wire import dialect
+from tui_gcs.core.mavlink import dialect
 
 MAGIC_V1 = 0xFE
 MAGIC_V2 = 0xFD

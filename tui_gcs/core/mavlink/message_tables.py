@@ -138,7 +138,7 @@ def made_anew() -> list[Definition]:
     Raises:
         DialectError: `newer.xml` is not there, or contradicts pymavlink (it may make messages longer, not others).
     """
-    from tui_gcs.core.wire.dialect_xml import read_xml  # rarely needed, and needs this module itself
+    from tui_gcs.core.mavlink.dialect_xml import read_xml  # rarely needed, and needs this module itself
 
     known = {definition.msgid: definition for definition in from_pymavlink()}
     known.update((definition.msgid, definition) for definition in read_xml(NEWER_XML, known))

@@ -4,7 +4,7 @@ ArduPilot numbers: enum Mode::Number of each vehicle (mode.h of ArduCopter, Ardu
 PX4: main mode in bits 16-23, sub mode in bits 24-31 (px4_custom_mode.h).
 """
 
-from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
+from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
 _COPTER_TYPES = frozenset({2, 3, 4, 13, 14, 15, 29, 35, 43})
 _PLANE_TYPES = frozenset({1, 7, 16, 17, 19, 20, 21, 22, 23, 24, 25, 28})

@@ -1,6 +1,6 @@
 """What autopilots put into HIGH_LATENCY2 that common.xml leaves to them: half a mode, and whether they are armed."""
 
-from tui_gcs.core.wire.mavlink import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4, FLAG_ARMED
+from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4, FLAG_ARMED
 
 
 def mode_number(autopilot: int, said: int) -> int:

@@ -14,7 +14,7 @@ from typing import Any
 
 from fastcrc.crc16 import mcrf4xx
 
-from tui_gcs.core.wire import dialect
+from tui_gcs.core.mavlink import dialect
 
 KEY_BYTES = 32
 ZERO_KEY = bytes(KEY_BYTES)

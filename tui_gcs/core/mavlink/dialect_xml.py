@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import get_args
 from xml.parsers import expat
 
-from tui_gcs.core.wire import tables
-from tui_gcs.core.wire.tables import Definition, DialectError, Field, FieldType
+from tui_gcs.core.mavlink import message_tables as tables
+from tui_gcs.core.mavlink.message_tables import Definition, DialectError, Field, FieldType
 
 MOST_FILE_BYTES = 1 << 20
 MOST_TOTAL_BYTES = 2 << 20

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 from tui_gcs.core.links.base import Address
-from tui_gcs.core.wire import checksum, dialect
-from tui_gcs.core.wire.frames import SIGNED
+from tui_gcs.core.mavlink import checksum, dialect
+from tui_gcs.core.mavlink.frames import SIGNED
 
 KEEP, STATE, CALL = 0, 1, 2
 """What is done with a frame beyond keeping it: nothing; its owner reads the newest at the next `settle`; a call now."""

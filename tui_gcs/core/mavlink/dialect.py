@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.wire import tables
-from tui_gcs.core.wire.tables import DialectError
+from tui_gcs.core.mavlink import message_tables as tables
+from tui_gcs.core.mavlink.message_tables import DialectError
 
 if TYPE_CHECKING:
-    from tui_gcs.core.wire.frames import Frame
+    from tui_gcs.core.mavlink.frames import Frame
 
 __all__ = [
     "CRC_EXTRA",
@@ -162,7 +162,7 @@ def add_xml(path: Path) -> tuple[str, ...]:
     Raises:
         DialectError: one line with file, message, reason, and what to do.
     """
-    from tui_gcs.core.wire.dialect_xml import read_xml  # 2 ms that hardly any start needs
+    from tui_gcs.core.mavlink.dialect_xml import read_xml  # 2 ms that hardly any start needs
 
     added = read_xml(path, dict(_definitions or _load()))
     for definition in added:
