@@ -9,8 +9,8 @@ from textual.pilot import Pilot
 
 from tui_gcs.app import ConsoleApp
 from tui_gcs.commands.common import read_scenario
-from tui_gcs.core import messages as m
 from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.protocol import common as m
 from tui_gcs.rehearsal import LockStep
 
 FOLDER = Path(__file__).parent

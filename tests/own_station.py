@@ -8,11 +8,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tui_gcs.core import messages as m
 from tui_gcs.core.base.directories import socket_path
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.bus import EVENT, FLEET, STATUS, BusError
-from tui_gcs.core.zenoh_bus import ZenohBus, connect
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import EVENT, FLEET, STATUS, BusError
+from tui_gcs.core.protocol.zenoh_bus import ZenohBus, connect
 
 
 class Watcher:

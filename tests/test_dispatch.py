@@ -7,9 +7,9 @@ from typing import Any, cast
 import pytest
 
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.messages import Request, VehicleResult
-from tui_gcs.core.messages_preflight import ReadChecks
-from tui_gcs.core.messages_services import GetTasks, ServiceReply, TaskInfo
+from tui_gcs.core.protocol.common import Request, VehicleResult
+from tui_gcs.core.protocol.preflight import ReadChecks
+from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
 from tui_gcs.dispatch import Dispatch, Dispatcher
 from tui_gcs.feed import Feed
 from tui_gcs.widgets.result_panel import Came

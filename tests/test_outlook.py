@@ -4,8 +4,8 @@ import math
 
 from tests.core.rig import scenario
 from tui_gcs.actions.outlook import outlook
-from tui_gcs.core.messages import Freshness, Phase, Request, VehicleRow
-from tui_gcs.core.messages_flight import Arm, Circle, Follow, GoTo, Nudge, TakeOff
+from tui_gcs.core.protocol.common import Freshness, Phase, Request, VehicleRow
+from tui_gcs.core.protocol.flight import Arm, Circle, Follow, GoTo, Nudge, TakeOff
 
 NAN = math.nan
 WHOLE = scenario()

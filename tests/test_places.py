@@ -7,7 +7,7 @@ import pytest
 from tests.core.rig import scenario
 from tui_gcs.actions.places import PlaceTextError, Surroundings, target
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.messages import Freshness, Phase, VehicleRow
+from tui_gcs.core.protocol.common import Freshness, Phase, VehicleRow
 
 NAN = math.nan
 

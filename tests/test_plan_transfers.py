@@ -10,11 +10,11 @@ import pytest
 
 from tui_gcs import plan_transfers
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.messages import Request, VehicleResult
-from tui_gcs.core.messages_services import GetTasks, ServiceReply, TaskInfo, UploadPlan
 from tui_gcs.core.missions import fences
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.plans.model import LAND, PlanItem
+from tui_gcs.core.protocol.common import Request, VehicleResult
+from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo, UploadPlan
 from tui_gcs.feed import NO_ANSWER, Feed
 from tui_gcs.plan_transfers import Transfer, Transfers
 from tui_gcs.transfer_times import PartTime

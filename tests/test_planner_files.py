@@ -18,7 +18,7 @@ from tui_gcs.commands.common import (
     read_scenario,
     say_planners,
 )
-from tui_gcs.core.messages_planning import ParamInfo
+from tui_gcs.core.protocol.planning import ParamInfo
 from tui_gcs.exits import CommandError
 from tui_gcs.planner import describe
 from tui_gcs.planner.host import PlannerHost
@@ -162,8 +162,8 @@ def test_the_known_planners_are_described_too() -> None:
 
 
 def test_a_lock_step_run_flies_a_file(circle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from tui_gcs.core import messages as m
-    from tui_gcs.core.bus import REQUEST
+    from tui_gcs.core.protocol import common as m
+    from tui_gcs.core.protocol.bus import REQUEST
     from tui_gcs.rehearsal import LockStep
 
     planners = read_planners([str(circle)])

@@ -11,8 +11,8 @@ import pytest
 from tests.own_station import Watcher, processes, station_in, until
 from tui_gcs.commands.common import read_planners
 from tui_gcs.commands.sim_fleet import spec_of
-from tui_gcs.core import messages as m
 from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.protocol import common as m
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Team

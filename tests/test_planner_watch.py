@@ -10,8 +10,8 @@ import tui_gcs
 from tests.own_station import Watcher, station_in, until
 from tui_gcs.cli import _parser
 from tui_gcs.commands import planner_new, planner_watch
-from tui_gcs.core import messages as m
 from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.protocol import common as m
 from tui_gcs.exits import CommandError
 from tui_gcs.launcher import LaunchError, launch
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from tui_gcs.core.bus import PLAN, REQUEST
-from tui_gcs.core.messages import Plan, Reply, Start, SwitchRound, decode, encode
+from tui_gcs.core.protocol.bus import PLAN, REQUEST
+from tui_gcs.core.protocol.common import Plan, Reply, Start, SwitchRound, decode, encode
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.planner.registry import PlannerFile

@@ -10,12 +10,12 @@ import pytest
 from tests.core.rig import Rig, scenario, toml
 from tui_gcs.cli import main
 from tui_gcs.commands import preflight, rehearse
-from tui_gcs.core import bus as keys
-from tui_gcs.core import messages as m
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.memory import StationMemory
-from tui_gcs.core.messages_preflight import Check, CheckState
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import MemoryBus
+from tui_gcs.core.protocol.preflight import Check, CheckState
 from tui_gcs.core.rehearsals import FILE, RehearsalBook, plan_digest
 from tui_gcs.core.results import Check as Gate
 from tui_gcs.core.results import Result

@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from sitl.weather import WeatherSpec
-from tui_gcs.core.bus import Bus
+from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.results import Referee
 from tui_gcs.core.scenario.load import load
 from tui_gcs.rehearsal import rehearse

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import pytest
 
-from tui_gcs.core.bus import BusError, OnGone
-from tui_gcs.core.messages import Hold, Reply, Return, VehicleResult, encode
-from tui_gcs.core.messages_flight import Land
+from tui_gcs.core.protocol.bus import BusError, OnGone
+from tui_gcs.core.protocol.common import Hold, Reply, Return, VehicleResult, encode
+from tui_gcs.core.protocol.flight import Land
 from tui_gcs.stops import Stop, StopLine
 from tui_gcs.turns import Turns
 

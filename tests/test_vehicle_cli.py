@@ -28,7 +28,7 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.formats.content import Content
 from tui_gcs.core.formats.files import read_file
 from tui_gcs.core.formats.qgc_write import write_qgc
-from tui_gcs.core.messages import EventClass
+from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.scenario.load import load
 from tui_gcs.exits import CommandError
 from tui_gcs.launcher import launch

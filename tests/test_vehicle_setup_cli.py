@@ -11,7 +11,7 @@ from tests.test_vehicle_cli import WPL
 from tests.vehicle_rig import RigClient, Tell, tell
 from tui_gcs.commands.vehicle_lead import Lead
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.messages_services import TaskInfo
+from tui_gcs.core.protocol.services import TaskInfo
 
 sys.path.insert(0, str(Path(__file__).parent / "core"))  # the scripted vehicles are there
 
@@ -30,9 +30,9 @@ from test_service_requests import ask, obedient
 from test_traffic import HERE
 from test_tuning import COPTER, QUAD
 
-from tui_gcs.core import messages_services as s
-from tui_gcs.core import messages_setup as setup
 from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.protocol import services as s
+from tui_gcs.core.protocol import setup
 from tui_gcs.core.services.payload import UNSEEN_GIMBAL, UNSEEN_PICTURE
 
 __all__ = ["tell"]

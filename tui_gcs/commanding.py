@@ -9,10 +9,10 @@ from tui_gcs.actions.table import NOTHING_HOLDS
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import bounds
-from tui_gcs.core.messages import Hold, Request, Resume, Return, RunPhase, Start, SwitchRound
-from tui_gcs.core.messages_flight import Land
-from tui_gcs.core.messages_preflight import CheckState, ReadChecks
-from tui_gcs.core.messages_setup import AskPayloads
+from tui_gcs.core.protocol.common import Hold, Request, Resume, Return, RunPhase, Start, SwitchRound
+from tui_gcs.core.protocol.flight import Land
+from tui_gcs.core.protocol.preflight import CheckState, ReadChecks
+from tui_gcs.core.protocol.setup import AskPayloads
 from tui_gcs.dispatch import Dispatch, Dispatcher, Seen
 from tui_gcs.feed import Feed, FleetUpdated
 from tui_gcs.screens.dialogs import RoundDialog, StartDialog

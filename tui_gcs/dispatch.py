@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.messages import Freshness, Reply, Request, VehicleRow
-from tui_gcs.core.messages_services import GetTasks, ServiceReply, TaskInfo
+from tui_gcs.core.protocol.common import Freshness, Reply, Request, VehicleRow
+from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
 from tui_gcs.feed import NO_ANSWER, Feed
 from tui_gcs.widgets.result_panel import GOOD, Came, Result
 

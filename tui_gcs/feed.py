@@ -16,11 +16,12 @@ import msgspec
 from textual.message import Message
 from textual.message_pump import MessagePump
 
-from tui_gcs.core import bus as keys
-from tui_gcs.core import messages as wire
 from tui_gcs.core.base.clock import Clock, MonotonicClock
-from tui_gcs.core.bus import Bus, BusError, Closable, OnGone
-from tui_gcs.core.messages_services import (
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol import common as wire
+from tui_gcs.core.protocol.bus import Bus, BusError, Closable, OnGone
+from tui_gcs.core.protocol.plan_limits import shown
+from tui_gcs.core.protocol.services import (
     GetModes,
     GetOnBoard,
     GetTasks,
@@ -29,8 +30,7 @@ from tui_gcs.core.messages_services import (
     ServiceReply,
     VehicleInfo,
 )
-from tui_gcs.core.messages_setup import GetTraffic, TrafficRow
-from tui_gcs.core.plan_limits import shown
+from tui_gcs.core.protocol.setup import GetTraffic, TrafficRow
 from tui_gcs.feed_messages import DisplayLagged as DisplayLagged
 from tui_gcs.feed_messages import EventRaised as EventRaised
 from tui_gcs.feed_messages import FleetUpdated as FleetUpdated

@@ -2,7 +2,7 @@
 
 from textual.message import Message
 
-from tui_gcs.core import messages as wire
+from tui_gcs.core.protocol import common as wire
 
 
 class FleetUpdated(Message, bubble=False):

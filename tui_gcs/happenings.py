@@ -5,9 +5,9 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from tui_gcs.core import messages as m
-from tui_gcs.core.bus import REQUEST, BusError
-from tui_gcs.core.messages import encode
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import REQUEST, BusError
+from tui_gcs.core.protocol.common import encode
 
 if TYPE_CHECKING:
     from tui_gcs.core.script import Script

@@ -20,7 +20,7 @@ from tui_gcs.core.base.directories import STATION_LOCK, SUPERVISOR_LOCK, runtime
 from tui_gcs.core.base.run_kind import Kind
 
 if TYPE_CHECKING:
-    from tui_gcs.core.messages_planning import PlannerInfo
+    from tui_gcs.core.protocol.planning import PlannerInfo
 
 RUN_FILE = "run.json"
 START_LIMIT_S = 15.0

@@ -9,8 +9,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.messages import Request
-from tui_gcs.core.messages_services import (
+from tui_gcs.core.missions.draft import VehicleDraft
+from tui_gcs.core.plan_rows import plan_of, plan_rows
+from tui_gcs.core.plans.model import PlanKind, PlanWord
+from tui_gcs.core.protocol.common import Request
+from tui_gcs.core.protocol.services import (
     CancelTask,
     DownloadPlan,
     GetTaskResult,
@@ -19,9 +22,6 @@ from tui_gcs.core.messages_services import (
     TaskInfo,
     UploadPlan,
 )
-from tui_gcs.core.missions.draft import VehicleDraft
-from tui_gcs.core.plan_rows import plan_of, plan_rows
-from tui_gcs.core.plans.model import PlanKind, PlanWord
 from tui_gcs.feed import NO_ANSWER, Feed
 from tui_gcs.transfer_times import PartTime, all_words, steps_of
 

@@ -17,13 +17,13 @@ from sitl.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherS
 from sitl.vehicle import AutopilotName
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.bus import STATUS, Bus, BusSession, MemoryBus
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.incursions import Incursions
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.memory import StationMemory
-from tui_gcs.core.messages import RunPhase, StationStatus, decode
+from tui_gcs.core.protocol.bus import STATUS, Bus, BusSession, MemoryBus
+from tui_gcs.core.protocol.common import RunPhase, StationStatus, decode
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.results import Referee, Result
 from tui_gcs.core.scenario.model import Scenario

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import msgspec
 
-from tui_gcs.core.bus import BusError, OnGone
-from tui_gcs.core.messages import Hold, Reply, Return, decode
-from tui_gcs.core.messages_flight import Land
+from tui_gcs.core.protocol.bus import BusError, OnGone
+from tui_gcs.core.protocol.common import Hold, Reply, Return, decode
+from tui_gcs.core.protocol.flight import Land
 from tui_gcs.turns import Turn, Turns
 
 Stop = Hold | Return | Land

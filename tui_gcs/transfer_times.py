@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from tui_gcs.core.messages_services import TaskInfo
+from tui_gcs.core.protocol.services import TaskInfo
 
 WAYS = 2
 """An item goes there and is read back."""

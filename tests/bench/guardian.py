@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tests.bench.row import Row
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
-from tui_gcs.core.messages import PlannerTask
+from tui_gcs.core.protocol.common import PlannerTask
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 from tui_gcs.planner.api import Context, Fleet, Output, Planner, Tracks
 from tui_gcs.planner.design import design

@@ -18,7 +18,7 @@ from tests.bench.row import NotMeasured, Row
 from tests.bench.sender import COMMAND_LONG, answers
 from tests.bench.station import LiveStation
 from tests.bench.stream import Datagram, frame, frames_of, stream
-from tui_gcs.core import messages as m
+from tui_gcs.core.protocol import common as m
 
 SO_TIMESTAMPNS = 35
 """Linux, asm-generic/socket.h; Python's socket module has no name for it."""

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from tests.bench.row import NotMeasured, Row
 from tests.console_pty import PtyConsole
-from tui_gcs.core import messages as m
 from tui_gcs.core.base.directories import socket_path
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.bus import STATUS, BusError
-from tui_gcs.core.zenoh_bus import ZenohBus, connect
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import STATUS, BusError
+from tui_gcs.core.protocol.zenoh_bus import ZenohBus, connect
 
 MEASURED_S = 20.0
 EMPTY_MARK, FLEET_MARK = b"map", b"swarm"

@@ -12,7 +12,7 @@ from tests.bench.row import Row
 from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid
 from tui_gcs.core.geometry.zones import Shape
-from tui_gcs.core.messages import Freshness
+from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.scenario.load import load
 from tui_gcs.planner.check.world import TEAM, World, scattered, task_for
 from tui_gcs.planner.host import PlannerHost

@@ -15,7 +15,7 @@ import numpy as np
 from tests.bench.planning_zones import unseen
 from tests.bench.row import Row
 from tui_gcs.core.geometry.zones import Rectangle
-from tui_gcs.core.messages import Freshness, Phase, PlannerTask
+from tui_gcs.core.protocol.common import Freshness, Phase, PlannerTask
 from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.planner.check.world import TEAM, World, scattered, task_for
 from tui_gcs.planner.host import PlannerHost

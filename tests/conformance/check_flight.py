@@ -5,9 +5,9 @@ import math
 from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.pilot import Pilot, flying
 from tests.conformance.report import check
-from tui_gcs.core.messages import Vec3
 from tui_gcs.core.orbit import Orbit
 from tui_gcs.core.place import Above, Place, PlaceError
+from tui_gcs.core.protocol.common import Vec3
 
 GOTO_M, GOTO_SPEED_M_S = 30.0, 5.0
 CIRCLE_R_M, CIRCLE_SPEED_M_S = 30.0, 5.0

@@ -3,7 +3,7 @@
 from tests.conformance.field import Failed, Field
 from tests.conformance.report import check
 from tui_gcs.core.mavlink.mode_names import mode_name
-from tui_gcs.core.messages import Freshness
+from tui_gcs.core.protocol.common import Freshness
 
 WATCH_S = 10.0
 GLOBAL_POSITION_INT, HEARTBEAT = 33, 0

@@ -8,7 +8,7 @@ import numpy as np
 from tests.conformance.field import Failed, Field, NotApplicable
 from tui_gcs.core.course import Trajectory
 from tui_gcs.core.firmware.base import Firmware
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.services.order import Action, Order, Outcome, Retry
 from tui_gcs.core.tracking import Led, Tracking
 from tui_gcs.core.vehicle import Vehicle

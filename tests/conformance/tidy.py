@@ -4,8 +4,8 @@ from tests.conformance.borrow import give_back
 from tests.conformance.field import Failed, Field
 from tests.conformance.pilot import Pilot
 from tests.conformance.plans import ended
-from tui_gcs.core.messages import Freshness
 from tui_gcs.core.plans.model import PlanKind
+from tui_gcs.core.protocol.common import Freshness
 
 TRIES = 2
 HEARD_S = 60.0

@@ -23,7 +23,7 @@ from tui_gcs.core.mavlink.dialect import decode, layout
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import Frame, StreamCutter, cut_datagram
 from tui_gcs.core.mavlink.sources import Source
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin
 from tui_gcs.core.vehicle import Path, PathState, Vehicle
 

@@ -13,16 +13,16 @@ from unittest.mock import patch
 import msgspec
 
 from tests.core.designs import remembered
-from tui_gcs.core import messages as m
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.bus import FLEET, PLAN, REQUEST, TASK, MemoryBus
 from tui_gcs.core.events import ALERT
 from tui_gcs.core.mavlink.dialect import decode
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram
 from tui_gcs.core.memory import StationMemory
-from tui_gcs.core.messages import Event, FleetFrame, Intent, Phase, Plan, PlannerTask, Reply, RunPhase
-from tui_gcs.core.messages_preflight import OVERRIDABLE
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import FLEET, PLAN, REQUEST, TASK, MemoryBus
+from tui_gcs.core.protocol.common import Event, FleetFrame, Intent, Phase, Plan, PlannerTask, Reply, RunPhase
+from tui_gcs.core.protocol.preflight import OVERRIDABLE
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.core.station import Station

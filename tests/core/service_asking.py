@@ -2,9 +2,9 @@
 
 from service_rig import PX4, Fields, Peer, ServiceRig
 
-from tui_gcs.core import messages as m
-from tui_gcs.core import messages_services as s
-from tui_gcs.core.bus import REQUEST
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol import services as s
+from tui_gcs.core.protocol.bus import REQUEST
 
 
 def ask(rig: ServiceRig, request: m.Request, principal: str = "cli") -> s.ServiceReply:

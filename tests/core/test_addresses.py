@@ -6,7 +6,7 @@ from wires import MakeWired, Wire, Wired, apart
 
 from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.links import Address
-from tui_gcs.core.messages import Phase
+from tui_gcs.core.protocol.common import Phase
 
 
 def moving(wired: MakeWired) -> tuple[Wired, dict[str, Address]]:

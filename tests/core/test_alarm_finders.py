@@ -8,7 +8,6 @@ from unittest.mock import patch
 import pytest
 
 from tests.core.rig import Rig, scenario, toml
-from tui_gcs.core import messages as m
 from tui_gcs.core.alarm_causes import BY_ID
 from tui_gcs.core.firmware.health import (
     BATTERY_STATUS,
@@ -18,8 +17,9 @@ from tui_gcs.core.firmware.health import (
     Problem,
     problems_in_flight,
 )
-from tui_gcs.core.messages import Phase
-from tui_gcs.core.messages_alarms import action_words
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.alarms import action_words
+from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.services.traffic import Track
 from tui_gcs.core.tracking import Tracking
 from tui_gcs.core.vehicle import Vehicle

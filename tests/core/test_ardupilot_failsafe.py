@@ -8,8 +8,8 @@ from collections.abc import Callable
 from rig import Rig
 
 from sitl import ardupilot_failsafes
-from tui_gcs.core import messages as m
-from tui_gcs.core.messages import Phase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Phase
 
 MakeRig = Callable[..., Rig]
 SET_MODE, RTL, BRAKE = 176, 6, 17

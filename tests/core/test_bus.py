@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.core.bus import Bus, BusError, MemoryBus, matches
-from tui_gcs.core.zenoh_bus import QueuedBus, connect, serve
+from tui_gcs.core.protocol.bus import Bus, BusError, MemoryBus, matches
+from tui_gcs.core.protocol.zenoh_bus import QueuedBus, connect, serve
 from tui_gcs.turns import Turn, Turns
 
 

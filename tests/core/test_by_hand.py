@@ -7,12 +7,12 @@ import pytest
 from rig import Rig
 from service_asking import ended
 
-from tui_gcs.core import messages as m
-from tui_gcs.core import messages_flight as f
-from tui_gcs.core import messages_services as s
-from tui_gcs.core.bus import REQUEST
 from tui_gcs.core.course import STILL
-from tui_gcs.core.messages import Phase, RunPhase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol import flight as f
+from tui_gcs.core.protocol import services as s
+from tui_gcs.core.protocol.bus import REQUEST
+from tui_gcs.core.protocol.common import Phase, RunPhase
 from tui_gcs.core.services.plan_book import MissionState
 
 pytestmark = pytest.mark.long  # nearly each is a flight

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from rig import Rig
 
-from tui_gcs.core import messages as m
-from tui_gcs.core.messages import Phase, RunPhase
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Phase, RunPhase
 
 MakeRig = Callable[..., Rig]
 HOLD, OFFBOARD, GUIDED = 0x03040000, 0x060000, 4

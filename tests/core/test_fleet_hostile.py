@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from rig import Rig
 
-from tui_gcs.core import messages as m
-from tui_gcs.core.messages import Freshness, Phase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Freshness, Phase
 
 MakeRig = Callable[..., Rig]
 

@@ -13,7 +13,7 @@ from tui_gcs.core.boot_clock import BootClock, Step
 from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.messages import Freshness, Phase
+from tui_gcs.core.protocol.common import Freshness, Phase
 
 MakeWired = Callable[..., Wired]
 BEAT = {"type": 2, "autopilot": 3, "base_mode": 81, "custom_mode": 0, "system_status": 3, "mavlink_version": 3}

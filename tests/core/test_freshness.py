@@ -6,7 +6,7 @@ import pytest
 from heard import BEAT, Heard
 
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.messages import Freshness
+from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.vehicle import Vehicle
 
 

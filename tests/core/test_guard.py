@@ -12,7 +12,7 @@ from tui_gcs.core.course import Stand, Trajectory, course_of, stopping_point
 from tui_gcs.core.geometry.zones import Rectangle, Shape
 from tui_gcs.core.guard import Verdict
 from tui_gcs.core.guard_motion import foresee, times_of
-from tui_gcs.core.messages import Intent, Vec3
+from tui_gcs.core.protocol.common import Intent, Vec3
 from tui_gcs.core.scenario.model import OperatingArea
 
 # ---------------------------------------------------------------- area

@@ -9,7 +9,7 @@ from guard_rig import LIMITS, guard, sight, stand
 
 from tui_gcs.core.guard_lost import own_ways
 from tui_gcs.core.guard_motion import Alone, Does, Sight, gone
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits
 
 HOME = (20.0, 50.0, 0.0)

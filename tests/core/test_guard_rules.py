@@ -13,8 +13,8 @@ from tui_gcs.core.cruise import Cruise
 from tui_gcs.core.geometry.zones import Rectangle, Role, Zone
 from tui_gcs.core.guard import Guard, Verdict
 from tui_gcs.core.guard_motion import Does, Sight
-from tui_gcs.core.messages import Vec3
 from tui_gcs.core.orbit import Orbit
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 
 HERE = (50.0, 50.0, 40.0)

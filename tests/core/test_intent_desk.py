@@ -10,8 +10,8 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.course import Course, Stand, Trajectory
 from tui_gcs.core.cruise import Cruise
 from tui_gcs.core.intents import IntentDesk
-from tui_gcs.core.messages import Intent, Phase, Plan, Vec3
 from tui_gcs.core.orbit import Orbit
+from tui_gcs.core.protocol.common import Intent, Phase, Plan, Vec3
 
 STILL: Vec3 = (0.0, 0.0, 0.0)
 HERE: Vec3 = (0.0, 100.0, 30.0)

@@ -8,7 +8,7 @@ import pytest
 from rig import Rig
 
 from tui_gcs.core.cruise import Cruise
-from tui_gcs.core.messages import Intent, Phase, RunPhase
+from tui_gcs.core.protocol.common import Intent, Phase, RunPhase
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

@@ -8,11 +8,11 @@ import pytest
 from rig import Rig
 from vehicles import a_vehicle
 
-from tui_gcs.core import messages as m
 from tui_gcs.core.flights import FOUND
 from tui_gcs.core.jumps import JumpWatch
 from tui_gcs.core.memory import StationMemory
-from tui_gcs.core.messages import Phase, Vec3
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Phase, Vec3
 from tui_gcs.core.vehicle import Vehicle
 
 MakeRig = Callable[..., Rig]

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from tui_gcs.core.meetings import findings, nearest_at_once, tightest_crossing
-from tui_gcs.core.messages import FlownWays
 from tui_gcs.core.missions.findings import Level
+from tui_gcs.core.protocol.common import FlownWays
 from tui_gcs.core.scenario.model import Limits
 
 LIMITS = Limits(separation_horizontal_m=10.0, separation_vertical_m=5.0)

@@ -11,8 +11,8 @@ import pytest
 from rig import Rig, scenario
 
 from tui_gcs.core.memory import StationMemory
-from tui_gcs.core.messages import Phase, RunPhase
-from tui_gcs.core.plan_limits import MOST_LEARNT_BYTES
+from tui_gcs.core.protocol.common import Phase, RunPhase
+from tui_gcs.core.protocol.plan_limits import MOST_LEARNT_BYTES
 from tui_gcs.core.scenario.model import LinkLoss
 from tui_gcs.core.station import Station
 

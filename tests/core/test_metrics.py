@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tui_gcs.core.metrics import all_words, metric_words, seen_pct
+from tui_gcs.core.protocol.metric_names import all_words, metric_words, seen_pct
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
-from tui_gcs.core.messages import Annotation
 from tui_gcs.core.missions import build, corridor, fences, survey
 from tui_gcs.core.missions.conflicts import conflicts
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
@@ -30,6 +29,7 @@ from tui_gcs.core.plans.model import (
     PlanItem,
     PlanKind,
 )
+from tui_gcs.core.protocol.common import Annotation
 from tui_gcs.core.scenario.model import OperatingArea, Origin, Round
 
 FRAME = LocalFrame(Origin(52.07, -0.628, 110.0))

@@ -8,12 +8,12 @@ import orders
 import pytest
 from wires import Wire, Wired
 
-from tui_gcs.core import messages as m
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import Key, ticks
-from tui_gcs.core.messages import Freshness
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.vehicle import Signing
 
 MakeWired = Callable[..., Wired]

@@ -9,7 +9,7 @@ from rig import Rig, scenario, toml
 from service_rig import Peer, ServiceRig
 
 from sitl.remote_id import OLD_US
-from tui_gcs.core.messages import Start
+from tui_gcs.core.protocol.common import Start
 from tui_gcs.core.rehearsals import plan_digest
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import OperatorId

@@ -6,9 +6,9 @@ import orders
 import pytest
 from wires import LOST_TEXT, MakeWired, Wire, Wired
 
-from tui_gcs.core import messages as m
 from tui_gcs.core.events import WARNING
-from tui_gcs.core.messages import Freshness, Phase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Freshness, Phase
 from tui_gcs.core.tlog import read_tlog
 
 

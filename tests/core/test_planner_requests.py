@@ -6,10 +6,10 @@ import pytest
 from msgspec.structs import replace
 from rig import Rig
 
-from tui_gcs.core import bus as keys
-from tui_gcs.core import messages as m
-from tui_gcs.core.messages import Phase
-from tui_gcs.core.messages_planning import ParamInfo, PlannerInfo
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Phase
+from tui_gcs.core.protocol.planning import ParamInfo, PlannerInfo
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.load import parse
 

@@ -9,14 +9,16 @@ import pytest
 from rig import Rig, scenario
 from service_asking import ask
 
-from tui_gcs.core import messages as m
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.firmware.failsafes import explain
 from tui_gcs.core.memory import StationMemory
-from tui_gcs.core.messages import Phase, RunPhase
-from tui_gcs.core.messages_alarms import id_ranges
-from tui_gcs.core.messages_flight import Arm
-from tui_gcs.core.messages_preflight import (
+from tui_gcs.core.missions.fences import circle
+from tui_gcs.core.plans.model import WAYPOINT, Plan, PlanItem, PlanKind
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.alarms import id_ranges
+from tui_gcs.core.protocol.common import Phase, RunPhase
+from tui_gcs.core.protocol.flight import Arm
+from tui_gcs.core.protocol.preflight import (
     FAILSAFES,
     OVERRIDABLE,
     TITLES,
@@ -27,8 +29,6 @@ from tui_gcs.core.messages_preflight import (
     SignOff,
     refusing,
 )
-from tui_gcs.core.missions.fences import circle
-from tui_gcs.core.plans.model import WAYPOINT, Plan, PlanItem, PlanKind
 from tui_gcs.core.rehearsals import Rehearsal, plan_digest, remember
 from tui_gcs.core.services.plan_book import Held
 

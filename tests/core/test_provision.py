@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from wires import Wire, Wired
 
-from tui_gcs.core import messages as m
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.mavlink.signing import Key, ticks
-from tui_gcs.core.messages import Reply
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Reply
 from tui_gcs.core.vehicle import Signing
 
 MakeWired = Callable[..., Wired]

@@ -10,8 +10,8 @@ import pytest
 from rig import Rig
 
 from sitl.px4_failsafes import engage
-from tui_gcs.core import messages as m
-from tui_gcs.core.messages import Phase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Phase
 
 MakeRig = Callable[..., Rig]
 HOLD, OFFBOARD, RTL = 0x03040000, 0x060000, 0x05040000

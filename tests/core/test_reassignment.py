@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from rig import Rig, toml
 
-from tui_gcs.core import messages as m
 from tui_gcs.core.memory import StationMemory
-from tui_gcs.core.messages import Intent, Phase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Intent, Phase
 from tui_gcs.core.scenario.load import parse
 
 MakeRig = Callable[..., Rig]

@@ -2,9 +2,9 @@
 
 from wires import LOST_TEXT, MakeWired, Wire
 
-from tui_gcs.core import messages as m
 from tui_gcs.core.links import Address
-from tui_gcs.core.messages import Phase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Phase
 
 
 def test_a_reboot_is_noticed_within_two_seconds_and_everything_is_asked_again_once(wired: MakeWired) -> None:

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.core import bus as keys
-from tui_gcs.core import messages as m
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.replay import LONGEST_GAP_S, Player
 from tui_gcs.core.tlog import TlogError

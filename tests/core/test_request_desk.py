@@ -6,13 +6,13 @@ import msgspec
 import pytest
 from rig import Rig, scenario
 
-from tui_gcs.core import messages as m
-from tui_gcs.core import messages_services as s
-from tui_gcs.core.bus import REQUEST
-from tui_gcs.core.messages import EventClass, Phase, Reply, RunPhase, VehicleResult
-from tui_gcs.core.messages_alarms import Acknowledge, Shelve, Unshelve
-from tui_gcs.core.messages_flight import Land, Nudge
-from tui_gcs.core.messages_preflight import AcknowledgeCheck, ReadChecks, SignOff
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol import services as s
+from tui_gcs.core.protocol.alarms import Acknowledge, Shelve, Unshelve
+from tui_gcs.core.protocol.bus import REQUEST
+from tui_gcs.core.protocol.common import EventClass, Phase, Reply, RunPhase, VehicleResult
+from tui_gcs.core.protocol.flight import Land, Nudge
+from tui_gcs.core.protocol.preflight import AcknowledgeCheck, ReadChecks, SignOff
 from tui_gcs.core.requests import _done, _planners_changed, act_words
 from tui_gcs.core.scenario.model import Scenario
 

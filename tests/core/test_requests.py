@@ -6,10 +6,10 @@ import msgspec
 import pytest
 from rig import Rig, scenario, toml
 
-from tui_gcs.core import messages as m
-from tui_gcs.core.bus import REQUEST
 from tui_gcs.core.geometry.zones import Circle, Rectangle
-from tui_gcs.core.messages import FleetFrame, Intent, Phase, PlannerTask, Reply
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import REQUEST
+from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask, Reply
 from tui_gcs.core.scenario.model import OperatingArea
 
 MakeRig = Callable[..., Rig]

@@ -8,7 +8,16 @@ from rig import scenario, toml
 
 from tui_gcs.commands.result_table import table
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.messages import NOWHERE, FleetFrame, Freshness, Phase, RunPhase, StationStatus, TeamStatus, Vec3
+from tui_gcs.core.protocol.common import (
+    NOWHERE,
+    FleetFrame,
+    Freshness,
+    Phase,
+    RunPhase,
+    StationStatus,
+    TeamStatus,
+    Vec3,
+)
 from tui_gcs.core.results import Check, Referee
 from tui_gcs.core.scenario.load import parse
 from tui_gcs.core.scenario.model import Scenario

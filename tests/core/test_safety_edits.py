@@ -8,11 +8,11 @@ import pytest
 from rig import Rig, toml
 
 from sitl.fleet import VehicleSpec
-from tui_gcs.core import messages as m
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle
-from tui_gcs.core.messages import Phase, Reply, RunPhase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Phase, Reply, RunPhase
 from tui_gcs.core.scenario.load import ScenarioError, parse
 
 MakeRig = Callable[..., Rig]

@@ -6,12 +6,12 @@ from typing import Any
 import pytest
 from rig import SETPOINT, Rig
 
-from tui_gcs.core import messages as m
 from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink.dialect import decode
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram
-from tui_gcs.core.messages import Phase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.status import station_status
 
 pytestmark = pytest.mark.long  # nearly each is a flight

@@ -10,8 +10,8 @@ import pytest
 from rig import Rig, scenario
 
 from sitl.fleet import VehicleSpec
-from tui_gcs.core import messages as m
-from tui_gcs.core.messages import FleetFrame, Intent, Phase, PlannerTask, Reply, RunPhase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask, Reply, RunPhase
 from tui_gcs.core.scenario.model import Limits, Scenario
 from tui_gcs.rehearsal import simulated_vehicles
 

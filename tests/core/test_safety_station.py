@@ -7,9 +7,9 @@ import msgspec
 import pytest
 from rig import SETPOINT, Rig, scenario
 
-from tui_gcs.core import messages as m
 from tui_gcs.core.memory import StationMemory
-from tui_gcs.core.messages import FleetFrame, Intent, Phase, PlannerTask, RunPhase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask, RunPhase
 from tui_gcs.core.status import station_status
 
 pytestmark = pytest.mark.long  # nearly each is a flight

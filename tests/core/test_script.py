@@ -6,8 +6,8 @@ import pytest
 from rig import Rig
 from test_safety_start import standing_on
 
-from tui_gcs.core import messages as m
-from tui_gcs.core.messages import Phase, RunPhase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Phase, RunPhase
 from tui_gcs.core.script import Script, Step
 
 MakeRig = Callable[..., Rig]

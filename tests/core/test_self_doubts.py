@@ -6,8 +6,8 @@ from unittest.mock import patch
 
 from sitl.ardupilot_telemetry import BUILDERS
 from tests.core.rig import Rig
-from tui_gcs.core import messages as m
-from tui_gcs.core.messages import Phase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.self_doubts import SelfDoubts
 
 MakeRig = Callable[..., Rig]

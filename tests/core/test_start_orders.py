@@ -6,7 +6,7 @@ import pytest
 from watch import BRAKE, GUIDED, LAND, Watch
 
 from tui_gcs.core.mavlink.sources import Slot
-from tui_gcs.core.messages import Phase, RunPhase
+from tui_gcs.core.protocol.common import Phase, RunPhase
 
 SYS_STATUS = 1
 STABILIZE = 0

@@ -6,7 +6,7 @@ import pytest
 from watch import AUTO, BRAKE, GUIDED, LAND, RTL, Watch
 
 from tui_gcs.core.flights import FOUND, LOST, ON_BOARD_STEP
-from tui_gcs.core.messages import Phase, RunPhase, VehicleResult
+from tui_gcs.core.protocol.common import Phase, RunPhase, VehicleResult
 
 Stop = Callable[[Watch, tuple[int, ...]], tuple[VehicleResult, ...]]
 STOPS: dict[str, Stop] = {

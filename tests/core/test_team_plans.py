@@ -6,9 +6,9 @@ from collections.abc import Callable
 import pytest
 from rig import SPOT, Rig, goto
 
-from tui_gcs.core import messages as m
-from tui_gcs.core.bus import PLAN
-from tui_gcs.core.messages import FleetFrame, Intent, Phase, PlannerTask
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import PLAN
+from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask
 from tui_gcs.core.status import station_status
 
 MakeRig = Callable[..., Rig]

@@ -6,14 +6,14 @@ from pathlib import Path
 import pytest
 from wires import Wire, Wired
 
-from tui_gcs.core import messages as m
 from tui_gcs.core.events import ALERT, WARNING
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import check_frame
 from tui_gcs.core.mavlink.signing import TICKS_PER_S, Key, sign, ticks
-from tui_gcs.core.messages import Freshness, Phase, RunPhase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Freshness, Phase, RunPhase
 from tui_gcs.core.tlog import read_tlog
 from tui_gcs.core.vehicle import Signing
 

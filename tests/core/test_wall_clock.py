@@ -6,9 +6,9 @@ from collections.abc import Callable
 import pytest
 from rig import Rig
 
-from tui_gcs.core import messages as m
 from tui_gcs.core.base.clock import MonotonicClock, VirtualClock, WallWatch, wall_offset_s
-from tui_gcs.core.messages import Phase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.summary import summarize
 
 MakeRig = Callable[..., Rig]

@@ -5,7 +5,7 @@ import math
 import pytest
 from watch import GUIDED, LAND, Watch
 
-from tui_gcs.core.messages import Phase, RunPhase
+from tui_gcs.core.protocol.common import Phase, RunPhase
 
 
 def returning(*places: tuple[float, float, float]) -> Watch:

@@ -7,7 +7,7 @@ from test_way_home import returning, steps
 from watch import GUIDED, LAND, Watch
 
 from tui_gcs.core.course import Stand
-from tui_gcs.core.messages import Phase
+from tui_gcs.core.protocol.common import Phase
 
 
 def passing(other_m: tuple[float, float, float], phase: Phase = Phase.HOLDING, layer_m: float = 35.0) -> Watch:

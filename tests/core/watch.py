@@ -22,7 +22,7 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.mavlink.sources import Stream
-from tui_gcs.core.messages import Phase, Vec3
+from tui_gcs.core.protocol.common import Phase, Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.steering import Steering

@@ -12,10 +12,10 @@ from rig import Rig, scenario, toml
 
 from sitl.weather import Weather as SimWeather
 from sitl.weather import WeatherSpec
-from tui_gcs.core import messages as m
 from tui_gcs.core.flights import COLUMN_M
 from tui_gcs.core.geometry.zones import Circle, Role, Zone, contains, polygon_of
-from tui_gcs.core.messages import Intent, Phase, Vec3
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Intent, Phase, Vec3
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.rehearsal import TICK_S
 

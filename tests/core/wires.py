@@ -12,14 +12,14 @@ from fastcrc.crc16 import mcrf4xx
 from rig import Rig
 
 from sitl.fleet import SimFleet, VehicleSpec
-from tui_gcs.core.bus import FLEET, MemoryBus
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Address
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink import dialect
-from tui_gcs.core.messages import StationStatus
+from tui_gcs.core.protocol.bus import FLEET, MemoryBus
+from tui_gcs.core.protocol.common import StationStatus
 from tui_gcs.core.station import Station
 from tui_gcs.core.status import station_status
 from tui_gcs.core.vehicle import Vehicle

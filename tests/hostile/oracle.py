@@ -19,8 +19,6 @@ from typing import Any
 from sitl.fleet import SimFleet
 from sitl.signing import SigningSpec, time_of
 from tests.core.rig import Rig, scenario, toml
-from tui_gcs.core import messages as m
-from tui_gcs.core.bus import FLEET, MemoryBus
 from tui_gcs.core.forward import Endpoint
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.keystore_timestamps import TimestampFile
@@ -30,7 +28,9 @@ from tui_gcs.core.mavlink.dialect import label
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram
 from tui_gcs.core.mavlink.signing import Key
-from tui_gcs.core.messages import Freshness
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import FLEET, MemoryBus
+from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.station import Station
 from tui_gcs.core.status import station_status
 from tui_gcs.core.vehicle import Vehicle

@@ -7,8 +7,8 @@ import pytest
 
 from tests.bench.flood import FLOWN, PER_S, flooding, simulated
 from tests.bench.station import LiveStation, live_station
-from tui_gcs.core import messages as m
-from tui_gcs.core.messages_preflight import OVERRIDABLE
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.preflight import OVERRIDABLE
 
 pytestmark = pytest.mark.process
 SECONDS = 10

@@ -17,7 +17,6 @@ from fastcrc.crc16 import mcrf4xx
 from tests.core.rig import scenario, toml
 from tests.hostile.oracle import KEY, MOST_STEP_S, Watched, rss_mb
 from tests.hostile.test_framing import ROOT, raw_frame
-from tui_gcs.core import messages as m
 from tui_gcs.core.forward import Endpoint
 from tui_gcs.core.links import Address
 from tui_gcs.core.links.memory import MemoryLink
@@ -25,6 +24,7 @@ from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.frames import SIGNED, cut_datagram
 from tui_gcs.core.mavlink.signing import sign
+from tui_gcs.core.protocol import common as m
 from tui_gcs.core.tlog import read_tlog
 
 SEED = int(os.environ.get("FUZZ_SEED", "1"))

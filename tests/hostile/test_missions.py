@@ -20,9 +20,9 @@ from service_rig import Fields, Peer, ServiceRig
 
 from tests.hostile.oracle import Oracle
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.messages import Freshness
 from tui_gcs.core.plans.check import MOST_ITEMS, check
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
+from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.services.jobs import JobState
 from tui_gcs.core.services.mission import MissionService
 from tui_gcs.core.services.plan_jobs import PlanJob

@@ -12,7 +12,7 @@ import pytest
 
 import tui_gcs
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Shape, Zone
-from tui_gcs.core.messages import FleetFrame, Freshness, Kind, Phase, Plan, PlannerTask
+from tui_gcs.core.protocol.common import FleetFrame, Freshness, Kind, Phase, Plan, PlannerTask
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Scenario
 from tui_gcs.planner.host import PlannerHost

@@ -5,7 +5,7 @@ import pytest
 from flights import SMALL, fleet, task_of, zone_of
 
 from tui_gcs.core.geometry.zones import Circle, Rectangle
-from tui_gcs.core.messages import PlannerTask, encode
+from tui_gcs.core.protocol.common import PlannerTask, encode
 from tui_gcs.planner import search
 from tui_gcs.planner.ahead import HostAhead
 from tui_gcs.planner.host import PlannerHost

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from flights import SMALL, fleet, task_of, zone_of
 
-from tui_gcs.core.messages import Plan, decode
+from tui_gcs.core.protocol.common import Plan, decode
 from tui_gcs.planner import api, registry
 from tui_gcs.planner.host import PlannerHost
 from tui_gcs.planner.registry import PlannerFile

@@ -10,7 +10,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "core"))
 
 from rig import Rig, scenario, toml
 
-from tui_gcs.core.messages import Intent
+from tui_gcs.core.protocol.common import Intent
 from tui_gcs.planner.api import avoid
 
 STEP_S = 0.2

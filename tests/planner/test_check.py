@@ -6,7 +6,7 @@ import bad_planners as bad
 import numpy as np
 import pytest
 
-from tui_gcs.core.messages import Intent, Plan
+from tui_gcs.core.protocol.common import Intent, Plan
 from tui_gcs.planner.check.declared import suspects
 from tui_gcs.planner.check.finding import Finding
 from tui_gcs.planner.check.form import difference, faults, nonsense

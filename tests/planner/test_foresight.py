@@ -6,7 +6,7 @@ import bad_planners as bad
 import pytest
 
 from tui_gcs.core.geometry.zones import Circle
-from tui_gcs.core.messages import PreviewTask
+from tui_gcs.core.protocol.common import PreviewTask
 from tui_gcs.core.scenario.model import Limits
 from tui_gcs.planner.check.world import World, scattered, task_for
 from tui_gcs.planner.foresight import foresee, vehicles_for, with_vehicles

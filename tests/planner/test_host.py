@@ -10,8 +10,8 @@ import pytest
 from flights import SMALL, fleet, task_of, zone_of
 from flights import Fleet as Vehicles
 
-from tui_gcs.core.bus import FLEET, PLAN, TASK, MemoryBus
-from tui_gcs.core.messages import Freshness, Intent, Phase, Plan, PlannerTask, decode, encode
+from tui_gcs.core.protocol.bus import FLEET, PLAN, TASK, MemoryBus
+from tui_gcs.core.protocol.common import Freshness, Intent, Phase, Plan, PlannerTask, decode, encode
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Context, Event, Fleet, Output, Param, ParamValue, Planner
 from tui_gcs.planner.host import PlannerHost, attach

@@ -11,9 +11,9 @@ import pytest
 from bad_planners import source
 from flights import SMALL, fleet, task_of, zone_of
 
-from tui_gcs.core.bus import PREVIEW, PREVIEW_TASK, MemoryBus
-from tui_gcs.core.messages import Annotation, Plan, PreviewResult, PreviewTask, decode, encode
-from tui_gcs.core.plan_limits import MOST_POINTS, shown
+from tui_gcs.core.protocol.bus import PREVIEW, PREVIEW_TASK, MemoryBus
+from tui_gcs.core.protocol.common import Annotation, Plan, PreviewResult, PreviewTask, decode, encode
+from tui_gcs.core.protocol.plan_limits import MOST_POINTS, shown
 from tui_gcs.planner.host import PlannerHost, attach
 from tui_gcs.planner.registry import PlannerFile
 
@@ -40,7 +40,7 @@ ENDS = {
     "too many intents": source(after="out.intents = [Intent(1, 'hold')] * 1000"),
     "intents without end": source(after="out.intents = iter(lambda: Intent(1, 'hold'), None)"),
     "too much to draw": source(
-        after="from tui_gcs.core.messages import Annotation\n"
+        after="from tui_gcs.core.protocol.common import Annotation\n"
         "        out.annotations = [Annotation('polyline', ((1.0, 2.0),) * 300_000)]"
     ),
     "writes into what it is given": source(after="fleet.position_m[:] = 0.0"),

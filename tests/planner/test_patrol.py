@@ -9,7 +9,7 @@ from flights import AREA, SMALL, Fleet, fleet, fly, host_of, no_fly, region_of, 
 
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid
 from tui_gcs.core.geometry.zones import Rectangle
-from tui_gcs.core.messages import Freshness, Phase, Plan
+from tui_gcs.core.protocol.common import Freshness, Phase, Plan
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.planner.host import PlannerHost
 

@@ -10,7 +10,7 @@ from flights import SMALL, Fleet, fleet, fly, host_of, task_of, zone_of
 from test_patrol import limits_kept
 
 from tui_gcs.core.geometry.zones import Circle, Rectangle
-from tui_gcs.core.messages import Intent, Plan
+from tui_gcs.core.protocol.common import Intent, Plan
 from tui_gcs.planner.foresight import foresee
 from tui_gcs.planner.host import PlannerHost
 from tui_gcs.planner.kept import Kept, pack_learnt

@@ -11,7 +11,7 @@ from types import ModuleType
 import bad_planners as bad
 import pytest
 
-from tui_gcs.core.messages import Plan, PlannerTask, decode
+from tui_gcs.core.protocol.common import Plan, PlannerTask, decode
 from tui_gcs.planner import watching
 from tui_gcs.planner.check.world import TEAM, World, scattered, task_for
 from tui_gcs.planner.host import Job

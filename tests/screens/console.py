@@ -9,8 +9,8 @@ from quiet_pilot import QuietPilot
 
 from tui_gcs.app import ConsoleApp
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.bus import MemoryBus
-from tui_gcs.core.messages import Kind, Note
+from tui_gcs.core.protocol.bus import MemoryBus
+from tui_gcs.core.protocol.common import Kind, Note
 from tui_gcs.groups import GroupFile
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet

@@ -12,18 +12,18 @@ from pathlib import Path
 import msgspec
 
 import tui_gcs
-from tui_gcs.core import bus as keys
-from tui_gcs.core import messages as m
-from tui_gcs.core import messages_flight as f
-from tui_gcs.core import messages_services as s
 from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.events import EventLog
 from tui_gcs.core.geometry.zones import bounds
-from tui_gcs.core.messages_alarms import AlarmLevel
-from tui_gcs.core.messages_preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
-from tui_gcs.core.messages_setup import AskPayloads, GetTraffic, TrafficRow
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol import flight as f
+from tui_gcs.core.protocol import services as s
+from tui_gcs.core.protocol.alarms import AlarmLevel
+from tui_gcs.core.protocol.bus import MemoryBus
+from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
+from tui_gcs.core.protocol.setup import AskPayloads, GetTraffic, TrafficRow
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
 

@@ -15,10 +15,10 @@ from textual.screen import Screen
 
 from tests.screens.paper_fleet import FRAME_HZ, STATUS_HZ, PaperFleet
 from tui_gcs.app import ConsoleApp
-from tui_gcs.core import bus as keys
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.bus import MemoryBus
-from tui_gcs.core.messages import Event, EventClass, encode
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol.bus import MemoryBus
+from tui_gcs.core.protocol.common import Event, EventClass, encode
 from tui_gcs.feed import PERIOD_S
 
 FRAMES_REPEATED = 20

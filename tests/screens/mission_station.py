@@ -12,10 +12,10 @@ from plan_station import KEYS, PlanConsole, PlanStation
 from quiet_pilot import QuietPilot
 
 from tui_gcs.app import ConsoleApp
-from tui_gcs.core import messages as m
-from tui_gcs.core import messages_services as s
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.bus import MemoryBus
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol import services as s
+from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.screens.missions import MissionsScreen
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 

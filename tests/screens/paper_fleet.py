@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 import msgspec
 
 from tests.screens.fake_station import SPEED_M_S, FakeStation
-from tui_gcs.core import bus as keys
-from tui_gcs.core import messages as m
 from tui_gcs.core.base.directories import socket_path
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.zenoh_bus import serve
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.zenoh_bus import serve
 
 FRAME_HZ, STATUS_HZ = 10.0, 2.0
 AREA_M = (600.0, 400.0)

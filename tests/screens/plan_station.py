@@ -15,10 +15,10 @@ from fake_station import SCENARIO_FILE, SCENES, FakeStation
 from quiet_pilot import QuietPilot
 
 from tui_gcs.app import ConsoleApp
-from tui_gcs.core import bus as keys
-from tui_gcs.core import messages as m
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.bus import MemoryBus
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.screens.plan import PlanScreen
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet

@@ -10,9 +10,9 @@ from console import Console, console
 from fake_station import SCENES
 from textual.worker import WorkerCancelled
 
-from tui_gcs.core import messages as m
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.messages_flight import Land
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.flight import Land
 from tui_gcs.widgets.glyphs import ASCII, UNICODE
 
 PRINTABLE = [

@@ -4,7 +4,7 @@ import pytest
 from console import NARROW, WIDE, console
 from fake_station import FakeStation
 
-from tui_gcs.core.messages import Phase, RunPhase
+from tui_gcs.core.protocol.common import Phase, RunPhase
 from tui_gcs.widgets.glyphs import ASCII
 
 HERE = (10.0, 20.0, 30.0)

@@ -7,8 +7,8 @@ import pytest
 from console import NARROW, WIDE, Console, console
 from fake_station import FakeStation
 
-from tui_gcs.core import messages_setup as setup
-from tui_gcs.core.messages import Freshness
+from tui_gcs.core.protocol import setup
+from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.widgets.palette import Ink
 
 NONE = {"camera": False, "gimbal": False}

@@ -5,7 +5,7 @@ from console import NARROW, WIDE, console
 from fake_station import FakeStation, trouble
 from pictures import same_as_snapshot
 
-from tui_gcs.core.messages import Kind, RunPhase
+from tui_gcs.core.protocol.common import Kind, RunPhase
 from tui_gcs.screens.orders import brief_words, now_words, rows_of
 from tui_gcs.widgets.result_panel import Came, Result
 

@@ -8,11 +8,11 @@ from console import NARROW, Console, console
 from fake_station import FakeStation
 
 from tui_gcs.actions.orders import ORDERS
-from tui_gcs.core import messages as m
-from tui_gcs.core import messages_flight as f
-from tui_gcs.core import messages_services as s
-from tui_gcs.core import messages_setup as setup
-from tui_gcs.core.messages import Freshness, Phase
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol import flight as f
+from tui_gcs.core.protocol import services as s
+from tui_gcs.core.protocol import setup
+from tui_gcs.core.protocol.common import Freshness, Phase
 
 NAN = math.nan
 IN_FLIGHT: dict[str, tuple[str, object]] = {

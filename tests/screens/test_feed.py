@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 import pytest
 from fake_station import FakeStation
 
-from tui_gcs.core import bus as keys
-from tui_gcs.core import messages as m
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.bus import MemoryBus
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.feed import (
     DisplayLagged,
     EventRaised,

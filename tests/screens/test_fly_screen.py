@@ -8,7 +8,7 @@ from console import NARROW, WIDE, console
 from fake_station import FakeStation, trouble
 from pictures import same_as_snapshot
 
-from tui_gcs.core.messages import Freshness
+from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.feed import VehicleTold
 from tui_gcs.widgets.glyphs import ASCII, as_ascii
 

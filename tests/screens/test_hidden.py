@@ -10,7 +10,7 @@ from mission_station import mission_console
 from plan_station import plan_console
 
 from tui_gcs.core.alarm_causes import BY_ID
-from tui_gcs.core.messages_alarms import Alarm, AlarmLevel
+from tui_gcs.core.protocol.alarms import Alarm, AlarmLevel
 from tui_gcs.screens.journal import JournalScreen
 from tui_gcs.screens.planners import PlannersDialog
 from tui_gcs.screens.remarks import RemarksDialog

@@ -6,8 +6,8 @@ from console import NARROW, WIDE, Console, console
 from fake_station import WALL_START_S, FakeStation
 from pictures import same_as_snapshot
 
-from tui_gcs.core.concerning import concerns
-from tui_gcs.core.messages import Event, EventClass
+from tui_gcs.core.protocol.common import Event, EventClass
+from tui_gcs.core.protocol.event_scope import concerns
 
 
 def told(station: FakeStation) -> None:

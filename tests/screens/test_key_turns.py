@@ -4,7 +4,7 @@ from console import NARROW, Console, console
 from fake_station import FakeStation
 from textual.events import Key
 
-from tui_gcs.core import messages as m
+from tui_gcs.core.protocol import common as m
 from tui_gcs.key_turns import KeyTurns
 from tui_gcs.screens.orders import OrderDialog
 

@@ -10,8 +10,8 @@ from console import NARROW, WIDE, Console, console
 from fake_station import FakeStation
 from textual.events import Key
 
-from tui_gcs.core import messages as m
-from tui_gcs.core.messages_services import GetVehicles, decode_request
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.services import GetVehicles, decode_request
 from tui_gcs.groups import GroupFile
 from tui_gcs.screens.dialogs import RoundDialog, StartDialog
 from tui_gcs.screens.fly import FlyScreen

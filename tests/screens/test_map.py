@@ -8,9 +8,9 @@ from console import WIDE, console
 from fake_station import FakeStation
 from textual.app import App, ComposeResult
 
-from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Zone
-from tui_gcs.core.messages import Annotation, Freshness, RunPhase
+from tui_gcs.core.protocol.bus import MemoryBus
+from tui_gcs.core.protocol.common import Annotation, Freshness, RunPhase
 from tui_gcs.core.scenario.model import OperatingArea, Round
 from tui_gcs.widgets.glyphs import ASCII, UNICODE, heading_glyph, wants_ascii
 from tui_gcs.widgets.map_raster import DotRaster

@@ -10,12 +10,12 @@ from fake_station import SCENARIO_FILE, FakeStation
 from test_map import AREA, MapApp, picture
 
 from tests.screens.paper_fleet import PaperFleet
-from tui_gcs.core.bus import MemoryBus
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.messages import Freshness
-from tui_gcs.core.messages_services import OnBoardRow, PlanRow
-from tui_gcs.core.messages_setup import TrafficRow
 from tui_gcs.core.overlays import Overlay
+from tui_gcs.core.protocol.bus import MemoryBus
+from tui_gcs.core.protocol.common import Freshness
+from tui_gcs.core.protocol.services import OnBoardRow, PlanRow
+from tui_gcs.core.protocol.setup import TrafficRow
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Origin, Round
 from tui_gcs.widgets.glyphs import UNICODE, next_dots

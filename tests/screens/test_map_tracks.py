@@ -4,7 +4,7 @@ import msgspec
 from test_map import AREA, MapApp, picture
 
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.messages import FleetFrame, Track
+from tui_gcs.core.protocol.common import FleetFrame, Track
 from tui_gcs.core.scenario.model import Round
 from tui_gcs.widgets.glyphs import ASCII, UNICODE
 from tui_gcs.widgets.map_tracks import ink_of

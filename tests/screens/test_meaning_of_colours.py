@@ -7,7 +7,7 @@ from console import NARROW, Console, console
 from fake_station import FakeStation, trouble
 from rich.color import ColorSystem
 
-from tui_gcs.core.messages import Kind
+from tui_gcs.core.protocol.common import Kind
 from tui_gcs.widgets.painter import Pen, Pens
 
 TRUE, SIXTEEN = ColorSystem.TRUECOLOR, ColorSystem.STANDARD

@@ -6,11 +6,11 @@ from console import NARROW, Console, console
 from fake_station import FakeStation
 
 from tui_gcs.actions.orders import ORDERS
-from tui_gcs.core import messages as m
-from tui_gcs.core import messages_flight as f
-from tui_gcs.core import messages_services as s
-from tui_gcs.core.bus import MemoryBus
-from tui_gcs.core.messages import Freshness
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol import flight as f
+from tui_gcs.core.protocol import services as s
+from tui_gcs.core.protocol.bus import MemoryBus
+from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.nudge import NudgeScreen
 from tui_gcs.screens.orders import OrderDialog, OrderMenu, brief_words, now_words, rows_of

@@ -13,8 +13,8 @@ from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, Situation, bindings, foote
 from tui_gcs.actions.entries import found, order_entries
 from tui_gcs.app import ConsoleApp
 from tui_gcs.chord import Chord
-from tui_gcs.core.bus import MemoryBus
-from tui_gcs.core.messages import RunPhase
+from tui_gcs.core.protocol.bus import MemoryBus
+from tui_gcs.core.protocol.common import RunPhase
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.start_plan import start_plan
 from tui_gcs.screens.text_dialog import fitted as shortened

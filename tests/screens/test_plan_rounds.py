@@ -4,9 +4,9 @@ from console import NARROW
 from msgspec.structs import replace
 from plan_station import PlanConsole, PlanStation, plan_console
 
-from tui_gcs.core import messages as m
 from tui_gcs.core.geometry.zones import Circle, Rectangle
-from tui_gcs.core.messages import Annotation, FlownWays, PreviewResult
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Annotation, FlownWays, PreviewResult
 from tui_gcs.screens.plan_preview import PAUSE_S
 
 

@@ -10,7 +10,7 @@ from plan_station import PlanStation, plan_console
 from textual.events import Key
 
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role
-from tui_gcs.core.messages import Hold, PlannerInfo, Resume, RunPhase
+from tui_gcs.core.protocol.common import Hold, PlannerInfo, Resume, RunPhase
 from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Param

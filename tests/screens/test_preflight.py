@@ -5,9 +5,9 @@ from console import NARROW, WIDE, Console, console
 from fake_station import FakeStation
 from pictures import same_as_snapshot
 
-from tui_gcs.core import messages as m
-from tui_gcs.core.messages import Kind, Start
-from tui_gcs.core.messages_preflight import AcknowledgeCheck, Check, CheckState, ReadChecks, SignOff
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Kind, Start
+from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, CheckState, ReadChecks, SignOff
 from tui_gcs.screens.dialogs import StartDialog
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.preflight import PreflightScreen

@@ -5,7 +5,7 @@ from console import NARROW, WIDE, Console, console
 from fake_station import FakeStation, trouble
 from pictures import same_as_snapshot
 
-from tui_gcs.core.messages import Freshness
+from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.widgets.glyphs import ASCII
 from tui_gcs.widgets.palette import Ink
 

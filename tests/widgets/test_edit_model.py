@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 import tui_gcs
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
-from tui_gcs.core.messages import ScenarioChanged
+from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.core.scenario.model import OperatingArea, Team
 from tui_gcs.core.scenario.place_allocation import same_places

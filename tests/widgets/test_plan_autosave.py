@@ -6,7 +6,7 @@ import pytest
 
 import tui_gcs
 from tui_gcs.core.geometry.zones import Circle, Role, Zone
-from tui_gcs.core.messages import ScenarioChanged
+from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.plan_autosave import PlanAutosave

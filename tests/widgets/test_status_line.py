@@ -3,8 +3,8 @@
 import msgspec
 
 from tests.screens.fake_station import FakeStation
-from tui_gcs.core import messages as m
-from tui_gcs.core.bus import MemoryBus
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.widgets.glyphs import UNICODE
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.status_line import status_runs

@@ -11,12 +11,12 @@ from enum import IntEnum
 
 from tui_gcs.actions.places import HELP as PLACE_HELP
 from tui_gcs.actions.places import PlaceTextError, Surroundings, target
-from tui_gcs.core import messages as m
-from tui_gcs.core import messages_flight as f
-from tui_gcs.core import messages_services as s
-from tui_gcs.core import messages_setup as setup
-from tui_gcs.core.messages import Freshness, Phase, Request, VehicleRow
-from tui_gcs.core.messages_alarms import id_ranges
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol import flight as f
+from tui_gcs.core.protocol import services as s
+from tui_gcs.core.protocol import setup
+from tui_gcs.core.protocol.alarms import id_ranges
+from tui_gcs.core.protocol.common import Freshness, Phase, Request, VehicleRow
 
 
 class Grade(IntEnum):

@@ -12,9 +12,9 @@ from tui_gcs.core.course import rest_to_rest_s
 from tui_gcs.core.geometry.local_frame import from_straight_m
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
-from tui_gcs.core.messages import Phase, Request, Vec3, VehicleRow
-from tui_gcs.core.messages_alarms import vehicles_words
-from tui_gcs.core.messages_flight import Circle, Follow, GoTo, Nudge, TakeOff
+from tui_gcs.core.protocol.alarms import vehicles_words
+from tui_gcs.core.protocol.common import Phase, Request, Vec3, VehicleRow
+from tui_gcs.core.protocol.flight import Circle, Follow, GoTo, Nudge, TakeOff
 from tui_gcs.core.scenario.model import Limits, Round
 
 Homes = Mapping[int, tuple[float, float]]

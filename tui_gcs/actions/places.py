@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.messages import Vec3, VehicleRow
+from tui_gcs.core.protocol.common import Vec3, VehicleRow
 
 NAN = math.nan
 _NUMBER = r"[+-]?[0-9]+(?:\.[0-9]+)?"

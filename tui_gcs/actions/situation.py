@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tui_gcs.core.messages import FleetFrame, RunPhase, StationStatus, VehicleRow
+from tui_gcs.core.protocol.common import FleetFrame, RunPhase, StationStatus, VehicleRow
 from tui_gcs.feed import Feed
 
 

@@ -2,7 +2,7 @@
 
 from tui_gcs.actions.action import ALARMS, COMMAND, SCREENS, SELECT, VIEW, Action
 from tui_gcs.actions.situation import Situation
-from tui_gcs.core.messages import Phase, RunPhase
+from tui_gcs.core.protocol.common import Phase, RunPhase
 
 
 def _heard(situation: Situation) -> str:

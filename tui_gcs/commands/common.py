@@ -19,9 +19,9 @@ from tui_gcs.launcher import START_LIMIT_S, is_running, start_error
 
 if TYPE_CHECKING:
     from tui_gcs.core.links import LinkSpec
-    from tui_gcs.core.messages_planning import PlannerInfo
+    from tui_gcs.core.protocol.planning import PlannerInfo
+    from tui_gcs.core.protocol.zenoh_bus import ZenohBus
     from tui_gcs.core.scenario.model import Scenario
-    from tui_gcs.core.zenoh_bus import ZenohBus
     from tui_gcs.planner.registry import PlannerFile
 
 LEAST_COLUMNS, LEAST_LINES = 80, 24
@@ -192,8 +192,8 @@ def running(kind: Kind) -> bool:
 
 def join(kind: Kind) -> "ZenohBus":
     """Join the bus of the station of `kind`, waiting for it to come up. Raises `CommandError`."""
-    from tui_gcs.core.bus import BusError
-    from tui_gcs.core.zenoh_bus import connect
+    from tui_gcs.core.protocol.bus import BusError
+    from tui_gcs.core.protocol.zenoh_bus import connect
 
     end = time.monotonic() + START_LIMIT_S
     while True:

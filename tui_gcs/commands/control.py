@@ -11,7 +11,7 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
-    from tui_gcs.core.messages import Alarm, FleetFrame, LinkStatus, StationStatus, TeamStatus
+    from tui_gcs.core.protocol.common import Alarm, FleetFrame, LinkStatus, StationStatus, TeamStatus
 
 STATUS_WAIT_S = 3.0
 STOP_LIMIT_S = 10.0
@@ -50,8 +50,8 @@ def lost_vehicles(words: list[str]) -> tuple[int, ...]:
 
 
 def _stop(kind: Kind, lost: tuple[int, ...]) -> int:
-    from tui_gcs.core.bus import BusError
-    from tui_gcs.core.messages import Reply, Shutdown, decode, encode
+    from tui_gcs.core.protocol.bus import BusError
+    from tui_gcs.core.protocol.common import Reply, Shutdown, decode, encode
 
     bus = join(kind)
     try:
@@ -73,8 +73,8 @@ def _stop(kind: Kind, lost: tuple[int, ...]) -> int:
 
 def newest(kind: Kind) -> tuple["StationStatus", "FleetFrame"]:
     """What the running station says just now. Raises `CommandError`."""
-    from tui_gcs.core import bus as keys
-    from tui_gcs.core.messages import FleetFrame, StationStatus, decode
+    from tui_gcs.core.protocol import bus as keys
+    from tui_gcs.core.protocol.common import FleetFrame, StationStatus, decode
 
     bus = join(kind)
     got: dict[str, bytes] = {}
@@ -131,15 +131,15 @@ def _error_lines(team: "TeamStatus") -> list[str]:
 
 def _alarm_words(alarm: "Alarm") -> str:
     """An alarm, whether it was seen, and what to do."""
-    from tui_gcs.core.messages_alarms import action_words
+    from tui_gcs.core.protocol.alarms import action_words
 
     return f"{alarm.level.name} {alarm.state}  {alarm.words()}  -> {action_words(alarm.action, {})}"
 
 
 def _words(status: "StationStatus", frame: "FleetFrame") -> str:
     from tui_gcs.core.base.text import clean
-    from tui_gcs.core.messages_preflight import count_words
-    from tui_gcs.core.metrics import all_words
+    from tui_gcs.core.protocol.metric_names import all_words
+    from tui_gcs.core.protocol.preflight import count_words
 
     minutes, seconds = divmod(int(status.mission_time_s), 60)
     lines = [

@@ -100,8 +100,8 @@ def _remove(store: KeyStore, arguments: argparse.Namespace) -> int:
 
 def _provision(store: KeyStore, arguments: argparse.Namespace) -> int:
     """Two steps, by a human: the station tells what it will do, and does it for the code it gave."""
-    from tui_gcs.core.bus import BusError
-    from tui_gcs.core.messages import ProvisionKey, Reply, decode, encode
+    from tui_gcs.core.protocol.bus import BusError
+    from tui_gcs.core.protocol.common import ProvisionKey, Reply, decode, encode
 
     key = store.key(arguments.name)
     kind = Kind(arguments.kind.upper())

@@ -11,9 +11,19 @@ import msgspec
 import numpy as np
 
 from tui_gcs.commands.common import read_scenario
-from tui_gcs.core import bus as keys
-from tui_gcs.core.messages import Event, EventClass, FleetFrame, Phase, Reply, Resume, StationStatus, decode, encode
-from tui_gcs.core.metrics import seen_pct
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol.common import (
+    Event,
+    EventClass,
+    FleetFrame,
+    Phase,
+    Reply,
+    Resume,
+    StationStatus,
+    decode,
+    encode,
+)
+from tui_gcs.core.protocol.metric_names import seen_pct
 from tui_gcs.core.results import Check, Result
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.core.script import Script, Step

@@ -15,7 +15,7 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.exits import CommandError
 
 if TYPE_CHECKING:
-    from tui_gcs.core.messages_planning import PlannerInfo
+    from tui_gcs.core.protocol.planning import PlannerInfo
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -11,9 +11,9 @@ from tui_gcs.commands.control import which
 from tui_gcs.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
-    from tui_gcs.core.messages import AnyRequest, Reply, StationStatus
-    from tui_gcs.core.messages_preflight import Check
-    from tui_gcs.core.zenoh_bus import ZenohBus
+    from tui_gcs.core.protocol.common import AnyRequest, Reply, StationStatus
+    from tui_gcs.core.protocol.preflight import Check
+    from tui_gcs.core.protocol.zenoh_bus import ZenohBus
 
 READ_S = 15.0
 """So long vehicles have to tell what is not known of them."""
@@ -44,14 +44,14 @@ def run(arguments: argparse.Namespace) -> int:
         sys.stdout.write(msgspec.json.format(msgspec.json.encode(checks), indent=2).decode() + "\n")
     else:
         sys.stdout.write(words(checks))
-    from tui_gcs.core.messages_preflight import STOPS
+    from tui_gcs.core.protocol.preflight import STOPS
 
     return FAILED if any(check.state in STOPS for check in checks) else OK
 
 
 def words(checks: "tuple[Check, ...]") -> str:
     """The list for people: what is well is told by name."""
-    from tui_gcs.core.messages_preflight import CheckState, count_words, well
+    from tui_gcs.core.protocol.preflight import CheckState, count_words, well
 
     if not checks:
         return "no vehicle of a team is on the ground: there is nothing to check\n"
@@ -71,7 +71,7 @@ def words(checks: "tuple[Check, ...]") -> str:
 
 def _read(bus: "ZenohBus", *, anew: bool) -> "StationStatus":
     """Have the station read what it does not know, and wait for that."""
-    from tui_gcs.core.messages_preflight import CheckState, ReadChecks
+    from tui_gcs.core.protocol.preflight import CheckState, ReadChecks
 
     _ask(bus, ReadChecks(anew=anew))
     end_s = time.monotonic() + READ_S
@@ -85,7 +85,7 @@ def _read(bus: "ZenohBus", *, anew: bool) -> "StationStatus":
 
 def _acknowledge(bus: "ZenohBus", status: "StationStatus", name: str, operator: str) -> None:
     """All that this check says is accepted as it is."""
-    from tui_gcs.core.messages_preflight import FAILSAFES, AcknowledgeCheck, CheckState
+    from tui_gcs.core.protocol.preflight import FAILSAFES, AcknowledgeCheck, CheckState
 
     if name not in FAILSAFES:
         raise CommandError(f"--acknowledge {name!r}: what can be acknowledged: {', '.join(FAILSAFES)}")
@@ -95,7 +95,7 @@ def _acknowledge(bus: "ZenohBus", status: "StationStatus", name: str, operator: 
 
 
 def _sign(bus: "ZenohBus", status: "StationStatus", operator: str) -> None:
-    from tui_gcs.core.messages_preflight import SignOff
+    from tui_gcs.core.protocol.preflight import SignOff
 
     _done(_ask(bus, SignOff(operator, status.revision)))
 
@@ -107,7 +107,7 @@ def _done(reply: "Reply") -> None:
 
 
 def _status(bus: "ZenohBus") -> "StationStatus":
-    from tui_gcs.core.messages import PROTOCOL, Hello
+    from tui_gcs.core.protocol.common import PROTOCOL, Hello
 
     reply = _ask(bus, Hello(protocol=PROTOCOL, who="cli"))
     if reply.status is None:
@@ -116,8 +116,8 @@ def _status(bus: "ZenohBus") -> "StationStatus":
 
 
 def _ask(bus: "ZenohBus", request: "AnyRequest") -> "Reply":
-    from tui_gcs.core.bus import BusError
-    from tui_gcs.core.messages import Reply, decode, encode
+    from tui_gcs.core.protocol.bus import BusError
+    from tui_gcs.core.protocol.common import Reply, decode, encode
 
     try:
         return decode(bus.ask("gcs/req/cli", encode(request), timeout_s=ASK_S), Reply)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def run(arguments: argparse.Namespace) -> int:
     """Fly, print the table, write the report; 0 only if every gate holds."""
-    from tui_gcs.core.bus import Bus
+    from tui_gcs.core.protocol.bus import Bus
     from tui_gcs.core.rehearsals import plan_digest
     from tui_gcs.core.results import Referee
     from tui_gcs.happenings import HappeningError

@@ -44,7 +44,7 @@ def _summary(file: str, *, as_json: bool) -> int:
 def _show(file: str, speed: float, wanted: Preferences) -> int:
     from tui_gcs.app import ConsoleApp
     from tui_gcs.core.base.clock import MonotonicClock
-    from tui_gcs.core.bus import MemoryBus
+    from tui_gcs.core.protocol.bus import MemoryBus
     from tui_gcs.core.replay import Player
     from tui_gcs.core.tlog import TlogError
 

@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_overrides(names: list[str]) -> None:
-    from tui_gcs.core.messages_preflight import OVERRIDABLE
+    from tui_gcs.core.protocol.preflight import OVERRIDABLE
 
     if wrong := [name for name in names if name not in OVERRIDABLE]:
         raise CommandError(
@@ -57,9 +57,9 @@ def _ask_count(scenario: "Scenario") -> None:
 
 
 def _fly(scenario: "Scenario", kind: Kind, arguments: argparse.Namespace) -> int:
-    from tui_gcs.core.messages import Shutdown, encode
+    from tui_gcs.core.protocol.common import Shutdown, encode
+    from tui_gcs.core.protocol.zenoh_bus import QueuedBus
     from tui_gcs.core.script import Script
-    from tui_gcs.core.zenoh_bus import QueuedBus
 
     bus = QueuedBus(join(kind), lambda: None)
     principal = f"run-{os.getpid()}"

@@ -16,8 +16,8 @@ from tui_gcs.commands.vehicle_station import (
     tell,
     vehicle_ids,
 )
-from tui_gcs.core.messages_services import MEANT, GetModes, Reboot, SetMode, SetParams, TypeShell
-from tui_gcs.core.messages_setup import SetCurrentItem, SetGain
+from tui_gcs.core.protocol.services import MEANT, GetModes, Reboot, SetMode, SetParams, TypeShell
+from tui_gcs.core.protocol.setup import SetCurrentItem, SetGain
 from tui_gcs.exits import FAILED, OK, CommandError
 
 LIST_LOOKS = 25

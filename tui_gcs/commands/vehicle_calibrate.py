@@ -15,8 +15,8 @@ from tui_gcs.commands.vehicle_station import (
     tell,
     vehicle_ids,
 )
-from tui_gcs.core.messages_services import GetTasks, ServiceReply, TaskInfo
-from tui_gcs.core.messages_setup import (
+from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
+from tui_gcs.core.protocol.setup import (
     Calibrate,
     CalibrationRow,
     CancelCalibration,

@@ -12,7 +12,7 @@ from tui_gcs.commands.vehicle_station import (
     tell_failed,
     vehicle_ids,
 )
-from tui_gcs.core.messages_setup import (
+from tui_gcs.core.protocol.setup import (
     AskPayloads,
     GetPayloads,
     GetRemoteIds,

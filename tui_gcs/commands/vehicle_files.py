@@ -20,7 +20,7 @@ from tui_gcs.commands.vehicle_station import (
 )
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.regular_file import open_plain
-from tui_gcs.core.messages_services import (
+from tui_gcs.core.protocol.services import (
     MOST_FILE_BYTES,
     DownloadFile,
     DownloadLog,

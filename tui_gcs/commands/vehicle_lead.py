@@ -10,8 +10,8 @@ from textwrap import wrap
 
 from tui_gcs.commands.vehicle_station import LINE_CELLS, StationClient
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.messages_services import CancelTask, TaskInfo
-from tui_gcs.core.messages_setup import ConfirmStep
+from tui_gcs.core.protocol.services import CancelTask, TaskInfo
+from tui_gcs.core.protocol.setup import ConfirmStep
 
 ENTER, CANCEL, LEAVE = "Enter: done as asked", "ctrl-c: cancel", "ctrl-c again: leave it as it is"
 

@@ -23,7 +23,15 @@ from tui_gcs.commands.vehicle_station import (
 from tui_gcs.core.formats.content import Content, ParamLine, counted
 from tui_gcs.core.formats.files import format_of
 from tui_gcs.core.formats.params import IDENTITIES, NOT_TO_WRITE, WRITERS, write_mavproxy
-from tui_gcs.core.messages_services import MEANT, MOST_VALUES, FetchParams, GetParams, GetVehicles, ParamRow, SetParams
+from tui_gcs.core.protocol.services import (
+    MEANT,
+    MOST_VALUES,
+    FetchParams,
+    GetParams,
+    GetVehicles,
+    ParamRow,
+    SetParams,
+)
 from tui_gcs.core.services.param_values import ParamType, same, shown
 from tui_gcs.exits import FAILED, OK, CommandError
 

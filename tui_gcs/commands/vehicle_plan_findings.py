@@ -7,8 +7,6 @@ from collections.abc import Iterator, Sequence
 from tui_gcs.commands.vehicle_station import LINE_CELLS, StationClient, listed
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.messages import PROTOCOL, GetScenario, Hello
-from tui_gcs.core.messages_services import DownloadPlan, GetOnBoard, GetVehicles, PlanRow, VehicleInfo
 from tui_gcs.core.missions.autopilots import dialect_called
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.findings import Finding, Level, Site, findings
@@ -16,6 +14,8 @@ from tui_gcs.core.missions.way import Home, way_of
 from tui_gcs.core.plan_findings import Who, autopilot_findings
 from tui_gcs.core.plan_rows import plan_of
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
+from tui_gcs.core.protocol.common import PROTOCOL, GetScenario, Hello
+from tui_gcs.core.protocol.services import DownloadPlan, GetOnBoard, GetVehicles, PlanRow, VehicleInfo
 from tui_gcs.core.scenario.model import Origin, Round
 from tui_gcs.exits import CommandError
 

@@ -18,8 +18,8 @@ from tui_gcs.commands.vehicle_station import (
     vehicle_ids,
 )
 from tui_gcs.core.firmware.setup import motor_word
-from tui_gcs.core.messages_services import GetVehicles
-from tui_gcs.core.messages_setup import (
+from tui_gcs.core.protocol.services import GetVehicles
+from tui_gcs.core.protocol.setup import (
     AirframeRow,
     ChooseAirframe,
     GetAirframes,

@@ -14,9 +14,9 @@ from tui_gcs.commands.vehicle_station import (
     tell_failed,
     vehicle_ids,
 )
-from tui_gcs.core.concerning import concerns
-from tui_gcs.core.messages import GetEvents
-from tui_gcs.core.messages_services import (
+from tui_gcs.core.protocol.common import GetEvents
+from tui_gcs.core.protocol.event_scope import concerns
+from tui_gcs.core.protocol.services import (
     CancelTask,
     FailsafeRow,
     GetTasks,

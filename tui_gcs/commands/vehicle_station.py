@@ -13,9 +13,9 @@ from tui_gcs.commands.common import join
 from tui_gcs.commands.control import which
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.bus import Bus, BusError
-from tui_gcs.core.messages import Request, decode, encode
-from tui_gcs.core.messages_services import GetTaskResult, GetTasks, ServiceReply, TaskInfo, TaskResult
+from tui_gcs.core.protocol.bus import Bus, BusError
+from tui_gcs.core.protocol.common import Request, decode, encode
+from tui_gcs.core.protocol.services import GetTaskResult, GetTasks, ServiceReply, TaskInfo, TaskResult
 from tui_gcs.exits import FAILED, OK, CommandError
 
 POLL_S = 0.2

@@ -6,7 +6,7 @@ a level. Delays and dead-bands (`alarm_finders`) keep what flutters from ringing
 
 from dataclasses import dataclass
 
-from tui_gcs.core.messages_alarms import AlarmLevel
+from tui_gcs.core.protocol.alarms import AlarmLevel
 
 WARNING, CAUTION, ADVISORY = AlarmLevel.WARNING, AlarmLevel.CAUTION, AlarmLevel.ADVISORY
 

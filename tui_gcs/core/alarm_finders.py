@@ -21,9 +21,9 @@ from tui_gcs.core.firmware.health import Concern, Problem
 from tui_gcs.core.flights import FOUND, MOTORS_STEP, ON_BOARD_STEP, Flight
 from tui_gcs.core.jumps import JUMP_M
 from tui_gcs.core.mavlink.mode_names import mode_name
-from tui_gcs.core.messages import Event, Freshness, Phase, RunPhase
-from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.monitor import error_m
+from tui_gcs.core.protocol.alarms import vehicles_words
+from tui_gcs.core.protocol.common import Event, Freshness, Phase, RunPhase
 from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:

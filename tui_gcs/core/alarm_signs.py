@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.mavlink.failsafe_texts import is_news
 from tui_gcs.core.mavlink.mode_names import mode_name
-from tui_gcs.core.messages import Freshness
+from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.snapshot import problem_of
 from tui_gcs.core.vehicle import Vehicle
 

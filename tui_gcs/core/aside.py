@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from tui_gcs.core.geometry.local_frame import from_straight_m
 from tui_gcs.core.guard_motion import Sight
 from tui_gcs.core.guard_separation import SPARE_M, SPARE_UP_M
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits
 
 RINGS, BEARINGS = (1.2, 2.0, 3.0, 4.5), 16

@@ -12,9 +12,9 @@ from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.flights import BY_HAND_STEP, Flight, FlightBook
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
-from tui_gcs.core.messages import Freshness, Phase, Vec3
-from tui_gcs.core.messages_flight import Circle, GoTo, Nudge
 from tui_gcs.core.orbit import Orbit
+from tui_gcs.core.protocol.common import Freshness, Phase, Vec3
+from tui_gcs.core.protocol.flight import Circle, GoTo, Nudge
 from tui_gcs.core.scenario.model import Limits
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.steering import LEAST_HOVER_M, Steering

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.messages import Intent, Vec3
+from tui_gcs.core.protocol.common import Intent, Vec3
 
 Samples = NDArray[np.float64]
 

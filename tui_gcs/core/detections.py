@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.components import hear_all
 from tui_gcs.core.fleet import Fields, Fleet
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.vehicle import Vehicle
 
 MESSAGE = "CAMERA_TRACKING_GEO_STATUS"

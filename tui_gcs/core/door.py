@@ -17,7 +17,7 @@ from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import Key, ticks
 from tui_gcs.core.mavlink.sources import Source
-from tui_gcs.core.messages import EventClass, Freshness, Kind
+from tui_gcs.core.protocol.common import EventClass, Freshness, Kind
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.trust import TrustBook
 from tui_gcs.core.vehicle import Path, Vehicle

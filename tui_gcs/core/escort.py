@@ -13,8 +13,8 @@ from tui_gcs.core.course import Course
 from tui_gcs.core.events import WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
-from tui_gcs.core.messages import EventClass, Freshness, Phase, Vec3
-from tui_gcs.core.messages_flight import Nudge
+from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
+from tui_gcs.core.protocol.flight import Nudge
 from tui_gcs.core.vehicle import Vehicle
 
 STEP_S = 0.2

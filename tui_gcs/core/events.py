@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.messages import Event, EventClass
+from tui_gcs.core.protocol.common import Event, EventClass
 
 KEPT = 2000
 """Events in memory; older ones are in the journal."""

@@ -17,8 +17,8 @@ from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, Flight, FlightBook
 from tui_gcs.core.homing import LAYER_TOLERANCE_M, Homing
 from tui_gcs.core.mavlink.mode_names import mode_name
-from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
-from tui_gcs.core.messages_alarms import vehicles_words
+from tui_gcs.core.protocol.alarms import vehicles_words
+from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.services.command import Action, CommandService, Outcome
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.touchdown import CANCELLED, TOUCHED, is_down, landing_words

@@ -20,9 +20,9 @@ from tui_gcs.core.ghosts import GhostWatch
 from tui_gcs.core.mavlink.dialect import Message, label
 from tui_gcs.core.mavlink.intake import Intake
 from tui_gcs.core.mavlink.sources import CALL, KEEP, STATE, Slot, Source, Stream
-from tui_gcs.core.messages import EventClass, Freshness
 from tui_gcs.core.paths import PathBook
 from tui_gcs.core.pilots import is_autopilot, replaces
+from tui_gcs.core.protocol.common import EventClass, Freshness
 from tui_gcs.core.refusals import RefusalTeller
 from tui_gcs.core.services.text import TextDesk
 from tui_gcs.core.telemetry import Telemetry

@@ -25,7 +25,7 @@ from tui_gcs.core.links import Address, Link, LinkError
 from tui_gcs.core.mavlink.dialect import Message, decode, is_known, layout
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import MAGIC_V2, Frame, cut_datagram
-from tui_gcs.core.messages import EventClass
+from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.services.command import DENIED
 from tui_gcs.core.vehicle import IDS_PER_NETWORK, Vehicle
 

@@ -18,7 +18,7 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard import SPEED_TOLERANCE, Guard
 from tui_gcs.core.guard_motion import Does, Sight
 from tui_gcs.core.mavlink.dialect import Message
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.vehicle import Vehicle
 
 AMSL_FRAMES = frozenset({0, 5})

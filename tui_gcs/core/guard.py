@@ -23,7 +23,7 @@ from tui_gcs.core.guard_lost import own_ways
 from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S, Flock, Sight, foresee, times_of
 from tui_gcs.core.guard_region import Walls, band_miss_m
 from tui_gcs.core.guard_separation import Meeting, meetings
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 
 MIN_SETPOINT_GAP_S = 0.08

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from tui_gcs.core.guard_motion import CLIMB_M_S, RETURN_M_S, Alone, Sight, gone, turned_m
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits
 
 SLOW_M_S, SLOW_CLIMB_M_S, SLOW_DESCENT_M_S = 4.0, 2.0, 0.4

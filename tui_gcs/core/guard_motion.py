@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.course import Course, Samples, Stand
 from tui_gcs.core.guard_courses import FAR_M, STEP_S, wanted
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits
 
 HORIZON_S = 5.0

@@ -11,7 +11,7 @@ import msgspec
 import shapely
 
 from tui_gcs.core.geometry.zones import Role, polygon_of
-from tui_gcs.core.messages import RunPhase, StationStatus
+from tui_gcs.core.protocol.common import RunPhase, StationStatus
 from tui_gcs.core.scenario.model import Round, Scenario
 
 

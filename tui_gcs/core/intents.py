@@ -10,8 +10,8 @@ from tui_gcs.core.events import WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.guard import SPEED_TOLERANCE, Guard
-from tui_gcs.core.messages import EventClass, Intent, Phase, Plan, Vec3
 from tui_gcs.core.orbit import Orbit
+from tui_gcs.core.protocol.common import EventClass, Intent, Phase, Plan, Vec3
 from tui_gcs.core.scenario.model import Limits
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.vehicle import Vehicle

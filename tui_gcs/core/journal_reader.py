@@ -4,7 +4,7 @@ from pathlib import Path
 
 import msgspec
 
-from tui_gcs.core.messages_journal import JOURNAL_END, Event
+from tui_gcs.core.protocol.journal import JOURNAL_END, Event
 
 PIECE_BYTES = 64 * 1024
 """Looked at for one answer: some hundred lines, a few milliseconds."""

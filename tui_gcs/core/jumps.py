@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from tui_gcs.core.messages import NOWHERE, Vec3
+from tui_gcs.core.protocol.common import NOWHERE, Vec3
 from tui_gcs.core.vehicle import Vehicle
 
 JUMP_M = 10.0

@@ -15,7 +15,7 @@ from tui_gcs.core.flights import FlightBook
 from tui_gcs.core.gps import DEGRADED_M
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.guard_separation import GROUND_M
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.vehicle import Vehicle
 
 Place = tuple[float, float, float, float, int]

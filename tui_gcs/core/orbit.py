@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, replace
 
 from tui_gcs.core.course import STILL, rest_to_rest_s
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 
 ACCEL_SHARE = 0.9
 """Of the allowed acceleration; the rest is the autopilot's for tracking."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.vehicle import NAN, Vehicle
 
 HOME_TOLERANCE_M = 10.0

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable
 
-from tui_gcs.core.messages_services import PlanRow
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
+from tui_gcs.core.protocol.services import PlanRow
 
 
 def plan_rows(plan: Plan) -> tuple[PlanRow, ...]:

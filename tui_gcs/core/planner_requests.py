@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from tui_gcs.core import messages as m
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.bus import PREVIEW_TASK
-from tui_gcs.core.messages import PlannerTask, PreviewResult, PreviewTask, Reply, encode
 from tui_gcs.core.planner_tasks import Crew, crewed, crews
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import PREVIEW_TASK
+from tui_gcs.core.protocol.common import PlannerTask, PreviewResult, PreviewTask, Reply, encode
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import Round, Scenario, Team

@@ -12,13 +12,15 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from tui_gcs.core import messages as m
 from tui_gcs.core import preflight_fleet as fleet
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.events import NOTICE, WARNING
-from tui_gcs.core.messages import EventClass, Reply
-from tui_gcs.core.messages_alarms import id_ranges
-from tui_gcs.core.messages_preflight import (
+from tui_gcs.core.plans.model import PlanKind
+from tui_gcs.core.preflight_vehicles import Finding, failsafes, link_quality, plans_on_board, standing
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.alarms import id_ranges
+from tui_gcs.core.protocol.common import EventClass, Reply
+from tui_gcs.core.protocol.preflight import (
     FAILSAFES,
     MOST_NAME_CHARS,
     OVERRIDABLE,
@@ -33,8 +35,6 @@ from tui_gcs.core.messages_preflight import (
     open_by_hand,
     refusing,
 )
-from tui_gcs.core.plans.model import PlanKind
-from tui_gcs.core.preflight_vehicles import Finding, failsafes, link_quality, plans_on_board, standing
 from tui_gcs.core.rehearsals import RehearsalBook, plan_digest
 from tui_gcs.core.vehicle import Vehicle
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.mavlink.enum_names import autopilot_name
-from tui_gcs.core.messages import Freshness, Phase
-from tui_gcs.core.messages_preflight import Check, CheckState
+from tui_gcs.core.protocol.common import Freshness, Phase
+from tui_gcs.core.protocol.preflight import Check, CheckState
 from tui_gcs.core.rehearsals import Rehearsal
 
 if TYPE_CHECKING:

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from tui_gcs.core.messages_preflight import FAILSAFES, CheckState
 from tui_gcs.core.plans.model import Plan, PlanKind, fence_shapes
+from tui_gcs.core.protocol.preflight import FAILSAFES, CheckState
 from tui_gcs.core.services.failsafes import FailsafeLine
 from tui_gcs.core.services.plan_book import Held
 from tui_gcs.core.vehicle import Vehicle

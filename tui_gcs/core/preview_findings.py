@@ -2,8 +2,8 @@
 
 from math import isfinite
 
-from tui_gcs.core.messages import PreviewResult
 from tui_gcs.core.missions.findings import Level
+from tui_gcs.core.protocol.common import PreviewResult
 from tui_gcs.core.scenario_findings import ScenarioFinding
 
 

@@ -6,7 +6,7 @@ real PX4 1.16.1 (its own simulator: 1.0 m/s² per m/s) on a patrol tour at 7.6 m
 alone, 2.5 m with shifted places, 1.0 m when the acceleration of the course and of the drag is sent along.
 """
 
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 
 POSITION_P_HZ, VELOCITY_P_HZ, VELOCITY_I_HZ2, VELOCITY_D = 0.95, 1.8, 0.4, 0.2
 """PX4's defaults: MPC_XY_P, MPC_XY_VEL_P_ACC, _I_ACC, _D_ACC."""

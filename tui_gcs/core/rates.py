@@ -13,7 +13,7 @@ from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.firmware.streams import not_for
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.links.spec import LinkSpec
-from tui_gcs.core.messages import EventClass
+from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.radio import RadioReport, radio_report
 from tui_gcs.core.rate_link import CALM_S, LinkRates, Member, Wish
 from tui_gcs.core.rate_sets import FULL, UNASKED

@@ -1,6 +1,6 @@
 """Which vehicles may be started or lifted now, and why not: what can never be overridden.
 
-Every reason belongs to a check of `core/messages_preflight.py`, so that the list before a start says the same as the
+Every reason belongs to a check of `core/protocol/preflight.py`, so that the list before a start says the same as the
 refusal. Reasons come in groups: those of a group count together, and what comes after the first group that speaks
 against a vehicle is for the list only.
 """
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from tui_gcs.core.flights import Flight
-from tui_gcs.core.messages import Freshness, Phase, VehicleResult
+from tui_gcs.core.protocol.common import Freshness, Phase, VehicleResult
 from tui_gcs.core.scenario.model import Round, Scenario, band_m
 from tui_gcs.core.vehicle import Vehicle
 

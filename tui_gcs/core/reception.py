@@ -11,7 +11,7 @@ from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.forward import Forwarder
 from tui_gcs.core.links import Link
 from tui_gcs.core.mavlink.signing import for_log
-from tui_gcs.core.messages import EventClass
+from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.trust import TrustBook
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import msgspec
 
 import tui_gcs
-from tui_gcs.core.messages_planning import PlannerInfo
+from tui_gcs.core.protocol.planning import PlannerInfo
 from tui_gcs.core.scenario.model import Scenario
 
 FILE = "rehearsals.jsonl"

@@ -12,20 +12,28 @@ from typing import NamedTuple
 
 import msgspec
 
-from tui_gcs.core import bus as keys
-from tui_gcs.core import messages as m
 from tui_gcs.core.alarm_signs import VehicleSigns
 from tui_gcs.core.alarms import AlarmDesk
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.bus import Bus
 from tui_gcs.core.events import NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import FlightBook
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.mavlink.dialect import decode
 from tui_gcs.core.mavlink.frames import Frame
-from tui_gcs.core.messages import EventClass, Freshness, Kind, Reply, RunPhase, ScenarioChanged, StationStatus
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import Bus
+from tui_gcs.core.protocol.common import (
+    EventClass,
+    Freshness,
+    Kind,
+    Reply,
+    RunPhase,
+    ScenarioChanged,
+    StationStatus,
+)
 from tui_gcs.core.scenario.model import Limits, LinkLoss, Origin, ResultLimits, Scenario
 from tui_gcs.core.snapshot import fleet_frame
 from tui_gcs.core.tlog import read_tlog

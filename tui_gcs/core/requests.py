@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from tui_gcs.core import messages as m
-from tui_gcs.core import messages_services as s
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.events import DEBUG, NOTICE, WARNING
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.journal_reader import events_before
-from tui_gcs.core.messages import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
-from tui_gcs.core.messages_alarms import vehicles_words
-from tui_gcs.core.messages_flight import Land, Nudge
-from tui_gcs.core.messages_preflight import AcknowledgeCheck, ReadChecks, SignOff
-from tui_gcs.core.messages_setup import ConfirmStep
 from tui_gcs.core.planner_requests import PlannerRequests
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol import services as s
+from tui_gcs.core.protocol.alarms import vehicles_words
+from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
+from tui_gcs.core.protocol.flight import Land, Nudge
+from tui_gcs.core.protocol.preflight import AcknowledgeCheck, ReadChecks, SignOff
+from tui_gcs.core.protocol.setup import ConfirmStep
 from tui_gcs.core.provision import ProvisionDesk
 from tui_gcs.core.readiness import layer_problem
 from tui_gcs.core.scenario.load import ScenarioError, parse

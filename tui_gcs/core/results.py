@@ -18,8 +18,8 @@ from tui_gcs.core.flights import COLUMN_M
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, sweep_bound_s
 from tui_gcs.core.geometry.zones import Zone, area_m2, polygon_of
 from tui_gcs.core.incursions import IntruderResult
-from tui_gcs.core.messages import FleetFrame, Phase, StationStatus, TeamStatus, Vec3, VehicleRow
-from tui_gcs.core.metrics import seen_pct
+from tui_gcs.core.protocol.common import FleetFrame, Phase, StationStatus, TeamStatus, Vec3, VehicleRow
+from tui_gcs.core.protocol.metric_names import seen_pct
 from tui_gcs.core.scenario.model import Round, Scenario, Team
 from tui_gcs.core.separation import least_separation
 

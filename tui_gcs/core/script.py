@@ -6,11 +6,20 @@ Talks to the station over the bus as a console does, so it flies the lock-step d
 import math
 from enum import StrEnum
 
-from tui_gcs.core import bus as keys
-from tui_gcs.core import messages as m
-from tui_gcs.core.bus import Bus, BusError
-from tui_gcs.core.messages import FleetFrame, Freshness, Phase, Reply, RunPhase, StationStatus, decode, encode
-from tui_gcs.core.messages_preflight import Check, CheckState, names_of
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import Bus, BusError
+from tui_gcs.core.protocol.common import (
+    FleetFrame,
+    Freshness,
+    Phase,
+    Reply,
+    RunPhase,
+    StationStatus,
+    decode,
+    encode,
+)
+from tui_gcs.core.protocol.preflight import Check, CheckState, names_of
 from tui_gcs.core.results import Referee
 from tui_gcs.core.scenario.model import Round, Scenario
 

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from tui_gcs.core import messages_services as s
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.mode_manners import manner_of
@@ -18,6 +17,7 @@ from tui_gcs.core.formats.content import counted
 from tui_gcs.core.mavlink.commands import CMD_REBOOT
 from tui_gcs.core.plan_rows import plan_of, plan_rows
 from tui_gcs.core.plans.model import PlanKind, PlanWord
+from tui_gcs.core.protocol import services as s
 from tui_gcs.core.service_carry import CarryActs
 from tui_gcs.core.service_setup import SetupActs
 from tui_gcs.core.service_tasks import Task

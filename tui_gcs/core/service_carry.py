@@ -4,12 +4,12 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from tui_gcs.core import messages_setup as s
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.place import Above, Place, PlaceError
+from tui_gcs.core.protocol import setup as s
 from tui_gcs.core.service_setup import IN_THE_AIR
 from tui_gcs.core.service_tasks import Task
 from tui_gcs.core.services.command import Action, Outcome

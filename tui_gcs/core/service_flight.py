@@ -5,13 +5,13 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from tui_gcs.core import messages_flight as f
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.speech import Done
 from tui_gcs.core.flights import MOTORS_STEP, ON_BOARD_STEP
 from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM
-from tui_gcs.core.message import Vec3
+from tui_gcs.core.protocol import flight as f
+from tui_gcs.core.protocol.base import Vec3
 from tui_gcs.core.service_acts import ARMED
 from tui_gcs.core.service_tasks import Task
 from tui_gcs.core.services.order import Action, Order, Outcome, Retry

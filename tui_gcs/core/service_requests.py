@@ -1,20 +1,20 @@
 """Requests about vehicles' services: who may ask what, of which vehicles, and what is told of it.
 
 Looking is for everybody. Fetching costs a vehicle's link time, changing changes it: neither is for planner workers.
-Every vehicle is judged by itself, and has its own result and its own task; see `core/messages_services.py`.
+Every vehicle is judged by itself, and has its own result and its own task; see `core/protocol/services.py`.
 """
 
 from typing import TYPE_CHECKING
 
 import msgspec
 
-from tui_gcs.core import messages_services as s
-from tui_gcs.core import messages_setup as setup
 from tui_gcs.core import service_flight as flight
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.messages import Freshness, VehicleResult
-from tui_gcs.core.messages_flight import Flight as FlightRequest
-from tui_gcs.core.messages_flight import Nudge
+from tui_gcs.core.protocol import services as s
+from tui_gcs.core.protocol import setup
+from tui_gcs.core.protocol.common import Freshness, VehicleResult
+from tui_gcs.core.protocol.flight import Flight as FlightRequest
+from tui_gcs.core.protocol.flight import Nudge
 from tui_gcs.core.service_acts import ServiceActs, param_rows
 from tui_gcs.core.service_carry import payload_rows, remote_id_rows, traffic_rows
 from tui_gcs.core.service_tasks import TaskBook

@@ -4,11 +4,11 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from tui_gcs.core import messages_setup as s
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.registry import name_of
 from tui_gcs.core.firmware.setup import Sensor, calibration, motor_word
-from tui_gcs.core.messages_services import MEANT, TaskResult
+from tui_gcs.core.protocol import setup as s
+from tui_gcs.core.protocol.services import MEANT, TaskResult
 from tui_gcs.core.service_tasks import Guidance, Task
 from tui_gcs.core.services.calibration import CalibrationJob
 from tui_gcs.core.services.command import Outcome

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.messages_services import TaskInfo, TaskResult
+from tui_gcs.core.protocol.services import TaskInfo, TaskResult
 from tui_gcs.core.services.jobs import Job, JobDesk, JobState
 
 MOST_REMEMBERED = 500

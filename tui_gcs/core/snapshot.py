@@ -8,7 +8,7 @@ from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import FlightBook
 from tui_gcs.core.mavlink.enum_names import type_name
 from tui_gcs.core.mavlink.mode_names import mode_name
-from tui_gcs.core.messages import NOWHERE, FleetFrame, Kind, Phase
+from tui_gcs.core.protocol.common import NOWHERE, FleetFrame, Kind, Phase
 from tui_gcs.core.services.payload import PayloadService
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.vehicle import Vehicle

@@ -12,11 +12,9 @@ from pathlib import Path
 
 import msgspec
 
-from tui_gcs.core import bus as keys
 from tui_gcs.core.alarm_finders import AlarmFinder
 from tui_gcs.core.alarms import AlarmDesk
 from tui_gcs.core.base.clock import Clock, WallWatch, clock_words
-from tui_gcs.core.bus import Bus
 from tui_gcs.core.by_hand import ByHand
 from tui_gcs.core.detections import Detections
 from tui_gcs.core.door import Door
@@ -38,7 +36,12 @@ from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Link
 from tui_gcs.core.listeners import Listeners
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.messages import (
+from tui_gcs.core.monitor import FleetMonitor
+from tui_gcs.core.pauses import Pauses
+from tui_gcs.core.preflight import PreflightDesk
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol.bus import Bus
+from tui_gcs.core.protocol.common import (
     Event,
     EventClass,
     FleetFrame,
@@ -50,9 +53,6 @@ from tui_gcs.core.messages import (
     StationStatus,
     encode,
 )
-from tui_gcs.core.monitor import FleetMonitor
-from tui_gcs.core.pauses import Pauses
-from tui_gcs.core.preflight import PreflightDesk
 from tui_gcs.core.rates import RateDesk
 from tui_gcs.core.readiness import Readiness
 from tui_gcs.core.reboots import RebootBook

@@ -23,7 +23,6 @@ from tui_gcs.core import rehearsals
 from tui_gcs.core.base.clock import MonotonicClock
 from tui_gcs.core.base.directories import STATION_LOCK, socket_path, state_dir, try_lock
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.bus import BusError
 from tui_gcs.core.forward import Endpoint
 from tui_gcs.core.journal import Journal
 from tui_gcs.core.keystore import KeyStore, KeyStoreError, open_store
@@ -32,13 +31,14 @@ from tui_gcs.core.links import Link, LinkError, open_link
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.signing import SigningError
 from tui_gcs.core.memory import StationMemory
-from tui_gcs.core.messages import PlannerInfo
+from tui_gcs.core.protocol.bus import BusError
+from tui_gcs.core.protocol.common import PlannerInfo
+from tui_gcs.core.protocol.zenoh_bus import QueuedBus, ZenohBus, serve
 from tui_gcs.core.recorder import TlogWriter
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import OperatorId, Scenario
 from tui_gcs.core.station import Station, StationConfig
 from tui_gcs.core.workers import Declarations, Workers
-from tui_gcs.core.zenoh_bus import QueuedBus, ZenohBus, serve
 
 TICK_S = 0.05
 RECEIVE_S = 0.005

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.core.forward import Endpoint
 from tui_gcs.core.links import Link
-from tui_gcs.core.messages import Freshness, LinkStatus, StationStatus
+from tui_gcs.core.protocol.common import Freshness, LinkStatus, StationStatus
 from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:

@@ -21,9 +21,9 @@ from tui_gcs.core.flights import COLUMN_M, Flight, FlightBook
 from tui_gcs.core.geometry.shortest_route import route
 from tui_gcs.core.guard import Guard, Verdict
 from tui_gcs.core.guard_motion import Alone, Does, Sight
-from tui_gcs.core.messages import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.monitor import error_m
 from tui_gcs.core.orbit import Orbit
+from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.tracking import Led, Tracking, wanted_then
 from tui_gcs.core.vehicle import Vehicle

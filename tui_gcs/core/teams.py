@@ -24,9 +24,16 @@ from tui_gcs.core.geometry.idleness_grid import serving
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.intents import IntentDesk
 from tui_gcs.core.journal import Journal
-from tui_gcs.core.messages import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
-from tui_gcs.core.plan_limits import MOST_LEARNT_BYTES, MOST_METRICS, MOST_NOTES, NOTES_PER_S, shown, too_many
 from tui_gcs.core.planner_tasks import task_of
+from tui_gcs.core.protocol.common import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
+from tui_gcs.core.protocol.plan_limits import (
+    MOST_LEARNT_BYTES,
+    MOST_METRICS,
+    MOST_NOTES,
+    NOTES_PER_S,
+    shown,
+    too_many,
+)
 from tui_gcs.core.scenario.model import Round, Scenario, Team
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.team_measures import ZoneMeasure

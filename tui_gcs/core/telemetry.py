@@ -20,7 +20,7 @@ from tui_gcs.core.mavlink import high_latency as satellite
 from tui_gcs.core.mavlink.enum_names import FLAG_ARMED
 from tui_gcs.core.mavlink.frames import MAGIC_V2
 from tui_gcs.core.mavlink.sources import Slot
-from tui_gcs.core.messages import EventClass
+from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.vehicle import NAN, POSITION_AT, POSITION_BYTES, Vehicle, as_frame
 
 MOST_SPEED_M_S = 150.0

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from tui_gcs.core.course import STILL, Course, Moving, Stand, Trajectory
 from tui_gcs.core.firmware.base import Lead
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.push import ACCEL_GAIN, DragModel
 from tui_gcs.core.vehicle import Vehicle
 

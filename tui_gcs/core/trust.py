@@ -30,7 +30,7 @@ from tui_gcs.core.mavlink.signing import (
     timestamp,
 )
 from tui_gcs.core.mavlink.sources import Source
-from tui_gcs.core.messages import EventClass
+from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.vehicle import IDS_PER_NETWORK, Signing, Vehicle
 
 HEARTBEAT = 0

@@ -10,7 +10,7 @@ from tui_gcs.core.boot_clock import BootClock
 from tui_gcs.core.links.base import Address
 from tui_gcs.core.mavlink.failsafe_texts import failsafe_words
 from tui_gcs.core.mavlink.sources import Slot, Source, Stream
-from tui_gcs.core.messages import Freshness, Vec3
+from tui_gcs.core.protocol.common import Freshness, Vec3
 
 if TYPE_CHECKING:
     from tui_gcs.core.copies import Copies

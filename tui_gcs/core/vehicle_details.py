@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.core.firmware import health as h
 from tui_gcs.core.fleet import Fields
-from tui_gcs.core.messages_services import Details
+from tui_gcs.core.protocol.services import Details
 from tui_gcs.core.vehicle import NAN, Vehicle
 
 if TYPE_CHECKING:

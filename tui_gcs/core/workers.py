@@ -17,7 +17,7 @@ from pathlib import Path
 
 import msgspec
 
-from tui_gcs.core.messages import PlannerInfo
+from tui_gcs.core.protocol.common import PlannerInfo
 
 log = logging.getLogger("tui_gcs.station")
 

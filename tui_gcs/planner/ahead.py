@@ -8,7 +8,7 @@ import threading
 
 import msgspec
 
-from tui_gcs.core.messages import PlannerTask
+from tui_gcs.core.protocol.common import PlannerTask
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.host import Job, PlannerHost
 

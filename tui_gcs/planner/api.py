@@ -99,7 +99,7 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.geometry.idleness_grid import cell_centres_m, sweep_bound_s
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
-from tui_gcs.core.messages import Annotation, Intent, ParamInfo, ParamValue, PlannerTask
+from tui_gcs.core.protocol.common import Annotation, Intent, ParamInfo, ParamValue, PlannerTask
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 from tui_gcs.planner.avoidance import avoid
 

@@ -20,8 +20,8 @@ from pathlib import Path
 
 import msgspec
 
-from tui_gcs.core.bus import FLEET, PLAN, TASK, Bus
-from tui_gcs.core.messages import FleetFrame, Message, PlannerTask, decode, encode
+from tui_gcs.core.protocol.bus import FLEET, PLAN, TASK, Bus
+from tui_gcs.core.protocol.common import FleetFrame, Message, PlannerTask, decode, encode
 from tui_gcs.planner.ahead import HostAhead
 from tui_gcs.planner.registry import PlannerFile
 from tui_gcs.planner.worker import ends_with

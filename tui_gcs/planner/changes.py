@@ -3,7 +3,7 @@
 import math
 from typing import Literal
 
-from tui_gcs.core.messages import FleetFrame, Freshness, Phase, PlannerTask
+from tui_gcs.core.protocol.common import FleetFrame, Freshness, Phase, PlannerTask
 from tui_gcs.planner.api import LOW_BATTERY_PCT, Event
 
 State = Literal["", "active", "held", "lost", "returned"]

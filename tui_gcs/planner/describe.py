@@ -14,7 +14,7 @@ from pathlib import Path
 import msgspec
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.messages_planning import PlannerInfo
+from tui_gcs.core.protocol.planning import PlannerInfo
 
 LIMIT_S = 15.0
 """A file that takes longer to load is none to fly with."""

@@ -19,9 +19,18 @@ from zlib import crc32
 import msgspec
 import numpy as np
 
-from tui_gcs.core.bus import FLEET, PLAN, PREVIEW, PREVIEW_TASK, TASK, Bus, Closable
-from tui_gcs.core.messages import FleetFrame, Plan, PlannerInfo, PlannerTask, PreviewResult, PreviewTask, decode, encode
-from tui_gcs.core.plan_limits import MOST_ANNOTATIONS, MOST_NOTES, most_intents, too_large, too_many
+from tui_gcs.core.protocol.bus import FLEET, PLAN, PREVIEW, PREVIEW_TASK, TASK, Bus, Closable
+from tui_gcs.core.protocol.common import (
+    FleetFrame,
+    Plan,
+    PlannerInfo,
+    PlannerTask,
+    PreviewResult,
+    PreviewTask,
+    decode,
+    encode,
+)
+from tui_gcs.core.protocol.plan_limits import MOST_ANNOTATIONS, MOST_NOTES, most_intents, too_large, too_many
 from tui_gcs.planner import kept as keeping
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Context, Output, Planner

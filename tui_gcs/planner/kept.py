@@ -7,9 +7,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from tui_gcs.core.message import Message
-from tui_gcs.core.messages import PlannerTask, encode
-from tui_gcs.core.plan_limits import MOST_LEARNT_BYTES
+from tui_gcs.core.protocol.base import Message
+from tui_gcs.core.protocol.common import PlannerTask, encode
+from tui_gcs.core.protocol.plan_limits import MOST_LEARNT_BYTES
 from tui_gcs.planner.api import API_VERSION, Planner
 from tui_gcs.planner.changes import Changes, State
 

@@ -5,7 +5,7 @@ from typing import Any, get_args, get_type_hints
 import msgspec
 import numpy as np
 
-from tui_gcs.core.messages import Annotation, Intent
+from tui_gcs.core.protocol.common import Annotation, Intent
 
 _FIELDS = Intent.__struct_fields__
 _TRAVELS = frozenset({str, int, float, bool, type(None)})

@@ -18,7 +18,7 @@ from typing import IO
 
 import msgspec
 
-from tui_gcs.core.messages import PlannerTask, PreviewResult, PreviewTask, decode, encode
+from tui_gcs.core.protocol.common import PlannerTask, PreviewResult, PreviewTask, decode, encode
 from tui_gcs.planner.foresight import foresee, vehicles_for
 from tui_gcs.planner.planner_file import blame
 from tui_gcs.planner.registry import PlannerFile

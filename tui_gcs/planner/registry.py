@@ -8,7 +8,7 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
 
-from tui_gcs.core.messages_planning import TYPES, PlannerInfo
+from tui_gcs.core.protocol.planning import TYPES, PlannerInfo
 from tui_gcs.planner.api import Param, ParamValue, Planner
 
 GROUP = "tui_gcs.planners"

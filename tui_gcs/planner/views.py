@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.messages import FleetFrame, Freshness, Phase, PlannerTask, Track
+from tui_gcs.core.protocol.common import FleetFrame, Freshness, Phase, PlannerTask, Track
 from tui_gcs.planner.api import Fleet, Tracks
 
 

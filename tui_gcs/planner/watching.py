@@ -14,7 +14,7 @@ from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
 
-from tui_gcs.core.messages import FleetFrame, Plan, PlannerInfo, PlannerTask, decode
+from tui_gcs.core.protocol.common import FleetFrame, Plan, PlannerInfo, PlannerTask, decode
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.host import Job, PlannerHost

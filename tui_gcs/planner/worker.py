@@ -19,9 +19,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from tui_gcs.core import bus as keys
-from tui_gcs.core.bus import Bus, BusError
-from tui_gcs.core.messages import (
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol.bus import Bus, BusError
+from tui_gcs.core.protocol.common import (
     PROTOCOL,
     AnyRequest,
     FleetFrame,
@@ -201,7 +201,7 @@ def _end_group() -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`python -m tui_gcs.planner.worker --bus SOCKET --team NAME [--file NAME SHA256 PATH]… [--watch]`."""
-    from tui_gcs.core.zenoh_bus import connect
+    from tui_gcs.core.protocol.zenoh_bus import connect
 
     parser = argparse.ArgumentParser(prog="planner worker")
     parser.add_argument("--bus", type=Path, required=True)

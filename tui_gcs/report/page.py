@@ -8,8 +8,8 @@ from importlib.metadata import PackageNotFoundError, version
 import numpy as np
 
 from tui_gcs.core.geometry.zones import bounds, outline_m
-from tui_gcs.core.messages import Event
-from tui_gcs.core.metrics import all_words, seen_pct
+from tui_gcs.core.protocol.common import Event
+from tui_gcs.core.protocol.metric_names import all_words, seen_pct
 from tui_gcs.core.results import Check, Result, RoundResult
 from tui_gcs.report.maps import flown_map, mission_figure
 from tui_gcs.report.recording import FlightRecord, RoundRecord, ZoneRecord

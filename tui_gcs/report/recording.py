@@ -7,11 +7,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core import bus as keys
-from tui_gcs.core.bus import Bus
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m, serving, sweep_bound_s
 from tui_gcs.core.geometry.zones import Zone, area_m2
-from tui_gcs.core.messages import Event, FleetFrame, Freshness, Phase, Plan, RunPhase, StationStatus, VehicleRow, decode
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol.bus import Bus
+from tui_gcs.core.protocol.common import (
+    Event,
+    FleetFrame,
+    Freshness,
+    Phase,
+    Plan,
+    RunPhase,
+    StationStatus,
+    VehicleRow,
+    decode,
+)
 from tui_gcs.core.results import GROUND_M
 from tui_gcs.core.scenario.model import Round, Scenario
 from tui_gcs.core.separation import least_separation

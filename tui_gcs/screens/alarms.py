@@ -6,8 +6,8 @@ from collections.abc import Callable
 from textual import events
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.messages import Acknowledge, Alarm, EventClass, Request, Shelve, Unshelve
-from tui_gcs.core.messages_alarms import action_words
+from tui_gcs.core.protocol.alarms import action_words
+from tui_gcs.core.protocol.common import Acknowledge, Alarm, EventClass, Request, Shelve, Unshelve
 from tui_gcs.feed import EventRaised, Feed, StatusUpdated
 from tui_gcs.screens.text_dialog import REACTION_S, TextDialog
 from tui_gcs.widgets.alarm_line import LEVEL_INKS, LEVEL_TAGS

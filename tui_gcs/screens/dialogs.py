@@ -6,8 +6,8 @@ from textwrap import wrap
 from textual import events
 
 from tui_gcs.core.base.clock import Clock, MonotonicClock
-from tui_gcs.core.messages import Kind, Start
-from tui_gcs.core.messages_preflight import Check, names_of, refusing
+from tui_gcs.core.protocol.common import Kind, Start
+from tui_gcs.core.protocol.preflight import Check, names_of, refusing
 from tui_gcs.core.scenario.model import LinkLoss
 from tui_gcs.feed import Feed
 from tui_gcs.screens.orders import ARMING_S, LATE_S, NO_KEY, TOO_LATE

@@ -13,8 +13,8 @@ from textual.message import Message
 
 from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, Action, bindings
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.messages import FleetFrame, StationStatus
-from tui_gcs.core.messages_services import OnBoardRow
+from tui_gcs.core.protocol.common import FleetFrame, StationStatus
+from tui_gcs.core.protocol.services import OnBoardRow
 from tui_gcs.core.scenario.model import Origin, Round
 from tui_gcs.feed import (
     EventRaised,

@@ -17,9 +17,9 @@ from textual.screen import Screen
 
 from tui_gcs.actions import APP_ACTIONS, Action, bindings
 from tui_gcs.actions.looking import JOURNAL_ACTIONS
-from tui_gcs.core.concerning import concerns
-from tui_gcs.core.messages import Event, EventClass, GetJournal
-from tui_gcs.core.messages_journal import JOURNAL_END
+from tui_gcs.core.protocol.common import Event, EventClass, GetJournal
+from tui_gcs.core.protocol.event_scope import concerns
+from tui_gcs.core.protocol.journal import JOURNAL_END
 from tui_gcs.feed import EventRaised, Feed, SelectionChanged, StationBack, StationLost
 from tui_gcs.widgets.event_lines import severity_mark
 from tui_gcs.widgets.footer import FooterLine

@@ -6,11 +6,11 @@ from textual import work
 
 from tui_gcs.actions import refusal, situation_of
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.messages_alarms import vehicles_words
 from tui_gcs.core.missions.autopilots import differences
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.findings import Level
 from tui_gcs.core.plans.model import PlanKind
+from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.feed import Feed
 from tui_gcs.plan_transfers import Transfer, Transfers
 from tui_gcs.screens.mission_choosing import MissionChoosing

@@ -3,8 +3,8 @@
 import asyncio
 from collections.abc import Sequence
 
-from tui_gcs.core.messages import VehicleRow
-from tui_gcs.core.messages_services import GetModes, ServiceReply
+from tui_gcs.core.protocol.common import VehicleRow
+from tui_gcs.core.protocol.services import GetModes, ServiceReply
 from tui_gcs.feed import Feed
 
 LOOKS, GAP_S = 20, 0.5

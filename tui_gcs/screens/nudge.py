@@ -10,8 +10,8 @@ from textual.app import ComposeResult
 from textual.screen import ModalScreen
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.messages import Hold, Request, Vec3
-from tui_gcs.core.messages_flight import Nudge
+from tui_gcs.core.protocol.common import Hold, Request, Vec3
+from tui_gcs.core.protocol.flight import Nudge
 from tui_gcs.feed import Feed, FleetUpdated
 from tui_gcs.screens.orders import now_words, rows_of
 from tui_gcs.screens.text_dialog import DialogBox

@@ -11,9 +11,9 @@ from tui_gcs.actions.orders import ORDERS, Aim, Field, Grade, Order, OrderError,
 from tui_gcs.actions.outlook import Outlook, outlook
 from tui_gcs.actions.places import Surroundings
 from tui_gcs.core.base.clock import Clock, MonotonicClock
-from tui_gcs.core.messages import Freshness, Kind, Phase, Request, VehicleRow
-from tui_gcs.core.messages_flight import Arm, TakeOff
-from tui_gcs.core.messages_preflight import open_by_hand
+from tui_gcs.core.protocol.common import Freshness, Kind, Phase, Request, VehicleRow
+from tui_gcs.core.protocol.flight import Arm, TakeOff
+from tui_gcs.core.protocol.preflight import open_by_hand
 from tui_gcs.feed import Feed
 from tui_gcs.screens.fly import present_round
 from tui_gcs.screens.mode_words import tell_modes

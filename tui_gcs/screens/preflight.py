@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from textual import events
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.messages import Request
-from tui_gcs.core.messages_preflight import (
+from tui_gcs.core.protocol.common import Request
+from tui_gcs.core.protocol.preflight import (
     FAILSAFES,
     MOST_NAME_CHARS,
     TITLES,

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tui_gcs.core.messages import FleetFrame, Freshness, StationStatus
+from tui_gcs.core.protocol.common import FleetFrame, Freshness, StationStatus
 from tui_gcs.core.scenario.model import Round, Scenario
 from tui_gcs.feed import Feed
 

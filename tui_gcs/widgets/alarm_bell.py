@@ -3,8 +3,8 @@
 import math
 from collections.abc import Sequence
 
-from tui_gcs.core.messages import Alarm
-from tui_gcs.core.messages_alarms import AlarmLevel
+from tui_gcs.core.protocol.alarms import AlarmLevel
+from tui_gcs.core.protocol.common import Alarm
 
 LEAST_GAP_S = 2.0
 """Never more often."""

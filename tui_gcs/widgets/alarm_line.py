@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from rich.cells import cell_len
 from textual.timer import Timer
 
-from tui_gcs.core.messages import Alarm
-from tui_gcs.core.messages_alarms import AlarmLevel, AlarmState, action_words, id_ranges, to_answer
+from tui_gcs.core.protocol.alarms import AlarmLevel, AlarmState, action_words, id_ranges, to_answer
+from tui_gcs.core.protocol.common import Alarm
 from tui_gcs.widgets.levels import Level
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink

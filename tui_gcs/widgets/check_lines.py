@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from textwrap import wrap
 
-from tui_gcs.core.messages_preflight import Check, CheckState, count_words, well
+from tui_gcs.core.protocol.preflight import Check, CheckState, count_words, well
 from tui_gcs.widgets.lines import Line
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.words import ids

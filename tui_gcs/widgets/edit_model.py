@@ -17,7 +17,7 @@ from tui_gcs.core.formats.content import FormatError
 from tui_gcs.core.formats.files import read_file
 from tui_gcs.core.formats.scenario_drawings import Put, put_drawings
 from tui_gcs.core.geometry.zones import Role, Zone
-from tui_gcs.core.messages import ScenarioChanged
+from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import OperatingArea, Round, Scenario, TakeOffPlace, Team

@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 from textual import events
 from textual.message import Message
 
-from tui_gcs.core.messages import Alarm, Freshness, Phase, VehicleRow
+from tui_gcs.core.protocol.common import Alarm, Freshness, Phase, VehicleRow
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.levels import INKS, LAND_MODE_PHASES, MARKS, SELECTED_INKS, Level
 from tui_gcs.widgets.lines import Line, LinesView

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from textual import events
 from textual.message import Message
 
-from tui_gcs.core.messages import Alarm, Freshness, VehicleRow
+from tui_gcs.core.protocol.common import Alarm, Freshness, VehicleRow
 from tui_gcs.widgets.levels import INKS, MARKS, SELECTED_INKS
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink

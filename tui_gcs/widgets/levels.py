@@ -2,7 +2,7 @@
 
 from enum import IntEnum
 
-from tui_gcs.core.messages import Phase, VehicleRow
+from tui_gcs.core.protocol.common import Phase, VehicleRow
 from tui_gcs.widgets.palette import Ink
 
 LAND_MODE_PHASES = (Phase.GROUND, Phase.ARMING)

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from tui_gcs.core.messages import Freshness, VehicleRow
+from tui_gcs.core.protocol.common import Freshness, VehicleRow
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.map_raster import DotRaster
 from tui_gcs.widgets.map_scene import Word

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.cells import cell_len
 
-from tui_gcs.core.messages import Freshness, VehicleRow
+from tui_gcs.core.protocol.common import Freshness, VehicleRow
 from tui_gcs.widgets.glyphs import GlyphSet, heading_glyph
 from tui_gcs.widgets.levels import INKS, MARKS, SELECTED_INKS, Level, on_ground
 from tui_gcs.widgets.map_scene import Word

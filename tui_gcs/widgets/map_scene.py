@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from tui_gcs.core.geometry.zones import Role, Shape, Zone, bounds, outline_m
-from tui_gcs.core.messages import Annotation
+from tui_gcs.core.protocol.common import Annotation
 from tui_gcs.core.scenario.model import Round, TakeOffPlace
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.map_raster import DotRaster, Points

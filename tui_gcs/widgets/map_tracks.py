@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tui_gcs.core.messages import Track
+from tui_gcs.core.protocol.common import Track
 from tui_gcs.widgets.map_raster import DotRaster
 from tui_gcs.widgets.map_scene import Word
 from tui_gcs.widgets.map_viewport import Viewport

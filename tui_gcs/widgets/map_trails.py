@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.messages import VehicleRow
+from tui_gcs.core.protocol.common import VehicleRow
 from tui_gcs.widgets.levels import on_ground
 
 TRAIL_S = 60.0

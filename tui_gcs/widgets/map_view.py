@@ -15,9 +15,9 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.messages import Annotation, FleetFrame, Freshness, VehicleRow
-from tui_gcs.core.messages_setup import TrafficRow
 from tui_gcs.core.overlays import Overlay
+from tui_gcs.core.protocol.common import Annotation, FleetFrame, Freshness, VehicleRow
+from tui_gcs.core.protocol.setup import TrafficRow
 from tui_gcs.core.scenario.model import Origin, Round, TakeOffPlace
 from tui_gcs.widgets import map_scene
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet, next_dots

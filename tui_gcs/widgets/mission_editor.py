@@ -9,7 +9,6 @@ from dataclasses import replace
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Polygon, Shape
-from tui_gcs.core.messages import Annotation, VehicleRow
 from tui_gcs.core.missions import build, edits, fences
 from tui_gcs.core.missions.commands import with_command
 from tui_gcs.core.missions.copies import copied
@@ -21,6 +20,7 @@ from tui_gcs.core.missions.patrols import Flown, flown_by, patrols
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.plans.check import MOST_ITEMS
 from tui_gcs.core.plans.model import HERE, LAND, RETURN, VTOL_LAND, PlanItem, PlanKind
+from tui_gcs.core.protocol.common import Annotation, VehicleRow
 from tui_gcs.core.scenario.model import Round, Scenario
 
 Place = tuple[float, float]

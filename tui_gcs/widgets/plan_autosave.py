@@ -5,7 +5,7 @@ from pathlib import Path
 import msgspec
 
 from tui_gcs.core.base.autosave import Autosave
-from tui_gcs.core.messages import ScenarioChanged
+from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import MAX_BYTES
 from tui_gcs.widgets.edit_model import EditModel
 

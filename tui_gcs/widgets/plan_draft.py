@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import msgspec
 
 from tui_gcs.core.geometry.zones import Circle, Role, Shape, Zone
-from tui_gcs.core.messages_planning import TYPES, ParamInfo, PlannerInfo
+from tui_gcs.core.protocol.planning import TYPES, ParamInfo, PlannerInfo
 from tui_gcs.core.scenario.model import OperatingArea, Team
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Param

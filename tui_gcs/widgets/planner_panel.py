@@ -2,8 +2,8 @@
 
 from textual.widget import Widget
 
-from tui_gcs.core.messages import StationStatus, TeamStatus, VehicleRow
-from tui_gcs.core.metrics import all_words, seen_pct
+from tui_gcs.core.protocol.common import StationStatus, TeamStatus, VehicleRow
+from tui_gcs.core.protocol.metric_names import all_words, seen_pct
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.key_names import cut_mark, key_name
 from tui_gcs.widgets.lines import Line, LinesView

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from textual import events
 from textual.message import Message
 
-from tui_gcs.core.messages import FleetFrame, Freshness, Phase, VehicleRow
+from tui_gcs.core.protocol.common import FleetFrame, Freshness, Phase, VehicleRow
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.levels import INKS, MARKS, Level
 from tui_gcs.widgets.lines import Line, LinesView

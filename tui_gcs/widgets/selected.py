@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from tui_gcs.core.messages import Alarm, FleetFrame, Freshness, Phase, VehicleRow
+from tui_gcs.core.protocol.common import Alarm, FleetFrame, Freshness, Phase, VehicleRow
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.levels import INKS
 from tui_gcs.widgets.palette import Ink

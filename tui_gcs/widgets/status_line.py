@@ -4,7 +4,7 @@ import time
 
 from rich.cells import cell_len
 
-from tui_gcs.core.messages import Kind, RunPhase, StationStatus
+from tui_gcs.core.protocol.common import Kind, RunPhase, StationStatus
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink

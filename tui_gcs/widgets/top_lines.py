@@ -8,8 +8,8 @@ from textual.containers import Vertical
 
 from tui_gcs.actions import APP, APP_ACTIONS, FLY_ACTIONS
 from tui_gcs.actions.keymap import with_keys
-from tui_gcs.core.messages import Phase, StationStatus
-from tui_gcs.core.messages_alarms import AlarmLevel, action_words
+from tui_gcs.core.protocol.alarms import AlarmLevel, action_words
+from tui_gcs.core.protocol.common import Phase, StationStatus
 from tui_gcs.feed import Feed, FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
 from tui_gcs.widgets.alarm_line import AlarmLine, Notice
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from tui_gcs.core.messages import Alarm, Freshness, VehicleRow
-from tui_gcs.core.messages_alarms import AlarmLevel
+from tui_gcs.core.protocol.alarms import AlarmLevel
+from tui_gcs.core.protocol.common import Alarm, Freshness, VehicleRow
 from tui_gcs.widgets.levels import Level
 
 LEVELS = {AlarmLevel.WARNING: Level.WARNING, AlarmLevel.CAUTION: Level.CAUTION, AlarmLevel.ADVISORY: Level.NORMAL}

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Sequence
 
-from tui_gcs.core.messages import Alarm, Freshness, Phase, VehicleRow
-from tui_gcs.core.messages_services import Details, VehicleInfo
+from tui_gcs.core.protocol.common import Alarm, Freshness, Phase, VehicleRow
+from tui_gcs.core.protocol.services import Details, VehicleInfo
 from tui_gcs.widgets.alarm_line import LEVEL_INKS
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.levels import INKS, MARKS

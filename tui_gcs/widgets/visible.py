@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from tui_gcs.core.messages import FleetFrame, StationStatus
-from tui_gcs.core.messages_services import VehicleInfo
-from tui_gcs.core.metrics import all_words, seen_pct
+from tui_gcs.core.protocol.common import FleetFrame, StationStatus
+from tui_gcs.core.protocol.metric_names import all_words, seen_pct
+from tui_gcs.core.protocol.services import VehicleInfo
 from tui_gcs.widgets.words import outside
 
 Key = tuple[object, ...]

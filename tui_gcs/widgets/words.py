@@ -5,8 +5,8 @@ from collections.abc import Iterable
 
 from rich.cells import cell_len
 
-from tui_gcs.core.messages import Phase, VehicleRow
-from tui_gcs.core.messages_alarms import id_ranges
+from tui_gcs.core.protocol.alarms import id_ranges
+from tui_gcs.core.protocol.common import Phase, VehicleRow
 
 ids = id_ranges
 """Ids with ranges: `1-4 7`."""

@@ -10,7 +10,7 @@ from tui_gcs.core.firmware.failsafes import Values
 from tui_gcs.core.guard_motion import Alone
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.core.mavlink.mode_names import mode_name
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.vehicle import Vehicle
 
 _GCS_RETURNS, _GCS_SINKS = frozenset({1, 2, 3, 4, 6}), frozenset({4, 5, 7})

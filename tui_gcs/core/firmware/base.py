@@ -10,7 +10,7 @@ from typing import Protocol
 
 from tui_gcs.core.course import STILL
 from tui_gcs.core.firmware.speech import Done
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.services.order import Action, Retry
 from tui_gcs.core.vehicle import Vehicle
 

@@ -23,8 +23,8 @@ from tui_gcs.core.firmware.px4_failsafe import OffboardLoss
 from tui_gcs.core.firmware.px4_offboard import GAP_S, OFFBOARD, Offboard, home_amsl_m, in_failsafe
 from tui_gcs.core.firmware.speech import Done, Speech
 from tui_gcs.core.mavlink import commands as c
-from tui_gcs.core.messages import EventClass, Vec3
 from tui_gcs.core.place import home_height
+from tui_gcs.core.protocol.common import EventClass, Vec3
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.services.order import FRAME_AMSL, Action, Order, Outcome, Retry, refused
 from tui_gcs.core.vehicle import Vehicle

@@ -14,7 +14,7 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import stopping_point
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.mavlink import commands as c
-from tui_gcs.core.messages import Freshness, Vec3
+from tui_gcs.core.protocol.common import Freshness, Vec3
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.services.order import Action, Order, Outcome, Retry
 from tui_gcs.core.vehicle import Vehicle

@@ -11,8 +11,8 @@ from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.firmware.unsupported import Unsupported
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4, autopilot_name
-from tui_gcs.core.messages import Vec3
 from tui_gcs.core.place import HomeHeight, Place, home_height
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.vehicle import Vehicle
 

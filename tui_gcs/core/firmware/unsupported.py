@@ -5,7 +5,7 @@ from collections.abc import Callable
 from tui_gcs.core.course import STILL
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M, Lead
 from tui_gcs.core.firmware.speech import Done
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.services.order import Action, Retry, refused
 from tui_gcs.core.vehicle import Vehicle
 

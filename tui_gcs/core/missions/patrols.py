@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tui_gcs.core.messages import Annotation, VehicleRow
 from tui_gcs.core.missions.conflicts import Prepared, round_and_round
+from tui_gcs.core.protocol.common import Annotation, VehicleRow
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.messages import Vec3
 from tui_gcs.core.missions.build import CHANGE_SPEED
 from tui_gcs.core.missions.draft import Items
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.walk import Walk
 from tui_gcs.core.plans import model as plan
 from tui_gcs.core.plans.model import PlanItem
+from tui_gcs.core.protocol.common import Vec3
 
 Floats = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tui_gcs.core.events import NOTICE, WARNING
-from tui_gcs.core.messages import EventClass
+from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.services.command import DENIED, UNSUPPORTED
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.vehicle import Vehicle

@@ -13,7 +13,7 @@ from tui_gcs.core.firmware.health import (
     sinking_stick,
 )
 from tui_gcs.core.fleet import Fields, Fleet
-from tui_gcs.core.messages import Freshness
+from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.services.remote_id import RemoteIdService
 from tui_gcs.core.services.vehicle_events import VehicleEvents
 from tui_gcs.core.vehicle import Vehicle

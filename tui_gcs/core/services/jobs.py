@@ -11,7 +11,7 @@ from enum import StrEnum
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.events import INFO, WARNING, EventLog
-from tui_gcs.core.messages import EventClass, Freshness
+from tui_gcs.core.protocol.common import EventClass, Freshness
 from tui_gcs.core.vehicle import Vehicle
 
 MOST_PER_LINK = 2

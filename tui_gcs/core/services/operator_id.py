@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from tui_gcs.core.events import NOTICE, WARNING
-from tui_gcs.core.messages import EventClass
+from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.scenario.model import OperatorId
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.vehicle import Vehicle

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from tui_gcs.core.components import hear_all
 from tui_gcs.core.fleet import Fields
-from tui_gcs.core.messages import Vec3
+from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.vehicle import NAN, Vehicle

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tui_gcs.core.geometry.zones import Rectangle
-from tui_gcs.core.messages import Phase
+from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.planner.check.finding import Finding, failed, noted, passed
 from tui_gcs.planner.check.subject import Subject

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 
 import msgspec
 
-from tui_gcs.core.messages import Freshness, Phase
+from tui_gcs.core.protocol.common import Freshness, Phase
 from tui_gcs.planner.check.finding import Finding, failed, passed
 from tui_gcs.planner.check.form import active_ids, faults, who_is_outside
 from tui_gcs.planner.check.subject import Broken, Subject

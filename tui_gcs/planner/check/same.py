@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory, TemporaryFile
 import msgspec
 import numpy as np
 
-from tui_gcs.core.messages import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
+from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.check.declared import suspects
 from tui_gcs.planner.check.finding import Finding, failed, noted, passed

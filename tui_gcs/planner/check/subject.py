@@ -9,7 +9,7 @@ from pathlib import Path
 
 import msgspec
 
-from tui_gcs.core.messages import FleetFrame, Plan, PlannerTask, decode, encode
+from tui_gcs.core.protocol.common import FleetFrame, Plan, PlannerTask, decode, encode
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.check.world import TEAM, World

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Shape, Zone, polygon_of
-from tui_gcs.core.messages import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask, Track, Vec3
+from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask, Track, Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 
 Floats = NDArray[np.floating[Any]]

@@ -7,7 +7,7 @@ import math
 from typing import Literal
 
 from tui_gcs.core.geometry.zones import Zone
-from tui_gcs.core.message import Message, Vec3
+from tui_gcs.core.protocol.base import Message, Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 
 

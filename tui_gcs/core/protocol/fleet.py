@@ -8,8 +8,8 @@ from operator import attrgetter
 from typing import NamedTuple
 
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.message import Message, Vec3
-from tui_gcs.core.messages_planning import Track
+from tui_gcs.core.protocol.base import Message, Vec3
+from tui_gcs.core.protocol.planning import Track
 
 NOWHERE: Vec3 = (float("nan"), float("nan"), float("nan"))
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import zenoh
 
-from tui_gcs.core.bus import BusError, Closable, OnAlive, OnGone, OnQuestion, OnSample
+from tui_gcs.core.protocol.bus import BusError, Closable, OnAlive, OnGone, OnQuestion, OnSample
 
 CONNECT_TIMEOUT_MS = 2000
 

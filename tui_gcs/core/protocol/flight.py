@@ -1,13 +1,13 @@
 """What an operator may ask of single vehicles in flight: flown by hand, beside or instead of their planner.
 
-Part of `core/messages_services.py`, which says how requests, tasks and results go together. Courses asked for here are
+Part of `core/protocol/services.py`, which says how requests, tasks and results go together. Courses asked for here are
 judged by the guard like any planner's.
 """
 
 from typing import Literal
 
-from tui_gcs.core.message import Vec3
-from tui_gcs.core.messages import Request
+from tui_gcs.core.protocol.base import Vec3
+from tui_gcs.core.protocol.common import Request
 
 Vehicles = tuple[int, ...]
 NAN = float("nan")

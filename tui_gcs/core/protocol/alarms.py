@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from enum import IntEnum
 from typing import Literal
 
-from tui_gcs.core.message import Message, Request
+from tui_gcs.core.protocol.base import Message, Request
 
 
 class AlarmLevel(IntEnum):

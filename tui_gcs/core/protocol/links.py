@@ -1,6 +1,6 @@
 """Links on the bus: part of `StationStatus`."""
 
-from tui_gcs.core.message import Message
+from tui_gcs.core.protocol.base import Message
 
 
 class LinkStatus(Message, frozen=True):

@@ -1,13 +1,13 @@
 """What may be asked of the station about setting up vehicles, what they carry, and whom they hear.
 
-Part of `core/messages_services.py`, which says how requests, tasks and results go together. Calibrations and motor
+Part of `core/protocol/services.py`, which says how requests, tasks and results go together. Calibrations and motor
 tests are tasks that are led: `TaskInfo.prompt` is what the operator does now, and `ConfirmStep` says that he did.
 """
 
 from typing import Literal
 
-from tui_gcs.core.message import Message
-from tui_gcs.core.messages import Request
+from tui_gcs.core.protocol.base import Message
+from tui_gcs.core.protocol.common import Request
 
 Number = int | float
 Vehicles = tuple[int, ...]

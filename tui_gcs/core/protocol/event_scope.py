@@ -3,7 +3,7 @@
 import re
 from collections.abc import Collection
 
-from tui_gcs.core.messages_journal import Event, EventClass
+from tui_gcs.core.protocol.journal import Event, EventClass
 
 _NAMED = re.compile(r"\bvehicles? \(?[0-9]{1,9}(?:-[0-9]{1,9})?(?:,? [0-9]{1,9}(?:-[0-9]{1,9})?)*")
 _RANGE = re.compile(r"([0-9]+)(?:-([0-9]+))?")

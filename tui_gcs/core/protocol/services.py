@@ -1,6 +1,6 @@
 """What may be asked of the station about its vehicles' parameters, plans, files, logs, modes and shells.
 
-As `core/messages.py`, whose `Reply` is extended here: msgspec structs, unknown fields are errors. Vehicles are named,
+As `core/protocol/common.py`, whose `Reply` is extended here: msgspec structs, unknown fields are errors. Vehicles are named,
 never all of them implied, except where something known is only looked at. What takes time becomes one *task* per
 vehicle: the reply has its number, `GetTasks` its progress, `GetTaskResult` what came of it. A client that goes away
 changes nothing: the task goes on.
@@ -9,12 +9,11 @@ changes nothing: the task goes on.
 import math
 from typing import Literal
 
-from tui_gcs.core import messages_flight as flight
-from tui_gcs.core import messages_setup as setup
-from tui_gcs.core.messages import AnyRequest as StationRequest
-from tui_gcs.core.messages import Message, Reply, Request, Vec3, decode
-from tui_gcs.core.messages_setup import Number, Vehicles
 from tui_gcs.core.plans.model import PlanWord
+from tui_gcs.core.protocol import flight, setup
+from tui_gcs.core.protocol.common import AnyRequest as StationRequest
+from tui_gcs.core.protocol.common import Message, Reply, Request, Vec3, decode
+from tui_gcs.core.protocol.setup import Number, Vehicles
 
 MOST_VEHICLES = 255
 """Named in one request."""
@@ -436,6 +435,6 @@ ServiceRequest = Look | Fetch | Change | flight.Land | CancelTask | setup.Confir
 
 
 def decode_request(data: bytes) -> StationRequest | ServiceRequest:
-    """The request in `data`, of this module or of `core/messages.py`; raises `msgspec.MsgspecError` if it is none."""
+    """The request in `data`, of this module or of `core/protocol/common.py`; raises `msgspec.MsgspecError` if it is none."""
     request: StationRequest | ServiceRequest = decode(data, StationRequest | ServiceRequest)  # type: ignore[arg-type]
     return request

@@ -12,35 +12,35 @@ from typing import Any, Literal, TypeVar
 import msgspec
 
 from tui_gcs.core.base.run_kind import Kind as Kind
-from tui_gcs.core.message import Message as Message
-from tui_gcs.core.message import Request as Request
-from tui_gcs.core.message import Vec3 as Vec3
-from tui_gcs.core.messages_alarms import Acknowledge as Acknowledge
-from tui_gcs.core.messages_alarms import Alarm as Alarm
-from tui_gcs.core.messages_alarms import Shelve as Shelve
-from tui_gcs.core.messages_alarms import Unshelve as Unshelve
-from tui_gcs.core.messages_alarms import action_words
-from tui_gcs.core.messages_fleet import NOWHERE as NOWHERE
-from tui_gcs.core.messages_fleet import FleetFrame as FleetFrame
-from tui_gcs.core.messages_fleet import Freshness as Freshness
-from tui_gcs.core.messages_fleet import Phase as Phase
-from tui_gcs.core.messages_fleet import VehicleRow as VehicleRow
-from tui_gcs.core.messages_journal import Event as Event
-from tui_gcs.core.messages_journal import EventClass as EventClass
-from tui_gcs.core.messages_journal import GetEvents as GetEvents
-from tui_gcs.core.messages_journal import GetJournal as GetJournal
-from tui_gcs.core.messages_journal import Note as Note
-from tui_gcs.core.messages_links import LinkStatus as LinkStatus
-from tui_gcs.core.messages_planning import Annotation as Annotation
-from tui_gcs.core.messages_planning import FlownWays as FlownWays
-from tui_gcs.core.messages_planning import Intent as Intent
-from tui_gcs.core.messages_planning import ParamInfo as ParamInfo
-from tui_gcs.core.messages_planning import ParamValue as ParamValue
-from tui_gcs.core.messages_planning import Plan as Plan
-from tui_gcs.core.messages_planning import PlannerInfo as PlannerInfo
-from tui_gcs.core.messages_planning import PlannerTask as PlannerTask
-from tui_gcs.core.messages_planning import Track as Track
-from tui_gcs.core.messages_preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
+from tui_gcs.core.protocol.alarms import Acknowledge as Acknowledge
+from tui_gcs.core.protocol.alarms import Alarm as Alarm
+from tui_gcs.core.protocol.alarms import Shelve as Shelve
+from tui_gcs.core.protocol.alarms import Unshelve as Unshelve
+from tui_gcs.core.protocol.alarms import action_words
+from tui_gcs.core.protocol.base import Message as Message
+from tui_gcs.core.protocol.base import Request as Request
+from tui_gcs.core.protocol.base import Vec3 as Vec3
+from tui_gcs.core.protocol.fleet import NOWHERE as NOWHERE
+from tui_gcs.core.protocol.fleet import FleetFrame as FleetFrame
+from tui_gcs.core.protocol.fleet import Freshness as Freshness
+from tui_gcs.core.protocol.fleet import Phase as Phase
+from tui_gcs.core.protocol.fleet import VehicleRow as VehicleRow
+from tui_gcs.core.protocol.journal import Event as Event
+from tui_gcs.core.protocol.journal import EventClass as EventClass
+from tui_gcs.core.protocol.journal import GetEvents as GetEvents
+from tui_gcs.core.protocol.journal import GetJournal as GetJournal
+from tui_gcs.core.protocol.journal import Note as Note
+from tui_gcs.core.protocol.links import LinkStatus as LinkStatus
+from tui_gcs.core.protocol.planning import Annotation as Annotation
+from tui_gcs.core.protocol.planning import FlownWays as FlownWays
+from tui_gcs.core.protocol.planning import Intent as Intent
+from tui_gcs.core.protocol.planning import ParamInfo as ParamInfo
+from tui_gcs.core.protocol.planning import ParamValue as ParamValue
+from tui_gcs.core.protocol.planning import Plan as Plan
+from tui_gcs.core.protocol.planning import PlannerInfo as PlannerInfo
+from tui_gcs.core.protocol.planning import PlannerTask as PlannerTask
+from tui_gcs.core.protocol.planning import Track as Track
+from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.scenario.model import Scenario
 
 PROTOCOL = 18

@@ -6,8 +6,8 @@ A check has a name that is typed to override it. What is `hard` cannot be overri
 from collections.abc import Iterable
 from enum import StrEnum
 
-from tui_gcs.core.message import Message, Request
-from tui_gcs.core.messages_alarms import vehicles_words
+from tui_gcs.core.protocol.alarms import vehicles_words
+from tui_gcs.core.protocol.base import Message, Request
 
 
 class CheckState(StrEnum):

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.messages import Annotation, Plan
+from tui_gcs.core.protocol.common import Annotation, Plan
 
 MOST_BYTES, MOST_BYTES_EACH = 3_000_000, 20_000
 """Of a plan: in all (most of it is its snapshot), and more for every vehicle of the team."""

@@ -2,7 +2,7 @@
 
 from enum import StrEnum
 
-from tui_gcs.core.message import Message, Request
+from tui_gcs.core.protocol.base import Message, Request
 
 JOURNAL_END = -1
 
