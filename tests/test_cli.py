@@ -89,7 +89,7 @@ def test_no_station(command: str):
     assert "no station runs" in refused(command)
 
 
-@pytest.mark.parametrize("lacks", ["tui_gcs.commands.replay", "tui_gcs.core.tlog"])
+@pytest.mark.parametrize("lacks", ["tui_gcs.commands.replay", "tui_gcs.core.records.tlog_reader"])
 def test_a_part_that_cannot_be_imported_is_one_line(
     lacks: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):

@@ -16,7 +16,7 @@ from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.preflight import Check, CheckState
-from tui_gcs.core.rehearsals import FILE, RehearsalBook, plan_digest
+from tui_gcs.core.records.rehearsal_store import FILE, RehearsalBook, plan_digest
 from tui_gcs.core.results import Check as Gate
 from tui_gcs.core.results import Result
 from tui_gcs.core.scenario.model import Scenario

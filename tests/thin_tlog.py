@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 
 from tui_gcs.core.mavlink.dialect import label
-from tui_gcs.core.recorder import TlogWriter
-from tui_gcs.core.tlog import TlogError, read_tlog
+from tui_gcs.core.records.tlog_reader import TlogError, read_tlog
+from tui_gcs.core.records.tlog_writer import TlogWriter
 
 ALWAYS = {"STATUSTEXT", "COMMAND_LONG", "COMMAND_INT", "COMMAND_ACK", "HOME_POSITION", "AUTOPILOT_VERSION"}
 ALWAYS_PREFIX = ("MISSION_COUNT", "MISSION_ITEM", "MISSION_REQUEST", "MISSION_ACK", "MISSION_CLEAR")

@@ -19,12 +19,12 @@ from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.incursions import Incursions
-from tui_gcs.core.journal import Journal
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.protocol.bus import STATUS, Bus, BusSession, MemoryBus
 from tui_gcs.core.protocol.common import RunPhase, StationStatus, decode
-from tui_gcs.core.recorder import TlogWriter
+from tui_gcs.core.records.journal import Journal
+from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.results import Referee, Result
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.core.scenario.takeoff_places import simulated_places

@@ -16,14 +16,14 @@ from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.firmware.ardupilot import AUTO, BRAKE, GUIDED
 from tui_gcs.core.firmware.base import Firmware
-from tui_gcs.core.journal import Journal
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM, CMD_REQUEST_MESSAGE, CMD_SET_MODE, CMD_TAKEOFF
 from tui_gcs.core.mavlink.dialect import Message, decode
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram
 from tui_gcs.core.protocol.bus import MemoryBus
-from tui_gcs.core.recorder import TlogWriter
+from tui_gcs.core.records.journal import Journal
+from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.station import Station, StationConfig

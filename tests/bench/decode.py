@@ -9,7 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega
 from tests.bench.row import NotMeasured, Row
 from tui_gcs.core.mavlink.dialect import decode
 from tui_gcs.core.mavlink.frames import cut_datagram
-from tui_gcs.core.tlog import read_tlog
+from tui_gcs.core.records.tlog_reader import read_tlog
 
 FLIGHT = Path(__file__).parents[1] / "data" / "arducopter-8.tlog"
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tests.bench.row import NotMeasured, Row
-from tui_gcs.core.tlog import read_tlog
+from tui_gcs.core.records.tlog_reader import read_tlog
 
 COMMAND = [str(Path(sys.executable).with_name("tui-gcs"))]
 

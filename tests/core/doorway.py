@@ -10,15 +10,15 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.door import Door
 from tui_gcs.core.geometry.zones import Circle
 from tui_gcs.core.guard import Guard
-from tui_gcs.core.journal import Journal
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink.dialect import decode
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram
-from tui_gcs.core.recorder import TlogWriter
+from tui_gcs.core.records.journal import Journal
+from tui_gcs.core.records.tlog_reader import read_tlog
+from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.model import Limits, OperatingArea
-from tui_gcs.core.tlog import read_tlog
 
 
 class Doorway:

@@ -11,7 +11,6 @@ from fastcrc.crc16 import mcrf4xx
 from hypothesis import strategies as st
 
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.events import EventLog
 from tui_gcs.core.forward import Endpoint, Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
@@ -24,6 +23,7 @@ from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import Frame, StreamCutter, cut_datagram
 from tui_gcs.core.mavlink.sources import Source
 from tui_gcs.core.protocol.common import Vec3
+from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin
 from tui_gcs.core.vehicle import Path, PathState, Vehicle
 

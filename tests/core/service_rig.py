@@ -19,14 +19,14 @@ from rig import scenario, toml
 
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.journal import Journal
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink.dialect import decode
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram
 from tui_gcs.core.protocol.bus import MemoryBus
-from tui_gcs.core.recorder import TlogWriter
+from tui_gcs.core.records.journal import Journal
+from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.station import Station, StationConfig
 from tui_gcs.core.vehicle import Vehicle
 

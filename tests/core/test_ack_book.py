@@ -7,7 +7,7 @@ import pytest
 from vehicles import a_vehicle
 
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.events import EventLog
+from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.services.ack_book import AckBook
 from tui_gcs.core.services.command import ACCEPTED, FAILED, Action, CommandService, Outcome, Retry
 

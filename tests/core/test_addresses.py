@@ -4,9 +4,9 @@ import orders
 import pytest
 from wires import MakeWired, Wire, Wired, apart
 
-from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.links import Address
 from tui_gcs.core.protocol.common import Phase
+from tui_gcs.core.records.event_log import NOTICE, WARNING
 
 
 def moving(wired: MakeWired) -> tuple[Wired, dict[str, Address]]:

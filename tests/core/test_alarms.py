@@ -5,9 +5,9 @@ import pytest
 from tui_gcs.core.alarm_causes import BY_ID, CAUSES, RANK
 from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.events import ALERT, CRITICAL, EMERGENCY, EventLog
 from tui_gcs.core.protocol.alarms import AlarmLevel, action_words
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, EventClass, Shelve, Unshelve
+from tui_gcs.core.records.event_log import ALERT, CRITICAL, EMERGENCY, EventLog
 
 
 class Desk:

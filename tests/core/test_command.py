@@ -9,7 +9,7 @@ import pytest
 from vehicles import a_vehicle
 
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.events import ALERT, WARNING, EventLog
+from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.services.command import (
     ACCEPTED,
     DENIED,

@@ -8,10 +8,10 @@ from rig import SETPOINT, Rig
 
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.events import EventLog
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Event, EventClass
-from tui_gcs.core.tlog import read_tlog
+from tui_gcs.core.records.event_log import EventLog
+from tui_gcs.core.records.tlog_reader import read_tlog
 
 MakeRig = Callable[..., Rig]
 

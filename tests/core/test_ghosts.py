@@ -7,9 +7,9 @@ import pytest
 from vehicles import a_vehicle
 
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.events import EventLog
 from tui_gcs.core.ghosts import ANSWERS_S, CROWD, FORGET_S, GhostWatch
 from tui_gcs.core.mavlink.sources import Stream
+from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.vehicle import Vehicle
 
 

@@ -4,7 +4,6 @@ import pytest
 from fastcrc.crc16 import mcrf4xx
 
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.events import EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.base import Address
@@ -22,6 +21,7 @@ from tui_gcs.core.mavlink.intake import (
 )
 from tui_gcs.core.mavlink.sources import CALL, STATE, VERSION_1_AFTER_S, Slot, Source
 from tui_gcs.core.reception import MOST_BYTES, Reception
+from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Origin
 
 HOME: Address = ("vehicle", 1)

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import msgspec
 
-from tui_gcs.core.journal import Journal
-from tui_gcs.core.journal_reader import events_before
 from tui_gcs.core.protocol.journal import JOURNAL_END
+from tui_gcs.core.records.journal import Journal
+from tui_gcs.core.records.journal_reader import events_before
 
 EVENT = {"seq": 1, "t_s": 1.0, "wall_s": 2.0, "cls": "mission", "severity": 6, "source": "you", "text": "told"}
 

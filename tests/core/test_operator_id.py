@@ -10,7 +10,7 @@ from service_rig import Peer, ServiceRig
 
 from sitl.remote_id import OLD_US
 from tui_gcs.core.protocol.common import Start
-from tui_gcs.core.rehearsals import plan_digest
+from tui_gcs.core.records.rehearsal_store import plan_digest
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import OperatorId
 

@@ -6,10 +6,10 @@ import orders
 import pytest
 from wires import LOST_TEXT, MakeWired, Wire, Wired
 
-from tui_gcs.core.events import WARNING
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness, Phase
-from tui_gcs.core.tlog import read_tlog
+from tui_gcs.core.records.event_log import WARNING
+from tui_gcs.core.records.tlog_reader import read_tlog
 
 
 def alarms(flight: Wired) -> list[str]:

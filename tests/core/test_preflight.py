@@ -29,7 +29,7 @@ from tui_gcs.core.protocol.preflight import (
     SignOff,
     refusing,
 )
-from tui_gcs.core.rehearsals import Rehearsal, plan_digest, remember
+from tui_gcs.core.records.rehearsal_store import Rehearsal, plan_digest, remember
 from tui_gcs.core.services.plan_book import Held
 
 MakeRig = Callable[..., Rig]

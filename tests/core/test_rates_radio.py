@@ -6,7 +6,6 @@ from typing import Any
 
 from sitl.fleet import SimFleet, VehicleSpec
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.events import EventLog
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.geometry.local_frame import LocalFrame
@@ -15,6 +14,7 @@ from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import sign, ticks
 from tui_gcs.core.rate_sets import LADDER
 from tui_gcs.core.rates import RateDesk
+from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.services.command import CommandService
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 from pymavlink import mavutil
 
-from tui_gcs.core.appender import Appender
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.recorder import TlogWriter
-from tui_gcs.core.tlog import read_tlog
+from tui_gcs.core.records.appender import Appender
+from tui_gcs.core.records.tlog_reader import read_tlog
+from tui_gcs.core.records.tlog_writer import TlogWriter
 
 
 def frames(count: int) -> list[bytes]:

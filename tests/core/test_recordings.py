@@ -15,7 +15,7 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.dialect import Message, decode
 from tui_gcs.core.mavlink.frames import Frame
-from tui_gcs.core.tlog import read_tlog
+from tui_gcs.core.records.tlog_reader import read_tlog
 
 pytestmark = pytest.mark.long  # whole recordings
 

@@ -9,10 +9,10 @@ from pymavlink import mavutil
 from tui_gcs.core.extent import ExtentCollector, Place
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.mode_names import mode_name
-from tui_gcs.core.recorder import TlogWriter
+from tui_gcs.core.records.tlog_reader import TlogError
+from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.summary import Summary, SystemSummary, summarize
 from tui_gcs.core.summary_text import summary_text
-from tui_gcs.core.tlog import TlogError
 
 DATA = Path(__file__).parent.parent / "data"
 ARDUCOPTER, PX4 = DATA / "arducopter-8.tlog", DATA / "px4-8.tlog"

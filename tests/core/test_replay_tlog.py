@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import Frame
-from tui_gcs.core.tlog import TlogError, read_tlog
+from tui_gcs.core.records.tlog_reader import TlogError, read_tlog
 
 START_US = 1_700_000_000_000_000
 DAY_US = 24 * 3600 * 1_000_000

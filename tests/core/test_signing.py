@@ -29,7 +29,7 @@ from tui_gcs.core.mavlink.signing import (
     strip_signature,
     ticks,
 )
-from tui_gcs.core.tlog import TlogReader
+from tui_gcs.core.records.tlog_reader import TlogReader
 
 SECRET = bytes(range(32))
 OTHER_SECRET = bytes(range(1, 33))

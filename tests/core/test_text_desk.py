@@ -4,7 +4,7 @@ from vehicles import a_vehicle
 
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.rejection_counter import Tally
-from tui_gcs.core.events import EventLog
+from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.services.text import (
     FRAMES_PER_S,
     MOST_CHUNKS,

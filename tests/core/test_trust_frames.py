@@ -11,7 +11,7 @@ from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import Key, sign, signature_matches, ticks
-from tui_gcs.core.tlog import read_tlog
+from tui_gcs.core.records.tlog_reader import read_tlog
 from tui_gcs.core.trust import TrustBook
 from tui_gcs.core.vehicle import Signing
 

@@ -6,10 +6,10 @@ import orders
 import pytest
 from wires import MakeWired, Wire, Wired, apart, at, only
 
-from tui_gcs.core.events import ALERT
 from tui_gcs.core.mavlink.intake import MOST_SOURCES
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness, Phase
+from tui_gcs.core.records.event_log import ALERT
 
 
 def twins_told(flight: Wired, within_s: float = 5.0) -> None:

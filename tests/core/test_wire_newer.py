@@ -15,7 +15,7 @@ from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.dialect import Message, decode
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram
-from tui_gcs.core.tlog import read_tlog
+from tui_gcs.core.records.tlog_reader import read_tlog
 
 MakeRig = Callable[..., Rig]
 ROOT = Path(__file__).parents[2]

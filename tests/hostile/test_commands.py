@@ -5,8 +5,8 @@ from collections.abc import Callable
 import pytest
 
 from tests.hostile.oracle import Oracle
-from tui_gcs.core.events import ALERT
 from tui_gcs.core.links import Address
+from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.command import Action, Outcome, Retry
 
 pytestmark = pytest.mark.long  # nearly each is a flight

@@ -15,7 +15,7 @@ from tui_gcs.core.links import Address, Link, open_link
 from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.intake import MOST_SLOTS
-from tui_gcs.core.tlog import read_tlog
+from tui_gcs.core.records.tlog_reader import read_tlog
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

@@ -25,7 +25,7 @@ from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.frames import SIGNED, cut_datagram
 from tui_gcs.core.mavlink.signing import sign
 from tui_gcs.core.protocol import common as m
-from tui_gcs.core.tlog import read_tlog
+from tui_gcs.core.records.tlog_reader import read_tlog
 
 SEED = int(os.environ.get("FUZZ_SEED", "1"))
 GENERATED_BYTES, MUTATED_BYTES = 6_000_000, 4_000_000

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 from tests.hostile.oracle import Oracle
 from tests.hostile.test_framing import HEARTBEAT
-from tui_gcs.core.events import WARNING
 from tui_gcs.core.links import Address
+from tui_gcs.core.records.event_log import WARNING
 
 Attack = Callable[..., Oracle]
 GHOSTS = range(10, 40)

@@ -14,7 +14,6 @@ import msgspec
 import tui_gcs
 from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.events import EventLog
 from tui_gcs.core.geometry.zones import bounds
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
@@ -24,6 +23,7 @@ from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.protocol.setup import AskPayloads, GetTraffic, TrafficRow
+from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
 

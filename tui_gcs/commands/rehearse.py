@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def run(arguments: argparse.Namespace) -> int:
     """Fly, print the table, write the report; 0 only if every gate holds."""
     from tui_gcs.core.protocol.bus import Bus
-    from tui_gcs.core.rehearsals import plan_digest
+    from tui_gcs.core.records.rehearsal_store import plan_digest
     from tui_gcs.core.results import Referee
     from tui_gcs.happenings import HappeningError
     from tui_gcs.report.recording import FlightRecord
@@ -77,7 +77,7 @@ def _remember(
 
     `plan` is its digest as it was when the rehearsal began.
     """
-    from tui_gcs.core.rehearsals import FILE, Rehearsal, remember
+    from tui_gcs.core.records.rehearsal_store import FILE, Rehearsal, remember
 
     wrong = {"lose": arguments.lose, "drain": arguments.drain, "restart": [f"{t_s:g}" for t_s in arguments.restart]}
     conditions = [f"--{name} {value}" for name, values in wrong.items() for value in values]

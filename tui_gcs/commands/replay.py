@@ -26,9 +26,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _summary(file: str, *, as_json: bool) -> int:
+    from tui_gcs.core.records.tlog_reader import TlogError
     from tui_gcs.core.summary import summarize
     from tui_gcs.core.summary_text import summary_text
-    from tui_gcs.core.tlog import TlogError
 
     try:
         summary = summarize(file)
@@ -45,8 +45,8 @@ def _show(file: str, speed: float, wanted: Preferences) -> int:
     from tui_gcs.app import ConsoleApp
     from tui_gcs.core.base.clock import MonotonicClock
     from tui_gcs.core.protocol.bus import MemoryBus
+    from tui_gcs.core.records.tlog_reader import TlogError
     from tui_gcs.core.replay import Player
-    from tui_gcs.core.tlog import TlogError
 
     bus, clock = MemoryBus(), MonotonicClock()
     try:

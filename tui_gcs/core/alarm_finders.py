@@ -15,7 +15,6 @@ from tui_gcs.core.alarm_causes import WHEN_ON_ITS_WAY
 from tui_gcs.core.alarm_signs import VehicleSigns
 from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.closing import Closing, closings
-from tui_gcs.core.events import WARNING
 from tui_gcs.core.firmware.habits import stop_word
 from tui_gcs.core.firmware.health import Concern, Problem
 from tui_gcs.core.flights import FOUND, MOTORS_STEP, ON_BOARD_STEP, Flight
@@ -24,6 +23,7 @@ from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.monitor import error_m
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import Event, Freshness, Phase, RunPhase
+from tui_gcs.core.records.event_log import WARNING
 from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:

@@ -8,17 +8,17 @@ from collections.abc import Iterator
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.events import ALERT, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.guard import STARTS, STOPS, Guard
-from tui_gcs.core.journal import Journal
 from tui_gcs.core.links import Address, Link
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import Key, ticks
 from tui_gcs.core.mavlink.sources import Source
 from tui_gcs.core.protocol.common import EventClass, Freshness, Kind
-from tui_gcs.core.recorder import TlogWriter
+from tui_gcs.core.records.event_log import ALERT, EventLog
+from tui_gcs.core.records.journal import Journal
+from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.trust import TrustBook
 from tui_gcs.core.vehicle import Path, Vehicle
 

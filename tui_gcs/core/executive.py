@@ -10,7 +10,6 @@ from collections.abc import Iterator
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import Stand
-from tui_gcs.core.events import ALERT, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
@@ -19,6 +18,7 @@ from tui_gcs.core.homing import LAYER_TOLERANCE_M, Homing
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
+from tui_gcs.core.records.event_log import ALERT, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.services.command import Action, CommandService, Outcome
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.touchdown import CANCELLED, TOUCHED, is_down, landing_words

@@ -14,7 +14,6 @@ from tui_gcs.core.base.rejection_counter import Tally
 from tui_gcs.core.boot_clock import BootClock
 from tui_gcs.core.components import Components
 from tui_gcs.core.copies import Copies
-from tui_gcs.core.events import ERROR, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.ghosts import GhostWatch
 from tui_gcs.core.mavlink.dialect import Message, label
@@ -23,6 +22,7 @@ from tui_gcs.core.mavlink.sources import CALL, KEEP, STATE, Slot, Source, Stream
 from tui_gcs.core.paths import PathBook
 from tui_gcs.core.pilots import is_autopilot, replaces
 from tui_gcs.core.protocol.common import EventClass, Freshness
+from tui_gcs.core.records.event_log import ERROR, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.refusals import RefusalTeller
 from tui_gcs.core.services.text import TextDesk
 from tui_gcs.core.telemetry import Telemetry

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.door import Door
-from tui_gcs.core.events import NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.forward_missions import note_heard, note_passed
 from tui_gcs.core.forward_orders import Asked
@@ -26,6 +25,7 @@ from tui_gcs.core.mavlink.dialect import Message, decode, is_known, layout
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import MAGIC_V2, Frame, cut_datagram
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
 from tui_gcs.core.services.command import DENIED
 from tui_gcs.core.vehicle import IDS_PER_NETWORK, Vehicle
 

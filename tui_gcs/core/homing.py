@@ -10,11 +10,11 @@ from dataclasses import replace
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import Stand
-from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.protocol.common import EventClass, Phase, Vec3, VehicleResult
+from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.vehicle import Vehicle

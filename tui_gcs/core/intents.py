@@ -6,12 +6,12 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.course import STILL, Course, Stand, Trajectory, course_of
 from tui_gcs.core.cruise import ACCEL_SHARE, LONGEST_S, Cruise
-from tui_gcs.core.events import WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.guard import SPEED_TOLERANCE, Guard
 from tui_gcs.core.orbit import Orbit
 from tui_gcs.core.protocol.common import EventClass, Intent, Phase, Plan, Vec3
+from tui_gcs.core.records.event_log import WARNING, EventLog
 from tui_gcs.core.scenario.model import Limits
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.vehicle import Vehicle

@@ -8,7 +8,7 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.mavlink.enum_names import autopilot_name
 from tui_gcs.core.protocol.common import Freshness, Phase
 from tui_gcs.core.protocol.preflight import Check, CheckState
-from tui_gcs.core.rehearsals import Rehearsal
+from tui_gcs.core.records.rehearsal_store import Rehearsal
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

@@ -8,7 +8,6 @@ import math
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.events import INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.firmware.streams import not_for
 from tui_gcs.core.fleet import Fleet
@@ -17,6 +16,7 @@ from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.radio import RadioReport, radio_report
 from tui_gcs.core.rate_link import CALM_S, LinkRates, Member, Wish
 from tui_gcs.core.rate_sets import FULL, UNASKED
+from tui_gcs.core.records.event_log import INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.services.command import Action, CommandService, Outcome
 from tui_gcs.core.vehicle import Vehicle
 

@@ -6,13 +6,13 @@ Called as often as the process likes; what is read is bounded per call, so that 
 from collections.abc import Callable
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.events import ERROR, NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.forward import Forwarder
 from tui_gcs.core.links import Link
 from tui_gcs.core.mavlink.signing import for_log
 from tui_gcs.core.protocol.common import EventClass
-from tui_gcs.core.recorder import TlogWriter
+from tui_gcs.core.records.event_log import ERROR, NOTICE, WARNING, EventLog
+from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.trust import TrustBook
 
 MOST_BYTES = 256 * 1024

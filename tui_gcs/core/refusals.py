@@ -8,10 +8,10 @@ from collections import Counter
 from collections.abc import Iterable
 
 from tui_gcs.core.base.rejection_counter import Tally
-from tui_gcs.core.events import NOTICE, EventLog
 from tui_gcs.core.mavlink.intake import Intake
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import NOTICE, EventLog
 
 LOOK_S = 1.0
 REPEAT_S = 30.0

@@ -16,7 +16,6 @@ from tui_gcs.core.alarm_signs import VehicleSigns
 from tui_gcs.core.alarms import AlarmDesk
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.events import NOTICE, WARNING, EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import FlightBook
 from tui_gcs.core.geometry.local_frame import LocalFrame
@@ -34,9 +33,10 @@ from tui_gcs.core.protocol.common import (
     ScenarioChanged,
     StationStatus,
 )
+from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
+from tui_gcs.core.records.tlog_reader import read_tlog
 from tui_gcs.core.scenario.model import Limits, LinkLoss, Origin, ResultLimits, Scenario
 from tui_gcs.core.snapshot import fleet_frame
-from tui_gcs.core.tlog import read_tlog
 
 FRAME_GAP_S = 0.1
 STATUS_GAP_S = 0.5

@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.events import DEBUG, NOTICE, WARNING
 from tui_gcs.core.guard import Guard
-from tui_gcs.core.journal_reader import events_before
 from tui_gcs.core.planner_requests import PlannerRequests
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol import services as s
@@ -22,6 +20,8 @@ from tui_gcs.core.protocol.preflight import AcknowledgeCheck, ReadChecks, SignOf
 from tui_gcs.core.protocol.setup import ConfirmStep
 from tui_gcs.core.provision import ProvisionDesk
 from tui_gcs.core.readiness import layer_problem
+from tui_gcs.core.records.event_log import DEBUG, NOTICE, WARNING
+from tui_gcs.core.records.journal_reader import events_before
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import Round, Scenario
 from tui_gcs.core.scenario.place_allocation import same_places

@@ -19,7 +19,6 @@ from tui_gcs.core.by_hand import ByHand
 from tui_gcs.core.detections import Detections
 from tui_gcs.core.door import Door
 from tui_gcs.core.escort import EscortDesk
-from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.executive import Executive
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.speech import Speech
@@ -29,7 +28,6 @@ from tui_gcs.core.forward import Endpoint, Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.heights import HeightWatch
-from tui_gcs.core.journal import Journal
 from tui_gcs.core.jumps import JumpWatch
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.keystore_timestamps import TimestampFile
@@ -57,7 +55,9 @@ from tui_gcs.core.rates import RateDesk
 from tui_gcs.core.readiness import Readiness
 from tui_gcs.core.reboots import RebootBook
 from tui_gcs.core.reception import Reception
-from tui_gcs.core.recorder import TlogWriter
+from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
+from tui_gcs.core.records.journal import Journal
+from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.requests import RequestDesk
 from tui_gcs.core.scenario.model import OperatorId, Round, Scenario, Team
 from tui_gcs.core.self_doubts import SelfDoubts

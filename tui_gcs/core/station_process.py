@@ -19,12 +19,10 @@ from typing import Any
 
 import msgspec
 
-from tui_gcs.core import rehearsals
 from tui_gcs.core.base.clock import MonotonicClock
 from tui_gcs.core.base.directories import STATION_LOCK, socket_path, state_dir, try_lock
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.forward import Endpoint
-from tui_gcs.core.journal import Journal
 from tui_gcs.core.keystore import KeyStore, KeyStoreError, open_store
 from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Link, LinkError, open_link
@@ -34,7 +32,9 @@ from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.protocol.bus import BusError
 from tui_gcs.core.protocol.common import PlannerInfo
 from tui_gcs.core.protocol.zenoh_bus import QueuedBus, ZenohBus, serve
-from tui_gcs.core.recorder import TlogWriter
+from tui_gcs.core.records import rehearsal_store as rehearsals
+from tui_gcs.core.records.journal import Journal
+from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import OperatorId, Scenario
 from tui_gcs.core.station import Station, StationConfig

@@ -14,7 +14,6 @@ from shapely import LineString, Point
 from tui_gcs.core.aside import columns_aside
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import STILL, Course, Stand, stopping_point
-from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.flights import COLUMN_M, Flight, FlightBook
@@ -24,6 +23,7 @@ from tui_gcs.core.guard_motion import Alone, Does, Sight
 from tui_gcs.core.monitor import error_m
 from tui_gcs.core.orbit import Orbit
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
+from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.tracking import Led, Tracking, wanted_then
 from tui_gcs.core.vehicle import Vehicle

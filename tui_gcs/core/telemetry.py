@@ -13,7 +13,6 @@ from tui_gcs.core import home
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.rejection_counter import Tally
 from tui_gcs.core.boot_clock import FITS_MS, Step
-from tui_gcs.core.events import ALERT, WARNING, EventLog
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.gps import DEGRADED_M, GPS2_RAW, apart_m, claimed_m
 from tui_gcs.core.mavlink import high_latency as satellite
@@ -21,6 +20,7 @@ from tui_gcs.core.mavlink.enum_names import FLAG_ARMED
 from tui_gcs.core.mavlink.frames import MAGIC_V2
 from tui_gcs.core.mavlink.sources import Slot
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.vehicle import NAN, POSITION_AT, POSITION_BYTES, Vehicle, as_frame
 
 MOST_SPEED_M_S = 150.0

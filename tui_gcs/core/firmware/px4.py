@@ -12,7 +12,6 @@ from typing import Any
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import STILL
-from tui_gcs.core.events import WARNING, EventLog
 from tui_gcs.core.firmware.base import (
     Lead,
     is_settled,
@@ -25,6 +24,7 @@ from tui_gcs.core.firmware.speech import Done, Speech
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.place import home_height
 from tui_gcs.core.protocol.common import EventClass, Vec3
+from tui_gcs.core.records.event_log import WARNING, EventLog
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.services.order import FRAME_AMSL, Action, Order, Outcome, Retry, refused
 from tui_gcs.core.vehicle import Vehicle

@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.events import EventLog
 from tui_gcs.core.firmware.ardupilot import COPTER_TYPES, ArduCopter
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M, Firmware
 from tui_gcs.core.firmware.px4 import Px4Multicopter
@@ -13,6 +12,7 @@ from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4, autopilot_name
 from tui_gcs.core.place import HomeHeight, Place, home_height
 from tui_gcs.core.protocol.common import Vec3
+from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.vehicle import Vehicle
 

@@ -5,7 +5,7 @@ import math
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE, Address, LinkState
 from tui_gcs.core.links.spec import LinkError, LinkSpec
-from tui_gcs.core.tlog import TlogError, read_tlog
+from tui_gcs.core.records.tlog_reader import TlogError, read_tlog
 
 
 class ReplayLink(LinkState):

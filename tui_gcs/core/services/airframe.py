@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 
-from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.firmware.airframes import AirframeWords, airframe
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.param_ask import ParamReading
 from tui_gcs.core.services.param_change import ParamChange

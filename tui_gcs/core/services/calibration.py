@@ -9,10 +9,10 @@ import math
 from collections import Counter
 from collections.abc import Callable
 
-from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.firmware.setup import CalibrationWords, Dialogue, Sensor, calibration, sensors, why_no_calibration
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.services.calibration_compass import CompassCalibration
 from tui_gcs.core.services.calibration_job import AckCalibration, CalibrationJob, Wanted
 from tui_gcs.core.services.calibration_poses import PoseCalibration

@@ -16,8 +16,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.events import ALERT, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import ALERT, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.services.ack_book import AckBook
 from tui_gcs.core.services.order import Action as Action
 from tui_gcs.core.services.order import Order as Order

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.door import Door
-from tui_gcs.core.events import EventLog
 from tui_gcs.core.fleet import Fleet
 from tui_gcs.core.links.spec import LinkSpec
+from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.services.jobs import JobDesk
 

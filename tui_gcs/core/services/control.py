@@ -9,8 +9,8 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import Any
 
-from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.services.command import DENIED, UNSUPPORTED
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.vehicle import Vehicle

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.core.base.safe_files import FileRefused, PartFile, SafeFolder, safe_name
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.events import ALERT
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.ftp_change import FtpOneQuestion
 from tui_gcs.core.services.ftp_codec import Op
 from tui_gcs.core.services.ftp_dialogue import FtpDialogue

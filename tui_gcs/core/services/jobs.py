@@ -10,8 +10,8 @@ from collections.abc import Callable
 from enum import StrEnum
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.events import INFO, WARNING, EventLog
 from tui_gcs.core.protocol.common import EventClass, Freshness
+from tui_gcs.core.records.event_log import INFO, WARNING, EventLog
 from tui_gcs.core.vehicle import Vehicle
 
 MOST_PER_LINK = 2

@@ -10,10 +10,10 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 
 from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
-from tui_gcs.core.events import ALERT
 from tui_gcs.core.firmware import files as firmware
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.ftp import FtpService
 from tui_gcs.core.services.jobs import Job

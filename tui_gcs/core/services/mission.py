@@ -13,10 +13,10 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, TypeVar
 
-from tui_gcs.core.events import ALERT
 from tui_gcs.core.firmware.plans import CMD_SET_CURRENT, dialect_of
 from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.protocol.common import EventClass, Freshness
+from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.plan_book import MissionState, PlanBook, Progress

@@ -9,8 +9,8 @@ BASIC_ID; transmitters hear them through the autopilot, or on the same link.
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.scenario.model import OperatorId
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.vehicle import Vehicle

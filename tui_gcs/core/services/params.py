@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterable
 
 from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.events import INFO, WARNING
 from tui_gcs.core.firmware import parameters as firmware
 from tui_gcs.core.firmware.airframes import changes_airframe
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.mavlink.frames import MAGIC_V2
 from tui_gcs.core.param_cache import CacheKey, ParamCache
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import INFO, WARNING
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.ftp import FtpService
 from tui_gcs.core.services.jobs import Job

@@ -12,12 +12,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from tui_gcs.core.events import ALERT, NOTICE, WARNING
 from tui_gcs.core.firmware.plans import PlanDialect, dialect_of
 from tui_gcs.core.plan_compare import begins_alike, compare
 from tui_gcs.core.plans.check import check
 from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import ALERT, NOTICE, WARNING
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.plan_book import Held, MissionState, PlanBook, Progress

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
 
-from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.firmware.radio_setup import RadioWords, Stick, radio_words
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.services.command import Action, Retry
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.param_change import ParamChange

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 
 from tui_gcs.core.base.text import SafeText, clean
 from tui_gcs.core.components import hear_all
-from tui_gcs.core.events import NOTICE, WARNING
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.vehicle import NAN, Vehicle
 

@@ -10,9 +10,9 @@ from collections import Counter, OrderedDict
 from dataclasses import dataclass, field
 
 from tui_gcs.core.base.text import SafeText
-from tui_gcs.core.events import ERROR, NOTICE, WARNING
 from tui_gcs.core.fleet import Fields
 from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import ERROR, NOTICE, WARNING
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.event_metadata import Decoded, EventMetadata, EventMetadataError, parse
 from tui_gcs.core.services.jobs import JobState

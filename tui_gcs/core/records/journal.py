@@ -5,7 +5,7 @@ from typing import Any
 
 import msgspec
 
-from tui_gcs.core.appender import Appender
+from tui_gcs.core.records.appender import Appender
 
 _MOST_WAITING_BYTES = 4 * 1024 * 1024
 _encoder = msgspec.json.Encoder(enc_hook=str)

@@ -7,8 +7,8 @@ Format: 8 bytes big-endian microseconds since 1970, then the raw frame; repeated
 import struct
 from pathlib import Path
 
-from tui_gcs.core.appender import Appender
 from tui_gcs.core.mavlink.frames import MAGIC_V2
+from tui_gcs.core.records.appender import Appender
 
 _SETUP_SIGNING = b"\x00\x01\x00"
 """Message id 256 as it stands in a version 2 frame, bytes 7 to 9; version 1 has no room for it."""
