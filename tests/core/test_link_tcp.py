@@ -11,9 +11,9 @@ from link_rig import FRAME, free_port, stream_of, taken, until
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.links import open_link
 from tui_gcs.core.links.base import Link
-from tui_gcs.core.links.connection import MAX_UNSENT_BYTES
 from tui_gcs.core.links.outbox import STALLED_S
 from tui_gcs.core.links.retry import LAST_RETRY_S
+from tui_gcs.core.links.tcp_connection import MAX_UNSENT_BYTES
 
 
 class Server:

@@ -14,7 +14,7 @@ from tui_gcs.core.links import Address, open_link, parse_link
 from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE
 from tui_gcs.core.links.outbox import STALLED_S
 from tui_gcs.core.links.resolve import resolve
-from tui_gcs.core.links.tcpin import MAX_CLIENTS, PAUSE_S, SILENT_S, TcpInLink
+from tui_gcs.core.links.tcp_server import MAX_CLIENTS, PAUSE_S, SILENT_S, TcpInLink
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from tui_gcs.core.links.resolve import resolve
 from tui_gcs.core.links.serial import SerialLink, open_device
 from tui_gcs.core.links.spec import LinkError, LinkSpec, parse_link
 from tui_gcs.core.links.tcp import TcpLink
-from tui_gcs.core.links.tcpin import TcpInLink
+from tui_gcs.core.links.tcp_server import TcpInLink
 from tui_gcs.core.links.udp import UdpInLink, UdpOutLink
 
 __all__ = ["Address", "Link", "LinkError", "LinkSpec", "open_link", "parse_link", "try_links"]

@@ -6,10 +6,10 @@ import socket
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import Address, LinkState
-from tui_gcs.core.links.connection import Connection
 from tui_gcs.core.links.resolve import Place
 from tui_gcs.core.links.retry import Retry
 from tui_gcs.core.links.spec import LinkSpec
+from tui_gcs.core.links.tcp_connection import Connection
 
 _CONNECT_TIMEOUT_S = 5.0
 _MOST_BYTES = 16384
