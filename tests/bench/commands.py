@@ -16,6 +16,7 @@ from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.firmware.ardupilot import AUTO, BRAKE, GUIDED
 from tui_gcs.core.firmware.base import Firmware
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM, CMD_REQUEST_MESSAGE, CMD_SET_MODE, CMD_TAKEOFF
 from tui_gcs.core.mavlink.dialect import Message, decode
@@ -27,7 +28,6 @@ from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.station import Station, StationConfig
-from tui_gcs.core.vehicle import Vehicle
 
 LOSS = 0.3
 TICK_S = 0.05

@@ -12,7 +12,7 @@ import time
 
 from tests.bench.stream import ORIGIN_DEG
 from tui_gcs.core.base.clock import MonotonicClock
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links import open_link
 from tui_gcs.core.records.event_log import EventLog

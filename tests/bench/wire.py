@@ -10,7 +10,7 @@ from pymavlink.generator import mavcrc
 from tests.bench.row import NotMeasured, Row
 from tests.bench.stream import ORIGIN_DEG, Datagram, signed_stream, stream
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.mavlink.intake import Intake
 from tui_gcs.core.mavlink.sources import Slot, Source

@@ -15,6 +15,7 @@ from tests.conformance.air import Air
 from tests.conformance.turns import Turns
 from tui_gcs.core.base.clock import Clock, MonotonicClock, VirtualClock
 from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.links import Link, open_link
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import parse_link
@@ -24,7 +25,6 @@ from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.load import parse
 from tui_gcs.core.station import Station, StationConfig
-from tui_gcs.core.vehicle import Vehicle
 
 TICK_S = 0.05
 RECEIVE_S = 0.002

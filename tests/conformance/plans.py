@@ -1,6 +1,7 @@
 """Plans that checks put on vehicles, and how they wait for what they asked."""
 
 from tests.conformance.field import Failed, Field
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.plans.model import (
     CIRCLE_IN,
@@ -15,7 +16,6 @@ from tui_gcs.core.plans.model import (
 )
 from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.services.jobs import Job
-from tui_gcs.core.vehicle import Vehicle
 
 LIMIT_S = 120.0
 MISSION_FRAME = 2

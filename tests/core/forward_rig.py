@@ -11,6 +11,7 @@ from fastcrc.crc16 import mcrf4xx
 from hypothesis import strategies as st
 
 from tui_gcs.core.base.clock import VirtualClock
+from tui_gcs.core.fleet.vehicle import Path, PathState, Vehicle
 from tui_gcs.core.forward import Endpoint, Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
@@ -25,7 +26,6 @@ from tui_gcs.core.mavlink.sources import Source
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin
-from tui_gcs.core.vehicle import Path, PathState, Vehicle
 
 HOME_AMSL_M = 488.0
 LOCAL = LocalFrame(Origin(47.397742, 8.545594, HOME_AMSL_M))

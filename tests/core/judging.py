@@ -5,11 +5,11 @@ from typing import Any
 
 from forward_rig import LOCAL, guard, vehicle
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward_orders import Asked, Order
 from tui_gcs.core.forward_plans import Plan, Step
 from tui_gcs.core.forward_rules import judge
 from tui_gcs.core.mavlink.dialect import Message
-from tui_gcs.core.vehicle import Vehicle
 
 NAN = math.nan
 ARDUCOPTER, PX4 = 3, 12

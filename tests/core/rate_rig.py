@@ -6,6 +6,7 @@ from typing import Any
 
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.firmware.speech import Speech
+from tui_gcs.core.fleet.vehicle import Path, PathState, Vehicle
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.spec import parse_link
 from tui_gcs.core.mavlink.sources import Slot, Source, Stream
@@ -13,7 +14,6 @@ from tui_gcs.core.rates import RateDesk
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.services.command import ACCEPTED, FAILED, CommandService
-from tui_gcs.core.vehicle import Path, PathState, Vehicle
 
 TICK_S = 0.05
 ARDUPILOT, PX4 = 3, 12

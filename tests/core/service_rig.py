@@ -19,6 +19,7 @@ from rig import scenario, toml
 
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink.dialect import decode
@@ -28,7 +29,6 @@ from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.station import Station, StationConfig
-from tui_gcs.core.vehicle import Vehicle
 
 TICK_S = 0.02
 ARDUPILOT, PX4 = 3, 12

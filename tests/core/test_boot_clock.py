@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from tui_gcs.core.boot_clock import WRAP_MS, BootClock, Step
+from tui_gcs.core.fleet.identity.boot_clock import WRAP_MS, BootClock, Step
 
 
 def told(clock: BootClock, *times: tuple[float, float]) -> list[Step]:

@@ -9,6 +9,7 @@ import pytest
 from vehicles import a_vehicle
 
 from tui_gcs.core.base.clock import VirtualClock
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.services.command import (
     ACCEPTED,
@@ -26,7 +27,6 @@ from tui_gcs.core.services.command import (
     Retry,
 )
 from tui_gcs.core.services.order import refused
-from tui_gcs.core.vehicle import Vehicle
 
 ARM, MODE, TAKEOFF, SPEED = 400, 176, 22, 178
 

@@ -6,9 +6,9 @@ from doorway import Doorway
 from heard import ARMED, BEAT
 
 from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.fleet.vehicle import PathState
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import Key
-from tui_gcs.core.vehicle import PathState
 
 COMMAND = {"confirmation": 0, "param1": 1, "param2": 0, "param3": 0, "param4": 0, "param5": 0, "param6": 0, "param7": 0}
 ARM = COMMAND | {"command": 400}

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from rig import SETPOINT, Rig, scenario
 
-from tui_gcs.core.fleet import LOOK_S
+from tui_gcs.core.fleet.fleet import LOOK_S
 from tui_gcs.core.flights import ON_BOARD_STEP
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness, Intent, Phase, RunPhase

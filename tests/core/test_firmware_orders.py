@@ -12,9 +12,9 @@ from test_place import home_position
 from tui_gcs.core.course import STILL
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.firmware.px4_offboard import STREAM_S
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.orbit import Orbit
 from tui_gcs.core.services.order import Action, Outcome
-from tui_gcs.core.vehicle import Vehicle
 
 SET_MODE, ARM, TAKE_OFF, REPOSITION, MISSION_START = 176, 400, 22, 192, 300
 FRAME_GLOBAL_INT = 5

@@ -9,7 +9,7 @@ import pytest
 from fastcrc.crc16 import mcrf4xx
 from wires import Wire, Wired
 
-from tui_gcs.core.boot_clock import BootClock, Step
+from tui_gcs.core.fleet.identity.boot_clock import BootClock, Step
 from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.encode import Encoder

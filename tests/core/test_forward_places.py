@@ -19,8 +19,8 @@ from judging import (
     upload,
 )
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward_orders import Asked
-from tui_gcs.core.vehicle import Vehicle
 
 # ---------------------------------------------------------------- places and heights
 

@@ -5,9 +5,9 @@ import math
 import pytest
 from heard import BEAT, Heard
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.protocol.common import Freshness
-from tui_gcs.core.vehicle import Vehicle
 
 
 def freshness(heard: Heard) -> Freshness:

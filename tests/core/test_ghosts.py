@@ -7,10 +7,10 @@ import pytest
 from vehicles import a_vehicle
 
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.ghosts import ANSWERS_S, CROWD, FORGET_S, GhostWatch
+from tui_gcs.core.fleet.identity.unconfirmed_systems import ANSWERS_S, CROWD, FORGET_S, GhostWatch
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.sources import Stream
 from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.vehicle import Vehicle
 
 
 def ghost(number: int = 1, **traits: Any) -> Vehicle:

@@ -4,7 +4,7 @@ import pytest
 from fastcrc.crc16 import mcrf4xx
 
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.base import Address
 from tui_gcs.core.links.memory import MemoryLink

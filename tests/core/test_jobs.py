@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from service_rig import Peer, ServiceRig
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.jobs import Job, JobState
-from tui_gcs.core.vehicle import Vehicle
 
 
 class Count(Job):

@@ -7,11 +7,11 @@ import orders
 import pytest
 from wires import Wire, Wired
 
+from tui_gcs.core.fleet.identity.path_rules import is_serial
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import Key, ticks
-from tui_gcs.core.path_rules import is_serial
 from tui_gcs.core.protocol.common import Freshness
 
 pytestmark = pytest.mark.long  # nearly each is a flight

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from wires import Wire, Wired
 
+from tui_gcs.core.fleet.vehicle import Signing
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.mavlink.signing import Key, ticks
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Reply
-from tui_gcs.core.vehicle import Signing
 
 MakeWired = Callable[..., Wired]
 SECRET, OTHER = bytes.fromhex("c0ffee" * 10 + "beef"), bytes(range(101, 133))

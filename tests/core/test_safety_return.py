@@ -10,15 +10,15 @@ import pytest
 from rig import Rig, scenario
 from vehicles import a_vehicle
 
+from tui_gcs.core.fleet.integrity.position_jump_monitor import JumpWatch
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Shape, Zone, contains
 from tui_gcs.core.guard import Guard
-from tui_gcs.core.jumps import JumpWatch
 from tui_gcs.core.monitor import FleetMonitor
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask, RunPhase, Vec3
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.core.vehicle import Vehicle
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

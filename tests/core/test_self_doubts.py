@@ -6,9 +6,9 @@ from unittest.mock import patch
 
 from sitl.ardupilot_telemetry import BUILDERS
 from tests.core.rig import Rig
+from tui_gcs.core.fleet.integrity.navigation_integrity import SelfDoubts
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
-from tui_gcs.core.self_doubts import SelfDoubts
 
 MakeRig = Callable[..., Rig]
 GLITCH = "GPS glitch: its position may jump to a wrong place within seconds"

@@ -6,11 +6,11 @@ import pytest
 from heard import ARMED, BEAT, E7, LAT, LON, Heard
 from pymavlink.dialects.v10 import common as version1
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.scenario.model import Origin
-from tui_gcs.core.vehicle import Vehicle
 
 NORTH_M, EAST_M = 111.26, 68.68
 """A thousandth of a degree there."""

@@ -4,8 +4,7 @@ from vehicles import a_vehicle
 
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.rejection_counter import Tally
-from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.services.text import (
+from tui_gcs.core.fleet.status_text import (
     FRAMES_PER_S,
     MOST_CHUNKS,
     MOST_OPEN,
@@ -14,6 +13,7 @@ from tui_gcs.core.services.text import (
     TextAssembler,
     TextDesk,
 )
+from tui_gcs.core.records.event_log import EventLog
 
 FULL = "x" * 50
 

@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from service_rig import Peer, ServiceRig
 
-from tui_gcs.core.detections import Detection
+from tui_gcs.core.fleet.detections import Detection
+from tui_gcs.core.fleet.tracks import TrackBook
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.protocol.bus import FLEET
 from tui_gcs.core.protocol.common import FleetFrame, Track, decode
-from tui_gcs.core.tracks import TrackBook
 
 NAN = math.nan
 CAMERA = 100

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from wires import Wire, Wired
 
+from tui_gcs.core.fleet.vehicle import Signing
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink.encode import Encoder
@@ -15,7 +16,6 @@ from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness, Phase, RunPhase
 from tui_gcs.core.records.event_log import ALERT, WARNING
 from tui_gcs.core.records.tlog_reader import read_tlog
-from tui_gcs.core.vehicle import Signing
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

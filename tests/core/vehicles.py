@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from tui_gcs.core.fleet.vehicle import Path, PathState, Vehicle
 from tui_gcs.core.mavlink.sources import Source
-from tui_gcs.core.vehicle import Path, PathState, Vehicle
 
 
 def a_vehicle(system: int = 1, link: str = "memory", **telemetry: Any) -> Vehicle:

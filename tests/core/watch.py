@@ -15,7 +15,8 @@ from tui_gcs.core.door import Door
 from tui_gcs.core.executive import Executive
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.speech import Speech
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Rectangle
@@ -26,7 +27,6 @@ from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.steering import Steering
-from tui_gcs.core.vehicle import Vehicle
 
 AUTO, GUIDED, RTL, LAND, BRAKE = 3, 4, 6, 9, 17
 STEP_S = 0.1

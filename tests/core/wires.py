@@ -12,6 +12,7 @@ from fastcrc.crc16 import mcrf4xx
 from rig import Rig
 
 from sitl.fleet import SimFleet, VehicleSpec
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Address
@@ -22,7 +23,6 @@ from tui_gcs.core.protocol.bus import FLEET, MemoryBus
 from tui_gcs.core.protocol.common import StationStatus
 from tui_gcs.core.station import Station
 from tui_gcs.core.status import station_status
-from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.rehearsal import TICK_S, TOKEN
 
 Place = Callable[[int, int], Address | None]

@@ -19,6 +19,7 @@ from typing import Any
 from sitl.fleet import SimFleet
 from sitl.signing import SigningSpec, time_of
 from tests.core.rig import Rig, scenario, toml
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward import Endpoint
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.keystore_timestamps import TimestampFile
@@ -33,7 +34,6 @@ from tui_gcs.core.protocol.bus import FLEET, MemoryBus
 from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.station import Station
 from tui_gcs.core.status import station_status
-from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.rehearsal import LINK, TOKEN, simulated_vehicles
 
 STRANGER: Address = ("stranger", 1)

@@ -3,11 +3,11 @@
 from tests.hostile.test_intake import PLACE, Anybody
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.rejection_counter import Tally
+from tui_gcs.core.fleet.rejection_report import RefusalTeller
+from tui_gcs.core.fleet.status_text import BURST, TEXTS_PER_S, TextPace
 from tui_gcs.core.mavlink.intake import Intake
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.refusals import RefusalTeller
-from tui_gcs.core.services.text import BURST, TEXTS_PER_S, TextPace
 
 
 def test_what_was_not_told_is_counted_when_it_is_told_again() -> None:

@@ -17,14 +17,14 @@ from tui_gcs.core.alarms import AlarmDesk, Finding
 from tui_gcs.core.closing import Closing, closings
 from tui_gcs.core.firmware.habits import stop_word
 from tui_gcs.core.firmware.health import Concern, Problem
+from tui_gcs.core.fleet.integrity.position_jump_monitor import JUMP_M
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import FOUND, MOTORS_STEP, ON_BOARD_STEP, Flight
-from tui_gcs.core.jumps import JUMP_M
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.monitor import error_m
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import Event, Freshness, Phase, RunPhase
 from tui_gcs.core.records.event_log import WARNING
-from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

@@ -11,10 +11,10 @@ from typing import Any
 
 from tui_gcs.core.alarm_causes import BY_ID, MOST_SHELVED_MIN, RANK, Cause
 from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.alarms import AlarmLevel, AlarmState, vehicles_words
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, Event, EventClass, Reply, Shelve, Unshelve
 from tui_gcs.core.records.event_log import ALERT, CRITICAL, INFO, NOTICE, WARNING, EventLog
-from tui_gcs.core.vehicle import Vehicle
 
 Subject = int | str
 """A vehicle's number, or a name."""

@@ -9,6 +9,7 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import LEAST_SPEED_M_S, STILL, Course, Stand
 from tui_gcs.core.cruise import ACCEL_SHARE, Cruise
 from tui_gcs.core.firmware.registry import Firmwares
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import BY_HAND_STEP, Flight, FlightBook
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
@@ -18,7 +19,6 @@ from tui_gcs.core.protocol.flight import Circle, GoTo, Nudge
 from tui_gcs.core.scenario.model import Limits
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.steering import LEAST_HOVER_M, Steering
-from tui_gcs.core.vehicle import Vehicle
 
 NUDGE_S = 1.0
 """So long after the last key a vehicle that is nudged begins to brake: terminals tell of no key that is let go."""

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.vehicle import Path, Vehicle
 from tui_gcs.core.guard import STARTS, STOPS, Guard
 from tui_gcs.core.links import Address, Link
 from tui_gcs.core.mavlink import dialect
@@ -20,7 +21,6 @@ from tui_gcs.core.records.event_log import ALERT, EventLog
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.trust import TrustBook
-from tui_gcs.core.vehicle import Path, Vehicle
 
 HOUSEKEEPING = frozenset({"HEARTBEAT", "COMMAND_LONG:511", "COMMAND_LONG:512", "TIMESYNC", "PING"})
 """What may go to a vehicle that has not proven which kind it is: our heartbeat, answers, requests for information."""

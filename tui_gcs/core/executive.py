@@ -12,7 +12,8 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import Stand
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.registry import Firmwares
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, Flight, FlightBook
 from tui_gcs.core.homing import LAYER_TOLERANCE_M, Homing
 from tui_gcs.core.mavlink.mode_names import mode_name
@@ -22,7 +23,6 @@ from tui_gcs.core.records.event_log import ALERT, INFO, NOTICE, WARNING, EventLo
 from tui_gcs.core.services.command import Action, CommandService, Outcome
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.touchdown import CANCELLED, TOUCHED, is_down, landing_words
-from tui_gcs.core.vehicle import Vehicle
 
 PREARM_WAIT_S = 15.0
 """Pre-arm checks may depend on the mode, which was just changed: wait this long for them to pass."""

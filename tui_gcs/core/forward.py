@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.door import Door
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, Vehicle
 from tui_gcs.core.forward_missions import note_heard, note_passed
 from tui_gcs.core.forward_orders import Asked
 from tui_gcs.core.forward_plans import Plan
@@ -27,7 +28,6 @@ from tui_gcs.core.mavlink.frames import MAGIC_V2, Frame, cut_datagram
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
 from tui_gcs.core.services.command import DENIED
-from tui_gcs.core.vehicle import IDS_PER_NETWORK, Vehicle
 
 ANSWER_GAP_S = 1.0
 """A refused command is answered at most so often per endpoint (security.md B.6-49)."""

@@ -11,13 +11,13 @@ from dataclasses import replace
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import Stand
 from tui_gcs.core.firmware.registry import Firmwares
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.protocol.common import EventClass, Phase, Vec3, VehicleResult
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.steering import Steering
-from tui_gcs.core.vehicle import Vehicle
 
 LAYER_TOLERANCE_M = 1.0
 OVER_HOME_M = 1.5

@@ -11,12 +11,12 @@ from itertools import islice
 
 import numpy as np
 
+from tui_gcs.core.fleet.integrity.position_error import DEGRADED_M
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import FlightBook
-from tui_gcs.core.gps import DEGRADED_M
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.guard_separation import GROUND_M
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.vehicle import Vehicle
 
 Place = tuple[float, float, float, float, int]
 """x, y, z in ENU metres, by how many metres x and y may be wrong beyond what the limits allow for, and who it is."""

@@ -10,9 +10,9 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
+from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.vehicle import NAN, Vehicle
 
 HOME_TOLERANCE_M = 10.0
 """Its home's height, as its position and HOME_POSITION have it, may differ by so much: they are two filters' words."""

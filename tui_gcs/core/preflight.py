@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from tui_gcs.core import preflight_fleet as fleet
 from tui_gcs.core.base.text import clean
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.preflight_vehicles import Finding, failsafes, link_quality, plans_on_board, standing
 from tui_gcs.core.protocol import common as m
@@ -36,7 +37,6 @@ from tui_gcs.core.protocol.preflight import (
 )
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.records.rehearsal_store import RehearsalBook, plan_digest
-from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

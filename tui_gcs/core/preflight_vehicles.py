@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.plans.model import Plan, PlanKind, fence_shapes
 from tui_gcs.core.protocol.preflight import FAILSAFES, CheckState
 from tui_gcs.core.services.failsafes import FailsafeLine
 from tui_gcs.core.services.plan_book import Held
-from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

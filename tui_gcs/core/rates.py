@@ -10,7 +10,8 @@ from typing import Any
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.firmware.streams import not_for
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.radio import RadioReport, radio_report
@@ -18,7 +19,6 @@ from tui_gcs.core.rate_link import CALM_S, LinkRates, Member, Wish
 from tui_gcs.core.rate_sets import FULL, UNASKED
 from tui_gcs.core.records.event_log import INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.services.command import Action, CommandService, Outcome
-from tui_gcs.core.vehicle import Vehicle
 
 ASK_AGAIN_S, ASK_OFTEN, ASK_SELDOM = 5.0, 4, 16
 """What is not as asked is asked again every 5 s, after four times less often, down to 16 times as seldom."""

@@ -6,7 +6,7 @@ Called as often as the process likes; what is read is bounded per call, so that 
 from collections.abc import Callable
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.forward import Forwarder
 from tui_gcs.core.links import Link
 from tui_gcs.core.mavlink.signing import for_log

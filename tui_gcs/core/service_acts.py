@@ -13,6 +13,7 @@ from tui_gcs.core.firmware.mode_manners import manner_of
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.shell import why_no_shell
 from tui_gcs.core.firmware.speech import Speech
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.formats.content import counted
 from tui_gcs.core.mavlink.commands import CMD_REBOOT
 from tui_gcs.core.plan_rows import plan_of, plan_rows
@@ -32,7 +33,6 @@ from tui_gcs.core.services.params import ParamService
 from tui_gcs.core.services.plan_jobs import DownloadJob, PlanJob
 from tui_gcs.core.services.services import Services
 from tui_gcs.core.services.shell_job import ShellJob
-from tui_gcs.core.vehicle import Vehicle
 
 REBOOT_S = 40.0
 """So long a vehicle may take to be heard again, with a boot clock that began anew."""

@@ -7,7 +7,8 @@ from typing import Any
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.registry import Firmwares
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.place import Above, Place, PlaceError
 from tui_gcs.core.protocol import setup as s
 from tui_gcs.core.service_setup import IN_THE_AIR
@@ -17,7 +18,6 @@ from tui_gcs.core.services.payload import Done
 from tui_gcs.core.services.remote_id import RemoteId
 from tui_gcs.core.services.services import Services
 from tui_gcs.core.services.traffic import Track
-from tui_gcs.core.vehicle import NAN, Vehicle
 
 NONE_SUCH = "failed"
 """MAV_RESULT_FAILED is ArduPilot's word for "there is none"."""

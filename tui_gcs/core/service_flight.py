@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.speech import Done
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import MOTORS_STEP, ON_BOARD_STEP
 from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM
 from tui_gcs.core.protocol import flight as f
@@ -16,7 +17,6 @@ from tui_gcs.core.service_acts import ARMED
 from tui_gcs.core.service_tasks import Task
 from tui_gcs.core.services.order import Action, Order, Outcome, Retry
 from tui_gcs.core.steering import LEAST_HOVER_M
-from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

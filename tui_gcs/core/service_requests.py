@@ -10,6 +10,7 @@ import msgspec
 
 from tui_gcs.core import service_flight as flight
 from tui_gcs.core.base.text import clean
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol import setup
 from tui_gcs.core.protocol.common import Freshness, VehicleResult
@@ -20,7 +21,6 @@ from tui_gcs.core.service_carry import payload_rows, remote_id_rows, traffic_row
 from tui_gcs.core.service_tasks import TaskBook
 from tui_gcs.core.service_views import on_board, vehicle_info
 from tui_gcs.core.services.param_values import shown
-from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

@@ -7,6 +7,7 @@ from typing import Any
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.registry import name_of
 from tui_gcs.core.firmware.setup import Sensor, calibration, motor_word
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol import setup as s
 from tui_gcs.core.protocol.services import MEANT, TaskResult
 from tui_gcs.core.service_tasks import Guidance, Task
@@ -19,7 +20,6 @@ from tui_gcs.core.services.param_values import shown
 from tui_gcs.core.services.rc_calibration import ORDER, RcCalibration
 from tui_gcs.core.services.services import Services
 from tui_gcs.core.services.tuning import FORCE
-from tui_gcs.core.vehicle import Vehicle
 
 SENSORS: dict[s.SensorWord, Sensor] = {
     "gyro": Sensor.GYRO,

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.registry import name_of
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.mavlink.enum_names import type_name
 from tui_gcs.core.plan_rows import plan_rows
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.service_acts import failsafe_rows
-from tui_gcs.core.vehicle import Vehicle
 from tui_gcs.core.vehicle_details import details
 
 if TYPE_CHECKING:

@@ -16,19 +16,24 @@ from tui_gcs.core.alarm_finders import AlarmFinder
 from tui_gcs.core.alarms import AlarmDesk
 from tui_gcs.core.base.clock import Clock, WallWatch, clock_words
 from tui_gcs.core.by_hand import ByHand
-from tui_gcs.core.detections import Detections
 from tui_gcs.core.door import Door
 from tui_gcs.core.escort import EscortDesk
 from tui_gcs.core.executive import Executive
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.speech import Speech
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.detections import Detections
+from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.integrity.altitude_monitor import HeightWatch
+from tui_gcs.core.fleet.integrity.navigation_integrity import SelfDoubts
+from tui_gcs.core.fleet.integrity.position_jump_monitor import JumpWatch
+from tui_gcs.core.fleet.integrity.reboot_store import RebootBook
+from tui_gcs.core.fleet.tracks import TrackBook
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.fleet.wind import WindBook
 from tui_gcs.core.flights import FOUND, FlightBook
 from tui_gcs.core.forward import Endpoint, Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard import Guard
-from tui_gcs.core.heights import HeightWatch
-from tui_gcs.core.jumps import JumpWatch
 from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Link
@@ -53,14 +58,12 @@ from tui_gcs.core.protocol.common import (
 )
 from tui_gcs.core.rates import RateDesk
 from tui_gcs.core.readiness import Readiness
-from tui_gcs.core.reboots import RebootBook
 from tui_gcs.core.reception import Reception
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.requests import RequestDesk
 from tui_gcs.core.scenario.model import OperatorId, Round, Scenario, Team
-from tui_gcs.core.self_doubts import SelfDoubts
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.jobs import JobDesk
@@ -71,10 +74,7 @@ from tui_gcs.core.snapshot import fleet_frame
 from tui_gcs.core.status import station_status
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.teams import TeamDesk
-from tui_gcs.core.tracks import TrackBook
 from tui_gcs.core.trust import TrustBook
-from tui_gcs.core.vehicle import Vehicle
-from tui_gcs.core.wind import WindBook
 
 JUMPED, DOUBTED = "its position jumped", "it doubted its own position"
 """Why who holds does not go on with the others."""

@@ -15,7 +15,8 @@ from tui_gcs.core.aside import columns_aside
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.course import STILL, Course, Stand, stopping_point
 from tui_gcs.core.firmware.registry import Firmwares
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import COLUMN_M, Flight, FlightBook
 from tui_gcs.core.geometry.shortest_route import route
 from tui_gcs.core.guard import Guard, Verdict
@@ -26,7 +27,6 @@ from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.tracking import Led, Tracking, wanted_then
-from tui_gcs.core.vehicle import Vehicle
 
 STANDS_M_S = 1.0
 """Slower than this a vehicle that brakes is as good as there."""

@@ -8,12 +8,12 @@ import msgspec
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.extent import Extent, ExtentCollector, Place
+from tui_gcs.core.fleet.status_text import TextAssembler
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink import enum_names as mavlink
 from tui_gcs.core.mavlink.frames import Frame
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.records.tlog_reader import TlogReader, read_tlog
-from tui_gcs.core.services.text import TextAssembler
 
 HEARTBEAT, GPS_RAW_INT, GLOBAL_POSITION_INT, STATUSTEXT = 0, 24, 33, 253
 """MAVLink message ids that the summary looks into; all others are only counted."""

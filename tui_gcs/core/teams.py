@@ -17,7 +17,7 @@ import msgspec
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.flights import IN_THE_AIR, Flight, FlightBook
 from tui_gcs.core.geometry.idleness_grid import serving
 from tui_gcs.core.guard import Guard

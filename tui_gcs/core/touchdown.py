@@ -1,8 +1,8 @@
 """Who disarms: was that a landing, and is it what was wanted? Pure."""
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import MOTORS_STEP, ON_BOARD_STEP, Flight
 from tui_gcs.core.protocol.common import Phase
-from tui_gcs.core.vehicle import Vehicle
 
 CANCELLED = "cancelled"
 """Step of a flight whose start was interrupted before it left the ground."""

@@ -5,9 +5,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from tui_gcs.core.firmware import health as h
-from tui_gcs.core.fleet import Fields
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.protocol.services import Details
-from tui_gcs.core.vehicle import NAN, Vehicle
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

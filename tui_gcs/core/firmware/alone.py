@@ -7,11 +7,11 @@ PX4 leaves OFFBOARD for a mode of its pilot's: without one it returns or sinks (
 import math
 
 from tui_gcs.core.firmware.failsafes import Values
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard_motion import Alone
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.vehicle import Vehicle
 
 _GCS_RETURNS, _GCS_SINKS = frozenset({1, 2, 3, 4, 6}), frozenset({4, 5, 7})
 """FS_GCS_ENABLE; SmartRTL counts as a straight return, at the height of RTL."""

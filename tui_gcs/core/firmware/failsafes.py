@@ -9,9 +9,9 @@ lost ground station switched off.
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.core.mavlink.mode_names import known_modes
-from tui_gcs.core.vehicle import Vehicle
 
 Values = Mapping[str, float]
 """Parameters that the vehicle told, by name."""

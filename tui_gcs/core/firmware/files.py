@@ -1,7 +1,7 @@
 """Where each autopilot keeps its logs, and what they are called."""
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
-from tui_gcs.core.vehicle import Vehicle
 
 
 def log_ending(vehicle: Vehicle) -> str:

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
-from tui_gcs.core.vehicle import Vehicle
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ Measured on ArduCopter 4.7 and PX4 1.17 (facts/ardupilot.md, px4.md).
 from dataclasses import dataclass
 
 from tui_gcs.core.firmware.ardupilot import COPTER_TYPES
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
-from tui_gcs.core.vehicle import Vehicle
 
 
 @dataclass(frozen=True)

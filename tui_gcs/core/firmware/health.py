@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from tui_gcs.core.fleet import Fields
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.core.mavlink.mode_names import known_modes, mode_name
-from tui_gcs.core.vehicle import Vehicle
 
 Newest = Callable[[int], Fields | None]
 """The newest message of an id, None if none came lately."""

@@ -9,10 +9,10 @@ C.4); what reads sticks lets a vehicle without a pilot fall or sink (measured: A
 from dataclasses import dataclass
 
 from tui_gcs.core.firmware.health import STICK_MODES
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_PX4
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.services.order import Retry
-from tui_gcs.core.vehicle import Vehicle
 
 _STOPS = {"RTL": "return", "LAND": "land", "BRAKE": "hold"}
 _PX4_STOPS = _STOPS | {"HOLD": "hold"}

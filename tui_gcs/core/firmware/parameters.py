@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
 if TYPE_CHECKING:
-    from tui_gcs.core.vehicle import Vehicle  # readers of parameter files need none, nor the links behind it
+    from tui_gcs.core.fleet.vehicle import Vehicle  # readers of parameter files need none, nor the links behind it
 
 CAPABILITY_ENCODE_BYTEWISE, CAPABILITY_FTP, CAPABILITY_ENCODE_C_CAST = 16, 32, 131072
 """MAV_PROTOCOL_CAPABILITY."""

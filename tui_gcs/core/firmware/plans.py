@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.plans.model import (
@@ -41,7 +42,6 @@ from tui_gcs.core.plans.model import (
     fence_shapes,
     float32,
 )
-from tui_gcs.core.vehicle import Vehicle
 
 FLIES_MISSION = frozenset({"AUTO", "AUTO_RTL", "MISSION"})
 """Modes in which what is held is being flown."""

@@ -21,13 +21,13 @@ from tui_gcs.core.firmware.base import (
 from tui_gcs.core.firmware.px4_failsafe import OffboardLoss
 from tui_gcs.core.firmware.px4_offboard import GAP_S, OFFBOARD, Offboard, home_amsl_m, in_failsafe
 from tui_gcs.core.firmware.speech import Done, Speech
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.place import home_height
 from tui_gcs.core.protocol.common import EventClass, Vec3
 from tui_gcs.core.records.event_log import WARNING, EventLog
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.services.order import FRAME_AMSL, Action, Order, Outcome, Retry, refused
-from tui_gcs.core.vehicle import Vehicle
 
 AUTO = 4
 TAKEOFF, HOLD, MISSION, RTL, LAND = (AUTO << 16 | sub << 24 for sub in (2, 3, 4, 5, 6))

@@ -8,9 +8,9 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.core.services.order import Order
-from tui_gcs.core.vehicle import Vehicle
 
 PREFLIGHT_CALIBRATION, START_MAG_CAL, ACCEPT_MAG_CAL, CANCEL_MAG_CAL = 241, 42424, 42425, 42426
 ACCELCAL_VEHICLE_POS = 42429

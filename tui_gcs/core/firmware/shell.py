@@ -1,7 +1,7 @@
 """Which autopilots have a command line that can be reached by SERIAL_CONTROL, and how it talks."""
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_PX4
-from tui_gcs.core.vehicle import Vehicle
 
 DEVICE = 10
 """SERIAL_CONTROL_DEV_SHELL. No other device is ever opened: on ArduPilot 100 is SERIAL0, that is, our own link, which

@@ -1,7 +1,7 @@
 """Which telemetry each autopilot refuses to send, or has no use for: it is not asked for that."""
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
-from tui_gcs.core.vehicle import Vehicle
 
 ARDUPILOT_ONLY = frozenset({65, 168, 193})
 """RC_CHANNELS: only there an absent pilot's stick is flown (and PX4 sends none without RC). WIND and

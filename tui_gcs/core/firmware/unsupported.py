@@ -5,9 +5,9 @@ from collections.abc import Callable
 from tui_gcs.core.course import STILL
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M, Lead
 from tui_gcs.core.firmware.speech import Done
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.services.order import Action, Retry, refused
-from tui_gcs.core.vehicle import Vehicle
 
 WHY = "only ArduCopter and PX4 multicopters can be flown so far"
 

@@ -10,7 +10,9 @@ from collections import Counter
 from collections.abc import Callable
 
 from tui_gcs.core.firmware.setup import CalibrationWords, Dialogue, Sensor, calibration, sensors, why_no_calibration
-from tui_gcs.core.fleet import Fields
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.status_text import TextAssembler
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.services.calibration_compass import CompassCalibration
@@ -19,8 +21,6 @@ from tui_gcs.core.services.calibration_poses import PoseCalibration
 from tui_gcs.core.services.calibration_texts import TextCalibration
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.jobs import Job
-from tui_gcs.core.services.text import TextAssembler
-from tui_gcs.core.vehicle import Vehicle
 
 KINDS: dict[Dialogue, type[CalibrationJob]] = {
     Dialogue.ACK: AckCalibration,

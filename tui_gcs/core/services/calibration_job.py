@@ -4,11 +4,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tui_gcs.core.firmware.setup import CalibrationWords, Sensor, is_calibrating
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.jobs import Job, JobState
 from tui_gcs.core.services.order import Order
-from tui_gcs.core.vehicle import Vehicle
 
 MOST_NOTES = 100
 PERCENT = 100

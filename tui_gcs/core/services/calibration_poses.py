@@ -7,11 +7,11 @@ end counts only after a pose of this calibration.
 import math
 
 from tui_gcs.core.firmware.setup import ACCELCAL_VEHICLE_POS
-from tui_gcs.core.fleet import Fields
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.calibration_job import CalibrationJob, Wanted
 from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.order import Order
-from tui_gcs.core.vehicle import Vehicle
 
 POSES = {
     1: "level",

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.door import Door
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.services.command import CommandService

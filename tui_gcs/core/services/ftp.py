@@ -11,7 +11,8 @@ from random import Random
 from typing import TypeVar
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.fleet import Fields
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.byte_ranges import ByteRanges
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.ftp_change import FtpEntry, FtpLister, FtpOneQuestion, FtpWriter
@@ -20,7 +21,6 @@ from tui_gcs.core.services.ftp_dialogue import FIRST_TRIES, FtpDialogue
 from tui_gcs.core.services.ftp_download import FtpDownloadJob
 from tui_gcs.core.services.ftp_read import MOST_BYTES, FtpReader, MemorySink, Sink
 from tui_gcs.core.services.jobs import Job
-from tui_gcs.core.vehicle import Vehicle
 
 MESSAGE = "FILE_TRANSFER_PROTOCOL"
 CHANGES = frozenset({Op.CREATE, Op.WRITE, Op.REMOVE})

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.core.base.safe_files import FileRefused, PartFile, SafeFolder, safe_name
 from tui_gcs.core.base.text import clean
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.ftp_change import FtpOneQuestion
@@ -13,7 +14,6 @@ from tui_gcs.core.services.ftp_codec import Op
 from tui_gcs.core.services.ftp_dialogue import FtpDialogue
 from tui_gcs.core.services.ftp_read import FtpReader
 from tui_gcs.core.services.jobs import Job
-from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from tui_gcs.core.services.ftp import FtpService

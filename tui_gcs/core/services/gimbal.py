@@ -7,8 +7,8 @@ angles unasked at a useful rate: they are asked for.
 import math
 from dataclasses import dataclass
 
-from tui_gcs.core.fleet import Fields
-from tui_gcs.core.vehicle import NAN
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import NAN
 
 UNKNOWN_ANGLES = (NAN, NAN, NAN)
 YAW_LOCKED, YAW_FROM_NOSE, YAW_FROM_NORTH = 16, 32, 64

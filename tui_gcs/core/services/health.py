@@ -12,11 +12,11 @@ from tui_gcs.core.firmware.health import (
     problems_in_flight,
     sinking_stick,
 )
-from tui_gcs.core.fleet import Fields, Fleet
+from tui_gcs.core.fleet.fleet import Fields, Fleet
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.services.remote_id import RemoteIdService
 from tui_gcs.core.services.vehicle_events import VehicleEvents
-from tui_gcs.core.vehicle import Vehicle
 
 GLITCH_SAID_S = 12.0
 """So long what an autopilot says of a glitch counts: ArduPilot believes a GPS that stays off after 10 s (measured)."""

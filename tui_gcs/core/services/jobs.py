@@ -10,9 +10,9 @@ from collections.abc import Callable
 from enum import StrEnum
 
 from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass, Freshness
 from tui_gcs.core.records.event_log import INFO, WARNING, EventLog
-from tui_gcs.core.vehicle import Vehicle
 
 MOST_PER_LINK = 2
 MOST_QUEUED = 1000

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from tui_gcs.core.base.safe_files import FileRefused
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.ftp_change import FtpEntry, FtpLister, FtpOneQuestion
 from tui_gcs.core.services.ftp_codec import Op
 from tui_gcs.core.services.ftp_dialogue import FtpDialogue
@@ -12,7 +13,6 @@ from tui_gcs.core.services.ftp_read import FtpReader
 from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.log_list import LogEntry
 from tui_gcs.core.services.log_part import LogPart
-from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from tui_gcs.core.services.logs import LogService

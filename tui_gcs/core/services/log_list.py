@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tui_gcs.core.fleet import Fields
+from tui_gcs.core.fleet.fleet import Fields
 
 MOST_LOGS = 4096
 LAST = 0xFFFF

@@ -11,7 +11,8 @@ from datetime import UTC, datetime
 
 from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
 from tui_gcs.core.firmware import files as firmware
-from tui_gcs.core.fleet import Fields
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.context import Context
@@ -21,7 +22,6 @@ from tui_gcs.core.services.log_download import LogDownloadJob
 from tui_gcs.core.services.log_ftp import LogFtpJob
 from tui_gcs.core.services.log_list import LogEntry, LogLister
 from tui_gcs.core.services.log_part import LogPart
-from tui_gcs.core.vehicle import Vehicle
 
 ERASE_LOOK_S, ERASE_LONGEST_S = 3.0, 90.0
 """After erasing it is looked so often whether they are gone; a flash chip takes its time."""

@@ -15,12 +15,12 @@ from functools import partial
 import msgspec
 
 from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
-from tui_gcs.core.fleet import Fields
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.ftp import FtpReaderJob, FtpService
 from tui_gcs.core.services.ftp_codec import crc_fits
 from tui_gcs.core.services.ftp_read import MemorySink
-from tui_gcs.core.vehicle import Vehicle
 
 PARAMETERS, EVENTS, ACTUATORS = 1, 4, 5
 """COMP_METADATA_TYPE."""

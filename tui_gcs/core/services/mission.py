@@ -14,6 +14,7 @@ from functools import partial
 from typing import Any, TypeVar
 
 from tui_gcs.core.firmware.plans import CMD_SET_CURRENT, dialect_of
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.protocol.common import EventClass, Freshness
 from tui_gcs.core.records.event_log import ALERT
@@ -22,7 +23,6 @@ from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.plan_book import MissionState, PlanBook, Progress
 from tui_gcs.core.services.plan_jobs import ClearJob, DownloadJob, OnDone, PlanJob, UploadJob
 from tui_gcs.core.services.plan_wire import ACCEPTED
-from tui_gcs.core.vehicle import Vehicle
 
 TRANSFER = ("MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK")
 PROGRESS = {progress.value: progress for progress in Progress}

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from tui_gcs.core.firmware.setup import motor_test, motor_test_end, motor_test_hint, motors
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.mavlink.enum_names import type_name
 from tui_gcs.core.protocol.common import EventClass
@@ -16,7 +17,6 @@ from tui_gcs.core.records.event_log import NOTICE
 from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.order import Order
-from tui_gcs.core.vehicle import Vehicle
 
 USUAL_THROTTLE, MOST_THROTTLE = 0.15, 0.30
 USUAL_S, MOST_S = 1.0, 3.0

@@ -9,11 +9,11 @@ BASIC_ID; transmitters hear them through the autopilot, or on the same link.
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.scenario.model import OperatorId
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.vehicle import Vehicle
 
 SYSTEM_GAP_S, OTHERS_GAP_S = 1.0, 3.0
 ODID_EPOCH_S = 1_546_300_800

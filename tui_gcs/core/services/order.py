@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
-from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.fleet.vehicle import Vehicle
 
 FRAME_AMSL = 0
 """MAV_FRAME_GLOBAL: heights are above mean sea level. The only frame that PX4 reads right in a COMMAND_INT."""

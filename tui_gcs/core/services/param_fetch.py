@@ -8,6 +8,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.param_cache import CacheKey
 from tui_gcs.core.services.ftp import FtpReaderJob
 from tui_gcs.core.services.ftp_read import MemorySink
@@ -15,7 +16,6 @@ from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.param_list import ParamLister
 from tui_gcs.core.services.param_pack import MOST_BYTES, ParamPackError, parse_pack
 from tui_gcs.core.services.param_values import Param
-from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from tui_gcs.core.services.params import ParamService

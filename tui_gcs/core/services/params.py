@@ -14,7 +14,8 @@ from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware import parameters as firmware
 from tui_gcs.core.firmware.airframes import changes_airframe
-from tui_gcs.core.fleet import Fields
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.frames import MAGIC_V2
 from tui_gcs.core.param_cache import CacheKey, ParamCache
 from tui_gcs.core.protocol.common import EventClass
@@ -44,7 +45,6 @@ from tui_gcs.core.services.param_values import (
     shown,
     wire_value,
 )
-from tui_gcs.core.vehicle import Vehicle
 
 PARAM_VALUE, AUTOPILOT_VERSION = 22, 148
 BY_NAME = -1

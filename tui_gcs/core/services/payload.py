@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.components import hear_all
-from tui_gcs.core.fleet import Fields
+from tui_gcs.core.fleet.components import hear_all
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.gimbal import AIM_S, Aim, Gimbal
-from tui_gcs.core.vehicle import NAN, Vehicle
 
 TYPE_GIMBAL, TYPE_CAMERA = 26, 30
 """MAV_TYPE."""

@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 from tui_gcs.core.firmware.plans import PlanDialect, dialect_of
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.plan_compare import begins_alike, compare
 from tui_gcs.core.plans.check import check
 from tui_gcs.core.plans.model import Plan, PlanKind
@@ -25,7 +26,6 @@ from tui_gcs.core.services.plan_read import Reading
 from tui_gcs.core.services.plan_send import Sending, Verdict
 from tui_gcs.core.services.plan_terrain import TerrainQuestion
 from tui_gcs.core.services.plan_wire import ACCEPTED, CANCELLED, DENIED, Pace, Wire, result_word
-from tui_gcs.core.vehicle import Vehicle
 
 MOST_PROVEN = 50
 CLEAR_TRIES = 10

@@ -4,9 +4,9 @@ Measured on a real ArduCopter without terrain data: it takes such a target witho
 ground (facts/ardupilot.md, "Dangerous things first"). What it knows of the ground elsewhere is not asked.
 """
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.order import Order
-from tui_gcs.core.vehicle import Vehicle
 
 REQUEST_MESSAGE, TERRAIN_REPORT = 512, 136
 TRIES, GAP_S = 4, 0.8

@@ -9,12 +9,12 @@ from collections import Counter, OrderedDict
 from dataclasses import dataclass, field
 
 from tui_gcs.core.base.text import SafeText, clean
-from tui_gcs.core.components import hear_all
-from tui_gcs.core.fleet import Fields
+from tui_gcs.core.fleet.components import hear_all
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.vehicle import NAN, Vehicle
 
 MOST_OTHERS = 256
 OLD_S = 15.0

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 
 from tui_gcs.core.base.text import SafeText, clean
 from tui_gcs.core.firmware.shell import DEVICE, ERASE_LINE, PROMPTS, why_no_shell
-from tui_gcs.core.fleet import Fields
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.vehicle import Vehicle
 
 REPLY, RESPOND, EXCLUSIVE = 1, 2, 4
 """SERIAL_CONTROL_FLAG."""

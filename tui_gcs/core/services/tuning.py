@@ -8,13 +8,13 @@ import math
 from collections.abc import Callable
 
 from tui_gcs.core.firmware.gains import GainGroup, gain_groups
-from tui_gcs.core.fleet import Fields
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.param_ask import ParamReading, ParamSetting
 from tui_gcs.core.services.param_change import ParamChange
 from tui_gcs.core.services.param_values import Number
 from tui_gcs.core.services.params import ParamService
-from tui_gcs.core.vehicle import Vehicle
 
 MOST_STEP = 2.0
 """Factor, either way."""

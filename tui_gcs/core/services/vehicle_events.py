@@ -10,14 +10,14 @@ from collections import Counter, OrderedDict
 from dataclasses import dataclass, field
 
 from tui_gcs.core.base.text import SafeText
-from tui_gcs.core.fleet import Fields
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ERROR, NOTICE, WARNING
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.event_metadata import Decoded, EventMetadata, EventMetadataError, parse
 from tui_gcs.core.services.jobs import JobState
 from tui_gcs.core.services.metadata import EVENTS, MetadataJob, MetadataService
-from tui_gcs.core.vehicle import Vehicle
 
 RESET = 1
 """MAV_EVENT_CURRENT_SEQUENCE_FLAGS_RESET: it counts from anew."""

@@ -8,8 +8,8 @@ meanwhile. Two that stand side by side are not told apart, and not taken for one
 import math
 from dataclasses import dataclass
 
+from tui_gcs.core.fleet.vehicle import GLOBAL_POSITION_INT, Path
 from tui_gcs.core.mavlink.sources import Slot
-from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, Path
 
 APART_M = 15.0
 """Positions farther apart than GPS and two EKFs explain are of two vehicles."""

@@ -9,7 +9,7 @@ any other component of it (a companion computer, MAV_COMP_ID_CAMERA…):
     h_acc, v_acc      standard deviation of the place, metres; NaN or 0: `DEFAULT_SIGMA_M`
     vel_n, vel_e, vel_d, vel_acc   velocity and its standard deviation; NaN: not measured
 
-The message has no name for its target: who is who is found out by `core/tracks.py`. A detection counts as made when
+The message has no name for its target: who is who is found out by `core/fleet/tracks.py`. A detection counts as made when
 it arrives, for a vehicle's clock is never compared with ours.
 """
 
@@ -19,10 +19,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.components import hear_all
-from tui_gcs.core.fleet import Fields, Fleet
+from tui_gcs.core.fleet.components import hear_all
+from tui_gcs.core.fleet.fleet import Fields, Fleet
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.vehicle import Vehicle
 
 MESSAGE = "CAMERA_TRACKING_GEO_STATUS"
 TRACKING_ACTIVE = 1

@@ -9,19 +9,19 @@ import struct
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from tui_gcs.core import home
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.rejection_counter import Tally
-from tui_gcs.core.boot_clock import FITS_MS, Step
+from tui_gcs.core.fleet.identity.boot_clock import FITS_MS, Step
+from tui_gcs.core.fleet.integrity import home_check as home
+from tui_gcs.core.fleet.integrity.position_error import DEGRADED_M, GPS2_RAW, apart_m, claimed_m
+from tui_gcs.core.fleet.vehicle import NAN, POSITION_AT, POSITION_BYTES, Vehicle, as_frame
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.gps import DEGRADED_M, GPS2_RAW, apart_m, claimed_m
 from tui_gcs.core.mavlink import high_latency as satellite
 from tui_gcs.core.mavlink.enum_names import FLAG_ARMED
 from tui_gcs.core.mavlink.frames import MAGIC_V2
 from tui_gcs.core.mavlink.sources import Slot
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
-from tui_gcs.core.vehicle import NAN, POSITION_AT, POSITION_BYTES, Vehicle, as_frame
 
 MOST_SPEED_M_S = 150.0
 """Faster than this between two positions is a jump, not flight."""

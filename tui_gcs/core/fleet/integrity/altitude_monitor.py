@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from tui_gcs.core.telemetry import front
-from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.fleet.telemetry import front
+from tui_gcs.core.fleet.vehicle import Vehicle
 
 GPS_RAW_INT, LEAST_FIX = 24, 3
 _GPS = front("16xi8xB9xI")

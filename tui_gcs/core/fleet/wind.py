@@ -4,8 +4,8 @@ import math
 import statistics
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.fleet import Fields, Fleet
-from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.fleet.fleet import Fields, Fleet
+from tui_gcs.core.fleet.vehicle import Vehicle
 
 FRESH_S = 30.0
 MOST_M_S = 60.0

@@ -1,7 +1,7 @@
 """Frames of a vehicle that come over several paths: each counts once, whichever path brings it first."""
 
+from tui_gcs.core.fleet.vehicle import Path, PathState
 from tui_gcs.core.mavlink.frames import MAGIC_V2
-from tui_gcs.core.vehicle import Path, PathState
 
 KEPT_S = 3.0
 """Longer than one path is slower than another."""

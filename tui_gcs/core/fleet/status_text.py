@@ -13,11 +13,11 @@ from typing import Any
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.rejection_counter import Tally
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.failsafe_texts import is_of_failsafe
 from tui_gcs.core.mavlink.frames import MAGIC_V2
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
-from tui_gcs.core.vehicle import Vehicle
 
 CHUNK_CHARS = 50
 WAIT_S = 1.0

@@ -6,9 +6,9 @@ real vehicle that is heard like that loses nothing: it is found again by its nex
 
 from collections.abc import Iterable
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import WARNING, EventLog
-from tui_gcs.core.vehicle import Vehicle
 
 ANSWERS_S = 15.0
 """Who has told neither a place nor who it is after that time, though asked, is a ghost: a boot is that long."""

@@ -5,7 +5,7 @@ Its own return flies there, and its heights are counted from there: so a change 
 
 import math
 
-from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.fleet.vehicle import Vehicle
 
 FARTHEST_M = 50_000.0
 """No vehicle of ours is farther from its home; the first one that is told must be nearer."""

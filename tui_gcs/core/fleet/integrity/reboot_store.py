@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from tui_gcs.core.fleet import Fleet
-from tui_gcs.core.vehicle import Vehicle
+from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.vehicle import Vehicle
 
 BOOT_S = 10.0
 """Boots farther apart are two: clocks of simulators drift, and a vehicle is up for longer before it is set up."""

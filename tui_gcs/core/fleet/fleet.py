@@ -11,22 +11,22 @@ from typing import Any, Protocol
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.rejection_counter import Tally
-from tui_gcs.core.boot_clock import BootClock
-from tui_gcs.core.components import Components
-from tui_gcs.core.copies import Copies
+from tui_gcs.core.fleet.components import Components
+from tui_gcs.core.fleet.identity.autopilot_component import is_autopilot, replaces
+from tui_gcs.core.fleet.identity.boot_clock import BootClock
+from tui_gcs.core.fleet.identity.duplicate_filter import Copies
+from tui_gcs.core.fleet.identity.paths import PathBook
+from tui_gcs.core.fleet.identity.unconfirmed_systems import GhostWatch
+from tui_gcs.core.fleet.rejection_report import RefusalTeller
+from tui_gcs.core.fleet.status_text import TextDesk
+from tui_gcs.core.fleet.telemetry import Telemetry
+from tui_gcs.core.fleet.vehicle import GLOBAL_POSITION_INT, IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.ghosts import GhostWatch
 from tui_gcs.core.mavlink.dialect import Message, label
 from tui_gcs.core.mavlink.intake import Intake
 from tui_gcs.core.mavlink.sources import CALL, KEEP, STATE, Slot, Source, Stream
-from tui_gcs.core.paths import PathBook
-from tui_gcs.core.pilots import is_autopilot, replaces
 from tui_gcs.core.protocol.common import EventClass, Freshness
 from tui_gcs.core.records.event_log import ERROR, INFO, NOTICE, WARNING, EventLog
-from tui_gcs.core.refusals import RefusalTeller
-from tui_gcs.core.services.text import TextDesk
-from tui_gcs.core.telemetry import Telemetry
-from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
 
 Fields = dict[str, Any]
 OnMessage = Callable[[Vehicle, Fields], None]

@@ -10,8 +10,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import NOWHERE, Vec3
-from tui_gcs.core.vehicle import Vehicle
 
 JUMP_M = 10.0
 """Farther from where its own speed brings it: a jump. What filters correct in a step is less (RTK found: 1 m)."""

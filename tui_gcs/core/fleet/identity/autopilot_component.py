@@ -6,8 +6,8 @@ the choice is never final: component 1 (MAV_COMP_ID_AUTOPILOT1) wins, and who fa
 
 from typing import Any
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_INVALID, NOT_VEHICLES
-from tui_gcs.core.vehicle import Vehicle
 
 AUTOPILOT1 = 1
 """MAV_COMP_ID_AUTOPILOT1: where an autopilot is, unless somebody set it otherwise."""

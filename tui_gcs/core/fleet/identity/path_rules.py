@@ -3,9 +3,9 @@
 import math
 from collections.abc import Callable
 
-from tui_gcs.core.likeness import APART_M, SURE_NEWS, gap, position_of
+from tui_gcs.core.fleet.identity.path_correlation import APART_M, SURE_NEWS, gap, position_of
+from tui_gcs.core.fleet.vehicle import GLOBAL_POSITION_INT, HIGH_LATENCY_LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.mavlink.sources import Slot
-from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, HIGH_LATENCY_LOST_S, Path, PathState, Vehicle
 
 REBIND_S = 3.0
 """Silence of the vehicle after which another address may take over."""

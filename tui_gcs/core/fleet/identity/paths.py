@@ -15,15 +15,23 @@ from collections.abc import Callable
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.rejection_counter import Tally
-from tui_gcs.core.boot_clock import BootClock, Step
-from tui_gcs.core.copies import Copies
-from tui_gcs.core.doubts import Doubts
-from tui_gcs.core.likeness import APART_M, Likeness, gap, position_of
+from tui_gcs.core.fleet.identity.boot_clock import BootClock, Step
+from tui_gcs.core.fleet.identity.duplicate_filter import Copies
+from tui_gcs.core.fleet.identity.identity_checks import Doubts
+from tui_gcs.core.fleet.identity.path_correlation import APART_M, Likeness, gap, position_of
+from tui_gcs.core.fleet.identity.path_rules import (
+    REBIND_S,
+    SAME_BOOT_S,
+    ahead_s,
+    copies_may_come,
+    is_same,
+    shares_link,
+    uid_of,
+)
+from tui_gcs.core.fleet.vehicle import GLOBAL_POSITION_INT, HIGH_LATENCY_LOST_S, LOST_S, Path, PathState, Vehicle
 from tui_gcs.core.mavlink.sources import Slot, Source
-from tui_gcs.core.path_rules import REBIND_S, SAME_BOOT_S, ahead_s, copies_may_come, is_same, shares_link, uid_of
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT, ERROR, NOTICE, WARNING, EventLog
-from tui_gcs.core.vehicle import GLOBAL_POSITION_INT, HIGH_LATENCY_LOST_S, LOST_S, Path, PathState, Vehicle
 
 SWITCH_S = 1.2
 """Silence of the path in use after which another accepted one is used: well within 2 s at 1 Hz of heartbeats."""

@@ -6,9 +6,9 @@ they are apart, whatever accuracy each claims.
 
 import math
 
-from tui_gcs.core.likeness import distance_m
+from tui_gcs.core.fleet.identity.path_correlation import distance_m
+from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.mavlink.sources import Slot
-from tui_gcs.core.vehicle import NAN, Vehicle
 
 GPS2_RAW = 124
 LEAST_FIX = 3

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.detections import Detection
-from tui_gcs.core.fleet import Fleet
+from tui_gcs.core.fleet.detections import Detection
+from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.protocol.common import EventClass, Track, Vec3
 from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
 

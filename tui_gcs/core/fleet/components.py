@@ -7,11 +7,11 @@ of a vehicle are its autopilot's alone.
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.sources import Slot
-from tui_gcs.core.vehicle import Vehicle
 
 if TYPE_CHECKING:
-    from tui_gcs.core.fleet import Fleet
+    from tui_gcs.core.fleet.fleet import Fleet
 
 OnComponent = Callable[[Vehicle, int, dict[str, Any]], None]
 """(vehicle, component id, fields)."""

@@ -6,15 +6,15 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from tui_gcs.core.boot_clock import BootClock
+from tui_gcs.core.fleet.identity.boot_clock import BootClock
 from tui_gcs.core.links.base import Address
 from tui_gcs.core.mavlink.failsafe_texts import failsafe_words
 from tui_gcs.core.mavlink.sources import Slot, Source, Stream
 from tui_gcs.core.protocol.common import Freshness, Vec3
 
 if TYPE_CHECKING:
-    from tui_gcs.core.copies import Copies
-    from tui_gcs.core.likeness import Likeness
+    from tui_gcs.core.fleet.identity.duplicate_filter import Copies
+    from tui_gcs.core.fleet.identity.path_correlation import Likeness
 
 NAN = math.nan
 UNKNOWN_POSITION: Vec3 = (NAN, NAN, NAN)
@@ -212,7 +212,7 @@ class Vehicle:
     lent: set[int] = field(default_factory=set)
     """Messages whose rate is somebody else's for now, and not telemetry's."""
     home_m: Vec3 | None = None
-    """Where the autopilot says home is (HOME_POSITION), ENU; None until it says so, and that can be (`core/home`)."""
+    """Where the autopilot says home is (HOME_POSITION), ENU; None until it says so, and that can be (`core/fleet/integrity/home_check`)."""
     home_amsl_m: float = NAN
     """The height of that above mean sea level; NaN when unknown."""
 
