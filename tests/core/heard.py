@@ -6,13 +6,13 @@ from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import sign, ticks
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Origin
-from tui_gcs.core.trust import TrustBook
+from tui_gcs.core.signing.keystore import KeyStore
+from tui_gcs.core.signing.trust import TrustBook
 
 LAT, LON, E7 = 52.0, -0.6, 10**7
 BEAT = {"type": 2, "autopilot": 3, "base_mode": 81, "custom_mode": 4, "system_status": 3, "mavlink_version": 3}

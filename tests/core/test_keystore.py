@@ -12,11 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.keystore import KeyStore, KeyStoreError, open_store, vehicle_name
-from tui_gcs.core.keystore_import import secret_from
-from tui_gcs.core.keystore_timestamps import FILE, SAFE_FILE, TimestampFile
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import TICKS_PER_S, ZERO_KEY, Key, SigningClock, Verdict, Verifier, sign, ticks
+from tui_gcs.core.signing.key_derivation import secret_from
+from tui_gcs.core.signing.keystore import KeyStore, KeyStoreError, open_store, vehicle_name
+from tui_gcs.core.signing.timestamp_store import FILE, SAFE_FILE, TimestampFile
 
 CANARY = bytes.fromhex("ca9a4ec0de" * 6 + "ca9a")
 OTHER = bytes(range(32))

@@ -9,12 +9,12 @@ import pytest
 from wires import Wire, Wired
 
 from tui_gcs.core.fleet.vehicle import Signing
-from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import Key, ticks
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness
+from tui_gcs.core.signing.keystore import KeyStore
 
 MakeWired = Callable[..., Wired]
 SECRET = bytes(range(1, 33))

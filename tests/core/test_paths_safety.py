@@ -8,11 +8,11 @@ import pytest
 from wires import Wire, Wired
 
 from tui_gcs.core.fleet.identity.path_rules import is_serial
-from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import Key, ticks
 from tui_gcs.core.protocol.common import Freshness
+from tui_gcs.core.signing.keystore import KeyStore
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

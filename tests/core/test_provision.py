@@ -8,10 +8,10 @@ import pytest
 from wires import Wire, Wired
 
 from tui_gcs.core.fleet.vehicle import Signing
-from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.mavlink.signing import Key, ticks
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Reply
+from tui_gcs.core.signing.keystore import KeyStore
 
 MakeWired = Callable[..., Wired]
 SECRET, OTHER = bytes.fromhex("c0ffee" * 10 + "beef"), bytes(range(101, 133))

@@ -7,7 +7,6 @@ import pytest
 from wires import Wire, Wired
 
 from tui_gcs.core.fleet.vehicle import Signing
-from tui_gcs.core.keystore import KeyStore
 from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import check_frame
@@ -16,6 +15,7 @@ from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness, Phase, RunPhase
 from tui_gcs.core.records.event_log import ALERT, WARNING
 from tui_gcs.core.records.tlog_reader import read_tlog
+from tui_gcs.core.signing.keystore import KeyStore
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

@@ -8,12 +8,12 @@ from heard import BEAT, Heard
 from pymavlink.dialects.v10 import common as version1
 
 from tui_gcs.core.fleet.vehicle import Signing
-from tui_gcs.core.keystore import KeyStore
-from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import Key, sign, signature_matches, ticks
 from tui_gcs.core.records.tlog_reader import read_tlog
-from tui_gcs.core.trust import TrustBook
+from tui_gcs.core.signing.keystore import KeyStore
+from tui_gcs.core.signing.timestamp_store import TimestampFile
+from tui_gcs.core.signing.trust import TrustBook
 
 SECRET, OTHER, ZEROS = bytes(range(1, 33)), bytes(range(101, 133)), bytes(32)
 

@@ -13,14 +13,14 @@ from rig import Rig
 
 from sitl.fleet import SimFleet, VehicleSpec
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.keystore import KeyStore
-from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Address
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.protocol.bus import FLEET, MemoryBus
 from tui_gcs.core.protocol.common import StationStatus
+from tui_gcs.core.signing.keystore import KeyStore
+from tui_gcs.core.signing.timestamp_store import TimestampFile
 from tui_gcs.core.station import Station
 from tui_gcs.core.status import station_status
 from tui_gcs.rehearsal import TICK_S, TOKEN

@@ -21,8 +21,6 @@ from sitl.signing import SigningSpec, time_of
 from tests.core.rig import Rig, scenario, toml
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward import Endpoint
-from tui_gcs.core.keystore import KeyStore
-from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Address, Link
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.mavlink.dialect import label
@@ -32,6 +30,8 @@ from tui_gcs.core.mavlink.signing import Key
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import FLEET, MemoryBus
 from tui_gcs.core.protocol.common import Freshness
+from tui_gcs.core.signing.keystore import KeyStore
+from tui_gcs.core.signing.timestamp_store import TimestampFile
 from tui_gcs.core.station import Station
 from tui_gcs.core.status import station_status
 from tui_gcs.rehearsal import LINK, TOKEN, simulated_vehicles

@@ -20,7 +20,7 @@ from tui_gcs.core.protocol.common import EventClass, Freshness, Kind
 from tui_gcs.core.records.event_log import ALERT, EventLog
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
-from tui_gcs.core.trust import TrustBook
+from tui_gcs.core.signing.trust import TrustBook
 
 HOUSEKEEPING = frozenset({"HEARTBEAT", "COMMAND_LONG:511", "COMMAND_LONG:512", "TIMESYNC", "PING"})
 """What may go to a vehicle that has not proven which kind it is: our heartbeat, answers, requests for information."""

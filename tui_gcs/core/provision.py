@@ -10,12 +10,12 @@ from hmac import compare_digest
 from typing import TYPE_CHECKING
 
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.keystore import KeyStoreError
 from tui_gcs.core.mavlink.signing import Key
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import EventClass, Freshness, Reply
 from tui_gcs.core.records.event_log import NOTICE, WARNING
-from tui_gcs.core.trust import PROVE_S
+from tui_gcs.core.signing.keystore import KeyStoreError
+from tui_gcs.core.signing.trust import PROVE_S
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

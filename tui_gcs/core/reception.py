@@ -13,7 +13,7 @@ from tui_gcs.core.mavlink.signing import for_log
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ERROR, NOTICE, WARNING, EventLog
 from tui_gcs.core.records.tlog_writer import TlogWriter
-from tui_gcs.core.trust import TrustBook
+from tui_gcs.core.signing.trust import TrustBook
 
 MOST_BYTES = 256 * 1024
 """Of all links together in one `receive`; what is left stays where it is, and its link is first the next time."""

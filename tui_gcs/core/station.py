@@ -34,8 +34,6 @@ from tui_gcs.core.flights import FOUND, FlightBook
 from tui_gcs.core.forward import Endpoint, Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard import Guard
-from tui_gcs.core.keystore import KeyStore
-from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Link
 from tui_gcs.core.listeners import Listeners
 from tui_gcs.core.mavlink.encode import Encoder
@@ -70,11 +68,13 @@ from tui_gcs.core.services.jobs import JobDesk
 from tui_gcs.core.services.operator_id import OperatorIdService
 from tui_gcs.core.services.services import Services
 from tui_gcs.core.services.timesync import TimeAnswers
+from tui_gcs.core.signing.keystore import KeyStore
+from tui_gcs.core.signing.timestamp_store import TimestampFile
+from tui_gcs.core.signing.trust import TrustBook
 from tui_gcs.core.snapshot import fleet_frame
 from tui_gcs.core.status import station_status
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.teams import TeamDesk
-from tui_gcs.core.trust import TrustBook
 
 JUMPED, DOUBTED = "its position jumped", "it doubted its own position"
 """Why who holds does not go on with the others."""

@@ -23,8 +23,6 @@ from tui_gcs.core.base.clock import MonotonicClock
 from tui_gcs.core.base.directories import STATION_LOCK, socket_path, state_dir, try_lock
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.forward import Endpoint
-from tui_gcs.core.keystore import KeyStore, KeyStoreError, open_store
-from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.links import Link, LinkError, open_link
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.signing import SigningError
@@ -37,6 +35,8 @@ from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import OperatorId, Scenario
+from tui_gcs.core.signing.keystore import KeyStore, KeyStoreError, open_store
+from tui_gcs.core.signing.timestamp_store import TimestampFile
 from tui_gcs.core.station import Station, StationConfig
 from tui_gcs.core.workers import Declarations, Workers
 

@@ -53,7 +53,7 @@ LOOK_S, PATHS_GAP_S, LOSS_GAP_S = 0.25, 0.5, 1.0
 
 
 class Gates(Protocol):
-    """Who decides whether frames of a system are believed: signing, see `core/trust.py`."""
+    """Who decides whether frames of a system are believed: signing, see `core/signing/trust.py`."""
 
     def gate(self, source: Source, system: int) -> Gate | None:
         """The check for all frames of a system that come from `source`; None if any frame is believed."""

@@ -7,8 +7,8 @@ import hashlib
 import re
 from typing import Literal, get_args
 
-from tui_gcs.core.keystore_files import KeyStoreError
 from tui_gcs.core.mavlink.signing import KEY_BYTES
+from tui_gcs.core.signing.private_files import KeyStoreError
 
 Form = Literal["hex", "mavproxy", "missionplanner", "qgc"]
 FORMS: tuple[Form, ...] = get_args(Form)

@@ -15,8 +15,14 @@ import msgspec
 
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.keystore_files import KeyStoreError, check_private, make_private, read_private, write_private
 from tui_gcs.core.mavlink.signing import ZERO_KEY, Key, SigningError
+from tui_gcs.core.signing.private_files import (
+    KeyStoreError,
+    check_private,
+    make_private,
+    read_private,
+    write_private,
+)
 
 __all__ = ["KeyStore", "KeyStoreError", "check_vehicle", "open_store", "vehicle_name"]
 

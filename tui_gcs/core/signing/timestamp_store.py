@@ -10,8 +10,8 @@ from typing import Annotated, Any
 
 import msgspec
 
-from tui_gcs.core.keystore_files import KeyStoreError, make_private, read_private, write_private
 from tui_gcs.core.mavlink.signing import MAX_TIMESTAMP, STORE_EVERY_S, ZERO_KEY, SigningError, Verifier
+from tui_gcs.core.signing.private_files import KeyStoreError, make_private, read_private, write_private
 
 FILE, SAFE_FILE = "timestamps.json", "timestamps-safe.json"
 SYNC_EVERY_S = 30.0

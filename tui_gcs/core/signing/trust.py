@@ -13,8 +13,6 @@ from typing import Any
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, Signing, Vehicle
-from tui_gcs.core.keystore import KeyStore, KeyStoreError
-from tui_gcs.core.keystore_timestamps import TimestampFile
 from tui_gcs.core.mavlink.frames import MAGIC_V2, SIGNED
 from tui_gcs.core.mavlink.signing import (
     MAX_TIMESTAMP,
@@ -32,6 +30,8 @@ from tui_gcs.core.mavlink.signing import (
 from tui_gcs.core.mavlink.sources import Source
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT, NOTICE, WARNING, EventLog
+from tui_gcs.core.signing.keystore import KeyStore, KeyStoreError
+from tui_gcs.core.signing.timestamp_store import TimestampFile
 
 HEARTBEAT = 0
 LOOK_S = 0.5
