@@ -5,8 +5,8 @@ import math
 from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.pilot import Pilot, flying
 from tests.conformance.report import check
-from tui_gcs.core.orbit import Orbit
-from tui_gcs.core.place import Above, Place, PlaceError
+from tui_gcs.core.motion.orbit import Orbit
+from tui_gcs.core.motion.target_place import Above, Place, PlaceError
 from tui_gcs.core.protocol.common import Vec3
 
 GOTO_M, GOTO_SPEED_M_S = 30.0, 5.0

@@ -6,12 +6,12 @@ from contextlib import contextmanager
 import numpy as np
 
 from tests.conformance.field import Failed, Field, NotApplicable
-from tui_gcs.core.course import Trajectory
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.motion.course import Trajectory
+from tui_gcs.core.motion.tracking_error import Led, Tracking
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.services.order import Action, Order, Outcome, Retry
-from tui_gcs.core.tracking import Led, Tracking
 
 READY_S = 90.0
 HEIGHT_M = 12.0

@@ -18,11 +18,11 @@ from tui_gcs.core.firmware.health import (
     problems_in_flight,
 )
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.motion.tracking_error import Tracking
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import action_words
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.services.traffic import Track
-from tui_gcs.core.tracking import Tracking
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 from rig import Rig
 from service_asking import ended
 
-from tui_gcs.core.course import STILL
+from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol import services as s

@@ -5,8 +5,8 @@ import pytest
 
 from tests.core.rig import scenario
 from tui_gcs.core.closing import Closing, closings
-from tui_gcs.core.course import Stand
 from tui_gcs.core.guard_motion import Does, Sight
+from tui_gcs.core.motion.course import Stand
 
 LIMITS = scenario().limits
 EAST, WEST = (5.0, 0.0, 0.0), (-5.0, 0.0, 0.0)

@@ -9,11 +9,11 @@ import pytest
 from service_rig import ARDUPILOT, PX4, Fields, Peer, ServiceRig
 from test_place import home_position
 
-from tui_gcs.core.course import STILL
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.firmware.px4_offboard import STREAM_S
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.orbit import Orbit
+from tui_gcs.core.motion.course import STILL
+from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.services.order import Action, Outcome
 
 SET_MODE, ARM, TAKE_OFF, REPOSITION, MISSION_START = 176, 400, 22, 192, 300

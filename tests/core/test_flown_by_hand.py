@@ -11,9 +11,9 @@ from typing import Any, cast
 import pytest
 from watch import BRAKE, GUIDED, Watch
 
-from tui_gcs.core.course import Stand
-from tui_gcs.core.cruise import Cruise
-from tui_gcs.core.orbit import Orbit
+from tui_gcs.core.motion.course import Stand
+from tui_gcs.core.motion.cruise import Cruise
+from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.common import Phase, Vec3
 from tui_gcs.core.service_flight import FlightActs, words

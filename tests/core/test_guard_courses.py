@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from guard_rig import LIMITS, stand
 
-from tui_gcs.core.course import Trajectory
-from tui_gcs.core.cruise import Cruise
 from tui_gcs.core.guard_courses import FAR_M, finite_in, length_of, steps_of, wanted
 from tui_gcs.core.guard_motion import times_of
+from tui_gcs.core.motion.course import Trajectory
+from tui_gcs.core.motion.cruise import Cruise
 
 TIMES = times_of(LIMITS)
 HERE = (50.0, 50.0, 40.0)

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from guard_rig import L_SHAPE, LIMITS, SQUARE, guard, judge, passing, sight, stand, verdict
 
-from tui_gcs.core.course import Stand, Trajectory
-from tui_gcs.core.cruise import Cruise
 from tui_gcs.core.geometry.zones import Rectangle, Role, Zone
 from tui_gcs.core.guard import Guard, Verdict
 from tui_gcs.core.guard_motion import Does, Sight
-from tui_gcs.core.orbit import Orbit
+from tui_gcs.core.motion.course import Stand, Trajectory
+from tui_gcs.core.motion.cruise import Cruise
+from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 

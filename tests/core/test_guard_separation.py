@@ -5,7 +5,6 @@ import pytest
 from guard_rig import LIMITS, passing, sight, stand
 from shapely import LineString
 
-from tui_gcs.core.course import Trajectory
 from tui_gcs.core.guard_motion import Does, Sight, foresee, times_of
 from tui_gcs.core.guard_separation import (
     Meeting,
@@ -17,6 +16,7 @@ from tui_gcs.core.guard_separation import (
     _Ways,
     meetings,
 )
+from tui_gcs.core.motion.course import Trajectory
 
 HERE = (50.0, 50.0, 40.0)
 STILL = (0.0, 0.0, 0.0)

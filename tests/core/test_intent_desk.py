@@ -7,10 +7,10 @@ import pytest
 from watch import Watch
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.course import Course, Stand, Trajectory
-from tui_gcs.core.cruise import Cruise
 from tui_gcs.core.intents import IntentDesk
-from tui_gcs.core.orbit import Orbit
+from tui_gcs.core.motion.course import Course, Stand, Trajectory
+from tui_gcs.core.motion.cruise import Cruise
+from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import Intent, Phase, Plan, Vec3
 
 STILL: Vec3 = (0.0, 0.0, 0.0)

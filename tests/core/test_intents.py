@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rig import Rig
 
-from tui_gcs.core.cruise import Cruise
+from tui_gcs.core.motion.cruise import Cruise
 from tui_gcs.core.protocol.common import Intent, Phase, RunPhase
 
 pytestmark = pytest.mark.long  # nearly each is a flight

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rig import Rig
 
-from tui_gcs.core.orbit import Orbit
+from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import FleetFrame, Intent, PlannerTask
 
 CENTRE = (200.0, 200.0, 30.0)

@@ -11,7 +11,7 @@ from service_rig import ARDUPILOT, PX4, Fields, Peer, ServiceRig
 
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.place import Above, HomeHeight, Place, PlaceError
+from tui_gcs.core.motion.target_place import Above, HomeHeight, Place, PlaceError
 from tui_gcs.core.services.order import FRAME_AMSL
 
 FRAME = LocalFrame(scenario().origin)

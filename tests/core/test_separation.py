@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from tui_gcs.core.motion.separation import least_separation
 from tui_gcs.core.scenario.model import Limits
-from tui_gcs.core.separation import least_separation
 
 LIMITS = Limits(separation_horizontal_m=10.0, separation_vertical_m=5.0)
 

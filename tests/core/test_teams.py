@@ -8,19 +8,19 @@ import pytest
 from rig import SPOT, Rig, goto, scenario
 
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.course import Stand
 from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M
 from tui_gcs.core.firmware.px4 import Px4Multicopter
 from tui_gcs.core.firmware.registry import off_course_m
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
+from tui_gcs.core.motion.course import Stand
+from tui_gcs.core.motion.tracking_error import Tracking
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import ALIVE
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, Plan, PlannerTask, RunPhase
 from tui_gcs.core.protocol.plan_limits import NOTES_PER_S
 from tui_gcs.core.snapshot import fleet_frame
 from tui_gcs.core.status import station_status
-from tui_gcs.core.tracking import Tracking
 
 MakeRig = Callable[..., Rig]
 

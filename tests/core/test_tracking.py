@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from vehicles import a_vehicle
 
-from tui_gcs.core.course import Stand, Trajectory
 from tui_gcs.core.firmware.base import Lead
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.tracking import MOST_SHIFT_M, Led, Tracking
+from tui_gcs.core.motion.course import Stand, Trajectory
+from tui_gcs.core.motion.tracking_error import MOST_SHIFT_M, Led, Tracking
 
 RADIUS_M, SPEED_M_S = 60.0, 8.0
 TURN_M_S2 = SPEED_M_S**2 / RADIUS_M

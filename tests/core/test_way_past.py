@@ -6,7 +6,7 @@ import pytest
 from test_way_home import returning, steps
 from watch import GUIDED, LAND, Watch
 
-from tui_gcs.core.course import Stand
+from tui_gcs.core.motion.course import Stand
 from tui_gcs.core.protocol.common import Phase
 
 

@@ -8,10 +8,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
 
-from tui_gcs.core.course import rest_to_rest_s
 from tui_gcs.core.geometry.local_frame import from_straight_m
 from tui_gcs.core.guard import Guard
 from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
+from tui_gcs.core.motion.course import rest_to_rest_s
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import Phase, Request, Vec3, VehicleRow
 from tui_gcs.core.protocol.flight import Circle, Follow, GoTo, Nudge, TakeOff

@@ -9,7 +9,6 @@ import math
 from collections.abc import Iterator
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.course import Stand
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet.fleet import Fleet
@@ -17,6 +16,7 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, Flight, FlightBook
 from tui_gcs.core.homing import LAYER_TOLERANCE_M, Homing
 from tui_gcs.core.mavlink.mode_names import mode_name
+from tui_gcs.core.motion.course import Stand
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.records.event_log import ALERT, INFO, NOTICE, WARNING, EventLog

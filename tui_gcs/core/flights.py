@@ -4,13 +4,13 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from tui_gcs.core.course import Course, Stand
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard_motion import Does
-from tui_gcs.core.orbit import Orbit
+from tui_gcs.core.motion.course import Course, Stand
+from tui_gcs.core.motion.orbit import Orbit
+from tui_gcs.core.motion.tracking_error import Tracking
 from tui_gcs.core.protocol.common import NOWHERE, Phase, Vec3
 from tui_gcs.core.scenario.model import Scenario, TakeOffPlace
-from tui_gcs.core.tracking import Tracking
 
 IN_THE_AIR = frozenset(
     {Phase.TAKEOFF, Phase.FLYING, Phase.HOLDING, Phase.BY_HAND, Phase.RETURNING, Phase.LANDING, Phase.TAKEN_OUT}

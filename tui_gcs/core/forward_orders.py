@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 from shapely.geometry import LineString, Point
 
-from tui_gcs.core.course import Stand
 from tui_gcs.core.firmware.habits import habits_of
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward_plans import Plan
@@ -19,6 +18,7 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard import SPEED_TOLERANCE, Guard
 from tui_gcs.core.guard_motion import Does, Sight
 from tui_gcs.core.mavlink.dialect import Message
+from tui_gcs.core.motion.course import Stand
 from tui_gcs.core.protocol.common import Vec3
 
 AMSL_FRAMES = frozenset({0, 5})

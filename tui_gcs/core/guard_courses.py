@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.course import Course, Reference, Samples, Stand, Trajectory
+from tui_gcs.core.motion.course import Course, Reference, Samples, Stand, Trajectory
 
 STEP_S = 0.25
 FAR_M = 1e6

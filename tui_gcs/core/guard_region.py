@@ -8,8 +8,8 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
-from tui_gcs.core.course import Samples
 from tui_gcs.core.geometry.zones import Zone, polygon_of
+from tui_gcs.core.motion.course import Samples
 from tui_gcs.core.scenario.model import OperatingArea
 
 SAME_M = 0.01

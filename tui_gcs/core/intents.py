@@ -4,13 +4,13 @@ import math
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.course import STILL, Course, Stand, Trajectory, course_of
-from tui_gcs.core.cruise import ACCEL_SHARE, LONGEST_S, Cruise
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.guard import SPEED_TOLERANCE, Guard
-from tui_gcs.core.orbit import Orbit
+from tui_gcs.core.motion.course import STILL, Course, Stand, Trajectory, course_of
+from tui_gcs.core.motion.cruise import ACCEL_SHARE, LONGEST_S, Cruise
+from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import EventClass, Intent, Phase, Plan, Vec3
 from tui_gcs.core.records.event_log import WARNING, EventLog
 from tui_gcs.core.scenario.model import Limits

@@ -15,10 +15,10 @@ import shapely
 from numpy.typing import NDArray
 
 from tui_gcs.core.missions.findings import Level
+from tui_gcs.core.motion.separation import LEAST_LIMIT_M
 from tui_gcs.core.protocol.planning import FlownWays
 from tui_gcs.core.scenario.model import Limits
 from tui_gcs.core.scenario_findings import HEIGHT_HELD_M, ScenarioFinding
-from tui_gcs.core.separation import LEAST_LIMIT_M
 
 Floats = NDArray[np.floating[Any]]
 

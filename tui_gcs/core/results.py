@@ -18,10 +18,10 @@ from tui_gcs.core.flights import COLUMN_M
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, sweep_bound_s
 from tui_gcs.core.geometry.zones import Zone, area_m2, polygon_of
 from tui_gcs.core.incursions import IntruderResult
+from tui_gcs.core.motion.separation import least_separation
 from tui_gcs.core.protocol.common import FleetFrame, Phase, StationStatus, TeamStatus, Vec3, VehicleRow
 from tui_gcs.core.protocol.metric_names import seen_pct
 from tui_gcs.core.scenario.model import Round, Scenario, Team
-from tui_gcs.core.separation import least_separation
 
 WARM_UP_LIMIT_S = 600.0
 """A zone that is not seen whole in this time will not be."""

@@ -9,7 +9,7 @@ from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
-from tui_gcs.core.place import Above, Place, PlaceError
+from tui_gcs.core.motion.target_place import Above, Place, PlaceError
 from tui_gcs.core.protocol import setup as s
 from tui_gcs.core.service_setup import IN_THE_AIR
 from tui_gcs.core.service_tasks import Task

@@ -13,7 +13,6 @@ from shapely import LineString, Point
 
 from tui_gcs.core.aside import columns_aside
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.course import STILL, Course, Stand, stopping_point
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
@@ -22,11 +21,12 @@ from tui_gcs.core.geometry.shortest_route import route
 from tui_gcs.core.guard import Guard, Verdict
 from tui_gcs.core.guard_motion import Alone, Does, Sight
 from tui_gcs.core.monitor import error_m
-from tui_gcs.core.orbit import Orbit
+from tui_gcs.core.motion.course import STILL, Course, Stand, stopping_point
+from tui_gcs.core.motion.orbit import Orbit
+from tui_gcs.core.motion.tracking_error import Led, Tracking, wanted_then
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.services.command import CommandService
-from tui_gcs.core.tracking import Led, Tracking, wanted_then
 
 STANDS_M_S = 1.0
 """Slower than this a vehicle that brakes is as good as there."""

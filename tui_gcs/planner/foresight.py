@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, serving, sweep_bound_s
 from tui_gcs.core.geometry.zones import area_m2, polygon_of
+from tui_gcs.core.motion.separation import least_separation
 from tui_gcs.core.protocol.common import FleetFrame, FlownWays, Plan, PlannerTask
-from tui_gcs.core.separation import least_separation
 from tui_gcs.planner.check.world import World
 from tui_gcs.planner.host import PlannerHost
 from tui_gcs.planner.registry import PlannerFile

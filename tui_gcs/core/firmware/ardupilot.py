@@ -8,11 +8,11 @@ word. LOITER, ALT_HOLD, POSHOLD and CIRCLE are never used: without a pilot their
 import math
 from collections.abc import Callable
 
-from tui_gcs.core.course import STILL
 from tui_gcs.core.firmware.base import Lead, is_settled, may_be_flying, stands_still
 from tui_gcs.core.firmware.speech import Done, Speech
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
+from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.services.order import Action, Order, Retry

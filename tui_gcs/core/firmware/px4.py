@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.course import STILL
 from tui_gcs.core.firmware.base import (
     Lead,
     is_settled,
@@ -23,7 +22,8 @@ from tui_gcs.core.firmware.px4_offboard import GAP_S, OFFBOARD, Offboard, home_a
 from tui_gcs.core.firmware.speech import Done, Speech
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
-from tui_gcs.core.place import home_height
+from tui_gcs.core.motion.course import STILL
+from tui_gcs.core.motion.target_place import home_height
 from tui_gcs.core.protocol.common import EventClass, Vec3
 from tui_gcs.core.records.event_log import WARNING, EventLog
 from tui_gcs.core.services.command import CommandService

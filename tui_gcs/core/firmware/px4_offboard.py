@@ -11,10 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.course import stopping_point
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
+from tui_gcs.core.motion.course import stopping_point
 from tui_gcs.core.protocol.common import Freshness, Vec3
 from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.services.order import Action, Order, Outcome, Retry

@@ -11,7 +11,7 @@ from tui_gcs.core.firmware.unsupported import Unsupported
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4, autopilot_name
-from tui_gcs.core.place import HomeHeight, Place, home_height
+from tui_gcs.core.motion.target_place import HomeHeight, Place, home_height
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.services.command import CommandService

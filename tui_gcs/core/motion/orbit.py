@@ -6,7 +6,7 @@ PX4's own DO_ORBIT reaches 88 % of the asked speed and reads the sticks; ArduCop
 import math
 from dataclasses import dataclass, replace
 
-from tui_gcs.core.course import STILL, rest_to_rest_s
+from tui_gcs.core.motion.course import STILL, rest_to_rest_s
 from tui_gcs.core.protocol.common import Vec3
 
 ACCEL_SHARE = 0.9

@@ -6,7 +6,7 @@ It turns from the velocity the vehicle has to the one it is asked for, and brake
 import math
 from dataclasses import dataclass
 
-from tui_gcs.core.course import STILL
+from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.protocol.common import Vec3
 
 ACCEL_SHARE = 0.9

@@ -9,11 +9,11 @@ Compared are places of the same moment: the course at the time its newest positi
 import math
 from dataclasses import dataclass, field, replace
 
-from tui_gcs.core.course import STILL, Course, Moving, Stand, Trajectory
 from tui_gcs.core.firmware.base import Lead
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.motion.course import STILL, Course, Moving, Stand, Trajectory
+from tui_gcs.core.motion.drag_model import ACCEL_GAIN, DragModel
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.push import ACCEL_GAIN, DragModel
 
 LEAST_SPEED_M_S = 2.0
 """Below it "late" means nothing."""
