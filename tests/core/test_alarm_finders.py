@@ -8,7 +8,7 @@ from unittest.mock import patch
 import pytest
 
 from tests.core.rig import Rig, scenario, toml
-from tui_gcs.core.alarm_causes import BY_ID
+from tui_gcs.core.alarms.causes import BY_ID
 from tui_gcs.core.firmware.health import (
     BATTERY_STATUS,
     EKF_STATUS_REPORT,

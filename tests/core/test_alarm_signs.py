@@ -5,8 +5,8 @@ import math
 import pytest
 from heard import ARMED, Heard
 
-from tui_gcs.core.alarm_signs import VehicleSigns
-from tui_gcs.core.alarms import AlarmDesk
+from tui_gcs.core.alarms.alarm_table import AlarmDesk
+from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
 
 
 class Watched:

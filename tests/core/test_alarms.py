@@ -2,8 +2,8 @@
 
 import pytest
 
-from tui_gcs.core.alarm_causes import BY_ID, CAUSES, RANK
-from tui_gcs.core.alarms import AlarmDesk, Finding
+from tui_gcs.core.alarms.alarm_table import AlarmDesk, Finding
+from tui_gcs.core.alarms.causes import BY_ID, CAUSES, RANK
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol.alarms import AlarmLevel, action_words
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, EventClass, Shelve, Unshelve

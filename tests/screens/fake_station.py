@@ -12,7 +12,7 @@ from pathlib import Path
 import msgspec
 
 import tui_gcs
-from tui_gcs.core.alarms import AlarmDesk, Finding
+from tui_gcs.core.alarms.alarm_table import AlarmDesk, Finding
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.geometry.zones import bounds
 from tui_gcs.core.protocol import bus as keys

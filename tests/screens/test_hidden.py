@@ -9,7 +9,7 @@ from fake_station import FakeStation
 from mission_station import mission_console
 from plan_station import plan_console
 
-from tui_gcs.core.alarm_causes import BY_ID
+from tui_gcs.core.alarms.causes import BY_ID
 from tui_gcs.core.protocol.alarms import Alarm, AlarmLevel
 from tui_gcs.screens.journal import JournalScreen
 from tui_gcs.screens.planners import PlannersDialog

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tui_gcs.core.alarm_causes import WHEN_ON_ITS_WAY
-from tui_gcs.core.alarm_signs import VehicleSigns
-from tui_gcs.core.alarms import AlarmDesk, Finding
+from tui_gcs.core.alarms.alarm_table import AlarmDesk, Finding
+from tui_gcs.core.alarms.causes import WHEN_ON_ITS_WAY
+from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
 from tui_gcs.core.closing import Closing, closings
 from tui_gcs.core.firmware.habits import stop_word
 from tui_gcs.core.firmware.health import Concern, Problem

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import msgspec
 
-from tui_gcs.core.alarm_signs import VehicleSigns
-from tui_gcs.core.alarms import AlarmDesk
+from tui_gcs.core.alarms.alarm_table import AlarmDesk
+from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import Fleet

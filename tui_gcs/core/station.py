@@ -13,7 +13,7 @@ from pathlib import Path
 import msgspec
 
 from tui_gcs.core.alarm_finders import AlarmFinder
-from tui_gcs.core.alarms import AlarmDesk
+from tui_gcs.core.alarms.alarm_table import AlarmDesk
 from tui_gcs.core.base.clock import Clock, WallWatch, clock_words
 from tui_gcs.core.by_hand import ByHand
 from tui_gcs.core.door import Door

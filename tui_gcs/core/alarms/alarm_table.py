@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from tui_gcs.core.alarm_causes import BY_ID, MOST_SHELVED_MIN, RANK, Cause
+from tui_gcs.core.alarms.causes import BY_ID, MOST_SHELVED_MIN, RANK, Cause
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.alarms import AlarmLevel, AlarmState, vehicles_words

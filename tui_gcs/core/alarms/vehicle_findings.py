@@ -6,7 +6,7 @@ Limits have a dead-band: what is up goes only when it is clearly better.
 import math
 from collections.abc import Iterator
 
-from tui_gcs.core.alarms import AlarmDesk, Finding
+from tui_gcs.core.alarms.alarm_table import AlarmDesk, Finding
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.failsafe_texts import is_news
 from tui_gcs.core.mavlink.mode_names import mode_name
