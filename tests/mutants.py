@@ -299,7 +299,7 @@ def main(chosen: list[str]) -> int:
     import hypothesis.strategies  # noqa: F401 - imported once, here, and not in every child
     import shapely  # noqa: F401
 
-    import tui_gcs.core.guard  # noqa: F401
+    import tui_gcs.core.guard.guard  # noqa: F401
 
     if os.fork() == 0:
         os._exit(_tests(MODULES[0]))

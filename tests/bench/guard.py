@@ -15,8 +15,8 @@ import numpy as np
 
 from tests.bench.row import Row
 from tui_gcs.core.geometry.zones import Rectangle
-from tui_gcs.core.guard import Guard
-from tui_gcs.core.guard_motion import Does, Sight
+from tui_gcs.core.guard.guard import Guard
+from tui_gcs.core.guard.motion_prediction import Does, Sight
 from tui_gcs.core.motion.course import Trajectory
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 

@@ -9,7 +9,7 @@ from heard import Heard
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.door import Door
 from tui_gcs.core.geometry.zones import Circle
-from tui_gcs.core.guard import Guard
+from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink.dialect import decode

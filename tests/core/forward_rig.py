@@ -15,7 +15,7 @@ from tui_gcs.core.fleet.vehicle import Path, PathState, Vehicle
 from tui_gcs.core.forward import Endpoint, Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
-from tui_gcs.core.guard import Guard
+from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.links.base import Address
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec

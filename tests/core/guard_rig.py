@@ -3,8 +3,8 @@
 import numpy as np
 
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
-from tui_gcs.core.guard import Guard, Verdict
-from tui_gcs.core.guard_motion import Does, Sight
+from tui_gcs.core.guard.guard import Guard, Verdict
+from tui_gcs.core.guard.motion_prediction import Does, Sight
 from tui_gcs.core.motion.course import Course, Stand, Trajectory
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea

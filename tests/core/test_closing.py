@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.core.rig import scenario
-from tui_gcs.core.closing import Closing, closings
-from tui_gcs.core.guard_motion import Does, Sight
+from tui_gcs.core.guard.conflict_prediction import Closing, closings
+from tui_gcs.core.guard.motion_prediction import Does, Sight
 from tui_gcs.core.motion.course import Stand
 
 LIMITS = scenario().limits

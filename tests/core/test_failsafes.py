@@ -11,7 +11,7 @@ from vehicles import a_vehicle
 from tui_gcs.core.firmware.alone import alone
 from tui_gcs.core.firmware.failsafes import FailsafeLine, explain, wanted
 from tui_gcs.core.firmware.px4_offboard import OFFBOARD
-from tui_gcs.core.guard_motion import Alone
+from tui_gcs.core.guard.motion_prediction import Alone
 from tui_gcs.core.services.failsafes import FailsafeService, OnRead
 from tui_gcs.core.status import station_status
 

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tui_gcs.core.geometry.zones import Rectangle, Shape
-from tui_gcs.core.guard import Verdict
-from tui_gcs.core.guard_motion import foresee, times_of
+from tui_gcs.core.guard.guard import Verdict
+from tui_gcs.core.guard.motion_prediction import foresee, times_of
 from tui_gcs.core.motion.course import Stand, Trajectory, course_of, stopping_point
 from tui_gcs.core.protocol.common import Intent, Vec3
 from tui_gcs.core.scenario.model import OperatingArea

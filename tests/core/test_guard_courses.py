@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from guard_rig import LIMITS, stand
 
-from tui_gcs.core.guard_courses import FAR_M, finite_in, length_of, steps_of, wanted
-from tui_gcs.core.guard_motion import times_of
+from tui_gcs.core.guard.courses import FAR_M, finite_in, length_of, steps_of, wanted
+from tui_gcs.core.guard.motion_prediction import times_of
 from tui_gcs.core.motion.course import Trajectory
 from tui_gcs.core.motion.cruise import Cruise
 

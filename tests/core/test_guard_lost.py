@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from guard_rig import LIMITS, guard, sight, stand
 
-from tui_gcs.core.guard_lost import own_ways
-from tui_gcs.core.guard_motion import Alone, Does, Sight, gone
+from tui_gcs.core.guard.lost_link_paths import own_ways
+from tui_gcs.core.guard.motion_prediction import Alone, Does, Sight, gone
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from guard_rig import LIMITS, passing, sight, stand
 
-from tui_gcs.core.guard_motion import Does, Flock, Sight, foresee, times_of, turned_m
+from tui_gcs.core.guard.motion_prediction import Does, Flock, Sight, foresee, times_of, turned_m
 from tui_gcs.core.motion.course import Stand
 from tui_gcs.core.scenario.model import Limits
 

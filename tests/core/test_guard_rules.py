@@ -9,8 +9,8 @@ import pytest
 from guard_rig import L_SHAPE, LIMITS, SQUARE, guard, judge, passing, sight, stand, verdict
 
 from tui_gcs.core.geometry.zones import Rectangle, Role, Zone
-from tui_gcs.core.guard import Guard, Verdict
-from tui_gcs.core.guard_motion import Does, Sight
+from tui_gcs.core.guard.guard import Guard, Verdict
+from tui_gcs.core.guard.motion_prediction import Does, Sight
 from tui_gcs.core.motion.course import Stand, Trajectory
 from tui_gcs.core.motion.cruise import Cruise
 from tui_gcs.core.motion.orbit import Orbit

@@ -5,8 +5,8 @@ import pytest
 from guard_rig import LIMITS, passing, sight, stand
 from shapely import LineString
 
-from tui_gcs.core.guard_motion import Does, Sight, foresee, times_of
-from tui_gcs.core.guard_separation import (
+from tui_gcs.core.guard.motion_prediction import Does, Sight, foresee, times_of
+from tui_gcs.core.guard.separation_check import (
     Meeting,
     _apart,
     _is_no_worse,

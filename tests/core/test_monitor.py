@@ -7,7 +7,7 @@ from rig import scenario
 from vehicles import a_vehicle
 
 from tui_gcs.core.flights import FlightBook
-from tui_gcs.core.guard import Guard
+from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.monitor import FleetMonitor
 
 FIX = (0, 0, 0, 0, 0, 0, 0, 100, 0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tui_gcs.core.guard import MIN_SETPOINT_GAP_S
+from tui_gcs.core.guard.guard import MIN_SETPOINT_GAP_S
 from tui_gcs.core.steering import next_due_s
 
 

@@ -20,7 +20,7 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Rectangle
-from tui_gcs.core.guard import Guard
+from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.mavlink.sources import Stream
 from tui_gcs.core.protocol.common import Phase, Vec3
 from tui_gcs.core.records.event_log import EventLog

@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from tui_gcs.core import guard_motion
+from tui_gcs.core.guard import motion_prediction as guard_motion
 from tui_gcs.planner import avoidance
 from tui_gcs.planner.api import Limits
 from tui_gcs.planner.avoidance import _allowed, _neighbours, _Pairs, _reached, avoid

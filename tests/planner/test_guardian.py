@@ -9,7 +9,7 @@ import pytest
 from flights import SMALL, Fleet, fleet, fly, host_of, no_fly, region_of, task_of, zone_of
 
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Zone, polygon_of
-from tui_gcs.core.guard import BRAKES_BELOW_M_S, CATCH_UP_M, CATCH_UP_S
+from tui_gcs.core.guard.guard import BRAKES_BELOW_M_S, CATCH_UP_M, CATCH_UP_S
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Plan, Track
 from tui_gcs.planner.guardian import Guardian, _Post
 from tui_gcs.planner.host import PlannerHost

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 from tui_gcs.core.geometry.local_frame import from_straight_m
-from tui_gcs.core.guard import Guard
-from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
+from tui_gcs.core.guard.guard import Guard
+from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.motion.course import rest_to_rest_s
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import Phase, Request, Vec3, VehicleRow

@@ -14,12 +14,12 @@ import numpy as np
 from tui_gcs.core.alarms.alarm_table import AlarmDesk, Finding
 from tui_gcs.core.alarms.causes import WHEN_ON_ITS_WAY
 from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
-from tui_gcs.core.closing import Closing, closings
 from tui_gcs.core.firmware.habits import stop_word
 from tui_gcs.core.firmware.health import Concern, Problem
 from tui_gcs.core.fleet.integrity.position_jump_monitor import JUMP_M
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import FOUND, MOTORS_STEP, ON_BOARD_STEP, Flight
+from tui_gcs.core.guard.conflict_prediction import Closing, closings
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.monitor import error_m
 from tui_gcs.core.protocol.alarms import vehicles_words

@@ -9,8 +9,8 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import BY_HAND_STEP, Flight, FlightBook
-from tui_gcs.core.guard import Guard
-from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
+from tui_gcs.core.guard.guard import Guard
+from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.motion.course import LEAST_SPEED_M_S, STILL, Course, Stand
 from tui_gcs.core.motion.cruise import ACCEL_SHARE, Cruise
 from tui_gcs.core.motion.orbit import Orbit

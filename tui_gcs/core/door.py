@@ -10,7 +10,7 @@ from typing import Any
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Path, Vehicle
-from tui_gcs.core.guard import STARTS, STOPS, Guard
+from tui_gcs.core.guard.guard import STARTS, STOPS, Guard
 from tui_gcs.core.links import Address, Link
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.encode import Encoder

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.guard_motion import Does
+from tui_gcs.core.guard.motion_prediction import Does
 from tui_gcs.core.motion.course import Course, Stand
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.motion.tracking_error import Tracking

@@ -20,7 +20,7 @@ from tui_gcs.core.forward_orders import Asked
 from tui_gcs.core.forward_plans import Plan
 from tui_gcs.core.forward_ports import MOST_PARTNERS, MOST_PER_S, Port
 from tui_gcs.core.forward_rules import KEYS, MESSAGES, STEERING, judge, may_stop
-from tui_gcs.core.guard import STOPS, Guard
+from tui_gcs.core.guard.guard import STOPS, Guard
 from tui_gcs.core.links import Address, Link, LinkError
 from tui_gcs.core.mavlink.dialect import Message, decode, is_known, layout
 from tui_gcs.core.mavlink.encode import Encoder

@@ -15,8 +15,8 @@ from tui_gcs.core.firmware.habits import habits_of
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward_plans import Plan
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.guard import SPEED_TOLERANCE, Guard
-from tui_gcs.core.guard_motion import Does, Sight
+from tui_gcs.core.guard.guard import SPEED_TOLERANCE, Guard
+from tui_gcs.core.guard.motion_prediction import Does, Sight
 from tui_gcs.core.mavlink.dialect import Message
 from tui_gcs.core.motion.course import Stand
 from tui_gcs.core.protocol.common import Vec3

@@ -7,7 +7,7 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import Flight, FlightBook
-from tui_gcs.core.guard import SPEED_TOLERANCE, Guard
+from tui_gcs.core.guard.guard import SPEED_TOLERANCE, Guard
 from tui_gcs.core.motion.course import STILL, Course, Stand, Trajectory, course_of
 from tui_gcs.core.motion.cruise import ACCEL_SHARE, LONGEST_S, Cruise
 from tui_gcs.core.motion.orbit import Orbit

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.guard import Guard
+from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.planner_requests import PlannerRequests
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol import services as s

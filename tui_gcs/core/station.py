@@ -33,7 +33,7 @@ from tui_gcs.core.fleet.wind import WindBook
 from tui_gcs.core.flights import FOUND, FlightBook
 from tui_gcs.core.forward import Endpoint, Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.guard import Guard
+from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.links import Link
 from tui_gcs.core.listeners import Listeners
 from tui_gcs.core.mavlink.encode import Encoder

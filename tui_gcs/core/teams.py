@@ -20,7 +20,7 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.flights import IN_THE_AIR, Flight, FlightBook
 from tui_gcs.core.geometry.idleness_grid import serving
-from tui_gcs.core.guard import Guard
+from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.intents import IntentDesk
 from tui_gcs.core.planner_tasks import task_of
 from tui_gcs.core.protocol.common import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus

@@ -8,7 +8,7 @@ import math
 
 from tui_gcs.core.firmware.failsafes import Values
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.guard_motion import Alone
+from tui_gcs.core.guard.motion_prediction import Alone
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.common import Vec3

@@ -10,7 +10,7 @@ from tui_gcs.core.firmware.alone import alone
 from tui_gcs.core.firmware.failsafes import UNHEARD, FailsafeLine, Values, explain, wanted
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.guard_motion import Alone
+from tui_gcs.core.guard.motion_prediction import Alone
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.services.params import ParamService
 

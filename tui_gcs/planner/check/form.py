@@ -10,8 +10,8 @@ import shapely
 from numpy.typing import NDArray
 
 from tui_gcs.core.geometry.zones import Shape, polygon_of
-from tui_gcs.core.guard import BAND_TOLERANCE_M, SPEED_TOLERANCE
-from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S
+from tui_gcs.core.guard.guard import BAND_TOLERANCE_M, SPEED_TOLERANCE
+from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.motion.cruise import LONGEST_S
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
 from tui_gcs.core.protocol.plan_limits import MOST_ANNOTATIONS, MOST_METRICS

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from shapely.geometry import LineString, Point
 
 from tui_gcs.core.geometry.zones import Zone
-from tui_gcs.core.guard_courses import FAR_M, Steps, finite_in, length_of, steps_of
-from tui_gcs.core.guard_lost import own_ways
-from tui_gcs.core.guard_motion import CLIMB_M_S, DESCENT_M_S, Flock, Sight, foresee, times_of
-from tui_gcs.core.guard_region import Walls, band_miss_m
-from tui_gcs.core.guard_separation import Meeting, meetings
+from tui_gcs.core.guard.courses import FAR_M, Steps, finite_in, length_of, steps_of
+from tui_gcs.core.guard.lost_link_paths import own_ways
+from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, DESCENT_M_S, Flock, Sight, foresee, times_of
+from tui_gcs.core.guard.region import Walls, band_miss_m
+from tui_gcs.core.guard.separation_check import Meeting, meetings
 from tui_gcs.core.motion.course import Reference, Samples, Stand
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.guard_courses import STEP_S
-from tui_gcs.core.guard_motion import Does, Flock
+from tui_gcs.core.guard.courses import STEP_S
+from tui_gcs.core.guard.motion_prediction import Does, Flock
 from tui_gcs.core.motion.course import Samples
 from tui_gcs.core.scenario.model import Limits
 

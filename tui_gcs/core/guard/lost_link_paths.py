@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from tui_gcs.core.guard_motion import CLIMB_M_S, RETURN_M_S, Alone, Sight, gone, turned_m
+from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, RETURN_M_S, Alone, Sight, gone, turned_m
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits
 

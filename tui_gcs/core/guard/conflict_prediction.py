@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tui_gcs.core.guard_courses import STEP_S
-from tui_gcs.core.guard_motion import Sight, foresee
-from tui_gcs.core.guard_separation import GROUND_M
+from tui_gcs.core.guard.courses import STEP_S
+from tui_gcs.core.guard.motion_prediction import Sight, foresee
+from tui_gcs.core.guard.separation_check import GROUND_M
 from tui_gcs.core.scenario.model import Limits
 
 AHEAD_S = 10.0

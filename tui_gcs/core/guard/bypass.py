@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 
 from tui_gcs.core.geometry.local_frame import from_straight_m
-from tui_gcs.core.guard_motion import Sight
-from tui_gcs.core.guard_separation import SPARE_M, SPARE_UP_M
+from tui_gcs.core.guard.motion_prediction import Sight
+from tui_gcs.core.guard.separation_check import SPARE_M, SPARE_UP_M
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits
 
