@@ -26,8 +26,8 @@ from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.load import load
-from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.station import Station, StationConfig
+from tui_gcs.core.uplink.commands import Action, Outcome, Retry
 
 LOSS = 0.3
 TICK_S = 0.05

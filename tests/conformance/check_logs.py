@@ -3,7 +3,7 @@
 from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.plans import finished
 from tests.conformance.report import check
-from tui_gcs.core.services.jobs import JobState
+from tui_gcs.core.uplink.jobs import JobState
 
 SHORT_LOG = 3_000_000
 """A longer log is downloaded for a few seconds only, then cancelled."""

@@ -5,7 +5,7 @@ from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.pilot import Pilot
 from tests.conformance.report import check
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.order import Order, Outcome, Retry
+from tui_gcs.core.uplink.orders import Order, Outcome, Retry
 
 REBOOT = 246
 POSITION = 33

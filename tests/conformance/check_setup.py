@@ -6,8 +6,8 @@ from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.report import check
 from tui_gcs.core.firmware.setup import Sensor
 from tui_gcs.core.services.calibration import CalibrationJob
-from tui_gcs.core.services.order import Outcome
 from tui_gcs.core.services.payload import Done
+from tui_gcs.core.uplink.orders import Outcome
 
 GYRO_S, ORDER_S = 60.0, 15.0
 PITCH_DEG, YAW_DEG = -30.0, 20.0

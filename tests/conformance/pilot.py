@@ -11,7 +11,7 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.motion.course import Trajectory
 from tui_gcs.core.motion.tracking_error import Led, Tracking
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.services.order import Action, Order, Outcome, Retry
+from tui_gcs.core.uplink.orders import Action, Order, Outcome, Retry
 
 READY_S = 90.0
 HEIGHT_M = 12.0

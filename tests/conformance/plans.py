@@ -15,7 +15,7 @@ from tui_gcs.core.plans.model import (
     PlanKind,
 )
 from tui_gcs.core.scenario.model import Origin
-from tui_gcs.core.services.jobs import Job
+from tui_gcs.core.uplink.jobs import Job
 
 LIMIT_S = 120.0
 MISSION_FRAME = 2

@@ -7,7 +7,6 @@ from typing import Any
 from heard import Heard
 
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.door import Door
 from tui_gcs.core.geometry.zones import Circle
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.links.memory import MemoryLink
@@ -19,6 +18,7 @@ from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_reader import read_tlog
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.model import Limits, OperatingArea
+from tui_gcs.core.uplink.uplink import Door
 
 
 class Doorway:

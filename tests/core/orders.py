@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from tui_gcs.core.services.order import Action
+from tui_gcs.core.uplink.orders import Action
 
 
 def land(flight: Any, vehicle: int) -> Action:

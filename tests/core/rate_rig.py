@@ -13,7 +13,7 @@ from tui_gcs.core.mavlink.sources import Slot, Source, Stream
 from tui_gcs.core.rates import RateDesk
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Origin
-from tui_gcs.core.services.command import ACCEPTED, FAILED, CommandService
+from tui_gcs.core.uplink.commands import ACCEPTED, FAILED, CommandService
 
 TICK_S = 0.05
 ARDUPILOT, PX4 = 3, 12

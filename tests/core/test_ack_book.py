@@ -8,8 +8,8 @@ from vehicles import a_vehicle
 
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.services.ack_book import AckBook
-from tui_gcs.core.services.command import ACCEPTED, FAILED, Action, CommandService, Outcome, Retry
+from tui_gcs.core.uplink.ack_matching import AckBook
+from tui_gcs.core.uplink.commands import ACCEPTED, FAILED, Action, CommandService, Outcome, Retry
 
 TICK_S = 0.05
 ARM, INTERVAL, SPEED = 400, 511, 178

@@ -8,7 +8,7 @@ from service_rig import PX4, Fields, ServiceRig
 from tui_gcs.core.firmware.setup import Sensor
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.services.calibration import CalibrationJob
-from tui_gcs.core.services.jobs import JobState
+from tui_gcs.core.uplink.jobs import JobState
 
 
 def test_an_armed_vehicle_is_not_calibrated(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from service_rig import Fields
 
 from tui_gcs.core.firmware.setup import Sensor
 from tui_gcs.core.services.calibration_compass import CompassCalibration
-from tui_gcs.core.services.jobs import JobState
+from tui_gcs.core.uplink.jobs import JobState
 
 
 class Compasses(Calibrated):

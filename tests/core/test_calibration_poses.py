@@ -9,7 +9,7 @@ from service_rig import Fields, ServiceRig
 from tui_gcs.core.firmware.setup import Sensor
 from tui_gcs.core.services.calibration import CalibrationJob
 from tui_gcs.core.services.calibration_poses import FAILED, SUCCESS, PoseCalibration
-from tui_gcs.core.services.jobs import JobState
+from tui_gcs.core.uplink.jobs import JobState
 
 
 class Poses(Calibrated):

@@ -10,7 +10,7 @@ from service_rig import PX4, Fields
 from tui_gcs.core.firmware.setup import Sensor
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.services.calibration_texts import Side, TextCalibration
-from tui_gcs.core.services.jobs import JobState
+from tui_gcs.core.uplink.jobs import JobState
 
 
 class Talker(Calibrated):

@@ -11,7 +11,7 @@ from vehicles import a_vehicle
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
-from tui_gcs.core.services.command import (
+from tui_gcs.core.uplink.commands import (
     ACCEPTED,
     DENIED,
     FAILED,
@@ -26,7 +26,7 @@ from tui_gcs.core.services.command import (
     Outcome,
     Retry,
 )
-from tui_gcs.core.services.order import refused
+from tui_gcs.core.uplink.orders import refused
 
 ARM, MODE, TAKEOFF, SPEED = 400, 176, 22, 178
 

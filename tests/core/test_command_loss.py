@@ -1,7 +1,7 @@
 """Stops and starts at 30 % loss each way, thousands of each; `python -m tests.bench commands` runs a million."""
 
 from tests.bench.commands import Air
-from tui_gcs.core.services.command import Retry
+from tui_gcs.core.uplink.commands import Retry
 
 COMMANDS = 3_000
 

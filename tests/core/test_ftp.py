@@ -10,7 +10,7 @@ from ftp_peer import ACK, BURST, CREATE, NAK, OPEN, READ, RESET, TERMINATE, FtpS
 from service_rig import ARDUPILOT, PX4, Peer, ServiceRig
 
 from tui_gcs.core.services.ftp_codec import crc32, crc_fits
-from tui_gcs.core.services.jobs import JobState
+from tui_gcs.core.uplink.jobs import JobState
 
 FILE = random.Random(7).randbytes(14_605)
 """As long as ArduPilot's param.pck."""

@@ -15,8 +15,8 @@ from tui_gcs.core.services import metadata
 from tui_gcs.core.services.byte_ranges import ByteRanges
 from tui_gcs.core.services.ftp_change import entry_of
 from tui_gcs.core.services.ftp_codec import PAYLOAD_BYTES, Op, crc32, pack, unpack
-from tui_gcs.core.services.jobs import JobState
-from tui_gcs.core.services.round_trip import MOST_WAIT_S, RoundTrip
+from tui_gcs.core.uplink.jobs import JobState
+from tui_gcs.core.uplink.rtt_estimator import MOST_WAIT_S, RoundTrip
 
 
 @given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 60)), max_size=30))

@@ -6,7 +6,7 @@ import pytest
 from service_rig import Peer, ServiceRig
 
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.jobs import Job, JobState
+from tui_gcs.core.uplink.jobs import Job, JobState
 
 
 class Count(Job):

@@ -13,9 +13,9 @@ from service_rig import ServiceRig
 from tui_gcs.core.firmware.plans import dialect_of
 from tui_gcs.core.plan_compare import compare
 from tui_gcs.core.plans.model import Plan, PlanKind
-from tui_gcs.core.services.jobs import JobState
 from tui_gcs.core.services.plan_jobs import DownloadJob, PlanJob
 from tui_gcs.core.services.plan_wire import item_of
+from tui_gcs.core.uplink.jobs import JobState
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

@@ -13,7 +13,7 @@ from tui_gcs.core.firmware.plans import ARDUPILOT, GENERIC, PX4, PlanDialect
 from tui_gcs.core.plan_compare import begins_alike, compare
 from tui_gcs.core.plans.check import check
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
-from tui_gcs.core.services.jobs import JobState
+from tui_gcs.core.uplink.jobs import JobState
 
 Make = Callable[..., Rig]
 FLOATS = st.floats(allow_nan=True, allow_infinity=True, width=32)

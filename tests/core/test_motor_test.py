@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from service_rig import ARDUPILOT, PX4, Fields, Peer, ServiceRig
 
-from tui_gcs.core.services.command import Outcome
 from tui_gcs.core.services.motor_test import MotorTestService
+from tui_gcs.core.uplink.commands import Outcome
 
 MOTOR_TEST, ACTUATOR_TEST = 209, 310
 

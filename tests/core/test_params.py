@@ -10,8 +10,8 @@ from ftp_peer import FtpServer
 from param_peer import INT8, INT32, REAL32, ParamServer
 from service_rig import ARDUPILOT, PX4, Peer, ServiceRig
 
-from tui_gcs.core.services.jobs import JobState
 from tui_gcs.core.services.param_ask import ParamReading, ParamSetting
+from tui_gcs.core.uplink.jobs import JobState
 
 VERSION = {
     "flight_sw_version": 0x04070000,

@@ -16,7 +16,7 @@ from tui_gcs.core.rate_sets import LADDER
 from tui_gcs.core.rates import RateDesk
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Origin
-from tui_gcs.core.services.command import CommandService
+from tui_gcs.core.uplink.commands import CommandService
 
 TICK_S = 0.05
 RADIO = parse_link("serial:radio:57600")

@@ -12,7 +12,7 @@ from vehicles import a_vehicle
 from tui_gcs.core.firmware.mode_manners import manner_of
 from tui_gcs.core.mavlink.mode_names import known_modes
 from tui_gcs.core.protocol import services as s
-from tui_gcs.core.services.order import Retry
+from tui_gcs.core.uplink.orders import Retry
 
 ACCEPTED, DENIED = 0, 2
 GUIDED, LOITER, RTL, AUTO = 4, 5, 6, 3

@@ -16,7 +16,7 @@ from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol import setup
 from tui_gcs.core.protocol.bus import REQUEST
-from tui_gcs.core.services.jobs import MOST_PER_LINK
+from tui_gcs.core.uplink.jobs import MOST_PER_LINK
 
 GUIDED, RTL = 4, 6
 

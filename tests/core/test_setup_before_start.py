@@ -10,7 +10,7 @@ from test_calibration_compass import Compasses
 from test_tuning import COPTER
 
 from tui_gcs.core.firmware.setup import Sensor
-from tui_gcs.core.services.order import Action, Outcome
+from tui_gcs.core.uplink.orders import Action, Outcome
 
 ARM, TAKE_OFF, DISARM = "arm", "take-off", "disarm"
 REBOOT_FIRST = "compass calibration done: reboot it before it flies"

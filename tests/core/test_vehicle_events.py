@@ -11,9 +11,9 @@ from service_rig import GCS, PX4, Fields, Peer, ServiceRig
 
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.services.event_metadata import EventMetadata, parse
-from tui_gcs.core.services.jobs import JobState
 from tui_gcs.core.services.metadata import MetadataJob
 from tui_gcs.core.services.vehicle_events import MOST_MISSING, VehicleEvents
+from tui_gcs.core.uplink.jobs import JobState
 
 COMPONENT = 1 << 24
 ARMED, DENIED, SUMMARY, NO_GPS, NO_STICKS, HEALTH, FAILSAFE = (COMPONENT | n for n in range(1, 8))

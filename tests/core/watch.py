@@ -11,7 +11,6 @@ from vehicles import a_vehicle
 
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.by_hand import ByHand
-from tui_gcs.core.door import Door
 from tui_gcs.core.executive import Executive
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.speech import Speech
@@ -25,8 +24,9 @@ from tui_gcs.core.mavlink.sources import Stream
 from tui_gcs.core.protocol.common import Phase, Vec3
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin
-from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.steering import Steering
+from tui_gcs.core.uplink.commands import CommandService
+from tui_gcs.core.uplink.uplink import Door
 
 AUTO, GUIDED, RTL, LAND, BRAKE = 3, 4, 6, 9, 17
 STEP_S = 0.1

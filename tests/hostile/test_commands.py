@@ -7,7 +7,7 @@ import pytest
 from tests.hostile.oracle import Oracle
 from tui_gcs.core.links import Address
 from tui_gcs.core.records.event_log import ALERT
-from tui_gcs.core.services.command import Action, Outcome, Retry
+from tui_gcs.core.uplink.commands import Action, Outcome, Retry
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

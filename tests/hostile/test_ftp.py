@@ -19,7 +19,7 @@ from service_rig import ARDUPILOT, PX4, Peer  # isort: skip
 from tui_gcs.core.base.safe_files import FileRefused, PartFile, SafeFolder, safe_name
 from tui_gcs.core.services import ftp_read, metadata
 from tui_gcs.core.services.ftp_codec import crc32
-from tui_gcs.core.services.jobs import JobState
+from tui_gcs.core.uplink.jobs import JobState
 
 FILE = bytes(range(256)) * 40
 Request = tuple[int, int, int, int, int, bytes]

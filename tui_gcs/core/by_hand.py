@@ -17,8 +17,8 @@ from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import Freshness, Phase, Vec3
 from tui_gcs.core.protocol.flight import Circle, GoTo, Nudge
 from tui_gcs.core.scenario.model import Limits
-from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.steering import LEAST_HOVER_M, Steering
+from tui_gcs.core.uplink.commands import CommandService
 
 NUDGE_S = 1.0
 """So long after the last key a vehicle that is nudged begins to brake: terminals tell of no key that is let go."""

@@ -20,9 +20,9 @@ from tui_gcs.core.motion.course import Stand
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.records.event_log import ALERT, INFO, NOTICE, WARNING, EventLog
-from tui_gcs.core.services.command import Action, CommandService, Outcome
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.touchdown import CANCELLED, TOUCHED, is_down, landing_words
+from tui_gcs.core.uplink.commands import Action, CommandService, Outcome
 
 PREARM_WAIT_S = 15.0
 """Pre-arm checks may depend on the mode, which was just changed: wait this long for them to pass."""

@@ -12,7 +12,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.door import Door
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, Vehicle
 from tui_gcs.core.forward_missions import note_heard, note_passed
@@ -27,7 +26,8 @@ from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import MAGIC_V2, Frame, cut_datagram
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
-from tui_gcs.core.services.command import DENIED
+from tui_gcs.core.uplink.commands import DENIED
+from tui_gcs.core.uplink.uplink import Door
 
 ANSWER_GAP_S = 1.0
 """A refused command is answered at most so often per endpoint (security.md B.6-49)."""

@@ -16,8 +16,8 @@ from tui_gcs.core.flights import Flight, FlightBook
 from tui_gcs.core.motion.course import Stand
 from tui_gcs.core.protocol.common import EventClass, Phase, Vec3, VehicleResult
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
-from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.steering import Steering
+from tui_gcs.core.uplink.commands import CommandService
 
 LAYER_TOLERANCE_M = 1.0
 OVER_HOME_M = 1.5

@@ -18,7 +18,7 @@ from tui_gcs.core.radio import RadioReport, radio_report
 from tui_gcs.core.rate_link import CALM_S, LinkRates, Member, Wish
 from tui_gcs.core.rate_sets import FULL, UNASKED
 from tui_gcs.core.records.event_log import INFO, NOTICE, WARNING, EventLog
-from tui_gcs.core.services.command import Action, CommandService, Outcome
+from tui_gcs.core.uplink.commands import Action, CommandService, Outcome
 
 ASK_AGAIN_S, ASK_OFTEN, ASK_SELDOM = 5.0, 4, 16
 """What is not as asked is asked again every 5 s, after four times less often, down to 16 times as seldom."""

@@ -15,8 +15,8 @@ from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.base import Vec3
 from tui_gcs.core.service_acts import ARMED
 from tui_gcs.core.service_tasks import Task
-from tui_gcs.core.services.order import Action, Order, Outcome, Retry
 from tui_gcs.core.steering import LEAST_HOVER_M
+from tui_gcs.core.uplink.orders import Action, Order, Outcome, Retry
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.services import TaskInfo, TaskResult
-from tui_gcs.core.services.jobs import Job, JobDesk, JobState
+from tui_gcs.core.uplink.jobs import Job, JobDesk, JobState
 
 MOST_REMEMBERED = 500
 MOST_RESULTS = 50

@@ -16,7 +16,6 @@ from tui_gcs.core.alarm_finders import AlarmFinder
 from tui_gcs.core.alarms.alarm_table import AlarmDesk
 from tui_gcs.core.base.clock import Clock, WallWatch, clock_words
 from tui_gcs.core.by_hand import ByHand
-from tui_gcs.core.door import Door
 from tui_gcs.core.escort import EscortDesk
 from tui_gcs.core.executive import Executive
 from tui_gcs.core.firmware.registry import Firmwares
@@ -62,9 +61,7 @@ from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.requests import RequestDesk
 from tui_gcs.core.scenario.model import OperatorId, Round, Scenario, Team
-from tui_gcs.core.services.command import CommandService
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.services.jobs import JobDesk
 from tui_gcs.core.services.operator_id import OperatorIdService
 from tui_gcs.core.services.services import Services
 from tui_gcs.core.services.timesync import TimeAnswers
@@ -75,6 +72,9 @@ from tui_gcs.core.snapshot import fleet_frame
 from tui_gcs.core.status import station_status
 from tui_gcs.core.steering import Steering
 from tui_gcs.core.teams import TeamDesk
+from tui_gcs.core.uplink.commands import CommandService
+from tui_gcs.core.uplink.jobs import JobDesk
+from tui_gcs.core.uplink.uplink import Door
 
 JUMPED, DOUBTED = "its position jumped", "it doubted its own position"
 """Why who holds does not go on with the others."""

@@ -26,7 +26,7 @@ from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.motion.tracking_error import Led, Tracking, wanted_then
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
-from tui_gcs.core.services.command import CommandService
+from tui_gcs.core.uplink.commands import CommandService
 
 STANDS_M_S = 1.0
 """Slower than this a vehicle that brakes is as good as there."""

@@ -14,8 +14,8 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.services.command import CommandService
-from tui_gcs.core.services.order import Action, Order, Retry
+from tui_gcs.core.uplink.commands import CommandService
+from tui_gcs.core.uplink.orders import Action, Order, Retry
 
 AUTO, GUIDED, RTL, LAND, BRAKE = 3, 4, 6, 9, 17
 """ArduCopter custom_mode."""

@@ -12,7 +12,7 @@ from tui_gcs.core.firmware.speech import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.services.order import Action, Retry
+from tui_gcs.core.uplink.orders import Action, Retry
 
 HOLD_SETTLES_S = 0.8
 """A vehicle that did not get the hold and begins to move is faster than 0.5 m/s after this time."""

@@ -26,8 +26,8 @@ from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.motion.target_place import home_height
 from tui_gcs.core.protocol.common import EventClass, Vec3
 from tui_gcs.core.records.event_log import WARNING, EventLog
-from tui_gcs.core.services.command import CommandService
-from tui_gcs.core.services.order import FRAME_AMSL, Action, Order, Outcome, Retry, refused
+from tui_gcs.core.uplink.commands import CommandService
+from tui_gcs.core.uplink.orders import FRAME_AMSL, Action, Order, Outcome, Retry, refused
 
 AUTO = 4
 TAKEOFF, HOLD, MISSION, RTL, LAND = (AUTO << 16 | sub << 24 for sub in (2, 3, 4, 5, 6))

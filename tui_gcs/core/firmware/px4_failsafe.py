@@ -12,7 +12,7 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
-from tui_gcs.core.services.command import CommandService
+from tui_gcs.core.uplink.commands import CommandService
 
 PARAMETER = "COM_OBL_RC_ACT"
 TYPE_INT32 = 6

@@ -14,7 +14,7 @@ from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4, 
 from tui_gcs.core.motion.target_place import HomeHeight, Place, home_height
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.services.command import CommandService
+from tui_gcs.core.uplink.commands import CommandService
 
 
 def off_course_m(autopilot: int) -> float:

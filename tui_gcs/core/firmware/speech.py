@@ -4,13 +4,13 @@ import math
 from collections.abc import Callable
 from functools import partial
 
-from tui_gcs.core.door import Door
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.services.order import Action, Order, Outcome, Retry
+from tui_gcs.core.uplink.orders import Action, Order, Outcome, Retry
+from tui_gcs.core.uplink.uplink import Door
 
 Done = Callable[[Action, Outcome, str], None]
 Shown = Callable[[Vehicle], bool]

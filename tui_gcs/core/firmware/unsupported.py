@@ -7,7 +7,7 @@ from tui_gcs.core.firmware.speech import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.services.order import Action, Retry, refused
+from tui_gcs.core.uplink.orders import Action, Retry, refused
 
 WHY = "only ArduCopter and PX4 multicopters can be flown so far"
 

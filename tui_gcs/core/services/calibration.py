@@ -20,7 +20,7 @@ from tui_gcs.core.services.calibration_job import AckCalibration, CalibrationJob
 from tui_gcs.core.services.calibration_poses import PoseCalibration
 from tui_gcs.core.services.calibration_texts import TextCalibration
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.services.jobs import Job
+from tui_gcs.core.uplink.jobs import Job
 
 KINDS: dict[Dialogue, type[CalibrationJob]] = {
     Dialogue.ACK: AckCalibration,

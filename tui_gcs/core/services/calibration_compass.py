@@ -8,7 +8,7 @@ from tui_gcs.core.firmware.setup import MAG_CAL_PROGRESS, MAG_CAL_REPORT
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.calibration_job import CalibrationJob, Wanted
-from tui_gcs.core.services.command import Action, Retry
+from tui_gcs.core.uplink.commands import Action, Retry
 
 SET_MESSAGE_INTERVAL = 511
 EVERY_US, OFF_US = 500_000, -1

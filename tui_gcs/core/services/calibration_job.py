@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 from tui_gcs.core.firmware.setup import CalibrationWords, Sensor, is_calibrating
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.services.jobs import Job, JobState
-from tui_gcs.core.services.order import Order
+from tui_gcs.core.uplink.commands import Action, Outcome, Retry
+from tui_gcs.core.uplink.jobs import Job, JobState
+from tui_gcs.core.uplink.orders import Order
 
 MOST_NOTES = 100
 PERCENT = 100

@@ -10,8 +10,8 @@ from tui_gcs.core.firmware.setup import ACCELCAL_VEHICLE_POS
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.calibration_job import CalibrationJob, Wanted
-from tui_gcs.core.services.command import Action, Outcome, Retry
-from tui_gcs.core.services.order import Order
+from tui_gcs.core.uplink.commands import Action, Outcome, Retry
+from tui_gcs.core.uplink.orders import Order
 
 POSES = {
     1: "level",

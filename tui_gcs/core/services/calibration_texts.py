@@ -11,7 +11,7 @@ from enum import StrEnum
 from tui_gcs.core.firmware.setup import is_calibrating
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.calibration_job import CalibrationJob, Wanted
-from tui_gcs.core.services.command import Action
+from tui_gcs.core.uplink.commands import Action
 
 PREFIX = "[cal] "
 NO_STATUS_S = 0.3

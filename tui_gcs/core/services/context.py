@@ -4,12 +4,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.door import Door
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.services.command import CommandService
-from tui_gcs.core.services.jobs import JobDesk
+from tui_gcs.core.uplink.commands import CommandService
+from tui_gcs.core.uplink.jobs import JobDesk
+from tui_gcs.core.uplink.uplink import Door
 
 SLOW_BYTES_PER_S = 10_000
 """Less is a telemetry radio, or as bad."""

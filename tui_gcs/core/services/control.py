@@ -12,8 +12,8 @@ from typing import Any
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING
-from tui_gcs.core.services.command import DENIED, UNSUPPORTED
 from tui_gcs.core.services.context import Context
+from tui_gcs.core.uplink.commands import DENIED, UNSUPPORTED
 
 REQUEST_OPERATOR_CONTROL = 32100
 """MAV_CMD_REQUEST_OPERATOR_CONTROL (development.xml)."""

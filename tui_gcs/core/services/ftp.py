@@ -20,7 +20,7 @@ from tui_gcs.core.services.ftp_codec import Op
 from tui_gcs.core.services.ftp_dialogue import FIRST_TRIES, FtpDialogue
 from tui_gcs.core.services.ftp_download import FtpDownloadJob
 from tui_gcs.core.services.ftp_read import MOST_BYTES, FtpReader, MemorySink, Sink
-from tui_gcs.core.services.jobs import Job
+from tui_gcs.core.uplink.jobs import Job
 
 MESSAGE = "FILE_TRANSFER_PROTOCOL"
 CHANGES = frozenset({Op.CREATE, Op.WRITE, Op.REMOVE})

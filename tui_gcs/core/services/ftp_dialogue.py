@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from random import Random
 
 from tui_gcs.core.services.ftp_codec import DATA_BYTES, SLOW_DATA_BYTES, Op, Packet, pack, unpack
-from tui_gcs.core.services.round_trip import RoundTrip
+from tui_gcs.core.uplink.rtt_estimator import RoundTrip
 
 MOST_TRIES = 20
 """Of a question that is understood (security.md C.4: reads are repeated like stops)."""

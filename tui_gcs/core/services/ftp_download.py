@@ -13,7 +13,7 @@ from tui_gcs.core.services.ftp_change import FtpOneQuestion
 from tui_gcs.core.services.ftp_codec import Op
 from tui_gcs.core.services.ftp_dialogue import FtpDialogue
 from tui_gcs.core.services.ftp_read import FtpReader
-from tui_gcs.core.services.jobs import Job
+from tui_gcs.core.uplink.jobs import Job
 
 if TYPE_CHECKING:
     from tui_gcs.core.services.ftp import FtpService

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 from tui_gcs.core.base.safe_files import FileRefused
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.log_list import LogEntry, LogLister
 from tui_gcs.core.services.log_part import LogPart
-from tui_gcs.core.services.round_trip import RoundTrip
+from tui_gcs.core.uplink.jobs import Job
+from tui_gcs.core.uplink.rtt_estimator import RoundTrip
 
 if TYPE_CHECKING:
     from tui_gcs.core.services.logs import LogService

@@ -10,9 +10,9 @@ from tui_gcs.core.services.ftp_codec import Op
 from tui_gcs.core.services.ftp_dialogue import FtpDialogue
 from tui_gcs.core.services.ftp_download import CopyCheck
 from tui_gcs.core.services.ftp_read import FtpReader
-from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.log_list import LogEntry
 from tui_gcs.core.services.log_part import LogPart
+from tui_gcs.core.uplink.jobs import Job
 
 if TYPE_CHECKING:
     from tui_gcs.core.services.logs import LogService

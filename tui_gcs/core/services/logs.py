@@ -17,11 +17,11 @@ from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.ftp import FtpService
-from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.log_download import LogDownloadJob
 from tui_gcs.core.services.log_ftp import LogFtpJob
 from tui_gcs.core.services.log_list import LogEntry, LogLister
 from tui_gcs.core.services.log_part import LogPart
+from tui_gcs.core.uplink.jobs import Job
 
 ERASE_LOOK_S, ERASE_LONGEST_S = 3.0, 90.0
 """After erasing it is looked so often whether they are gone; a flash chip takes its time."""

@@ -18,11 +18,11 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.protocol.common import EventClass, Freshness
 from tui_gcs.core.records.event_log import ALERT
-from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.plan_book import MissionState, PlanBook, Progress
 from tui_gcs.core.services.plan_jobs import ClearJob, DownloadJob, OnDone, PlanJob, UploadJob
 from tui_gcs.core.services.plan_wire import ACCEPTED
+from tui_gcs.core.uplink.commands import Action, Outcome, Retry
 
 TRANSFER = ("MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK")
 PROGRESS = {progress.value: progress for progress in Progress}

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.mode_names import STANDARD_MODES, is_named, known_modes, mode_name, other_word
-from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
+from tui_gcs.core.uplink.commands import Action, Outcome, Retry
 
 REQUEST_MESSAGE = 512
 AVAILABLE_MODES = 435

@@ -14,9 +14,9 @@ from tui_gcs.core.mavlink.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.mavlink.enum_names import type_name
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE
-from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.services.order import Order
+from tui_gcs.core.uplink.commands import Action, Outcome, Retry
+from tui_gcs.core.uplink.orders import Order
 
 USUAL_THROTTLE, MOST_THROTTLE = 0.15, 0.30
 USUAL_S, MOST_S = 1.0, 3.0

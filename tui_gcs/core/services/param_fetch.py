@@ -12,10 +12,10 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.param_cache import CacheKey
 from tui_gcs.core.services.ftp import FtpReaderJob
 from tui_gcs.core.services.ftp_read import MemorySink
-from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.param_list import ParamLister
 from tui_gcs.core.services.param_pack import MOST_BYTES, ParamPackError, parse_pack
 from tui_gcs.core.services.param_values import Param
+from tui_gcs.core.uplink.jobs import Job
 
 if TYPE_CHECKING:
     from tui_gcs.core.services.params import ParamService

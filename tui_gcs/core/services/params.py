@@ -22,7 +22,6 @@ from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import INFO, WARNING
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.ftp import FtpService
-from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.metadata import PARAMETERS, MetadataJob, MetadataService
 from tui_gcs.core.services.param_ask import (
     MOST_NAMES_ASKED,
@@ -45,6 +44,7 @@ from tui_gcs.core.services.param_values import (
     shown,
     wire_value,
 )
+from tui_gcs.core.uplink.jobs import Job
 
 PARAM_VALUE, AUTOPILOT_VERSION = 22, 148
 BY_NAME = -1

@@ -15,9 +15,9 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.components import hear_all
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
-from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.gimbal import AIM_S, Aim, Gimbal
+from tui_gcs.core.uplink.commands import Action, Outcome, Retry
 
 TYPE_GIMBAL, TYPE_CAMERA = 26, 30
 """MAV_TYPE."""

@@ -20,12 +20,12 @@ from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT, NOTICE, WARNING
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.plan_book import Held, MissionState, PlanBook, Progress
 from tui_gcs.core.services.plan_read import Reading
 from tui_gcs.core.services.plan_send import Sending, Verdict
 from tui_gcs.core.services.plan_terrain import TerrainQuestion
 from tui_gcs.core.services.plan_wire import ACCEPTED, CANCELLED, DENIED, Pace, Wire, result_word
+from tui_gcs.core.uplink.jobs import Job
 
 MOST_PROVEN = 50
 CLEAR_TRIES = 10

@@ -6,8 +6,8 @@ MAVLink guide, services/mission; enum MAV_MISSION_RESULT of common.xml.
 from dataclasses import dataclass
 from typing import Any
 
-from tui_gcs.core.door import Door
 from tui_gcs.core.plans.model import PlanItem, PlanKind
+from tui_gcs.core.uplink.uplink import Door
 
 ACCEPTED, ERROR, DENIED, INVALID_SEQUENCE, CANCELLED = 0, 1, 14, 13, 15
 RESULT_WORDS = (

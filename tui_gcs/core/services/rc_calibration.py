@@ -15,11 +15,11 @@ from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING
-from tui_gcs.core.services.command import Action, Retry
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.param_change import ParamChange
 from tui_gcs.core.services.param_values import Number
 from tui_gcs.core.services.params import ParamService
+from tui_gcs.core.uplink.commands import Action, Retry
 
 RC_CHANNELS, SET_MESSAGE_INTERVAL = 65, 511
 EVERY_US, AS_BEFORE_US = 100_000, 0

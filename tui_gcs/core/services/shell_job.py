@@ -5,8 +5,8 @@ from collections.abc import Callable
 from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.shell import PROMPTS
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.jobs import Job
 from tui_gcs.core.services.shell import ShellService
+from tui_gcs.core.uplink.jobs import Job
 
 _PROMPTS = tuple(prompt.decode() for prompt in PROMPTS)
 PROMPT_S = 2.0

@@ -5,11 +5,11 @@ from collections import Counter, deque
 from dataclasses import dataclass, field
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.door import Door
 from tui_gcs.core.fleet.fleet import Fields, Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.ack_book import Trips
 from tui_gcs.core.services.context import Context
+from tui_gcs.core.uplink.ack_matching import Trips
+from tui_gcs.core.uplink.uplink import Door
 
 MOST_PER_S = 50
 """Per vehicle: ArduPilot asks every 10 s, PX4 at 10 Hz at most. More is a flood, and is not answered."""

@@ -11,8 +11,8 @@ from tui_gcs.core.fleet.components import hear_all
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.services.command import Action, Outcome, Retry
 from tui_gcs.core.services.context import Context
+from tui_gcs.core.uplink.commands import Action, Outcome, Retry
 
 MOST_TRACKS = 256
 FORGOTTEN_S = 60.0

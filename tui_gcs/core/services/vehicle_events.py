@@ -16,8 +16,8 @@ from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ERROR, NOTICE, WARNING
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.event_metadata import Decoded, EventMetadata, EventMetadataError, parse
-from tui_gcs.core.services.jobs import JobState
 from tui_gcs.core.services.metadata import EVENTS, MetadataJob, MetadataService
+from tui_gcs.core.uplink.jobs import JobState
 
 RESET = 1
 """MAV_EVENT_CURRENT_SEQUENCE_FLAGS_RESET: it counts from anew."""

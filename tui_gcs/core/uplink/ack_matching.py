@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tui_gcs.core.services.order import Action
+from tui_gcs.core.uplink.orders import Action
 
 Trips = tuple[float, float]
 """Shortest and longest measured time there and back, seconds."""

@@ -19,11 +19,11 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT, INFO, NOTICE, WARNING, EventLog
-from tui_gcs.core.services.ack_book import AckBook
-from tui_gcs.core.services.order import Action as Action
-from tui_gcs.core.services.order import Order as Order
-from tui_gcs.core.services.order import Outcome as Outcome
-from tui_gcs.core.services.order import Retry as Retry
+from tui_gcs.core.uplink.ack_matching import AckBook
+from tui_gcs.core.uplink.orders import Action as Action
+from tui_gcs.core.uplink.orders import Order as Order
+from tui_gcs.core.uplink.orders import Outcome as Outcome
+from tui_gcs.core.uplink.orders import Retry as Retry
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS, CANCELLED = range(7)
 LONG_ONLY, INT_ONLY, UNSUPPORTED_FRAME, NOT_IN_CONTROL = range(7, 11)
