@@ -5,7 +5,7 @@ from typing import Any
 
 from service_rig import ARDUPILOT, Fields, Peer, ServiceRig
 
-from tui_gcs.core.firmware.setup import Sensor
+from tui_gcs.core.firmware.calibration_setup import Sensor
 from tui_gcs.core.services.calibration import CalibrationJob, CalibrationService
 
 CALIBRATE, START_MAG, CANCEL_MAG, POSE, INTERVAL = 241, 42424, 42426, 42429, 511

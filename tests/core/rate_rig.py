@@ -5,7 +5,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.firmware.speech import Speech
+from tui_gcs.core.firmware.command_encoder import Speech
 from tui_gcs.core.fleet.vehicle import Path, PathState, Vehicle
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.spec import parse_link

@@ -5,7 +5,7 @@ from pathlib import Path
 from calibration_rig import CALIBRATE, FAILED_RESULT, IN_PROGRESS, Calibrated, begun, make, service
 from service_rig import PX4, Fields, ServiceRig
 
-from tui_gcs.core.firmware.setup import Sensor
+from tui_gcs.core.firmware.calibration_setup import Sensor
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.services.calibration import CalibrationJob
 from tui_gcs.core.uplink.jobs import JobState

@@ -6,7 +6,7 @@ import pytest
 from calibration_rig import CANCEL_MAG, INTERVAL, START_MAG, Calibrated, begun, make, service
 from service_rig import Fields
 
-from tui_gcs.core.firmware.setup import Sensor
+from tui_gcs.core.firmware.calibration_setup import Sensor
 from tui_gcs.core.services.calibration_compass import CompassCalibration
 from tui_gcs.core.uplink.jobs import JobState
 

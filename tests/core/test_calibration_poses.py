@@ -6,7 +6,7 @@ import pytest
 from calibration_rig import CALIBRATE, FAILED_RESULT, POSE, Calibrated, begun, make, service
 from service_rig import Fields, ServiceRig
 
-from tui_gcs.core.firmware.setup import Sensor
+from tui_gcs.core.firmware.calibration_setup import Sensor
 from tui_gcs.core.services.calibration import CalibrationJob
 from tui_gcs.core.services.calibration_poses import FAILED, SUCCESS, PoseCalibration
 from tui_gcs.core.uplink.jobs import JobState

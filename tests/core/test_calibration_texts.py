@@ -7,7 +7,7 @@ import pytest
 from calibration_rig import ACCEPTED, CALIBRATE, DENIED, TEMPORARILY_REJECTED, Calibrated, begun, make, service
 from service_rig import PX4, Fields
 
-from tui_gcs.core.firmware.setup import Sensor
+from tui_gcs.core.firmware.calibration_setup import Sensor
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.services.calibration_texts import Side, TextCalibration
 from tui_gcs.core.uplink.jobs import JobState

@@ -8,8 +8,8 @@ from rig import Rig
 from service_rig import PX4, Peer, ServiceRig
 from vehicles import a_vehicle
 
-from tui_gcs.core.firmware.alone import alone
 from tui_gcs.core.firmware.failsafes import FailsafeLine, explain, wanted
+from tui_gcs.core.firmware.lost_link_behaviour import alone
 from tui_gcs.core.firmware.px4_offboard import OFFBOARD
 from tui_gcs.core.guard.motion_prediction import Alone
 from tui_gcs.core.services.failsafes import FailsafeService, OnRead

@@ -6,7 +6,7 @@ from typing import Any
 
 from sitl.fleet import SimFleet, VehicleSpec
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.firmware.speech import Speech
+from tui_gcs.core.firmware.command_encoder import Speech
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.spec import parse_link

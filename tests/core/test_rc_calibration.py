@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from param_peer import INT8, INT16, INT32, REAL32, ParamServer
 from service_rig import ARDUPILOT, PX4, Peer, ServiceRig
 
-from tui_gcs.core.firmware.radio_setup import Stick, radio_words
+from tui_gcs.core.firmware.rc_setup import Stick, radio_words
 from tui_gcs.core.services.param_change import ParamChange
 from tui_gcs.core.services.rc_calibration import RcCalibration, RcCalibrationService, Step
 

@@ -9,7 +9,7 @@ from service_rig import ARDUPILOT, PX4, Fields, Peer, ServiceRig
 from test_shell import Nsh
 from vehicles import a_vehicle
 
-from tui_gcs.core.firmware.mode_manners import manner_of
+from tui_gcs.core.firmware.mode_change_policy import manner_of
 from tui_gcs.core.mavlink.mode_names import known_modes
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.uplink.orders import Retry

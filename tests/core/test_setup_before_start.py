@@ -9,7 +9,7 @@ from service_rig import Fields, ServiceRig
 from test_calibration_compass import Compasses
 from test_tuning import COPTER
 
-from tui_gcs.core.firmware.setup import Sensor
+from tui_gcs.core.firmware.calibration_setup import Sensor
 from tui_gcs.core.uplink.orders import Action, Outcome
 
 ARM, TAKE_OFF, DISARM = "arm", "take-off", "disarm"

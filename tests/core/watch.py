@@ -12,8 +12,8 @@ from vehicles import a_vehicle
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.by_hand import ByHand
 from tui_gcs.core.executive import Executive
+from tui_gcs.core.firmware.command_encoder import Speech
 from tui_gcs.core.firmware.registry import Firmwares
-from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import Flight, FlightBook

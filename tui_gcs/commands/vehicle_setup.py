@@ -17,7 +17,7 @@ from tui_gcs.commands.vehicle_station import (
     tell_failed,
     vehicle_ids,
 )
-from tui_gcs.core.firmware.setup import motor_word
+from tui_gcs.core.firmware.calibration_setup import motor_word
 from tui_gcs.core.protocol.services import GetVehicles
 from tui_gcs.core.protocol.setup import (
     AirframeRow,

@@ -14,7 +14,7 @@ import numpy as np
 from tui_gcs.core.alarms.alarm_table import AlarmDesk, Finding
 from tui_gcs.core.alarms.causes import WHEN_ON_ITS_WAY
 from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
-from tui_gcs.core.firmware.habits import stop_word
+from tui_gcs.core.firmware.foreign_command_policy import stop_word
 from tui_gcs.core.firmware.health import Concern, Problem
 from tui_gcs.core.fleet.integrity.position_jump_monitor import JUMP_M
 from tui_gcs.core.fleet.vehicle import Vehicle

@@ -5,7 +5,7 @@ The fence is ours. A mission is started for others only if its whole upload pass
 Numbers: MAV_CMD, MAV_MISSION_TYPE of common.xml.
 """
 
-from tui_gcs.core.firmware.habits import habits_of
+from tui_gcs.core.firmware.foreign_command_policy import habits_of
 from tui_gcs.core.forward_orders import (
     Asked,
     Order,

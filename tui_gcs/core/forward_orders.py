@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from shapely.geometry import LineString, Point
 
-from tui_gcs.core.firmware.habits import habits_of
+from tui_gcs.core.firmware.foreign_command_policy import habits_of
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward_plans import Plan
 from tui_gcs.core.geometry.local_frame import LocalFrame

@@ -7,7 +7,7 @@ Numbers: MAV_CMD of common.xml.
 import math
 from collections.abc import Callable
 
-from tui_gcs.core.firmware.habits import MISSION_MODES, OTHER_MODES, habits_of, stop_word
+from tui_gcs.core.firmware.foreign_command_policy import MISSION_MODES, OTHER_MODES, habits_of, stop_word
 from tui_gcs.core.forward_missions import (
     mission_continue,
     mission_item,

@@ -8,7 +8,7 @@ import math
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.firmware.speech import Speech
+from tui_gcs.core.firmware.command_encoder import Speech
 from tui_gcs.core.firmware.streams import not_for
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle

@@ -9,10 +9,10 @@ from typing import Any
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
-from tui_gcs.core.firmware.mode_manners import manner_of
+from tui_gcs.core.firmware.command_encoder import Speech
+from tui_gcs.core.firmware.mode_change_policy import manner_of
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.firmware.shell import why_no_shell
-from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.formats.content import counted
 from tui_gcs.core.mavlink.commands import CMD_REBOOT

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
-from tui_gcs.core.firmware.speech import Done
+from tui_gcs.core.firmware.command_encoder import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flights import MOTORS_STEP, ON_BOARD_STEP
 from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM

@@ -5,8 +5,8 @@ from functools import partial
 from typing import Any
 
 from tui_gcs.core.firmware.base import may_be_flying
+from tui_gcs.core.firmware.calibration_setup import Sensor, calibration, motor_word
 from tui_gcs.core.firmware.registry import name_of
-from tui_gcs.core.firmware.setup import Sensor, calibration, motor_word
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol import setup as s
 from tui_gcs.core.protocol.services import MEANT, TaskResult

@@ -18,8 +18,8 @@ from tui_gcs.core.base.clock import Clock, WallWatch, clock_words
 from tui_gcs.core.by_hand import ByHand
 from tui_gcs.core.escort import EscortDesk
 from tui_gcs.core.executive import Executive
+from tui_gcs.core.firmware.command_encoder import Speech
 from tui_gcs.core.firmware.registry import Firmwares
-from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.fleet.detections import Detections
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.integrity.altitude_monitor import HeightWatch

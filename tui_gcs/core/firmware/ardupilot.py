@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 
 from tui_gcs.core.firmware.base import Lead, is_settled, may_be_flying, stands_still
-from tui_gcs.core.firmware.speech import Done, Speech
+from tui_gcs.core.firmware.command_encoder import Done, Speech
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import STILL

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from tui_gcs.core.firmware.speech import Done
+from tui_gcs.core.firmware.command_encoder import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.protocol.common import Vec3

@@ -17,9 +17,9 @@ from tui_gcs.core.firmware.base import (
     may_be_flying,
     stands_still,
 )
-from tui_gcs.core.firmware.px4_failsafe import OffboardLoss
+from tui_gcs.core.firmware.command_encoder import Done, Speech
 from tui_gcs.core.firmware.px4_offboard import GAP_S, OFFBOARD, Offboard, home_amsl_m, in_failsafe
-from tui_gcs.core.firmware.speech import Done, Speech
+from tui_gcs.core.firmware.px4_offboard_loss import OffboardLoss
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import STILL

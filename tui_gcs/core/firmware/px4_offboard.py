@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.firmware.speech import Speech
+from tui_gcs.core.firmware.command_encoder import Speech
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import stopping_point

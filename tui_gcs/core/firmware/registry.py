@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.ardupilot import COPTER_TYPES, ArduCopter
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M, Firmware
+from tui_gcs.core.firmware.command_encoder import Speech
 from tui_gcs.core.firmware.px4 import Px4Multicopter
-from tui_gcs.core.firmware.speech import Speech
 from tui_gcs.core.firmware.unsupported import Unsupported
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle

@@ -9,7 +9,14 @@ import math
 from collections import Counter
 from collections.abc import Callable
 
-from tui_gcs.core.firmware.setup import CalibrationWords, Dialogue, Sensor, calibration, sensors, why_no_calibration
+from tui_gcs.core.firmware.calibration_setup import (
+    CalibrationWords,
+    Dialogue,
+    Sensor,
+    calibration,
+    sensors,
+    why_no_calibration,
+)
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.status_text import TextAssembler
 from tui_gcs.core.fleet.vehicle import Vehicle

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from functools import partial
 
-from tui_gcs.core.firmware.setup import MAG_CAL_PROGRESS, MAG_CAL_REPORT
+from tui_gcs.core.firmware.calibration_setup import MAG_CAL_PROGRESS, MAG_CAL_REPORT
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.calibration_job import CalibrationJob, Wanted

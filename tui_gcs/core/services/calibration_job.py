@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tui_gcs.core.firmware.setup import CalibrationWords, Sensor, is_calibrating
+from tui_gcs.core.firmware.calibration_setup import CalibrationWords, Sensor, is_calibrating
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.uplink.commands import Action, Outcome, Retry

@@ -6,7 +6,7 @@ end counts only after a pose of this calibration.
 
 import math
 
-from tui_gcs.core.firmware.setup import ACCELCAL_VEHICLE_POS
+from tui_gcs.core.firmware.calibration_setup import ACCELCAL_VEHICLE_POS
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.calibration_job import CalibrationJob, Wanted

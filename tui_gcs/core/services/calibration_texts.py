@@ -8,7 +8,7 @@ CALIBRATING tells when it is over though no text said how.
 import re
 from enum import StrEnum
 
-from tui_gcs.core.firmware.setup import is_calibrating
+from tui_gcs.core.firmware.calibration_setup import is_calibrating
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.calibration_job import CalibrationJob, Wanted
 from tui_gcs.core.uplink.commands import Action

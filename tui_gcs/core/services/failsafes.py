@@ -6,8 +6,8 @@ counts instead of what was read.
 
 from collections.abc import Callable, Sequence
 
-from tui_gcs.core.firmware.alone import alone
 from tui_gcs.core.firmware.failsafes import UNHEARD, FailsafeLine, Values, explain, wanted
+from tui_gcs.core.firmware.lost_link_behaviour import alone
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.motion_prediction import Alone

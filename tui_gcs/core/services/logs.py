@@ -10,7 +10,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 
 from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
-from tui_gcs.core.firmware import files as firmware
+from tui_gcs.core.firmware import log_files as firmware
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass

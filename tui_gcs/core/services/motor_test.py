@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 
-from tui_gcs.core.firmware.setup import motor_test, motor_test_end, motor_test_hint, motors
+from tui_gcs.core.firmware.calibration_setup import motor_test, motor_test_end, motor_test_hint, motors
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.mavlink.enum_names import type_name

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
 
-from tui_gcs.core.firmware.radio_setup import RadioWords, Stick, radio_words
+from tui_gcs.core.firmware.rc_setup import RadioWords, Stick, radio_words
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass

@@ -9,7 +9,7 @@ import struct
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.firmware.speech import Speech
+from tui_gcs.core.firmware.command_encoder import Speech
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.uplink.commands import CommandService
