@@ -8,7 +8,7 @@ import pytest
 from rig import SETPOINT, Rig, scenario
 
 from tui_gcs.core.fleet.fleet import LOOK_S
-from tui_gcs.core.flights import ON_BOARD_STEP
+from tui_gcs.core.flight.flights import ON_BOARD_STEP
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness, Intent, Phase, RunPhase
 from tui_gcs.rehearsal import TICK_S

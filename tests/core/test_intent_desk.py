@@ -7,7 +7,7 @@ import pytest
 from watch import Watch
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.intents import IntentDesk
+from tui_gcs.core.flight.intents import IntentDesk
 from tui_gcs.core.motion.course import Course, Stand, Trajectory
 from tui_gcs.core.motion.cruise import Cruise
 from tui_gcs.core.motion.orbit import Orbit

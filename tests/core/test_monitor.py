@@ -6,7 +6,7 @@ import pytest
 from rig import scenario
 from vehicles import a_vehicle
 
-from tui_gcs.core.flights import FlightBook
+from tui_gcs.core.flight.flights import FlightBook
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.monitor import FleetMonitor
 

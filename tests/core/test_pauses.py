@@ -11,7 +11,7 @@ from rig import Rig
 
 from sitl import ardupilot_failsafes
 from sitl.px4_failsafes import engage
-from tui_gcs.core.pauses import HEARS_FIRST_S, Pauses
+from tui_gcs.core.flight.stall_detection import HEARS_FIRST_S, Pauses
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.rehearsal import TICK_S
 

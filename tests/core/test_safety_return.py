@@ -12,7 +12,7 @@ from vehicles import a_vehicle
 
 from tui_gcs.core.fleet.integrity.position_jump_monitor import JumpWatch
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flights import Flight, FlightBook
+from tui_gcs.core.flight.flights import Flight, FlightBook
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Shape, Zone, contains
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.monitor import FleetMonitor

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tui_gcs.core.flight.steering import next_due_s
 from tui_gcs.core.guard.guard import MIN_SETPOINT_GAP_S
-from tui_gcs.core.steering import next_due_s
 
 
 def times_sent(tick_s: float, gap_s: float) -> np.ndarray:

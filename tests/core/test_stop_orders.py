@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 from watch import AUTO, BRAKE, GUIDED, LAND, RTL, Watch
 
-from tui_gcs.core.flights import FOUND, LOST, ON_BOARD_STEP
+from tui_gcs.core.flight.flights import FOUND, LOST, ON_BOARD_STEP
 from tui_gcs.core.protocol.common import Phase, RunPhase, VehicleResult
 
 Stop = Callable[[Watch, tuple[int, ...]], tuple[VehicleResult, ...]]

@@ -10,13 +10,14 @@ from typing import Any, cast
 from vehicles import a_vehicle
 
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.by_hand import ByHand
-from tui_gcs.core.executive import Executive
 from tui_gcs.core.firmware.command_encoder import Speech
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flights import Flight, FlightBook
+from tui_gcs.core.flight.executive import Executive
+from tui_gcs.core.flight.flights import Flight, FlightBook
+from tui_gcs.core.flight.manual_control import ByHand
+from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.guard.guard import Guard
@@ -24,7 +25,6 @@ from tui_gcs.core.mavlink.sources import Stream
 from tui_gcs.core.protocol.common import Phase, Vec3
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin
-from tui_gcs.core.steering import Steering
 from tui_gcs.core.uplink.commands import CommandService
 from tui_gcs.core.uplink.uplink import Door
 

@@ -12,7 +12,7 @@ from rig import Rig, scenario, toml
 
 from sitl.weather import Weather as SimWeather
 from sitl.weather import WeatherSpec
-from tui_gcs.core.flights import COLUMN_M
+from tui_gcs.core.flight.flights import COLUMN_M
 from tui_gcs.core.geometry.zones import Circle, Role, Zone, contains, polygon_of
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Intent, Phase, Vec3

@@ -9,12 +9,12 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.flight.teams import TeamDesk
 from tui_gcs.core.mavlink.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.common import EventClass, Plan, PlannerInfo, PreviewResult, decode, encode
 from tui_gcs.core.protocol.plan_limits import too_large
 from tui_gcs.core.records.event_log import NOTICE, WARNING
-from tui_gcs.core.teams import TeamDesk
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.flights import IN_THE_AIR, Flight
+from tui_gcs.core.flight.flights import IN_THE_AIR, Flight
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.common import EventClass, RunPhase
 from tui_gcs.core.protocol.plan_limits import MOST_LEARNT_BYTES

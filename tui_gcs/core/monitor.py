@@ -13,7 +13,7 @@ import numpy as np
 
 from tui_gcs.core.fleet.integrity.position_error import DEGRADED_M
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flights import FlightBook
+from tui_gcs.core.flight.flights import FlightBook
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.guard.separation_check import GROUND_M
 from tui_gcs.core.protocol.common import Vec3

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.planner_tasks import Crew, crewed, crews
+from tui_gcs.core.flight.planner_tasks import Crew, crewed, crews
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import PREVIEW_TASK
 from tui_gcs.core.protocol.common import PlannerTask, PreviewResult, PreviewTask, Reply, encode

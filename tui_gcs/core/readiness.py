@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flights import Flight
+from tui_gcs.core.flight.flights import Flight
 from tui_gcs.core.protocol.common import Freshness, Phase, VehicleResult
 from tui_gcs.core.scenario.model import Round, Scenario, band_m
 

@@ -17,7 +17,7 @@ from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import Fleet
-from tui_gcs.core.flights import FlightBook
+from tui_gcs.core.flight.flights import FlightBook
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.mavlink.dialect import decode
 from tui_gcs.core.mavlink.frames import Frame

@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from tui_gcs.core.flights import COLUMN_M
+from tui_gcs.core.flight.flights import COLUMN_M
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, sweep_bound_s
 from tui_gcs.core.geometry.zones import Zone, area_m2, polygon_of
 from tui_gcs.core.incursions import IntruderResult

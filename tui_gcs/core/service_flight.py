@@ -9,13 +9,13 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.command_encoder import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flights import MOTORS_STEP, ON_BOARD_STEP
+from tui_gcs.core.flight.flights import MOTORS_STEP, ON_BOARD_STEP
+from tui_gcs.core.flight.steering import LEAST_HOVER_M
 from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM
 from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.base import Vec3
 from tui_gcs.core.service_acts import ARMED
 from tui_gcs.core.service_tasks import Task
-from tui_gcs.core.steering import LEAST_HOVER_M
 from tui_gcs.core.uplink.orders import Action, Order, Outcome, Retry
 
 if TYPE_CHECKING:

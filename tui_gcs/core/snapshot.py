@@ -6,12 +6,12 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.registry import name_of
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flights import FlightBook
+from tui_gcs.core.flight.flights import FlightBook
+from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.mavlink.enum_names import type_name
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.common import NOWHERE, FleetFrame, Kind, Phase
 from tui_gcs.core.services.payload import PayloadService
-from tui_gcs.core.steering import Steering
 
 
 def fleet_frame(

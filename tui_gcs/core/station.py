@@ -15,9 +15,6 @@ import msgspec
 from tui_gcs.core.alarm_finders import AlarmFinder
 from tui_gcs.core.alarms.alarm_table import AlarmDesk
 from tui_gcs.core.base.clock import Clock, WallWatch, clock_words
-from tui_gcs.core.by_hand import ByHand
-from tui_gcs.core.escort import EscortDesk
-from tui_gcs.core.executive import Executive
 from tui_gcs.core.firmware.command_encoder import Speech
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet.detections import Detections
@@ -29,7 +26,13 @@ from tui_gcs.core.fleet.integrity.reboot_store import RebootBook
 from tui_gcs.core.fleet.tracks import TrackBook
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.fleet.wind import WindBook
-from tui_gcs.core.flights import FOUND, FlightBook
+from tui_gcs.core.flight.executive import Executive
+from tui_gcs.core.flight.flights import FOUND, FlightBook
+from tui_gcs.core.flight.follow import EscortDesk
+from tui_gcs.core.flight.manual_control import ByHand
+from tui_gcs.core.flight.stall_detection import Pauses
+from tui_gcs.core.flight.steering import Steering
+from tui_gcs.core.flight.teams import TeamDesk
 from tui_gcs.core.forward import Endpoint, Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard.guard import Guard
@@ -37,7 +40,6 @@ from tui_gcs.core.links import Link
 from tui_gcs.core.listeners import Listeners
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.monitor import FleetMonitor
-from tui_gcs.core.pauses import Pauses
 from tui_gcs.core.preflight import PreflightDesk
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.bus import Bus
@@ -70,8 +72,6 @@ from tui_gcs.core.signing.timestamp_store import TimestampFile
 from tui_gcs.core.signing.trust import TrustBook
 from tui_gcs.core.snapshot import fleet_frame
 from tui_gcs.core.status import station_status
-from tui_gcs.core.steering import Steering
-from tui_gcs.core.teams import TeamDesk
 from tui_gcs.core.uplink.commands import CommandService
 from tui_gcs.core.uplink.jobs import JobDesk
 from tui_gcs.core.uplink.uplink import Door

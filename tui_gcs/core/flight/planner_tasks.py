@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping
 from itertools import count, islice
 
-from tui_gcs.core.flights import places_of, teams_of
+from tui_gcs.core.flight.flights import places_of, teams_of
 from tui_gcs.core.protocol.planning import PlannerTask
 from tui_gcs.core.scenario.model import Round, Scenario, TakeOffPlace, Team
 

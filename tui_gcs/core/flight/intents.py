@@ -6,7 +6,8 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flights import Flight, FlightBook
+from tui_gcs.core.flight.flights import Flight, FlightBook
+from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.guard.guard import SPEED_TOLERANCE, Guard
 from tui_gcs.core.motion.course import STILL, Course, Stand, Trajectory, course_of
 from tui_gcs.core.motion.cruise import ACCEL_SHARE, LONGEST_S, Cruise
@@ -14,7 +15,6 @@ from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import EventClass, Intent, Phase, Plan, Vec3
 from tui_gcs.core.records.event_log import WARNING, EventLog
 from tui_gcs.core.scenario.model import Limits
-from tui_gcs.core.steering import Steering
 
 MOST_SLOT_CELLS, MOST_REASON_CELLS = 12, 100
 """What a planner may call a slot and give as a reason; the rest is cut."""

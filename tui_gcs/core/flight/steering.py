@@ -15,7 +15,7 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flights import COLUMN_M, Flight, FlightBook
+from tui_gcs.core.flight.flights import COLUMN_M, Flight, FlightBook
 from tui_gcs.core.geometry.shortest_route import route
 from tui_gcs.core.guard.bypass import columns_aside
 from tui_gcs.core.guard.guard import Guard, Verdict

@@ -8,10 +8,10 @@ import math
 from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.by_hand import ByHand
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flights import Flight, FlightBook
+from tui_gcs.core.flight.flights import Flight, FlightBook
+from tui_gcs.core.flight.manual_control import ByHand
 from tui_gcs.core.motion.course import Course
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.protocol.flight import Nudge

@@ -8,7 +8,8 @@ import math
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flights import BY_HAND_STEP, Flight, FlightBook
+from tui_gcs.core.flight.flights import BY_HAND_STEP, Flight, FlightBook
+from tui_gcs.core.flight.steering import LEAST_HOVER_M, Steering
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.motion.course import LEAST_SPEED_M_S, STILL, Course, Stand
@@ -17,7 +18,6 @@ from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import Freshness, Phase, Vec3
 from tui_gcs.core.protocol.flight import Circle, GoTo, Nudge
 from tui_gcs.core.scenario.model import Limits
-from tui_gcs.core.steering import LEAST_HOVER_M, Steering
 from tui_gcs.core.uplink.commands import CommandService
 
 NUDGE_S = 1.0

@@ -18,11 +18,13 @@ import msgspec
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import Fleet
-from tui_gcs.core.flights import IN_THE_AIR, Flight, FlightBook
+from tui_gcs.core.flight.flights import IN_THE_AIR, Flight, FlightBook
+from tui_gcs.core.flight.intents import IntentDesk
+from tui_gcs.core.flight.planner_tasks import task_of
+from tui_gcs.core.flight.steering import Steering
+from tui_gcs.core.flight.team_measures import ZoneMeasure
 from tui_gcs.core.geometry.idleness_grid import serving
 from tui_gcs.core.guard.guard import Guard
-from tui_gcs.core.intents import IntentDesk
-from tui_gcs.core.planner_tasks import task_of
 from tui_gcs.core.protocol.common import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
 from tui_gcs.core.protocol.plan_limits import (
     MOST_LEARNT_BYTES,
@@ -35,8 +37,6 @@ from tui_gcs.core.protocol.plan_limits import (
 from tui_gcs.core.records.event_log import ALERT, NOTICE, WARNING, EventLog
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.scenario.model import Round, Scenario, Team
-from tui_gcs.core.steering import Steering
-from tui_gcs.core.team_measures import ZoneMeasure
 
 SILENT_S = 2.0
 LATE_IN_A_ROW = 3

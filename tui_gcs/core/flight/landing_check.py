@@ -1,7 +1,7 @@
 """Who disarms: was that a landing, and is it what was wanted? Pure."""
 
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flights import MOTORS_STEP, ON_BOARD_STEP, Flight
+from tui_gcs.core.flight.flights import MOTORS_STEP, ON_BOARD_STEP, Flight
 from tui_gcs.core.protocol.common import Phase
 
 CANCELLED = "cancelled"

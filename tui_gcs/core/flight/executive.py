@@ -13,15 +13,15 @@ from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, Flight, FlightBook
-from tui_gcs.core.homing import LAYER_TOLERANCE_M, Homing
+from tui_gcs.core.flight.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, Flight, FlightBook
+from tui_gcs.core.flight.landing_check import CANCELLED, TOUCHED, is_down, landing_words
+from tui_gcs.core.flight.return_home import LAYER_TOLERANCE_M, Homing
+from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.motion.course import Stand
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.records.event_log import ALERT, INFO, NOTICE, WARNING, EventLog
-from tui_gcs.core.steering import Steering
-from tui_gcs.core.touchdown import CANCELLED, TOUCHED, is_down, landing_words
 from tui_gcs.core.uplink.commands import Action, CommandService, Outcome
 
 PREARM_WAIT_S = 15.0

@@ -12,11 +12,11 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flights import Flight, FlightBook
+from tui_gcs.core.flight.flights import Flight, FlightBook
+from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.motion.course import Stand
 from tui_gcs.core.protocol.common import EventClass, Phase, Vec3, VehicleResult
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
-from tui_gcs.core.steering import Steering
 from tui_gcs.core.uplink.commands import CommandService
 
 LAYER_TOLERANCE_M = 1.0
