@@ -8,9 +8,9 @@ import pytest
 
 from tui_gcs.cli import main
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.missions import build
+from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
-from tui_gcs.core.missions.store import Saved, to_bytes
+from tui_gcs.core.missions.draft_file import Saved, to_bytes
 from tui_gcs.core.scenario.load import parse
 
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"

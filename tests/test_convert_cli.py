@@ -11,7 +11,7 @@ from tui_gcs.core.formats.files import read_file
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions import fences
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
-from tui_gcs.core.missions.store import Saved, to_bytes
+from tui_gcs.core.missions.draft_file import Saved, to_bytes
 from tui_gcs.core.scenario.model import Origin
 
 SCENARIO = str(Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml")

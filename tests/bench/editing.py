@@ -14,7 +14,8 @@ from textual.events import Key
 from tests.bench.row import Row
 from tui_gcs.app import ConsoleApp
 from tui_gcs.core.base.clock import MonotonicClock
-from tui_gcs.core.missions import build, fences
+from tui_gcs.core.missions import fences
+from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.screens.missions import MissionsScreen

@@ -3,12 +3,13 @@
 import pytest
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.missions import build, fences
-from tui_gcs.core.missions.copies import copied
+from tui_gcs.core.missions import fences
+from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.crew import Member
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
+from tui_gcs.core.missions.layered_copies import copied
 from tui_gcs.core.missions.survey import GeneratorError
-from tui_gcs.core.missions.way import Home
+from tui_gcs.core.missions.timed_path import Home
 from tui_gcs.core.plans.model import LAND, RELATIVE, ROI_LOCATION, PlanItem, PlanKind
 from tui_gcs.core.scenario.model import Origin
 

@@ -11,7 +11,7 @@ from plan_peers import ArduPilotPeer, PlanPeer, Px4Peer, circle, fence, mission,
 from service_rig import ServiceRig
 
 from tui_gcs.core.firmware.plans import dialect_of
-from tui_gcs.core.plan_compare import compare
+from tui_gcs.core.missions.plan_compare import compare
 from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.services.plan_jobs import DownloadJob, PlanJob
 from tui_gcs.core.services.plan_wire import item_of

@@ -10,7 +10,7 @@ from plan_peers import circle, fence, mission, square, waypoint
 from rig import Rig
 
 from tui_gcs.core.firmware.plans import ARDUPILOT, GENERIC, PX4, PlanDialect
-from tui_gcs.core.plan_compare import begins_alike, compare
+from tui_gcs.core.missions.plan_compare import begins_alike, compare
 from tui_gcs.core.plans.check import check
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.uplink.jobs import JobState

@@ -19,7 +19,7 @@ from plan_peers import (
 from service_rig import Fields, Peer, ServiceRig
 
 from tui_gcs.core.firmware.plans import dialect_of
-from tui_gcs.core.plan_compare import compare
+from tui_gcs.core.missions.plan_compare import compare
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.services.mission import MissionService
 from tui_gcs.core.services.plan_jobs import PlanJob

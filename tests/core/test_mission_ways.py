@@ -11,14 +11,15 @@ from hypothesis import strategies as st
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
-from tui_gcs.core.missions import build, corridor, fences, survey
-from tui_gcs.core.missions.conflicts import conflicts
+from tui_gcs.core.missions import corridor, fences, survey
+from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
-from tui_gcs.core.missions.findings import Level, Site, battery_left_pct, findings
 from tui_gcs.core.missions.forecast import Forecast
-from tui_gcs.core.missions.patrols import patrols
+from tui_gcs.core.missions.mission_conflicts import conflicts
+from tui_gcs.core.missions.mission_findings import Level, Site, battery_left_pct, findings
+from tui_gcs.core.missions.patrol_crossings import patrols
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.core.missions.way import Home, Way, way_of
+from tui_gcs.core.missions.timed_path import Home, Way, way_of
 from tui_gcs.core.plans.model import (
     AMSL,
     JUMP,

@@ -6,12 +6,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tui_gcs.core.missions import edits, fences, store
-from tui_gcs.core.missions.autopilots import differences
-from tui_gcs.core.missions.commands import COMMANDS, MISSION_WORDS, with_command, word_of
+from tui_gcs.core.missions import draft_file as store
+from tui_gcs.core.missions import fences
+from tui_gcs.core.missions import item_edits as edits
+from tui_gcs.core.missions.autopilot_limits import differences
+from tui_gcs.core.missions.command_reference import COMMANDS, MISSION_WORDS, with_command, word_of
 from tui_gcs.core.missions.draft import MissionDraft, MissionHistory, VehicleDraft
+from tui_gcs.core.missions.item_sequence import Walk
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.core.missions.walk import Walk
 from tui_gcs.core.plans.check import check
 from tui_gcs.core.plans.model import JUMP, MISSION_FRAME, RELATIVE, WAYPOINT, Plan, PlanItem, PlanKind
 

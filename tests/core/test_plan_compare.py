@@ -10,7 +10,7 @@ from plan_designs import missions
 from plan_peers import circle, fence, square, waypoint
 
 from tui_gcs.core.firmware.plans import ARDUPILOT, GENERIC, PX4, PlanDialect
-from tui_gcs.core.plan_compare import begins_alike, compare
+from tui_gcs.core.missions.plan_compare import begins_alike, compare
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 
 PLACE = waypoint(0, z=100.0)

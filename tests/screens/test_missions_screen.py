@@ -9,7 +9,8 @@ from pictures import same_as_snapshot
 
 from tui_gcs import plan_transfers
 from tui_gcs.core.firmware.plans import ARDUPILOT
-from tui_gcs.core.missions import build, fences
+from tui_gcs.core.missions import fences
+from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.plan_rows import plan_rows

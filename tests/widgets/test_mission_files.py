@@ -5,9 +5,10 @@ from pathlib import Path
 import pytest
 
 from tui_gcs.core.formats.files import FORMATS, Family
-from tui_gcs.core.missions import build, fences
+from tui_gcs.core.missions import fences
+from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
-from tui_gcs.core.missions.store import DraftFileError
+from tui_gcs.core.missions.draft_file import DraftFileError
 from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.widgets.mission_editor import MissionEditor
 from tui_gcs.widgets.mission_files import MissionFile

@@ -16,8 +16,8 @@ from tui_gcs.exits import FAILED, OK, CommandError
 if TYPE_CHECKING:
     from tui_gcs.core.formats.conversion import Base
     from tui_gcs.core.missions.draft import VehicleDraft
-    from tui_gcs.core.missions.findings import Finding, Site
-    from tui_gcs.core.plan_findings import Who
+    from tui_gcs.core.missions.mission_findings import Finding, Site
+    from tui_gcs.core.missions.plan_findings import Who
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -61,7 +61,7 @@ def scenario_lines(path: Path, preview: str | None = None) -> list[Line]:
         scenario = parse(text, path.name)
     except ScenarioError as error:
         return [Line(ERROR, "", problem.removeprefix(f"{path.name}: ")) for problem in error.problems]
-    from tui_gcs.core.scenario_findings import findings  # not for a scenario that cannot be read
+    from tui_gcs.core.missions.scenario_findings import findings  # not for a scenario that cannot be read
     from tui_gcs.planner import registry
 
     found = [
@@ -151,9 +151,9 @@ def _param_lines(content: Content) -> list[Line]:
 def _plan_lines(content: Content, base: "Base | None", arguments: argparse.Namespace) -> list[Line]:
     """The findings of a plan: where it leads, and what its autopilot makes of it."""
     from tui_gcs.core.missions.draft import VehicleDraft
-    from tui_gcs.core.missions.findings import Level, findings
-    from tui_gcs.core.missions.way import Home, way_of
-    from tui_gcs.core.plan_findings import autopilot_findings, summary
+    from tui_gcs.core.missions.mission_findings import Level, findings
+    from tui_gcs.core.missions.plan_findings import autopilot_findings, summary
+    from tui_gcs.core.missions.timed_path import Home, way_of
     from tui_gcs.core.plans.model import PlanKind
 
     items = [plan.items if (plan := content.plan(kind)) is not None else () for kind in PlanKind]
@@ -183,8 +183,8 @@ def _who(
     """Who flies it from where, and in what area it is judged."""
     from tui_gcs.core.firmware.plans import dialect_for
     from tui_gcs.core.geometry.local_frame import LocalFrame
-    from tui_gcs.core.missions.findings import Site
-    from tui_gcs.core.plan_findings import Who
+    from tui_gcs.core.missions.mission_findings import Site
+    from tui_gcs.core.missions.plan_findings import Who
     from tui_gcs.core.scenario.model import Origin
 
     index = round_of(base, arguments.round)

@@ -11,9 +11,9 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.mavlink.enum_names import autopilot_name
 from tui_gcs.core.missions.crew import Member, crew
 from tui_gcs.core.missions.draft import MissionDraft
+from tui_gcs.core.missions.draft_file import DraftFileError, from_bytes
 from tui_gcs.core.missions.forecast import Forecast
-from tui_gcs.core.missions.store import DraftFileError, from_bytes
-from tui_gcs.core.missions.way import Home
+from tui_gcs.core.missions.timed_path import Home
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.core.scenario.model import Origin
 from tui_gcs.exits import CommandError

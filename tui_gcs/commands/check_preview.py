@@ -10,10 +10,10 @@ from tui_gcs.core.firmware.registry import off_course_m
 from tui_gcs.core.flight.planner_tasks import crewed, crews
 from tui_gcs.core.mavlink.enum_names import autopilot_name
 from tui_gcs.core.meetings import findings
-from tui_gcs.core.preview_findings import previewed
+from tui_gcs.core.missions.preview_findings import previewed
+from tui_gcs.core.missions.scenario_findings import ScenarioFinding
 from tui_gcs.core.protocol.common import FleetFrame, PreviewTask
 from tui_gcs.core.scenario.model import Round, Scenario
-from tui_gcs.core.scenario_findings import ScenarioFinding
 from tui_gcs.planner import registry
 from tui_gcs.planner.preview import preview
 

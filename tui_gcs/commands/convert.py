@@ -63,7 +63,7 @@ def missions_in(path: Path) -> bytes | None:
     from tui_gcs.core.base.text import clean
     from tui_gcs.core.formats.bounded import data_of
     from tui_gcs.core.formats.content import FormatError
-    from tui_gcs.core.missions.store import MOST_BYTES, are_missions
+    from tui_gcs.core.missions.draft_file import MOST_BYTES, are_missions
 
     try:
         data = data_of(path, MOST_BYTES)

@@ -10,7 +10,7 @@ from tui_gcs.core.formats.content import Content, FormatError, Written
 from tui_gcs.core.formats.conversion import convert
 from tui_gcs.core.formats.files import Family, Format
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
-from tui_gcs.core.missions.store import DraftFileError, from_bytes
+from tui_gcs.core.missions.draft_file import DraftFileError, from_bytes
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.exits import FAILED, OK, CommandError

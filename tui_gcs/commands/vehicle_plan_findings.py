@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 from tui_gcs.commands.vehicle_station import LINE_CELLS, StationClient, listed
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.missions.autopilots import dialect_called
+from tui_gcs.core.missions.autopilot_limits import dialect_called
 from tui_gcs.core.missions.draft import VehicleDraft
-from tui_gcs.core.missions.findings import Finding, Level, Site, findings
-from tui_gcs.core.missions.way import Home, way_of
-from tui_gcs.core.plan_findings import Who, autopilot_findings
+from tui_gcs.core.missions.mission_findings import Finding, Level, Site, findings
+from tui_gcs.core.missions.plan_findings import Who, autopilot_findings
+from tui_gcs.core.missions.timed_path import Home, way_of
 from tui_gcs.core.plan_rows import plan_of
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.protocol.common import PROTOCOL, GetScenario, Hello

@@ -14,11 +14,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from tui_gcs.core.missions.findings import Level
+from tui_gcs.core.missions.mission_findings import Level
+from tui_gcs.core.missions.scenario_findings import HEIGHT_HELD_M, ScenarioFinding
 from tui_gcs.core.motion.separation import LEAST_LIMIT_M
 from tui_gcs.core.protocol.planning import FlownWays
 from tui_gcs.core.scenario.model import Limits
-from tui_gcs.core.scenario_findings import HEIGHT_HELD_M, ScenarioFinding
 
 Floats = NDArray[np.floating[Any]]
 

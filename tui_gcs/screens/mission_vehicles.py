@@ -6,9 +6,9 @@ from textual import work
 
 from tui_gcs.actions import refusal, situation_of
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.missions.autopilots import differences
+from tui_gcs.core.missions.autopilot_limits import differences
 from tui_gcs.core.missions.draft import VehicleDraft
-from tui_gcs.core.missions.findings import Level
+from tui_gcs.core.missions.mission_findings import Level
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.feed import Feed

@@ -18,8 +18,8 @@ from textual.widgets import Input
 
 from tui_gcs.actions import Action, bindings
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.missions.conflicts import Conflict
-from tui_gcs.core.missions.store import DraftFileError
+from tui_gcs.core.missions.draft_file import DraftFileError
+from tui_gcs.core.missions.mission_conflicts import Conflict
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.feed import Feed, PlannerUpdated, ScenarioChanged, StatusUpdated

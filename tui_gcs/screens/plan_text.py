@@ -2,11 +2,17 @@
 
 from collections.abc import Sequence
 
-from tui_gcs.core.missions.findings import Level
-from tui_gcs.core.preview_findings import previewed
+from tui_gcs.core.missions.mission_findings import Level
+from tui_gcs.core.missions.preview_findings import previewed
+from tui_gcs.core.missions.scenario_findings import (
+    ScenarioFinding,
+    area_finding,
+    team_findings,
+    unserved,
+    zone_finding,
+)
 from tui_gcs.core.protocol.common import PreviewResult
 from tui_gcs.core.scenario.model import Team
-from tui_gcs.core.scenario_findings import ScenarioFinding, area_finding, team_findings, unserved, zone_finding
 from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.palette import Ink

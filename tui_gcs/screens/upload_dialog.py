@@ -6,7 +6,7 @@ from textwrap import wrap
 from textual import events
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.missions.autopilots import differences
+from tui_gcs.core.missions.autopilot_limits import differences
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.plan_rows import plan_of
 from tui_gcs.core.plans.model import PlanKind

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.missions.findings import fence_regions
+from tui_gcs.core.missions.mission_findings import fence_regions
 from tui_gcs.core.plan_rows import plan_of
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.core.protocol.services import OnBoardRow

@@ -9,14 +9,16 @@ from dataclasses import replace
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Polygon, Shape
-from tui_gcs.core.missions import build, edits, fences
-from tui_gcs.core.missions.commands import with_command
-from tui_gcs.core.missions.copies import copied
+from tui_gcs.core.missions import fences
+from tui_gcs.core.missions import item_edits as edits
+from tui_gcs.core.missions import mission_builder as build
+from tui_gcs.core.missions.command_reference import with_command
 from tui_gcs.core.missions.crew import crew
 from tui_gcs.core.missions.draft import Items, MissionDraft, MissionHistory, MissionStep, Where
 from tui_gcs.core.missions.forecast import Forecast
 from tui_gcs.core.missions.generate import OWN_ITEMS, Wanted, generated
-from tui_gcs.core.missions.patrols import Flown, flown_by, patrols
+from tui_gcs.core.missions.layered_copies import copied
+from tui_gcs.core.missions.patrol_crossings import Flown, flown_by, patrols
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.plans.check import MOST_ITEMS
 from tui_gcs.core.plans.model import HERE, LAND, RETURN, VTOL_LAND, PlanItem, PlanKind

@@ -12,9 +12,9 @@ from tui_gcs.core.formats.content import Content, FormatError, Home
 from tui_gcs.core.formats.conversion import Options, convert
 from tui_gcs.core.formats.drawings import planned
 from tui_gcs.core.formats.files import Family, format_of, read_file
-from tui_gcs.core.missions import store
+from tui_gcs.core.missions import draft_file as store
 from tui_gcs.core.missions.draft import MissionDraft
-from tui_gcs.core.missions.store import DraftFileError
+from tui_gcs.core.missions.draft_file import DraftFileError
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.widgets.mission_editor import MissionEditor
 

@@ -4,7 +4,7 @@ from textual import on
 from textual.message import Message
 from textual.widgets import Input
 
-from tui_gcs.core.missions.commands import MISSION_WORDS, ParamWord
+from tui_gcs.core.missions.command_reference import MISSION_WORDS, ParamWord
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.widgets.choice import Choice
 from tui_gcs.widgets.form import Form, FormRow

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tui_gcs.core.missions.draft import Items
-from tui_gcs.core.missions.findings import fence_regions
+from tui_gcs.core.missions.mission_findings import fence_regions
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.widgets.map_drawings import MapLine, MapWord
 from tui_gcs.widgets.mission_editor import MissionEditor

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tui_gcs.core.missions.way import Way
+from tui_gcs.core.missions.timed_path import Way
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.map_raster import DotRaster
 from tui_gcs.widgets.map_viewport import DOTS_X, DOTS_Y

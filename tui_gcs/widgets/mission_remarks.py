@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from tui_gcs.core.missions.draft import MissionHistory
-from tui_gcs.core.missions.findings import Level
+from tui_gcs.core.missions.mission_findings import Level
 from tui_gcs.widgets.mission_editor import MissionEditor
 from tui_gcs.widgets.mission_text import clock, conflict_text, distance, of_vehicle
 from tui_gcs.widgets.palette import Ink

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from textual import events
 from textual.message import Message
 
-from tui_gcs.core.missions.build import CHANGE_SPEED
-from tui_gcs.core.missions.commands import FRAMES, word_of
-from tui_gcs.core.missions.findings import Level
+from tui_gcs.core.missions.command_reference import FRAMES, word_of
+from tui_gcs.core.missions.mission_builder import CHANGE_SPEED
+from tui_gcs.core.missions.mission_findings import Level
 from tui_gcs.core.plans.model import JUMP, PLAIN_FRAME, PlanItem, PlanKind
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.mission_editor import MissionEditor

@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from tui_gcs.core.missions.commands import FRAMES, ParamWord, word_of
-from tui_gcs.core.missions.conflicts import Conflict
+from tui_gcs.core.missions.command_reference import FRAMES, ParamWord, word_of
+from tui_gcs.core.missions.mission_conflicts import Conflict
 from tui_gcs.core.plans.model import HERE, JUMP, PLAIN_FRAME, POLYGONS, PlanItem, PlanKind
 from tui_gcs.widgets.form_text import FieldError, number_text, to_number
 from tui_gcs.widgets.mission_editor import MissionEditor

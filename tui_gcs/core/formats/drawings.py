@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from tui_gcs.core.formats.content import Content, Drawing, FormatError, Heights, Home, Place, counted
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.missions.commands import word_of
+from tui_gcs.core.missions.command_reference import word_of
 from tui_gcs.core.plans.check import MOST_ITEMS
 from tui_gcs.core.plans.model import (
     AMSL,

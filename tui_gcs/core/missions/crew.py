@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from tui_gcs.core.missions.way import Home
+from tui_gcs.core.missions.timed_path import Home
 from tui_gcs.core.protocol.common import Freshness, Phase, VehicleRow
 from tui_gcs.core.scenario.model import Scenario
 

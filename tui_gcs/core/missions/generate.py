@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle, Shape, outline_m, polygon_of
-from tui_gcs.core.missions import build, fences
+from tui_gcs.core.missions import fences
+from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.corridor import Corridor, paths
 from tui_gcs.core.missions.crew import Member
 from tui_gcs.core.missions.draft import Items, MissionDraft

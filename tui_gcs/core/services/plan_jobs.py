@@ -14,7 +14,7 @@ from typing import Any
 
 from tui_gcs.core.firmware.plans import PlanDialect, dialect_of
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.plan_compare import begins_alike, compare
+from tui_gcs.core.missions.plan_compare import begins_alike, compare
 from tui_gcs.core.plans.check import check
 from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.protocol.common import EventClass

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import polygon_of
-from tui_gcs.core.missions.autopilots import refusals
+from tui_gcs.core.missions.autopilot_limits import refusals
 from tui_gcs.core.missions.draft import Items, VehicleDraft
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.core.missions.way import LOW_M, Way
+from tui_gcs.core.missions.timed_path import LOW_M, Way
 from tui_gcs.core.plans.check import MOST_RADIUS_M
 from tui_gcs.core.plans.model import (
     CIRCLE_IN,

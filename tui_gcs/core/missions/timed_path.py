@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.missions.build import CHANGE_SPEED
 from tui_gcs.core.missions.draft import Items
+from tui_gcs.core.missions.item_sequence import Walk
+from tui_gcs.core.missions.mission_builder import CHANGE_SPEED
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.core.missions.walk import Walk
 from tui_gcs.core.plans import model as plan
 from tui_gcs.core.plans.model import PlanItem
 from tui_gcs.core.protocol.common import Vec3

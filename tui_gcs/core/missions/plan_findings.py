@@ -12,10 +12,10 @@ import shapely
 
 from tui_gcs.core.firmware.plans import PlanDialect
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.missions.commands import word_of
+from tui_gcs.core.missions.command_reference import word_of
 from tui_gcs.core.missions.draft import VehicleDraft
-from tui_gcs.core.missions.findings import Finding, Level, fence_regions
-from tui_gcs.core.missions.way import Way
+from tui_gcs.core.missions.mission_findings import Finding, Level, fence_regions
+from tui_gcs.core.missions.timed_path import Way
 from tui_gcs.core.plans.model import (
     AMSL,
     LAND,

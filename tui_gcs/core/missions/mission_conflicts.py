@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from tui_gcs.core.missions.way import LOW_M, Floats, Way
+from tui_gcs.core.missions.timed_path import LOW_M, Floats, Way
 
 STEP_S = 1.0
 """Ways are straight within a step; the least distance in it is exact."""

@@ -2,9 +2,9 @@
 
 from math import isfinite
 
-from tui_gcs.core.missions.findings import Level
+from tui_gcs.core.missions.mission_findings import Level
+from tui_gcs.core.missions.scenario_findings import ScenarioFinding
 from tui_gcs.core.protocol.common import PreviewResult
-from tui_gcs.core.scenario_findings import ScenarioFinding
 
 
 def previewed(found: PreviewResult) -> list[ScenarioFinding]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tui_gcs.core.missions.conflicts import Prepared, round_and_round
+from tui_gcs.core.missions.mission_conflicts import Prepared, round_and_round
 from tui_gcs.core.protocol.common import Annotation, VehicleRow
 
 

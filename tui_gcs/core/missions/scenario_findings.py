@@ -9,7 +9,7 @@ import shapely
 
 from tui_gcs.core.geometry.idleness_grid import sweep_bound_s
 from tui_gcs.core.geometry.zones import Role, Zone, area_m2, polygon_of
-from tui_gcs.core.missions.findings import Level
+from tui_gcs.core.missions.mission_findings import Level
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.scenario.model import OperatingArea, Round, Scenario, Team, band_m
 

@@ -1,7 +1,7 @@
 """What an autopilot makes of plans: what it would refuse, and how what it holds differs from what is planned."""
 
 from tui_gcs.core.firmware.plans import ARDUPILOT, GENERIC, PX4, PlanDialect
-from tui_gcs.core.plan_compare import compare
+from tui_gcs.core.missions.plan_compare import compare
 from tui_gcs.core.plans.model import Plan
 
 _DIALECTS: dict[str, PlanDialect] = {"Ardu": ARDUPILOT, "PX4": PX4}
