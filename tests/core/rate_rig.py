@@ -10,7 +10,7 @@ from tui_gcs.core.fleet.vehicle import Path, PathState, Vehicle
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.spec import parse_link
 from tui_gcs.core.mavlink.sources import Slot, Source, Stream
-from tui_gcs.core.rates import RateDesk
+from tui_gcs.core.rates.rate_controller import RateDesk
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.uplink.commands import ACCEPTED, FAILED, CommandService

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from tui_gcs.core.radio import BackOff, RadioReport, radio_report
+from tui_gcs.core.rates.radio_status import BackOff, RadioReport, radio_report
 
 MOST = 4
 

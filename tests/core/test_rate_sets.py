@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as pymavlink_all
 
 from tui_gcs.core.links.spec import parse_link
-from tui_gcs.core.rate_sets import (
+from tui_gcs.core.rates.message_sets import (
     FULL,
     HALF_LEAN,
     LADDER,

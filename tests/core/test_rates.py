@@ -7,8 +7,8 @@ import pytest
 from rate_rig import LAN, OFF, PX4, RADIO, REQUEST_MESSAGE, SATELLITE, SET_INTERVAL, Bench
 
 from tui_gcs.core.firmware.streams import ARDUPILOT_ONLY, PX4_ONLY
-from tui_gcs.core.rate_sets import LADDER
-from tui_gcs.core.rates import LOOK_GAP_S
+from tui_gcs.core.rates.message_sets import LADDER
+from tui_gcs.core.rates.rate_controller import LOOK_GAP_S
 
 FULL, NORMAL, MINIMAL, LEAN, HALF_LEAN = (dict(LADDER[place].hz) for place in range(5))
 FULL_AP, NORMAL_AP = ({m: hz for m, hz in rates.items() if m not in PX4_ONLY} for rates in (FULL, NORMAL))

@@ -12,8 +12,8 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.spec import parse_link
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import sign, ticks
-from tui_gcs.core.rate_sets import LADDER
-from tui_gcs.core.rates import RateDesk
+from tui_gcs.core.rates.message_sets import LADDER
+from tui_gcs.core.rates.rate_controller import RateDesk
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.uplink.commands import CommandService

@@ -55,7 +55,7 @@ from tui_gcs.core.protocol.common import (
     StationStatus,
     encode,
 )
-from tui_gcs.core.rates import RateDesk
+from tui_gcs.core.rates.rate_controller import RateDesk
 from tui_gcs.core.readiness import Readiness
 from tui_gcs.core.reception import Reception
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog

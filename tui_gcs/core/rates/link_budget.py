@@ -8,8 +8,7 @@ from typing import Any
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink.frames import SIGNATURE_BYTES
 from tui_gcs.core.mavlink.sources import Slot
-from tui_gcs.core.radio import BackOff
-from tui_gcs.core.rate_sets import (
+from tui_gcs.core.rates.message_sets import (
     FRAME_BYTES,
     FULL,
     HALF_LEAN,
@@ -20,6 +19,7 @@ from tui_gcs.core.rate_sets import (
     bytes_per_s,
     telemetry_budget,
 )
+from tui_gcs.core.rates.radio_status import BackOff
 
 CALM_S = 5.0
 """A set gets richer when nobody has joined or left the link for this long; poorer at once."""

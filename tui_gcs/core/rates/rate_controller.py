@@ -14,9 +14,9 @@ from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.protocol.common import EventClass
-from tui_gcs.core.radio import RadioReport, radio_report
-from tui_gcs.core.rate_link import CALM_S, LinkRates, Member, Wish
-from tui_gcs.core.rate_sets import FULL, UNASKED
+from tui_gcs.core.rates.link_budget import CALM_S, LinkRates, Member, Wish
+from tui_gcs.core.rates.message_sets import FULL, UNASKED
+from tui_gcs.core.rates.radio_status import RadioReport, radio_report
 from tui_gcs.core.records.event_log import INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.uplink.commands import Action, CommandService, Outcome
 
