@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.fleet.vehicle import Path, PathState, Vehicle
-from tui_gcs.core.forward import Endpoint, Forwarder
+from tui_gcs.core.forward.forwarder import Endpoint, Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.core.guard.guard import Guard

@@ -1,4 +1,4 @@
-"""What other stations may ask for, in short: questions to `core/forward_rules`, and its answers."""
+"""What other stations may ask for, in short: questions to `core/forward/rules`, and its answers."""
 
 import math
 from typing import Any
@@ -6,9 +6,9 @@ from typing import Any
 from forward_rig import LOCAL, guard, vehicle
 
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.forward_orders import Asked, Order
-from tui_gcs.core.forward_plans import Plan, Step
-from tui_gcs.core.forward_rules import judge
+from tui_gcs.core.forward.foreign_commands import Asked, Order
+from tui_gcs.core.forward.plans import Plan, Step
+from tui_gcs.core.forward.rules import judge
 from tui_gcs.core.mavlink.dialect import Message
 
 NAN = math.nan

@@ -8,8 +8,8 @@ from forward_rig import KEY, OWN, QGC, TEXT, Rig, any_frame, command_long, hold,
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tui_gcs.core.forward_orders import Asked, Ruling
-from tui_gcs.core.forward_rules import MESSAGES
+from tui_gcs.core.forward.foreign_commands import Asked, Ruling
+from tui_gcs.core.forward.rules import MESSAGES
 from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink.dialect import layout
 from tui_gcs.core.mavlink.signing import sign
@@ -235,7 +235,9 @@ def test_stops_are_bounded_too() -> None:
 def test_what_is_too_much_is_not_even_judged(monkeypatch: pytest.MonkeyPatch) -> None:
     flight = Rig(link("udpin:a"), commands=True)
     judged: list[Asked] = []
-    monkeypatch.setattr("tui_gcs.core.forward.judge", lambda asked: judged.append(asked) or Ruling("reposition"))
+    monkeypatch.setattr(
+        "tui_gcs.core.forward.forwarder.judge", lambda asked: judged.append(asked) or Ruling("reposition")
+    )
     for _ in range(500):
         flight.command(192)
     assert len(judged) == 50

@@ -20,7 +20,7 @@ from judging import (
 )
 
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.forward_orders import Asked
+from tui_gcs.core.forward.foreign_commands import Asked
 
 # ---------------------------------------------------------------- places and heights
 

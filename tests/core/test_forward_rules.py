@@ -20,7 +20,7 @@ from judging import (
     said,
 )
 
-from tui_gcs.core.forward_rules import MESSAGES, judge, may_stop
+from tui_gcs.core.forward.rules import MESSAGES, judge, may_stop
 from tui_gcs.core.mavlink.dialect import layout_named
 
 # ---------------------------------------------------------------- stops

@@ -20,7 +20,7 @@ from sitl.fleet import SimFleet
 from sitl.signing import SigningSpec, time_of
 from tests.core.rig import Rig, scenario, toml
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.forward import Endpoint
+from tui_gcs.core.forward.forwarder import Endpoint
 from tui_gcs.core.links import Address, Link
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.mavlink.dialect import label

@@ -17,7 +17,7 @@ from fastcrc.crc16 import mcrf4xx
 from tests.core.rig import scenario, toml
 from tests.hostile.oracle import KEY, MOST_STEP_S, Watched, rss_mb
 from tests.hostile.test_framing import ROOT, raw_frame
-from tui_gcs.core.forward import Endpoint
+from tui_gcs.core.forward.forwarder import Endpoint
 from tui_gcs.core.links import Address
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec

@@ -9,7 +9,7 @@ import pytest
 from tests.core.forward_rig import KEY as SETUP
 from tests.hostile.oracle import KEY, STRANGER, Oracle, Watched
 from tui_gcs.core.fleet.vehicle import Signing
-from tui_gcs.core.forward import Endpoint
+from tui_gcs.core.forward.forwarder import Endpoint
 from tui_gcs.core.links import Address
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec

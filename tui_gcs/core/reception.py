@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.fleet import Fleet
-from tui_gcs.core.forward import Forwarder
+from tui_gcs.core.forward.forwarder import Forwarder
 from tui_gcs.core.links import Link
 from tui_gcs.core.mavlink.signing import for_log
 from tui_gcs.core.protocol.common import EventClass

@@ -33,7 +33,7 @@ from tui_gcs.core.flight.manual_control import ByHand
 from tui_gcs.core.flight.stall_detection import Pauses
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.flight.teams import TeamDesk
-from tui_gcs.core.forward import Endpoint, Forwarder
+from tui_gcs.core.forward.forwarder import Endpoint, Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.links import Link

@@ -22,7 +22,7 @@ import msgspec
 from tui_gcs.core.base.clock import MonotonicClock
 from tui_gcs.core.base.directories import STATION_LOCK, socket_path, state_dir, try_lock
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.forward import Endpoint
+from tui_gcs.core.forward.forwarder import Endpoint
 from tui_gcs.core.links import Link, LinkError, open_link
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.signing import SigningError

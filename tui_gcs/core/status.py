@@ -4,7 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.forward import Endpoint
+from tui_gcs.core.forward.forwarder import Endpoint
 from tui_gcs.core.links import Link
 from tui_gcs.core.protocol.common import Freshness, LinkStatus, StationStatus
 

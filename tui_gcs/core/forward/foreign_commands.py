@@ -13,7 +13,7 @@ from shapely.geometry import LineString, Point
 
 from tui_gcs.core.firmware.foreign_command_policy import habits_of
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.forward_plans import Plan
+from tui_gcs.core.forward.plans import Plan
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard.guard import SPEED_TOLERANCE, Guard
 from tui_gcs.core.guard.motion_prediction import Does, Sight

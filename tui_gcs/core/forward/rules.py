@@ -8,17 +8,7 @@ import math
 from collections.abc import Callable
 
 from tui_gcs.core.firmware.foreign_command_policy import MISSION_MODES, OTHER_MODES, habits_of, stop_word
-from tui_gcs.core.forward_missions import (
-    mission_continue,
-    mission_item,
-    mission_part,
-    mission_read,
-    mission_start,
-    mission_step,
-    mission_write,
-    require_resumable,
-)
-from tui_gcs.core.forward_orders import (
+from tui_gcs.core.forward.foreign_commands import (
     Asked,
     Order,
     Refused,
@@ -35,7 +25,17 @@ from tui_gcs.core.forward_orders import (
     says_here,
     whole_number,
 )
-from tui_gcs.core.forward_parameters import parameter
+from tui_gcs.core.forward.missions import (
+    mission_continue,
+    mission_item,
+    mission_part,
+    mission_read,
+    mission_start,
+    mission_step,
+    mission_write,
+    require_resumable,
+)
+from tui_gcs.core.forward.parameters import parameter
 from tui_gcs.core.mavlink.enum_names import FLAG_ARMED
 from tui_gcs.core.mavlink.mode_names import mode_name
 

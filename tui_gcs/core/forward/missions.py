@@ -6,7 +6,7 @@ Numbers: MAV_CMD, MAV_MISSION_TYPE of common.xml.
 """
 
 from tui_gcs.core.firmware.foreign_command_policy import habits_of
-from tui_gcs.core.forward_orders import (
+from tui_gcs.core.forward.foreign_commands import (
     Asked,
     Order,
     Refused,
@@ -22,7 +22,7 @@ from tui_gcs.core.forward_orders import (
     says_here,
     whole_number,
 )
-from tui_gcs.core.forward_plans import Place, Plan, Step
+from tui_gcs.core.forward.plans import Place, Plan, Step
 from tui_gcs.core.mavlink.dialect import Message
 from tui_gcs.core.mavlink.mode_names import mode_name
 

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, Vehicle
-from tui_gcs.core.forward_missions import note_heard, note_passed
-from tui_gcs.core.forward_orders import Asked
-from tui_gcs.core.forward_plans import Plan
-from tui_gcs.core.forward_ports import MOST_PARTNERS, MOST_PER_S, Port
-from tui_gcs.core.forward_rules import KEYS, MESSAGES, STEERING, judge, may_stop
+from tui_gcs.core.forward.foreign_commands import Asked
+from tui_gcs.core.forward.missions import note_heard, note_passed
+from tui_gcs.core.forward.plans import Plan
+from tui_gcs.core.forward.ports import MOST_PARTNERS, MOST_PER_S, Port
+from tui_gcs.core.forward.rules import KEYS, MESSAGES, STEERING, judge, may_stop
 from tui_gcs.core.guard.guard import STOPS, Guard
 from tui_gcs.core.links import Address, Link, LinkError
 from tui_gcs.core.mavlink.dialect import Message, decode, is_known, layout

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from tui_gcs.core.forward_orders import Order
+    from tui_gcs.core.forward.foreign_commands import Order
 
 CURRENT_S = 5.0
 """Which item comes next is known for so long after the vehicle said so (MISSION_CURRENT comes about once a second)."""
