@@ -6,8 +6,8 @@ import msgspec
 import pytest
 
 from sitl.weather import WeatherSpec
+from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.protocol.bus import Bus
-from tui_gcs.core.results import Referee
 from tui_gcs.core.scenario.load import load
 from tui_gcs.rehearsal import rehearse
 from tui_gcs.report.recording import FlightRecord

@@ -10,7 +10,7 @@ from tui_gcs.core.protocol.bus import REQUEST, BusError
 from tui_gcs.core.protocol.common import encode
 
 if TYPE_CHECKING:
-    from tui_gcs.core.script import Script
+    from tui_gcs.core.judging.mission_script import Script
     from tui_gcs.rehearsal import LockStep
 
 DOWN_S = 3.0

@@ -15,10 +15,10 @@ from sitl.fleet import IntruderSpec, SensorSpec, WorldSpec
 from tests.bench.guardian import AREA, FAR_M, GOALS, INTRUDER_M_S, MIDDLE, WITHIN_S, ZONE
 from tests.bench.row import Row
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.results import Result
+from tui_gcs.core.judging.mission_script import Script
+from tui_gcs.core.judging.referee import Result
 from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.core.scenario.model import Scenario, Team
-from tui_gcs.core.script import Script
 from tui_gcs.rehearsal import IntruderWatch, LockStep
 
 SHIPPED = Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml"

@@ -5,7 +5,7 @@ import pytest
 from rig import scenario
 from test_results import status
 
-from tui_gcs.core.incursions import Incursions, IntruderResult
+from tui_gcs.core.judging.incursions import Incursions, IntruderResult
 from tui_gcs.core.protocol.common import RunPhase, StationStatus
 
 WEST, EDGE, IN, FAR = (20.0, 200.0), (60.0, 200.0), (80.0, 200.0), (-100.0, 200.0)

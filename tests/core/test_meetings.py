@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tui_gcs.core.meetings import findings, nearest_at_once, tightest_crossing
+from tui_gcs.core.judging.team_separation import findings, nearest_at_once, tightest_crossing
 from tui_gcs.core.missions.mission_findings import Level
 from tui_gcs.core.protocol.common import FlownWays
 from tui_gcs.core.scenario.model import Limits

@@ -8,7 +8,7 @@ from vehicles import a_vehicle
 
 from tui_gcs.core.flight.flights import FlightBook
 from tui_gcs.core.guard.guard import Guard
-from tui_gcs.core.monitor import FleetMonitor
+from tui_gcs.core.judging.fleet_monitor import FleetMonitor
 
 FIX = (0, 0, 0, 0, 0, 0, 0, 100, 0)
 

@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 from pymavlink import mavutil
 
-from tui_gcs.core.extent import ExtentCollector, Place
+from tui_gcs.core.judging.extent import ExtentCollector, Place
+from tui_gcs.core.judging.summary_text import summary_text
+from tui_gcs.core.judging.tlog_summary import Summary, SystemSummary, summarize
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.records.tlog_reader import TlogError
 from tui_gcs.core.records.tlog_writer import TlogWriter
-from tui_gcs.core.summary import Summary, SystemSummary, summarize
-from tui_gcs.core.summary_text import summary_text
 
 DATA = Path(__file__).parent.parent / "data"
 ARDUCOPTER, PX4 = DATA / "arducopter-8.tlog", DATA / "px4-8.tlog"

@@ -8,6 +8,7 @@ from rig import scenario, toml
 
 from tui_gcs.commands.result_table import table
 from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.judging.referee import Check, Referee
 from tui_gcs.core.protocol.common import (
     NOWHERE,
     FleetFrame,
@@ -18,7 +19,6 @@ from tui_gcs.core.protocol.common import (
     TeamStatus,
     Vec3,
 )
-from tui_gcs.core.results import Check, Referee
 from tui_gcs.core.scenario.load import parse
 from tui_gcs.core.scenario.model import Scenario
 

@@ -15,7 +15,7 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import Flight, FlightBook
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Shape, Zone, contains
 from tui_gcs.core.guard.guard import Guard
-from tui_gcs.core.monitor import FleetMonitor
+from tui_gcs.core.judging.fleet_monitor import FleetMonitor
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask, RunPhase, Vec3
 from tui_gcs.core.scenario.model import Scenario

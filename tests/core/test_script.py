@@ -6,9 +6,9 @@ import pytest
 from rig import Rig
 from test_safety_start import standing_on
 
+from tui_gcs.core.judging.mission_script import Script, Step
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase, RunPhase
-from tui_gcs.core.script import Script, Step
 
 MakeRig = Callable[..., Rig]
 

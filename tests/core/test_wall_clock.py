@@ -7,9 +7,9 @@ import pytest
 from rig import Rig
 
 from tui_gcs.core.base.clock import MonotonicClock, VirtualClock, WallWatch, wall_offset_s
+from tui_gcs.core.judging.tlog_summary import summarize
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
-from tui_gcs.core.summary import summarize
 
 MakeRig = Callable[..., Rig]
 HOUR_S = 3600.0

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from tests.test_cli import DATA, SCENARIO, refused
+from tui_gcs.core.judging.tlog_summary import summarize
 from tui_gcs.core.records.tlog_reader import TlogError, read_tlog
 from tui_gcs.core.scenario.load import ScenarioError, load
-from tui_gcs.core.summary import summarize
 
 EVIL_SCENARIOS = {
     "large": b"# " + b"a" * (1 << 24),

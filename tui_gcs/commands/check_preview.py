@@ -8,8 +8,8 @@ from tui_gcs.commands.check_lines import AUTOPILOTS, NOTE, WORDS, Line
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.firmware.registry import off_course_m
 from tui_gcs.core.flight.planner_tasks import crewed, crews
+from tui_gcs.core.judging.team_separation import findings
 from tui_gcs.core.mavlink.enum_names import autopilot_name
-from tui_gcs.core.meetings import findings
 from tui_gcs.core.missions.preview_findings import previewed
 from tui_gcs.core.missions.scenario_findings import ScenarioFinding
 from tui_gcs.core.protocol.common import FleetFrame, PreviewTask

@@ -24,9 +24,9 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.exits import CommandError
 
 if TYPE_CHECKING:
+    from tui_gcs.core.judging.referee import Referee, Result
     from tui_gcs.core.protocol.bus import Bus
     from tui_gcs.core.protocol.common import PlannerInfo
-    from tui_gcs.core.results import Referee, Result
     from tui_gcs.core.scenario.model import Scenario
     from tui_gcs.happenings import Happening
     from tui_gcs.rehearsal import BadLinks

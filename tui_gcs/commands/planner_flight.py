@@ -11,6 +11,8 @@ import msgspec
 import numpy as np
 
 from tui_gcs.commands.common import read_scenario
+from tui_gcs.core.judging.mission_script import Script, Step
+from tui_gcs.core.judging.referee import Check, Result
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.common import (
     Event,
@@ -24,9 +26,7 @@ from tui_gcs.core.protocol.common import (
     encode,
 )
 from tui_gcs.core.protocol.metric_names import seen_pct
-from tui_gcs.core.results import Check, Result
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.core.script import Script, Step
 from tui_gcs.planner import registry
 from tui_gcs.planner.api import Context, Intent, Output, Planner
 from tui_gcs.planner.check.finding import Finding, failed, noted, passed

@@ -13,16 +13,16 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.exits import CANNOT, CommandError
 
 if TYPE_CHECKING:
-    from tui_gcs.core.results import Result
+    from tui_gcs.core.judging.referee import Result
     from tui_gcs.happenings import Happening
     from tui_gcs.report.recording import FlightRecord
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Fly, print the table, write the report; 0 only if every gate holds."""
+    from tui_gcs.core.judging.referee import Referee
     from tui_gcs.core.protocol.bus import Bus
     from tui_gcs.core.records.rehearsal_store import plan_digest
-    from tui_gcs.core.results import Referee
     from tui_gcs.happenings import HappeningError
     from tui_gcs.report.recording import FlightRecord
 

@@ -26,9 +26,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _summary(file: str, *, as_json: bool) -> int:
+    from tui_gcs.core.judging.summary_text import summary_text
+    from tui_gcs.core.judging.tlog_summary import summarize
     from tui_gcs.core.records.tlog_reader import TlogError
-    from tui_gcs.core.summary import summarize
-    from tui_gcs.core.summary_text import summary_text
 
     try:
         summary = summarize(file)

@@ -8,7 +8,7 @@ from tui_gcs.core.protocol.metric_names import seen_pct
 from tui_gcs.exits import CANNOT, FAILED, OK
 
 if TYPE_CHECKING:
-    from tui_gcs.core.results import Result
+    from tui_gcs.core.judging.referee import Result
 
 NAME_WIDTH = 9
 

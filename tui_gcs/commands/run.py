@@ -57,9 +57,9 @@ def _ask_count(scenario: "Scenario") -> None:
 
 
 def _fly(scenario: "Scenario", kind: Kind, arguments: argparse.Namespace) -> int:
+    from tui_gcs.core.judging.mission_script import Script
     from tui_gcs.core.protocol.common import Shutdown, encode
     from tui_gcs.core.protocol.zenoh_bus import QueuedBus
-    from tui_gcs.core.script import Script
 
     bus = QueuedBus(join(kind), lambda: None)
     principal = f"run-{os.getpid()}"

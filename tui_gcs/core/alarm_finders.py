@@ -20,8 +20,8 @@ from tui_gcs.core.fleet.integrity.position_jump_monitor import JUMP_M
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import FOUND, MOTORS_STEP, ON_BOARD_STEP, Flight
 from tui_gcs.core.guard.conflict_prediction import Closing, closings
+from tui_gcs.core.judging.fleet_monitor import error_m
 from tui_gcs.core.mavlink.mode_names import mode_name
-from tui_gcs.core.monitor import error_m
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import Event, Freshness, Phase, RunPhase
 from tui_gcs.core.records.event_log import WARNING

@@ -36,10 +36,10 @@ from tui_gcs.core.flight.teams import TeamDesk
 from tui_gcs.core.forward.forwarder import Endpoint, Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard.guard import Guard
+from tui_gcs.core.judging.fleet_monitor import FleetMonitor
 from tui_gcs.core.links import Link
 from tui_gcs.core.listeners import Listeners
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.monitor import FleetMonitor
 from tui_gcs.core.preflight import PreflightDesk
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.bus import Bus

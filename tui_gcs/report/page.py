@@ -8,9 +8,9 @@ from importlib.metadata import PackageNotFoundError, version
 import numpy as np
 
 from tui_gcs.core.geometry.zones import bounds, outline_m
+from tui_gcs.core.judging.referee import Check, Result, RoundResult
 from tui_gcs.core.protocol.common import Event
 from tui_gcs.core.protocol.metric_names import all_words, seen_pct
-from tui_gcs.core.results import Check, Result, RoundResult
 from tui_gcs.report.maps import flown_map, mission_figure
 from tui_gcs.report.recording import FlightRecord, RoundRecord, ZoneRecord
 from tui_gcs.report.svg import COLOURS, NEVER, SCALE, Line, Map, chart, legend

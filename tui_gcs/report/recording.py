@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m, serving, sweep_bound_s
 from tui_gcs.core.geometry.zones import Zone, area_m2
+from tui_gcs.core.judging.referee import GROUND_M
 from tui_gcs.core.motion.separation import least_separation
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.bus import Bus
@@ -23,7 +24,6 @@ from tui_gcs.core.protocol.common import (
     VehicleRow,
     decode,
 )
-from tui_gcs.core.results import GROUND_M
 from tui_gcs.core.scenario.model import Round, Scenario
 
 Floats = NDArray[np.floating[Any]]

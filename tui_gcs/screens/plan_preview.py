@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from textual.timer import Timer
 from textual.worker import WorkType
 
-from tui_gcs.core.meetings import TeamsFinding, findings
+from tui_gcs.core.judging.team_separation import TeamsFinding, findings
 from tui_gcs.core.protocol.common import CancelPreview, GetPreviews, Preview, PreviewResult
 from tui_gcs.core.scenario.model import Limits
 from tui_gcs.screens.draft_screen import DraftScreen

@@ -183,7 +183,7 @@ class PreviewResult(Message, frozen=True):
     vehicles: int = 0
     """With so many."""
     ways: FlownWays | None = None
-    """As they were foretold, to be compared with those of other teams (`core/meetings.py`)."""
+    """As they were foretold, to be compared with those of other teams (`core/judging/team_separation.py`)."""
 
 
 class Hello(Request, frozen=True, tag="hello"):

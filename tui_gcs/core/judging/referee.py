@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tui_gcs.core.flight.flights import COLUMN_M
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, sweep_bound_s
 from tui_gcs.core.geometry.zones import Zone, area_m2, polygon_of
-from tui_gcs.core.incursions import IntruderResult
+from tui_gcs.core.judging.incursions import IntruderResult
 from tui_gcs.core.motion.separation import least_separation
 from tui_gcs.core.protocol.common import FleetFrame, Phase, StationStatus, TeamStatus, Vec3, VehicleRow
 from tui_gcs.core.protocol.metric_names import seen_pct

@@ -6,6 +6,7 @@ Talks to the station over the bus as a console does, so it flies the lock-step d
 import math
 from enum import StrEnum
 
+from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import Bus, BusError
@@ -20,7 +21,6 @@ from tui_gcs.core.protocol.common import (
     encode,
 )
 from tui_gcs.core.protocol.preflight import Check, CheckState, names_of
-from tui_gcs.core.results import Referee
 from tui_gcs.core.scenario.model import Round, Scenario
 
 READY_LIMIT_S = 90.0

@@ -4,9 +4,9 @@ import textwrap
 from collections.abc import Iterator
 from datetime import UTC, datetime
 
-from tui_gcs.core.extent import Extent
+from tui_gcs.core.judging.extent import Extent
+from tui_gcs.core.judging.tlog_summary import ArmedSpan, Summary, SystemSummary
 from tui_gcs.core.mavlink.enum_names import severity_name
-from tui_gcs.core.summary import ArmedSpan, Summary, SystemSummary
 
 _HEADINGS = ("id", "kind", "autopilot", "type", "frames", "from s", "to s", "armed s", "modes", "texts")
 _RIGHT = frozenset({0, 4, 5, 6, 7, 8, 9})

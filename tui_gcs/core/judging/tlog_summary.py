@@ -7,8 +7,8 @@ from typing import Any, Literal
 import msgspec
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.extent import Extent, ExtentCollector, Place
 from tui_gcs.core.fleet.status_text import TextAssembler
+from tui_gcs.core.judging.extent import Extent, ExtentCollector, Place
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink import enum_names as mavlink
 from tui_gcs.core.mavlink.frames import Frame
