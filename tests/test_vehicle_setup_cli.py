@@ -33,7 +33,7 @@ from test_tuning import COPTER, QUAD
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol import setup
-from tui_gcs.core.services.payload import UNSEEN_GIMBAL, UNSEEN_PICTURE
+from tui_gcs.core.services.payload.payload import UNSEEN_GIMBAL, UNSEEN_PICTURE
 
 __all__ = ["tell"]
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from tests.conformance.field import Failed, Field, NotApplicable
-from tui_gcs.core.services.param_values import Number
+from tui_gcs.core.services.parameters.param_values import Number
 
 READ_S, SET_S = 20.0, 20.0
 ALL_OF_THEM = 300

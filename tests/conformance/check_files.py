@@ -5,7 +5,7 @@ from random import Random
 from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.plans import ended, finished
 from tests.conformance.report import check
-from tui_gcs.core.services.ftp_codec import crc_fits
+from tui_gcs.core.services.files.ftp_codec import crc_fits
 
 FTP = 32
 """MAV_PROTOCOL_CAPABILITY_FTP."""

@@ -5,8 +5,8 @@ from collections.abc import Callable
 from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.report import check
 from tui_gcs.core.firmware.calibration_setup import Sensor
-from tui_gcs.core.services.calibration import CalibrationJob
-from tui_gcs.core.services.payload import Done
+from tui_gcs.core.services.payload.payload import Done
+from tui_gcs.core.services.setup.calibration import CalibrationJob
 from tui_gcs.core.uplink.orders import Outcome
 
 GYRO_S, ORDER_S = 60.0, 15.0

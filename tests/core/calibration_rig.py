@@ -6,7 +6,7 @@ from typing import Any
 from service_rig import ARDUPILOT, Fields, Peer, ServiceRig
 
 from tui_gcs.core.firmware.calibration_setup import Sensor
-from tui_gcs.core.services.calibration import CalibrationJob, CalibrationService
+from tui_gcs.core.services.setup.calibration import CalibrationJob, CalibrationService
 
 CALIBRATE, START_MAG, CANCEL_MAG, POSE, INTERVAL = 241, 42424, 42426, 42429, 511
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, FAILED_RESULT, IN_PROGRESS = 0, 1, 2, 4, 5

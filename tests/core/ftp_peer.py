@@ -8,7 +8,7 @@ from typing import Any
 
 from service_rig import PX4, Peer
 
-from tui_gcs.core.services.ftp_codec import crc32
+from tui_gcs.core.services.files.ftp_codec import crc32
 
 HEAD = struct.Struct("<HBBBBBBI")
 ACK, NAK = 128, 129

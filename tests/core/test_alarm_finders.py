@@ -22,7 +22,7 @@ from tui_gcs.core.motion.tracking_error import Tracking
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import action_words
 from tui_gcs.core.protocol.common import Phase
-from tui_gcs.core.services.traffic import Track
+from tui_gcs.core.services.payload.traffic import Track
 
 
 @pytest.fixture(scope="module")

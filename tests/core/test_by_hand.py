@@ -13,7 +13,7 @@ from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol.bus import REQUEST
 from tui_gcs.core.protocol.common import Phase, RunPhase
-from tui_gcs.core.services.plan_book import MissionState
+from tui_gcs.core.services.plans.plan_table import MissionState
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

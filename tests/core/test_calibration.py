@@ -7,7 +7,7 @@ from service_rig import PX4, Fields, ServiceRig
 
 from tui_gcs.core.firmware.calibration_setup import Sensor
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.services.calibration import CalibrationJob
+from tui_gcs.core.services.setup.calibration import CalibrationJob
 from tui_gcs.core.uplink.jobs import JobState
 
 

@@ -7,7 +7,7 @@ from calibration_rig import CANCEL_MAG, INTERVAL, START_MAG, Calibrated, begun, 
 from service_rig import Fields
 
 from tui_gcs.core.firmware.calibration_setup import Sensor
-from tui_gcs.core.services.calibration_compass import CompassCalibration
+from tui_gcs.core.services.setup.calibration_compass import CompassCalibration
 from tui_gcs.core.uplink.jobs import JobState
 
 

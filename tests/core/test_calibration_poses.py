@@ -7,8 +7,8 @@ from calibration_rig import CALIBRATE, FAILED_RESULT, POSE, Calibrated, begun, m
 from service_rig import Fields, ServiceRig
 
 from tui_gcs.core.firmware.calibration_setup import Sensor
-from tui_gcs.core.services.calibration import CalibrationJob
-from tui_gcs.core.services.calibration_poses import FAILED, SUCCESS, PoseCalibration
+from tui_gcs.core.services.setup.calibration import CalibrationJob
+from tui_gcs.core.services.setup.calibration_accelerometer import FAILED, SUCCESS, PoseCalibration
 from tui_gcs.core.uplink.jobs import JobState
 
 

@@ -9,7 +9,7 @@ from service_rig import PX4, Fields
 
 from tui_gcs.core.firmware.calibration_setup import Sensor
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.services.calibration_texts import Side, TextCalibration
+from tui_gcs.core.services.setup.calibration_px4 import Side, TextCalibration
 from tui_gcs.core.uplink.jobs import JobState
 
 

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tui_gcs.core.services.event_metadata import EventMetadataError, parse
-from tui_gcs.core.services.metadata import unpack
+from tui_gcs.core.services.vehicle.component_metadata import unpack
+from tui_gcs.core.services.vehicle.event_metadata import EventMetadataError, parse
 
 REAL = Path(__file__).parents[2].parent / "shared" / "data" / "px4" / "all_events.json.xz"
 ARMED_BY = (1 << 24) | 1

@@ -9,7 +9,7 @@ import pytest
 from ftp_peer import ACK, BURST, CREATE, NAK, OPEN, READ, RESET, TERMINATE, FtpServer
 from service_rig import ARDUPILOT, PX4, Peer, ServiceRig
 
-from tui_gcs.core.services.ftp_codec import crc32, crc_fits
+from tui_gcs.core.services.files.ftp_codec import crc32, crc_fits
 from tui_gcs.core.uplink.jobs import JobState
 
 FILE = random.Random(7).randbytes(14_605)

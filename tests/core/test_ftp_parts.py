@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from service_rig import PX4, Peer, ServiceRig
 
 from tui_gcs.core.base.safe_files import SafeFolder
-from tui_gcs.core.services import metadata
-from tui_gcs.core.services.byte_ranges import ByteRanges
-from tui_gcs.core.services.ftp_change import entry_of
-from tui_gcs.core.services.ftp_codec import PAYLOAD_BYTES, Op, crc32, pack, unpack
+from tui_gcs.core.services.files.byte_ranges import ByteRanges
+from tui_gcs.core.services.files.ftp_codec import PAYLOAD_BYTES, Op, crc32, pack, unpack
+from tui_gcs.core.services.files.ftp_edit import entry_of
+from tui_gcs.core.services.vehicle import component_metadata as metadata
 from tui_gcs.core.uplink.jobs import JobState
 from tui_gcs.core.uplink.rtt_estimator import MOST_WAIT_S, RoundTrip
 

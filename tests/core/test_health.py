@@ -9,8 +9,8 @@ from service_rig import PX4, Peer, ServiceRig
 
 from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.health import Problem
-from tui_gcs.core.services.health import Health
-from tui_gcs.core.services.vehicle_events import Check, Report
+from tui_gcs.core.services.vehicle.health_service import Health
+from tui_gcs.core.services.vehicle.vehicle_events import Check, Report
 
 ALL, PREARM = 0x1120FFFF, 0x10000000
 HOLD, OFFBOARD = 0x3040000, 0x60000

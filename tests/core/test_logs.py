@@ -11,8 +11,8 @@ from log_peer import LogServer
 from service_rig import ARDUPILOT, PX4, Peer, ServiceRig
 
 from tui_gcs.core.base.safe_files import PartFile
-from tui_gcs.core.services.log_list import LogEntry
-from tui_gcs.core.services.logs import LogService
+from tui_gcs.core.services.files.log_list import LogEntry
+from tui_gcs.core.services.files.logs import LogService
 from tui_gcs.core.uplink.jobs import JobState
 
 DATA = random.Random(3).randbytes(150_001)

@@ -13,8 +13,8 @@ from service_rig import ServiceRig
 from tui_gcs.core.firmware.plans import dialect_of
 from tui_gcs.core.missions.plan_compare import compare
 from tui_gcs.core.plans.model import Plan, PlanKind
-from tui_gcs.core.services.plan_jobs import DownloadJob, PlanJob
-from tui_gcs.core.services.plan_wire import item_of
+from tui_gcs.core.services.plans.plan_jobs import DownloadJob, PlanJob
+from tui_gcs.core.services.plans.plan_messages import item_of
 from tui_gcs.core.uplink.jobs import JobState
 
 pytestmark = pytest.mark.long  # nearly each is a flight

@@ -8,9 +8,9 @@ from plan_peers import AUTO, PX4_MISSION, ArduPilotPeer, PlanPeer, Px4Peer, fenc
 from service_rig import ServiceRig
 
 from tui_gcs.core.plans.model import Plan, PlanKind
-from tui_gcs.core.services.mission import MissionService
-from tui_gcs.core.services.plan_book import Progress
-from tui_gcs.core.services.plan_jobs import PlanJob
+from tui_gcs.core.services.plans.mission_service import MissionService
+from tui_gcs.core.services.plans.plan_jobs import PlanJob
+from tui_gcs.core.services.plans.plan_table import Progress
 from tui_gcs.core.uplink.jobs import JobState
 
 AUTOPILOTS = [ArduPilotPeer, Px4Peer]

@@ -21,9 +21,9 @@ from service_rig import Fields, Peer, ServiceRig
 from tui_gcs.core.firmware.plans import dialect_of
 from tui_gcs.core.missions.plan_compare import compare
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
-from tui_gcs.core.services.mission import MissionService
-from tui_gcs.core.services.plan_jobs import PlanJob
-from tui_gcs.core.services.plan_wire import item_of
+from tui_gcs.core.services.plans.mission_service import MissionService
+from tui_gcs.core.services.plans.plan_jobs import PlanJob
+from tui_gcs.core.services.plans.plan_messages import item_of
 from tui_gcs.core.uplink.jobs import JobState
 
 AUTOPILOTS = [ArduPilotPeer, Px4Peer]

@@ -6,7 +6,7 @@ import pytest
 from service_rig import PX4, Fields, Peer, ServiceRig
 
 from tui_gcs.core.mavlink.mode_names import known_modes, mode_name
-from tui_gcs.core.services.modes import ModeService
+from tui_gcs.core.services.vehicle.mode_service import ModeService
 
 COPTER_LIST = [
     (27, "AUTO RTL"),

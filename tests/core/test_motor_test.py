@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from service_rig import ARDUPILOT, PX4, Fields, Peer, ServiceRig
 
-from tui_gcs.core.services.motor_test import MotorTestService
+from tui_gcs.core.services.setup.motor_test import MotorTestService
 from tui_gcs.core.uplink.commands import Outcome
 
 MOTOR_TEST, ACTUATOR_TEST = 209, 310

@@ -5,7 +5,7 @@ from pathlib import Path
 from param_peer import INT8, ParamServer
 from service_rig import Peer, ServiceRig
 
-from tui_gcs.core.services.param_change import ParamChange
+from tui_gcs.core.services.parameters.param_change import ParamChange
 
 
 def make(tmp_path: Path) -> tuple[ServiceRig, ParamServer]:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from param_peer import INT8, INT16, INT32, REAL32, ParamServer
 from service_rig import Peer
 
-from tui_gcs.core.services.param_pack import MAGIC, ParamPackError, parse_pack
+from tui_gcs.core.services.parameters.param_pack import MAGIC, ParamPackError, parse_pack
 
 NAMES = st.text("ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_", min_size=1, max_size=16)
 VALUES = st.one_of(

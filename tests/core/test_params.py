@@ -10,7 +10,7 @@ from ftp_peer import FtpServer
 from param_peer import INT8, INT32, REAL32, ParamServer
 from service_rig import ARDUPILOT, PX4, Peer, ServiceRig
 
-from tui_gcs.core.services.param_ask import ParamReading, ParamSetting
+from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamSetting
 from tui_gcs.core.uplink.jobs import JobState
 
 VERSION = {

@@ -8,9 +8,9 @@ from doorway import Doorway
 
 from tui_gcs.core.plans.check import MOST_ITEMS
 from tui_gcs.core.plans.model import PlanItem, PlanKind
-from tui_gcs.core.services.plan_read import Reading
-from tui_gcs.core.services.plan_send import Sending, Verdict
-from tui_gcs.core.services.plan_wire import Pace, Wire, fields_of
+from tui_gcs.core.services.plans.plan_download import Reading
+from tui_gcs.core.services.plans.plan_messages import Pace, Wire, fields_of
+from tui_gcs.core.services.plans.plan_upload import Sending, Verdict
 
 ACCEPTED, ERROR, NO_SPACE, INVALID_LATITUDE, WRONG_SEQUENCE, DENIED, CANCELLED = 0, 1, 4, 10, 13, 14, 15
 ITEMS = tuple(PlanItem(16, 3, x=470_000_000 + number, y=85_000_000, z=20.0) for number in range(3))

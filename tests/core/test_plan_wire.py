@@ -7,7 +7,7 @@ import pytest
 from doorway import Doorway
 
 from tui_gcs.core.plans.model import PlanItem, PlanKind
-from tui_gcs.core.services.plan_wire import Pace, Wire, fields_of, item_of, result_word
+from tui_gcs.core.services.plans.plan_messages import Pace, Wire, fields_of, item_of, result_word
 
 ITEM = PlanItem(16, 3, (1.0, 2.0, 3.0, math.pi), 473_977_000, -85_456_000, -12.5, autocontinue=False)
 

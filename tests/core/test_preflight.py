@@ -30,7 +30,7 @@ from tui_gcs.core.protocol.preflight import (
     refusing,
 )
 from tui_gcs.core.records.rehearsal_store import Rehearsal, plan_digest, remember
-from tui_gcs.core.services.plan_book import Held
+from tui_gcs.core.services.plans.plan_table import Held
 
 MakeRig = Callable[..., Rig]
 MISSION = Plan(PlanKind.MISSION, (PlanItem(WAYPOINT, 3, x=520_000_000, y=-6_000_000, z=30.0),))

@@ -9,8 +9,8 @@ from param_peer import INT8, INT16, INT32, REAL32, ParamServer
 from service_rig import ARDUPILOT, PX4, Peer, ServiceRig
 
 from tui_gcs.core.firmware.rc_setup import Stick, radio_words
-from tui_gcs.core.services.param_change import ParamChange
-from tui_gcs.core.services.rc_calibration import RcCalibration, RcCalibrationService, Step
+from tui_gcs.core.services.parameters.param_change import ParamChange
+from tui_gcs.core.services.setup.rc_calibration import RcCalibration, RcCalibrationService, Step
 
 HIGH, LOW, MIDDLE = 1900, 1100, 1500
 PUSHES = (Stick.THROTTLE, Stick.YAW, Stick.ROLL, Stick.PITCH)

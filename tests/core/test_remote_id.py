@@ -8,7 +8,7 @@ import pytest
 from service_rig import Peer, ServiceRig
 
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.services.remote_id import MOST_OTHERS, OLD_S, RemoteIdService
+from tui_gcs.core.services.payload.remote_id import MOST_OTHERS, OLD_S, RemoteIdService
 
 TRANSMITTER = 236
 NOBODY = [0] * 20

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from service_rig import ARDUPILOT, GCS, PX4, Fields, Peer, ServiceRig
 
-from tui_gcs.core.services.shell import IDLE_S, MOST_LINES, ShellService
+from tui_gcs.core.services.vehicle.shell_service import IDLE_S, MOST_LINES, ShellService
 
 
 class Nsh(Peer):

@@ -8,7 +8,7 @@ import pytest
 from service_rig import Peer, ServiceRig
 
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.services.traffic import FORGOTTEN_S, MOST_TRACKS, TrafficService
+from tui_gcs.core.services.payload.traffic import FORGOTTEN_S, MOST_TRACKS, TrafficService
 
 ALL_KNOWN = 0x19F
 HERE: dict[str, Any] = {

@@ -7,10 +7,10 @@ import pytest
 from param_peer import INT8, INT32, REAL32, ParamServer
 from service_rig import ARDUPILOT, PX4, Peer, ServiceRig
 
-from tui_gcs.core.services.airframe import AirframeService
-from tui_gcs.core.services.param_ask import ParamReading
-from tui_gcs.core.services.param_change import ParamChange
-from tui_gcs.core.services.tuning import TuningService
+from tui_gcs.core.services.parameters.param_change import ParamChange
+from tui_gcs.core.services.parameters.param_exchange import ParamReading
+from tui_gcs.core.services.setup.airframe import AirframeService
+from tui_gcs.core.services.setup.tuning import TuningService
 
 RATE = {
     f"ATC_RAT_{axis}_{gain}": (REAL32, 0.0)

@@ -10,9 +10,9 @@ import pytest
 from service_rig import GCS, PX4, Fields, Peer, ServiceRig
 
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.services.event_metadata import EventMetadata, parse
-from tui_gcs.core.services.metadata import MetadataJob
-from tui_gcs.core.services.vehicle_events import MOST_MISSING, VehicleEvents
+from tui_gcs.core.services.vehicle.component_metadata import MetadataJob
+from tui_gcs.core.services.vehicle.event_metadata import EventMetadata, parse
+from tui_gcs.core.services.vehicle.vehicle_events import MOST_MISSING, VehicleEvents
 from tui_gcs.core.uplink.jobs import JobState
 
 COMPONENT = 1 << 24

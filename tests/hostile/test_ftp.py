@@ -17,8 +17,9 @@ from ftp_peer import ACK, BURST, NAK, OPEN, READ, FtpServer  # isort: skip
 from service_rig import ARDUPILOT, PX4, Peer  # isort: skip
 
 from tui_gcs.core.base.safe_files import FileRefused, PartFile, SafeFolder, safe_name
-from tui_gcs.core.services import ftp_read, metadata
-from tui_gcs.core.services.ftp_codec import crc32
+from tui_gcs.core.services.files import ftp_read
+from tui_gcs.core.services.files.ftp_codec import crc32
+from tui_gcs.core.services.vehicle import component_metadata as metadata
 from tui_gcs.core.uplink.jobs import JobState
 
 FILE = bytes(range(256)) * 40

@@ -23,8 +23,8 @@ from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.plans.check import MOST_ITEMS, check
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.protocol.common import Freshness
-from tui_gcs.core.services.mission import MissionService
-from tui_gcs.core.services.plan_jobs import PlanJob
+from tui_gcs.core.services.plans.mission_service import MissionService
+from tui_gcs.core.services.plans.plan_jobs import PlanJob
 from tui_gcs.core.uplink.jobs import JobState
 
 Attack = Callable[..., Oracle]

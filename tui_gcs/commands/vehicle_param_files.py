@@ -32,7 +32,7 @@ from tui_gcs.core.protocol.services import (
     ParamRow,
     SetParams,
 )
-from tui_gcs.core.services.param_values import ParamType, same, shown
+from tui_gcs.core.services.parameters.param_values import ParamType, same, shown
 from tui_gcs.exits import FAILED, OK, CommandError
 
 AUTOPILOT_COMPONENT = 1

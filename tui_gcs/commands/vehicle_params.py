@@ -16,7 +16,7 @@ from tui_gcs.commands.vehicle_station import (
     vehicle_ids,
 )
 from tui_gcs.core.protocol.services import FetchParams, GetParams, ParamRow, ReadParams, SetParams
-from tui_gcs.core.services.param_values import shown
+from tui_gcs.core.services.parameters.param_values import shown
 from tui_gcs.exits import CommandError
 
 

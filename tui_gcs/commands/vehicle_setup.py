@@ -29,7 +29,7 @@ from tui_gcs.core.protocol.setup import (
     TestMotor,
     UndoGains,
 )
-from tui_gcs.core.services.param_values import shown
+from tui_gcs.core.services.parameters.param_values import shown
 from tui_gcs.exits import FAILED, OK, CommandError
 
 # ---------------------------------------------------------------- gains

@@ -20,7 +20,7 @@ from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.common import EventClass, RunPhase
 from tui_gcs.core.protocol.plan_limits import MOST_LEARNT_BYTES
 from tui_gcs.core.records.event_log import ALERT
-from tui_gcs.core.services.plan_jobs import PlanJob
+from tui_gcs.core.services.plans.plan_jobs import PlanJob
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

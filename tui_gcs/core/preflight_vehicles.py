@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.plans.model import Plan, PlanKind, fence_shapes
 from tui_gcs.core.protocol.preflight import FAILSAFES, CheckState
-from tui_gcs.core.services.failsafes import FailsafeLine
-from tui_gcs.core.services.plan_book import Held
+from tui_gcs.core.services.plans.plan_table import Held
+from tui_gcs.core.services.vehicle.failsafe_service import FailsafeLine
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

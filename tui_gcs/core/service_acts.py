@@ -22,14 +22,14 @@ from tui_gcs.core.protocol import services as s
 from tui_gcs.core.service_carry import CarryActs
 from tui_gcs.core.service_setup import SetupActs
 from tui_gcs.core.service_tasks import Task
-from tui_gcs.core.services.ftp import FtpListJob
-from tui_gcs.core.services.log_list import LogEntry
-from tui_gcs.core.services.logs import LogListJob
-from tui_gcs.core.services.param_ask import ParamReading, ParamSetting
-from tui_gcs.core.services.params import ParamService
-from tui_gcs.core.services.plan_jobs import DownloadJob, PlanJob
-from tui_gcs.core.services.services import Services
-from tui_gcs.core.services.shell_job import ShellJob
+from tui_gcs.core.services.all_services import Services
+from tui_gcs.core.services.files.ftp import FtpListJob
+from tui_gcs.core.services.files.log_list import LogEntry
+from tui_gcs.core.services.files.logs import LogListJob
+from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamSetting
+from tui_gcs.core.services.parameters.param_service import ParamService
+from tui_gcs.core.services.plans.plan_jobs import DownloadJob, PlanJob
+from tui_gcs.core.services.vehicle.shell_job import ShellJob
 from tui_gcs.core.uplink.commands import Action, Outcome
 from tui_gcs.core.uplink.jobs import Job
 from tui_gcs.core.uplink.orders import Order, Retry

@@ -13,10 +13,10 @@ from tui_gcs.core.motion.target_place import Above, Place, PlaceError
 from tui_gcs.core.protocol import setup as s
 from tui_gcs.core.service_setup import IN_THE_AIR
 from tui_gcs.core.service_tasks import Task
-from tui_gcs.core.services.payload import Done
-from tui_gcs.core.services.remote_id import RemoteId
-from tui_gcs.core.services.services import Services
-from tui_gcs.core.services.traffic import Track
+from tui_gcs.core.services.all_services import Services
+from tui_gcs.core.services.payload.payload import Done
+from tui_gcs.core.services.payload.remote_id import RemoteId
+from tui_gcs.core.services.payload.traffic import Track
 from tui_gcs.core.uplink.commands import Action, Outcome
 
 NONE_SUCH = "failed"

@@ -20,7 +20,7 @@ from tui_gcs.core.service_acts import ServiceActs, param_rows
 from tui_gcs.core.service_carry import payload_rows, remote_id_rows, traffic_rows
 from tui_gcs.core.service_tasks import TaskBook
 from tui_gcs.core.service_views import on_board, vehicle_info
-from tui_gcs.core.services.param_values import shown
+from tui_gcs.core.services.parameters.param_values import shown
 
 if TYPE_CHECKING:
     from tui_gcs.core.station import Station

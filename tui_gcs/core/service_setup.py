@@ -11,13 +11,13 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol import setup as s
 from tui_gcs.core.protocol.services import MEANT, TaskResult
 from tui_gcs.core.service_tasks import Guidance, Task
-from tui_gcs.core.services.calibration import CalibrationJob
-from tui_gcs.core.services.param_ask import ParamReading, ParamSetting
-from tui_gcs.core.services.param_change import ParamChange
-from tui_gcs.core.services.param_values import shown
-from tui_gcs.core.services.rc_calibration import ORDER, RcCalibration
-from tui_gcs.core.services.services import Services
-from tui_gcs.core.services.tuning import FORCE
+from tui_gcs.core.services.all_services import Services
+from tui_gcs.core.services.parameters.param_change import ParamChange
+from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamSetting
+from tui_gcs.core.services.parameters.param_values import shown
+from tui_gcs.core.services.setup.calibration import CalibrationJob
+from tui_gcs.core.services.setup.rc_calibration import ORDER, RcCalibration
+from tui_gcs.core.services.setup.tuning import FORCE
 from tui_gcs.core.uplink.commands import Outcome
 from tui_gcs.core.uplink.jobs import Job, JobState
 

@@ -11,7 +11,7 @@ from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.mavlink.enum_names import type_name
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.common import NOWHERE, FleetFrame, Kind, Phase
-from tui_gcs.core.services.payload import PayloadService
+from tui_gcs.core.services.payload.payload import PayloadService
 
 
 def fleet_frame(

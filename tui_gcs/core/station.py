@@ -63,9 +63,9 @@ from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.requests import RequestDesk
 from tui_gcs.core.scenario.model import OperatorId, Round, Scenario, Team
+from tui_gcs.core.services.all_services import Services
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.services.operator_id import OperatorIdService
-from tui_gcs.core.services.services import Services
+from tui_gcs.core.services.payload.operator_id import OperatorIdService
 from tui_gcs.core.services.timesync import TimeAnswers
 from tui_gcs.core.signing.keystore import KeyStore
 from tui_gcs.core.signing.timestamp_store import TimestampFile

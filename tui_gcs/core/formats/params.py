@@ -14,7 +14,7 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import FormatError, ParamLine, Written, counted
 from tui_gcs.core.formats.lists import Lines
 from tui_gcs.core.plans.check import LARGEST_PARAM
-from tui_gcs.core.services.param_values import ParamType, check_name, shown
+from tui_gcs.core.services.parameters.param_values import ParamType, check_name, shown
 
 MOST_PARAMS = 8192
 QGC_FIELDS = 5

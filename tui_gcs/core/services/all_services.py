@@ -1,0 +1,67 @@
+"""All MAVLink services of a station, made and ticked in one place."""
+
+from collections import Counter
+
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.files.ftp import FtpService
+from tui_gcs.core.services.files.logs import LogService
+from tui_gcs.core.services.parameters.param_service import ParamService
+from tui_gcs.core.services.payload.payload import PayloadService
+from tui_gcs.core.services.payload.remote_id import RemoteIdService
+from tui_gcs.core.services.payload.traffic import TrafficService
+from tui_gcs.core.services.plans.mission_service import MissionService
+from tui_gcs.core.services.setup.airframe import AirframeService
+from tui_gcs.core.services.setup.calibration import CalibrationService
+from tui_gcs.core.services.setup.motor_test import MotorTestService
+from tui_gcs.core.services.setup.rc_calibration import RcCalibrationService
+from tui_gcs.core.services.setup.tuning import TuningService
+from tui_gcs.core.services.timesync import LinkTimes
+from tui_gcs.core.services.vehicle.component_metadata import MetadataService
+from tui_gcs.core.services.vehicle.failsafe_service import FailsafeService, listener, reader
+from tui_gcs.core.services.vehicle.health_service import HealthService
+from tui_gcs.core.services.vehicle.mode_service import ModeService
+from tui_gcs.core.services.vehicle.operator_control import ControlService
+from tui_gcs.core.services.vehicle.shell_service import ShellService
+from tui_gcs.core.services.vehicle.vehicle_events import VehicleEvents
+
+
+class Services:
+    """One of each; see their modules."""
+
+    def __init__(self, context: Context) -> None:
+        """Make them all; they listen from now on."""
+        self.context = context
+        self.control = ControlService(context)
+        self.ftp = FtpService(context)
+        self.logs = LogService(context, self.ftp)
+        self.metadata = MetadataService(context, self.ftp)
+        self.params = ParamService(context, self.ftp, self.metadata)
+        self.missions = MissionService(context)
+        self.modes = ModeService(context)
+        self.vehicle_events = VehicleEvents(context, self.metadata)
+        self.remote_id = RemoteIdService(context)
+        self.failsafes = FailsafeService(context.fleet, reader(self.params), context.own_system, listener(self.params))
+        self.health = HealthService(context.fleet, self.vehicle_events, self.remote_id, context.clock)
+        self.link_times = LinkTimes(context)
+        context.commands.ack_book.trips = self.link_times.trips
+        self.payload = PayloadService(context)
+        self.shell = ShellService(context)
+        self.traffic = TrafficService(context)
+        self.calibrations = CalibrationService(context)
+        self.radios = RcCalibrationService(context, self.params)
+        self.airframes = AirframeService(context, self.params)
+        self.tuning = TuningService(context, self.params)
+        self.motor_tests = MotorTestService(context)
+
+    def tick(self) -> None:
+        """Everything that is due in the services (jobs are ticked by the desk)."""
+        self.missions.tick()
+        self.params.tick()
+        self.vehicle_events.tick()
+        self.link_times.tick()
+        self.shell.tick()
+
+    def ignored(self) -> Counter[str]:
+        """What came from vehicles and was of no use to any service, by reason."""
+        counters = (getattr(service, "ignored", None) for service in vars(self).values())
+        return sum((counter for counter in counters if isinstance(counter, Counter)), Counter())

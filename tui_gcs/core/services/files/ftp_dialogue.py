@@ -1,0 +1,230 @@
+"""One conversation with a vehicle's file server: a question at a time, repeated until it is answered.
+
+What makes it more than that (ardupilot.md, px4.md):
+
+* The server repeats its last answer if a question's number is that answer's number less one. Right after a burst, of
+  which the last packets were lost, a new question could have that number and would never be heard. So numbers jump
+  ahead when a burst did not end visibly, and an answer to something else with the right number is taken for this.
+* A session id of ours is random: ArduPilot lets anybody who guesses it read on, or end, in our name. PX4 gives its
+  own, always 0, with the answer to an open.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from random import Random
+
+from tui_gcs.core.services.files.ftp_codec import DATA_BYTES, SLOW_DATA_BYTES, Op, Packet, pack, unpack
+from tui_gcs.core.uplink.rtt_estimator import RoundTrip
+
+MOST_TRIES = 20
+"""Of a question that is understood (security.md C.4: reads are repeated like stops)."""
+FIRST_TRIES = 11
+"""The same while nothing was ever answered: ten retries."""
+MOST_BURST = 1024
+"""Packets of one burst; ArduPilot ends one after 500."""
+PATIENT_TRIES, DOUBT_TRIES = 4, 8
+"""Up to the first, waits grow from copy to copy; from the second on the link is thought to be slower now."""
+LONGEST_REACH = 0x4000
+"""Packets so far behind are not known any more: numbers are 16 bits."""
+BURST_PATIENCE = 2
+"""Within a burst silence must be so many times longer than for an answer: asking again brings everything again."""
+IN_SESSION = frozenset({Op.READ, Op.WRITE, Op.BURST, Op.TERMINATE})
+OPENING = frozenset({Op.OPEN_READ, Op.CREATE})
+
+OnReply = Callable[[Packet | None], None]
+"""Told the answer; None if there was none."""
+
+
+@dataclass
+class _Pending:
+    op: int
+    seq: int
+    session: int
+    size: int
+    offset: int
+    data: bytes
+    on_reply: OnReply
+    tries: int
+    sent: int = 0
+    first_s: float = 0.0
+    due_s: float = 0.0
+
+
+class FtpDialogue:
+    """Questions and answers; what they are about is for readers and writers."""
+
+    def __init__(
+        self,
+        send: Callable[[list[int]], bool],
+        now: Callable[[], float],
+        random: Random,
+        *,
+        slow: bool = False,
+        first_tries: int = FIRST_TRIES,
+        ignored: Counter[str] | None = None,
+    ) -> None:
+        """`send` lets a payload leave (False: it was refused for good); `slow`: over a telemetry radio.
+
+        In `ignored` packets are counted that belong to nothing, by reason.
+        """
+        self._send = send
+        self._now = now
+        self.block = SLOW_DATA_BYTES if slow else DATA_BYTES
+        self.session = random.randint(1, 255)
+        self._seq = random.randrange(1 << 16)
+        self._burst_from: int | None = None
+        """Number of the first burst request of this session: its packets are good for as long as it lasts."""
+        self._pending: _Pending | None = None
+        self._first_tries = first_tries
+        self.round_trip = RoundTrip(slow=slow)
+        self.answered = False
+        self.closed = False
+        self.on_burst: Callable[[Packet], None] | None = None
+        """Told every packet of a burst of this session, whenever it comes."""
+        self.ignored = ignored if ignored is not None else Counter()
+
+    # ---------------------------------------------------------------- asking
+
+    def ask(
+        self, op: Op, on_reply: OnReply, *, offset: int = 0, size: int | None = None, data: bytes = b"", tries: int = 0
+    ) -> None:
+        """Ask; `on_reply` is told once. A question that is still open is forgotten.
+
+        For `Op.BURST` it is told what ended the burst: its last packet, a NAK, or None for silence. The packets go to
+        `on_burst`. A burst is not repeated here: who asked knows what is still missing.
+        """
+        session = self.session
+        most = tries or MOST_TRIES
+        length = len(data) if size is None else size
+        self._pending = _Pending(op, self._seq, session, length, offset, data, on_reply, most)
+        if op == Op.BURST and (self._burst_from is None or (self._seq - self._burst_from) & 0xFFFF > LONGEST_REACH):
+            self._burst_from = self._seq if self._burst_from is None else (self._seq - LONGEST_REACH) & 0xFFFF
+        self._repeat(self._pending)
+
+    def wait(self, seconds: float, then: Callable[[], None]) -> None:
+        """Be silent for a while."""
+        self._pending = _Pending(0, self._seq, 0, 0, 0, b"", lambda _: then(), 0, due_s=self._now() + seconds)
+
+    def skip(self) -> None:
+        """Jump ahead with our numbers: answers may be under way that we will never see."""
+        self._seq = (self._seq + MOST_BURST) & 0xFFFF
+
+    def new_session(self) -> None:
+        """What was opened is closed: packets of its bursts are old from now on."""
+        self._burst_from = None
+
+    def terminate_quietly(self) -> None:
+        """Say that nothing more is wanted, and do not wait for the answer."""
+        self._pending = None
+        self.skip()
+        self._send(pack(self._seq, self.session, Op.TERMINATE, 0, 0))
+
+    def close(self) -> None:
+        """Nothing is heard or sent any more."""
+        self._pending, self.closed, self.on_burst = None, True, None
+
+    # ---------------------------------------------------------------- time
+
+    def tick(self) -> None:
+        """Repeat what is not answered; give up in the end."""
+        pending, now = self._pending, self._now()
+        if pending is None or now < pending.due_s:
+            return
+        most = pending.tries if self.answered else min(pending.tries, self._first_tries)
+        if pending.sent >= most or pending.op == Op.BURST:
+            self._end(None)
+        else:
+            if pending.sent >= DOUBT_TRIES:
+                self.round_trip.lost()
+            self._repeat(pending)
+
+    def _repeat(self, pending: _Pending) -> None:
+        now = self._now()
+        pending.first_s = pending.first_s or now
+        pending.sent += 1
+        patience = BURST_PATIENCE if pending.op == Op.BURST else 1
+        pending.due_s = now + patience * self.round_trip.after(min(pending.sent, PATIENT_TRIES))
+        frame = pack(pending.seq, pending.session, pending.op, pending.size, pending.offset, pending.data)
+        if not self._send(frame):
+            self._end(None)
+
+    # ---------------------------------------------------------------- hearing
+
+    def hear(self, payload: bytes) -> None:
+        """A packet came from the vehicle."""
+        packet = unpack(payload)
+        if packet.op not in (Op.ACK, Op.NAK):
+            self.ignored["file request from a vehicle"] += 1
+        elif packet.answers == Op.BURST and self._of_a_burst(packet):
+            self._hear_burst(packet)
+        else:
+            self._hear_answer(packet)
+
+    def _of_a_burst(self, packet: Packet) -> bool:
+        if self._burst_from is None or packet.session != self.session:
+            return False
+        reach = (self._seq - self._burst_from) & 0xFFFF
+        return 0 < (packet.seq - self._burst_from) & 0xFFFF <= reach + MOST_BURST
+
+    def _hear_burst(self, packet: Packet) -> None:
+        """Any packet of a burst is good; its end only while a burst is waited for."""
+        pending = self._pending
+        self.answered = True
+        waiting = pending is not None and pending.op == Op.BURST
+        if waiting and 0 <= (packet.seq - self._seq) & 0xFFFF < MOST_BURST:
+            self._seq = packet.seq
+        if packet.op == Op.ACK:
+            if waiting and pending is not None:
+                if pending.sent == 1 and packet.seq == (pending.seq + 1) & 0xFFFF:
+                    self.round_trip.measured(self._now() - pending.first_s)
+                pending.due_s = self._now() + BURST_PATIENCE * self.round_trip.wait_s
+            if self.on_burst is not None:
+                self.on_burst(packet)
+            pending = self._pending  # whoever was told may have asked something else
+            if packet.complete and pending is not None and pending.op == Op.BURST:
+                self._end(packet)
+        elif pending is not None and not waiting and packet.seq == (pending.seq + 1) & 0xFFFF:
+            self._renumber(pending)
+        elif waiting:
+            self._end(packet)
+        else:
+            self.ignored["file answer: end of an old burst"] += 1
+
+    def _hear_answer(self, packet: Packet) -> None:
+        pending = self._pending
+        if pending is None or not pending.op:
+            self.ignored["file answer nobody asked for"] += 1
+        elif packet.seq != (pending.seq + 1) & 0xFFFF:
+            self.ignored["file answer with an old or wrong number"] += 1
+        elif packet.answers != pending.op:
+            self._renumber(pending)
+        elif pending.op in IN_SESSION and packet.session != pending.session:
+            self.ignored["file answer of another session"] += 1
+        else:
+            self.answered = True
+            if pending.sent == 1:  # else nobody knows which copy this answers
+                self.round_trip.measured(self._now() - pending.first_s)
+            self._seq = packet.seq
+            if pending.op in OPENING and packet.op == Op.ACK:
+                self.session = packet.session
+            self._end(packet)
+
+    def _renumber(self, pending: _Pending) -> None:
+        """Our question was taken for a repetition: ask it again under another number."""
+        self.ignored["file answer repeated"] += 1
+        if pending.sent >= pending.tries:
+            return
+        self.skip()
+        pending.seq = self._seq
+        self._repeat(pending)
+
+    def _end(self, packet: Packet | None) -> None:
+        pending, self._pending = self._pending, None
+        if pending is None:
+            return
+        if packet is None:
+            self.skip()
+        else:
+            self._seq = (self._seq + 1) & 0xFFFF
+        pending.on_reply(packet)

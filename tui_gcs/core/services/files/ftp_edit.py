@@ -1,0 +1,169 @@
+"""Listing directories, writing and removing files, checksums: the shorter errands within a dialogue."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from tui_gcs.core.base.text import SafeText, clean
+from tui_gcs.core.services.files.ftp_codec import Nak, Op, Packet, crc_fits
+from tui_gcs.core.services.files.ftp_dialogue import FtpDialogue
+from tui_gcs.core.services.files.ftp_read import MOST_WAITS, SESSION_WAIT_S, check_path
+
+MOST_ENTRIES = 5000
+NAME_CELLS = 200
+
+OnEnd = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class FtpEntry:
+    """One entry of a directory."""
+
+    name: SafeText
+    is_directory: bool
+    size: int | None
+    """As announced; None for directories and where no number came."""
+    exact: bool
+    """`name` is what the vehicle calls it, so that it may be asked for; else it had characters that are not shown."""
+
+
+class FtpLister:
+    """Reads a directory. Entries that the vehicle skips count for the offset, too (px4.md)."""
+
+    def __init__(self, dialogue: FtpDialogue, path: str, on_end: OnEnd) -> None:
+        """Nothing asked yet."""
+        self._dialogue, self._path, self._on_end = dialogue, path, on_end
+        self.entries: list[FtpEntry] = []
+        self.truncated = False
+        """There are more than are kept."""
+        self._offset = 0
+
+    def start(self) -> None:
+        """Begin."""
+        why = check_path(self._path)
+        if why:
+            self._on_end(why)
+        else:
+            self._ask()
+
+    def _ask(self) -> None:
+        path = self._path.encode()
+        self._dialogue.ask(Op.LIST, self._on_reply, offset=self._offset, data=path)
+
+    def _on_reply(self, reply: Packet | None) -> None:
+        if reply is None or (reply.nak and reply.nak != Nak.EOF):
+            self._on_end("no answer" if reply is None else reply.why)
+            return
+        entries = [raw for raw in reply.data.split(b"\0") if raw] if not reply.nak else []
+        self._offset += len(entries)
+        self.entries.extend(entry for raw in entries if (entry := entry_of(raw)) is not None)
+        self.truncated = self._offset >= MOST_ENTRIES
+        if entries and not self.truncated:
+            self._ask()
+        else:
+            self._on_end("")
+
+
+def entry_of(raw: bytes) -> FtpEntry | None:
+    """An entry as it is in a listing: D and a name, or F, a name, a tab and a size; None for what is skipped."""
+    kind, rest = raw[:1], raw[1:]
+    if kind not in (b"D", b"F") or rest in (b"", b".", b".."):
+        return None
+    name, _, size = rest.partition(b"\t") if kind == b"F" else (rest, b"", b"")
+    text = clean(name, NAME_CELLS)
+    number = int(size) if size.isdigit() and len(size) <= 12 else None
+    exact = name == text.encode() and "/" not in text and "\\" not in text
+    return FtpEntry(text, kind == b"D", number if kind == b"F" else None, exact)
+
+
+class FtpWriter:
+    """Writes a file and has its checksum confirmed. A vehicle may still refuse the contents: read back what matters.
+
+    ArduPilot answers well to the end of an upload of @MISSION or @PARAM that it refuses (ardupilot.md).
+    """
+
+    def __init__(self, dialogue: FtpDialogue, path: str, data: bytes, on_end: OnEnd, *, verify: bool) -> None:
+        """`verify`: ask for the checksum in the end; not for ArduPilot's files that are no files (@...)."""
+        self._dialogue, self._path, self._data, self._on_end = dialogue, path, data, on_end
+        self._verify = verify
+        self._waits = 0
+        self.done = 0
+        """Bytes written."""
+
+    def start(self) -> None:
+        """Begin; the session has been reset."""
+        why = check_path(self._path)
+        if why:
+            self._on_end(why)
+            return
+        path = self._path.encode()
+        self._dialogue.ask(Op.CREATE, self._on_created, data=path)
+
+    def _on_created(self, reply: Packet | None) -> None:
+        if reply is None:
+            self._on_end("no answer")
+        elif reply.nak in (Nak.SESSION, Nak.NO_SESSIONS) and self._waits < MOST_WAITS:
+            self._waits += 1
+            self._dialogue.wait(SESSION_WAIT_S, lambda: self._dialogue.ask(Op.RESET, lambda _: self.start()))
+        elif reply.nak:
+            self._on_end(reply.why)
+        else:
+            self._next()
+
+    def _next(self) -> None:
+        block = self._data[self.done : self.done + self._dialogue.block]
+        if block:
+            self._dialogue.ask(
+                Op.WRITE, lambda reply: self._on_written(reply, len(block)), offset=self.done, data=block
+            )
+        else:
+            self._dialogue.ask(Op.TERMINATE, self._on_closed)
+
+    def _on_written(self, reply: Packet | None, size: int) -> None:
+        if reply is None or reply.nak:
+            self._dialogue.terminate_quietly()
+            self._on_end("no answer: the file is incomplete" if reply is None else f"{reply.why}: it is incomplete")
+            return
+        self.done += size
+        self._next()
+
+    def _on_closed(self, reply: Packet | None) -> None:
+        if reply is None or reply.nak:
+            self._on_end("not known whether it was closed: read it back" if reply is None else reply.why)
+        elif self._verify:
+            path = self._path.encode()
+            self._dialogue.ask(Op.CRC32, self._on_crc, data=path)
+        else:
+            self._on_end("")
+
+    def _on_crc(self, reply: Packet | None) -> None:
+        if reply is None or reply.number is None or reply.nak:
+            self._on_end("written, but its checksum was not told: read it back")
+        else:
+            self._on_end("" if crc_fits(self._data, reply.number) else "what the vehicle holds differs: checksum")
+
+
+class FtpOneQuestion:
+    """Remove a file, or ask for its checksum."""
+
+    def __init__(self, dialogue: FtpDialogue, op: Op, path: str, on_end: OnEnd) -> None:
+        """`op` is REMOVE or CRC32."""
+        self._dialogue, self._op, self._path, self._on_end = dialogue, op, path, on_end
+        self.number: int | None = None
+        """The checksum."""
+
+    def start(self) -> None:
+        """Begin."""
+        why = check_path(self._path)
+        if why:
+            self._on_end(why)
+        else:
+            path = self._path.encode()
+            self._dialogue.ask(self._op, self._on_reply, data=path)
+
+    def _on_reply(self, reply: Packet | None) -> None:
+        if reply is None or reply.nak:
+            self._on_end("no answer" if reply is None else reply.why)
+            return
+        self.number = reply.number if self._op == Op.CRC32 else None
+        short = self._op == Op.CRC32 and self.number is None
+        self._on_end("the answer holds no checksum" if short else "")

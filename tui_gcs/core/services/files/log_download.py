@@ -1,0 +1,258 @@
+"""Downloading a log by LOG_REQUEST_DATA: window by window, and again what of a window did not come.
+
+Whole logs are never asked for at once: nothing on the way holds back a sender, and PX4 then lost three quarters
+(px4.md). The end is told, for ArduPilot refuses to arm until then.
+"""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from tui_gcs.core.base.safe_files import FileRefused
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.services.files.log_list import LogEntry, LogLister
+from tui_gcs.core.services.files.log_part import LogPart
+from tui_gcs.core.uplink.jobs import Job
+from tui_gcs.core.uplink.rtt_estimator import RoundTrip
+
+if TYPE_CHECKING:
+    from tui_gcs.core.services.files.logs import LogService
+
+FRAME_BYTES = 90
+"""Of a log, in one LOG_DATA."""
+WINDOW_BYTES = 728 * FRAME_BYTES
+"""64 kB: less than half a second of ArduPilot's 151 kB/s."""
+SLOW_SHARE = 0.4
+"""Of a slow link's budget: telemetry and commands need the rest."""
+SLOW_WINDOW_S = 2.0
+"""A window over a slow link is what may go through in this time."""
+MANY_GAPS = 16
+MOST_SILENCES = 10
+SAVE_EVERY_BYTES = 2 << 20
+RATE_S = 2.0
+"""The rate that is shown is that of so long."""
+
+
+class LogDownloadJob(Job):
+    """One log into a file; `path` is where it is once it is done."""
+
+    takes_long = True
+
+    def __init__(
+        self, service: "LogService", vehicle: int, entry: LogEntry, on_done: Callable[[Job], None] | None
+    ) -> None:
+        """Nothing is asked before its turn."""
+        super().__init__(vehicle, f"download log {entry.id}", on_done)
+        self._service = service
+        self.entry = entry
+        self.path = ""
+        """The file, under the station's state directory."""
+        self.rate_bytes_s = 0.0
+        self.total = entry.size
+        self._lister: LogLister | None = None
+        self._part: LogPart | None = None
+        self._window = (0, 0)
+        self._window_bytes = WINDOW_BYTES
+        self._pace_bytes_s = 0.0
+        self._asked = (0, 0)
+        self._asked_s = 0.0
+        self._waits_turn = False
+        """The next window of a slow link is not due yet."""
+        self._window_s = self._due_s = 0.0
+        self._silences = 0
+        self._round_trip = RoundTrip()
+        self._rate_from = (0.0, 0)
+        self._saved = 0
+
+    # ---------------------------------------------------------------- job
+
+    def begin(self, vehicle: Vehicle, now: float) -> None:
+        """The log is looked for once more: it may have grown, and may be another one by now."""
+        spec = self._service.context.specs.get(vehicle.link)
+        slow = self._service.context.is_slow(vehicle.link)
+        self._round_trip = RoundTrip(slow=slow)
+        if slow and spec is not None and spec.bytes_per_s:
+            self._pace_bytes_s = SLOW_SHARE * spec.bytes_per_s
+            frames = round(SLOW_WINDOW_S * self._pace_bytes_s / FRAME_BYTES)
+            self._window_bytes = FRAME_BYTES * max(1, min(frames, WINDOW_BYTES // FRAME_BYTES))
+        number = self.entry.id
+        self._lister = LogLister(
+            lambda first, last: self._service.ask_list(self.vehicle, first, last),
+            now,
+            slow=slow,
+            first=number,
+            last=number,
+        )
+
+    def tick(self, vehicle: Vehicle, now: float) -> None:
+        """See `Job`."""
+        if self._lister is not None:
+            self._lister.tick(now)
+            self._look_entry(vehicle, now)
+        elif self._part is not None and not self.over:
+            self._measure(now)
+            if now >= self._due_s:
+                self._silent(vehicle, now)
+
+    def abort(self) -> None:
+        """What is there is kept, to be gone on with."""
+        self._service.ask_end(self.vehicle)
+        if self._part is not None:
+            self._part.keep()
+            self._part = None
+
+    def finish(self, error: str = "") -> None:
+        """See `Job`."""
+        if not self.over:
+            self._service.ask_end(self.vehicle)
+            if error and self._part is not None:
+                self._part.keep()
+                self._part = None
+        super().finish(error)
+
+    # ---------------------------------------------------------------- which log
+
+    def heard_entry(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
+        """A LOG_ENTRY came."""
+        if self._lister is not None:
+            self._lister.hear(fields, now)
+            if self.entry.id in self._lister.entries:
+                self._lister.over = True
+            self._look_entry(vehicle, now)
+
+    def _look_entry(self, vehicle: Vehicle, now: float) -> None:
+        if self._lister is None:
+            return
+        refusal = self._service.refusal(vehicle, self.begun_s)
+        if refusal or self._lister.over:
+            found = self._lister.entries.get(self.entry.id)
+            self._lister = None
+            if refusal or found is None:
+                self.finish(refusal or "the vehicle has no log of that number")
+            elif found.size < self.entry.size:
+                self.finish("another log has that number now: list them again")
+            else:
+                self.entry, self.total = found, found.size
+                self._open(vehicle, now)
+
+    def _open(self, vehicle: Vehicle, now: float) -> None:
+        try:
+            self._part = self._service.part(vehicle, self.entry)
+        except FileRefused as error:
+            self.finish(str(error))
+            return
+        self.done = self._saved = self._part.ranges.held
+        self._rate_from = (now, self.done)
+        self._next_window(vehicle, now)
+
+    # ---------------------------------------------------------------- windows
+
+    def heard_data(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
+        """A LOG_DATA came: taken if it is of the window that was asked for."""
+        part, offset, count = self._part, fields["ofs"], fields["count"]
+        if part is None or self.over or fields["id"] != self.entry.id:
+            self._service.ignored["log data nobody asked for"] += 1
+            return
+        start, stop = self._window
+        end = min(offset + min(count, FRAME_BYTES), stop)
+        if not start <= offset < end:
+            self._service.ignored["log data beyond what was asked"] += 1
+            return
+        if part.ranges.add(offset, end):
+            try:
+                part.write(offset, bytes(fields["data"][: end - offset]))
+            except OSError as error:
+                self._disk(error)
+                return
+            self._silences = 0
+        if offset == self._asked[0] and self._asked_s:
+            self._round_trip.measured(now - self._asked_s)
+            self._asked_s = 0.0
+        self.done = part.ranges.held
+        self._due_s = now + 2 * self._round_trip.wait_s
+        if part.ranges.covers(stop) or part.ranges.first_gap()[0] < start:  # all of it; or what was there is dropped
+            self._next_window(vehicle, now)
+        elif end >= self._asked[1]:  # the last that was asked for, and some before it did not come
+            self._ask_gap(part, now)
+
+    def _next_window(self, vehicle: Vehicle, now: float) -> None:
+        part = self._part
+        if part is None:
+            return
+        start, gap_end = part.ranges.first_gap()
+        size = self.entry.size
+        if start >= size:
+            self._whole(vehicle, size)
+            return
+        if part.ranges.held - self._saved >= SAVE_EVERY_BYTES:
+            self._saved = part.ranges.held
+            part.save()
+        stop = min(size, start + self._window_bytes, gap_end if gap_end is not None else size)
+        earliest_s = (
+            self._window_s + (self._window[1] - self._window[0]) / self._pace_bytes_s if self._pace_bytes_s else 0
+        )
+        self._window = (start, stop)
+        self._window_s = max(now, earliest_s)
+        self._waits_turn = now < earliest_s
+        if self._waits_turn:
+            self._due_s = earliest_s
+        else:
+            self._ask(start, stop, now)
+
+    def _ask(self, start: int, stop: int, now: float) -> None:
+        self._waits_turn = False
+        self._due_s = now + 2 * self._round_trip.wait_s
+        self._asked, self._asked_s = (start, stop), now
+        self._service.ask_data(self.vehicle, self.entry.id, start, stop - start)
+
+    def _silent(self, vehicle: Vehicle, now: float) -> None:
+        """Nothing more came of the window."""
+        part = self._part
+        if part is None:
+            return
+        if self._waits_turn:
+            self._ask(*self._window, now)
+            return
+        refusal = self._service.refusal(vehicle, self.begun_s)
+        if refusal or self._silences >= MOST_SILENCES:
+            self.finish(refusal or "no answer: what is there is kept")
+            return
+        self._silences += 1
+        if self._silences > 1:
+            self._round_trip.lost()
+        self._ask_gap(part, now)
+
+    def _ask_gap(self, part: LogPart, now: float) -> None:
+        """Ask for the first gap; where there are many, for all that follows, too: that is sooner there."""
+        start, gap_end = part.ranges.first_gap()
+        many = part.ranges.pieces > MANY_GAPS
+        stop = self._window[1] if many or gap_end is None else min(self._window[1], gap_end)
+        self._ask(start, max(stop, start + 1), now)
+
+    def _whole(self, vehicle: Vehicle, size: int) -> None:
+        part, self._part = self._part, None
+        if part is None:
+            return
+        try:
+            part.file.cut(size)
+            self.path = self._service.told_path(
+                self.vehicle, part.finish(self._service.final_name(vehicle, self.entry))
+            )
+        except (FileRefused, OSError) as error:
+            self.finish(str(error))
+            return
+        self.done = self.total = size
+        self.finish()
+
+    def _disk(self, error: OSError) -> None:
+        part, self._part = self._part, None
+        if part is not None:
+            part.discard()
+        self._service.alarm(self.vehicle, f"log {self.entry.id} cannot be written: {error.strerror or error}")
+        self.finish(f"cannot be written here: {error.strerror or error}")
+
+    def _measure(self, now: float) -> None:
+        since_s, held = self._rate_from
+        if now - since_s >= RATE_S:
+            self.rate_bytes_s = (self.done - held) / (now - since_s)
+            self._rate_from = (now, self.done)

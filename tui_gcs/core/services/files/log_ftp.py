@@ -1,0 +1,158 @@
+"""Downloading a log by FTP (PX4): found by its size among the files of its folders, proven by its checksum."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from tui_gcs.core.base.safe_files import FileRefused
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.services.files.ftp_codec import Op
+from tui_gcs.core.services.files.ftp_dialogue import FtpDialogue
+from tui_gcs.core.services.files.ftp_download import CopyCheck
+from tui_gcs.core.services.files.ftp_edit import FtpEntry, FtpLister, FtpOneQuestion
+from tui_gcs.core.services.files.ftp_read import FtpReader
+from tui_gcs.core.services.files.log_list import LogEntry
+from tui_gcs.core.services.files.log_part import LogPart
+from tui_gcs.core.uplink.jobs import Job
+
+if TYPE_CHECKING:
+    from tui_gcs.core.services.files.logs import LogService
+
+MOST_FOLDERS = 60
+"""Days that are looked through, the newest first."""
+MOST_LOG_BYTES = 1 << 30
+
+
+class LogFtpJob(Job):
+    """As `LogDownloadJob`, for autopilots that serve their logs as files."""
+
+    takes_long = True
+
+    def __init__(
+        self, service: "LogService", vehicle: int, entry: LogEntry, on_done: Callable[[Job], None] | None
+    ) -> None:
+        """Nothing is asked before its turn."""
+        super().__init__(vehicle, f"download log {entry.id}", on_done)
+        self._service = service
+        self.entry = entry
+        self.path = ""
+        self.total = entry.size
+        self._vehicle: Vehicle | None = None
+        self._dialogue: FtpDialogue | None = None
+        self._folders: list[str] = []
+        self._reader: FtpReader | None = None
+        self._part: LogPart | None = None
+        self._remote = ""
+        self._check: CopyCheck | None = None
+
+    def begin(self, vehicle: Vehicle, now: float) -> None:
+        """See `Job`."""
+        self._vehicle = vehicle
+        self._folders = list(self._service.folders(vehicle))
+        if not self._folders:
+            self.finish("this autopilot's logs are not had by FTP")
+            return
+        self._dialogue = dialogue = self._service.ftp.dialogue(vehicle)
+        dialogue.ask(Op.RESET, lambda reply: self.finish("no answer") if reply is None else self._look(dialogue))
+
+    def tick(self, vehicle: Vehicle, now: float) -> None:
+        """See `Job`."""
+        if self._reader is not None:
+            self._reader.tick()
+            self.done = self._reader.ranges.held
+        elif self._dialogue is not None:
+            self._dialogue.tick()
+        if self._check is not None and not self.over:
+            self._compare(vehicle, self._check)
+
+    def abort(self) -> None:
+        """See `Job`."""
+        if self._reader is not None:
+            self._reader.abort()
+        if self._part is not None:
+            self._part.keep()
+            self._part = None
+        self._service.ftp.end(self.vehicle)
+
+    def finish(self, error: str = "") -> None:
+        """See `Job`."""
+        if not self.over:
+            self._service.ftp.end(self.vehicle)
+            if error and self._part is not None:
+                self._part.keep()
+                self._part = None
+        super().finish(error)
+
+    # ---------------------------------------------------------------- finding it
+
+    def _look(self, dialogue: FtpDialogue) -> None:
+        """List the next folder."""
+        if not self._folders:
+            self.finish("no file there has the size of that log")
+            return
+        folder = self._folders.pop(0)
+        lister = FtpLister(dialogue, folder, lambda error: self._listed(dialogue, folder, lister.entries))
+        lister.start()
+
+    def _listed(self, dialogue: FtpDialogue, folder: str, entries: list[FtpEntry]) -> None:
+        for entry in entries:
+            if entry.exact and not entry.is_directory and entry.size == self.entry.size:
+                self._read(f"{folder}/{entry.name}")
+                return
+        days = sorted((e.name for e in entries if e.exact and e.is_directory), reverse=True)
+        self._folders = [f"{folder}/{day}" for day in days[:MOST_FOLDERS]] + self._folders[: 2 * MOST_FOLDERS]
+        self._look(dialogue)
+
+    # ---------------------------------------------------------------- reading it
+
+    def _read(self, path: str) -> None:
+        if self._vehicle is None:
+            return
+        try:
+            self._part = part = self._service.part(self._vehicle, self.entry)
+        except FileRefused as error:
+            self.finish(str(error))
+            return
+        self._remote = path
+        self._reader = self._service.ftp.reader(
+            self._vehicle, path, part, self._on_read, max_bytes=MOST_LOG_BYTES, ranges=part.ranges
+        )
+        self._reader.begin()
+
+    def _on_read(self, error: str) -> None:
+        reader, self._reader = self._reader, None
+        if error or reader is None or self._vehicle is None:
+            if error.startswith("cannot be written here") and self._part is not None:
+                self._part.discard()
+                self._part = None
+                self._service.alarm(self.vehicle, f"log {self.entry.id} {error}")
+            self.finish(error)
+            return
+        self._dialogue = dialogue = self._service.ftp.dialogue(self._vehicle)
+        question = FtpOneQuestion(dialogue, Op.CRC32, self._remote, lambda why: self._on_crc(why, question.number))
+        question.start()
+
+    def _on_crc(self, error: str, crc: int | None) -> None:
+        part = self._part
+        if error or crc is None or part is None:
+            self.finish(f"its checksum was not told ({error}): kept to be tried again")
+            return
+        part.file.cut(part.ranges.end)
+        self._check = CopyCheck(part.file, crc)
+
+    def _compare(self, vehicle: Vehicle, check: CopyCheck) -> None:
+        """Go on with the checksum of our copy; the last time tell whether it is the vehicle's."""
+        part = self._part
+        if part is None:
+            return
+        good = check.good()
+        if good is None:
+            return
+        self._part = None
+        try:
+            self.path = self._service.told_path(
+                self.vehicle, part.finish(self._service.final_name(vehicle, self.entry), bad=not good)
+            )
+        except FileRefused as refused:
+            self.finish(str(refused))
+            return
+        self.finish("" if good else f"its checksum is wrong: kept as {self.path}")

@@ -1,0 +1,67 @@
+"""Several parameters of one vehicle changed in order, with what they were before kept: all, or it says what is open."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamSetting
+from tui_gcs.core.services.parameters.param_service import ParamService
+from tui_gcs.core.services.parameters.param_values import Number
+
+
+@dataclass
+class ParamChange:
+    """Reads all of them, then sets one after the other; stops at the first that is not taken."""
+
+    vehicle: int
+    wanted: dict[str, Number]
+    """In the order of setting."""
+    optional: frozenset[str] = frozenset()
+    """Which it may not have."""
+    on_done: "Callable[[ParamChange], None] | None" = None
+    before: dict[str, Number] = field(default_factory=dict)
+    """What they were; of those that the vehicle has."""
+    changed: list[str] = field(default_factory=list)
+    """Set and confirmed, in order. What had its value already is not set."""
+    error: str = ""
+    over: bool = False
+
+    def run(self, params: ParamService) -> "ParamChange":
+        """Begin."""
+        if self.wanted:
+            params.read(self.vehicle, self.wanted, lambda reading: self._took(params, reading))
+        else:
+            self._end("")
+        return self
+
+    def undo(self, params: ParamService, on_done: "Callable[[ParamChange], None] | None" = None) -> "ParamChange":
+        """Set back what was changed, newest first."""
+        back = {name: self.before[name] for name in reversed(self.changed)}
+        return ParamChange(self.vehicle, back, on_done=on_done).run(params)
+
+    def _took(self, params: ParamService, reading: ParamReading) -> None:
+        self.before = {name: param.value for name, param in reading.values.items()}
+        missing = [name for name in self.wanted if name in reading.missing and name not in self.optional]
+        if missing:
+            self._end(f"{missing[0]}: {reading.missing[missing[0]]}")
+        else:
+            self._next(params)
+
+    def _next(self, params: ParamService) -> None:
+        name = next((n for n, v in self.wanted.items() if n not in self.changed and self.before.get(n, v) != v), None)
+        if name is None:
+            self._end("")
+            return
+
+        def took(setting: ParamSetting) -> None:
+            if setting.error:
+                self._end(f"{name} was not set: {setting.error}")
+            else:
+                self.changed.append(name)
+                self._next(params)
+
+        params.set(self.vehicle, name, self.wanted[name], took)
+
+    def _end(self, error: str) -> None:
+        self.error, self.over = error, True
+        if self.on_done is not None:
+            self.on_done(self)

@@ -1,0 +1,81 @@
+"""`@PARAM/param.pck`: all parameters in one file, names share beginnings with the one before (mavlink.md D)."""
+
+import struct
+from dataclasses import dataclass
+
+from tui_gcs.core.base.text import clean
+from tui_gcs.core.services.parameters.param_values import NAME_BYTES, Number, Param, ParamType
+
+MAGIC, MAGIC_WITH_DEFAULTS = 0x671B, 0x671C
+MOST_BYTES = 1 << 18
+"""4096 names with 4 bytes and a default each are less."""
+MOST_NAMES = 4096
+_HEAD = struct.Struct("<HHH")
+_TYPES: dict[int, tuple[ParamType, str]] = {
+    1: (ParamType.INT8, "<b"),
+    2: (ParamType.INT16, "<h"),
+    3: (ParamType.INT32, "<i"),
+    4: (ParamType.REAL32, "<f"),
+}
+_HAS_DEFAULT = 1
+
+
+class ParamPackError(ValueError):
+    """A file that is none, or broken: what is wrong with it."""
+
+
+@dataclass(frozen=True)
+class ParamPack:
+    """What such a file holds."""
+
+    params: list[Param]
+    total: int
+    """Of the vehicle; more than `params` if only a part was asked for."""
+
+
+def parse_pack(data: bytes) -> ParamPack:
+    """The parameters in a file. Raises ParamPackError."""
+    if len(data) < _HEAD.size or len(data) > MOST_BYTES:
+        raise ParamPackError(f"{len(data)} bytes cannot be parameters")
+    magic, count, total = _HEAD.unpack_from(data)
+    if magic not in (MAGIC, MAGIC_WITH_DEFAULTS):
+        raise ParamPackError("it does not begin as it should")
+    if count > MOST_NAMES:
+        raise ParamPackError(f"{count} parameters, at most {MOST_NAMES} are taken")
+    params: list[Param] = []
+    name = b""
+    at = _HEAD.size
+    while at < len(data):
+        if data[at] == 0:  # padding, so that no parameter is cut by a block's end
+            at += 1
+            continue
+        name, param, at = _entry(data, at, name, magic == MAGIC_WITH_DEFAULTS)
+        params.append(param)
+        if len(params) > count:
+            break
+    if len(params) != count:
+        raise ParamPackError(f"it holds {len(params)} parameters, {count} were announced")
+    return ParamPack(params, total)
+
+
+def _entry(data: bytes, at: int, before: bytes, with_defaults: bool) -> tuple[bytes, Param, int]:
+    """(name, parameter, where the next entry begins). With defaults, only those that differ are there."""
+    try:
+        kind, form = _TYPES[data[at] & 0x0F]
+        flags, common, length = data[at] >> 4, data[at + 1] & 0x0F, (data[at + 1] >> 4) + 1
+    except (KeyError, IndexError):
+        raise ParamPackError(f"byte {at} begins no parameter") from None
+    if common > len(before) or common + length > NAME_BYTES:
+        raise ParamPackError(f"byte {at}: a name that cannot be")
+    at += 2
+    name = before[:common] + data[at : at + length]
+    at += length
+    values: list[Number] = []
+    for _ in range(2 if flags & _HAS_DEFAULT else 1):
+        try:
+            values.append(struct.unpack_from(form, data, at)[0])
+        except struct.error:
+            raise ParamPackError("it ends within a parameter") from None
+        at += struct.calcsize(form)
+    default = values[1] if len(values) > 1 else values[0] if with_defaults else None
+    return name, Param(clean(name, 64), values[0], kind, default), at

@@ -1,0 +1,243 @@
+"""Missions, fences and rally points of all vehicles: put there, read, cleared, followed.
+
+    job = missions.upload(1, plan, on_done)        # done only when the vehicle was asked and holds it
+    missions.state(1).current                      # the item it flies to
+    missions.holds(1, plan)                        # True, False, or None where that is not known
+
+Changes that are not ours (another station's, seen by the vehicle's own plan numbers, its count of items, or its ACK
+to somebody else) raise "mission on vehicle is not ours", and what we knew is marked stale.
+"""
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any, TypeVar
+
+from tui_gcs.core.firmware.plans import CMD_SET_CURRENT, dialect_of
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.plans.model import Plan, PlanKind
+from tui_gcs.core.protocol.common import EventClass, Freshness
+from tui_gcs.core.records.event_log import ALERT
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.plans.plan_jobs import ClearJob, DownloadJob, OnDone, PlanJob, UploadJob
+from tui_gcs.core.services.plans.plan_messages import ACCEPTED
+from tui_gcs.core.services.plans.plan_table import MissionState, PlanBook, Progress
+from tui_gcs.core.uplink.commands import Action, Outcome, Retry
+
+TRANSFER = ("MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK")
+PROGRESS = {progress.value: progress for progress in Progress}
+NOT_SAID = 0xFFFF
+"""MISSION_CURRENT.total of a vehicle without a mission."""
+LATE_S = 4.0
+"""Reports may be so late after a change of ours."""
+LOOK_S, SILENT_S = 1.0, 5.0
+"""How often it is looked whether MISSION_CURRENT comes, and after which silence it is asked for: poor links lack it."""
+CMD_REQUEST_MESSAGE, MISSION_CURRENT = 512, 42
+REST = {f"param{number}": 0.0 for number in range(2, 8)}
+STRANGE_REPORTS = 2
+"""So many in a row that do not fit, before it is told."""
+
+Fields = dict[str, Any]
+J = TypeVar("J", bound=PlanJob)
+
+
+class MissionService:
+    """One of its kind; see the module."""
+
+    def __init__(self, context: Context) -> None:
+        """Hear from now on."""
+        self._context = context
+        self.book = PlanBook()
+        self._next_look_s = -math.inf
+        for name in TRANSFER:
+            context.fleet.on_message(name, partial(self._on_transfer, name))
+        context.fleet.on_message("MISSION_CURRENT", self._on_current)
+        context.fleet.on_message("MISSION_ITEM_REACHED", self._on_reached)
+        context.fleet.on_message("EVENT", self._on_event)
+        context.fleet.paths.on_reboot.append(self._on_reboot)
+        context.fleet.paths.on_replace.append(self._on_reboot)
+        context.fleet.on_gone(self._on_reboot)
+
+    # ------------------------------------------------------------ what can be asked
+
+    def upload(
+        self, vehicle: int, plan: Plan, on_done: OnDone | None = None, *, in_flight: bool = False, first: bool = False
+    ) -> UploadJob:
+        """Put `plan` on a vehicle. `in_flight`: also while it flies its mission, which then changes item by item.
+
+        Problems of the plan, and what the vehicle says against it, are the job's `error`. `first`: before all others.
+        """
+        return self._submit(UploadJob(self._context, self.book, vehicle, plan, in_flight=in_flight), on_done, first)
+
+    def download(
+        self, vehicle: int, kind: PlanKind, on_done: OnDone | None = None, *, first: bool = False
+    ) -> DownloadJob:
+        """Read what a vehicle holds: `job.plan`."""
+        return self._submit(DownloadJob(self._context, self.book, vehicle, kind), on_done, first)
+
+    def clear(self, vehicle: int, kind: PlanKind, on_done: OnDone | None = None) -> ClearJob:
+        """Delete one kind of plan; all of them: one call each (ArduPilot knows no "all")."""
+        return self._submit(ClearJob(self._context, self.book, vehicle, kind), on_done, False)
+
+    def restore(self, vehicle: int, kind: PlanKind, on_done: OnDone | None = None) -> UploadJob | None:
+        """Put back what a vehicle held before an upload failed; None if that is not known."""
+        before = self.state(vehicle).held[kind].before
+        return None if before is None or not before.items else self.upload(vehicle, before, on_done)
+
+    def set_current(
+        self, vehicle: int, index: int, on_done: Callable[[Action, Outcome, str], None] | None = None
+    ) -> str:
+        """Go on with item `index` of the plan; "" or why that cannot be asked. `on_done` as an `Action`'s."""
+        known = self._context.fleet.vehicles.get(vehicle)
+        if known is None:
+            return "unknown vehicle"
+        state, dialect = self.state(vehicle), dialect_of(known)
+        if state.total is not None and not 0 <= index < state.total:
+            return f"item {index + 1} of {state.total} does not exist"
+        if not 0 <= index < NOT_SAID - 1:
+            return f"item {index + 1} does not exist"
+        seq = dialect.seq_of(index)
+        self._context.commands.submit(
+            Action(
+                vehicle,
+                "mission item",
+                Retry.SET,
+                send=lambda copy: self._send_current(vehicle, seq, copy, by_command=dialect.sets_by_command),
+                confirmed=lambda v: self.state(v.id).current == index,
+                command=CMD_SET_CURRENT if dialect.sets_by_command else None,
+                on_done=on_done,
+            )
+        )
+        return ""
+
+    def state(self, vehicle: int) -> MissionState:
+        """What is known of a vehicle's plans and progress; do not keep it: after a reboot it is another one."""
+        return self.book.state(vehicle)
+
+    def holds(self, vehicle: int, plan: Plan) -> bool | None:
+        """Whether the vehicle holds `plan`, as far as it is known; None: it has to be asked (`download`)."""
+        held = self.state(vehicle).held[plan.kind]
+        if not held.known or held.plan is None:
+            return None
+        return held.plan.fingerprint == plan.fingerprint
+
+    def tick(self) -> None:
+        """Ask vehicles that have a mission how far they are, where they do not say so by themselves."""
+        now = self._context.clock.now()
+        if now < self._next_look_s:
+            return
+        self._next_look_s = now + LOOK_S
+        for vehicle in self._context.fleet.vehicles.values():
+            dialect = dialect_of(vehicle)
+            if not dialect.tells_when_asked or vehicle.path.high_latency or vehicle.freshness(now) is Freshness.LOST:
+                continue
+            state = self.state(vehicle.id)
+            held = state.held[PlanKind.MISSION].plan
+            if ((held is not None and held.items) or dialect.flies_mission(vehicle)) and now - state.heard_s > SILENT_S:
+                fields = {"command": CMD_REQUEST_MESSAGE, "confirmation": 0, "param1": float(MISSION_CURRENT)} | REST
+                self._context.door.ask(vehicle.id, "COMMAND_LONG", **fields)
+
+    # ------------------------------------------------------------ jobs
+
+    def _submit(self, job: J, on_done: OnDone | None, first: bool) -> J:
+        job.on_done = on_done
+        self._context.jobs.submit(job, first=first)
+        return job
+
+    def _send_current(self, vehicle: int, seq: int, copy: int, *, by_command: bool) -> str:
+        door = self._context.door
+        if not by_command:
+            return door.action(vehicle, "mission item", "MISSION_SET_CURRENT", seq=seq)
+        fields = {"command": CMD_SET_CURRENT, "confirmation": copy, "param1": float(seq)} | REST
+        return door.action(vehicle, "mission item", "COMMAND_LONG", **fields)
+
+    # ------------------------------------------------------------ what vehicles say
+
+    def _on_transfer(self, name: str, vehicle: Vehicle, fields: Fields) -> None:
+        """A part of a transfer: for the job that runs with this vehicle, or for nobody."""
+        if not self._context.is_for_us(fields):
+            if name == "MISSION_ACK" and fields["type"] == ACCEPTED:
+                self._changed_by_another(vehicle, fields)
+            return
+        job = self._context.jobs.running(vehicle.id)
+        if isinstance(job, PlanJob) and not job.over and fields.get("mission_type", 0) == job.kind:
+            job.hear(vehicle, name, fields, self._context.clock.now())
+        else:
+            self._context.fleet.dropped.count(f"{name} outside of a transfer", vehicle.id)
+
+    def _changed_by_another(self, vehicle: Vehicle, fields: Fields) -> None:
+        """It tells another station that an upload or deletion went well."""
+        kind = fields.get("mission_type", 0)
+        if kind in tuple(PlanKind):
+            station = f"station {fields['target_system']} changed it"
+            self._not_ours(vehicle.id, PlanKind(kind), station)
+
+    def _not_ours(self, vehicle: int, kind: PlanKind, why: str) -> None:
+        held = self.state(vehicle).held[kind]
+        if held.known:
+            held.stale = why
+            text = (
+                f"{kind.word} on vehicle is not ours: {why}" if held.ours else f"{kind.word} on vehicle changed: {why}"
+            )
+            self._context.events.say(EventClass.MISSION, f"vehicle {vehicle}", text, ALERT, every_s=5)
+
+    def _on_event(self, vehicle: Vehicle, fields: Fields) -> None:
+        job = self._context.jobs.running(vehicle.id)
+        if isinstance(job, UploadJob) and not job.over:
+            job.hear_event(fields["id"])
+
+    def _on_reached(self, vehicle: Vehicle, fields: Fields) -> None:
+        state = self.state(vehicle.id)
+        index = dialect_of(vehicle).index_of(fields["seq"])
+        if index >= 0 and (state.total is None or index < state.total):
+            state.reached = index
+
+    def _on_current(self, vehicle: Vehicle, fields: Fields) -> None:
+        state = self.state(vehicle.id)
+        state.heard_s = self._context.clock.now()
+        state.progress = PROGRESS.get(fields.get("mission_state", 0), Progress.UNKNOWN)
+        total = fields.get("total", 0)
+        if total == NOT_SAID or (total == 0 and state.progress is Progress.NO_MISSION):
+            state.total = 0
+        else:
+            state.total = total or None  # 0: it does not say
+        state.current = self._index(vehicle, fields["seq"], state.total)
+        numbers = (fields.get("mission_id", 0), fields.get("fence_id", 0), fields.get("rally_points_id", 0))
+        state.ids = dict(zip(PlanKind, numbers, strict=True))
+        state.numbered |= {kind for kind, number in state.ids.items() if number}
+        for kind in PlanKind:
+            self._compare(vehicle.id, state, kind)
+
+    def _index(self, vehicle: Vehicle, seq: int, total: int | None) -> int | None:
+        """The plan's item that a seq means; None for what cannot be (B.6-65)."""
+        index = dialect_of(vehicle).index_of(seq)
+        if total == 0 or seq == NOT_SAID or (total is not None and index >= total):
+            return None
+        return max(index, 0)  # ArduPilot begins with item 1 when it says that home is next
+
+    def _compare(self, vehicle: int, state: MissionState, kind: PlanKind) -> None:
+        """Whether a report fits to what we believe to be on board."""
+        held, why = state.held[kind], ""
+        if held.plan is None or held.stale:
+            return
+        if held.opaque_id and kind in state.numbered and state.ids[kind] != held.opaque_id:
+            why = "its number is another one"
+        elif kind is PlanKind.MISSION and state.total is not None and state.total != len(held.plan.items):
+            why = f"it has {state.total} items instead of {len(held.plan.items)}"
+        job = self._context.jobs.running(vehicle)
+        at_work = isinstance(job, PlanJob) and job.kind is kind
+        if not why or at_work or state.heard_s - state.changed_s.get(kind, -math.inf) < LATE_S:
+            state.strange[kind] = 0
+            return
+        state.strange[kind] = state.strange.get(kind, 0) + 1
+        if state.strange[kind] >= STRANGE_REPORTS:
+            self._not_ours(vehicle, kind, why)
+
+    def _on_reboot(self, vehicle: Vehicle) -> None:
+        """Nothing is known any more, and no transfer goes on."""
+        self.book.forget(vehicle.id)
+        job = self._context.jobs.running(vehicle.id)
+        if isinstance(job, PlanJob):
+            half = isinstance(job, UploadJob) and job.touched
+            unknown = f"; it may hold a part of this {job.kind.word}: look what it holds" if half else ""
+            job.finish(f"the vehicle rebooted, or is another one{unknown}")

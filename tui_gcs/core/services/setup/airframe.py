@@ -1,0 +1,60 @@
+"""What a vehicle flies as: read, chosen, changed on the ground. It takes effect at the next boot."""
+
+from collections.abc import Callable
+
+from tui_gcs.core.firmware.airframes import AirframeWords, airframe
+from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import NOTICE, WARNING
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.parameters.param_change import ParamChange
+from tui_gcs.core.services.parameters.param_exchange import ParamReading
+from tui_gcs.core.services.parameters.param_service import ParamService
+from tui_gcs.core.services.parameters.param_values import Number
+
+
+class AirframeService:
+    """Airframes of vehicles."""
+
+    def __init__(self, context: Context, params: ParamService) -> None:
+        """Nothing is asked yet."""
+        self._context = context
+        self._params = params
+
+    def words(self, vehicle_id: int) -> AirframeWords | None:
+        """What there is to choose; None if that is not known."""
+        vehicle = self._context.fleet.vehicles.get(vehicle_id)
+        return airframe(vehicle) if vehicle is not None else None
+
+    def read(self, vehicle_id: int, on_done: Callable[[ParamReading], None] | None = None) -> ParamReading | str:
+        """Ask what it is."""
+        words = self.words(vehicle_id)
+        if words is None:
+            return "its airframe cannot be told"
+        return self._params.read(vehicle_id, [field.param for field in words.fields], on_done)
+
+    def choose(
+        self, vehicle_id: int, values: dict[str, int], on_done: Callable[[ParamChange], None] | None = None
+    ) -> ParamChange | str:
+        """Make it another one (parameter name -> number); why not, if it cannot be tried."""
+        words, vehicle = self.words(vehicle_id), self._context.fleet.vehicles.get(vehicle_id)
+        if words is None or vehicle is None:
+            return "its airframe cannot be told"
+        fields = {field.param: field for field in words.fields}
+        if not values or not set(values) <= set(fields):
+            return f"to be chosen: {', '.join(fields)}"
+        bad = [name for name, value in values.items() if not fields[name].least <= value <= fields[name].most]
+        if bad:
+            return f"{bad[0]} is {fields[bad[0]].least} to {fields[bad[0]].most}"
+        if vehicle.armed:
+            return "it is armed"
+        wanted: dict[str, Number] = {name: values[name] for name in fields if name in values}
+        wanted.update(words.then)
+
+        def done(change: ParamChange) -> None:
+            text = f"airframe NOT changed: {change.error}" if change.error else f"airframe changed: {words.warning}"
+            severity = WARNING if change.error else NOTICE
+            self._context.events.say(EventClass.SENSOR, f"vehicle {vehicle_id}", text, severity)
+            if on_done is not None:
+                on_done(change)
+
+        return ParamChange(vehicle_id, wanted, on_done=done).run(self._params)

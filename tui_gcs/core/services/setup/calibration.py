@@ -1,0 +1,165 @@
+"""Calibrations: asked for once, led by what the vehicle says, told in words, one per vehicle.
+
+A calibration is a `Job`: `prompt` is what the operator does now, `waits` whether `confirm` is expected of him, `done`
+of `total` is how far it is. What differs between autopilots is in `firmware/setup.py`; the dialogues are in
+`calibration_poses`, `calibration_compass` and `calibration_texts`.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Callable
+
+from tui_gcs.core.firmware.calibration_setup import (
+    CalibrationWords,
+    Dialogue,
+    Sensor,
+    calibration,
+    sensors,
+    why_no_calibration,
+)
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.status_text import TextAssembler
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import NOTICE, WARNING
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.setup.calibration_accelerometer import PoseCalibration
+from tui_gcs.core.services.setup.calibration_compass import CompassCalibration
+from tui_gcs.core.services.setup.calibration_job import AckCalibration, CalibrationJob, Wanted
+from tui_gcs.core.services.setup.calibration_px4 import TextCalibration
+from tui_gcs.core.uplink.jobs import Job
+
+KINDS: dict[Dialogue, type[CalibrationJob]] = {
+    Dialogue.ACK: AckCalibration,
+    Dialogue.POSES: PoseCalibration,
+    Dialogue.COMPASSES: CompassCalibration,
+    Dialogue.TEXTS: TextCalibration,
+}
+
+__all__ = ["CalibrationJob", "CalibrationService", "Sensor"]
+
+
+class CalibrationService:
+    """Calibrations of all vehicles."""
+
+    def __init__(self, context: Context) -> None:
+        """Listen from now on."""
+        self.context = context
+        self._jobs: dict[int, CalibrationJob] = {}
+        self._ended: dict[int, tuple[float, Sensor]] = {}
+        """By vehicle: when its last calibration ended, and of what."""
+        self._texts = TextAssembler()
+        self.ignored: Counter[str] = Counter()
+        fleet = context.fleet
+        fleet.on_message("STATUSTEXT", self._on_text)
+        fleet.on_message("COMMAND_LONG", self._on_command)
+        fleet.on_message("MAG_CAL_PROGRESS", self._on_progress)
+        fleet.on_message("MAG_CAL_REPORT", self._on_report)
+        fleet.on_gone(self._forget)
+        fleet.paths.on_reboot.append(self._rebooted)
+        fleet.paths.on_replace.append(self._rebooted)
+
+    def sensors(self, vehicle: Vehicle) -> tuple[Sensor, ...]:
+        """What can be calibrated on it."""
+        return sensors(vehicle)
+
+    def of(self, vehicle_id: int) -> CalibrationJob | None:
+        """The vehicle's calibration, or its last one."""
+        return self._jobs.get(vehicle_id)
+
+    def start(
+        self, vehicle_id: int, sensor: Sensor, on_done: Callable[[Job], None] | None = None
+    ) -> CalibrationJob | str:
+        """Begin a calibration, or say why not."""
+        vehicle = self.context.fleet.vehicles.get(vehicle_id)
+        if vehicle is None:
+            return "unknown vehicle"
+        words = calibration(vehicle, sensor)
+        why = self._why_not(vehicle, sensor, words)
+        if words is None or why:
+            text = f"{sensor} calibration NOT STARTED: {why}"
+            self.context.events.say(EventClass.SENSOR, f"vehicle {vehicle_id}", text, WARNING)
+            return why
+        ended_s, last = self._ended.get(vehicle_id, (-math.inf, sensor))
+        begin_s = ended_s + (words.settle_s if last in words.unsettled_by else 0.0)
+        wanted = Wanted(self.context, vehicle_id, sensor, words, begin_s, on_done)
+        job = KINDS[words.dialogue](wanted)
+        job.on_end = self._over
+        self._jobs[vehicle_id] = job
+        vehicle.set_up.add(job.name)
+        self.context.jobs.submit(job)
+        return job
+
+    def confirm(self, vehicle_id: int) -> str:
+        """The operator did what the prompt says; "" or why that is of no use now."""
+        job, vehicle = self._running(vehicle_id), self.context.fleet.vehicles.get(vehicle_id)
+        if job is None or vehicle is None:
+            return "no calibration is under way"
+        return job.confirm(vehicle)
+
+    def cancel(self, vehicle_id: int) -> str:
+        """Cancel it; "" or why that is not possible. It ends when the vehicle has confirmed that."""
+        job = self._running(vehicle_id)
+        return job.cancel() if job is not None else "no calibration is under way"
+
+    # ---------------------------------------------------------------- who may begin
+
+    def _why_not(self, vehicle: Vehicle, sensor: Sensor, words: CalibrationWords | None) -> str:
+        if words is None:
+            return why_no_calibration(vehicle, sensor)
+        if self._running(vehicle.id) is not None:
+            return "another calibration of this vehicle is under way"
+        if vehicle.armed:
+            return "it is armed"
+        return vehicle.no_commands
+
+    def _running(self, vehicle_id: int) -> CalibrationJob | None:
+        job = self._jobs.get(vehicle_id)
+        return job if job is not None and not job.over else None
+
+    def _over(self, job: CalibrationJob) -> None:
+        self._ended[job.vehicle] = self.context.clock.now(), job.sensor
+        vehicle = self.context.fleet.vehicles.get(job.vehicle)
+        if vehicle is not None:
+            vehicle.set_up.discard(job.name)
+            if job.needs_reboot:
+                vehicle.reboot_first = f"{job.name} {'begun' if job.error else 'done'}"
+        if job.needs_reboot:
+            text = f"{job.name}: {job.result or 'done'}; reboot the vehicle before it flies"
+            self.context.events.say(EventClass.SENSOR, f"vehicle {job.vehicle}", text, NOTICE)
+
+    # ---------------------------------------------------------------- what vehicles say
+
+    def _on_text(self, vehicle: Vehicle, fields: Fields) -> None:
+        job = self._running(vehicle.id)
+        now = self.context.clock.now()
+        for _ in self._texts.expired(now):
+            self.ignored["text of a calibration cut short"] += 1
+        text = self._texts.add(vehicle.id, fields, now) if job is not None else None
+        if job is not None and text is not None:
+            job.hear_text(vehicle, text, now)
+
+    def _on_command(self, vehicle: Vehicle, fields: Fields) -> None:
+        job = self._running(vehicle.id)
+        if isinstance(job, PoseCalibration) and self.context.is_for_us(fields):
+            job.hear_command(vehicle, fields, self.context.clock.now())
+
+    def _on_progress(self, vehicle: Vehicle, fields: Fields) -> None:
+        job = self._running(vehicle.id)
+        if isinstance(job, CompassCalibration):
+            job.hear_progress(fields, self.context.clock.now())
+
+    def _on_report(self, vehicle: Vehicle, fields: Fields) -> None:
+        job = self._running(vehicle.id)
+        if isinstance(job, CompassCalibration):
+            job.hear_report(vehicle, fields, self.context.clock.now())
+
+    def _forget(self, vehicle: Vehicle) -> None:
+        self._jobs.pop(vehicle.id, None)
+
+    def _rebooted(self, vehicle: Vehicle) -> None:
+        job = self._running(vehicle.id)
+        if job is not None:
+            job.began = False  # of an earlier boot
+            job.finish("it rebooted")
+        self._ended.pop(vehicle.id, None)

@@ -1,0 +1,98 @@
+"""ArduPilot's accelerometers: the vehicle names one of six poses every second, the operator confirms each.
+
+The end is such a message, too: "success" or "failed", which it then repeats until it is rebooted (measured), so that an
+end counts only after a pose of this calibration.
+"""
+
+import math
+
+from tui_gcs.core.firmware.calibration_setup import ACCELCAL_VEHICLE_POS
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.services.setup.calibration_job import CalibrationJob, Wanted
+from tui_gcs.core.uplink.commands import Action, Outcome, Retry
+from tui_gcs.core.uplink.orders import Order
+
+POSES = {
+    1: "level",
+    2: "on its left side",
+    3: "on its right side",
+    4: "nose down",
+    5: "nose up",
+    6: "on its back",
+}
+"""ACCELCAL_VEHICLE_POS."""
+SUCCESS, FAILED = 16777215, 16777216
+SILENT_S = 15.0
+"""It says its pose every second."""
+
+
+class PoseCalibration(CalibrationJob):
+    """Led by what the vehicle asks for."""
+
+    def __init__(self, wanted: Wanted) -> None:
+        """It has asked for nothing yet."""
+        super().__init__(wanted)
+        self.pose = 0
+        """What it asks for now; 0 before it did."""
+        self._heard_s = 0.0
+        self._sampling = False
+
+    def accepted(self, now: float) -> None:
+        """From now on it must speak."""
+        self._heard_s = max(self._heard_s, now)
+
+    def is_led_by_others(self) -> bool:
+        """Its poses show that it is at it."""
+        return self.pose != 0
+
+    def watch(self, vehicle: Vehicle, now: float) -> None:
+        """Notice when it falls silent."""
+        if self._heard_s and now - self._heard_s > SILENT_S:
+            self.finish(f"it stopped asking for poses; {self.words.no_cancel}")
+
+    def hear_command(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
+        """It asks for a pose, or tells the end."""
+        if fields["command"] != ACCELCAL_VEHICLE_POS or not math.isfinite(fields["param1"]):
+            return
+        code = int(fields["param1"])
+        if code in POSES:
+            self.heard, self._heard_s = True, now
+            if code != self.pose:
+                self.pose, self._sampling = code, False
+                self.done = 100 * (code - 1) // len(POSES)
+            self.waits = not self._sampling
+            self.prompt = (
+                f"place the vehicle {POSES[code]}, keep it still, then confirm" if self.waits else "keep still"
+            )
+        elif self.pose and code == SUCCESS:
+            self.result = "accelerometers calibrated"
+            self.finish()
+        elif self.pose and code == FAILED:
+            self.finish("the vehicle says that it failed: were all poses right, and still?")
+
+    def confirm(self, vehicle: Vehicle) -> str:
+        """It lies as asked."""
+        if not self.waits:
+            return "the vehicle does not wait for you"
+        pose, order = self.pose, Order(ACCELCAL_VEHICLE_POS, (self.pose,))
+        self._sampling, self.waits, self.prompt = True, False, "keep still"
+        action = Action(
+            self.vehicle,
+            f"pose {POSES[pose]}",
+            Retry.SET,
+            send=lambda copy: self.context.door.action(
+                self.vehicle, f"pose {POSES[pose]}", order.message, **order.fields(copy)
+            ),
+            confirmed=lambda v: action.acked_s is not None or self.pose != pose or self.over,
+            command=order.command,
+            on_done=lambda _, outcome, why: self._posed(pose, outcome, why),
+        )
+        self.context.commands.submit(action)
+        return ""
+
+    def _posed(self, pose: int, outcome: Outcome, why: str) -> None:
+        """A refusal is of a pose that it does not want any more, or not yet: it goes on asking."""
+        if outcome is not Outcome.CONFIRMED and not self.over and self.pose == pose:
+            self._sampling = False
+            self.note(f"pose {POSES[pose]} not taken: {why or outcome.value}")

@@ -1,0 +1,150 @@
+"""ArduPilot's compasses: progress and reports of each, which come only when they are asked for."""
+
+import math
+from collections.abc import Iterator
+from functools import partial
+
+from tui_gcs.core.firmware.calibration_setup import MAG_CAL_PROGRESS, MAG_CAL_REPORT
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.services.setup.calibration_job import CalibrationJob, Wanted
+from tui_gcs.core.uplink.commands import Action, Retry
+
+SET_MESSAGE_INTERVAL = 511
+EVERY_US, OFF_US = 500_000, -1
+SILENT_S = 20.0
+"""After so long without progress or report there is none."""
+ASK_AGAIN_S = 4.0
+"""So often a silent one is asked again: over a slow link the ACK of one interval is taken for the next one's."""
+MOST_COMPASSES = 8
+"""As many as `cal_mask` has bits."""
+STATUS = {
+    0: "not started",
+    1: "waiting to start",
+    2: "first step",
+    3: "second step",
+    4: "success",
+    5: "failed",
+    6: "failed: wrong orientation",
+    7: "failed: the field is too weak or too strong",
+}
+"""MAG_CAL_STATUS."""
+SUCCESS, FIRST_FAILURE = 4, 5
+
+
+class CompassCalibration(CalibrationJob):
+    """All compasses at once. To start them once more does no harm."""
+
+    retry = Retry.SET
+
+    def __init__(self, wanted: Wanted) -> None:
+        """It has told of no compass yet."""
+        super().__init__(wanted)
+        self.compasses: dict[int, tuple[int, str]] = {}
+        """Percent and words by compass, counted from 0."""
+        self._ended: dict[int, bool] = {}
+        self._mask = 0
+        self._heard_s = 0.0
+        self._intervals_s = 0.0
+        """When it was last asked to tell."""
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Each compass."""
+        return tuple(f"compass {n + 1}: {pct:>3} %  {words}" for n, (pct, words) in sorted(self.compasses.items()))
+
+    def asked(self, now: float) -> None:
+        """Ask for what it does not say by itself."""
+        self._heard_s = now
+        self._intervals(EVERY_US)
+
+    def is_led_by_others(self) -> bool:
+        """Its progress shows that it is at it."""
+        return bool(self.compasses)
+
+    def hear_text(self, vehicle: Vehicle, text: str, now: float) -> None:
+        """For who looks: its texts lead nothing."""
+        self.note(text)
+
+    def close(self) -> None:
+        """It is told no more."""
+        if self._heard_s:
+            self._intervals(OFF_US)
+
+    def watch(self, vehicle: Vehicle, now: float) -> None:
+        """Notice when it falls silent; before that, ask again."""
+        if not self._heard_s or self.cancelling:
+            return
+        if now - self._heard_s > SILENT_S:
+            self.abort_on_board()
+            self.finish("it stopped telling its progress")
+        elif now - max(self._heard_s, self._intervals_s) > ASK_AGAIN_S:
+            self._intervals_s = now
+            self._intervals(EVERY_US)
+
+    def hear_progress(self, fields: Fields, now: float) -> None:
+        """One compass gets on."""
+        number, status = fields["compass_id"], fields["cal_status"]
+        if not self._heard_s or number >= MOST_COMPASSES:
+            return
+        self._heard_s, self.heard, self.began = now, True, True
+        self._mask |= fields["cal_mask"] | 1 << number
+        self._ended.pop(number, None)
+        self._tell(number, min(99, fields["completion_pct"]), STATUS.get(status, f"status {status}"))
+
+    def hear_report(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
+        """One compass is done. A report of one that made no progress is of an older calibration."""
+        number, status = fields["compass_id"], fields["cal_status"]
+        if not self._heard_s or number not in self.compasses or status < SUCCESS:
+            return
+        self._heard_s = now
+        if number in self._ended:
+            return
+        fitness = f", fitness {fields['fitness']:.2f}" if math.isfinite(fields["fitness"]) else ""
+        words = STATUS.get(status, f"failed with status {status}") + fitness
+        if status == SUCCESS and not fields["autosaved"]:
+            status, words = FIRST_FAILURE, "done, but not saved"
+        self._ended[number] = status == SUCCESS
+        self._tell(number, 100, words)
+        self.note(f"compass {number + 1}: {words}")
+        wanted = [n for n in range(MOST_COMPASSES) if self._mask >> n & 1]
+        if all(n in self._ended for n in wanted):
+            self._all_done()
+
+    def _all_done(self) -> None:
+        bad = [n for n, good in sorted(self._ended.items()) if not good]
+        if bad:
+            self.finish("; ".join(f"compass {n + 1}: {self.compasses[n][1]}" for n in bad))
+        else:
+            self.result = f"{len(self._ended)} compasses calibrated"
+            self.finish()
+
+    def _tell(self, number: int, percent: int, words: str) -> None:
+        self.compasses[number] = (percent, words)
+        self.done = min(99, sum(p for p, _ in self.compasses.values()) // len(self.compasses))
+
+    def _intervals(self, every_us: int) -> None:
+        for action in self._interval_actions(every_us):
+            self.context.commands.submit(action)
+
+    def _interval_actions(self, every_us: int) -> Iterator[Action]:
+        for message in (MAG_CAL_PROGRESS, MAG_CAL_REPORT):
+            action = Action(
+                self.vehicle,
+                f"interval {message}",
+                Retry.SET,
+                send=partial(self._ask_interval, message, every_us),
+                confirmed=lambda v: False,
+                command=SET_MESSAGE_INTERVAL,
+                housekeeping=True,
+            )
+            action.confirmed = partial(_is_acked, action)
+            yield action
+
+    def _ask_interval(self, message: int, every_us: int, copy: int) -> None:
+        fields = {"command": SET_MESSAGE_INTERVAL, "confirmation": copy, "param1": message, "param2": every_us}
+        self.context.door.ask(self.vehicle, "COMMAND_LONG", **fields, **{f"param{i}": 0 for i in range(3, 8)})
+
+
+def _is_acked(action: Action, vehicle: Vehicle) -> bool:
+    return action.acked_s is not None

@@ -1,0 +1,376 @@
+"""The pilot's transmitter: how far each channel goes, which stick is which, which way round; written as parameters.
+
+The operator is led through steps (`prompt`, `confirm`). Nothing is written before the end, and then only what was seen
+to move and is plausible; what was there before is kept, and can be set back.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import partial
+
+from tui_gcs.core.firmware.rc_setup import RadioWords, Stick, radio_words
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import NOTICE, WARNING
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.parameters.param_change import ParamChange
+from tui_gcs.core.services.parameters.param_service import ParamService
+from tui_gcs.core.services.parameters.param_values import Number
+from tui_gcs.core.uplink.commands import Action, Retry
+
+RC_CHANNELS, SET_MESSAGE_INTERVAL = 65, 511
+EVERY_US, AS_BEFORE_US = 100_000, 0
+NAME = "radio calibration"
+MOST_CHANNELS = 18
+LEAST_US, MOST_US = 800, 2200
+"""Pulses of a receiver; others are noise, or a channel that is not there (0, 65535)."""
+LEAST_RANGE_US = 200
+"""A channel that moved less is not a stick that was moved to its ends."""
+PUSHED_US, CLEAR = 200, 2.0
+"""A stick held at its end is so far from the middle, and so many times farther than any other."""
+OFF_CENTRE = 0.25
+"""Of the range: a stick that springs back rests no farther from the middle."""
+SILENT_S = 2.0
+IDLE_S = 600.0
+"""So long without a `confirm` and it is left."""
+
+Done = Callable[["RcCalibration"], None]
+
+
+class Step(StrEnum):
+    """Where it is."""
+
+    CENTRE = "centre"
+    THROTTLE = "throttle"
+    YAW = "yaw"
+    ROLL = "roll"
+    PITCH = "pitch"
+    ENDS = "ends"
+    REST = "rest"
+    WRITING = "writing"
+    DONE = "done"
+    FAILED = "failed"
+
+
+PROMPTS = {
+    Step.CENTRE: "switch the transmitter on; all sticks in the middle, throttle too; then confirm",
+    Step.THROTTLE: "push the throttle fully up, hold it there, and confirm",
+    Step.YAW: "throttle back to the middle; push yaw fully to the right, hold it there, and confirm",
+    Step.ROLL: "push roll fully to the right, hold it there, and confirm",
+    Step.PITCH: "push pitch fully forward (away from you), hold it there, and confirm",
+    Step.ENDS: "move all sticks, switches and knobs to both their ends several times; then confirm",
+    Step.REST: "let go of the sticks, throttle fully down; then confirm",
+    Step.WRITING: "",
+    Step.DONE: "",
+    Step.FAILED: "",
+}
+ORDER = (Step.CENTRE, Step.THROTTLE, Step.YAW, Step.ROLL, Step.PITCH, Step.ENDS, Step.REST, Step.WRITING)
+STICK_STEPS = {
+    Step.THROTTLE: Stick.THROTTLE,
+    Step.YAW: Stick.YAW,
+    Step.ROLL: Stick.ROLL,
+    Step.PITCH: Stick.PITCH,
+}
+
+
+@dataclass
+class Channel:
+    """One channel's pulses, µs."""
+
+    now_us: int
+    least_us: int
+    most_us: int
+    centre_us: int = 0
+    """With all sticks in the middle, at the beginning."""
+    rest_us: int = 0
+    """At the end: sticks let go, throttle down."""
+
+    @property
+    def range_us(self) -> int:
+        """How far it went."""
+        return self.most_us - self.least_us
+
+
+@dataclass
+class RcCalibration:
+    """One vehicle's transmitter being calibrated."""
+
+    vehicle: int
+    words: RadioWords
+    on_done: Done | None = None
+    step: Step = Step.CENTRE
+    channels: dict[int, Channel] = field(default_factory=dict)
+    """By number, from 1."""
+    sticks: dict[Stick, int] = field(default_factory=dict)
+    reversed: dict[Stick, bool] = field(default_factory=dict)
+    heard_s: float = 0.0
+    confirmed_s: float = 0.0
+    change: ParamChange | None = None
+    """What was written, and what was there before."""
+    error: str = ""
+    cancelled: bool = False
+    needs_reboot: bool = False
+
+    @property
+    def prompt(self) -> str:
+        """What to do now."""
+        return PROMPTS[self.step]
+
+    @property
+    def over(self) -> bool:
+        """Whether it ended, well or not."""
+        return self.step in (Step.DONE, Step.FAILED)
+
+    def lines(self) -> tuple[str, ...]:
+        """Each channel: the least and most pulse, and the present one."""
+        if not self.channels:
+            return ("no channel is heard: is a receiver connected, and the transmitter on?",)
+        found = {number: stick for stick, number in self.sticks.items()}
+        head = f"channel {'':<8}  least   now  most  (pulses, µs)"
+        rows = (
+            f"{n:>7} {found.get(n, ''):<8} {c.least_us:>6} {c.now_us:>5} {c.most_us:>5}"
+            + ("  reversed" if n in found and self.reversed[found[n]] else "")
+            for n, c in sorted(self.channels.items())
+        )
+        return (head, *rows)
+
+    def hear(self, pulses: list[int]) -> None:
+        """The channels as they are."""
+        for number, us in enumerate(pulses[:MOST_CHANNELS], 1):
+            if not LEAST_US <= us <= MOST_US:
+                continue
+            channel = self.channels.setdefault(number, Channel(us, us, us))
+            channel.now_us = us
+            channel.least_us, channel.most_us = min(us, channel.least_us), max(us, channel.most_us)
+
+    def confirm(self) -> str:
+        """The operator did what the prompt says; "" or what is wrong with it: then it is to be done again."""
+        if self.step is Step.CENTRE:
+            why = self._centre()
+        elif self.step in STICK_STEPS:
+            why = self._stick(STICK_STEPS[self.step])
+        elif self.step is Step.ENDS:
+            why = self._ends()
+        elif self.step is Step.REST:
+            why = self._rest()
+        else:
+            return "nothing is to be confirmed"
+        if not why:
+            self.step = ORDER[ORDER.index(self.step) + 1]
+        return why
+
+    # ---------------------------------------------------------------- steps
+
+    def _centre(self) -> str:
+        if len(self.channels) < len(Stick):
+            return f"only {len(self.channels)} channels come: is the transmitter on?"
+        for channel in self.channels.values():
+            channel.centre_us = channel.least_us = channel.most_us = channel.now_us
+        return ""
+
+    def _stick(self, stick: Stick) -> str:
+        taken = set(self.sticks.values())
+        free = [(abs(c.now_us - c.centre_us), number) for number, c in self.channels.items() if number not in taken]
+        free.sort(reverse=True)
+        if not free or free[0][0] < PUSHED_US:
+            return "no channel moved far enough: hold the stick at its end while you confirm"
+        if len(free) > 1 and free[1][0] * CLEAR > free[0][0]:
+            return f"channels {free[0][1]} and {free[1][1]} moved both: move this stick only"
+        number = free[0][1]
+        high = self.channels[number].now_us > self.channels[number].centre_us
+        self.sticks[stick] = number
+        self.reversed[stick] = high is not (stick is not Stick.PITCH or self.words.forward_is_high)
+        return ""
+
+    def _ends(self) -> str:
+        for stick, number in self.sticks.items():
+            channel = self.channels[number]
+            short = min(channel.centre_us - channel.least_us, channel.most_us - channel.centre_us)
+            if channel.range_us < LEAST_RANGE_US or short < LEAST_RANGE_US / 2:
+                return f"{stick} (channel {number}) went from {channel.least_us} to {channel.most_us} only"
+        return ""
+
+    def _rest(self) -> str:
+        for stick, number in self.sticks.items():
+            channel = self.channels[number]
+            if stick is Stick.THROTTLE:
+                low = channel.most_us if self.reversed[stick] else channel.least_us
+                if abs(channel.now_us - low) > OFF_CENTRE * channel.range_us:
+                    return "the throttle is not fully down"
+            elif abs(channel.now_us - (channel.least_us + channel.most_us) / 2) > OFF_CENTRE * channel.range_us:
+                return f"{stick} (channel {number}) does not rest near its middle"
+        for channel in self.channels.values():
+            channel.rest_us = channel.now_us
+        return ""
+
+    # ---------------------------------------------------------------- parameters
+
+    def wanted(self) -> dict[str, Number]:
+        """What is to be written. Channels that never moved are left as they are."""
+        found = {number: stick for stick, number in self.sticks.items()}
+        wanted: dict[str, Number] = {}
+        for number, channel in sorted(self.channels.items()):
+            stick = found.get(number)
+            if channel.range_us < LEAST_RANGE_US:
+                continue
+            wanted[f"RC{number}_MIN"], wanted[f"RC{number}_MAX"] = channel.least_us, channel.most_us
+            wanted[f"RC{number}_TRIM"] = self._trim_us(channel, stick)
+            if stick is not None:
+                reverse = self.reversed[stick]
+                name = self.words.reversed_param.format(n=number)
+                wanted[name] = self.words.reverse if reverse else self.words.normal
+        wanted |= {self.words.maps[stick]: number for stick, number in self.sticks.items()}
+        if self.words.count_param:
+            wanted[self.words.count_param] = max(self.channels)
+        return wanted
+
+    def _trim_us(self, channel: Channel, stick: Stick | None) -> int:
+        """Where the stick rests; of the throttle its low end, of a switch the middle."""
+        if stick is Stick.THROTTLE:
+            return channel.most_us if self.reversed[stick] else channel.least_us
+        if stick is not None:
+            return min(channel.most_us, max(channel.least_us, channel.rest_us))
+        return (channel.least_us + channel.most_us) // 2
+
+
+class RcCalibrationService:
+    """Transmitters of all vehicles; one calibration per vehicle."""
+
+    def __init__(self, context: Context, params: ParamService) -> None:
+        """Listen from now on."""
+        self._context = context
+        self._params = params
+        self._sessions: dict[int, RcCalibration] = {}
+        self._written_last: dict[int, ParamChange] = {}
+        """By vehicle: what the last calibration that wrote anything changed; also after a reboot."""
+        self.ignored: Counter[str] = Counter()
+        context.fleet.on_message("RC_CHANNELS", self._on_channels)
+        context.fleet.on_gone(self._forget)
+        context.fleet.paths.on_reboot.append(self._rebooted)
+        context.fleet.paths.on_replace.append(self._forget)
+
+    def of(self, vehicle_id: int) -> RcCalibration | None:
+        """The vehicle's calibration, or its last one."""
+        return self._sessions.get(vehicle_id)
+
+    def start(self, vehicle_id: int, on_done: Done | None = None) -> RcCalibration | str:
+        """Begin, or say why not."""
+        vehicle = self._context.fleet.vehicles.get(vehicle_id)
+        if vehicle is None:
+            return "unknown vehicle"
+        words = radio_words(vehicle)
+        if words is None:
+            return "how this autopilot keeps its radio's calibration is not known"
+        if vehicle.armed:
+            return "it is armed"
+        session = self._sessions.get(vehicle_id)
+        if session is not None and not session.over:
+            return "its radio is being calibrated already"
+        session = self._sessions[vehicle_id] = RcCalibration(vehicle_id, words, on_done)
+        session.confirmed_s = self._context.clock.now()
+        vehicle.lent.add(RC_CHANNELS)
+        vehicle.set_up.add(NAME)
+        self._interval(vehicle_id, EVERY_US)
+        return session
+
+    def confirm(self, vehicle_id: int) -> str:
+        """The operator did what the prompt says; "" or why it is to be done again."""
+        session, vehicle = self._sessions.get(vehicle_id), self._context.fleet.vehicles.get(vehicle_id)
+        if session is None or session.over or vehicle is None:
+            return "no radio is being calibrated"
+        if vehicle.armed:
+            self._end(session, "it was armed meanwhile")
+            return session.error
+        if self._context.clock.now() - session.heard_s > SILENT_S and session.step is not Step.WRITING:
+            return "the vehicle tells of no channels: is a receiver connected, and the transmitter on?"
+        session.confirmed_s = self._context.clock.now()
+        why = session.confirm()
+        if session.step is Step.WRITING and session.change is None:
+            optional = frozenset((session.words.count_param,))
+            done = partial(self._written, session)
+            session.change = ParamChange(vehicle_id, session.wanted(), optional, done)
+            session.change.run(self._params)
+        return why
+
+    def cancel(self, vehicle_id: int) -> str:
+        """Leave it; nothing was written yet, or it is too late."""
+        session = self._sessions.get(vehicle_id)
+        if session is None or session.over:
+            return "no radio is being calibrated"
+        if session.step is Step.WRITING:
+            return "it is being written; undo it afterwards"
+        session.cancelled = True
+        self._end(session, "cancelled")
+        return ""
+
+    def undo(self, vehicle_id: int, on_done: Callable[[ParamChange], None] | None = None) -> ParamChange | str:
+        """Set back what the last calibration wrote."""
+        change, vehicle = self._written_last.get(vehicle_id), self._context.fleet.vehicles.get(vehicle_id)
+        if change is None:
+            return "nothing was written"
+        if vehicle is None or vehicle.armed:
+            return "it is armed" if vehicle is not None else "unknown vehicle"
+        return change.undo(self._params, on_done)
+
+    # ---------------------------------------------------------------- inside
+
+    def _on_channels(self, vehicle: Vehicle, fields: Fields) -> None:
+        session = self._sessions.get(vehicle.id)
+        if session is not None and not session.over and session.step is not Step.WRITING:
+            session.heard_s = self._context.clock.now()
+            count = min(fields["chancount"], MOST_CHANNELS)
+            if session.heard_s - session.confirmed_s > IDLE_S:
+                self._end(session, "left: nobody confirmed anything for 10 min")
+                return
+            session.hear([fields[f"chan{n}_raw"] for n in range(1, count + 1)])
+
+    def _written(self, session: RcCalibration, change: ParamChange) -> None:
+        maps = session.words.maps.values()
+        if change.changed:
+            self._written_last[session.vehicle] = change
+        session.needs_reboot = session.words.map_needs_reboot and any(name in maps for name in change.changed)
+        self._end(session, change.error)
+
+    def _end(self, session: RcCalibration, error: str) -> None:
+        session.error = error
+        session.step = Step.FAILED if error else Step.DONE
+        vehicle = self._context.fleet.vehicles.get(session.vehicle)
+        if vehicle is not None:
+            vehicle.lent.discard(RC_CHANNELS)
+            vehicle.set_up.discard(NAME)
+            vehicle.reboot_first = "channels mapped" if session.needs_reboot else vehicle.reboot_first
+        self._interval(session.vehicle, AS_BEFORE_US)
+        text = f"{NAME}: {error or 'done'}"
+        if session.needs_reboot:
+            text += "; reboot the vehicle before it flies"
+        severity = WARNING if error else NOTICE
+        self._context.events.say(EventClass.SENSOR, f"vehicle {session.vehicle}", text, severity)
+        if session.on_done is not None:
+            session.on_done(session)
+
+    def _forget(self, vehicle: Vehicle) -> None:
+        self._written_last.pop(vehicle.id, None)
+        self._rebooted(vehicle)
+
+    def _rebooted(self, vehicle: Vehicle) -> None:
+        session = self._sessions.pop(vehicle.id, None)
+        if session is not None and not session.over:
+            self._end(session, "it rebooted, or is gone")
+
+    def _interval(self, vehicle_id: int, every_us: int) -> None:
+        """RC_CHANNELS often enough to see a stick at its end; afterwards as before."""
+        fields = {"command": SET_MESSAGE_INTERVAL, "confirmation": 0, "param1": RC_CHANNELS, "param2": every_us}
+        fields |= {f"param{i}": 0 for i in range(3, 8)}
+        action = Action(
+            vehicle_id,
+            f"interval {RC_CHANNELS} for the radio",
+            Retry.SET,
+            send=lambda copy: self._context.door.ask(vehicle_id, "COMMAND_LONG", **fields),
+            confirmed=lambda _: action.acked_s is not None,
+            command=SET_MESSAGE_INTERVAL,
+            housekeeping=True,
+        )
+        self._context.commands.submit(action)

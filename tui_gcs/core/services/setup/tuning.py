@@ -1,0 +1,146 @@
+"""Gains: read by group when somebody looks, set one at a time by a bounded step, and every former value kept.
+
+A gain may be set in flight: that is what tuning is. So a step is at most a factor of two, unless forced, and what was
+there before is one key away (`undo`).
+"""
+
+import math
+from collections.abc import Callable
+
+from tui_gcs.core.firmware.gains import GainGroup, gain_groups
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.parameters.param_change import ParamChange
+from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamSetting
+from tui_gcs.core.services.parameters.param_service import ParamService
+from tui_gcs.core.services.parameters.param_values import Number
+
+MOST_STEP = 2.0
+"""Factor, either way."""
+FORCE = ": force it if you mean it"
+"""How a refusal ends that `force` would not get."""
+MOST_KEPT = 50
+"""Former values of one gain."""
+
+SetDone = Callable[[ParamSetting], None]
+
+
+class TuningService:
+    """Gains of all vehicles, and what they were."""
+
+    def __init__(self, context: Context, params: ParamService) -> None:
+        """Nothing changed."""
+        self._context = context
+        self._params = params
+        self._before: dict[int, dict[str, list[Number]]] = {}
+        """By vehicle and name: former values, oldest first."""
+        self._readings: list[tuple[ParamReading, GainGroup]] = []
+        context.fleet.on_message("PARAM_VALUE", self._on_value)
+        context.fleet.on_gone(self._forget)
+        context.fleet.paths.on_replace.append(self._forget)
+
+    def groups(self, vehicle_id: int) -> tuple[GainGroup, ...]:
+        """The vehicle's groups of gains."""
+        vehicle = self._context.fleet.vehicles.get(vehicle_id)
+        return gain_groups(vehicle) if vehicle is not None else ()
+
+    def read(
+        self, vehicle_id: int, group: str, on_done: Callable[[ParamReading], None] | None = None
+    ) -> ParamReading | str:
+        """Ask for a group's values; what the vehicle does not have is in `missing`."""
+        wanted = next((g for g in self.groups(vehicle_id) if g.name == group), None)
+        if wanted is None:
+            return f"no such group of gains: {group}"
+        reading = self._params.read(vehicle_id, wanted.names, on_done)
+        self._readings = [(r, g) for r, g in self._readings if not r.over]
+        self._readings.append((reading, wanted))
+        return reading
+
+    def former(self, vehicle_id: int) -> dict[str, tuple[Number, ...]]:
+        """What was changed: former values by name, oldest first."""
+        return {name: tuple(values) for name, values in self._before.get(vehicle_id, {}).items() if values}
+
+    def set(
+        self, vehicle_id: int, name: str, value: Number, on_done: SetDone | None = None, *, force: bool = False
+    ) -> str:
+        """Set one gain; "" or why that is not even tried. `force`: a greater step.
+
+        Its present value must have been read, for it is what the step is measured by and what `undo` goes back to.
+        """
+        known = self._params.table(vehicle_id).params.get(name)
+        if not any(name in group.names for group in self.groups(vehicle_id)):
+            return "not one of its gains"
+        if known is None:
+            return "read it first"
+        why = "" if force else _too_far(known.value, value)
+        if why:
+            return why
+        before = known.value
+
+        def took(setting: ParamSetting) -> None:
+            if not setting.error:
+                kept = self._before.setdefault(vehicle_id, {}).setdefault(name, [])
+                kept.append(before)
+                del kept[1:-MOST_KEPT]
+            if on_done is not None:
+                on_done(setting)
+
+        self._params.set(vehicle_id, name, value, took)
+        return ""
+
+    def undo(self, vehicle_id: int, name: str, on_done: SetDone | None = None) -> str:
+        """Take back the last change of one gain; "" or why not."""
+        kept = self._before.get(vehicle_id, {}).get(name)
+        if not kept:
+            return "it was not changed"
+
+        def took(setting: ParamSetting) -> None:
+            if not setting.error and kept:
+                kept.pop()
+            if on_done is not None:
+                on_done(setting)
+
+        self._params.set(vehicle_id, name, kept[-1], took, beyond_range=True)
+        return ""
+
+    def undo_all(self, vehicle_id: int, on_done: Callable[[ParamChange], None] | None = None) -> ParamChange | str:
+        """Set every gain back to what it was before the first change."""
+        book = self._before.get(vehicle_id, {})
+        first = {name: values[0] for name, values in book.items() if values}
+        if not first:
+            return "nothing was changed"
+
+        def took(change: ParamChange) -> None:
+            for name in first:
+                if not change.error or name in change.changed:
+                    book.pop(name, None)
+            if on_done is not None:
+                on_done(change)
+
+        return ParamChange(vehicle_id, first, on_done=took).run(self._params)
+
+    def _on_value(self, vehicle: Vehicle, fields: Fields) -> None:
+        """What is named one way is not waited for under its other name: autopilots do not answer to that."""
+        for reading, group in self._readings:
+            if reading.vehicle == vehicle.id and any(fields["param_id"] in names for names in group.either):
+                others = (names for names in group.either if fields["param_id"] not in names)
+                for name in (name for names in others for name in names):
+                    reading.miss(name, "this version names it otherwise")
+
+    def _forget(self, vehicle: Vehicle) -> None:
+        self._before.pop(vehicle.id, None)
+
+
+def _too_far(before: Number, after: Number) -> str:
+    """Why that step is too great, or ""."""
+    if not math.isfinite(after):
+        return "must be a number"
+    if after == before:
+        return ""
+    if before == 0 or after == 0 or (before < 0) != (after < 0):
+        return f"from {before:g} to {after:g} is no step by a factor{FORCE}"
+    factor = after / before
+    if max(factor, 1 / factor) > MOST_STEP * (1 + 1e-6):
+        return f"{factor:.3g} times what it is: more than a factor of {MOST_STEP:g}{FORCE}"
+    return ""

@@ -1,0 +1,237 @@
+"""What a vehicle says of itself in files: its parameters, its events (COMPONENT_METADATA, mavlink.md C11).
+
+    metadata.fetch(1, EVENTS, on_done=lambda job: job.data)     # JSON, decompressed
+
+Only files of the vehicle itself are read (mftp), never an address on a network (security.md B.6-94). Files have a
+checksum, and are kept under it: a fleet of one firmware brings each once.
+"""
+
+import lzma
+import re
+import zlib
+from collections.abc import Callable
+from functools import partial
+
+import msgspec
+
+from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.files.ftp import FtpReaderJob, FtpService
+from tui_gcs.core.services.files.ftp_codec import crc_fits
+from tui_gcs.core.services.files.ftp_read import MemorySink
+
+PARAMETERS, EVENTS, ACTUATORS = 1, 4, 5
+"""COMP_METADATA_TYPE."""
+MOST_FILE_BYTES = 1 << 20
+MOST_JSON_BYTES = 8 << 20
+"""Of what a file unpacks to (security.md B.6-95); PX4's parameters are 0.7 MB."""
+MOST_UNPACK_MEMORY = 80 << 20
+"""PX4 packs with `xz -9`, whose dictionary is 64 MiB of address space; only what is unpacked is really used."""
+MOST_KEPT = 40
+ASK_TRIES, ASK_GAP_S = 3, 1.0
+ASKED = (("COMPONENT_METADATA", 397, "uri"), ("COMPONENT_INFORMATION", 395, "general_metadata_uri"))
+"""Message, its id and the field with the address; the second one is older."""
+CMD_REQUEST_MESSAGE = 512
+_URI = re.compile(r"mftp://(?:\[;comp=(\d{1,3})\])?(/?[A-Za-z0-9@][A-Za-z0-9@._-]*(?:/[A-Za-z0-9_-][A-Za-z0-9._-]*)*)")
+
+
+class MetadataError(ValueError):
+    """It cannot be used: why, in a few words."""
+
+
+class _Type(msgspec.Struct):
+    type: int
+    uri: str = ""
+    fileCrc: int = 0  # noqa: N815 - as in the file
+
+
+class _General(msgspec.Struct):
+    metadataTypes: list[_Type] = []  # noqa: N815 - as in the file
+
+
+def path_of(uri: str, component: int) -> str:
+    """The path in the vehicle's own files that `uri` names. Raises MetadataError for anything else."""
+    match = _URI.fullmatch(uri)
+    if match is None or ".." in uri or (match[1] and int(match[1]) != component):
+        raise MetadataError("its address is not one of the vehicle's own files: not fetched")
+    return match[2]
+
+
+def unpack(data: bytes) -> bytes:
+    """What a .xz, a .gz or a plain file holds. Raises MetadataError, e.g. for more than `MOST_JSON_BYTES`."""
+    try:
+        if data[:6] == b"\xfd7zXZ\0":
+            unxz = lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=MOST_UNPACK_MEMORY)
+            out, whole = unxz.decompress(data, MOST_JSON_BYTES + 1), unxz.eof
+        elif data[:2] == b"\x1f\x8b":
+            ungz = zlib.decompressobj(31)
+            out, whole = ungz.decompress(data, MOST_JSON_BYTES + 1), ungz.eof
+        else:
+            out, whole = data, True
+    except (lzma.LZMAError, zlib.error, MemoryError):
+        raise MetadataError("it cannot be unpacked") from None
+    if len(out) > MOST_JSON_BYTES:
+        raise MetadataError(f"it unpacks to more than {MOST_JSON_BYTES >> 20} MB")
+    if not whole:
+        raise MetadataError("it is cut short")
+    return out
+
+
+class MetadataService:
+    """Fetches such files, and keeps them."""
+
+    def __init__(self, context: Context, ftp: FtpService) -> None:
+        """Listen from now on."""
+        self.context = context
+        self.ftp = ftp
+        self.folder: SafeFolder | None = None
+        if context.folder is not None:
+            try:
+                self.folder = SafeFolder(context.folder / "cache")
+            except FileRefused:  # told by the parameters' cache, which is in the same place
+                self.folder = None
+        for name, _, field in ASKED:
+            context.fleet.on_message(name, partial(self._on_address, field))
+
+    def fetch(self, vehicle: int, kind: int, on_done: "Callable[[MetadataJob], None] | None" = None) -> "MetadataJob":
+        """Fetch the JSON of that kind (`PARAMETERS`, `EVENTS`, …)."""
+        job = MetadataJob(self, vehicle, kind, on_done)
+        self.context.jobs.submit(job)
+        return job
+
+    def kept(self, kind: int, crc: int) -> bytes | None:
+        """A file that was fetched before, packed as it came."""
+        data = self.folder.read(_file_name(kind, crc), MOST_FILE_BYTES) if self.folder is not None and crc else None
+        return data if data is not None and crc_fits(data, crc) else None
+
+    def keep(self, kind: int, crc: int, data: bytes, *, bad: bool = False) -> None:
+        """Keep a file; a bad one only to be looked at by people."""
+        if self.folder is None or not crc:
+            return
+        try:
+            self.folder.replace(_file_name(kind, crc) + (".bad" if bad else ""), data)
+            for name in [name for name in self.folder.names() if name.startswith("meta-")][:-MOST_KEPT]:
+                self.folder.remove(name)
+        except (FileRefused, OSError):
+            return  # it is fetched again next time
+
+    def _on_address(self, field: str, vehicle: Vehicle, fields: Fields) -> None:
+        job = self.context.jobs.running(vehicle.id)
+        if isinstance(job, MetadataJob):
+            job.address(vehicle, fields[field])
+
+
+def _file_name(kind: int, crc: int) -> str:
+    return f"meta-{kind}-{crc:08x}"
+
+
+class MetadataJob(FtpReaderJob):
+    """The address, the table of files, the file."""
+
+    def __init__(
+        self,
+        service: MetadataService,
+        vehicle: int,
+        kind: int,
+        on_done: "Callable[[MetadataJob], None] | None" = None,
+    ) -> None:
+        """Nothing is asked before its turn."""
+        super().__init__(service.ftp, vehicle, f"metadata {kind}", on_done)  # type: ignore[arg-type]  # it is called with this job
+        self._service = service
+        self._kind = kind
+        self.data = b""
+        """The JSON, once it is done."""
+        self._tries = 0
+        self._due_s = 0.0
+        self._asking = True
+        self._vehicle: Vehicle | None = None
+
+    def begin(self, vehicle: Vehicle, now: float) -> None:
+        """See `Job`."""
+        self._vehicle = vehicle
+        self._ask(now)
+
+    def tick(self, vehicle: Vehicle, now: float) -> None:
+        """See `Job`."""
+        if self._asking and now >= self._due_s:
+            self._ask(now)
+        super().tick(vehicle, now)
+
+    def address(self, vehicle: Vehicle, uri: str) -> None:
+        """The vehicle said where its table of files is."""
+        if not self._asking or self.over:
+            return
+        self._asking = False
+        try:
+            path = path_of(uri, vehicle.component)
+        except MetadataError as error:
+            self.finish(str(error))
+            return
+        self._read(path, self._on_general)
+
+    def _ask(self, now: float) -> None:
+        which = self._tries // ASK_TRIES
+        if which >= len(ASKED):
+            self.finish("the vehicle does not say where they are")
+            return
+        self._tries += 1
+        self._due_s = now + ASK_GAP_S
+        rest = {f"param{i}": 0.0 for i in range(2, 8)}
+        self._service.context.door.ask(
+            self.vehicle,
+            "COMMAND_LONG",
+            command=CMD_REQUEST_MESSAGE,
+            confirmation=0,
+            param1=float(ASKED[which][1]),
+            **rest,
+        )
+
+    def _read(self, path: str, then: Callable[[bytes], None]) -> None:
+        if self._vehicle is None:
+            return
+        sink = MemorySink()
+        self._reader = self._ftp.reader(
+            self._vehicle,
+            path,
+            sink,
+            lambda error: self.finish(error) if error else then(bytes(sink.data)),
+            max_bytes=MOST_FILE_BYTES,
+        )
+        self._reader.begin()
+
+    def _on_general(self, data: bytes) -> None:
+        try:
+            table = msgspec.json.decode(unpack(data), type=_General)
+            found = next((entry for entry in table.metadataTypes if entry.type == self._kind), None)
+            if found is None:
+                raise MetadataError("the vehicle has none of that kind")
+            component = self._vehicle.component if self._vehicle is not None else 0
+            path, crc = path_of(found.uri, component), found.fileCrc & 0xFFFFFFFF
+        except MetadataError as error:
+            self.finish(str(error))
+        except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
+            self.finish("the table of its files cannot be read")
+        else:
+            kept = self._service.kept(self._kind, crc)
+            if kept is not None:
+                self._use(kept)
+            else:
+                self._read(path, lambda data: self._on_file(data, crc))
+
+    def _on_file(self, data: bytes, crc: int) -> None:
+        if crc and not crc_fits(data, crc):
+            self._service.keep(self._kind, crc, data, bad=True)
+            self.finish("its checksum is wrong: kept as .bad, not used")
+            return
+        self._service.keep(self._kind, crc, data)
+        self._use(data)
+
+    def _use(self, data: bytes) -> None:
+        try:
+            self.data = unpack(data)
+        except MetadataError as error:
+            self.finish(str(error))
+        else:
+            self.finish()

@@ -1,0 +1,96 @@
+"""The health of each vehicle in words: could it arm now, and if not, why (see `core/firmware/health.py`)."""
+
+from dataclasses import dataclass
+
+from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.firmware.health import (
+    Checks,
+    Concern,
+    Problem,
+    flight_mode,
+    problems,
+    problems_in_flight,
+    sinking_stick,
+)
+from tui_gcs.core.fleet.fleet import Fields, Fleet
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.protocol.common import Freshness
+from tui_gcs.core.services.payload.remote_id import RemoteIdService
+from tui_gcs.core.services.vehicle.vehicle_events import VehicleEvents
+
+GLITCH_SAID_S = 12.0
+"""So long what an autopilot says of a glitch counts: ArduPilot believes a GPS that stays off after 10 s (measured)."""
+OLD_S = 60.0
+"""Older telemetry says nothing of now: the poorest set of a radio has a message every 20 s."""
+
+__all__ = ["Health", "HealthService", "Problem"]
+
+
+@dataclass(frozen=True)
+class Health:
+    """Whether a vehicle could arm in the mode this station flies it in."""
+
+    ready: bool
+    problems: tuple[Problem, ...]
+    """What blocks first; each once."""
+
+
+class HealthService:
+    """Judges when somebody asks; asks nothing of the vehicles itself."""
+
+    def __init__(self, fleet: Fleet, events: VehicleEvents, remote_id: RemoteIdService, clock: Clock) -> None:
+        """`events` knows what arming checks told, `remote_id` what transmitters said."""
+        self._fleet = fleet
+        self._events = events
+        self._remote_id = remote_id
+        self._clock = clock
+
+    def in_flight(self, vehicle: Vehicle) -> tuple[tuple[Concern, Problem], ...]:
+        """What is wrong with it by its own telemetry that asks for an act in the air."""
+        now = self._clock.now()
+        said = vehicle.reasons_since(now - GLITCH_SAID_S)
+        return tuple(problems_in_flight(vehicle, _Newest(self._fleet, vehicle, now), said))
+
+    def of(self, vehicle: Vehicle) -> Health:
+        """What is wrong with it now."""
+        now = self._clock.now()
+        newest = _Newest(self._fleet, vehicle, now)
+        mode = flight_mode(vehicle)
+        checks = Checks(self._events.can_arm(vehicle, mode), tuple(self._events.reasons(vehicle, mode)))
+        found = [*self._others(vehicle, now), *problems(vehicle, newest, checks, now)]
+        blocking = [problem for problem in found if problem.blocks]
+        others = [problem for problem in found if not problem.blocks]
+        return Health(not blocking, tuple(dict.fromkeys([*blocking, *others])))
+
+    def sinking_stick(self, vehicle: Vehicle) -> str:
+        """Why a mode that reads its throttle stick would lose height, or "": look before LOITER and its like."""
+        return sinking_stick(vehicle, _Newest(self._fleet, vehicle, self._clock.now()))
+
+    def _others(self, vehicle: Vehicle, now: float) -> list[Problem]:
+        freshness = vehicle.freshness(now)
+        found = []
+        if freshness is Freshness.LOST:
+            found.append(Problem(f"LOST: silent for {now - vehicle.heard_s:.0f} s", blocks=True))
+        elif freshness is Freshness.STALE:
+            found.append(Problem("no position is heard", blocks=True))
+        if vehicle.no_commands:
+            found.append(Problem(vehicle.no_commands, blocks=True))
+        if vehicle.no_start and not vehicle.armed:
+            found.append(Problem(vehicle.no_start, blocks=True))
+        transmitter = self._remote_id.why_not_arm(vehicle)
+        if transmitter:
+            found.append(Problem(transmitter, blocks=True))
+        return found
+
+
+class _Newest:
+    """The newest messages of one vehicle, as long as they are not too old."""
+
+    def __init__(self, fleet: Fleet, vehicle: Vehicle, now: float) -> None:
+        self._fleet, self._vehicle, self._now = fleet, vehicle, now
+
+    def __call__(self, msgid: int) -> Fields | None:
+        if self._vehicle.silent_s(msgid, self._now) > OLD_S:
+            return None
+        message = self._fleet.newest(self._vehicle, msgid)
+        return message.fields if message is not None else None
