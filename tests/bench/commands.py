@@ -26,7 +26,7 @@ from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.load import load
-from tui_gcs.core.station import Station, StationConfig
+from tui_gcs.core.station.station import Station, StationConfig
 from tui_gcs.core.uplink.commands import Action, Outcome, Retry
 
 LOSS = 0.3

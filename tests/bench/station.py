@@ -20,7 +20,7 @@ from tui_gcs.core.protocol.zenoh_bus import ZenohBus, connect
 from tui_gcs.launcher import launch, start_error
 
 SCENARIO = Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml"
-SUPERVISOR, STATION = "tui_gcs.launcher", "tui_gcs.core.station_process"
+SUPERVISOR, STATION = "tui_gcs.launcher", "tui_gcs.core.station.process"
 
 
 @dataclass

@@ -24,7 +24,7 @@ from tui_gcs.core.protocol.common import EventClass, Freshness
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.load import parse
-from tui_gcs.core.station import Station, StationConfig
+from tui_gcs.core.station.station import Station, StationConfig
 
 TICK_S = 0.05
 RECEIVE_S = 0.002

@@ -17,7 +17,6 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.mavlink.dialect import decode
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram
-from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import FLEET, PLAN, REQUEST, TASK, MemoryBus
 from tui_gcs.core.protocol.common import Event, FleetFrame, Intent, Phase, Plan, PlannerTask, Reply, RunPhase
@@ -25,7 +24,8 @@ from tui_gcs.core.protocol.preflight import OVERRIDABLE
 from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.core.station import Station
+from tui_gcs.core.station.state_store import StationMemory
+from tui_gcs.core.station.station import Station
 from tui_gcs.rehearsal import TICK_S, LockStep
 
 SHIPPED = Path(__file__).parents[2] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"

@@ -28,7 +28,7 @@ from tui_gcs.core.mavlink.frames import cut_datagram
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
-from tui_gcs.core.station import Station, StationConfig
+from tui_gcs.core.station.station import Station, StationConfig
 
 TICK_S = 0.02
 ARDUPILOT, PX4 = 3, 12

@@ -432,7 +432,7 @@ def test_a_vehicle_in_its_own_pilots_hands_is_not_steered(rig: MakeRig) -> None:
 
 
 def m_status(flight: Rig) -> m.StationStatus:
-    from tui_gcs.core.status import station_status
+    from tui_gcs.core.station.status import station_status
 
     return station_status(flight.station, 1)
 

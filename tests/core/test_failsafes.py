@@ -13,7 +13,7 @@ from tui_gcs.core.firmware.lost_link_behaviour import alone
 from tui_gcs.core.firmware.px4_offboard import OFFBOARD
 from tui_gcs.core.guard.motion_prediction import Alone
 from tui_gcs.core.services.vehicle.failsafe_service import FailsafeService, OnRead
-from tui_gcs.core.status import station_status
+from tui_gcs.core.station.status import station_status
 
 COPTER_DEFAULTS = {
     "FS_GCS_ENABLE": 0.0,

@@ -249,7 +249,7 @@ def test_what_the_status_says_of_it(rig: MakeRig) -> None:
     for _ in range(3):
         flight.say("HEARTBEAT", 0, **heartbeat())
     flight.run(1.0)
-    from tui_gcs.core.status import station_status
+    from tui_gcs.core.station.status import station_status
 
     status = m.decode(m.encode(station_status(flight.station, 1)), m.StationStatus)
     assert status.dropped["system id 0"] == 3

@@ -18,7 +18,7 @@ from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.common import Phase, Vec3
 from tui_gcs.core.service_flight import FlightActs, words
 from tui_gcs.core.service_tasks import Task
-from tui_gcs.core.station import Station
+from tui_gcs.core.station.station import Station
 from tui_gcs.core.uplink.jobs import JobState
 
 NAN = math.nan

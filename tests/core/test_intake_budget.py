@@ -20,9 +20,9 @@ from tui_gcs.core.mavlink.intake import (
     Intake,
 )
 from tui_gcs.core.mavlink.sources import CALL, STATE, VERSION_1_AFTER_S, Slot, Source
-from tui_gcs.core.reception import MOST_BYTES, Reception
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Origin
+from tui_gcs.core.station.reception import MOST_BYTES, Reception
 
 HOME: Address = ("vehicle", 1)
 STRANGER: Address = ("stranger", 1)

@@ -10,11 +10,11 @@ import msgspec
 import pytest
 from rig import Rig, scenario
 
-from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.protocol.common import Phase, RunPhase
 from tui_gcs.core.protocol.plan_limits import MOST_LEARNT_BYTES
 from tui_gcs.core.scenario.model import LinkLoss
-from tui_gcs.core.station import Station
+from tui_gcs.core.station.state_store import StationMemory
+from tui_gcs.core.station.station import Station
 
 MakeRig = Callable[..., Rig]
 KEYS = {"toml", "run", "round_index", "revision", "task_revision", "started_s", "flights"}

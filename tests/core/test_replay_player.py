@@ -12,7 +12,7 @@ from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.records.tlog_reader import TlogError
 from tui_gcs.core.records.tlog_writer import TlogWriter
-from tui_gcs.core.replay import LONGEST_GAP_S, Player
+from tui_gcs.core.station.replay_player import LONGEST_GAP_S, Player
 
 DATA = Path(__file__).parent.parent / "data"
 START_S = 1.7e9

@@ -7,11 +7,11 @@ import pytest
 from rig import Rig
 
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.protocol.flight import Land
-from tui_gcs.core.status import station_status
+from tui_gcs.core.station.state_store import StationMemory
+from tui_gcs.core.station.status import station_status
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

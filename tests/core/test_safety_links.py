@@ -12,7 +12,7 @@ from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
-from tui_gcs.core.status import station_status
+from tui_gcs.core.station.status import station_status
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

@@ -7,10 +7,10 @@ import msgspec
 import pytest
 from rig import SETPOINT, Rig, scenario
 
-from tui_gcs.core.memory import StationMemory
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask, RunPhase
-from tui_gcs.core.status import station_status
+from tui_gcs.core.station.state_store import StationMemory
+from tui_gcs.core.station.status import station_status
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

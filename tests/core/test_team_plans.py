@@ -9,7 +9,7 @@ from rig import SPOT, Rig, goto
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import PLAN
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask
-from tui_gcs.core.status import station_status
+from tui_gcs.core.station.status import station_status
 
 MakeRig = Callable[..., Rig]
 

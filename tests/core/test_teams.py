@@ -19,8 +19,8 @@ from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import ALIVE
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, Plan, PlannerTask, RunPhase
 from tui_gcs.core.protocol.plan_limits import NOTES_PER_S
-from tui_gcs.core.snapshot import fleet_frame
-from tui_gcs.core.status import station_status
+from tui_gcs.core.station.fleet_frame import fleet_frame
+from tui_gcs.core.station.status import station_status
 
 MakeRig = Callable[..., Rig]
 

@@ -21,8 +21,8 @@ from tui_gcs.core.protocol.bus import FLEET, MemoryBus
 from tui_gcs.core.protocol.common import StationStatus
 from tui_gcs.core.signing.keystore import KeyStore
 from tui_gcs.core.signing.timestamp_store import TimestampFile
-from tui_gcs.core.station import Station
-from tui_gcs.core.status import station_status
+from tui_gcs.core.station.station import Station
+from tui_gcs.core.station.status import station_status
 from tui_gcs.rehearsal import TICK_S, TOKEN
 
 Place = Callable[[int, int], Address | None]

@@ -32,8 +32,8 @@ from tui_gcs.core.protocol.bus import FLEET, MemoryBus
 from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.signing.keystore import KeyStore
 from tui_gcs.core.signing.timestamp_store import TimestampFile
-from tui_gcs.core.station import Station
-from tui_gcs.core.status import station_status
+from tui_gcs.core.station.station import Station
+from tui_gcs.core.station.status import station_status
 from tui_gcs.rehearsal import LINK, TOKEN, simulated_vehicles
 
 STRANGER: Address = ("stranger", 1)

@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "core"))
 from service_rig import Peer, ServiceRig
 
 from tui_gcs.core.protocol.common import Freshness
-from tui_gcs.core.status import station_status
+from tui_gcs.core.station.status import station_status
 
 
 class PeerRig(ServiceRig):

@@ -46,7 +46,7 @@ def _show(file: str, speed: float, wanted: Preferences) -> int:
     from tui_gcs.core.base.clock import MonotonicClock
     from tui_gcs.core.protocol.bus import MemoryBus
     from tui_gcs.core.records.tlog_reader import TlogError
-    from tui_gcs.core.replay import Player
+    from tui_gcs.core.station.replay_player import Player
 
     bus, clock = MemoryBus(), MonotonicClock()
     try:

@@ -15,7 +15,7 @@ from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import Round, Scenario, Team
 
 if TYPE_CHECKING:
-    from tui_gcs.core.station import Station
+    from tui_gcs.core.station.station import Station
 
 PREVIEW_LIMIT_S = 90.0
 """After so long nobody will answer any more."""

@@ -39,7 +39,7 @@ from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.records.rehearsal_store import RehearsalBook, plan_digest
 
 if TYPE_CHECKING:
-    from tui_gcs.core.station import Station
+    from tui_gcs.core.station.station import Station
 
 LOOK_S = 1.0
 """The list of the status is at most so old;"""

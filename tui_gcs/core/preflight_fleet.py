@@ -11,7 +11,7 @@ from tui_gcs.core.protocol.preflight import Check, CheckState
 from tui_gcs.core.records.rehearsal_store import Rehearsal
 
 if TYPE_CHECKING:
-    from tui_gcs.core.station import Station
+    from tui_gcs.core.station.station import Station
 
 _REHEARSE = "`tui-gcs rehearse` with this file and these planners"
 

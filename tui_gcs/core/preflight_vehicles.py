@@ -11,7 +11,7 @@ from tui_gcs.core.services.plans.plan_table import Held
 from tui_gcs.core.services.vehicle.failsafe_service import FailsafeLine
 
 if TYPE_CHECKING:
-    from tui_gcs.core.station import Station
+    from tui_gcs.core.station.station import Station
 
 BAD_LOSS_PCT = 20.0
 """Frames lost on the way from a vehicle, from which on it is worth a word."""

@@ -18,7 +18,7 @@ from tui_gcs.core.signing.keystore import KeyStoreError
 from tui_gcs.core.signing.trust import PROVE_S
 
 if TYPE_CHECKING:
-    from tui_gcs.core.station import Station
+    from tui_gcs.core.station.station import Station
 
 CODE_S = 60.0
 """How long a code is good for."""

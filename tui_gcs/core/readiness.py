@@ -16,7 +16,7 @@ from tui_gcs.core.protocol.common import Freshness, Phase, VehicleResult
 from tui_gcs.core.scenario.model import Round, Scenario, band_m
 
 if TYPE_CHECKING:
-    from tui_gcs.core.station import Station
+    from tui_gcs.core.station.station import Station
 
 GPS_3D = 3
 """MAVLink GPS_FIX_TYPE_3D_FIX."""

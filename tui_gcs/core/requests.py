@@ -28,7 +28,7 @@ from tui_gcs.core.scenario.place_allocation import same_places
 from tui_gcs.core.service_requests import ServiceDesk
 
 if TYPE_CHECKING:
-    from tui_gcs.core.station import Station
+    from tui_gcs.core.station.station import Station
 
 NOTING = (m.Acknowledge, m.Shelve, m.Unshelve, m.Note, AcknowledgeCheck, SignOff, ReadChecks)
 """Done for every console: nothing is commanded, nobody takes control."""

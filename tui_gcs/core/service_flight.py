@@ -19,7 +19,7 @@ from tui_gcs.core.service_tasks import Task
 from tui_gcs.core.uplink.orders import Action, Order, Outcome, Retry
 
 if TYPE_CHECKING:
-    from tui_gcs.core.station import Station
+    from tui_gcs.core.station.station import Station
 
 FORCE = 21196
 """param2 of COMPONENT_ARM_DISARM: also in the air."""

@@ -23,7 +23,7 @@ from tui_gcs.core.service_views import on_board, vehicle_info
 from tui_gcs.core.services.parameters.param_values import shown
 
 if TYPE_CHECKING:
-    from tui_gcs.core.station import Station
+    from tui_gcs.core.station.station import Station
 
 NEVER_HEARD = "never heard"
 

@@ -15,7 +15,7 @@ from tui_gcs.core.service_acts import failsafe_rows
 from tui_gcs.core.vehicle_details import details
 
 if TYPE_CHECKING:
-    from tui_gcs.core.station import Station
+    from tui_gcs.core.station.station import Station
 
 _STAGES = {0: "dev", 64: "alpha", 128: "beta", 192: "rc", 255: ""}
 """FIRMWARE_VERSION_TYPE."""

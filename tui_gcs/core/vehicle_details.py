@@ -10,7 +10,7 @@ from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.protocol.services import Details
 
 if TYPE_CHECKING:
-    from tui_gcs.core.station import Station
+    from tui_gcs.core.station.station import Station
 
 ATTITUDE, VFR_HUD = 30, 74
 FAST_S, SLOW_S = 5.0, 30.0

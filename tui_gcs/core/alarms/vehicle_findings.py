@@ -11,7 +11,7 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.failsafe_texts import is_news
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.common import Freshness
-from tui_gcs.core.snapshot import problem_of
+from tui_gcs.core.station.fleet_frame import problem_of
 
 BATTERY_LOW_PCT, BATTERY_CRITICAL_PCT, BATTERY_BAND_PCT = 25.0, 15.0, 3.0
 POOR_POSITION_M, POOR_POSITION_BAND_M = 10.0, 3.0

@@ -23,7 +23,7 @@ from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.plans.plan_jobs import PlanJob
 
 if TYPE_CHECKING:
-    from tui_gcs.core.station import Station
+    from tui_gcs.core.station.station import Station
 
 log = logging.getLogger("tui_gcs.station")
 

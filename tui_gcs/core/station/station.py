@@ -12,7 +12,6 @@ from pathlib import Path
 
 import msgspec
 
-from tui_gcs.core.alarm_finders import AlarmFinder
 from tui_gcs.core.alarms.alarm_table import AlarmDesk
 from tui_gcs.core.base.clock import Clock, WallWatch, clock_words
 from tui_gcs.core.firmware.command_encoder import Speech
@@ -38,7 +37,6 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.judging.fleet_monitor import FleetMonitor
 from tui_gcs.core.links import Link
-from tui_gcs.core.listeners import Listeners
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.preflight import PreflightDesk
 from tui_gcs.core.protocol import bus as keys
@@ -57,7 +55,6 @@ from tui_gcs.core.protocol.common import (
 )
 from tui_gcs.core.rates.rate_controller import RateDesk
 from tui_gcs.core.readiness import Readiness
-from tui_gcs.core.reception import Reception
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
@@ -70,8 +67,11 @@ from tui_gcs.core.services.timesync import TimeAnswers
 from tui_gcs.core.signing.keystore import KeyStore
 from tui_gcs.core.signing.timestamp_store import TimestampFile
 from tui_gcs.core.signing.trust import TrustBook
-from tui_gcs.core.snapshot import fleet_frame
-from tui_gcs.core.status import station_status
+from tui_gcs.core.station.alarm_finder import AlarmFinder
+from tui_gcs.core.station.bus_handlers import Listeners
+from tui_gcs.core.station.fleet_frame import fleet_frame
+from tui_gcs.core.station.reception import Reception
+from tui_gcs.core.station.status import station_status
 from tui_gcs.core.uplink.commands import CommandService
 from tui_gcs.core.uplink.jobs import JobDesk
 from tui_gcs.core.uplink.uplink import Door

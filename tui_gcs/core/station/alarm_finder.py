@@ -27,7 +27,7 @@ from tui_gcs.core.protocol.common import Event, Freshness, Phase, RunPhase
 from tui_gcs.core.records.event_log import WARNING
 
 if TYPE_CHECKING:
-    from tui_gcs.core.station import Station
+    from tui_gcs.core.station.station import Station
 
 OUTSIDE_M, OUTSIDE_BAND_M = 2.0, 1.5
 """What a loop around a corner may overshoot is no breach: `limits.geofence_margin_m` is kept inside already."""

@@ -36,7 +36,7 @@ from tui_gcs.core.protocol.common import (
 from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
 from tui_gcs.core.records.tlog_reader import read_tlog
 from tui_gcs.core.scenario.model import Limits, LinkLoss, Origin, ResultLimits, Scenario
-from tui_gcs.core.snapshot import fleet_frame
+from tui_gcs.core.station.fleet_frame import fleet_frame
 
 FRAME_GAP_S = 0.1
 STATUS_GAP_S = 0.5

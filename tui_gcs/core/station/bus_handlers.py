@@ -17,7 +17,7 @@ from tui_gcs.core.protocol.plan_limits import too_large
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 
 if TYPE_CHECKING:
-    from tui_gcs.core.station import Station
+    from tui_gcs.core.station.station import Station
 
 ASKED_S = 5.0
 """So long the answer to the question who it is may take."""

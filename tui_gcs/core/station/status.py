@@ -9,7 +9,7 @@ from tui_gcs.core.links import Link
 from tui_gcs.core.protocol.common import Freshness, LinkStatus, StationStatus
 
 if TYPE_CHECKING:
-    from tui_gcs.core.station import Station
+    from tui_gcs.core.station.station import Station
 
 
 def station_status(station: "Station", seq: int) -> StationStatus:
