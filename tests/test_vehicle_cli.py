@@ -26,7 +26,7 @@ from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.commands.vehicle_station import vehicle_ids
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.formats.content import Content
-from tui_gcs.core.formats.files import read_file
+from tui_gcs.core.formats.file_types import read_file
 from tui_gcs.core.formats.qgc_write import write_qgc
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.scenario.load import load

@@ -27,7 +27,7 @@ from tui_gcs.actions.keymap import human, with_keys
 from tui_gcs.chord import PREFIX_S, Chord
 from tui_gcs.commanding import FOLLOW_S, CommandingApp, action_named
 from tui_gcs.core.base.clock import Clock, MonotonicClock
-from tui_gcs.core.overlays import Overlay
+from tui_gcs.core.formats.overlays import Overlay
 from tui_gcs.core.protocol.alarms import to_answer
 from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, Kind, RunPhase

@@ -16,7 +16,7 @@ from tui_gcs.core.formats import geojson, kml
 from tui_gcs.core.formats.content import Content, Drawing, FormatError, Heights, Home
 from tui_gcs.core.formats.conversion import Base, Options, convert
 from tui_gcs.core.formats.drawings import draw, planned
-from tui_gcs.core.formats.files import BY_NAME, read_file
+from tui_gcs.core.formats.file_types import BY_NAME, read_file
 from tui_gcs.core.formats.scenario_drawings import put_drawings
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Zone, outline_m

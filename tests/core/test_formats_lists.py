@@ -7,8 +7,8 @@ from plan_designs import LAT, LON, RALLIES
 from plan_peers import circle, fence, square
 
 from tui_gcs.core.formats.content import FormatError, ParamLine
-from tui_gcs.core.formats.files import read_file
-from tui_gcs.core.formats.lists import write_fence, write_rally
+from tui_gcs.core.formats.fence_rally_lists import write_fence, write_rally
+from tui_gcs.core.formats.file_types import read_file
 from tui_gcs.core.formats.params import write_mavproxy, write_mission_planner, write_qgc_params
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind, float32
 

@@ -9,8 +9,8 @@ from plan_designs import HOMES, RALLIES, fences, missions
 from plan_peers import circle, fence, mission, rally, square
 
 from tui_gcs.core.formats.content import Content, FormatError, Home
-from tui_gcs.core.formats.files import read_file
-from tui_gcs.core.formats.plain import write_plain
+from tui_gcs.core.formats.file_types import read_file
+from tui_gcs.core.formats.plan_json import write_plain
 from tui_gcs.core.formats.wpl import HomeLine, WplPlan, read_wpl, write_wpl
 from tui_gcs.core.plans.model import JUMP, Plan, PlanItem, PlanKind
 

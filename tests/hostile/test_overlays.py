@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.core.overlays import Overlay, OverlayError, load_overlay
+from tui_gcs.core.formats.overlays import Overlay, OverlayError, load_overlay
 
 KML = """<?xml version="1.0" encoding="UTF-8"?>
 <kml xmlns="http://www.opengis.net/kml/2.2"><Document>

@@ -10,8 +10,8 @@ from fake_station import SCENARIO_FILE, FakeStation
 from test_map import AREA, MapApp, picture
 
 from tests.screens.paper_fleet import PaperFleet
+from tui_gcs.core.formats.overlays import Overlay
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.overlays import Overlay
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.protocol.services import OnBoardRow, PlanRow

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.core.formats.files import FORMATS, Family
+from tui_gcs.core.formats.file_types import FORMATS, Family
 from tui_gcs.core.missions import fences
 from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft

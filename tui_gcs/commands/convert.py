@@ -13,7 +13,7 @@ from tui_gcs.exits import FAILED, OK, CommandError
 if TYPE_CHECKING:
     from tui_gcs.core.formats.content import Content, Written
     from tui_gcs.core.formats.conversion import Base, Options
-    from tui_gcs.core.formats.files import Format
+    from tui_gcs.core.formats.file_types import Format
 
 MOST_CELLS = 300
 SCENARIO = ".toml"
@@ -73,7 +73,7 @@ def missions_in(path: Path) -> bytes | None:
 
 
 def _target(target: Path, to: str | None) -> "Format":
-    from tui_gcs.core.formats.files import BY_NAME, KNOWN, format_of
+    from tui_gcs.core.formats.file_types import BY_NAME, KNOWN, format_of
 
     found = BY_NAME[to] if to is not None else format_of(target.name)
     if found is None:
@@ -120,7 +120,7 @@ def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "C
     from tui_gcs.core.base.text import clean
     from tui_gcs.core.formats.bounded import data_of
     from tui_gcs.core.formats.content import FormatError
-    from tui_gcs.core.formats.files import read_file
+    from tui_gcs.core.formats.file_types import read_file
     from tui_gcs.core.formats.wpl import HomeLine
     from tui_gcs.core.plans.model import PlanKind
 

@@ -8,7 +8,7 @@ from tui_gcs.commands.convert import MOST_CELLS, may_write, options_for, put, te
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, FormatError, Written
 from tui_gcs.core.formats.conversion import convert
-from tui_gcs.core.formats.files import Family, Format
+from tui_gcs.core.formats.file_types import Family, Format
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.draft_file import DraftFileError, from_bytes
 from tui_gcs.core.plans.model import PlanKind

@@ -21,7 +21,7 @@ from tui_gcs.commands.vehicle_station import (
     vehicle_ids,
 )
 from tui_gcs.core.formats.content import Content, ParamLine, counted
-from tui_gcs.core.formats.files import format_of
+from tui_gcs.core.formats.file_types import format_of
 from tui_gcs.core.formats.params import IDENTITIES, NOT_TO_WRITE, WRITERS, write_mavproxy
 from tui_gcs.core.protocol.services import (
     MEANT,

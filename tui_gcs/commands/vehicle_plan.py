@@ -22,7 +22,7 @@ from tui_gcs.commands.vehicle_station import (
 )
 from tui_gcs.core.formats.content import Content, FormatError, Home
 from tui_gcs.core.formats.conversion import Options, convert
-from tui_gcs.core.formats.files import BY_NAME, Family, family_of, format_of
+from tui_gcs.core.formats.file_types import BY_NAME, Family, family_of, format_of
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.core.plan_rows import plan_of, plan_rows
 from tui_gcs.core.plans.check import check

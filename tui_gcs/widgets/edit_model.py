@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from tui_gcs.core.base.undo_history import History, Step
 from tui_gcs.core.formats.bounded import data_of
 from tui_gcs.core.formats.content import FormatError
-from tui_gcs.core.formats.files import read_file
+from tui_gcs.core.formats.file_types import read_file
 from tui_gcs.core.formats.scenario_drawings import Put, put_drawings
 from tui_gcs.core.geometry.zones import Role, Zone
 from tui_gcs.core.protocol.common import ScenarioChanged

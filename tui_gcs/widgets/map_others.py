@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tui_gcs.core.formats.overlays import Overlay
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.overlays import Overlay
 from tui_gcs.core.protocol.setup import TrafficRow
 from tui_gcs.widgets.map_raster import DotRaster
 from tui_gcs.widgets.map_scene import Word

@@ -14,8 +14,8 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
+from tui_gcs.core.formats.overlays import Overlay
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.overlays import Overlay
 from tui_gcs.core.protocol.common import Annotation, FleetFrame, Freshness, VehicleRow
 from tui_gcs.core.protocol.setup import TrafficRow
 from tui_gcs.core.scenario.model import Origin, Round, TakeOffPlace

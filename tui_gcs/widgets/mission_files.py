@@ -11,7 +11,7 @@ from tui_gcs.core.formats.bounded import data_of
 from tui_gcs.core.formats.content import Content, FormatError, Home
 from tui_gcs.core.formats.conversion import Options, convert
 from tui_gcs.core.formats.drawings import planned
-from tui_gcs.core.formats.files import Family, format_of, read_file
+from tui_gcs.core.formats.file_types import Family, format_of, read_file
 from tui_gcs.core.missions import draft_file as store
 from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.missions.draft_file import DraftFileError

@@ -2,9 +2,23 @@
 
 from dataclasses import dataclass, replace
 
-from tui_gcs.core.formats import drawings, geojson, kml, lists, params, plain, qgc_write, scenario_drawings, wpl
+from tui_gcs.core.formats import (
+    drawings,
+    geojson,
+    kml,
+    params,
+    qgc_write,
+    scenario_drawings,
+    wpl,
+)
+from tui_gcs.core.formats import (
+    fence_rally_lists as lists,
+)
+from tui_gcs.core.formats import (
+    plan_json as plain,
+)
 from tui_gcs.core.formats.content import Content, Drawing, FormatError, Written, counted
-from tui_gcs.core.formats.files import Family, Format, family_of
+from tui_gcs.core.formats.file_types import Family, Format, family_of
 from tui_gcs.core.geometry.zones import Role
 from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.scenario.edit import ScenarioDocument

@@ -9,7 +9,7 @@ from typing import Any
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.bounded import json_text
 from tui_gcs.core.formats.content import Drawing, FormatError, Heights, Place
-from tui_gcs.core.formats.drawn import HEIGHTS, MOST_POINTS, NAME_MAX, checked, number, points_of, ring
+from tui_gcs.core.formats.drawing_common import HEIGHTS, MOST_POINTS, NAME_MAX, checked, number, points_of, ring
 
 DEPTH_MAX = 32
 SINGLE = {"Point": "point", "LineString": "line", "Polygon": "area"}

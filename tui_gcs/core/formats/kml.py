@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.bounded import local, xml_of, zip_member, zip_of
 from tui_gcs.core.formats.content import Drawing, FormatError, Heights, Place
-from tui_gcs.core.formats.drawn import HEIGHTS, MOST_POINTS, NAME_MAX, checked, number, points_of, ring
+from tui_gcs.core.formats.drawing_common import HEIGHTS, MOST_POINTS, NAME_MAX, checked, number, points_of, ring
 
 if TYPE_CHECKING:
     import xml.etree.ElementTree as ET

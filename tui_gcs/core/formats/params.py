@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import FormatError, ParamLine, Written, counted
-from tui_gcs.core.formats.lists import Lines
+from tui_gcs.core.formats.fence_rally_lists import Lines
 from tui_gcs.core.plans.check import LARGEST_PARAM
 from tui_gcs.core.services.parameters.param_values import ParamType, check_name, shown
 

@@ -4,7 +4,19 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.formats import geojson, kml, lists, params, plain, qgc_plan, wpl
+from tui_gcs.core.formats import (
+    fence_rally_lists as lists,
+)
+from tui_gcs.core.formats import (
+    geojson,
+    kml,
+    params,
+    qgc_plan,
+    wpl,
+)
+from tui_gcs.core.formats import (
+    plan_json as plain,
+)
 from tui_gcs.core.formats.bounded import json_of, text_of
 from tui_gcs.core.formats.content import Content, Drawing, FormatError
 from tui_gcs.core.formats.wpl import HomeLine

@@ -34,7 +34,7 @@ def load_overlay(path: Path) -> tuple[Overlay, ...]:
     Raises:
         OverlayError: not readable, too large, not a drawing, or without anything to draw.
     """
-    from tui_gcs.core.formats.files import read_file  # a tenth of the console's start, for who draws files only
+    from tui_gcs.core.formats.file_types import read_file  # a tenth of the console's start, for who draws files only
 
     try:
         drawings = read_file(data_of(path)).drawings
