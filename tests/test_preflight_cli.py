@@ -75,7 +75,7 @@ def test_failsafes_are_acknowledged_and_the_list_is_signed_from_a_script(
     code, out = said(argparse.Namespace(**{**vars(OPTIONS), "acknowledge": accepted}), capsys)
     assert code == 1 and "ACKNOWLEDGED station-loss vehicles 1-2" in out
     monkeypatch.setattr(
-        "tui_gcs.core.preflight_fleet.rehearsal", lambda *_: Check("rehearsal", CheckState.OK, "passed")
+        "tui_gcs.core.preflight.fleet_checks.rehearsal", lambda *_: Check("rehearsal", CheckState.OK, "passed")
     )
     code, out = said(argparse.Namespace(**{**vars(OPTIONS), "sign": True}), capsys)
     assert code == 0 and "sign-off" in out.partition("OK ")[2]

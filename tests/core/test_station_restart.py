@@ -12,7 +12,7 @@ from rig import Rig, scenario
 from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M
 from tui_gcs.core.plans.model import PlanKind
-from tui_gcs.core.preflight_vehicles import plans_on_board
+from tui_gcs.core.preflight.vehicle_checks import plans_on_board
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.bus import REQUEST

@@ -11,6 +11,7 @@ import msgspec
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.planner_requests import PlannerRequests
+from tui_gcs.core.preflight.readiness import layer_problem
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol.alarms import vehicles_words
@@ -19,7 +20,6 @@ from tui_gcs.core.protocol.flight import Land, Nudge
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, ReadChecks, SignOff
 from tui_gcs.core.protocol.setup import ConfirmStep
 from tui_gcs.core.provision import ProvisionDesk
-from tui_gcs.core.readiness import layer_problem
 from tui_gcs.core.records.event_log import DEBUG, NOTICE, WARNING
 from tui_gcs.core.records.journal_reader import events_before
 from tui_gcs.core.scenario.load import ScenarioError, parse

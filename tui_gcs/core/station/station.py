@@ -38,7 +38,8 @@ from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.judging.fleet_monitor import FleetMonitor
 from tui_gcs.core.links import Link
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.preflight import PreflightDesk
+from tui_gcs.core.preflight.checklist import PreflightDesk
+from tui_gcs.core.preflight.readiness import Readiness
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import (
@@ -54,7 +55,6 @@ from tui_gcs.core.protocol.common import (
     encode,
 )
 from tui_gcs.core.rates.rate_controller import RateDesk
-from tui_gcs.core.readiness import Readiness
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter

@@ -3,7 +3,7 @@
     desk.checks()                  # for the status: all vehicles on the ground, at most a second old
     desk.refusal(request)          # None, or the reply that says which checks refuse this start
 
-Checks that keep a single vehicle on the ground (`core/readiness.py`) are the same for simulated and real vehicles and
+Checks that keep a single vehicle on the ground (`core/preflight/readiness.py`) are the same for simulated and real vehicles and
 cannot be overridden. The others are asked of LIVE vehicles: each can be overridden by its name, with the operator's.
 """
 
@@ -12,11 +12,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from tui_gcs.core import preflight_fleet as fleet
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.plans.model import PlanKind
-from tui_gcs.core.preflight_vehicles import Finding, failsafes, link_quality, plans_on_board, standing
+from tui_gcs.core.preflight import fleet_checks as fleet
+from tui_gcs.core.preflight.vehicle_checks import Finding, failsafes, link_quality, plans_on_board, standing
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import EventClass, Reply
