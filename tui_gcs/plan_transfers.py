@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.missions.draft import VehicleDraft
-from tui_gcs.core.plan_rows import plan_of, plan_rows
 from tui_gcs.core.plans.model import PlanKind, PlanWord
 from tui_gcs.core.protocol.common import Request
 from tui_gcs.core.protocol.services import (
@@ -22,6 +21,7 @@ from tui_gcs.core.protocol.services import (
     TaskInfo,
     UploadPlan,
 )
+from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
 from tui_gcs.feed import NO_ANSWER, Feed
 from tui_gcs.transfer_times import PartTime, all_words, steps_of
 

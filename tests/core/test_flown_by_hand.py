@@ -16,8 +16,8 @@ from tui_gcs.core.motion.cruise import Cruise
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.common import Phase, Vec3
-from tui_gcs.core.service_flight import FlightActs, words
-from tui_gcs.core.service_tasks import Task
+from tui_gcs.core.requests.flight_requests import FlightActs, words
+from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.station.station import Station
 from tui_gcs.core.uplink.jobs import JobState
 

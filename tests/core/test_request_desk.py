@@ -13,7 +13,7 @@ from tui_gcs.core.protocol.bus import REQUEST
 from tui_gcs.core.protocol.common import EventClass, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.protocol.flight import Land, Nudge
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, ReadChecks, SignOff
-from tui_gcs.core.requests import _done, _planners_changed, act_words
+from tui_gcs.core.requests.request_desk import _done, _planners_changed, act_words
 from tui_gcs.core.scenario.model import Scenario
 
 MakeRig = Callable[..., Rig]

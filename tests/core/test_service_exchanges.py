@@ -10,10 +10,10 @@ from plan_peers import ArduPilotPeer, mission
 from service_asking import ask, ended, refusal, task
 from service_rig import Peer, ServiceRig
 
-from tui_gcs.core.plan_rows import plan_rows
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol import setup
+from tui_gcs.core.requests.plan_rows import plan_rows
 
 # ---------------------------------------------------------------- parameters
 

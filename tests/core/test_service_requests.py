@@ -11,11 +11,11 @@ from plan_peers import mission
 from service_asking import ask, ended, obedient, refusal, task
 from service_rig import Peer, ServiceRig
 
-from tui_gcs.core.plan_rows import plan_rows
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol import setup
 from tui_gcs.core.protocol.bus import REQUEST
+from tui_gcs.core.requests.plan_rows import plan_rows
 from tui_gcs.core.uplink.jobs import MOST_PER_LINK
 
 GUIDED, RTL = 4, 6

@@ -13,10 +13,10 @@ from tui_gcs.core.missions import fences
 from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.core.plan_rows import plan_rows
 from tui_gcs.core.plans.model import LAND, RETURN, TAKE_OFF, WAYPOINT, Plan, PlanKind
 from tui_gcs.core.protocol.common import Resume, RunPhase
 from tui_gcs.core.protocol.services import OnBoardRow
+from tui_gcs.core.requests.plan_rows import plan_rows
 from tui_gcs.screens import missions
 from tui_gcs.screens.upload_dialog import UploadDialog
 from tui_gcs.widgets.glyphs import ASCII

@@ -24,11 +24,11 @@ from tui_gcs.core.formats.content import Content, FormatError, Home
 from tui_gcs.core.formats.conversion import Options, convert
 from tui_gcs.core.formats.file_types import BY_NAME, Family, family_of, format_of
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
-from tui_gcs.core.plan_rows import plan_of, plan_rows
 from tui_gcs.core.plans.check import check
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.protocol.services import ClearPlan, DownloadPlan, GetVehicles, UploadPlan
 from tui_gcs.core.protocol.setup import SetCurrentItem
+from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
 from tui_gcs.exits import FAILED, CommandError
 
 

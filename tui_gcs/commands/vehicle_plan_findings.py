@@ -12,10 +12,10 @@ from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.mission_findings import Finding, Level, Site, findings
 from tui_gcs.core.missions.plan_findings import Who, autopilot_findings
 from tui_gcs.core.missions.timed_path import Home, way_of
-from tui_gcs.core.plan_rows import plan_of
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.protocol.common import PROTOCOL, GetScenario, Hello
 from tui_gcs.core.protocol.services import DownloadPlan, GetOnBoard, GetVehicles, PlanRow, VehicleInfo
+from tui_gcs.core.requests.plan_rows import plan_of
 from tui_gcs.core.scenario.model import Origin, Round
 from tui_gcs.exits import CommandError
 

@@ -8,9 +8,9 @@ from textual import events
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.missions.autopilot_limits import differences
 from tui_gcs.core.missions.draft import VehicleDraft
-from tui_gcs.core.plan_rows import plan_of
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.services import OnBoardRow
+from tui_gcs.core.requests.plan_rows import plan_of
 from tui_gcs.screens.orders import CHECK_S, EXPIRES_S, NO_KEY
 from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
 from tui_gcs.widgets.glyphs import GlyphSet

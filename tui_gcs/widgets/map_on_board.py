@@ -10,9 +10,9 @@ import numpy as np
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions.mission_findings import fence_regions
-from tui_gcs.core.plan_rows import plan_of
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.core.protocol.services import OnBoardRow
+from tui_gcs.core.requests.plan_rows import plan_of
 from tui_gcs.widgets.map_drawings import MapLine, MapWord
 from tui_gcs.widgets.palette import Ink
 

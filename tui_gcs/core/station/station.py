@@ -58,7 +58,7 @@ from tui_gcs.core.rates.rate_controller import RateDesk
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
-from tui_gcs.core.requests import RequestDesk
+from tui_gcs.core.requests.request_desk import RequestDesk
 from tui_gcs.core.scenario.model import OperatorId, Round, Scenario, Team
 from tui_gcs.core.services.all_services import Services
 from tui_gcs.core.services.context import Context

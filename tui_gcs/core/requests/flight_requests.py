@@ -14,8 +14,8 @@ from tui_gcs.core.flight.steering import LEAST_HOVER_M
 from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM
 from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.base import Vec3
-from tui_gcs.core.service_acts import ARMED
-from tui_gcs.core.service_tasks import Task
+from tui_gcs.core.requests.tasks import Task
+from tui_gcs.core.requests.vehicle_requests import ARMED
 from tui_gcs.core.uplink.orders import Action, Order, Outcome, Retry
 
 if TYPE_CHECKING:

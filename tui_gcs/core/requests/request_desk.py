@@ -10,7 +10,6 @@ import msgspec
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.guard.guard import Guard
-from tui_gcs.core.planner_requests import PlannerRequests
 from tui_gcs.core.preflight.readiness import layer_problem
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol import services as s
@@ -19,13 +18,14 @@ from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, Ru
 from tui_gcs.core.protocol.flight import Land, Nudge
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, ReadChecks, SignOff
 from tui_gcs.core.protocol.setup import ConfirmStep
-from tui_gcs.core.provision import ProvisionDesk
 from tui_gcs.core.records.event_log import DEBUG, NOTICE, WARNING
 from tui_gcs.core.records.journal_reader import events_before
+from tui_gcs.core.requests.key_provisioning import ProvisionDesk
+from tui_gcs.core.requests.planner_requests import PlannerRequests
+from tui_gcs.core.requests.service_desk import ServiceDesk
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import Round, Scenario
 from tui_gcs.core.scenario.place_allocation import same_places
-from tui_gcs.core.service_requests import ServiceDesk
 
 if TYPE_CHECKING:
     from tui_gcs.core.station.station import Station

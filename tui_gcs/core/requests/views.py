@@ -8,11 +8,11 @@ from tui_gcs.core.firmware.registry import name_of
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.mavlink.enum_names import type_name
-from tui_gcs.core.plan_rows import plan_rows
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol import services as s
-from tui_gcs.core.service_acts import failsafe_rows
-from tui_gcs.core.vehicle_details import details
+from tui_gcs.core.requests.plan_rows import plan_rows
+from tui_gcs.core.requests.vehicle_details import details
+from tui_gcs.core.requests.vehicle_requests import failsafe_rows
 
 if TYPE_CHECKING:
     from tui_gcs.core.station.station import Station

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from tui_gcs.core import service_flight as flight
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol import services as s
@@ -16,10 +15,11 @@ from tui_gcs.core.protocol import setup
 from tui_gcs.core.protocol.common import Freshness, VehicleResult
 from tui_gcs.core.protocol.flight import Flight as FlightRequest
 from tui_gcs.core.protocol.flight import Nudge
-from tui_gcs.core.service_acts import ServiceActs, param_rows
-from tui_gcs.core.service_carry import payload_rows, remote_id_rows, traffic_rows
-from tui_gcs.core.service_tasks import TaskBook
-from tui_gcs.core.service_views import on_board, vehicle_info
+from tui_gcs.core.requests import flight_requests as flight
+from tui_gcs.core.requests.payload_requests import payload_rows, remote_id_rows, traffic_rows
+from tui_gcs.core.requests.tasks import TaskBook
+from tui_gcs.core.requests.vehicle_requests import ServiceActs, param_rows
+from tui_gcs.core.requests.views import on_board, vehicle_info
 from tui_gcs.core.services.parameters.param_values import shown
 
 if TYPE_CHECKING:

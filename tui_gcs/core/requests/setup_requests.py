@@ -10,7 +10,7 @@ from tui_gcs.core.firmware.registry import name_of
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol import setup as s
 from tui_gcs.core.protocol.services import MEANT, TaskResult
-from tui_gcs.core.service_tasks import Guidance, Task
+from tui_gcs.core.requests.tasks import Guidance, Task
 from tui_gcs.core.services.all_services import Services
 from tui_gcs.core.services.parameters.param_change import ParamChange
 from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamSetting

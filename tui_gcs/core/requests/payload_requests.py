@@ -11,8 +11,8 @@ from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.motion.target_place import Above, Place, PlaceError
 from tui_gcs.core.protocol import setup as s
-from tui_gcs.core.service_setup import IN_THE_AIR
-from tui_gcs.core.service_tasks import Task
+from tui_gcs.core.requests.setup_requests import IN_THE_AIR
+from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.services.all_services import Services
 from tui_gcs.core.services.payload.payload import Done
 from tui_gcs.core.services.payload.remote_id import RemoteId

@@ -16,12 +16,12 @@ from tui_gcs.core.firmware.shell import why_no_shell
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.formats.content import counted
 from tui_gcs.core.mavlink.commands import CMD_REBOOT
-from tui_gcs.core.plan_rows import plan_of, plan_rows
 from tui_gcs.core.plans.model import PlanKind, PlanWord
 from tui_gcs.core.protocol import services as s
-from tui_gcs.core.service_carry import CarryActs
-from tui_gcs.core.service_setup import SetupActs
-from tui_gcs.core.service_tasks import Task
+from tui_gcs.core.requests.payload_requests import CarryActs
+from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
+from tui_gcs.core.requests.setup_requests import SetupActs
+from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.services.all_services import Services
 from tui_gcs.core.services.files.ftp import FtpListJob
 from tui_gcs.core.services.files.log_list import LogEntry
