@@ -14,10 +14,11 @@ import bad_planners as bad
 
 from tui_gcs.cli import _parser, main
 from tui_gcs.commands import planner_check, planner_list
-from tui_gcs.planner import api, registry
+from tui_gcs.planner import api
 from tui_gcs.planner.check.suite import CHECKS
-from tui_gcs.planner.patrol import Patrol
-from tui_gcs.planner.planner_file import load_file
+from tui_gcs.planner.patrol.patrol import Patrol
+from tui_gcs.planner.runtime import registry
+from tui_gcs.planner.runtime.planner_file import load_file
 
 Tell = Callable[..., tuple[int, str, str]]
 

@@ -20,9 +20,9 @@ from tui_gcs.commands.common import (
 )
 from tui_gcs.core.protocol.planning import ParamInfo
 from tui_gcs.exits import CommandError
-from tui_gcs.planner import describe
-from tui_gcs.planner.host import PlannerHost
-from tui_gcs.planner.registry import PlannerError, load
+from tui_gcs.planner.runtime import describe
+from tui_gcs.planner.runtime.host import PlannerHost
+from tui_gcs.planner.runtime.registry import PlannerError, load
 
 CIRCLE = """
 import sys

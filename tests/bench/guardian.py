@@ -20,16 +20,16 @@ from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.core.protocol.common import PlannerTask
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 from tui_gcs.planner.api import Context, Fleet, Output, Planner, Tracks
-from tui_gcs.planner.design import design
-from tui_gcs.planner.intercept import meet
+from tui_gcs.planner.guardian.intercept import meet
+from tui_gcs.planner.guardian.pursuit import SAMPLE_S, SAMPLES, Aims, paths
+from tui_gcs.planner.guardian.ring import ring
 from tui_gcs.planner.lazy_scipy import matched
-from tui_gcs.planner.pursuit import SAMPLE_S, SAMPLES, Aims, paths
-from tui_gcs.planner.region import Region
-from tui_gcs.planner.registry import complete, load
-from tui_gcs.planner.ring import ring
-from tui_gcs.planner.smoothing import Motion
-from tui_gcs.planner.tour import Tour
-from tui_gcs.planner.transit import Mobility
+from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.tour import Tour
+from tui_gcs.planner.patrol.tour_design import design
+from tui_gcs.planner.patrol.tour_smoothing import Motion
+from tui_gcs.planner.patrol.transit import Mobility
+from tui_gcs.planner.runtime.registry import complete, load
 
 Floats = NDArray[np.floating[Any]]
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tests.bench import guardian as model
 from tui_gcs.planner.api import Planner
-from tui_gcs.planner.intercept import first_contact_s
+from tui_gcs.planner.guardian.intercept import first_contact_s
 
 Floats = NDArray[np.floating[Any]]
 

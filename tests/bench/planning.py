@@ -17,12 +17,12 @@ from tui_gcs.core.geometry.zones import Shape, Zone, area_m2
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.planner.lazy_scipy import warm_up
-from tui_gcs.planner.patrol import ACCEL_SHARE, Patrol
-from tui_gcs.planner.region import Region
-from tui_gcs.planner.search import Search, begun
-from tui_gcs.planner.site import EVENED_M, MISS_M, Design, Site, site_of
-from tui_gcs.planner.smoothing import Motion
-from tui_gcs.planner.tour import evaluate
+from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.patrol import ACCEL_SHARE, Patrol
+from tui_gcs.planner.patrol.tour import evaluate
+from tui_gcs.planner.patrol.tour_search import Search, begun
+from tui_gcs.planner.patrol.tour_site import EVENED_M, MISS_M, Design, Site, site_of
+from tui_gcs.planner.patrol.tour_smoothing import Motion
 
 SPEED_M_S, ACCEL_M_S2, RADIUS_M, MARGIN_M = 8.0, 2.5, 15.0, 5.0
 TEAM, MOST = 4, 8

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m
 from tui_gcs.core.geometry.zones import Shape, bounds
-from tui_gcs.planner.tour import Tour, resampled, timed
+from tui_gcs.planner.patrol.tour import Tour, resampled, timed
 
 Floats = NDArray[np.floating[Any]]
 

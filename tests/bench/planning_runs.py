@@ -18,7 +18,7 @@ from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.protocol.common import Freshness, Phase, PlannerTask
 from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.planner.check.world import TEAM, World, scattered, task_for
-from tui_gcs.planner.host import PlannerHost
+from tui_gcs.planner.runtime.host import PlannerHost
 
 RUNS, RUN_S, ZONES, ZONES_SEED = 1000, 40.0, 6, 5
 FRAME_S, FRAMES_PER_STEP = 0.1, 2
@@ -90,7 +90,7 @@ def _costs(count: int, limit_ms: float, side_m: float) -> Iterator[Row]:
     task = task_for(range(1, count + 1), "patrol", shape=shape, area=MANY_AREA, parameters={"search": 0})
     host = PlannerHost(TEAM)
     gc.collect()
-    gc.freeze()  # as planner/worker.py does
+    gc.freeze()  # as planner/runtime/worker.py does
     begin_s = time.process_time()
     host.set_task(task)
     yield Row(f"{count} vehicles: planned at once, CPU", time.process_time() - begin_s, "s")

@@ -11,12 +11,12 @@ from tests.bench.planning import ACCEL_M_S2, MARGIN_M, RADIUS_M, SPEED_M_S, TEAM
 from tests.bench.row import Row
 from tui_gcs.core.geometry.zones import Zone
 from tui_gcs.core.scenario.model import OperatingArea
-from tui_gcs.planner import tour
 from tui_gcs.planner.lazy_scipy import warm_up
-from tui_gcs.planner.region import Region
-from tui_gcs.planner.search import begun
-from tui_gcs.planner.site import EVENED_M, MISS_M, site_of
-from tui_gcs.planner.smoothing import Motion
+from tui_gcs.planner.patrol import tour
+from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.tour_search import begun
+from tui_gcs.planner.patrol.tour_site import EVENED_M, MISS_M, site_of
+from tui_gcs.planner.patrol.tour_smoothing import Motion
 
 HARDLY_M_S2 = 50.0
 """A turn of 30 m is flown at full speed, a corner in 0.3 s."""

@@ -8,7 +8,7 @@ import pickle
 from dataclasses import replace
 from typing import Any
 
-from tui_gcs.planner.search import Search, begun
+from tui_gcs.planner.patrol.tour_search import Search, begun
 
 SEARCHED = 10**9
 _searches: dict[bytes, bytes] = {}

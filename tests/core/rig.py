@@ -82,7 +82,7 @@ class Rig(LockStep):
 
     def __post_init__(self) -> None:
         if self.wants is None:
-            with patch("tui_gcs.planner.patrol.begun", remembered):
+            with patch("tui_gcs.planner.patrol.patrol.begun", remembered):
                 super().__post_init__()
         else:
             with patch("tui_gcs.rehearsal.attach"):  # the real planners would only draw tours nobody flies

@@ -15,11 +15,11 @@ from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Shape, Zone
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Kind, Phase, Plan, PlannerTask
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Scenario
-from tui_gcs.planner.host import PlannerHost
-from tui_gcs.planner.region import Region
-from tui_gcs.planner.search import begun
-from tui_gcs.planner.site import Design, site_of
-from tui_gcs.planner.smoothing import Motion
+from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.tour_search import begun
+from tui_gcs.planner.patrol.tour_site import Design, site_of
+from tui_gcs.planner.patrol.tour_smoothing import Motion
+from tui_gcs.planner.runtime.host import PlannerHost
 
 AREA = OperatingArea(Rectangle((300.0, 200.0), 600.0, 400.0), 20.0, 90.0)
 SMALL = Circle((150.0, 200.0), 40.0)

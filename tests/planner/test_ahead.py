@@ -6,9 +6,9 @@ from flights import SMALL, fleet, task_of, zone_of
 
 from tui_gcs.core.geometry.zones import Circle, Rectangle
 from tui_gcs.core.protocol.common import PlannerTask, encode
-from tui_gcs.planner import search
-from tui_gcs.planner.ahead import HostAhead
-from tui_gcs.planner.host import PlannerHost
+from tui_gcs.planner.patrol import tour_search as search
+from tui_gcs.planner.runtime.background_host import HostAhead
+from tui_gcs.planner.runtime.host import PlannerHost
 
 pytestmark = pytest.mark.usefixtures("designed_once")
 
@@ -90,7 +90,7 @@ def test_who_cannot_work_ahead_is_left_alone() -> None:
 
 
 def test_what_fails_ahead_is_done_again_when_it_is_due(monkeypatch: pytest.MonkeyPatch) -> None:
-    from tui_gcs.planner.patrol import Patrol
+    from tui_gcs.planner.patrol.patrol import Patrol
 
     expected = plans_after(PlannerHost(NOW.team), NEXT)
 

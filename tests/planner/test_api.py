@@ -6,9 +6,10 @@ from pathlib import Path
 from flights import SMALL, fleet, task_of, zone_of
 
 from tui_gcs.core.protocol.common import Plan, decode
-from tui_gcs.planner import api, registry
-from tui_gcs.planner.host import PlannerHost
-from tui_gcs.planner.registry import PlannerFile
+from tui_gcs.planner import api
+from tui_gcs.planner.runtime import registry
+from tui_gcs.planner.runtime.host import PlannerHost
+from tui_gcs.planner.runtime.registry import PlannerFile
 
 
 def example() -> str:

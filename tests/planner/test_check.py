@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from tui_gcs.core.protocol.common import Intent, Plan
-from tui_gcs.planner.check.declared import suspects
+from tui_gcs.planner.check.declarations import suspects
 from tui_gcs.planner.check.finding import Finding
-from tui_gcs.planner.check.form import difference, faults, nonsense
+from tui_gcs.planner.check.plan_form import difference, faults, nonsense
 from tui_gcs.planner.check.subject import Subject, subject_of
 from tui_gcs.planner.check.suite import CHECKS, findings
 from tui_gcs.planner.check.world import World, scattered, task_for, wanted
-from tui_gcs.planner.registry import PlannerError
+from tui_gcs.planner.runtime.registry import PlannerError
 
 
 def subject(folder: Path, source: str) -> Subject:

@@ -7,8 +7,8 @@ from flights import AREA, designed, no_fly, region_of, zone_of
 from tui_gcs.core.geometry.idleness_grid import cell_centres_m, sweep_bound_s
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, area_m2
 from tui_gcs.core.scenario.model import OperatingArea, Scenario
-from tui_gcs.planner.site import Design
-from tui_gcs.planner.tour import Tour, evaluate
+from tui_gcs.planner.patrol.tour import Tour, evaluate
+from tui_gcs.planner.patrol.tour_site import Design
 
 U_SHAPE = Polygon(((10.0, 10.0), (90.0, 10.0), (90.0, 90.0), (65.0, 90.0), (65.0, 45.0), (35.0, 45.0), (35.0, 90.0)))
 BOUND_SPEED_M_S, FOOTPRINT_M = 8.0, 15.0

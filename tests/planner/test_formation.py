@@ -9,11 +9,11 @@ import pytest
 from flights import region_of, zone_of
 
 from tui_gcs.core.geometry.zones import Rectangle
-from tui_gcs.planner import formation
 from tui_gcs.planner.api import Fleet
-from tui_gcs.planner.formation import Berth, Course, Formation, _ahead, _beside_m, _now
-from tui_gcs.planner.tour import Tour
-from tui_gcs.planner.transit import STEP_S, Mobility, Transit
+from tui_gcs.planner.guardian import formation
+from tui_gcs.planner.guardian.formation import Berth, Course, Formation, _ahead, _beside_m, _now
+from tui_gcs.planner.patrol.tour import Tour
+from tui_gcs.planner.patrol.transit import STEP_S, Mobility, Transit
 
 PERIOD_S, SPEED_M_S, RADIUS_M = 60.0, 4.0, 60.0 * 4.0 / (2 * math.pi)
 NOW = 1000.0

@@ -11,10 +11,10 @@ from flights import SMALL, Fleet, fleet, fly, host_of, no_fly, region_of, task_o
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Zone, polygon_of
 from tui_gcs.core.guard.guard import BRAKES_BELOW_M_S, CATCH_UP_M, CATCH_UP_S
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Plan, Track
-from tui_gcs.planner.guardian import Guardian, _Post
-from tui_gcs.planner.host import PlannerHost
-from tui_gcs.planner.intercept import Edges, courses, meet
-from tui_gcs.planner.transit import Mobility
+from tui_gcs.planner.guardian.guardian import Guardian, _Post
+from tui_gcs.planner.guardian.intercept import Edges, courses, meet
+from tui_gcs.planner.patrol.transit import Mobility
+from tui_gcs.planner.runtime.host import PlannerHost
 
 ZONE = zone_of(Circle((250.0, 200.0), 80.0))
 ON_RING = ((350.0, 200.0), (250.0, 300.0), (150.0, 200.0), (250.0, 100.0))

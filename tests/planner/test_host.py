@@ -12,12 +12,12 @@ from flights import Fleet as Vehicles
 
 from tui_gcs.core.protocol.bus import FLEET, PLAN, TASK, MemoryBus
 from tui_gcs.core.protocol.common import Freshness, Intent, Phase, Plan, PlannerTask, decode, encode
-from tui_gcs.planner import registry
 from tui_gcs.planner.api import Context, Event, Fleet, Output, Param, ParamValue, Planner
-from tui_gcs.planner.host import PlannerHost, attach
-from tui_gcs.planner.pace import Pace
-from tui_gcs.planner.registry import PlannerError
-from tui_gcs.planner.views import team_view
+from tui_gcs.planner.runtime import registry
+from tui_gcs.planner.runtime.fleet_views import team_view
+from tui_gcs.planner.runtime.host import PlannerHost, attach
+from tui_gcs.planner.runtime.registry import PlannerError
+from tui_gcs.planner.runtime.work_budget import Pace
 
 ZONE = zone_of(SMALL)
 
@@ -378,7 +378,7 @@ def test_in_the_air_a_busy_computer_gives_up_background_work_before_steps_come_l
         return computed_s
 
     times = SimpleNamespace(perf_counter=perf_counter, thread_time=thread_time)
-    monkeypatch.setattr("tui_gcs.planner.host.time", times)
+    monkeypatch.setattr("tui_gcs.planner.runtime.host.time", times)
     host, vehicles = probing(), fleet(1)
     host.pace = Pace()
     notes: list[str] = []

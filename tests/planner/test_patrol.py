@@ -11,7 +11,7 @@ from tui_gcs.core.geometry.idleness_grid import IdlenessGrid
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.protocol.common import Freshness, Phase, Plan
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.planner.host import PlannerHost
+from tui_gcs.planner.runtime.host import PlannerHost
 
 
 def small_patrol(members: tuple[int, ...] = (1, 2, 3, 4), **parameters: float | str) -> PlannerHost:

@@ -4,9 +4,9 @@ import numpy as np
 from flights import SMALL, Fleet, fleet, fly, host_of, task_of, zone_of
 
 from tui_gcs.core.protocol.common import Freshness, Intent, Phase, Plan
-from tui_gcs.planner.formation import FEW
-from tui_gcs.planner.host import PlannerHost
-from tui_gcs.planner.slots import delayed
+from tui_gcs.planner.guardian.formation import FEW
+from tui_gcs.planner.patrol.slots import delayed
+from tui_gcs.planner.runtime.host import PlannerHost
 
 
 def patrol(members: int, **parameters: float | str) -> PlannerHost:

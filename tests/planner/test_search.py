@@ -8,11 +8,11 @@ import pytest
 from flights import region_of, zone_of
 
 from tui_gcs.core.geometry.zones import Rectangle
-from tui_gcs.planner.formation import Formation
-from tui_gcs.planner.patrol_state import State, decode, encode
-from tui_gcs.planner.search import Search, begun
-from tui_gcs.planner.site import Site, site_of
-from tui_gcs.planner.smoothing import PATH_STEPS, Motion, flown_as
+from tui_gcs.planner.guardian.formation import Formation
+from tui_gcs.planner.patrol.patrol_state import State, decode, encode
+from tui_gcs.planner.patrol.tour_search import Search, begun
+from tui_gcs.planner.patrol.tour_site import Site, site_of
+from tui_gcs.planner.patrol.tour_smoothing import PATH_STEPS, Motion, flown_as
 
 FIELD = Rectangle((300.0, 200.0), 110.0, 85.0, 20.0)
 

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tui_gcs.planner.smoothing import _Watched
+from tui_gcs.planner.patrol.tour_smoothing import _Watched
 
 CELLS_M = np.stack(np.meshgrid(np.arange(0.0, 120.0, 5.0), np.arange(0.0, 120.0, 5.0)), axis=-1).reshape(-1, 2)
 RADIUS_M = 14.0

@@ -11,11 +11,21 @@ from test_patrol import limits_kept
 
 from tui_gcs.core.geometry.zones import Circle, Rectangle
 from tui_gcs.core.protocol.common import Intent, Plan
-from tui_gcs.planner.foresight import foresee
-from tui_gcs.planner.host import PlannerHost
-from tui_gcs.planner.kept import Kept, pack_learnt
-from tui_gcs.planner.patrol import Patrol
-from tui_gcs.planner.tempo import BESIDE_M, BESIDE_S, MOST_TRY_S, SETTLES_S, SLOWER, SLOWEST, TRY_S, Tempo, taken_on
+from tui_gcs.planner.patrol.patrol import Patrol
+from tui_gcs.planner.patrol.tempo import (
+    BESIDE_M,
+    BESIDE_S,
+    MOST_TRY_S,
+    SETTLES_S,
+    SLOWER,
+    SLOWEST,
+    TRY_S,
+    Tempo,
+    taken_on,
+)
+from tui_gcs.planner.runtime.host import PlannerHost
+from tui_gcs.planner.runtime.plan_forecast import foresee
+from tui_gcs.planner.runtime.snapshot_cache import Kept, pack_learnt
 
 pytestmark = pytest.mark.usefixtures("designed_once")
 

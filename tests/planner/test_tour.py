@@ -7,7 +7,7 @@ import pytest
 
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m
 from tui_gcs.core.geometry.zones import Circle
-from tui_gcs.planner.tour import EVEN_S, TURN_M_S3, Tour, evaluate, resampled, timed
+from tui_gcs.planner.patrol.tour import EVEN_S, TURN_M_S3, Tour, evaluate, resampled, timed
 
 
 def circle(radius_m: float, points: int = 200) -> np.ndarray:

@@ -7,9 +7,9 @@ import pytest
 from flights import AREA, no_fly, region_of, zone_of
 
 from tui_gcs.core.geometry.zones import Circle, Rectangle
-from tui_gcs.planner.region import Region
-from tui_gcs.planner.tour import Tour, resampled, timed
-from tui_gcs.planner.transit import (
+from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.tour import Tour, resampled, timed
+from tui_gcs.planner.patrol.transit import (
     ALLOWANCE_S,
     LOOK_AHEAD_S,
     STEP_S,

@@ -12,11 +12,11 @@ import bad_planners as bad
 import pytest
 
 from tui_gcs.core.protocol.common import Plan, PlannerTask, decode
-from tui_gcs.planner import watching
 from tui_gcs.planner.check.world import TEAM, World, scattered, task_for
-from tui_gcs.planner.host import Job
-from tui_gcs.planner.registry import PlannerFile
-from tui_gcs.planner.watching import TRIAL_STEPS, WatchingHost
+from tui_gcs.planner.runtime import file_watcher as watching
+from tui_gcs.planner.runtime.file_watcher import TRIAL_STEPS, WatchingHost
+from tui_gcs.planner.runtime.host import Job
+from tui_gcs.planner.runtime.registry import PlannerFile
 
 COUNTS = bad.REMEMBERS
 """How far east it sends vehicles tells how many steps it has made, restarts included."""

@@ -11,8 +11,8 @@ import tui_gcs
 from tui_gcs.core.geometry.zones import Circle, Rectangle, polygon_of
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Round
-from tui_gcs.planner.host import PlannerHost
-from tui_gcs.planner.tour import resampled, timed
+from tui_gcs.planner.patrol.tour import resampled, timed
+from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.waypoints import parsed, strips
 
 SHIPPED = Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml"

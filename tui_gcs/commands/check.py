@@ -62,7 +62,7 @@ def scenario_lines(path: Path, preview: str | None = None) -> list[Line]:
     except ScenarioError as error:
         return [Line(ERROR, "", problem.removeprefix(f"{path.name}: ")) for problem in error.problems]
     from tui_gcs.core.missions.scenario_findings import findings  # not for a scenario that cannot be read
-    from tui_gcs.planner import registry
+    from tui_gcs.planner.runtime import registry
 
     found = [
         Line(WORDS[finding.level], where, f"{finding.text} {finding.detail}".rstrip())

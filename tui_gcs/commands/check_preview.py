@@ -14,8 +14,8 @@ from tui_gcs.core.missions.preview_findings import previewed
 from tui_gcs.core.missions.scenario_findings import ScenarioFinding
 from tui_gcs.core.protocol.common import FleetFrame, PreviewTask
 from tui_gcs.core.scenario.model import Round, Scenario
-from tui_gcs.planner import registry
-from tui_gcs.planner.preview import preview
+from tui_gcs.planner.runtime import registry
+from tui_gcs.planner.runtime.preview import preview
 
 
 def preview_lines(scenario: Scenario, autopilot: str) -> list[Line]:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tui_gcs.core.protocol.planning import PlannerInfo
     from tui_gcs.core.protocol.zenoh_bus import ZenohBus
     from tui_gcs.core.scenario.model import Scenario
-    from tui_gcs.planner.registry import PlannerFile
+    from tui_gcs.planner.runtime.registry import PlannerFile
 
 LEAST_COLUMNS, LEAST_LINES = 80, 24
 OURSELVES = ("127.0.0.1", "localhost", "::1", "0.0.0.0", "::")  # noqa: S104 - compared with, not bound
@@ -43,7 +43,7 @@ def read_planners(files: list[str]) -> "dict[str, PlannerInfo]":
     if not files:
         return {}
     from tui_gcs.core.base.text import clean
-    from tui_gcs.planner.describe import DescribeError, describe_file
+    from tui_gcs.planner.runtime.describe import DescribeError, describe_file
 
     found: dict[str, PlannerInfo] = {}
     for file in files:
@@ -60,7 +60,7 @@ def read_planners(files: list[str]) -> "dict[str, PlannerInfo]":
 
 def planner_files(planners: "dict[str, PlannerInfo]") -> "dict[str, PlannerFile]":
     """As a host in this process takes them: lock-step runs are one process."""
-    from tui_gcs.planner.registry import PlannerFile
+    from tui_gcs.planner.runtime.registry import PlannerFile
 
     return {name: PlannerFile(name, Path(info.file), info.sha256) for name, info in planners.items()}
 
@@ -91,7 +91,7 @@ def read_scenario(path: str | None, planners: Collection[str] | None = ()) -> tu
     `planners`: names of those in files, beside the known ones; None: it may name any. Raises `CommandError`.
     """
     from tui_gcs.core.scenario.load import ScenarioError, load
-    from tui_gcs.planner import registry
+    from tui_gcs.planner.runtime import registry
 
     file = Path(path) if path is not None else Path(str(resources.files("tui_gcs"))) / "scenarios/swarm-challenge.toml"
     try:

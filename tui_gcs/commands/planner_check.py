@@ -20,8 +20,8 @@ from typing import Any
 from tui_gcs.commands.common import check_seed
 from tui_gcs.core.base.text import clean
 from tui_gcs.exits import FAILED, OK, CommandError
-from tui_gcs.planner import describe, registry
 from tui_gcs.planner.check.suite import CHECKS, FIRST
+from tui_gcs.planner.runtime import describe, registry
 
 NAMES = (*CHECKS, "flight", "faults")
 PRINTED_BY = {"loads": "", "other process": "same again"}

@@ -8,8 +8,8 @@ from typing import Any
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.exits import FAILED, OK
-from tui_gcs.planner import registry
 from tui_gcs.planner.api import Param
+from tui_gcs.planner.runtime import registry
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -7,7 +7,8 @@ import sys
 from pathlib import Path
 
 from tui_gcs.exits import OK, CommandError
-from tui_gcs.planner import api, registry
+from tui_gcs.planner import api
+from tui_gcs.planner.runtime import registry
 
 NAME = re.compile(r"[a-z][a-z0-9_-]{0,31}")
 SOURCE = '''"""NAME: vehicles circle the middle of their zone, equally spaced. Then: tui-gcs planner check FILE."""

@@ -26,9 +26,9 @@ from tui_gcs.planner.api import (
     PlannerTask,
     polygon_of,
 )
-from tui_gcs.planner.region import Region
-from tui_gcs.planner.tour import PATH_STEP_M, Tour, resampled, timed
-from tui_gcs.planner.transit import Mobility, Transit, plan_transit
+from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, resampled, timed
+from tui_gcs.planner.patrol.transit import Mobility, Transit, plan_transit
 
 Floats = NDArray[np.floating[Any]]
 

@@ -10,8 +10,8 @@ import msgspec
 from tui_gcs.core.geometry.zones import Circle, Role, Shape, Zone
 from tui_gcs.core.protocol.planning import TYPES, ParamInfo, PlannerInfo
 from tui_gcs.core.scenario.model import OperatingArea, Team
-from tui_gcs.planner import registry
 from tui_gcs.planner.api import Param
+from tui_gcs.planner.runtime import registry
 from tui_gcs.widgets.edit_model import EditModel, Problems
 from tui_gcs.widgets.edit_parts import EditParts, free_name
 from tui_gcs.widgets.form_text import FieldError

@@ -123,7 +123,7 @@ class Workers:
 
 def command_of(bus_socket: Path, team: str) -> list[str]:
     """Starts a worker of this process."""
-    command = [sys.executable, "-m", "tui_gcs.planner.worker", "--bus", str(bus_socket), "--team", team]
+    command = [sys.executable, "-m", "tui_gcs.planner.runtime.worker", "--bus", str(bus_socket), "--team", team]
     return [*command, "--parent", str(os.getpid())]
 
 
@@ -142,7 +142,7 @@ class Declarations:
     def __init__(self) -> None:
         """Ask."""
         self._output = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the answer
-        command = [sys.executable, "-m", "tui_gcs.planner.describe"]
+        command = [sys.executable, "-m", "tui_gcs.planner.runtime.describe"]
         self._process: subprocess.Popen[bytes] | None = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=self._output, stderr=subprocess.DEVNULL
         )

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import msgspec
 
-from tui_gcs.planner.check.same import ReplayJob
+from tui_gcs.planner.check.determinism import ReplayJob
 from tui_gcs.planner.check.subject import Broken, essence, subject_of
-from tui_gcs.planner.registry import PlannerError
+from tui_gcs.planner.runtime.registry import PlannerError
 
 
 def main(file: Path) -> int:

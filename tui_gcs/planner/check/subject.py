@@ -10,11 +10,11 @@ from pathlib import Path
 import msgspec
 
 from tui_gcs.core.protocol.common import FleetFrame, Plan, PlannerTask, decode, encode
-from tui_gcs.planner import registry
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.check.world import TEAM, World
-from tui_gcs.planner.host import PlannerHost
-from tui_gcs.planner.planner_file import blame, load_file, read_source
+from tui_gcs.planner.runtime import registry
+from tui_gcs.planner.runtime.host import PlannerHost
+from tui_gcs.planner.runtime.planner_file import blame, load_file, read_source
 
 
 class Broken(Exception):

@@ -3,12 +3,12 @@
 from collections.abc import Callable, Iterator
 
 from tui_gcs.planner.check.cost import memory, step_time
-from tui_gcs.planner.check.declared import declares, flies, parameters
+from tui_gcs.planner.check.declarations import declares, flies, parameters
+from tui_gcs.planner.check.determinism import again, order, restart
 from tui_gcs.planner.check.finding import Finding, failed
-from tui_gcs.planner.check.fleets import losses, sizes, telemetry, tracks
-from tui_gcs.planner.check.same import again, order, restart
+from tui_gcs.planner.check.fleet_checks import losses, sizes, telemetry, tracks
 from tui_gcs.planner.check.subject import Broken, Subject
-from tui_gcs.planner.check.zones import zones
+from tui_gcs.planner.check.zone_checks import zones
 
 Check = Callable[[Subject], Iterator[Finding]]
 

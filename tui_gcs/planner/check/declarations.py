@@ -1,0 +1,181 @@
+"""Whether a planner says of itself what the station and its operator must know; and whether its first seconds fly."""
+
+import ast
+import re
+import time
+from collections.abc import Iterator
+
+from tui_gcs.planner.api import Param, ParamValue, Planner
+from tui_gcs.planner.check.finding import Finding, failed, noted, passed
+from tui_gcs.planner.check.plan_form import active_ids, faults
+from tui_gcs.planner.check.subject import Broken, Refused, Subject
+from tui_gcs.planner.check.world import World, scattered, task_for
+
+NAME = re.compile(r"[a-z][a-z0-9_-]{0,31}")
+TYPES = (float, int, bool, str)
+CONFIGURE_LIMIT_S, CONFIGURE_GOAL_S = 20.0, 5.0
+"""The station lets vehicles hold and tells the operator when there is no plan so long after a task."""
+MOST_PARAMS = 32
+LEAST_HZ, MOST_HZ = 1.0, 20.0
+
+
+def declares(subject: Subject) -> Iterator[Finding]:
+    """Name, version, rate and parameters."""
+    planner, check = subject.planner, "declares"
+    wrong = list(_wrong(planner))
+    if wrong:
+        more = "; ".join(wrong[1:])
+        yield failed(check, wrong[0], f"and {more}" if more else "operators' forms and the host go by what is declared")
+        return
+    texts = [param.name for param in planner.params if not param.help]
+    yield passed(
+        check, f"{planner.name} {planner.version}, {planner.rate_hz:g} Hz, parameters: {len(planner.params) or 'none'}"
+    )
+    if texts:
+        yield noted(check, f"no help for {', '.join(texts)}", "Param(help=…) is what an operator reads in the form")
+
+
+def _wrong(planner: type[Planner]) -> Iterator[str]:
+    if not isinstance(planner.name, str) or not NAME.fullmatch(planner.name):
+        yield f"name = {planner.name!r}: must be lower-case letters, digits, - and _, beginning with a letter"
+    if not isinstance(planner.version, str) or not planner.version:
+        yield f"version = {planner.version!r}: must be a text, for example '1'"
+    if not _is_number(planner.rate_hz) or not LEAST_HZ <= planner.rate_hz <= MOST_HZ:
+        yield f"rate_hz = {planner.rate_hz!r}: must be {LEAST_HZ:g} to {MOST_HZ:g}"
+    if not _is_number(planner.iterations_per_s) or not planner.iterations_per_s >= 0:
+        yield f"iterations_per_s = {planner.iterations_per_s!r}: must be 0 or more"
+    if not isinstance(planner.ids_matter, bool):
+        yield f"ids_matter = {planner.ids_matter!r}: must be True or False"
+    if planner.step is Planner.step:
+        yield "step is not written: it is what a planner is"
+    if not isinstance(planner.params, tuple) or not all(isinstance(param, Param) for param in planner.params):
+        yield "params must be a tuple of Param(…): with one of them, write (Param(…),) with its comma"
+        return
+    names = [param.name for param in planner.params]
+    if len(names) > MOST_PARAMS:
+        yield f"{len(names)} parameters: at most {MOST_PARAMS}"
+    for param in planner.params:
+        yield from _wrong_param(param, names.count(param.name))
+
+
+def _wrong_param(param: Param, count: int) -> Iterator[str]:
+    if not isinstance(param.name, str) or not param.name.isidentifier():
+        yield f"parameter {param.name!r}: its name must be an identifier"
+    if count > 1:
+        yield f"parameter {param.name} is declared {count} times"
+    if param.type not in TYPES:
+        yield f"parameter {param.name}: type {param.type!r} must be float, int, bool or str"
+        return
+    low, high = param.minimum, param.maximum
+    if low is not None and high is not None and low > high:
+        yield f"parameter {param.name}: minimum {low:g} is above maximum {high:g}"
+    if param.choices and param.type is not str:
+        yield f"parameter {param.name}: choices are for texts"
+    if problem := param.problem(param.default):
+        yield f"parameter {param.name}: its own default {param.default!r} is refused ({problem})"
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def flies(subject: Subject) -> Iterator[Finding]:
+    """Four vehicles for twenty seconds: the least that must work."""
+    check = "flies"
+    task = task_for(range(1, 5), subject.name, seed=subject.seed)
+    began_s = time.process_time()
+    host = subject.host(task)
+    took_s = time.process_time() - began_s
+    world = World(task, scattered(4))
+    begin_m = world.position_m.copy()
+    told: set[int] = set()
+    steps = 0
+    for frame, plan in subject.fly(host, world, 20.0):
+        if wrong := faults(plan, frame, task):
+            yield failed(
+                check, f"step {steps + 1}: {wrong[0]}", "the station does not take such an intent, or vetoes it"
+            )
+            return
+        told |= {intent.vehicle for intent in plan.intents}
+        steps += 1
+    silent = sorted(active_ids(world.frame()) - told)
+    moved = float(abs(world.position_m - begin_m).max())
+    if silent:
+        yield noted(check, f"no intent in 20 s for vehicles {silent}", "a vehicle without an intent holds where it is")
+    yield passed(check, f"{steps} steps, 4 vehicles, the farthest moved {moved:.0f} m along one axis")
+    limit = f"configure took {took_s:.2f} s of CPU"
+    if took_s > CONFIGURE_LIMIT_S:
+        yield failed(
+            check,
+            limit,
+            f"after {CONFIGURE_LIMIT_S:g} s the station lets vehicles hold: search in step, by ctx.iterations",
+        )
+    elif took_s > CONFIGURE_GOAL_S:
+        yield noted(
+            check, limit, "vehicles hold meanwhile: a first answer now, a better one later in step, by ctx.iterations"
+        )
+    else:
+        yield passed(check, limit)
+
+
+def parameters(subject: Subject) -> Iterator[Finding]:
+    """Every parameter at the ends of its range: what may be set must fly, or be refused."""
+    check, refused = "parameters", []
+    if not subject.planner.params:
+        yield passed(check, "there are none")
+        return
+    for end in ("least", "greatest"):
+        values = {param.name: _extreme(param, end) for param in subject.planner.params}
+        task = task_for(range(1, 4), subject.name, seed=subject.seed, parameters=values)
+        try:
+            host = subject.host(task)
+            for frame, plan in subject.fly(host, World(task, scattered(3)), 3.0):
+                if wrong := faults(plan, frame, task):
+                    raise Broken(wrong[0])
+        except Refused as why:
+            refused.append(f"{end} values: {why}")
+        except Broken as why:
+            advice = "narrow minimum and maximum, or raise ValueError in configure with what is wrong"
+            yield failed(check, f"all at their {end} value: {why}", advice)
+            return
+    yield passed(check, "all at their least and greatest values")
+    for text in refused:
+        yield noted(check, f"refused, as configure may: {text}")
+
+
+def _extreme(param: Param, end: str) -> ParamValue:
+    if param.choices:
+        return param.choices[0 if end == "least" else -1]
+    if param.type is bool:
+        return end == "greatest"
+    bound = param.minimum if end == "least" else param.maximum
+    if bound is None or param.type is str:
+        return param.default
+    return int(bound) if param.type is int else float(bound)
+
+
+SUSPICIOUS = {"random", "secrets", "uuid", "time", "datetime"}
+
+
+def suspects(source: bytes, name: str) -> str:
+    """Lines of `source` that ask for time, chance or order themselves, for an advice; "" without any."""
+    try:
+        tree = ast.parse(source)
+    except (SyntaxError, ValueError):
+        return ""
+    found: dict[int, str] = {}
+    for node in ast.walk(tree):
+        match node:
+            case ast.Import(names=names):
+                for module in [n.name for n in names if n.name.partition(".")[0] in SUSPICIOUS]:
+                    found[node.lineno] = f"import {module}"
+            case ast.ImportFrom(module=str(module)) if module.partition(".")[0] in SUSPICIOUS:
+                found[node.lineno] = f"from {module} import"
+            case ast.Attribute(value=ast.Attribute(value=ast.Name(id="np" | "numpy"), attr="random"), attr=attribute):
+                if attribute not in ("Generator", "SeedSequence"):
+                    found[node.lineno] = f"np.random.{attribute}"
+            case ast.Call(func=ast.Name(id="hash" | "id" | "set" | "frozenset" as function)):
+                found[node.lineno] = f"{function}()"
+            case ast.Set() | ast.SetComp():
+                found[node.lineno] = "a set"
+    return ", ".join(f"{name}:{line} {what}" for line, what in sorted(found.items())[:5])

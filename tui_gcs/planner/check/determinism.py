@@ -1,0 +1,185 @@
+"""Whether the same frames give the same plans: again, in another process, after a restart, and under other ids."""
+
+import contextlib
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory, TemporaryFile
+
+import msgspec
+import numpy as np
+
+from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
+from tui_gcs.planner.api import Planner
+from tui_gcs.planner.check.declarations import suspects
+from tui_gcs.planner.check.finding import Finding, failed, noted, passed
+from tui_gcs.planner.check.plan_form import difference, unlike
+from tui_gcs.planner.check.subject import Broken, Subject, essence
+from tui_gcs.planner.check.world import World, scattered, task_for
+
+Log = list[tuple[FleetFrame, Plan]]
+
+FLIGHT_S = 40.0
+AFTER_RESTART_STEPS = 25
+PROCESS_LIMIT_S, POLL_S = 300.0, 0.2
+ROUNDED = 1e-3
+ALIKE = 0.01
+"""Metres, m/s or seconds: sums over vehicles in another order differ by rounding, not by this."""
+
+
+def logged(subject: Subject, task: PlannerTask) -> Log:
+    """A flight with a late vehicle, one that is lost and comes back, one that is held; two targets come and go."""
+    world = World(task, scattered(len(task.members)), lag_s=0.3)
+    first, second = task.members[:2]
+    log: Log = []
+    for frame, plan in subject.fly(subject.host(task), world, FLIGHT_S):
+        log.append((frame, plan))
+        flown_s = world.t_s - 100.0
+        world.freshness = {first: Freshness.LOST} if 10.0 < flown_s < 20.0 else {}
+        world.phase = {second: Phase.HOLDING} if 15.0 < flown_s < 25.0 else {}
+        near, far = world.target(1, (320.0 - 2 * flown_s, 260.0)), world.target(2, (180.0, 130.0 + flown_s), age_s=1.0)
+        world.tracks = (near, far)[: (5.0 < flown_s < 30.0) + (12.0 < flown_s < 30.0)]
+    return log
+
+
+def again(subject: Subject) -> Iterator[Finding]:
+    """A second planner in this process, and one in another where sets and dicts of texts have another order."""
+    task = task_for(range(1, 6), subject.name, seed=subject.seed)
+    log = logged(subject, task)
+    where = suspects(subject.path.read_bytes(), subject.path.name)
+    ask = "take time from ctx.t_s and chance from ctx.rng, and sort what has no order" + (f": {where}" if where else "")
+    host = subject.host(task)
+    for number, (frame, plan) in enumerate(log, 1):
+        if text := difference(plan, subject.step(host, frame)):
+            yield failed("same again", f"step {number} of {len(log)}: {text}", ask)
+            return
+    yield passed("same again", f"{len(log)} plans from the same frames and seed, bit-identical")
+    odd = _elsewhere(subject, task, log)
+    if odd:
+        yield failed("other process", f"step {odd} of {len(log)} differs in another process (PYTHONHASHSEED=1)", ask)
+    else:
+        yield passed("other process", f"{len(log)} plans, bit-identical with another PYTHONHASHSEED")
+
+
+class ReplayJob(msgspec.Struct):
+    """What the other process does."""
+
+    what: str
+    seed: int
+    task: PlannerTask
+    frames: list[FleetFrame]
+
+
+def _elsewhere(subject: Subject, task: PlannerTask, log: Log) -> int:
+    """The first step whose plan is another in another process, 0 without one. Raises `Broken`."""
+    job = ReplayJob(
+        str(subject.path) if subject.files else subject.name, subject.seed, task, [frame for frame, _ in log]
+    )
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "job"
+        file.write_bytes(msgspec.msgpack.encode(job))
+        command = [sys.executable, "-m", "tui_gcs.planner.check.replay", str(file)]
+        environment = os.environ | {"PYTHONHASHSEED": "1"}
+        done = _ended(subject, command, environment)
+        if done.returncode:
+            last = done.stderr.strip().rpartition("\n")[2]
+            raise Broken(f"in another process: {last or f'ended with {done.returncode}'}")
+        plans = msgspec.msgpack.decode((Path(folder) / "job.plans").read_bytes(), type=list[bytes])
+    same = [essence(plan) == other for (_, plan), other in zip(log, plans, strict=True)]
+    return 0 if all(same) else same.index(False) + 1
+
+
+def _ended(subject: Subject, command: list[str], environment: dict[str, str]) -> "subprocess.CompletedProcess[str]":
+    """The process, when it has ended; we live meanwhile. Raises `Broken`."""
+    with TemporaryFile("w+", errors="replace") as errors:
+        child = subprocess.Popen(command, stdout=errors, stderr=errors, env=environment)
+        try:
+            for _ in range(round(PROCESS_LIMIT_S / POLL_S)):
+                subject.beat()
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    code = child.wait(POLL_S)
+                    errors.seek(0)
+                    return subprocess.CompletedProcess(command, code, "", errors.read())
+        finally:
+            child.kill()
+            child.wait()
+    raise Broken(f"no answer of another process within {PROCESS_LIMIT_S:g} s")
+
+
+def restart(subject: Subject) -> Iterator[Finding]:
+    """A planner that took over a snapshot plans as the one that made it would have."""
+    check = "restart"
+    task = task_for(range(1, 6), subject.name, seed=subject.seed)
+    log = logged(subject, task)
+    stops = _stops(len(log), quick=subject.quick)
+    host, states = subject.host(task), dict[int, bytes]()
+    for number, (frame, _) in enumerate(log, 1):
+        subject.step(host, frame)
+        if number in stops:
+            states[number] = subject.snapshot(host)
+    advice = "snapshot() must hold everything that step() changes, and restore() must put it back"
+    if subject.planner.snapshot is Planner.snapshot:
+        advice = "write snapshot() and restore(), or make step() need nothing of the steps before"
+    for stop, state in states.items():
+        new = subject.host(task, state)
+        for number, (frame, plan) in enumerate(log[stop : stop + AFTER_RESTART_STEPS], 1):
+            made = subject.step(new, frame)
+            text = next((note for note in made.notes if "restore failed" in note), "") or difference(plan, made)
+            if text:
+                if subject.planner.snapshot is not Planner.snapshot and not _unlike_at_all(plan, made):
+                    advice += "; so small a difference: a number that was rounded, as to np.float32 or in a text"
+                yield failed(check, f"taken over after step {stop}, {number} steps later: {text}", advice)
+                return
+    most = max(map(len, states.values()))
+    what = (
+        f"snapshots of at most {most / 1000:.1f} kB" if subject.planner.snapshot is not Planner.snapshot else "no state"
+    )
+    yield passed(check, f"taken over after {len(stops)} different steps, bit-identical; {what}")
+
+
+def _unlike_at_all(plan: Plan, made: Plan) -> bool:
+    """Whether two plans differ by more than rounding."""
+    mine, yours = ({i.vehicle: i for i in each.intents} for each in (plan, made))
+    return mine.keys() != yours.keys() or any(unlike(mine[v], yours[v], ROUNDED) for v in mine)
+
+
+def _stops(steps: int, *, quick: bool) -> list[int]:
+    """The first steps, then spread; those after a loss and after a hold are among them."""
+    spread = np.linspace(5, steps - AFTER_RESTART_STEPS, 2 if quick else 8).round().astype(int).tolist()
+    wanted = {1, 51, *spread} if quick else {1, 2, 3, 51, 52, 77, 101, *spread}
+    return sorted(stop for stop in wanted if 0 < stop < steps)
+
+
+def order(subject: Subject) -> Iterator[Finding]:
+    """What a vehicle is sent depends on where it is, not on its number."""
+    check, count = "vehicle order", 6
+    if subject.planner.ids_matter:
+        yield noted(check, "not looked at: ids_matter is declared", "what a vehicle flies depends on its number")
+        return
+    duration_s = 10.0 if subject.quick else 30.0
+    ids = list(range(1, count + 1))
+    renamed = [[ids[i] for i in (3, 5, 0, 4, 1, 2)], [40, 3, 1007, 12, 5, 200]]
+    plans = _flown(subject, ids, duration_s)
+    for names in renamed:
+        for number, (mine, yours) in enumerate(zip(plans, _flown(subject, names, duration_s), strict=True), 1):
+            for place in range(count):
+                one, other = mine.get(ids[place]), yours.get(names[place])
+                if (one is None) != (other is None):
+                    text = "gets an intent under one number and none under another"
+                elif one is None or other is None or not (text := unlike(one, other, ALIKE)):
+                    continue
+                yield failed(
+                    check,
+                    f"step {number}: the same vehicle, numbered {ids[place]} and {names[place]}, {text}",
+                    "give places by where vehicles are (e.g. sorted by bearing), not by id or row; ctx.rng, too",
+                )
+                return
+    yield passed(check, f"{count} vehicles renumbered twice: the same paths, {len(plans)} steps")
+
+
+def _flown(subject: Subject, ids: list[int], duration_s: float) -> list[dict[int, Intent]]:
+    task = task_for(ids, subject.name, seed=subject.seed)
+    world = World(task, scattered(len(ids)))
+    return [{i.vehicle: i for i in plan.intents} for _, plan in subject.fly(subject.host(task), world, duration_s)]

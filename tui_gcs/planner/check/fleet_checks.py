@@ -1,0 +1,200 @@
+"""Whether a planner copes with any number of vehicles, with losing and getting them, with odd telemetry and targets."""
+
+import random
+from collections.abc import Callable, Iterator
+
+import msgspec
+
+from tui_gcs.core.protocol.common import Freshness, Phase
+from tui_gcs.planner.check.finding import Finding, failed, passed
+from tui_gcs.planner.check.plan_form import active_ids, faults, who_is_outside
+from tui_gcs.planner.check.subject import Broken, Subject
+from tui_gcs.planner.check.world import World, middle_m, scattered, task_for
+from tui_gcs.planner.runtime.host import PlannerHost
+
+STEP_S = 0.2
+SIZES, FEW_SIZES = (*range(9), 32), (0, 1, 2, 32)
+OUTSIDE = "outside the operating area"
+"""As `faults` says it."""
+LURED_S, LURE_M_S = 45.0, 6.0
+"""From the middle of the zone a target is out of the area after 34 s, and slow enough to be followed."""
+STATES = ("taken out", "held", "lost", "not in the frame", "returning", "blind")
+
+
+class _Flight:
+    """A flight in which every plan is judged."""
+
+    def __init__(self, subject: Subject, count: int, place: Callable[[World], None] = lambda _: None) -> None:
+        self._subject = subject
+        self.task = task_for(range(1, count + 1), subject.name, seed=subject.seed)
+        self.world = World(self.task, scattered(count))
+        place(self.world)
+        self.host: PlannerHost = subject.host(self.task)
+        self.steps = 0
+        self._serves_all = True
+        """Every active vehicle has got an intent with every plan so far."""
+
+    def go(self, duration_s: float, what: str) -> None:
+        """Fly on. Raises `Broken` with what is wrong."""
+        try:
+            for frame, plan in self._subject.fly(self.host, self.world, duration_s):
+                self.steps += 1
+                if wrong := faults(plan, frame, self.task):
+                    raise Broken(wrong[0])
+                forgotten = sorted(active_ids(frame) - {intent.vehicle for intent in plan.intents})
+                if forgotten and self._serves_all and self.steps > 5:
+                    raise Broken(f"no intents for {forgotten}, which fly on and had one with every plan before")
+                self._serves_all = self._serves_all and not forgotten
+        except Broken as why:
+            raise Broken(f"{what} (step {self.steps}): {why}") from None
+
+
+def sizes(subject: Subject) -> Iterator[Finding]:
+    """Teams of none, of one and of more."""
+    counts = FEW_SIZES if subject.quick else SIZES
+    for count in counts:
+        try:
+            _Flight(subject, count).go(6.0, f"{count} vehicles")
+        except Broken as why:
+            yield failed("fleet sizes", str(why), "teams have any number of vehicles, none included")
+            return
+    yield passed("fleet sizes", f"teams of {', '.join(map(str, counts))} vehicles")
+
+
+def losses(subject: Subject) -> Iterator[Finding]:
+    """Every vehicle goes and comes back in every way, at the first step, at every later one, alone and together."""
+    check = "loss and join"
+    advice = "look at ctx.fleet.active in every step: intents for exactly those, a plan for who is left at once"
+    try:
+        steps = _at_the_start(subject) + _one_by_one(subject) + _at_random(subject)
+    except Broken as why:
+        yield failed(check, str(why), advice)
+        return
+    yield passed(check, f"any vehicle, in {len(STATES)} ways, at any of {steps} steps; all at once, too")
+
+
+def _at_the_start(subject: Subject) -> int:
+    def nobody(world: World) -> None:
+        _put(world, dict.fromkeys(world.task.members, "held"))
+
+    flight = _Flight(subject, 3, nobody)
+    flight.go(1.0, "nobody is active at the first step")
+    _put(flight.world, {1: "held", 2: "not in the frame"})
+    flight.go(1.0, "the first joins")
+    _put(flight.world, {})
+    flight.go(3.0, "all join")
+    return flight.steps
+
+
+def _one_by_one(subject: Subject) -> int:
+    flight = _Flight(subject, 4)
+    members = flight.task.members
+    for state in STATES[:: 2 if subject.quick else 1]:
+        for vehicle in members:
+            _put(flight.world, {vehicle: state})
+            flight.go(3 * STEP_S, f"vehicle {vehicle} {state}")
+            _put(flight.world, {})
+            flight.go(3 * STEP_S, f"vehicle {vehicle} joins after it was {state}")
+        _put(flight.world, dict.fromkeys(members, state))
+        flight.go(3 * STEP_S, f"all are {state}")
+        _put(flight.world, {})
+        flight.go(3 * STEP_S, f"all join after they were {state}")
+    return flight.steps
+
+
+def _at_random(subject: Subject) -> int:
+    """Every step another set of vehicles, in no order."""
+    flight, chance = _Flight(subject, 5), random.Random(subject.seed)
+    for _ in range(25 if subject.quick else 100):
+        _put(flight.world, {v: chance.choice(STATES) for v in flight.task.members if chance.random() < 0.3})
+        flight.go(STEP_S, "vehicles come and go at every step")
+    return flight.steps
+
+
+def _put(world: World, states: dict[int, str]) -> None:
+    """These vehicles are so now, all others fly."""
+    phases = {"taken out": Phase.TAKEN_OUT, "held": Phase.HOLDING, "returning": Phase.RETURNING}
+    world.phase = {vehicle: phases[state] for vehicle, state in states.items() if state in phases}
+    world.freshness = {vehicle: Freshness.LOST for vehicle, state in states.items() if state == "lost"}
+    world.gone = {vehicle for vehicle, state in states.items() if state == "not in the frame"}
+    world.blind = {vehicle for vehicle, state in states.items() if state == "blind"}
+
+
+def telemetry(subject: Subject) -> Iterator[Finding]:
+    """Numbers that are missing, old or jump."""
+    check = "odd telemetry"
+    flight = _Flight(subject, 4, lambda world: world.numb.update({1, 2, 3, 4}))
+    world = flight.world
+    try:
+        flight.go(2.0, "only positions are known from the beginning")
+        world.numb = {1, 4}
+        flight.go(2.0, "velocity, heading and battery of two are NaN")
+        world.numb, world.blind = set(), {2}
+        flight.go(2.0, "every number of vehicle 2 is NaN")
+        world.blind, world.age_s = set(), {1: 60.0, 3: 2.5}
+        world.freshness = {1: Freshness.STALE}
+        flight.go(3.0, "positions are 60 s and 2.5 s old")
+        world.age_s, world.freshness = {}, {}
+        world.t_s += 45.0
+        flight.go(2.0, "45 s without a frame")
+        world.position_m[:, :2] += (60.0, -15.0)
+        flight.go(2.0, "all positions jump by 60 m")
+        world.velocity_m_s[:] = 60.0
+        flight.go(STEP_S, "velocities of 100 m/s")
+    except Broken as why:
+        yield failed(check, str(why), "numbers may be NaN, old or wrong: np.isfinite, np.nan_to_num, fleet.age_s")
+        return
+    yield passed(check, "NaN, positions 60 s old, a gap of 45 s, a jump of 60 m, 100 m/s")
+
+
+def tracks(subject: Subject) -> Iterator[Finding]:
+    """Targets that are not sure yet, come near, are many or in one place with somebody, and are gone at once."""
+    check = "tracks"
+    flight = _Flight(subject, 4)
+    world = flight.world
+    try:
+        flight.go(2.0, "nothing is seen")
+        world.tracks = (world.target(1, (350.0, 280.0), confirmed=False),)
+        flight.go(2.0, "a target that is not confirmed")
+        for _ in range(20):
+            east_m = 350.0 - 5.0 * flight.steps
+            world.tracks = (world.target(1, (east_m, 260.0)), world.target(4, (250.0, 500.0), age_s=8.0))
+            flight.go(STEP_S, "one target comes nearer, one outside the area was seen 8 s ago")
+        x, y = world.position_m[0, :2].tolist()
+        world.tracks = tuple(world.target(10 + k, (x + 40.0 * k, y)) for k in range(8))
+        flight.go(3.0, "eight targets, the first right below a vehicle")
+        _put(world, dict.fromkeys(flight.task.members, "held"))
+        flight.go(1.0, "targets, but nobody is active")
+        _put(world, {})
+        world.tracks = ()
+        flight.go(3.0, "all targets are gone")
+        _lured_out(subject)
+    except Broken as why:
+        advice = "ctx.tracks may have any number of targets in any place, none included"
+        if OUTSIDE in str(why):
+            advice = "tracks may leave the area, and must not be followed there: keep every place inside task.area"
+        yield failed(check, str(why), advice)
+        return
+    yield passed(check, "none, one, two, eight; unsure, near, below a vehicle, gone at once; five leave the area")
+
+
+def _lured_out(subject: Subject) -> None:
+    """A target beside each vehicle and one from the middle of the zone leave the area. Raises `Broken`."""
+    flight = _Flight(subject, 4)
+    world = flight.world
+    flight.go(1.0, "nothing is seen")
+    begin_m = [*world.position_m[:, :2].tolist(), list(middle_m(flight.task.zone.shape))]
+    ways_m_s = [(-LURE_M_S, 0.0)] * len(flight.task.members) + [(0.0, -LURE_M_S)]
+    what = "targets leave the operating area"
+    for step in range(round(LURED_S / STEP_S)):
+        gone_s = STEP_S * step
+        world.tracks = tuple(
+            msgspec.structs.replace(
+                world.target(20 + k, (x + east * gone_s, y + north * gone_s)), velocity_m_s=(east, north, 0.0)
+            )
+            for k, ((x, y), (east, north)) in enumerate(zip(begin_m, ways_m_s, strict=True))
+        )
+        flight.go(STEP_S, what)
+        if out := who_is_outside(world.position_m, flight.task):
+            follower = flight.task.members[out[0]]
+            raise Broken(f"{what} (step {flight.steps}): vehicle {follower} follows one and is {OUTSIDE}")

@@ -1,0 +1,359 @@
+"""Who flies which slot of a tour, and each vehicle's reference: its transit, its slot, or the way between two slots.
+
+Slots are re-spaced when their number changes (Elmaliach, Agmon, Kaminka 2009: uniform frequency as long as one vehicle
+works). Those on the tour stay on it and fall back by flying slower for a while: nothing on it is left out, so that no
+place waits longer than the gap that the lost one left (short cuts to new slots made places wait for another half of
+it). A vehicle that only takes the place of another goes to that place, and the others stay where they are.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.planner.api import Fleet
+from tui_gcs.planner.lazy_scipy import paired
+from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.slots import assign, delayed
+from tui_gcs.planner.patrol.tour import Tour
+from tui_gcs.planner.patrol.transit import LONGEST_S, Mobility, Transit, along, plan_transit
+
+Floats = NDArray[np.floating[Any]]
+
+JOINED_M = 3.0
+LATE_M = 4.0
+"""Who is late by less is not beside its way: that may be the link, and everything is seen all the same."""
+LOST_TRACK_M = 8.0
+"""A vehicle this far from its reference gets a new transit from where it is."""
+PATIENCE_S, MOST_PATIENCE_S = 2.0, 64.0
+"""Between two new transits of one vehicle; twice as long after each that was not found."""
+OLD_POSITION_S = 1.0
+"""Older positions say nothing about how well a vehicle follows."""
+FEW = 24
+"""Of more vehicles than this, ways to slots are planned a few in each step."""
+WAYS_S_PER_STEP = 60.0
+"""Of many vehicles, ways of so many seconds are planned in one step: what a way costs grows with how long it takes."""
+SLOWER = 0.6
+"""A vehicle that falls back flies slower by at most this share."""
+SLOWING_M_S2 = 0.3
+"""Beyond what the tour itself takes."""
+LEAST_FALL_S = 1.0
+"""If somebody falls back already, everybody does by this at least: who is slow now cannot be on time."""
+
+
+@dataclass
+class Berth:
+    """One vehicle's slot: at time t it is at phase `t - origin_s` of the tour."""
+
+    origin_s: float
+    slot: int
+    transit: Transit | None = None
+    planned_s: float = -np.inf
+    patience_s: float = PATIENCE_S
+    joined: bool = False
+    stuck: bool = False
+    before: "Berth | None" = None
+    """While its way to the slot is not planned yet: where it flies until then."""
+    back_s: float = 0.0
+    """Its phase was so much farther on when it began to fall back …"""
+    back_rate: float = 0.0
+    """… and changed with this rate already …"""
+    back_from_s: float = -np.inf
+    """… at this time."""
+
+    @property
+    def flown(self) -> "Berth":
+        """What it flies: this, or the one before for as long as the way to this one is not planned yet."""
+        berth = self
+        while berth.before is not None:
+            berth = berth.before
+        return berth
+
+    @property
+    def waiting(self) -> bool:
+        """Its way is still to be planned."""
+        return self.planned_s == -np.inf and not self.joined
+
+    @property
+    def settled(self) -> bool:
+        """On its slot, by reference."""
+        return self.joined and self.transit is None and not self.stuck
+
+    @property
+    def back_took_s(self) -> float:
+        """How long it takes to fall back: so long that neither speed nor acceleration changes much."""
+        return max(1.5 * self.back_s / SLOWER, math.sqrt(6.0 * 8.0 * self.back_s / SLOWING_M_S2))
+
+    def falls_back(self, t_s: float) -> bool:
+        """Whether it still does."""
+        return self.back_from_s > -math.inf and t_s < self.back_from_s + self.back_took_s
+
+
+def _ahead(berths: Sequence[Berth], times_s: Floats) -> tuple[Floats, Floats]:
+    """(n, k) how far each is ahead of its slot, and how fast that changes: a cubic that ends at 0 and 0."""
+    falls = [(berth.back_s, berth.back_rate, berth.back_from_s, max(berth.back_took_s, 1e-9)) for berth in berths]
+    back_s, back_rate, from_s, took_s = np.array(falls).T[:, :, None]
+    share = np.clip((times_s - from_s) / took_s, 0.0, 1.0)
+    left = 1.0 - share
+    begun_s = back_rate * took_s
+    ahead_s = left**2 * (back_s * (1.0 + 2.0 * share) + begun_s * share)
+    rate = left * (begun_s * (1.0 - 3.0 * share) - 6.0 * back_s * share) / took_s
+    return ahead_s, rate
+
+
+@dataclass
+class Formation:
+    """The slots of one tour. `berths` holds who is on a slot or on the way to one."""
+
+    berths: dict[int, Berth] = field(default_factory=dict)
+    reliefs: dict[int, int] = field(default_factory=dict)
+    """Relief: whom it relieves. Both have a berth with the same slot until it is there."""
+    leaving: set[int] = field(default_factory=set)
+    """Relieved: they fly home."""
+    slots: int = 0
+
+    @property
+    def owners(self) -> dict[int, Berth]:
+        """Berths less those of reliefs: one per slot."""
+        return {vehicle: berth for vehicle, berth in self.berths.items() if vehicle not in self.reliefs}
+
+    @property
+    def at_rest(self) -> bool:
+        """Nobody is on the way to a slot."""
+        return all(berth.settled for berth in self.berths.values())
+
+    def falls_back(self, t_s: float) -> bool:
+        """Whether anybody does."""
+        return any(berth.falls_back(t_s) for berth in self.berths.values())
+
+
+@dataclass(frozen=True)
+class Course:
+    """A tour and how vehicles get onto it."""
+
+    tour: Tour
+    mobility: Mobility
+    region: Region
+
+    # ---------------------------------------------------------------- references
+
+    def reference(self, berth: Berth, times_s: Floats) -> tuple[Floats, Floats]:
+        """(k, 2) places and velocities where the vehicle should be at `times_s`: on its transit, then on its slot."""
+        xy, velocity = self.references([berth], times_s)
+        return xy[0], velocity[0]
+
+    def references(self, berths: Sequence[Berth], times_s: Floats) -> tuple[Floats, Floats]:
+        """(n, k, 2) of many."""
+        flown = [berth.flown for berth in berths]
+        xy, velocity = self.on_slots(flown, times_s)
+        transits = [(row, berth.transit) for row, berth in enumerate(flown) if berth.transit is not None]
+        if transits:
+            rows, ways = [row for row, _ in transits], [way for _, way in transits]
+            under_way = (times_s < np.array([way.end_s for way in ways])[:, None])[..., None]
+            way_xy, way_velocity = along(ways, times_s)
+            xy[rows] = np.where(under_way, way_xy, xy[rows])
+            velocity[rows] = np.where(under_way, way_velocity, velocity[rows])
+        return xy, velocity
+
+    def on_slots(self, berths: Sequence[Berth], times_s: Floats) -> tuple[Floats, Floats]:
+        """(n, k, 2) places and velocities of the slots themselves."""
+        phase = times_s - np.array([berth.origin_s for berth in berths])[:, None]
+        back = [row for row, berth in enumerate(berths) if berth.falls_back(times_s[0])]
+        if not back:
+            return self.tour.at(phase)
+        ahead_s, change = _ahead([berths[row] for row in back], times_s)
+        phase[back] += ahead_s
+        xy, velocity = self.tour.at(phase)
+        velocity[back] *= 1.0 + change[..., None]
+        return xy, velocity
+
+    # ---------------------------------------------------------------- slots
+
+    def respace(self, formation: Formation, t_s: float, fleet: Fleet, vehicles: Iterable[int]) -> None:
+        """Equally timed slots for exactly these `vehicles`, and ways to them."""
+        rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
+        chosen = sorted(vehicles)
+        formation.reliefs, formation.slots = {}, len(chosen)
+        if not chosen:
+            formation.berths = {}
+            return
+        old, formation.berths = formation.berths, {}
+        starts = {v: self._start(old.get(v), t_s, fleet, rows[v]) for v in chosen}
+        if len(chosen) <= FEW and not any(v in old and old[v].settled for v in chosen):
+            self._assigned(formation, t_s, starts)
+        else:
+            self._fallen_back(formation, old, t_s, starts)
+
+    def retime(self, formation: Formation, before: "Course", rate: float, t_s: float, fleet: Fleet) -> None:
+        """This is the tour of `before`, flown `rate` times as fast: who is on it stays, the others get new ways.
+
+        Of many vehicles, those wait for their ways where they are.
+        """
+        rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
+        for vehicle, berth in formation.berths.items():
+            origin_s = t_s - (t_s - berth.origin_s) / rate
+            if berth.settled:
+                berth.origin_s = origin_s
+                continue
+            new = Berth(origin_s, berth.slot)
+            if formation.slots <= FEW:
+                self._send(new, t_s, *before._start(berth, t_s, fleet, rows[vehicle]))
+            formation.berths[vehicle] = new
+
+    def take_over(self, formation: Formation, before: "Course", t_s: float, fleet: Fleet) -> None:
+        """Slots on this tour for those who are on the slots of another, and ways to them. `slots` stay as many."""
+        rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
+        owners = formation.owners
+        starts = {v: before._start(owners[v], t_s, fleet, rows[v]) for v in sorted(owners)}
+        formation.berths, formation.reliefs = {}, {}
+        self._assigned(formation, t_s, starts)
+
+    def replace(self, formation: Formation, t_s: float, fleet: Fleet, vehicles: Sequence[int]) -> None:
+        """These take vacant slots; the others stay where they are."""
+        rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
+        formation.reliefs = {new: old for new, old in formation.reliefs.items() if new not in vehicles}
+        owners = [berth for vehicle, berth in formation.owners.items() if vehicle not in vehicles]
+        taken = {berth.slot for berth in owners}
+        vacant = [slot for slot in range(formation.slots) if slot not in taken][: len(vehicles)]
+        spacing_s = self.tour.period_s / formation.slots
+        first_s = owners[0].origin_s + spacing_s * owners[0].slot if owners else t_s
+        origins = {slot: first_s - spacing_s * slot for slot in vacant}
+        starts = {v: self._start(formation.berths.get(v), t_s, fleet, rows[v]) for v in vehicles}
+        self._take(formation, t_s, starts, origins)
+
+    def relieve(self, formation: Formation, t_s: float, fleet: Fleet, relief: int, old: int) -> None:
+        """`relief` flies to the slot of `old`, which stays on it until then."""
+        berth = formation.berths[old]
+        row = int(np.flatnonzero(fleet.id == relief)[0])
+        new = Berth(berth.origin_s, berth.slot)
+        self._send(new, t_s, *self._start(None, t_s, fleet, row))
+        formation.berths[relief] = new
+        formation.reliefs[relief] = old
+
+    def _assigned(self, formation: Formation, t_s: float, starts: "_Starts") -> None:
+        """Nobody is on this tour yet: whoever takes which slot, with the least waiting, and ways there."""
+        vehicles = list(starts)
+        xy, velocity = np.array([starts[v][0] for v in vehicles]), np.array([starts[v][1] for v in vehicles])
+        found = assign(xy, velocity, self.tour, self.mobility.speed_m_s)
+        for row, vehicle in enumerate(vehicles):
+            berth = Berth(t_s - float(found.phase_s[row]), int(found.slot[row]))
+            self._send(berth, t_s, *starts[vehicle])
+            formation.berths[vehicle] = berth
+
+    def _fallen_back(self, formation: Formation, old: dict[int, Berth], t_s: float, starts: "_Starts") -> None:
+        """Those on the tour keep their order and fall back as far as they must; the others get what is free."""
+        on = sorted((v for v in starts if v in old and old[v].settled), key=lambda v: _place(starts[v]))
+        n, first_s, taken = len(starts), 0.0, set[int]()
+        if on:
+            now = np.array([t_s])
+            ahead_s, rates = (part[:, 0].tolist() for part in _ahead([old[v] for v in on], now))
+            falls = list(zip(ahead_s, rates, strict=True))
+            phase = np.array([t_s - old[v].origin_s + ahead for v, (ahead, _) in zip(on, falls, strict=True)])
+            least_s = LEAST_FALL_S if any(rate for _, rate in falls) else 0.0
+            phases, slots = delayed(phase, n, self.tour.period_s, least_s)
+            first_s, taken = float(phases[0]) - self.tour.period_s / n * int(slots[0]), set(slots.tolist())
+            for row, vehicle in enumerate(on):
+                berth = Berth(t_s - float(phases[row]), int(slots[row]), joined=True, planned_s=t_s)
+                berth.back_s = float(phase[row] - phases[row]) % self.tour.period_s
+                berth.back_rate, berth.back_from_s = falls[row][1], t_s
+                formation.berths[vehicle] = berth
+        free = {k: t_s - first_s - self.tour.period_s / n * k for k in range(n) if k not in taken}
+        others = {v: start for v, start in starts.items() if v not in formation.berths}
+        formation.berths.update({v: old[v] for v in others if v in old})
+        self._take(formation, t_s, others, free)
+
+    def _take(self, formation: Formation, t_s: float, starts: "_Starts", origins: dict[int, float]) -> None:
+        """Each of the vehicles takes one of the slots, the nearest ones as far as all can."""
+        if not starts:
+            return
+        vehicles = sorted(starts, key=lambda v: _place(starts[v]))
+        numbers = list(origins)
+        at = self.tour.at(t_s - np.array([origins[slot] for slot in numbers]))[0]
+        away = np.hypot(*(np.array([starts[v][0] for v in vehicles])[:, None] - at[None]).transpose(2, 0, 1))
+        for vehicle, column in zip(vehicles, paired(away).tolist(), strict=True):
+            old = formation.berths.get(vehicle)
+            berth = Berth(origins[numbers[column]], numbers[column], before=old.before or old if old else None)
+            if formation.slots <= FEW:
+                self._send(berth, t_s, *starts[vehicle])
+            formation.berths[vehicle] = berth
+
+    # ---------------------------------------------------------------- ways
+
+    def follow_up(self, formation: Formation, t_s: float, fleet: Fleet) -> float:
+        """End transits that are over, plan ways that wait, send anew whoever lost its reference.
+
+        How far beside its slot's way the worst of those is who were on it (m); NaN if nobody was.
+        """
+        rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
+        ids = list(formation.berths)
+        berths = [formation.berths[v] for v in ids]
+        if not berths:
+            return math.nan
+        for berth in berths:
+            if berth.transit is not None and t_s >= berth.transit.end_s:
+                berth.transit = None
+        index = [rows[v] for v in ids]
+        here, _ = _now(fleet, index)
+        xy, velocity = (moment[:, 0] for moment in self.references(berths, np.array([t_s])))
+        gap_m = here - xy
+        error_m = np.hypot(*gap_m.T)
+        fresh = ~(fleet.age_s[index] > OLD_POSITION_S)
+        settled = fresh & np.array([berth.settled for berth in berths])
+        off_m = _beside_m(gap_m[settled], velocity[settled])
+        left_s = WAYS_S_PER_STEP if len(ids) > FEW else np.inf
+        for k, (vehicle, berth) in enumerate(zip(ids, berths, strict=True)):
+            if berth.waiting and left_s > 0.0:
+                left_s -= self._send(berth, t_s, *self._start(berth, t_s, fleet, rows[vehicle]))
+            elif fresh[k] and not berth.waiting:
+                if berth.transit is None and not berth.stuck and error_m[k] <= JOINED_M:
+                    berth.joined = True
+                lost = berth.stuck or error_m[k] > LOST_TRACK_M
+                if lost and left_s > 0.0 and t_s - berth.planned_s >= berth.patience_s:
+                    place, speed = _now(fleet, [rows[vehicle]])
+                    left_s -= self._send(berth, t_s, place[0], speed[0])
+        return float(off_m.max()) if len(off_m) else math.nan
+
+    def _start(self, berth: Berth | None, t_s: float, fleet: Fleet, row: int) -> tuple[Floats, Floats]:
+        """Where a vehicle's next transit begins: on its reference if it follows it, else where it is."""
+        xy, velocity = (rows[0] for rows in _now(fleet, [row]))
+        if berth is not None and not berth.stuck and not (berth.waiting and berth.before is None):
+            reference, speed = self.reference(berth, np.array([t_s]))
+            if np.hypot(*(reference[0] - xy)) <= LOST_TRACK_M:
+                return reference[0], speed[0]
+        return xy, velocity
+
+    def _send(self, berth: Berth, t_s: float, xy: Floats, velocity: Floats) -> float:
+        """Plan its way; how many seconds of flight that took to find."""
+        berth.back_s, berth.before = 0.0, None
+        berth.transit = plan_transit(t_s, xy, velocity, self.tour, t_s - berth.origin_s, self.mobility, self.region)
+        berth.stuck = berth.transit is None
+        berth.patience_s = min(2.0 * berth.patience_s, MOST_PATIENCE_S) if berth.stuck else PATIENCE_S
+        berth.planned_s, berth.joined = t_s, False
+        return LONGEST_S if berth.transit is None else berth.transit.end_s - t_s
+
+
+def _beside_m(error_m: Floats, velocity_m_s: Floats) -> Floats:
+    """(n,) of vehicles that are `error_m` (n, 2) off: how far beside their way; of who is very late, how far off."""
+    speed = np.maximum(np.hypot(velocity_m_s[:, 0], velocity_m_s[:, 1]), 1e-6)
+    late_m = np.abs((error_m * velocity_m_s).sum(axis=1)) / speed
+    off_m = np.hypot(error_m[:, 0], error_m[:, 1])
+    beside_m = np.sqrt(np.maximum(off_m**2 - late_m**2, 0.0))
+    return np.where(late_m > LATE_M, off_m, beside_m)
+
+
+_Starts = dict[int, tuple[Floats, Floats]]
+
+
+def _place(start: tuple[Floats, Floats]) -> tuple[float, float]:
+    """What vehicles are sorted by: their numbers must not matter."""
+    return float(start[0][0]), float(start[0][1])
+
+
+def _now(fleet: Fleet, rows: list[int]) -> tuple[Floats, Floats]:
+    """(n, 2) ground positions and velocities, carried forward by the age of the positions."""
+    velocity = np.nan_to_num(fleet.velocity_m_s[rows, :2])
+    age_s = np.clip(np.nan_to_num(fleet.age_s[rows]), 0.0, OLD_POSITION_S)
+    return fleet.position_m[rows, :2] + velocity * age_s[:, None], velocity

@@ -1,0 +1,473 @@
+"""Guardian: a moving ring around a zone, from which intruders are met before they are in it.
+
+Where vehicles wait matters more than who goes where: nearly all that a ring with the best assignment lets through is
+seen too late, because those who went left a gap. So it is kept what nobody has looked at, and who goes, and which way
+round the others fly, is chosen by what they meet and by what might come unseen (`pairing`). While nothing is known of
+intruders, vehicles on the ring keep equal distances in time. A target is met when a vehicle has been near it: then the
+vehicle is free again.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.planner.api import (
+    Annotation,
+    Context,
+    Intent,
+    Output,
+    Param,
+    ParamValue,
+    Planner,
+    PlannerTask,
+    Tracks,
+    polygon_of,
+)
+from tui_gcs.planner.guardian.intercept import Edges, courses
+from tui_gcs.planner.guardian.pairing import Choice, Duty, Outlook, Situation, Way, choose, duties
+from tui_gcs.planner.guardian.pursuit import SAMPLE_S, SAMPLES, Aims, paths
+from tui_gcs.planner.guardian.ring import nearest_phase_s, rates, ring
+from tui_gcs.planner.guardian.unseen_threats import BIN_M, GROUP, LINES, Threats, Unseen
+from tui_gcs.planner.lazy_scipy import warm_up
+from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.tempo import Tempo, taken_on
+from tui_gcs.planner.patrol.tour import Tour
+from tui_gcs.planner.patrol.tour_design import design
+from tui_gcs.planner.patrol.tour_smoothing import Motion
+from tui_gcs.planner.patrol.transit import Mobility
+
+Floats = NDArray[np.floating[Any]]
+Pairs = list[tuple[float, float]]
+
+SPEED_SHARE, ACCEL_SHARE = 0.98, 0.9
+"""Of the limits; the rest is the autopilot's for tracking."""
+TOUR_SHARE = 0.9
+"""Of the speed limit, for the tour inside."""
+SLOWEST = -0.5
+"""Least rate of a place on a circuit: to spread, some go back."""
+JOINED_M, LEFT_M = 5.0, 15.0
+"""A vehicle is on its place when nearer than the first, and no more when farther than the second."""
+LOST_TRACK_M, LOST_TRACK_S = 8.0, 1.7
+"""A vehicle this far from its path, or so long from its velocity with all its acceleration, gets a new one from where
+it is: in 3 m/s of wind real ArduCopters could not turn as fast, and at 2 s the guard takes a path for a jump."""
+OLD_POSITION_S = 1.0
+BESIDE_M, SETTLED_M = 1.5, 0.5
+"""So far beside its way a vehicle meets an intruder all the same: speed is worth more. So near its circuit it is right
+on it."""
+SLOW_M_S = 0.5
+"""Slower than this nobody is early or late."""
+CONTACT_SHARE = 0.9
+"""Of the contact distance: so near a meeting is planned."""
+INSIDE_M = 1.0
+"""Who is where it must not be flies so far back inside first."""
+INNER_M, OUTER_M = -10.0, 15.0
+"""Two more rings, so far out from the first: where a vehicle may fly while there are intruders."""
+ON_RING: Way = (0, 1)
+INSIDE: Way = (3, 1)
+ALERT: tuple[Way, ...] = (ON_RING, (0, -1), (1, 1), (1, -1), (2, 1), (2, -1))
+"""Ways round while there are intruders: number of a circuit, and 1 or -1."""
+CALM_AFTER_S = 15.0
+"""After the last intruder the ring closes again."""
+CHOOSE_EVERY_S = 0.6
+"""Unless somebody was found, met, lost or joined."""
+MOST_ON_ALERT = 16
+"""More vehicles than these have no gaps to mind: nobody leaves the ring but to meet somebody."""
+DRAW_EVERY_S = 1.0
+DRAWN_POINTS = 80
+
+
+@dataclass
+class _Post:
+    """What is kept of one vehicle."""
+
+    inside: bool
+    """On the tour inside; else on the ring."""
+    phase_s: float
+    """Of its place on its circuit."""
+    rate: float = 1.0
+    way: Way = ON_RING
+    joined: bool = False
+    settled: bool = False
+    """It was right on its circuit since it joined."""
+    targets: tuple[int, ...] = ()
+    """Track ids, in order."""
+    passes: tuple[int, ...] = ()
+    """Tracks that it comes by on its way round."""
+    path_m: Pairs = field(default_factory=list)
+    """From the step before, as is its velocity."""
+    path_m_s: Pairs = field(default_factory=list)
+
+
+@dataclass
+class _State:
+    """What a step leaves for the next."""
+
+    posts: dict[int, _Post] = field(default_factory=dict)
+    met: tuple[int, ...] = ()
+    """Ids of present tracks that a vehicle was near."""
+    unseen: bytes = b""
+    """Cells of `Unseen`, and how far they have come of the next bin."""
+    crept_m: float = 0.0
+    alert_until_s: float = -math.inf
+    chosen_s: float = -math.inf
+    chosen_for: tuple[tuple[int, ...], tuple[int, ...]] = ((), ())
+    """Tracks and vehicles."""
+    t_s: float = -math.inf
+    drawn_s: float = -math.inf
+    tempo: Tempo = field(default_factory=Tempo)
+
+
+class Guardian(Planner):
+    """A ring around the zone whose vehicles meet intruders outside."""
+
+    name = "guardian"
+    version = "3"
+    params = (
+        Param("ring_m", float, 20.0, 0.0, 200.0, "m", "the ring is so far outside the zone"),
+        Param("ring_speed", float, 0.97, 0.1, 0.97, "", "speed on the ring as a share of the limit"),
+        Param("inside", int, 0, 0, 64, "", "vehicles on a tour inside the zone; at least one is on the ring"),
+        Param("contact_m", float, 20.0, 2.0, 200.0, "m", "an intruder is met when a vehicle is so near"),
+        Param("sees_m", float, 60.0, 5.0, 1000.0, "m", "range of the vehicles' sensors"),
+        Param("intruder_m_s", float, 5.0, 0.5, 40.0, "m/s", "speed of intruders that nobody has seen yet"),
+    )
+
+    def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
+        """Lay the ring. Raises ValueError if there is no room for it."""
+        super().configure(task, params, rng)
+        warm_up()
+        limits = task.limits
+        self._accel_m_s2 = accel = limits.accel_m_s2 * ACCEL_SHARE
+        self._region = Region(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
+        self._zone = polygon_of(task.zone.shape)
+        self._contact_m = float(params["contact_m"])
+        self._within_m = CONTACT_SHARE * self._contact_m
+        self._edges = Edges(self._zone, self._region.polygon, self._within_m)
+        self._inside = int(params["inside"])
+        ring_m_s = limits.speed_m_s * float(params["ring_speed"])
+        out_m = [max(0.0, float(params["ring_m"]) + more_m) for more_m in (0.0, INNER_M, OUTER_M)]
+        self._laid = [ring(self._zone, each_m, self._region, ring_m_s, accel) for each_m in out_m]
+        tour = self._laid[0]
+        if self._inside:
+            motion = Motion(limits.speed_m_s * TOUR_SHARE, accel, task.footprint_radius_m)
+            tour = design(task.zone.shape, self._region, motion, task.footprint_radius_m, self._inside, rng).tour
+        self._laid.append(tour)
+        self._sees_m = float(params["sees_m"])
+        self._unseen = Unseen(self._zone, self._sees_m, float(params["intruder_m_s"]))
+        self._state = _State(unseen=self._unseen.none_seen())
+        self._fly()
+
+    def learnt(self) -> bytes:
+        """The wind does not change with the zone."""
+        return self._state.tempo.handed_on()
+
+    def inherit(self, learnt: bytes) -> None:
+        """At the tempo that was right before."""
+        self._state.tempo = taken_on(learnt)
+        self._fly()
+
+    def step(self, ctx: Context) -> Output:
+        """Who meets whom is decided anew in every step."""
+        fleet = ctx.fleet
+        active = np.flatnonzero(fleet.active)
+        # Sorted by place: ids decide nothing.
+        rows = active[np.lexsort((fleet.position_m[active, 1], fleet.position_m[active, 0]))]
+        xy, velocity, off_m = self._references(ctx, rows)
+        notes = self._keep_tempo(ctx.t_s, off_m)
+        self._take_posts([int(i) for i in fleet.id[rows]], xy)
+        self._look_round(ctx.t_s, fleet.position_m[rows, :2])
+        chased = self._chased(ctx.tracks, fleet.position_m[rows, :2])
+        assigned = self._duties(ctx.t_s, ctx.tracks, chased, fleet.id[rows], xy, velocity)
+        aims = self._aims(fleet.id[rows], xy, assigned, ctx.t_s)
+        places, speeds = paths(xy, velocity, aims, self._mobility, self._region)
+        out = Output(metrics=self._metrics(ctx.tracks, assigned), notes=notes)
+        for k, i in enumerate(rows.tolist()):
+            out.intents.append(self._intent(ctx, i, places[k], speeds[k], assigned.get(k)))
+        out.intents.sort(key=lambda intent: intent.vehicle)
+        if ctx.t_s - self._state.drawn_s >= DRAW_EVERY_S:
+            self._state.drawn_s = ctx.t_s
+            out.annotations = [_drawing(self._circuits[0].xy_m)]
+            for k, duty in sorted(assigned.items()):
+                vehicle = int(fleet.id[rows[k]])
+                out.annotations.append(_errand(xy[k], duty, vehicle, self._state.posts[vehicle].targets))
+        self._state.t_s = ctx.t_s
+        return out
+
+    def snapshot(self) -> bytes:
+        """The whole state; numbers as they are."""
+        return msgspec.msgpack.encode(self._state)
+
+    def restore(self, data: bytes) -> None:
+        """As `snapshot` gave."""
+        self._state = msgspec.msgpack.decode(data, type=_State)
+        self._fly()
+
+    # ---------------------------------------------------------------- how fast
+
+    def _fly(self) -> None:
+        """At the present tempo: who is carried off by the wind meets nobody in time."""
+        limits, rate = self.task.limits, self._state.tempo.share
+        self._mobility = Mobility(limits.speed_m_s * SPEED_SHARE * rate, self._accel_m_s2 * rate**2)
+        self._circuits = [tour.times(rate) for tour in self._laid] if rate < 1.0 else self._laid
+
+    def _keep_tempo(self, t_s: float, off_m: float) -> list[str]:
+        """Slower if somebody cannot follow the ring, faster when all can again; neither while there are intruders."""
+        tempo, wanted = self._state.tempo, self._state.tempo.wanted
+        if t_s < self._state.alert_until_s:
+            return []
+        gap_s = tempo.judge(t_s, off_m - BESIDE_M)
+        if tempo.share != tempo.wanted:
+            rate = tempo.advance(gap_s)
+            for post in self._state.posts.values():
+                post.phase_s /= rate  # the same place, on a circuit that takes longer
+            self._fly()
+        return tempo.news(wanted)
+
+    # ---------------------------------------------------------------- where they are
+
+    def _references(self, ctx: Context, rows: NDArray[np.int64]) -> tuple[Floats, Floats, float]:
+        """(n, 2) places and velocities from which paths go on: where they should be, if they are near it.
+
+        And how far beside its way the worst of those is that were on their places; NaN: nobody was.
+        """
+        fleet, since_s = ctx.fleet, ctx.t_s - self._state.t_s
+        velocity = np.nan_to_num(fleet.velocity_m_s[rows, :2])
+        age_s = np.clip(np.nan_to_num(fleet.age_s[rows]), 0.0, OLD_POSITION_S)
+        xy = fleet.position_m[rows, :2] + velocity * age_s[:, None]
+        off_m = math.nan
+        if not 0.0 <= since_s <= SAMPLE_S * (SAMPLES - 1):
+            return xy, velocity, off_m
+        at, share = divmod(since_s / SAMPLE_S, 1.0)
+        here, there = int(at), min(int(at) + 1, SAMPLES - 1)
+        for k, i in enumerate(rows.tolist()):
+            post = self._state.posts.get(int(fleet.id[i]))
+            if post is None or not post.path_m:
+                continue
+            place = (1.0 - share) * np.array(post.path_m[here]) + share * np.array(post.path_m[there])
+            way = (1.0 - share) * np.array(post.path_m_s[here]) + share * np.array(post.path_m_s[there])
+            if post.joined and fleet.age_s[i] <= OLD_POSITION_S:
+                beside_m = max(_beside_m(xy[k] - place, way), self._aside_m(post, xy[k], since_s))
+                off_m = float(np.fmax(off_m, beside_m))
+            change_m_s = math.dist(way, velocity[k])
+            near = math.dist(place, xy[k]) <= LOST_TRACK_M and change_m_s <= LOST_TRACK_S * self._accel_m_s2
+            if fleet.age_s[i] > OLD_POSITION_S or near:
+                xy[k], velocity[k] = place, way
+        return xy, velocity, off_m
+
+    def _aside_m(self, post: _Post, xy: Floats, since_s: float) -> float:
+        """How far beside its circuit it is, if it was on it: paths anew from where it is hide that."""
+        here, velocity = self._circuits[post.way[0]].at(np.array([post.phase_s + post.rate * since_s]))
+        aside_m = _beside_m(xy - here[0], velocity[0])
+        post.settled = post.settled or aside_m <= SETTLED_M
+        return aside_m if post.settled else 0.0
+
+    def _take_posts(self, vehicles: list[int], xy: Floats) -> None:
+        """Posts of exactly these, on the ring but for as many as are wanted inside."""
+        posts = self._state.posts
+        posts = {v: posts[v] if v in posts else _Post(False, math.nan) for v in vehicles}
+        wanted = max(0, min(self._inside, len(posts) - 1))
+        inner = [v for v in vehicles if posts[v].inside]
+        outer = [v for v in vehicles if not posts[v].inside]
+        middle = np.array([self._zone.centroid.x, self._zone.centroid.y])
+        away = {v: float(np.hypot(*(xy[k] - middle))) for k, v in enumerate(vehicles)}
+        for v in sorted(outer, key=away.__getitem__)[: max(0, wanted - len(inner))]:
+            posts[v] = _Post(True, math.nan, way=INSIDE)
+        for v in sorted(inner, key=away.__getitem__)[wanted:]:
+            posts[v] = _Post(False, math.nan)
+        self._state.posts = posts
+
+    # ---------------------------------------------------------------- who goes
+
+    def _look_round(self, t_s: float, vehicles_m: Floats) -> None:
+        """What is empty flies inwards, and what is looked at is empty."""
+        state, since_s = self._state, t_s - self._state.t_s
+        if math.isfinite(since_s):
+            state.unseen, state.crept_m = self._unseen.moved(state.unseen, state.crept_m, max(0.0, since_s))
+        state.unseen = self._unseen.looked_at(state.unseen, vehicles_m)
+
+    def _chased(self, tracks: Tracks, vehicles_m: Floats) -> NDArray[np.int64]:
+        """Rows of confirmed tracks that nobody has been near."""
+        met = set(self._state.met)
+        for k in np.flatnonzero(tracks.confirmed).tolist():
+            away = np.hypot(*(vehicles_m - tracks.position_m[k, :2]).T)
+            # Half of what is not known may be missing, but a doubtful place is no reason never to be done.
+            if away.min(initial=np.inf) <= self._contact_m - min(float(tracks.sigma_m[k]), self._contact_m / 4.0):
+                met.add(int(tracks.id[k]))
+        self._state.met = tuple(sorted(met & set(tracks.id.tolist())))
+        done = np.isin(tracks.id, np.array(self._state.met, dtype=np.int64))
+        known = np.isfinite(tracks.position_m[:, :2]).all(axis=1) & np.isfinite(tracks.velocity_m_s[:, :2]).all(axis=1)
+        return np.flatnonzero(tracks.confirmed & ~done & known)
+
+    def _duties(
+        self,
+        t_s: float,
+        tracks: Tracks,
+        chased: NDArray[np.int64],
+        ids: NDArray[np.int64],
+        xy: Floats,
+        velocity: Floats,
+    ) -> dict[int, Duty]:
+        """Duties by row of `ids`; posts are told their targets and which way round they fly."""
+        found = courses(self._edges, tracks.position_m[chased, :2], tracks.velocity_m_s[chased, :2])
+        real = [k for k, course in enumerate(found) if np.isfinite(course.enters_s) and np.isfinite(course.reachable_s)]
+        chased = chased[real]
+        state = self._state
+        posts = [state.posts[int(v)] for v in ids]
+        row_of = {int(track): k for k, track in enumerate(tracks.id[chased])}
+
+        def rows(wanted: tuple[int, ...]) -> tuple[int, ...]:
+            return tuple(row_of[t] for t in wanted if t in row_of)
+
+        choices = [Choice(rows(post.targets), post.way, rows(post.passes)) for post in posts]
+        now = Situation(
+            xy,
+            velocity,
+            tracks.position_m[chased, :2],
+            tracks.velocity_m_s[chased, :2],
+            [found[k] for k in real],
+            choices,
+            self._mobility,
+            self._within_m,
+        )
+        if len(chased):
+            state.alert_until_s = t_s + CALM_AFTER_S
+        about = (tuple(sorted(row_of)), tuple(sorted(ids.tolist())))
+        if not posts or t_s >= state.alert_until_s:
+            choices = [Choice((), INSIDE if post.inside else ON_RING) for post in posts]
+        elif about != state.chosen_for or t_s - state.chosen_s >= CHOOSE_EVERY_S - 1e-6:
+            choices = choose(now, self._outlook(posts))
+            state.chosen_s, state.chosen_for = t_s, about
+        assigned = duties(now, choices)
+        for k, post in enumerate(posts):
+            post.joined = post.joined and post.way == choices[k].way
+            post.way = choices[k].way
+            post.targets = tuple(int(tracks.id[chased[t]]) for t in assigned[k].targets) if k in assigned else ()
+            post.passes = tuple(int(tracks.id[chased[t]]) for t in choices[k].passes)
+        return assigned
+
+    def _outlook(self, posts: list[_Post]) -> Outlook:
+        crowd = len(posts) > MOST_ON_ALERT
+        threats = self._unseen.threats(self._state.unseen)
+        if crowd:
+            threats = Threats(threats.xy_m[:0], threats.velocity_m_s[:0], threats.enters_s[:0], threats.weight[:0])
+        ways = [(INSIDE,) if post.inside else (ON_RING,) if crowd else ALERT for post in posts]
+        return Outlook(threats, self._circuits, ways, self._sees_m, BIN_M * GROUP, LINES)
+
+    # ---------------------------------------------------------------- where they go
+
+    def _aims(self, ids: NDArray[np.int64], xy: Floats, duties: dict[int, Duty], t_s: float) -> Aims:
+        """Meeting places for those with a duty, places on their circuits for the others."""
+        ahead = SAMPLE_S * np.arange(SAMPLES)
+        place, velocity = np.zeros((len(ids), SAMPLES, 2)), np.zeros((len(ids), SAMPLES, 2))
+        through = np.zeros(len(ids), dtype=bool)
+        outside = self._region.ways_inside_m(xy) if len(xy) else xy
+        self._move_places(ids, xy, duties, t_s)
+        for k, vehicle in enumerate(ids.tolist()):
+            post, duty = self._state.posts[vehicle], duties.get(k)
+            if duty is not None:
+                place[k] = self._region.pulled_inside(duty.place_m[None])[0]
+                through[k] = not duty.waits and math.dist(place[k, 0], duty.place_m) < 0.1
+                velocity[k] = duty.velocity_m_s if through[k] else 0.0
+            else:
+                place[k], rate = self._circuits[post.way[0]].at(post.phase_s + post.rate * ahead)
+                velocity[k] = rate * post.rate
+            leg, corner = self._region.next_leg(xy[k], place[k, 0])
+            if outside[k].any():
+                leg, corner = xy[k] + outside[k] + INSIDE_M * outside[k] / np.hypot(*outside[k]), True
+            if corner:
+                place[k], velocity[k], through[k] = leg, 0.0, False
+        return Aims(place, velocity, through)
+
+    def _move_places(self, ids: NDArray[np.int64], xy: Floats, duties: dict[int, Duty], t_s: float) -> None:
+        """Move the places on all circuits on, and tell who is on his. In calm they keep equal distances."""
+        since_s = t_s - self._state.t_s
+        for number, tour in enumerate(self._circuits):
+            rows = [k for k, v in enumerate(ids.tolist()) if self._state.posts[v].way[0] == number]
+            if not rows:
+                continue
+            posts = [self._state.posts[int(ids[k])] for k in rows]
+            for k, post, phase_s in zip(rows, posts, nearest_phase_s(tour, xy[rows]).tolist(), strict=True):
+                post.phase_s = post.phase_s + post.rate * since_s if math.isfinite(since_s) else math.nan
+                away_m = math.dist(tour.at(np.array([post.phase_s]))[0][0], xy[k]) if post.joined else math.inf
+                post.joined = k not in duties and away_m <= LEFT_M
+                post.settled = post.settled and post.joined
+                if not post.joined:
+                    aside_m = math.dist(tour.at(np.array([phase_s]))[0][0], xy[k])
+                    post.phase_s = phase_s + post.way[1] * aside_m / self._mobility.speed_m_s
+                    post.joined = k not in duties and aside_m <= JOINED_M
+            self._rate(tour, posts, np.array([k not in duties for k in rows], dtype=bool), t_s)
+
+    def _rate(self, tour: Tour, posts: list[_Post], free: NDArray[np.bool_], t_s: float) -> None:
+        """How fast places on one circuit move on."""
+        if t_s < self._state.alert_until_s and not posts[0].inside:
+            for post in posts:
+                post.rate = float(post.way[1])
+            return
+        fastest = max(1.0, self._mobility.speed_m_s / _top_speed(tour.velocity_m_s))
+        moved = rates(np.array([post.phase_s for post in posts]), free, tour.period_s, SLOWEST, fastest)
+        for post, rate in zip(posts, moved.tolist(), strict=True):
+            post.rate = rate
+
+    # ---------------------------------------------------------------- what is told
+
+    def _intent(self, ctx: Context, i: int, places: Floats, speeds: Floats, duty: Duty | None) -> Intent:
+        fleet = ctx.fleet
+        post = self._state.posts[int(fleet.id[i])]
+        post.path_m = [(x, y) for x, y in places.tolist()]
+        post.path_m_s = [(x, y) for x, y in speeds.tolist()]
+        z = float(fleet.layer_m[i]) if np.isfinite(fleet.layer_m[i]) else float(fleet.position_m[i, 2])
+        meets = "meets " + ", then ".join(f"track {target}" for target in post.targets) if duty is not None else ""
+        passes = "comes by " + ", ".join(f"track {target}" for target in post.passes) if post.passes else ""
+        going = "" if post.joined else "on its way to its place"
+        return Intent(
+            int(fleet.id[i]),
+            "trajectory",
+            t0_s=ctx.t_s,
+            dt_s=SAMPLE_S,
+            positions_m=tuple([(x, y, z) for x, y in post.path_m]),
+            velocities_m_s=tuple([(x, y, 0.0) for x, y in post.path_m_s]),
+            slot="" if duty is not None else "inside" if post.inside else "ring",
+            joined=post.joined,
+            reason=", ".join(filter(None, (meets, passes))) or going,
+        )
+
+    def _metrics(self, tracks: Tracks, duties: dict[int, Duty]) -> dict[str, float]:
+        posts = list(self._state.posts.values())
+        assigned = sum(len(post.targets) + len(post.passes) for post in posts)
+        return self._state.tempo.metrics | {
+            "tracks": float(np.count_nonzero(tracks.confirmed)),
+            "assigned": float(assigned),
+            "countered": float(len(self._state.met)),
+            "on_ring": float(sum(not post.targets and not post.inside for post in posts)),
+            "joined": float(sum(post.joined for post in posts)),
+            "margin_s": min((duty.margin_s for duty in duties.values()), default=math.nan),
+        }
+
+
+def _top_speed(velocity_m_s: Floats) -> float:
+    return float(np.hypot(*velocity_m_s.T).max())
+
+
+def _beside_m(off_m: Floats, velocity_m_s: Floats) -> float:
+    """How far beside its way something is that is `off_m` (2,) from its place; early or late does not count."""
+    speed = float(np.hypot(*velocity_m_s))
+    if speed < SLOW_M_S:
+        return float(np.hypot(*off_m))
+    return abs(float(off_m[0] * velocity_m_s[1] - off_m[1] * velocity_m_s[0])) / speed
+
+
+def _drawing(xy_m: Floats) -> Annotation:
+    every = max(1, -(-len(xy_m) // DRAWN_POINTS))
+    points = [(round(x, 1), round(y, 1)) for x, y in xy_m[::every].tolist()]
+    return Annotation("polyline", (*points, points[0]), "ring")
+
+
+def _errand(xy_m: Floats, duty: Duty, vehicle: int, targets: tuple[int, ...]) -> Annotation:
+    """Who meets whom where, and when; tracks are named as on the map."""
+    ends = [(round(x, 1), round(y, 1)) for x, y in (xy_m.tolist(), duty.place_m.tolist())]
+    whom = " ".join(f"@{target}" for target in targets)
+    return Annotation("polyline", tuple(ends), f"{vehicle}>{whom} {duty.after_s:.0f} s")

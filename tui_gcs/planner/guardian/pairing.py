@@ -1,0 +1,315 @@
+"""Pairing: which vehicle meets which targets, one after the other, and which way round the others fly.
+
+Both are one choice: who leaves the ring opens a gap, and what may come through it unseen counts against his going.
+Every vehicle has some options; all of them are improved in turn until nobody's change is any better.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.planner.guardian.duty_options import Ahead, catches, courses_of, passes_s
+from tui_gcs.planner.guardian.intercept import Course, Meeting, meet
+from tui_gcs.planner.guardian.unseen_threats import Threats
+from tui_gcs.planner.lazy_scipy import matched
+from tui_gcs.planner.patrol.tour import Tour
+from tui_gcs.planner.patrol.transit import Mobility
+
+Floats = NDArray[np.floating[Any]]
+Way = tuple[int, int]
+"""Number of a circuit, and 1 or -1: as it is timed or the other way round."""
+
+LATE_S, KEPT_LATE_S = 0.7, 1.7
+"""A meeting may be so late, and that of who is on the way already: turning is estimated too long, not too short."""
+MARGIN_S = 1.0
+"""Meetings with less in hand are worth less."""
+LEAST_WORTH, FULL_WORTH, WORTH_1_S = 0.3, 0.95, 0.5
+"""Of a meeting: at the latest, with `MARGIN_S` in hand, and how much is lost with each second less."""
+TIME_1_S = 0.003
+"""Every second until a meeting costs so much."""
+UNSEEN_IN_50_M = 1.0
+"""Unseen intruders that are expected all round in 50 m of depth, while there are any."""
+KEPT_ROUTE, KEPT_WAY, KEPT_CIRCUIT = 0.05, 0.05, 0.02
+"""Worth of going on as before."""
+SINGLES, PAIRS = 4, 4
+"""Routes that a vehicle looks at, most useful first."""
+ROUNDS = 4
+"""Of improving everybody in turn."""
+PASSED_SHARE = 0.9
+"""Of the distance at which a target is met: courses are estimated."""
+NEVER = 1e6
+
+
+@dataclass(frozen=True)
+class Duty:
+    """What one vehicle is to do: targets in order, by their rows."""
+
+    targets: tuple[int, ...]
+    place_m: Floats
+    """(2,) where it meets the first."""
+    velocity_m_s: Floats
+    """(2,) with which it flies there."""
+    after_s: float
+    margin_s: float
+    """Of its first meeting; negative: too late."""
+    waits: bool
+    """The target is not yet where vehicles may fly: be there and wait."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What a vehicle does: whom it meets first, then where it flies round."""
+
+    targets: tuple[int, ...]
+    way: Way
+    passes: tuple[int, ...] = ()
+    """Whom it comes by all the same."""
+
+
+@dataclass(frozen=True)
+class Situation:
+    """n vehicles and k targets, places and velocities (…, 2)."""
+
+    xy_m: Floats
+    velocity_m_s: Floats
+    target_m: Floats
+    target_m_s: Floats
+    courses: list[Course]
+    before: Sequence[Choice]
+    """(n,) what each does now; targets that are gone are left out."""
+    mobility: Mobility
+    within_m: float
+
+    @property
+    def enters_s(self) -> Floats:
+        """(k,) until each is in the zone."""
+        return np.array([course.enters_s for course in self.courses])
+
+    @property
+    def reachable_s(self) -> Floats:
+        """(k,) until each is where vehicles may fly."""
+        return np.array([course.reachable_s for course in self.courses])
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """What else counts: who may come unseen, and the ways round that there are."""
+
+    threats: Threats
+    circuits: Sequence[Tour]
+    ways: Sequence[Sequence[Way]]
+    """(n,) what each vehicle may choose from; the first goes with routes, and so do those on the same circuit."""
+    sees_m: float
+    depth_m: float
+    """One group of unseen intruders stands for so much depth."""
+    lines: int
+
+
+class Meetings:
+    """When whom, of one situation."""
+
+    def __init__(self, now: Situation) -> None:
+        """First meetings (n, k), second ones (n, k, k): when vehicle i meets target l if it meets j before."""
+        self.now = now
+        here, there = now.xy_m[:, None], now.velocity_m_s[:, None]
+        found = meet(here, there, now.target_m, now.target_m_s, now.mobility, now.within_m)
+        # Nobody meets a target before it is where vehicles may fly.
+        self.first = Meeting(np.maximum(found.after_s, now.reachable_s), found.place_m, found.velocity_m_s)
+        begin = np.where(np.isfinite(self.first.after_s), self.first.after_s, 0.0)[..., None]
+        there = now.target_m + now.target_m_s * begin[..., None]
+        place, velocity = self.first.place_m[:, :, None], self.first.velocity_m_s[:, :, None]
+        then = meet(place, velocity, there, now.target_m_s, now.mobility, now.within_m)
+        after = np.maximum(self.first.after_s[..., None] + then.after_s, now.reachable_s)
+        self.second = Meeting(after, then.place_m, then.velocity_m_s)
+
+    def worth(self) -> tuple[Floats, Floats]:
+        """(n, k) and (n, k, k) of first and second meetings; 0 where they are too late."""
+        enters, kept = self.now.enters_s, np.zeros(self.first.after_s.shape)
+        for row, before in enumerate(self.now.before):
+            kept[row, list(before.targets[:1])] = KEPT_LATE_S - LATE_S
+        return _worth(enters - self.first.after_s, LATE_S + kept), _worth(enters - self.second.after_s, LATE_S)
+
+
+def _worth(margin_s: Floats, late_s: float | Floats) -> Floats:
+    worth = np.clip(FULL_WORTH + WORTH_1_S * (margin_s - MARGIN_S), LEAST_WORTH, FULL_WORTH)
+    return np.where(margin_s >= -late_s, worth, 0.0)
+
+
+def choose(now: Situation, outlook: Outlook) -> list[Choice]:
+    """(n,) what each does."""
+    meetings = Meetings(now)
+    routes = _routes(meetings)
+    options = [_options(routes[row], outlook.ways[row]) for row in range(len(now.xy_m))]
+    owner = np.repeat(np.arange(len(options)), [len(each) for each in options])
+    flat = [choice for each in options for choice in each]
+    course = courses_of(_ahead(owner, flat, meetings), outlook.circuits, now.mobility)
+    caught = catches(course, outlook.threats, now.mobility, outlook.sees_m, now.within_m)
+    share = UNSEEN_IN_50_M * outlook.depth_m / 50.0 / outlook.lines
+    met, own = _met(owner, flat, meetings)
+    # Who flies round may come by a target all the same, and needs not leave the ring for it.
+    passed_s = passes_s(course, now.target_m, now.target_m_s, PASSED_SHARE * now.within_m)
+    met = np.maximum(met, _worth(now.enters_s - np.maximum(passed_s, now.reachable_s), 0.0))
+    gains = _Gains(met, caught, share * outlook.threats.weight, own, np.split(np.arange(len(flat)), _cuts(options)))
+    picked = gains.best(now.before, flat)
+    return _with_passes([flat[k] for k in picked], met[picked])
+
+
+def _with_passes(choices: list[Choice], met: Floats) -> list[Choice]:
+    """(n,) choices whose ways are worth (n, k): who comes by whom that nobody is sent to."""
+    sent = {target for choice in choices for target in choice.targets}
+    found: dict[int, tuple[int, ...]] = {}
+    for target in range(met.shape[1]):
+        row = int(np.argmax(met[:, target]))
+        if target not in sent and met[row, target] > 0.0:
+            found[row] = (*found.get(row, ()), target)
+    return [replace(choice, passes=found.get(row, ())) for row, choice in enumerate(choices)]
+
+
+def _cuts(options: list[list[Choice]]) -> NDArray[np.int64]:
+    return np.cumsum([len(each) for each in options])[:-1]
+
+
+def _routes(meetings: Meetings) -> list[list[tuple[int, ...]]]:
+    """Useful routes of each vehicle, and what it is on now if that still can be."""
+    worth, then = meetings.worth()
+    n, k = worth.shape
+    both = np.where((worth[..., None] > 0.0) & (then > 0.0), worth[..., None] + then, 0.0)
+    both[:, np.arange(k), np.arange(k)] = 0.0
+    routes: list[list[tuple[int, ...]]] = []
+    for row in range(n):
+        single = worth[row] - TIME_1_S * np.minimum(meetings.first.after_s[row], NEVER)
+        double = (both[row] - TIME_1_S * np.minimum(meetings.second.after_s[row], NEVER)).ravel()
+        found: list[tuple[int, ...]] = [
+            (int(j),) for j in np.argsort(-single, kind="stable")[:SINGLES] if worth[row, j] > 0.0
+        ]
+        pairs = [divmod(int(p), k) for p in np.argsort(-double, kind="stable")[:PAIRS]]
+        found += [pair for pair in pairs if both[row][pair] > 0.0]
+        before = meetings.now.before[row].targets
+        if before and before not in found and worth[row, before[0]] > 0.0:
+            found.append(before if len(before) == 2 and both[row][before] > 0.0 else before[:1])
+        routes.append(found)
+    return routes
+
+
+def _options(routes: list[tuple[int, ...]], ways: Sequence[Way]) -> list[Choice]:
+    after = [way for way in ways if way[0] == ways[0][0]]
+    return [Choice((), way) for way in ways] + [Choice(route, way) for route in routes for way in after]
+
+
+def _ahead(owner: NDArray[np.int64], flat: list[Choice], meetings: Meetings) -> Ahead:
+    now = meetings.now
+    until, leg = np.zeros((len(flat), 2)), np.zeros((len(flat), 2, 2))
+    for m, choice in enumerate(flat):
+        if choice.targets:
+            first = (owner[m], choice.targets[0])
+            until[m], leg[m, 0] = meetings.first.after_s[first], meetings.first.velocity_m_s[first]
+        if len(choice.targets) > 1:
+            both = (owner[m], *choice.targets)
+            until[m, 1], leg[m, 1] = meetings.second.after_s[both], meetings.second.velocity_m_s[both]
+    circuit = np.array([choice.way[0] for choice in flat])
+    way = np.array([choice.way[1] for choice in flat])
+    return Ahead(now.xy_m[owner], now.velocity_m_s[owner], until, leg, circuit, way)
+
+
+def _met(owner: NDArray[np.int64], flat: list[Choice], meetings: Meetings) -> tuple[Floats, Floats]:
+    """(m, k) worth of the meetings of each option, and (m,) what only this vehicle's choice counts for."""
+    worth, then = meetings.worth()
+    met, own = np.zeros((len(flat), len(meetings.now.courses))), np.zeros(len(flat))
+    for m, choice in enumerate(flat):
+        row, before, targets = int(owner[m]), meetings.now.before[owner[m]], choice.targets
+        if targets:
+            met[m, targets[0]] = worth[row, targets[0]]
+            own[m] -= TIME_1_S * meetings.first.after_s[row, targets[0]]
+        if len(targets) > 1:
+            met[m, targets[1]] = then[(row, *targets)]
+            own[m] -= TIME_1_S * meetings.second.after_s[(row, *targets)]
+        own[m] += KEPT_WAY * (choice.way[1] == before.way[1]) + KEPT_CIRCUIT * (choice.way[0] == before.way[0])
+        own[m] += KEPT_ROUTE * (targets == before.targets)
+    return met, own
+
+
+@dataclass(frozen=True)
+class _Gains:
+    """What options (m) are worth: each target and each unseen intruder counts once, however many meet it."""
+
+    met: Floats
+    """(m, k)"""
+    caught: NDArray[np.bool_]
+    """(m, h)"""
+    weight: Floats
+    """(h,)"""
+    own: Floats
+    """(m,)"""
+    of: list[NDArray[np.int64]]
+    """Options by vehicle."""
+
+    def best(self, before: Sequence[Choice], flat: list[Choice]) -> list[int]:
+        """Options by vehicle: from what they do now, and from nobody having a target, whichever ends better."""
+        going_on = [self._same(rows, before[i], flat) for i, rows in enumerate(self.of)]
+        anew = [int(rows[0]) for rows in self.of]
+        found = [self._improved(begin) for begin in (going_on, anew)]
+        return max(found, key=self._worth)
+
+    def _same(self, rows: NDArray[np.int64], before: Choice, flat: list[Choice]) -> int:
+        alike = [int(m) for m in rows if flat[m].way == before.way]
+        return next((m for m in alike if flat[m].targets == before.targets), alike[0] if alike else int(rows[0]))
+
+    def _worth(self, picked: list[int]) -> float:
+        met = self.met[picked].max(axis=0, initial=0.0).sum()
+        return float(met + self.weight[self.caught[picked].any(axis=0)].sum() + self.own[picked].sum())
+
+    def _improved(self, picked: list[int]) -> list[int]:
+        picked = list(picked)
+        for _ in range(ROUNDS):
+            before = list(picked)
+            for i, rows in enumerate(self.of):
+                others = picked[:i] + picked[i + 1 :]
+                met = self.met[others].max(axis=0, initial=0.0)
+                caught = self.caught[others].any(axis=0)
+                gain = np.maximum(self.met[rows] - met, 0.0).sum(axis=1) + self.own[rows]
+                gain += self.caught[rows] @ np.where(caught, 0.0, self.weight)
+                best = int(np.argmax(gain))
+                now = int(np.searchsorted(rows, picked[i]))
+                if gain[best] > gain[now] + 1e-9:
+                    picked[i] = int(rows[best])
+            if picked == before:
+                break
+        return picked
+
+
+def duties(now: Situation, choices: Sequence[Choice]) -> dict[int, Duty]:
+    """By vehicle's row: of those who have targets, and of those who follow whom nobody met in time."""
+    if not len(now.courses) or not len(now.xy_m):
+        return {}
+    first = Meetings(now).first
+    routes = {row: choice.targets for row, choice in enumerate(choices) if choice.targets}
+    routes |= _inside(first, now, routes)
+    return {row: _duty(row, route, first, now) for row, route in sorted(routes.items())}
+
+
+def _inside(first: Meeting, now: Situation, routes: dict[int, tuple[int, ...]]) -> dict[int, tuple[int, ...]]:
+    """Who is in the zone already is followed, if nobody has anyone to meet; half of the vehicles stay for others.
+
+    To follow whom nobody meets in time, before, opens the net for the next: 6 more of 100 came through (4 v 4, 4 v 8).
+    """
+    n = len(now.xy_m)
+    most, left = n // 2, np.flatnonzero(now.enters_s <= 0.0).tolist()
+    if routes or not left:
+        return {}
+    cost = np.minimum(first.after_s[:, left], NEVER)
+    found = sorted((float(cost[r, c]), r, left[c]) for r, c in matched(cost) if cost[r, c] < NEVER / 2.0)
+    return {row: (target,) for _, row, target in found[:most]}
+
+
+def _duty(row: int, route: tuple[int, ...], first: Meeting, now: Situation) -> Duty:
+    target = route[0]
+    after_s = float(first.after_s[row, target])
+    waits = after_s <= now.courses[target].reachable_s + 1e-6 and after_s > 0.0
+    there = now.target_m[target] + now.target_m_s[target] * after_s
+    place = there if waits else first.place_m[row, target]
+    return Duty(
+        route, place, first.velocity_m_s[row, target], after_s, float(now.courses[target].enters_s - after_s), waits
+    )

@@ -1,0 +1,76 @@
+"""Paths for the next seconds: point masses that steer towards what moves, and never where they could not stop."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.transit import Mobility
+
+Floats = NDArray[np.floating[Any]]
+
+SAMPLES = 13
+SAMPLE_S = 0.25
+"""Paths have so many samples so far apart: 3 s."""
+CLOSE_IN_1_S = 1.0
+"""Speed at which a place is approached, per metre left."""
+BRAKE_SHARE = 0.7
+"""Of the acceleration, for approaching a place."""
+
+
+@dataclass
+class Aims:
+    """What n vehicles steer for, as functions of time: (n, SAMPLES, 2) places, and how fast those move."""
+
+    place_m: Floats
+    velocity_m_s: Floats
+    through: NDArray[np.bool_]
+    """(n,) True: turn to the velocity and keep it, wherever the place is: what a meeting in closed form assumes."""
+
+
+def paths(xy_m: Floats, velocity_m_s: Floats, aims: Aims, mobility: Mobility, region: Region) -> tuple[Floats, Floats]:
+    """Places and velocities (n, SAMPLES, 2) from states (n, 2). Inside the region every sample can be stopped from."""
+    speed, most = mobility.speed_m_s, mobility.accel_m_s2 * SAMPLE_S
+    brake = 2.0 * BRAKE_SHARE * mobility.accel_m_s2
+    xy, velocity = xy_m.copy(), _slower(velocity_m_s, speed)
+    places, speeds = [xy], [velocity]
+    for k in range(1, SAMPLES):
+        # Where it would be with the velocity it has is what the error is taken from.
+        gap = aims.place_m[:, k] - (xy + velocity * SAMPLE_S)
+        left = np.hypot(gap[:, 0], gap[:, 1])
+        closing = np.minimum(CLOSE_IN_1_S * left, np.sqrt(brake * left))
+        closing = np.where(aims.through, 0.0, closing)
+        wanted = aims.velocity_m_s[:, k] + gap * (closing / np.maximum(left, 1e-6))[:, None]
+        change = _slower(_slower(wanted, speed) - velocity, most)
+        new = velocity + change
+        xy, velocity = xy + (velocity + new) * (SAMPLE_S / 2.0), new
+        places.append(xy)
+        speeds.append(velocity)
+    return _stoppable(np.stack(places, axis=1), np.stack(speeds, axis=1), mobility.accel_m_s2, region)
+
+
+def _slower(velocity: Floats, most: float) -> Floats:
+    size = np.hypot(velocity[:, 0], velocity[:, 1])
+    return np.asarray(velocity * np.minimum(1.0, most / np.maximum(size, 1e-9))[:, None])
+
+
+def _stoppable(places: Floats, speeds: Floats, accel: float, region: Region) -> tuple[Floats, Floats]:
+    """Paths end with braking before the first sample from which a vehicle could not stop inside.
+
+    A path that begins outside is left as it is: it leads back.
+    """
+    n = len(places)
+    good = region.can_stop(places.reshape(-1, 2), speeds.reshape(-1, 2), accel).reshape(n, SAMPLES)
+    good[~region.contains(places[:, 0])] = True
+    for row in np.flatnonzero(~good.all(axis=1)):
+        last = max(0, int(np.argmin(good[row])) - 1)
+        here, velocity = places[row, last], speeds[row, last]
+        size = float(np.hypot(*velocity))
+        after = SAMPLE_S * np.arange(1, SAMPLES - last)
+        share = np.maximum(0.0, 1.0 - accel * after / size) if size > 1e-9 else np.zeros_like(after)
+        braked = np.minimum(after, size / accel)
+        places[row, last + 1 :] = here + velocity * (braked * (1.0 + share) / 2.0)[:, None]
+        speeds[row, last + 1 :] = velocity * share[:, None]
+    return places, speeds

@@ -1,0 +1,377 @@
+"""Patrol: one closed smooth tour of the zone, active vehicles as equally timed slots that move along it.
+
+Every place of the zone is then seen at least once per T / n. The tour is designed in about a second; a better one is
+searched for between steps, and taken when vehicles are on their slots and it is better by enough.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from itertools import repeat
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.planner.api import (
+    LOW_BATTERY_PCT,
+    Annotation,
+    Context,
+    Fleet,
+    Intent,
+    Output,
+    Param,
+    ParamValue,
+    Planner,
+    PlannerTask,
+    area_m2,
+    sweep_bound_s,
+)
+from tui_gcs.planner.guardian.formation import FEW, Berth, Course, Formation
+from tui_gcs.planner.lazy_scipy import warm_up
+from tui_gcs.planner.patrol import patrol_state
+from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.patrol_state import State
+from tui_gcs.planner.patrol.tempo import taken_on
+from tui_gcs.planner.patrol.tour import Tour
+from tui_gcs.planner.patrol.tour_search import Search, begun
+from tui_gcs.planner.patrol.tour_site import Design, site_of
+from tui_gcs.planner.patrol.tour_smoothing import Motion
+from tui_gcs.planner.patrol.transit import Mobility
+from tui_gcs.planner.runtime.background import Background
+
+Floats = NDArray[np.floating[Any]]
+
+HORIZON_S = 3.0
+SAMPLE_S, SPARSE_SAMPLE_S = 0.25, 0.5
+"""Of few vehicles, and of many: between two samples the way is straight, up to a dt^2 / 8 = 0.02 and 0.08 m off."""
+ACCEL_SHARE = 0.88
+"""Of the allowed acceleration; the rest is the autopilot's for tracking. Simulated ArduCopters were up to 0.9 m beside
+a tour with 0.92, in a wind of 3 m/s, and 0.8 m with 0.88; real ones flew 0.95 and 0.84 equally well."""
+TRANSIT_SPEED_SHARE = 0.995
+"""More than any tour's: whoever is behind catches up."""
+DRAWN_POINTS = 120
+DRAW_AGAIN_S = 5.0
+"""A plan may be dropped on its way, and a station may be new."""
+GAIN = 0.02
+"""Another tour is flown if it is better by this share."""
+PATIENCE_S = 15.0
+"""A change of tempo waits so long for all to be on their slots: in such a wind somebody may never be."""
+FIT_PCT = 15.0
+"""A relief has so much more in its battery than is low."""
+
+
+class Patrol(Planner):
+    """Equally timed slots on one closed tour of the team's zone."""
+
+    name = "patrol"
+    version = "3"
+    iterations_per_s = 30.0
+    params = (
+        Param(
+            "speed_fraction",
+            float,
+            0.985,
+            0.3,
+            0.985,
+            "",
+            "tour speed as a share of the speed limit; the rest catches up",
+        ),
+        Param("margin_m", float, 0.0, 0.0, 5.0, "m", "planned footprint is smaller by this than autopilots need"),
+        Param("direction", str, "auto", choices=("auto", "cw", "ccw"), help="sense of the tour: auto is as designed"),
+        Param("reserve", int, 0, 0, 100, help="vehicles that wait to take the place of one that is lost or low"),
+        Param("search", int, 300, 0, 100_000, help="units of search for a better tour, 30 a second"),
+        Param("seed", int, 0, 0, 2**31 - 1, help="another seed tries other tours"),
+    )
+
+    def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
+        """Design the tour. Raises ValueError if nothing of the area may be flown over."""
+        super().configure(task, params, rng)
+        warm_up()
+        limits, radius_m = task.limits, task.footprint_radius_m
+        accel = limits.accel_m_s2 * ACCEL_SHARE
+        planned_radius_m = max(radius_m - task.off_course_m - float(params["margin_m"]), radius_m * 0.5)
+        self._planned_off_m = radius_m - planned_radius_m
+        motion = Motion(limits.speed_m_s * float(params["speed_fraction"]), accel, planned_radius_m)
+        self._direction, self._units = str(params["direction"]), int(params["search"])
+        self._wanted = max(1, len(task.members) - int(params["reserve"]))
+        self._region = Region(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
+        self._site = site_of(task.zone.shape, self._region, motion, radius_m)
+        self._accel_m_s2 = accel
+        search = begun(self._site, int(params["seed"]) * 2**32 + int(rng.integers(2**32)), self._wanted)
+        if search.best is None:
+            raise ValueError(f"zone {task.zone.name!r}: no tour")
+        self._state = State(search, search.best, Formation())
+        self._background = Background()
+        self._searched: dict[int, Search] = {}
+        """Ahead of what was granted, by the units done."""
+        self._fly(self._state.design)
+
+    def learnt(self) -> bytes:
+        """The wind does not change with the zone."""
+        return self._state.tempo.handed_on()
+
+    def inherit(self, learnt: bytes) -> None:
+        """At the tempo that was right before."""
+        self._state.tempo = taken_on(learnt)
+        self._fly(self._state.design)
+
+    def step(self, ctx: Context) -> Output:
+        """Intents for active vehicles; slots are re-spaced in the step that sees another set of them."""
+        fleet, state, t_s = ctx.fleet, self._state, ctx.t_s
+        self._background.wait()
+        self._improve(t_s, fleet)
+        self._man(t_s, fleet)
+        off_m = self._course.follow_up(state.formation, t_s, fleet)
+        self._release()
+        notes = self._keep_tempo(t_s, fleet, off_m)
+        out = Output(notes=notes, intents=self._intents(t_s, fleet))
+        if t_s - state.drawn_s >= DRAW_AGAIN_S:
+            out.annotations, state.drawn_s = [_drawing(self._course.tour)], t_s
+        out.metrics = self._metrics(t_s)
+        self._search_on(ctx.iterations)
+        return out
+
+    def ahead(self, go_on: Callable[[], bool]) -> None:
+        """Search now for what steps will find then."""
+        search = replace(self._state.search)
+        while search.units < self._units and go_on():
+            search.work(self._site)
+            self._searched[search.units] = replace(search)
+
+    def stop(self, reason: str) -> None:
+        """No more steps."""
+        self._background.wait()
+
+    def snapshot(self) -> bytes:
+        """Tour, slots, transits and search."""
+        self._background.wait()
+        return patrol_state.encode(self._state)
+
+    def restore(self, data: bytes) -> None:
+        """Go on on the same tour. Raises ValueError if these are not the bytes of a patrol."""
+        self._state = patrol_state.decode(data, self._site)
+        self._fly(self._state.design)
+
+    # ---------------------------------------------------------------- the tour
+
+    def _fly(self, design: Design) -> None:
+        """At the present tempo; so are the ways to its slots."""
+        self._state.design, rate = design, self._state.tempo.share
+        mobility = Mobility(self.task.limits.speed_m_s * TRANSIT_SPEED_SHARE * rate, self._accel_m_s2 * rate**2)
+        self._course = Course(turned(design.tour, self._direction).times(rate), mobility, self._region)
+
+    def _keep_tempo(self, t_s: float, fleet: Fleet, off_m: float) -> list[str]:
+        """Slower if somebody cannot follow (`off_m` beside its way), faster when all can again; what is to be told."""
+        tempo, formation, wanted = self._state.tempo, self._state.formation, self._state.tempo.wanted
+        gap_s = tempo.judge(t_s, off_m - self._planned_off_m)
+        due = tempo.share != tempo.wanted and not formation.falls_back(t_s)
+        if due and (formation.at_rest or t_s > tempo.stepped_s + PATIENCE_S):
+            before, rate = self._course, tempo.advance(gap_s)
+            self._fly(self._state.design)
+            self._course.retime(formation, before, rate, t_s, fleet)
+        return tempo.news(wanted)
+
+    def _search_on(self, units: int) -> None:
+        """Look for a better tour until the next step."""
+        search = self._state.search
+        units = min(units, self._units - search.units)
+        if (found := self._searched.get(search.units + units)) is not None:
+            self._state.search = found
+            return
+
+        def work() -> None:
+            for _ in range(units):
+                search.work(self._site)
+
+        if units > 0:
+            self._background.begin(work)
+
+    def _improve(self, t_s: float, fleet: Fleet) -> None:
+        """Take a better tour: at once while nobody flies, else when all are on their slots and have flown a round."""
+        state, formation = self._state, self._state.formation
+        found = state.search.best
+        if found is None or not _better(found, state.design):
+            return
+        if formation.berths:
+            if not formation.at_rest or formation.slots > FEW or t_s < state.quiet_s:
+                return
+            if not set(formation.berths) <= _active(fleet):
+                return
+            before = self._course
+            self._fly(found)
+            self._course.take_over(formation, before, t_s, fleet)
+            state.quiet_s = t_s + found.tour.period_s
+        else:
+            self._fly(found)
+        state.drawn_s = -np.inf
+
+    # ---------------------------------------------------------------- who flies
+
+    def _man(self, t_s: float, fleet: Fleet) -> None:
+        """Slots for the active vehicles but those in reserve, and reliefs for those whose battery is low."""
+        formation, active = self._state.formation, _active(fleet)
+        formation.leaving &= active
+        formation.reliefs = {new: old for new, old in formation.reliefs.items() if {new, old} <= active}
+        formation.berths = {v: berth for v, berth in formation.berths.items() if v in active}
+        spare = self._spare(fleet, active)
+        owners = formation.owners
+        slots = min(len(owners) + len(spare), self._wanted)
+        missing = slots - len(owners)
+        if slots != formation.slots:
+            self._course.respace(formation, t_s, fleet, [*owners, *spare[:missing]])
+        elif missing > 0:
+            self._course.replace(formation, t_s, fleet, spare[:missing])
+        self._relieve(t_s, fleet)
+
+    def _spare(self, fleet: Fleet, active: set[int]) -> list[int]:
+        """Active vehicles without a slot of their own, in the order in which they get one.
+
+        The nearest first; those who are on the way as a relief, and those whose battery is low, last.
+        """
+        formation = self._state.formation
+        free = active - set(formation.owners) - formation.leaving
+        rows = [i for i, vehicle in enumerate(fleet.id) if int(vehicle) in free]
+        middle = self._course.tour.middle_m
+        low = fleet.battery_pct[rows] < LOW_BATTERY_PCT
+        away_m = np.hypot(*(fleet.position_m[rows, :2] - middle).T)
+        busy = np.array([int(fleet.id[i]) in formation.reliefs for i in rows], dtype=bool)
+        order = np.lexsort((fleet.position_m[rows, 0], away_m, busy, low))
+        return [int(fleet.id[rows[k]]) for k in order]
+
+    def _relieve(self, t_s: float, fleet: Fleet) -> None:
+        """Send a fit spare vehicle to the slot of each whose battery is low; heights must keep the two apart."""
+        formation = self._state.formation
+        apart_m = self.task.limits.separation_vertical_m
+        row = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
+        low = [v for v in formation.owners if fleet.battery_pct[row[v]] < LOW_BATTERY_PCT]
+        spare = [v for v in self._spare(fleet, _active(fleet)) if v not in formation.reliefs] if low else []
+        for old in low:
+            if old in formation.reliefs.values():
+                continue
+            for new in spare:
+                fit = not fleet.battery_pct[row[new]] < LOW_BATTERY_PCT + FIT_PCT
+                if fit and abs(fleet.layer_m[row[new]] - fleet.layer_m[row[old]]) >= apart_m:
+                    self._course.relieve(formation, t_s, fleet, new, old)
+                    spare.remove(new)
+                    break
+
+    def _release(self) -> None:
+        """Whoever has its relief beside it leaves."""
+        formation = self._state.formation
+        for new, old in list(formation.reliefs.items()):
+            if formation.berths[new].settled:
+                del formation.reliefs[new], formation.berths[old]
+                formation.leaving.add(old)
+
+    # ---------------------------------------------------------------- intents
+
+    def _intents(self, t_s: float, fleet: Fleet) -> list[Intent]:
+        formation = self._state.formation
+        rows = [i for i in np.flatnonzero(fleet.active).tolist() if int(fleet.id[i]) in formation.berths]
+        flown = self._trajectories(t_s, fleet, rows)
+        intents = []
+        for i in np.flatnonzero(fleet.active).tolist():
+            vehicle = int(fleet.id[i])
+            if vehicle in flown:
+                intents.append(flown[vehicle])
+            elif vehicle in formation.leaving:
+                intents.append(Intent(vehicle, "return", reason="relieved: its battery is low"))
+            else:
+                intents.append(Intent(vehicle, "hold", slot="reserve", joined=True, reason="in reserve"))
+        return intents
+
+    def _trajectories(self, t_s: float, fleet: Fleet, rows: list[int]) -> dict[int, Intent]:
+        formation = self._state.formation
+        if not rows:
+            return {}
+        sample_s = SAMPLE_S if formation.slots <= FEW else SPARSE_SAMPLE_S
+        times = t_s + sample_s * np.arange(round(HORIZON_S / sample_s) + 1)
+        berths = [formation.berths[int(fleet.id[i])] for i in rows]
+        xy, velocity = self._course.references(berths, times)
+        layer_m = fleet.layer_m[rows]
+        z = np.where(np.isfinite(layer_m), layer_m, fleet.position_m[rows, 2])
+        places = [tuple(zip(x, y, repeat(up))) for x, y, up in zip(*_lists(xy), z.tolist(), strict=True)]
+        speeds = [tuple(zip(east, north, repeat(0.0))) for east, north in zip(*_lists(velocity), strict=True)]
+        found = {}
+        for k, (i, berth) in enumerate(zip(rows, berths, strict=True)):
+            vehicle, slot = int(fleet.id[i]), f"{berth.slot + 1}/{formation.slots}"
+            if berth.stuck or (berth.waiting and berth.before is None):
+                why = "no way to its slot inside the operating area" if berth.stuck else "its way is being planned"
+                found[vehicle] = Intent(vehicle, "hold", slot=slot, reason=why)
+                continue
+            found[vehicle] = Intent(
+                vehicle,
+                "trajectory",
+                t0_s=t_s,
+                dt_s=sample_s,
+                positions_m=places[k],
+                velocities_m_s=speeds[k],
+                slot=slot,
+                joined=berth.joined and not berth.falls_back(t_s),
+                reason=_reason(berth, t_s),
+            )
+        return found
+
+    # ---------------------------------------------------------------- numbers
+
+    def _metrics(self, t_s: float) -> dict[str, float]:
+        task, state, n = self.task, self._state, self._state.formation.slots
+        worst_s = predicted_worst_s(state.design, n) / state.tempo.share if n else np.nan
+        bound_s = sweep_bound_s(area_m2(task.zone.shape), max(1, n), task.limits.speed_m_s, task.footprint_radius_m)
+        owners = state.formation.owners.values()
+        return state.tempo.metrics | {
+            "period_s": self._course.tour.period_s,
+            "predicted_worst_s": worst_s,
+            "predicted_ratio": worst_s / bound_s,
+            "bound_s": bound_s if n else np.nan,
+            "coverage": state.design.real.coverage,
+            "slots": n,
+            "joined": sum(berth.joined and not berth.falls_back(t_s) for berth in owners),
+            "searched": min(1.0, state.search.units / self._units) if self._units else 1.0,
+        }
+
+
+def predicted_worst_s(design: Design, n: int) -> float:
+    """Worst idleness of `n` slots on a tour that may have been judged for another number.
+
+    The worst place is seen once a round, for a while that does not depend on their number.
+    """
+    period_s = design.tour.period_s
+    return period_s / n - (period_s / design.n - design.real.worst_s)
+
+
+def turned(tour: Tour, direction: str) -> Tour:
+    """The tour flown clockwise ("cw"), counter-clockwise ("ccw") or as it is ("auto")."""
+    x, y = tour.xy_m.T
+    enclosed = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    if direction == "auto" or (enclosed > 0.0) == (direction == "ccw"):
+        return tour
+    return Tour(tour.dt_s, tour.xy_m[::-1].copy(), -tour.velocity_m_s[::-1])
+
+
+def _better(found: Design, flown: Design) -> bool:
+    """Whether it is worth going over to `found`."""
+    if found.rank[:2] != flown.rank[:2]:
+        return found.rank < flown.rank
+    return found.real.worst_s < (1.0 - GAIN) * flown.real.worst_s
+
+
+def _reason(berth: Berth, t_s: float) -> str:
+    if berth.transit is not None:
+        return "on its way to its slot"
+    return "slower, to fall back to its slot" if berth.falls_back(t_s) else ""
+
+
+def _active(fleet: Fleet) -> set[int]:
+    return set(fleet.id[fleet.active].tolist())
+
+
+def _lists(vectors: Floats) -> tuple[list[list[float]], list[list[float]]]:
+    """East and north of (n, k, 2)."""
+    return vectors[..., 0].tolist(), vectors[..., 1].tolist()
+
+
+def _drawing(tour: Tour) -> Annotation:
+    every = max(1, -(-len(tour.xy_m) // (DRAWN_POINTS - 1)))
+    points = [(round(x, 1), round(y, 1)) for x, y in tour.xy_m[::every].tolist()]
+    return Annotation("polyline", (*points, points[0]), "tour")

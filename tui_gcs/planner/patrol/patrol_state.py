@@ -1,0 +1,72 @@
+"""What a patrol must remember, and as bytes: exact, so that a restarted worker's plans are the same bit for bit."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.planner.guardian.formation import Formation
+from tui_gcs.planner.patrol.tempo import Tempo
+from tui_gcs.planner.patrol.tour_search import Search
+from tui_gcs.planner.patrol.tour_site import Design, Site
+from tui_gcs.planner.patrol.tour_smoothing import Draft
+
+MOST_BYTES = 900_000
+"""Hosts keep no more: many vehicles on long ways to their slots are not kept."""
+
+
+@dataclass
+class State:
+    """What a step leaves for the next."""
+
+    search: Search
+    design: Design
+    """Of the tour that is flown."""
+    formation: Formation
+    drawn_s: float = -np.inf
+    quiet_s: float = -np.inf
+    """No other tour is taken before."""
+    tempo: Tempo = field(default_factory=Tempo)
+
+
+class _Array(msgspec.Struct, frozen=True, array_like=True):
+    shape: tuple[int, ...]
+    data: bytes
+    """Of 64-bit floats."""
+
+
+class _Design(msgspec.Struct, frozen=True, array_like=True):
+    draft: Draft
+    n: int
+
+
+def encode(state: State) -> bytes:
+    """The state as msgpack; b"" if that is too long."""
+    data = msgspec.msgpack.encode(state, enc_hook=_packed)
+    return data if len(data) <= MOST_BYTES else b""
+
+
+def decode(data: bytes, site: Site) -> State:
+    """The state of `encode`; its tours are made anew from their drafts. Raises ValueError if it is none."""
+
+    def unpacked(kind: Any, value: Any) -> Any:
+        if kind is Design:
+            kept = msgspec.convert(value, _Design, dec_hook=unpacked)
+            return site.judged(kept.draft, kept.n)
+        packed = msgspec.convert(value, _Array)
+        array: NDArray[np.float64] = np.frombuffer(packed.data, dtype=np.float64).reshape(packed.shape).copy()
+        return array
+
+    return msgspec.msgpack.decode(data, type=State, dec_hook=unpacked)
+
+
+def _packed(value: Any) -> Any:
+    if isinstance(value, Design):
+        return _Design(value.draft, value.n)
+    if isinstance(value, np.ndarray):
+        return _Array(value.shape, np.ascontiguousarray(value, dtype=np.float64).tobytes())
+    if isinstance(value, np.generic):
+        return value.item()
+    raise NotImplementedError(f"{type(value).__name__} is no part of a patrol's state")

@@ -1,0 +1,80 @@
+"""Slots: n places on a tour, equally spaced in time, and who takes which when the number changes."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.planner.lazy_scipy import paired
+from tui_gcs.planner.patrol.tour import Tour
+from tui_gcs.planner.patrol.transit import rendezvous_s
+
+Floats = NDArray[np.floating[Any]]
+
+LAP_STEP_S = 0.5
+SHIFTS = 24
+"""Common phase shifts tried."""
+ALIGNED_M = 4.0
+ALIGNED_M_S = 2.0
+"""A vehicle this near a slot, in place and velocity, is on it already."""
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """`phase_s[i]`: where on the tour the slot of vehicle i is now. `slot[i]`: its number, 0 … n - 1."""
+
+    phase_s: Floats
+    slot: NDArray[np.int64]
+
+
+def assign(xy_m: Floats, velocity_m_s: Floats, tour: Tour, speed_m_s: float) -> Assignment:
+    """Slots for n vehicles: the shift of all slots and the pairing with the least sum of cubed rendezvous times.
+
+    The cube makes the slowest vehicle count most (planning.md C2). The order of the vehicles does not matter.
+    """
+    n = len(xy_m)
+    spacing_s = tour.period_s / n
+    steps = max(8, round(tour.period_s / LAP_STEP_S))
+    step_s = tour.period_s / steps
+    meet_s = rendezvous_s(xy_m, tour.at(step_s * np.arange(steps))[0], step_s, speed_m_s)
+    shifts = spacing_s * np.arange(SHIFTS) / SHIFTS
+    # Ties are broken by place, not by the order in which vehicles come.
+    order = np.lexsort((xy_m[:, 1], xy_m[:, 0]))
+    best: tuple[float, Floats, NDArray[np.int64]] | None = None
+    for shift_s in shifts:
+        phases = shift_s + spacing_s * np.arange(n)
+        cost = _waiting(meet_s, phases, step_s, xy_m, velocity_m_s, tour)[order] ** 3
+        columns = paired(cost)
+        total = float(cost[np.arange(n), columns].sum())
+        if best is None or total < best[0] - 1e-6:
+            best = (total, phases, columns)
+    if best is None:
+        raise ValueError("no vehicles to assign")
+    slot = np.empty(n, dtype=np.int64)
+    slot[order] = best[2]
+    return Assignment(best[1][slot], slot)
+
+
+def _waiting(meet_s: Floats, phases: Floats, step_s: float, xy: Floats, velocity: Floats, tour: Tour) -> Floats:
+    """(n, n) time until vehicle i is on the slot now at phases[j]; 0 for one that is there already."""
+    column = np.round(phases / step_s).astype(np.int64) % meet_s.shape[1]
+    waiting = meet_s[:, column]
+    at, speed = tour.at(phases)
+    near = np.hypot(*(xy[:, None] - at[None]).transpose(2, 0, 1)) <= ALIGNED_M
+    like = np.hypot(*(velocity[:, None] - speed[None]).transpose(2, 0, 1)) <= ALIGNED_M_S
+    return np.where(near & like, 0.0, waiting)
+
+
+def delayed(phase_s: Floats, n: int, period_s: float, least_s: float) -> tuple[Floats, NDArray[np.int64]]:
+    """New phases and slot numbers for 1 <= k <= n vehicles that keep their order on the tour and only ever fall back.
+
+    Slots are `period_s / n` apart. Who falls back least does so by `least_s`. O(k log k).
+    """
+    order = np.argsort(-(phase_s % period_s), kind="stable")
+    behind = np.arange(len(phase_s)) * n // len(phase_s)
+    ahead_s = (phase_s % period_s)[order] + behind * (period_s / n)
+    phases, slots = np.empty(len(phase_s)), np.empty(len(phase_s), dtype=np.int64)
+    phases[order] = ahead_s.min() - least_s - behind * (period_s / n)
+    slots[order] = -behind % n
+    return phases, slots

@@ -1,0 +1,180 @@
+"""Searches for the tour of a zone: many first guesses, the promising ones finished; the best are kept and changed.
+
+Topology (which lanes in which order) matters more than descent (planning.md C1). So a part of the search is new
+guesses, the rest changes of what is good already: shoves, lanes joined the other way round, more or fewer control
+points. What is kept is compared by its exact duration: what descent calls its cost says little about it (measured:
+tours whose costs were equal differed by 15 %).
+
+A search is a pure function of its seed and of how many units of work it did: work u draws its random numbers from
+(seed, u), so that a search can be stored between any two of them. A unit is about 8 ms.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.planner.patrol.tour_construction import round_trip
+from tui_gcs.planner.patrol.tour_seeds import seeds
+from tui_gcs.planner.patrol.tour_site import FINER, Design, Finishing, Site
+from tui_gcs.planner.patrol.tour_smoothing import Draft, Effort
+
+Floats = NDArray[np.floating[Any]]
+
+LOOP_M = 4.0
+"""Radius of the loop over a zone that one footprint about covers."""
+FULL_SEARCH_CELLS = 3500
+"""Zones with more cells are searched less, so that configuring takes about a second all the same."""
+ROUND_TRIPS = 40
+TRY = (Effort(0.05, 1.0, 12), Effort(1.0, 3.0, 10))
+CHANGE = Effort(1.0, 3.0, 10)
+FINISHED, FEWEST_FINISHED = 8, 2
+"""Tries that are finished at once."""
+MOST_FINISHING = 80_000
+"""Rounds of that, times cells: no further try is begun then. A round of 3000 cells takes about 20 ms."""
+POOL = 5
+"""Finished drafts that are kept and changed."""
+NEW_SHARE = 0.4
+"""Of the search: new guesses."""
+SHOVE_SHARE, TURN_SHARE = 0.6, 0.25
+"""Of changes: shoves, and stretches turned round; the others change the number of control points."""
+RESPACED = (0.85, 1.15)
+KICK_M, KICK_REACH_M = 8.0, 15.0
+NEIGHBOUR_M = 45.0
+"""Lanes so close may be joined the other way round."""
+PROMISING = 1.02
+"""A try that costs up to so much more than the last one that was finished at once is finished, too."""
+WORTH_JUDGING = 1.01
+"""The worst place need not wait longer on a tour that takes so much longer."""
+HOPEFUL = 1.01
+"""A draft that misses no cell is worked on if it is not so much longer than the best: that gains a percent at most."""
+WORTH_S = 0.05
+"""A change must gain so much (of the tour's duration) to count."""
+
+
+@dataclass
+class Search:
+    """The state of a search that `begun` began; it must `work` on the same site. `pool` is sorted by cost."""
+
+    seed: int
+    n: int
+    """Vehicles that tours are judged for."""
+    pool: list[Draft] = field(default_factory=list)
+    """Finished: their cost is their duration."""
+    bar: float = math.inf
+    """What a try may cost to be finished."""
+    units: int = 0
+    """Done so far."""
+    finishing: Finishing | None = None
+    """What is worked on."""
+    best: Design | None = None
+
+    def work(self, site: Site) -> None:
+        """One unit: a new guess, or a change of a draft of the pool, or a round of finishing one of these."""
+        self.units += 1
+        if not self.pool:
+            return
+        if self.finishing is not None:
+            self.finishing = site.tightened(self.finishing)
+            if self.finishing.done:
+                self._admit(site, self.finishing.best, self.finishing.instead_of)
+                self.finishing = None
+            return
+        rng = np.random.default_rng([self.seed, self.units])
+        if rng.random() < NEW_SHARE:
+            for tried in self.new(site, self.units, rng):
+                if tried.cost <= self.bar:
+                    self.finishing = site.begun(tried.respaced(FINER), enough=self._hopeful())
+        else:
+            before = self.pool[int(len(self.pool) * rng.random() * rng.random())]
+            changed = site.bent(_changed(before, rng), CHANGE)
+            self.finishing = site.begun(changed, before.cost, self._hopeful())
+
+    def new(self, site: Site, number: int, rng: np.random.Generator) -> list[Draft]:
+        """A new guess, tried; none if chance gives nothing of use."""
+        path = round_trip(site.zone, site.motion.radius_m, rng)
+        return [] if path is None else [site.bent(site.draft(f"round trip {number}", path), *TRY)]
+
+    def _hopeful(self) -> float:
+        """What a draft may cost to be worked on when it misses no cell."""
+        return HOPEFUL * self.pool[0].cost if self.pool else math.inf
+
+    def _admit(self, site: Site, draft: Draft, instead_of: float = math.inf) -> None:
+        """Into the pool, if it is good enough and no other is as long; a change only instead of what was changed."""
+        if draft.cost >= instead_of - WORTH_S:
+            return
+        others = [other for other in self.pool if other.cost != instead_of]
+        if any(abs(draft.cost - other.cost) <= WORTH_S for other in others):
+            return
+        self.pool = sorted([*others, draft], key=_cost)[:POOL]
+        if draft.cost <= WORTH_JUDGING * self.pool[0].cost:
+            design = site.judged(draft, self.n)
+            if self.best is None or design.rank < self.best.rank:
+                self.best = design
+
+
+def begun(site: Site, seed: int, n: int) -> Search:
+    """The instant plan for `n` vehicles is `best` of what is returned. Takes about a second."""
+    search = Search(seed, n)
+    centre = site.cells.mean(axis=0)
+    if np.hypot(*(site.cells - centre).T).max() <= site.motion.radius_m + 0.75 * LOOP_M:
+        search.best = site.judged(Draft("loop", site.region.pulled_inside(_loop(centre)), 1.0), n)
+        return search
+    rng, share = np.random.default_rng([seed, 0]), min(1.0, (FULL_SEARCH_CELLS / len(site.cells)) ** 2)
+    tries = [site.bent(site.draft(name, path), *TRY) for name, path in seeds(site.zone, site.motion.radius_m)]
+    for i in range(max(4, round(ROUND_TRIPS * share))):
+        tries.extend(search.new(site, i, rng))
+    tries.sort(key=_cost)
+    most = min(len(tries), max(FEWEST_FINISHED, round(FINISHED * share)))
+    search.bar = tries[most - 1].cost * PROMISING
+    left = MOST_FINISHING // len(site.cells)
+    for draft in tries[:most]:
+        if left <= 0:
+            break
+        finishing = site.begun(draft.respaced(FINER), enough=search._hopeful())
+        while not finishing.done:
+            finishing, left = site.tightened(finishing), left - 1
+        search._admit(site, finishing.best)
+    return search
+
+
+def _cost(draft: Draft) -> float:
+    return draft.cost
+
+
+def _changed(draft: Draft, rng: np.random.Generator) -> Draft:
+    kind = rng.random()
+    if kind < SHOVE_SHARE:
+        return _shoved(draft, rng)
+    return _turned(draft, rng) if kind < SHOVE_SHARE + TURN_SHARE else draft.respaced(rng.uniform(*RESPACED))
+
+
+def _shoved(draft: Draft, rng: np.random.Generator) -> Draft:
+    """The draft pushed to a side near a random place."""
+    controls = draft.controls
+    place = controls[rng.integers(len(controls))] + rng.normal(0.0, KICK_M, 2)
+    near = np.exp(-((controls - place) ** 2).sum(axis=1) / (2.0 * KICK_REACH_M**2))
+    return replace(draft, controls=controls + near[:, None] * rng.normal(0.0, KICK_M, 2))
+
+
+def _turned(draft: Draft, rng: np.random.Generator) -> Draft:
+    """The stretch between two places that are close to each other flown the other way round (2-opt)."""
+    controls, count = draft.controls, len(draft.controls)
+    i = int(rng.integers(count))
+    apart = np.abs(np.arange(count) - i)
+    close = np.hypot(*(controls - controls[i]).T) < NEIGHBOUR_M
+    others = np.flatnonzero(close & (np.minimum(apart, count - apart) >= 3))
+    if not len(others):
+        return _shoved(draft, rng)
+    first, last = sorted((i, int(others[rng.integers(len(others))])))
+    turned = controls.copy()
+    turned[first + 1 : last + 1] = controls[first + 1 : last + 1][::-1]
+    return replace(draft, controls=turned)
+
+
+def _loop(centre: Floats) -> Floats:
+    """Control points of a small circle; the spline of eight of them lies a tenth inside."""
+    angles = np.arange(8) * (math.pi / 4.0)
+    return np.asarray(centre + 1.1 * LOOP_M * np.stack([np.cos(angles), np.sin(angles)], axis=1))

@@ -1,0 +1,172 @@
+"""A zone as tours are shaped for it: its cells, where vehicles may fly, how they move; what finished tours promise."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from tui_gcs.planner.api import Shape, area_m2, cell_centres_m, polygon_of
+from tui_gcs.planner.lazy_scipy import nearest
+from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.tour import PATH_STEP_M, Evaluation, Tour, evaluate, timed
+from tui_gcs.planner.patrol.tour_smoothing import Draft, Effort, Motion, draft_of, flown_as, smooth
+
+Floats = NDArray[np.floating[Any]]
+
+CELL_M = 2.5
+COARSE_M = 5.0
+MOST_CELLS = 6000
+"""Larger zones are judged on larger cells."""
+FINISH, FINISH_ROUNDS = Effort(10.0, 5.0, 24), 6
+WORTH_A_ROUND = 0.003
+"""Another round is flown if the last one made the tour shorter by this share."""
+FINER = 2.0
+"""Times the control points of a try that a finished draft has: corners get tighter, lanes straighter."""
+MISS_M = 0.1
+"""A cell missed by less than this is not: the planning footprint is smaller than the real one by more."""
+MISSED_S_PER_M = 50.0
+"""A draft that misses a cell after all counts as so much longer: another one will do."""
+EVENED_M = 0.1
+"""So much farther the tour may be, once it is evened."""
+
+
+class Design:
+    """A tour and what it promises for `n` vehicles. Its draft is all that must be kept to make it again."""
+
+    def __init__(self, draft: Draft, tour: Tour, margin: float, real: Evaluation, n: int) -> None:
+        """`margin`: the share of cells that stay covered while vehicles are off by what the planning footprint is less.
+
+        `real`: with the real footprint.
+        """
+        self.draft, self.tour, self.margin, self.real, self.n = draft, tour, margin, real, n
+
+    @property
+    def name(self) -> str:
+        """Of the first guess it came from."""
+        return self.draft.name
+
+    @property
+    def rank(self) -> tuple[float, float, float, float]:
+        """Least is best: full cover with the real footprint, and with margin, then worst idleness."""
+        return -self.real.coverage, -self.margin, self.real.worst_s, self.tour.period_s
+
+
+@dataclass(frozen=True)
+class Finishing:
+    """A draft on the way to missing no cell and to its shortest."""
+
+    going: Draft
+    """What the next round begins with."""
+    less_m: Floats
+    """For each cell: so much less is its footprint taken for."""
+    best: Draft
+    """Of all rounds; costs its exact duration. Infinite before the first."""
+    left: int = FINISH_ROUNDS
+    """Rounds at most."""
+    instead_of: float = math.inf
+    """Cost of the draft that it was changed from."""
+    enough: float = math.inf
+    """What the best may cost to be worth more rounds."""
+
+    @property
+    def done(self) -> bool:
+        """No cell is missed and it hardly gets shorter, or nothing helps."""
+        return self.left == 0
+
+
+@dataclass(frozen=True)
+class Site:
+    """What all drafts of one zone are shaped for."""
+
+    zone: shapely.Polygon
+    cells: Floats
+    coarse: Floats
+    motion: Motion
+    region: Region
+    footprint_m: float
+    """The real one; `motion.radius_m` is what is planned with."""
+
+    def draft(self, name: str, path_m: Floats) -> Draft:
+        """A first guess from a rough closed polyline."""
+        return draft_of(name, self.region.pulled_inside(path_m), self.motion)
+
+    def bent(self, draft: Draft, *efforts: Effort) -> Draft:
+        """The draft after descent on coarse cells."""
+        for effort in efforts:
+            draft = smooth(draft, self.coarse, self.motion, self.region, effort)
+        return draft
+
+    def begun(self, draft: Draft, instead_of: float = math.inf, enough: float = math.inf) -> Finishing:
+        """Before the first round."""
+        nothing = replace(draft, cost=math.inf)
+        return Finishing(draft, np.zeros(len(self.cells)), nothing, instead_of=instead_of, enough=enough)
+
+    def tightened(self, before: Finishing) -> Finishing:
+        """One round. What a cell is still missed by is added to what its footprint is taken less by.
+
+        This is an augmented Lagrangian, which finds shorter tours than ever harder penalties do.
+        """
+        draft = smooth(before.going, self.cells, self.motion, self.region, FINISH, before.less_m)
+        over_m = nearest(draft.path_m(), self.cells)[0] - self.motion.radius_m
+        missed_m = float(over_m.max()) - MISS_M
+        tour = self.timed(draft)
+        cost = tour.period_s + MISSED_S_PER_M * max(missed_m, 0.0)
+        worth_more = missed_m > 0.0 or (cost < (1.0 - WORTH_A_ROUND) * before.best.cost and cost <= before.enough)
+        return replace(
+            before,
+            going=flown_as(draft, tour),
+            less_m=np.maximum(before.less_m + over_m, 0.0),
+            best=replace(draft, cost=cost) if cost < before.best.cost else before.best,
+            left=before.left - 1 if worth_more else 0,
+        )
+
+    def timed(self, draft: Draft) -> Tour:
+        """The draft with its exact time law."""
+        motion = self.motion
+        path = self.region.closed_inside(draft.path_m(), PATH_STEP_M / 4.0)
+        return timed(path, motion.speed_m_s, motion.accel_m_s2, _stopping_cap(path, motion, self.region))
+
+    def judged(self, draft: Draft, n: int) -> Design:
+        """The draft as a tour, and what `n` vehicles achieve on it."""
+        tour = self.timed(draft)
+        margin = nearest(tour.xy_m, self.cells)[0] <= self.motion.radius_m + MISS_M + EVENED_M
+        return Design(draft, tour, float(margin.mean()), evaluate(tour, self.cells, self.footprint_m, n), n)
+
+
+def site_of(shape: Shape, region: Region, motion: Motion, footprint_m: float) -> Site:
+    """Cells that cannot be seen from inside the region are left out: no tour could please them.
+
+    Raises:
+        ValueError: no part of the zone can be seen from where vehicles may fly.
+    """
+    scale = max(1.0, math.sqrt(area_m2(shape) / CELL_M**2 / MOST_CELLS))
+
+    def visible(cells: Floats) -> Floats:
+        return np.asarray(cells[shapely.distance(region.polygon, shapely.points(cells)) <= motion.radius_m])
+
+    cells = visible(cell_centres_m(shape, CELL_M * scale))
+    if not len(cells):
+        raise ValueError("the zone cannot be seen from where vehicles may fly (operating area, margin, no-fly zones)")
+    coarse = np.vstack([visible(cell_centres_m(shape, COARSE_M * scale)), _rim(cells, CELL_M * scale)])
+    return Site(polygon_of(shape), cells, coarse, motion, region, footprint_m)
+
+
+def _stopping_cap(path: Floats, motion: Motion, region: Region) -> Floats:
+    """Speed at each point from which a vehicle that brakes straight on stops inside the region."""
+    ahead = np.roll(path, -1, axis=0) - np.roll(path, 1, axis=0)
+    ahead /= np.maximum(np.hypot(*ahead.T), 1e-9)[:, None]
+    stop_m = motion.speed_m_s**2 / (2.0 * motion.accel_m_s2) + 1.0
+    room = region.room_ahead_m(path, ahead, stop_m)
+    return np.asarray(np.sqrt(2.0 * motion.accel_m_s2 * np.maximum(room - 0.5, 0.2)))
+
+
+def _rim(cells: Floats, cell_m: float) -> Floats:
+    """Cells with fewer than four neighbours."""
+    place = np.round((cells - cells.min(axis=0)) / cell_m).astype(int) + 1
+    grid = np.zeros(place.max(axis=0) + 2, dtype=bool)
+    x, y = place.T
+    grid[x, y] = True
+    return np.asarray(cells[~(grid[x - 1, y] & grid[x + 1, y] & grid[x, y - 1] & grid[x, y + 1])])

@@ -1,0 +1,95 @@
+"""A planner in a file of its own: loads it, and says in one line what is wrong with it and where."""
+
+import signal
+import sys
+import traceback
+from hashlib import sha256
+from pathlib import Path
+from types import ModuleType
+
+from tui_gcs.core.base.regular_file import open_plain
+from tui_gcs.planner.api import Planner
+from tui_gcs.planner.runtime.registry import PlannerError
+
+MOST_BYTES = 4_000_000
+"""A longer file is no source of a planner."""
+
+
+def load_file(path: Path, wanted_sha256: str = "") -> type[Planner]:
+    """The one planner class that the file defines. The file runs now, in this process.
+
+    Names with an underscore and bases of other classes of the file do not count. With `wanted_sha256` only that
+    content is loaded.
+
+    Raises:
+        PlannerError: one line, with file and line where there is one.
+    """
+    source = read_source(path)
+    found = sha256(source).hexdigest()
+    if wanted_sha256 and found != wanted_sha256:
+        what = f"changed since the start (sha256 {found[:12]}, was {wanted_sha256[:12]})"
+        raise PlannerError(f"{path}: {what}: put it back, or start anew with --planner")
+    module = ModuleType(f"tui_gcs_planner_{sha256(str(path.resolve()).encode()).hexdigest()[:12]}")
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module  # dataclasses and pickle look a class's module up there
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))  # last: a file beside it must not take the place of a library
+    try:
+        exec(compile(source, str(path), "exec"), module.__dict__)  # noqa: S102 - that is what a planner file is for
+    except SyntaxError as error:
+        raise PlannerError(f"{Path(error.filename or path).name}:{error.lineno}: {error.msg}") from None
+    except BaseException as error:
+        if is_operators(error):
+            raise
+        raise PlannerError(blame("".join(traceback.format_exception(error)), path)) from None
+    return _only_planner(module, path)
+
+
+def is_operators(error: BaseException) -> bool:
+    """Whether what came out of a planner is a Ctrl-C. Where those are ignored, in workers, it is the planner's own."""
+    return isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
+
+
+def read_source(path: Path) -> bytes:
+    """The file's bytes. Raises `PlannerError` if it cannot be read or is no Python source."""
+    if path.suffix != ".py":
+        raise PlannerError(f"{path.name}: a planner file ends in .py")
+    try:
+        with open_plain(path) as file:
+            source = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise PlannerError(f"{path}: cannot be read ({error.strerror})") from None
+    if len(source) > MOST_BYTES or b"\0" in source:
+        raise PlannerError(f"{path.name}: is no Python source")
+    return source
+
+
+def blame(trace: str, path: Path) -> str:
+    """One line for the author of `path`: the last place in it that a traceback (as text) names, and the error."""
+    lines = [line for line in trace.strip().splitlines() if line.strip()]
+    error = next((line for line in reversed(lines) if not line.startswith(" ")), "it does not say why")
+    where = ""
+    for line in lines:
+        text = line.strip()
+        if text.startswith((f'File "{path}", line ', f'File "{path.resolve()}", line ')):
+            number, _, function = text.partition(", line ")[2].partition(", in ")
+            where = f"{path.name}:{number}" + (f" in {function}" if function not in ("", "<module>") else "")
+    return f"{where or path.name}: {error}"
+
+
+def _only_planner(module: ModuleType, path: Path) -> type[Planner]:
+    found = [
+        thing
+        for name, thing in vars(module).items()
+        if isinstance(thing, type)
+        and issubclass(thing, Planner)
+        and thing.__module__ == module.__name__
+        and not name.startswith("_")
+    ]
+    leaves = list(dict.fromkeys(c for c in found if not any(d is not c and issubclass(d, c) for d in found)))
+    if not leaves:
+        raise PlannerError(f"{path.name}: defines no planner (a class that derives from tui_gcs.planner.api.Planner)")
+    if len(leaves) > 1:
+        names = ", ".join(planner.__name__ for planner in leaves)
+        raise PlannerError(f"{path.name}: defines {len(leaves)} planners ({names}): one file, one planner")
+    return leaves[0]

@@ -1,0 +1,195 @@
+"""Planners of a lock-step run, each team's in a process of its own: it searches while vehicles and station go on.
+
+Their plans are those of hosts in the run's own process, and come in the same moment of the flight: a step is waited
+for, what a planner does in the background until its next step is not. Without the station's clock and bus there is
+nothing here of what a worker in the air does about late and silent planners. Nobody asks for previews.
+"""
+
+import argparse
+import contextlib
+import gc
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterable, Mapping, Sequence
+from multiprocessing.connection import Connection, Pipe
+from pathlib import Path
+
+import msgspec
+
+from tui_gcs.core.protocol.bus import FLEET, PLAN, TASK, Bus
+from tui_gcs.core.protocol.common import FleetFrame, Message, PlannerTask, decode, encode
+from tui_gcs.planner.runtime.background_host import HostAhead
+from tui_gcs.planner.runtime.registry import PlannerFile
+from tui_gcs.planner.runtime.worker import ends_with
+
+SWITCH_S = 0.0005
+"""A step is waited for: work for later gives way to it so soon."""
+
+
+class PlannerProcessError(Exception):
+    """A planner's process ended in the middle of a run; one line says whose."""
+
+
+class _Time(msgspec.Struct):
+    """Of a `FleetFrame`, all that the run itself must know of it."""
+
+    t_s: float
+
+
+class _Answer(Message, frozen=True, array_like=True):
+    """To a frame."""
+
+    plan: bytes
+    """b"": it was not to be stepped on."""
+    due_s: float
+    """Frames of earlier times need not be sent."""
+
+
+class _Beside:
+    """The process of one team's host."""
+
+    def __init__(self, team: str, files: Mapping[str, PlannerFile]) -> None:
+        """Start it."""
+        self.team = team
+        self._due_s = math.inf
+        self._pipe, there = Pipe()
+        command = [sys.executable, "-m", "tui_gcs.planner.runtime.planner_subprocess", str(there.fileno()), team]
+        command += ["--parent", str(os.getpid())]
+        command += [part for f in files.values() for part in ("--file", f.name, f.sha256, str(f.path))]
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, pass_fds=[there.fileno()], start_new_session=True
+        )
+        there.close()
+
+    def take(self, _key: str, task: bytes) -> None:
+        """Give it a task, which it is configured for before the next frame."""
+        self._send(b"task" + task)
+        self._due_s = -math.inf
+
+    def foresee(self, task: PlannerTask) -> None:
+        """This task will come next."""
+        self._send(b"next" + encode(task))
+
+    def ask(self, frame: bytes, t_s: float) -> bool:
+        """Give it a frame if it may be due; then its `answer` must be waited for."""
+        if t_s < self._due_s:
+            return False
+        self._send(b"step" + frame)
+        return True
+
+    def answer(self) -> bytes:
+        """The plan for the frame it was asked about; b"" if none is due."""
+        try:
+            answer = decode(self._pipe.recv_bytes(), _Answer)
+        except (EOFError, OSError):
+            raise self._ended() from None
+        self._due_s = answer.due_s
+        return answer.plan
+
+    def close(self) -> None:
+        """End it, with all that its planner has started."""
+        self._pipe.close()
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
+
+    def _send(self, data: bytes) -> None:
+        try:
+            self._pipe.send_bytes(data)
+        except OSError:
+            raise self._ended() from None
+
+    def _ended(self) -> PlannerProcessError:
+        code = self._process.wait()
+        how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        return PlannerProcessError(f"team {self.team!r}: the planner's process ended in mid-flight ({how})")
+
+
+class PlannersBeside:
+    """The hosts of several teams on the bus of a run. They step at the same time, and their plans come in order.
+
+    They are asked about a frame before all others on the bus see it, and give their plans after these.
+    """
+
+    def __init__(self, teams: Sequence[str], files: Mapping[str, PlannerFile], bus: Bus) -> None:
+        """Start their processes. What ends of them raises `PlannerProcessError` where the bus is published to."""
+        self._by_team = {team: _Beside(team, files) for team in teams}
+        self._bus = bus
+        self._asked: list[_Beside] = []
+        self._answers = False
+        for team, host in self._by_team.items():
+            bus.subscribe(TASK.format(team=team), host.take)
+        bus.subscribe(FLEET, self._ask)
+
+    def begin(self) -> None:
+        """From now on there are plans. Who listens to frames already has them while planners think."""
+        if not self._answers:
+            self._answers = True
+            self._bus.subscribe(FLEET, self._answer)
+
+    def foresee(self, tasks: Iterable[PlannerTask]) -> None:
+        """These tasks will come next: who can works for them while nothing else is to be done."""
+        for task in tasks:
+            self._by_team[task.team].foresee(task)
+
+    def close(self) -> None:
+        """End them all."""
+        for host in self._by_team.values():
+            host.close()
+
+    def _ask(self, _key: str, payload: bytes) -> None:
+        t_s = decode(payload, _Time).t_s
+        self._asked = [host for host in self._by_team.values() if host.ask(payload, t_s)]
+
+    def _answer(self, _key: str, _payload: bytes) -> None:
+        for host in self._asked:
+            if plan := host.answer():
+                self._bus.publish(PLAN.format(team=host.team), plan)
+
+
+def serve(host: HostAhead, pipe: Connection) -> None:
+    """Take tasks and answer frames until nobody is at the other end."""
+    while True:
+        try:
+            data = pipe.recv_bytes()
+        except (EOFError, OSError):
+            return
+        what, payload = data[:4], data[4:]
+        if what == b"task":
+            host.set_task(decode(payload, PlannerTask))
+            continue
+        if what == b"next":
+            host.foresee(decode(payload, PlannerTask))
+            continue
+        frame = decode(payload, FleetFrame)
+        plan = host.answer(frame) if host.due(frame.t_s) else b""
+        with contextlib.suppress(OSError):  # the next `recv_bytes` sees it, too
+            pipe.send_bytes(encode(_Answer(plan, host.due_s)))
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """`python -m tui_gcs.planner.runtime.planner_subprocess FD TEAM [--file NAME SHA256 PATH]…`: `FD` is the process's end of a pipe."""
+    parser = argparse.ArgumentParser(prog="planner beside")
+    parser.add_argument("fd", type=int)
+    parser.add_argument("team")
+    parser.add_argument("--parent", type=int, default=os.getppid(), help="end when this process is gone")
+    parser.add_argument("--file", nargs=3, action="append", default=[], metavar=("NAME", "SHA256", "PATH"))
+    arguments = parser.parse_args(argv)
+    files = {name: PlannerFile(name, Path(path), sha256) for name, sha256, path in arguments.file}
+    threading.Thread(target=ends_with, args=(arguments.parent,), daemon=True).start()
+    host = HostAhead(arguments.team, files)
+    sys.setswitchinterval(SWITCH_S)
+    gc.freeze()  # what start-up left is never garbage
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the run's business
+    serve(host, Connection(arguments.fd))
+    return 0
+
+
+if __name__ == "__main__":
+    code = main()
+    sys.stdout.flush()
+    os._exit(code)

@@ -1,0 +1,143 @@
+"""What a planner would make of a task, without flying it, with the whole team in the air.
+
+`python -m tui_gcs.planner.runtime.preview [--file NAME SHA256 PATH]…` reads a `PreviewTask` and writes a `PreviewResult`: a
+process of its own, which can be killed when nobody wants to know any more.
+"""
+
+import argparse
+import math
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+import msgspec
+
+from tui_gcs.core.protocol.common import PlannerTask, PreviewResult, PreviewTask, decode, encode
+from tui_gcs.planner.runtime.plan_forecast import foresee, vehicles_for
+from tui_gcs.planner.runtime.planner_file import blame
+from tui_gcs.planner.runtime.registry import PlannerFile
+
+LIMIT_S = 60.0
+NICE = 10
+"""The planners that fly come first."""
+
+
+def preview(ask: PreviewTask, files: Mapping[str, PlannerFile]) -> PreviewResult:
+    """What comes of it. Raises ValueError if there is nothing to look at."""
+    task, frame = ask.task, ask.frame
+    if task is None or frame is None:
+        raise ValueError("nothing to look at")
+    layers_m = dict.fromkeys(task.members, task.area.alt_min_m) | task.layers_m
+    task = msgspec.structs.replace(task, members=tuple(sorted(task.members)), layers_m=layers_m)
+    vehicles = len(task.members)
+    try:
+        if ask.idleness_s > 0.0:
+            vehicles, found = vehicles_for(ask.idleness_s, task, frame, files, ask.starts_m, ask.snapshot)
+        else:
+            found = foresee(task, frame, files, ask.starts_m, ask.snapshot)
+    except ValueError as why:
+        return PreviewResult(task.team, ask.number, "failed", text=str(why))
+    if found.plan.error:
+        return PreviewResult(task.team, ask.number, "failed", text=_why(found.plan.error, files.get(task.planner)))
+    return PreviewResult(
+        task.team,
+        ask.number,
+        "done",
+        found.plan.metrics,
+        found.plan.annotations or (),
+        worst_s=found.worst_s,
+        ratio=found.ratio,
+        separation=found.separation,
+        vehicles=vehicles,
+        ways=found.ways,
+    )
+
+
+def _why(error: str, file: PlannerFile | None) -> str:
+    """One line; of a planner's mistake with the line of its file."""
+    lines = error.strip().splitlines() or ["it does not say why"]
+    return blame(error, file.path) if file is not None and len(lines) > 1 else lines[-1]
+
+
+@dataclass
+class _Running:
+    """One question and the process that answers it."""
+
+    task: PlannerTask
+    number: int
+    process: subprocess.Popen[bytes]
+    output: IO[bytes]
+    since_s: float
+
+
+class SidePreview:
+    """Previews, each in a process of its own, watched from a worker's loop: of its team, and of teams that are new."""
+
+    def __init__(self, files: Mapping[str, PlannerFile]) -> None:
+        """Nothing runs."""
+        self._arguments = [part for f in files.values() for part in ("--file", f.name, f.sha256, str(f.path))]
+        self._running: list[_Running] = []
+
+    def begin(self, ask: PreviewTask, now: float) -> None:
+        """End those of an older question, and begin this one; without a task only end all."""
+        for old in [each for each in self._running if ask.task is None or each.number != ask.number]:
+            self._end(old)
+        if ask.task is None:
+            return
+        output = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the answer
+        command = [sys.executable, "-m", "tui_gcs.planner.runtime.preview", *self._arguments]
+        with tempfile.TemporaryFile() as question:
+            question.write(encode(ask))
+            question.seek(0)
+            process = subprocess.Popen(command, stdin=question, stdout=output)
+        self._running.append(_Running(ask.task, ask.number, process, output, now))
+
+    def poll(self, now: float) -> list[PreviewResult]:
+        """The answers that came since, each once."""
+        over = [each for each in self._running if each.process.poll() is not None or now - each.since_s >= LIMIT_S]
+        return [self._answer(each) for each in over]
+
+    def _answer(self, running: _Running) -> PreviewResult:
+        late = running.process.poll() is None
+        running.process.kill()
+        running.process.wait()
+        running.output.seek(0)
+        data = running.output.read()
+        self._end(running)
+        try:
+            return decode(data, PreviewResult)
+        except msgspec.MsgspecError:
+            text = f"does not configure within {LIMIT_S:.0f} s" if late else "the planner's process died"
+            return PreviewResult(running.task.team, running.number, "failed", text=text)
+
+    def _end(self, running: _Running) -> None:
+        running.process.kill()
+        running.process.wait()
+        running.output.close()
+        self._running.remove(running)
+
+
+def main() -> int:
+    """One question, one answer; what the planner prints goes to stderr."""
+    out = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    os.nice(NICE)
+    signal.alarm(math.ceil(LIMIT_S))  # who asked may be gone
+    parser = argparse.ArgumentParser(prog="planner preview")
+    parser.add_argument("--file", nargs=3, action="append", default=[])
+    files = {name: PlannerFile(name, Path(path), sha256) for name, sha256, path in parser.parse_args().file}
+    out.write(encode(preview(decode(sys.stdin.buffer.read(), PreviewTask), files)))
+    out.close()
+    return 0
+
+
+if __name__ == "__main__":
+    code = main()
+    sys.stderr.flush()
+    os._exit(code)

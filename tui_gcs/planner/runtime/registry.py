@@ -1,0 +1,162 @@
+"""Planners by name: the built-in ones, and those of installed packages (entry points, group `tui_gcs.planners`)."""
+
+import contextlib
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import entry_points
+from pathlib import Path
+
+from tui_gcs.core.protocol.planning import TYPES, PlannerInfo
+from tui_gcs.planner.api import Param, ParamValue, Planner
+
+GROUP = "tui_gcs.planners"
+NAME = r"[A-Za-z0-9_-]{1,64}"
+"""What a scenario can name a planner."""
+RATE_HZ = (1.0, 20.0)
+MOST_ITERATIONS_PER_S = 1e6
+
+_BUILTIN = {
+    "guardian": "tui_gcs.planner.guardian.guardian:Guardian",
+    "patrol": "tui_gcs.planner.patrol.patrol:Patrol",
+    "waypoints": "tui_gcs.planner.waypoints:Waypoints",
+}
+
+_ADOPTED: dict[str, type[Planner]] = {}
+
+
+class PlannerError(Exception):
+    """A planner that is unknown, cannot be loaded, or is given wrong parameters; one line says which and why."""
+
+
+def names() -> tuple[str, ...]:
+    """All known planners, sorted."""
+    return tuple(sorted({*_BUILTIN, *(point.name for point in entry_points(group=GROUP))}))
+
+
+def adopt(planner: type[Planner]) -> str:
+    """Make a planner of a file known in this process; the name is one that no other kind of planner can have."""
+    name = f"file:{planner.name or planner.__name__}"
+    _ADOPTED[name] = planner
+    return name
+
+
+@dataclass(frozen=True)
+class PlannerFile:
+    """A planner given on the command line: it takes the place of any other of its name."""
+
+    name: str
+    path: Path
+    sha256: str
+    """Of the file as it was at the start; with another content it is not loaded."""
+
+
+def load(name: str, files: Mapping[str, PlannerFile] | None = None) -> type[Planner]:
+    """The planner class called `name`; imported now if it was not. Packages cannot take over built-in names.
+
+    Raises:
+        PlannerError: unknown, or its module cannot be imported or holds no planner of our API.
+    """
+    if files and name in files:
+        from tui_gcs.planner.runtime.planner_file import load_file
+
+        return usable(load_file(files[name].path, files[name].sha256))
+    try:
+        found = _import(name)
+    except Exception as error:
+        raise PlannerError(f"planner {name!r} cannot be loaded: {type(error).__name__}: {error}") from error
+    if found is None:
+        raise PlannerError(f"unknown planner {name!r}; known: {', '.join(names())}")
+    if not (isinstance(found, type) and issubclass(found, Planner)):
+        raise PlannerError(f"planner {name!r} is not a subclass of tui_gcs.planner.api.Planner")
+    return usable(found)
+
+
+def usable(planner: type[Planner]) -> type[Planner]:
+    """`planner`, if what it declares can be kept to. Raises PlannerError."""
+    low, high = RATE_HZ
+    for value, what, least, most in (
+        (planner.rate_hz, "rate_hz", low, high),
+        (planner.iterations_per_s, "iterations_per_s", 0.0, MOST_ITERATIONS_PER_S),
+    ):
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value <= most:
+            raise PlannerError(f"planner {planner.name!r}: {what} {value!r} is not from {least:g} to {most:g}")
+    for param in planner.params:
+        if not isinstance(param, Param) or param.type not in TYPES.values():
+            raise PlannerError(
+                f"planner {planner.name!r}: params holds {param!r}: each is a Param of float, int, bool or str"
+            )
+        if problem := param.problem(param.default):
+            raise PlannerError(f"planner {planner.name!r}: the default of {problem}")
+    return planner
+
+
+def info(name: str, files: Mapping[str, PlannerFile] | None = None) -> PlannerInfo:
+    """What planner `name` declares, as it travels. Raises PlannerError."""
+    return described(name, load(name, files), (files or {}).get(name))
+
+
+def infos(wanted: Collection[str], files: Mapping[str, PlannerFile] | None = None) -> dict[str, PlannerInfo]:
+    """What these planners declare; those that cannot be loaded are left out."""
+    found: dict[str, PlannerInfo] = {}
+    for name in sorted(wanted):
+        with contextlib.suppress(PlannerError):
+            found[name] = info(name, files)
+    return found
+
+
+def described(name: str, found: type[Planner], file: PlannerFile | None) -> PlannerInfo:
+    """What a planner's class declares, as it travels; `file`: where it is from."""
+    params = tuple(param.info() for param in found.params)
+    path, digest = (str(file.path), file.sha256) if file is not None else ("", "")
+    return PlannerInfo(name, str(found.version), params, float(found.rate_hz), path, digest)
+
+
+def file_info(path: Path, sha256: str) -> PlannerInfo:
+    """What the planner in a file declares. Raises PlannerError, also for a name that no scenario can hold."""
+    from tui_gcs.planner.runtime.planner_file import load_file
+
+    found = usable(load_file(path, sha256))
+    if not isinstance(found.name, str) or not re.fullmatch(NAME, found.name):
+        raise PlannerError(f"{path.name}: name = {found.name!r}: must be 1 to 64 of A-Z a-z 0-9 _ -")
+    return described(found.name, found, PlannerFile(found.name, path, sha256))
+
+
+def declared(name: str) -> tuple[Param, ...]:
+    """The parameters planner `name` declares, for forms and for checking a scenario. Raises PlannerError."""
+    return load(name).params
+
+
+def complete(name: str, given: Mapping[str, ParamValue]) -> dict[str, ParamValue]:
+    """`given` checked against the declarations, with defaults for what is not given.
+
+    Raises:
+        PlannerError: one line with everything that is wrong.
+    """
+    return checked(name, declared(name), given)
+
+
+def checked(name: str, params: tuple[Param, ...], given: Mapping[str, ParamValue]) -> dict[str, ParamValue]:
+    """As `complete`, for declarations at hand."""
+    problems = PlannerInfo(name, "", tuple(param.info() for param in params), 0.0).problems(dict(given))
+    if problems:
+        raise PlannerError(f"planner {name!r}: {'; '.join(problems)}")
+    values: dict[str, ParamValue] = {}
+    for param in params:
+        value = given.get(param.name, param.default)
+        values[param.name] = float(value) if param.type is float else value
+    return values
+
+
+def _import(name: str) -> object | None:
+    if name in _ADOPTED:
+        return _ADOPTED[name]
+    if name in _BUILTIN:
+        module, _, attribute = _BUILTIN[name].partition(":")
+        found: object = getattr(import_module(module), attribute)
+        return found
+    for point in sorted(entry_points(group=GROUP), key=lambda p: (p.name, p.value)):
+        if point.name == name:
+            return point.load()  # type: ignore[no-any-return]
+    return None

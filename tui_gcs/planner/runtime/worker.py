@@ -1,0 +1,239 @@
+"""The planner worker: one process per team, stepping its planner on the station's fleet frames.
+
+It may hang, crash or be killed: the station goes by the age of its plans and keeps the vehicles safe without it.
+A new task is configured on a thread beside the present planner, which plans on until the new one is ready.
+"""
+
+import argparse
+import contextlib
+import gc
+import logging
+import os
+import resource
+import signal
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol.bus import Bus, BusError
+from tui_gcs.core.protocol.common import (
+    PROTOCOL,
+    AnyRequest,
+    FleetFrame,
+    GetTask,
+    Hello,
+    PlannerTask,
+    PreviewTask,
+    Reply,
+    decode,
+    encode,
+)
+from tui_gcs.planner.runtime.file_watcher import WatchingHost
+from tui_gcs.planner.runtime.host import Job, PlannerHost
+from tui_gcs.planner.runtime.preview import SidePreview
+from tui_gcs.planner.runtime.registry import PlannerFile
+from tui_gcs.planner.runtime.work_budget import Pace
+
+ASK_AGAIN_S = 0.5
+PARENT_CHECK_S = 1.0
+LEAVING_S = 2.0
+"""Without a parent a worker that does not hang has ended by itself by then."""
+
+log = logging.getLogger("tui_gcs.planner")
+
+
+class Worker:
+    """Steps a host on the newest frame; callbacks of the bus only fill a mailbox."""
+
+    def __init__(
+        self, bus: Bus, team: str, files: dict[str, PlannerFile] | None = None, *, watches: bool = False
+    ) -> None:
+        """Join as `planner-<team>`. `files`: planners in files of their own, by name; `watches` them being saved."""
+        self.host = WatchingHost(team, files or {}) if watches else PlannerHost(team, files)
+        self.host.pace = Pace()
+        self.stopped = False
+        self._bus = bus
+        self._team = team
+        self._principal = f"planner-{team}"
+        self._frame: bytes | None = None
+        self._task: bytes | None = None
+        self._ready: Job | None = None
+        self._thread: threading.Thread | None = None
+        self._wanted: Callable[[], Job] | None = None
+        """What is to be prepared when the thread is free."""
+        self._previews: deque[bytes] = deque()
+        foretold = {name: replace(file, sha256="") if watches else file for name, file in (files or {}).items()}
+        self._side = SidePreview(foretold)
+        self._something = threading.Condition()
+        bus.subscribe(keys.FLEET, lambda _, data: self._put(frame=data))
+        bus.subscribe(keys.TASK.format(team=team), lambda _, data: self._put(task=data))
+        bus.subscribe(keys.PREVIEW_TASK.format(team=team), lambda _, data: self._previews.append(data))
+        self._token = bus.alive(keys.ALIVE.format(principal=self._principal))
+
+    def run(self, parent: int) -> None:
+        """Step until stopped or until the process `parent`, which started us, is gone."""
+        self._say_hello()
+        while not self.stopped and os.getppid() == parent:
+            task, frame = self._wait()
+            if self.host.revision < 0 and (task is not None or not self._preparing):
+                self._ask_for_task(task)
+            elif task is not None:
+                self._want(decode(task, PlannerTask))
+            self._prepare_and_adopt()
+            self._look_aside()
+            if frame is not None:
+                self._step(decode(frame, FleetFrame))
+
+    def stop(self) -> None:
+        """Let `run` return."""
+        self.stopped = True
+
+    def _put(self, *, frame: bytes | None = None, task: bytes | None = None) -> None:
+        with self._something:
+            self._frame = frame or self._frame
+            self._task = task or self._task
+            self._something.notify()
+
+    def _wait(self) -> tuple[bytes | None, bytes | None]:
+        """The newest task and frame that came since the last call, waiting at most a moment for one."""
+        with self._something:
+            if self._frame is None and self._task is None and self._ready is None:
+                self._something.wait(ASK_AGAIN_S if self.host.revision < 0 else PARENT_CHECK_S)
+            task, frame = self._task, self._frame
+            self._task = self._frame = None
+        return task, frame
+
+    # ---------------------------------------------------------------- tasks
+
+    @property
+    def _preparing(self) -> bool:
+        return self._thread is not None or self._wanted is not None
+
+    def _want(self, task: PlannerTask, snapshot: bytes = b"") -> None:
+        if task.revision != self.host.revision:
+            self._wanted = lambda: self.host.prepare(task, snapshot)
+
+    def _prepare_and_adopt(self) -> None:
+        """Take what is ready, if nothing newer is wanted, and begin with what is wanted."""
+        ready = self._ready
+        if ready is not None and self._thread is not None:
+            self._thread.join()
+            self._ready = self._thread = None
+            if self._wanted is None:
+                self.host.adopt(ready)
+        if self.host.restart_due and not self._preparing:
+            self._wanted = self.host.prepare_restart
+        if self._wanted is not None and self._thread is None:
+            make, self._wanted = self._wanted, None
+            self._thread = threading.Thread(target=self._prepare, args=(make,), daemon=True)
+            self._thread.start()
+
+    def _prepare(self, make: Callable[[], Job]) -> None:
+        """On the thread."""
+        job = make()
+        with self._something:
+            self._ready = job
+            self._something.notify()
+
+    # ---------------------------------------------------------------- steps
+
+    def _step(self, frame: FleetFrame) -> None:
+        if self.host.due(frame.t_s) and not self.host.restart_due:
+            self._bus.publish(keys.PLAN.format(team=self._team), self.host.answer(frame))
+
+    def _look_aside(self) -> None:
+        """Previews, in processes of their own."""
+        while self._previews:
+            self._side.begin(decode(self._previews.popleft(), PreviewTask), time.monotonic())
+        for result in self._side.poll(time.monotonic()):
+            self._bus.publish(keys.PREVIEW.format(team=self._team), encode(result))
+
+    # ---------------------------------------------------------------- the station
+
+    def _ask_for_task(self, told: bytes | None = None) -> None:
+        """For the first one, also if one was just `told`: with it comes what the worker before this one knew."""
+        reply = self._ask(GetTask(team=self._team))
+        if reply is not None and reply.task is not None:
+            self._want(reply.task, reply.snapshot)
+        elif told is not None:
+            self._want(decode(told, PlannerTask))
+
+    def _say_hello(self) -> None:
+        reply = self._ask(Hello(protocol=PROTOCOL, who=self._principal))
+        if reply is not None and not reply.ok:
+            log.error("%s", reply.text)
+            self.stop()
+
+    def _ask(self, request: AnyRequest) -> Reply | None:
+        try:
+            return decode(self._bus.ask(keys.REQUEST.format(principal=self._principal), encode(request)), Reply)
+        except BusError as error:
+            log.warning("%s", error)
+            return None
+
+
+def limit_memory() -> None:
+    """A planner that takes more than half of what there is fails by itself, and not the station with it."""
+    half = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
+    with contextlib.suppress(OSError, ValueError):  # a lower limit is set already
+        resource.setrlimit(resource.RLIMIT_DATA, (half, half))
+
+
+def ends_with(parent: int) -> None:
+    """On a thread: a worker whose planner hangs does not see that the station is gone. What it started goes with it."""
+    while os.getppid() == parent:
+        time.sleep(PARENT_CHECK_S)
+    time.sleep(LEAVING_S)
+    _end_group()
+    os._exit(1)
+
+
+def _end_group() -> None:
+    """Kill everybody in the group that this process leads, itself included; nobody if it leads none."""
+    if os.getpgrp() == os.getpid():
+        os.killpg(0, signal.SIGKILL)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """`python -m tui_gcs.planner.runtime.worker --bus SOCKET --team NAME [--file NAME SHA256 PATH]… [--watch]`."""
+    from tui_gcs.core.protocol.zenoh_bus import connect
+
+    parser = argparse.ArgumentParser(prog="planner worker")
+    parser.add_argument("--bus", type=Path, required=True)
+    parser.add_argument("--team", required=True)
+    parser.add_argument("--parent", type=int, default=os.getppid(), help="end when this process is gone")
+    parser.add_argument("--file", nargs=3, action="append", default=[], metavar=("NAME", "SHA256", "PATH"))
+    parser.add_argument("--watch", action="store_true", help="fly on with every version of a file that is saved")
+    arguments = parser.parse_args(argv)
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(levelname)s %(message)s")
+    try:
+        bus = connect(arguments.bus)
+    except BusError as error:
+        log.error("%s", error)
+        return 2
+    files = {name: PlannerFile(name, Path(path), sha256) for name, sha256, path in arguments.file}
+    limit_memory()
+    threading.Thread(target=ends_with, args=(arguments.parent,), daemon=True).start()
+    worker = Worker(bus, arguments.team, files, watches=arguments.watch)
+    gc.freeze()  # what start-up left is never garbage: looking through it would hold steps up
+    signal.signal(signal.SIGTERM, lambda *_: worker.stop())
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        worker.run(arguments.parent)
+    finally:
+        bus.close()
+    if os.getppid() != arguments.parent:
+        _end_group()  # else the station does
+    return 0
+
+
+if __name__ == "__main__":
+    code = main()
+    logging.shutdown()
+    sys.stdout.flush()
+    os._exit(code)
