@@ -11,7 +11,7 @@ from tui_gcs.app import ConsoleApp
 from tui_gcs.commands.common import read_scenario
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.protocol import common as m
-from tui_gcs.rehearsal import LockStep
+from tui_gcs.rehearsal.lock_step import LockStep
 
 FOLDER = Path(__file__).parent
 SIZE = (120, 40)

@@ -7,10 +7,10 @@ import msgspec
 import pytest
 
 from tui_gcs.core.scenario.load import load
-from tui_gcs.happenings import losses, restart
-from tui_gcs.rehearsal import rehearse
-from tui_gcs.report.page import page
-from tui_gcs.report.recording import FlightRecord
+from tui_gcs.rehearsal.fault_schedule import losses, restart
+from tui_gcs.rehearsal.lock_step import rehearse
+from tui_gcs.rehearsal.report.flight_recording import FlightRecord
+from tui_gcs.rehearsal.report.page import page
 
 SHIPPED = Path(__file__).parents[1] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
 LOST_S, RESTART_S = 250.0, 450.0

@@ -164,7 +164,7 @@ def test_the_known_planners_are_described_too() -> None:
 def test_a_lock_step_run_flies_a_file(circle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from tui_gcs.core.protocol import common as m
     from tui_gcs.core.protocol.bus import REQUEST
-    from tui_gcs.rehearsal import LockStep
+    from tui_gcs.rehearsal.lock_step import LockStep
 
     planners = read_planners([str(circle)])
     scenario, toml, _ = read_scenario(str(flown_by("circle", tmp_path)), planners)

@@ -12,7 +12,7 @@ from tui_gcs.core.protocol.common import Plan, Reply, Start, SwitchRound, decode
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.planner.runtime.registry import PlannerFile
-from tui_gcs.rehearsal import LockStep, rehearse
+from tui_gcs.rehearsal.lock_step import LockStep, rehearse
 
 SHIPPED = Path(__file__).parents[1] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
 SEARCH = 60

@@ -12,11 +12,11 @@ import pytest
 from tui_gcs.core.geometry.zones import Rectangle, Role, Zone
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.happenings import Happening, HappeningError, drains, losses, restart
-from tui_gcs.rehearsal import rehearse
-from tui_gcs.report.page import _heat, page
-from tui_gcs.report.recording import FlightRecord, ZoneRecord
-from tui_gcs.report.svg import MOST_POINTS, Line, chart, heat, nice, thinned
+from tui_gcs.rehearsal.fault_schedule import Happening, HappeningError, drains, losses, restart
+from tui_gcs.rehearsal.lock_step import rehearse
+from tui_gcs.rehearsal.report.flight_recording import FlightRecord, ZoneRecord
+from tui_gcs.rehearsal.report.page import _heat, page
+from tui_gcs.rehearsal.report.svg import MOST_POINTS, Line, chart, heat, nice, thinned
 
 SHIPPED = Path(__file__).parents[1] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
 

@@ -9,8 +9,8 @@ from sitl.weather import WeatherSpec
 from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.scenario.load import load
-from tui_gcs.rehearsal import rehearse
-from tui_gcs.report.recording import FlightRecord
+from tui_gcs.rehearsal.lock_step import rehearse
+from tui_gcs.rehearsal.report.flight_recording import FlightRecord
 
 SHIPPED = Path(__file__).parents[1] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
 CALM, ROUGH = WeatherSpec(), WeatherSpec((3.0, 0.0), 0.5)

@@ -1,6 +1,6 @@
 """A whole system in one process for tests: simulator, station and planners on a virtual clock.
 
-`Rig` is the lock-step run of `tui_gcs.rehearsal` with handles: links may lose datagrams, a planner may be a function
+`Rig` is the lock-step run of `tui_gcs.rehearsal.lock_step` with handles: links may lose datagrams, a planner may be a function
 of the test, everything sent and told can be looked at.
 """
 
@@ -26,7 +26,7 @@ from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.core.station.state_store import StationMemory
 from tui_gcs.core.station.station import Station
-from tui_gcs.rehearsal import TICK_S, LockStep
+from tui_gcs.rehearsal.lock_step import TICK_S, LockStep
 
 SHIPPED = Path(__file__).parents[2] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
 SPOT = (240.0, 200.0)
@@ -85,7 +85,7 @@ class Rig(LockStep):
             with patch("tui_gcs.planner.patrol.patrol.begun", remembered):
                 super().__post_init__()
         else:
-            with patch("tui_gcs.rehearsal.attach"):  # the real planners would only draw tours nobody flies
+            with patch("tui_gcs.rehearsal.lock_step.attach"):  # the real planners would only draw tours nobody flies
                 super().__post_init__()
         self.bus.subscribe(FLEET, self._on_frame)
         self.sim_index = {spec.system_id: i for i, spec in enumerate(self.sim.specs)}

@@ -11,7 +11,7 @@ from tui_gcs.core.fleet.fleet import LOOK_S
 from tui_gcs.core.flight.flights import ON_BOARD_STEP
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness, Intent, Phase, RunPhase
-from tui_gcs.rehearsal import TICK_S
+from tui_gcs.rehearsal.lock_step import TICK_S
 
 MakeRig = Callable[..., Rig]
 GUIDED, LOITER, RTL, LAND, BRAKE = 4, 5, 6, 9, 17

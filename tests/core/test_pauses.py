@@ -13,7 +13,7 @@ from sitl import ardupilot_failsafes
 from sitl.px4_failsafes import engage
 from tui_gcs.core.flight.stall_detection import HEARS_FIRST_S, Pauses
 from tui_gcs.core.protocol.common import Phase
-from tui_gcs.rehearsal import TICK_S
+from tui_gcs.rehearsal.lock_step import TICK_S
 
 MakeRig = Callable[..., Rig]
 PX4_RTL, ARDUPILOT_RTL = 0x05040000, 6

@@ -56,7 +56,7 @@ def counted(rig: MakeRig, monkeypatch: pytest.MonkeyPatch) -> Rig:
     places = {2: (45.0, 170.0), 3: (45.0, 190.0), 1: (45.0, 230.0)}
     degrees = {v: frame.to_geodetic(*place) for v, place in places.items()}
     specs = [VehicleSpec(v, float(lat), float(lon), 110.0) for v, (lat, lon) in degrees.items()]
-    monkeypatch.setattr("tui_gcs.rehearsal.simulated_vehicles", lambda scenario: specs)
+    monkeypatch.setattr("tui_gcs.rehearsal.lock_step.simulated_vehicles", lambda scenario: specs)
     flight = rig(mission=mission)
     flight.sim.silence(2)
     flight.ready()

@@ -13,7 +13,7 @@ from sitl.fleet import VehicleSpec
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask, Reply, RunPhase
 from tui_gcs.core.scenario.model import Limits, Scenario
-from tui_gcs.rehearsal import simulated_vehicles
+from tui_gcs.rehearsal.lock_step import simulated_vehicles
 
 MakeRig = Callable[..., Rig]
 
@@ -22,7 +22,7 @@ def standing_on(monkeypatch: pytest.MonkeyPatch, *ground_amsl_m: float) -> None:
     """The ground below the vehicles is so high, one number each."""
     specs = simulated_vehicles(scenario(len(ground_amsl_m)))
     hilly = [dataclasses.replace(s, ground_amsl_m=h) for s, h in zip(specs, ground_amsl_m, strict=True)]
-    monkeypatch.setattr("tui_gcs.rehearsal.simulated_vehicles", lambda scenario: hilly)
+    monkeypatch.setattr("tui_gcs.rehearsal.lock_step.simulated_vehicles", lambda scenario: hilly)
 
 
 def why(reply: Reply) -> str:
@@ -81,7 +81,7 @@ def test_start_is_refused_on_the_home_of_one_that_flies(rig: MakeRig, monkeypatc
     """It will come down there."""
     first, *others = simulated_vehicles(scenario(3))
     beside = VehicleSpec(2, first.lat_deg + 2e-5, first.lon_deg, first.ground_amsl_m)
-    monkeypatch.setattr("tui_gcs.rehearsal.simulated_vehicles", lambda scenario: [first, beside, others[1]])
+    monkeypatch.setattr("tui_gcs.rehearsal.lock_step.simulated_vehicles", lambda scenario: [first, beside, others[1]])
     flight = rig(3).ready()
     assert flight.ask(m.Start(vehicles=(1,))).ok
     flight.until(lambda: flight.phase(1) is Phase.FLYING, 60.0)

@@ -17,7 +17,7 @@ from tui_gcs.core.geometry.zones import Circle, Role, Zone, contains, polygon_of
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Intent, Phase, Vec3
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.rehearsal import TICK_S
+from tui_gcs.rehearsal.lock_step import TICK_S
 
 NOISE_SIGMAS = 3.0
 BAND_M = 1.5

@@ -23,7 +23,7 @@ from tui_gcs.core.signing.keystore import KeyStore
 from tui_gcs.core.signing.timestamp_store import TimestampFile
 from tui_gcs.core.station.station import Station
 from tui_gcs.core.station.status import station_status
-from tui_gcs.rehearsal import TICK_S, TOKEN
+from tui_gcs.rehearsal.lock_step import TICK_S, TOKEN
 
 Place = Callable[[int, int], Address | None]
 """place(fleet, index): the address at which that vehicle is heard on a wire; None: not at all."""

@@ -34,7 +34,7 @@ from tui_gcs.core.signing.keystore import KeyStore
 from tui_gcs.core.signing.timestamp_store import TimestampFile
 from tui_gcs.core.station.station import Station
 from tui_gcs.core.station.status import station_status
-from tui_gcs.rehearsal import LINK, TOKEN, simulated_vehicles
+from tui_gcs.rehearsal.lock_step import LINK, TOKEN, simulated_vehicles
 
 STRANGER: Address = ("stranger", 1)
 KEY = bytes(range(1, 33))

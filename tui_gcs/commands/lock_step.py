@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from tui_gcs.core.protocol.bus import Bus
     from tui_gcs.core.protocol.common import PlannerInfo
     from tui_gcs.core.scenario.model import Scenario
-    from tui_gcs.happenings import Happening
-    from tui_gcs.rehearsal import BadLinks
+    from tui_gcs.rehearsal.fault_schedule import Happening
+    from tui_gcs.rehearsal.lock_step import BadLinks
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Asked:
         watch: "Callable[[Bus, Referee], None]" = lambda _bus, _referee: None,
     ) -> "tuple[Result, str]":
         """(result, why it ended early or ""). Raises `HappeningError`."""
-        from tui_gcs.rehearsal import rehearse, weather_of_spec, world_of_spec
+        from tui_gcs.rehearsal.lock_step import rehearse, weather_of_spec, world_of_spec
 
         arguments, bar = self.arguments, ProgressBar()
         found = rehearse(
@@ -90,7 +90,7 @@ def asked(arguments: argparse.Namespace, name: str) -> Asked:
 
     from tui_gcs.commands.sim_fleet import weather_of, world_of
     from tui_gcs.launcher import LaunchError, check_fault
-    from tui_gcs.rehearsal import BadLinks
+    from tui_gcs.rehearsal.lock_step import BadLinks
 
     check_seed(arguments.seed)
     planners = read_planners(arguments.planner)

@@ -32,7 +32,7 @@ from tui_gcs.planner.check.finding import Finding, failed, noted, passed
 from tui_gcs.planner.check.subject import Subject
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.host import PlannerHost
-from tui_gcs.rehearsal import LockStep
+from tui_gcs.rehearsal.lock_step import LockStep
 
 ROUND_S, QUICK_ROUND_S = 180.0, 80.0
 """How long each round is flown; the scenario's own are longer."""

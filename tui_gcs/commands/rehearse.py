@@ -14,8 +14,8 @@ from tui_gcs.exits import CANNOT, CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.judging.referee import Result
-    from tui_gcs.happenings import Happening
-    from tui_gcs.report.recording import FlightRecord
+    from tui_gcs.rehearsal.fault_schedule import Happening
+    from tui_gcs.rehearsal.report.flight_recording import FlightRecord
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -23,8 +23,8 @@ def run(arguments: argparse.Namespace) -> int:
     from tui_gcs.core.judging.referee import Referee
     from tui_gcs.core.protocol.bus import Bus
     from tui_gcs.core.records.rehearsal_store import plan_digest
-    from tui_gcs.happenings import HappeningError
-    from tui_gcs.report.recording import FlightRecord
+    from tui_gcs.rehearsal.fault_schedule import HappeningError
+    from tui_gcs.rehearsal.report.flight_recording import FlightRecord
 
     for file in (arguments.json, arguments.report):
         check_writable(file)
@@ -56,7 +56,7 @@ def _reported(
     arguments: argparse.Namespace, record: "FlightRecord", result: "Result", problem: str, planned: "list[Happening]"
 ) -> bool:
     """Write the report; whether it could be written."""
-    from tui_gcs.report.page import page
+    from tui_gcs.rehearsal.report.page import page
 
     happened = [(h.t_s, str(h)) for h in planned]
     text = page(record, result, problem, conditions=_conditions(arguments), happened=happened)
@@ -109,7 +109,7 @@ def _tell_pace(record: "FlightRecord", took_s: float) -> None:
 
 
 def _happenings(arguments: argparse.Namespace) -> "list[Happening]":
-    from tui_gcs.happenings import drains, losses, restart
+    from tui_gcs.rehearsal.fault_schedule import drains, losses, restart
 
     planned = losses(arguments.lose) + drains(arguments.drain)
     for t_s in arguments.restart:

@@ -11,7 +11,7 @@ from tui_gcs.core.protocol.common import encode
 
 if TYPE_CHECKING:
     from tui_gcs.core.judging.mission_script import Script
-    from tui_gcs.rehearsal import LockStep
+    from tui_gcs.rehearsal.lock_step import LockStep
 
 DOWN_S = 3.0
 """A station that was killed is back after so long (its supervisor starts it again)."""

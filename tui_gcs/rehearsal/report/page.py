@@ -11,9 +11,9 @@ from tui_gcs.core.geometry.zones import bounds, outline_m
 from tui_gcs.core.judging.referee import Check, Result, RoundResult
 from tui_gcs.core.protocol.common import Event
 from tui_gcs.core.protocol.metric_names import all_words, seen_pct
-from tui_gcs.report.maps import flown_map, mission_figure
-from tui_gcs.report.recording import FlightRecord, RoundRecord, ZoneRecord
-from tui_gcs.report.svg import COLOURS, NEVER, SCALE, Line, Map, chart, legend
+from tui_gcs.rehearsal.report.flight_recording import FlightRecord, RoundRecord, ZoneRecord
+from tui_gcs.rehearsal.report.maps import flown_map, mission_figure
+from tui_gcs.rehearsal.report.svg import COLOURS, NEVER, SCALE, Line, Map, chart, legend
 
 CSS = """
 :root { color-scheme: light; }

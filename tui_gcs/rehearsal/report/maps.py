@@ -4,8 +4,8 @@ from html import escape
 
 from tui_gcs.core.geometry.zones import Role, bounds, outline_m
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.report.recording import FlightRecord, RoundRecord
-from tui_gcs.report.svg import COLOURS, Map
+from tui_gcs.rehearsal.report.flight_recording import FlightRecord, RoundRecord
+from tui_gcs.rehearsal.report.svg import COLOURS, Map
 
 MARGIN_M = 15.0
 PANEL_WIDTH, WIDTH = 420, 760

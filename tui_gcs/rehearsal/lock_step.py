@@ -30,10 +30,10 @@ from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.core.scenario.takeoff_places import simulated_places
 from tui_gcs.core.station.state_store import StationMemory
 from tui_gcs.core.station.station import Station, StationConfig
-from tui_gcs.happenings import Happening, Happenings
 from tui_gcs.planner.runtime.host import PlannerHost, attach
 from tui_gcs.planner.runtime.planner_subprocess import PlannerProcessError, PlannersBeside
 from tui_gcs.planner.runtime.registry import PlannerFile, infos
+from tui_gcs.rehearsal.fault_schedule import Happening, Happenings
 
 TICK_S = 0.05
 TOKEN = "5eed5eed5eed5eed"  # noqa: S105 - tells our simulator from others in one process; not a secret
