@@ -20,7 +20,6 @@ from textual.binding import BindingType
 from textual.screen import ModalScreen, Screen
 from textual.widgets import Input
 
-from tui_gcs import slow
 from tui_gcs.actions import APP, APP_ACTIONS, Action, bindings, situation_of
 from tui_gcs.actions.entries import Entry, entries_of, order_entries
 from tui_gcs.actions.keymap import human, with_keys
@@ -34,9 +33,7 @@ from tui_gcs.core.protocol.common import Acknowledge, Alarm, Kind, RunPhase
 from tui_gcs.dispatch import Dispatcher
 from tui_gcs.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
 from tui_gcs.groups import GroupFile, GroupsError
-from tui_gcs.idle_garbage import LOOK_S, IdleGarbage
 from tui_gcs.key_guard import KeyGuard
-from tui_gcs.key_turns import LONGEST_S, KeyHandled, KeyTurns
 from tui_gcs.line_entry import LineEntry
 from tui_gcs.notices import NOTICE_S, Notices
 from tui_gcs.read_ahead import AFTER_S, read_ahead
@@ -47,9 +44,12 @@ from tui_gcs.screens.preflight import Operator
 from tui_gcs.screens.text_dialog import REACTION_S
 from tui_gcs.screens.tiny import MIN_COLUMNS, MIN_ROWS, TinyScreen
 from tui_gcs.selection import SelectionError
+from tui_gcs.terminal import slow
+from tui_gcs.terminal.idle_garbage import LOOK_S, IdleGarbage
+from tui_gcs.terminal.input_driver import InputDropped, lagging
+from tui_gcs.terminal.key_turns import LONGEST_S, KeyHandled, KeyTurns
 from tui_gcs.widgets.alarm_bell import AlarmBell
 from tui_gcs.widgets.alarm_line import Notice
-from tui_gcs.widgets.driver import InputDropped, lagging
 from tui_gcs.widgets.glyphs import GlyphSet, glyph_set, wants_ascii
 from tui_gcs.widgets.levels import Level
 from tui_gcs.widgets.top_lines import TopLines, use_keys

@@ -21,7 +21,7 @@ from tui_gcs.screens.nudge import NudgeScreen
 from tui_gcs.screens.orders import Confirmed, OrderDialog, OrderMenu, brief_words, now_words, rows_of
 from tui_gcs.screens.preflight import Operator, PreflightScreen
 from tui_gcs.screens.start_plan import start_plan
-from tui_gcs.thin_app import ThinApp
+from tui_gcs.terminal.thin_app import ThinApp
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.levels import Level
 from tui_gcs.widgets.palette import Ink

@@ -7,7 +7,7 @@ from fake_station import FakeStation
 from rich.color import ColorSystem
 from test_map_more import PLANE as ANYWHERE
 
-import tui_gcs.thin_app
+import tui_gcs.terminal.thin_app
 from tests.screens.meter import metered
 from tui_gcs.screens.layers import LayersDialog
 from tui_gcs.widgets.map_layers import Layer
@@ -53,7 +53,7 @@ async def test_traffic_that_the_station_hears_of_comes_onto_the_map() -> None:
 async def test_a_terminal_that_does_not_read_gets_a_whole_picture_afterwards(monkeypatch: pytest.MonkeyPatch) -> None:
     async with metered(8, ColorSystem.TRUECOLOR, size=NARROW) as meter:
         stalled = True
-        monkeypatch.setattr(tui_gcs.thin_app, "lagging", lambda driver: stalled)
+        monkeypatch.setattr(tui_gcs.terminal.thin_app, "lagging", lambda driver: stalled)
         assert (await meter.fly(1.0))[0] == 0
         stalled = False
         meter.app._catch_up()

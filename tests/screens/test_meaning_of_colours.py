@@ -8,7 +8,7 @@ from fake_station import FakeStation, trouble
 from rich.color import ColorSystem
 
 from tui_gcs.core.protocol.common import Kind
-from tui_gcs.widgets.painter import Pen, Pens
+from tui_gcs.terminal.cell_painter import Pen, Pens
 
 TRUE, SIXTEEN = ColorSystem.TRUECOLOR, ColorSystem.STANDARD
 RED, YELLOW = "255;80;80", "240;200;64"

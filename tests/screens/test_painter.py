@@ -13,7 +13,7 @@ from textual._compositor import ChopsUpdate, LayoutUpdate
 from textual.geometry import Region
 from textual.strip import Strip
 
-from tui_gcs.widgets.painter import Painter
+from tui_gcs.terminal.cell_painter import Painter
 
 STYLES = [
     Style(color="#d8dee4", bgcolor="#101418"),

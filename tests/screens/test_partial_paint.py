@@ -9,7 +9,7 @@ from rich.console import Console
 from textual._compositor import CompositorUpdate
 
 from tui_gcs.app import ConsoleApp
-from tui_gcs.widgets.painter import Painter
+from tui_gcs.terminal.cell_painter import Painter
 
 pytestmark = pytest.mark.long  # seconds of a core each
 

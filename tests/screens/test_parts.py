@@ -18,7 +18,7 @@ from tui_gcs.core.protocol.common import RunPhase
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.start_plan import start_plan
 from tui_gcs.screens.text_dialog import fitted as shortened
-from tui_gcs.widgets.driver import QUEUED_WRITES_MAX, EscapeParser, PatientDriver, lagging
+from tui_gcs.terminal.input_driver import QUEUED_WRITES_MAX, EscapeParser, PatientDriver, lagging
 from tui_gcs.widgets.glyphs import UNICODE
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.planner_panel import team_brief, team_lines

@@ -4,8 +4,8 @@ import pytest
 from rich.color import Color, ColorSystem
 from rich.style import Style
 
+from tui_gcs.terminal.cell_painter import Pens
 from tui_gcs.widgets import palette
-from tui_gcs.widgets.painter import Pens
 from tui_gcs.widgets.themes import SIXTEEN, SIXTEEN_OF, THEMES, Theme
 
 ALARMS = (palette.WARNING, palette.CAUTION, palette.ADVISORY, palette.TEXT)

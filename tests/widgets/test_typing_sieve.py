@@ -2,7 +2,7 @@
 
 import pytest
 
-from tui_gcs.widgets.typing_sieve import BEGIN, END, MOST_PASTED, TypingSieve
+from tui_gcs.terminal.input_filter import BEGIN, END, MOST_PASTED, TypingSieve
 
 UP, MOUSE = "\x1b[A", "\x1b[<35;40;12M"
 

@@ -17,7 +17,7 @@ from tui_gcs.core.protocol.zenoh_bus import connect_later
 from tui_gcs.exits import CommandError
 from tui_gcs.groups import GroupFile
 from tui_gcs.launcher import START_LIMIT_S, start_error
-from tui_gcs.slow import prepare_textual, wants_slow
+from tui_gcs.terminal.slow import prepare_textual, wants_slow
 
 if TYPE_CHECKING:
     from tui_gcs.app import ConsoleApp

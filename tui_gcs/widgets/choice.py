@@ -7,9 +7,9 @@ from textual import events
 from textual.binding import Binding
 from textual.message import Message
 
+from tui_gcs.terminal.key_order import own_binding
 from tui_gcs.widgets.field_order import FIELD_BINDINGS, step_field
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.key_order import own_binding
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run

@@ -12,9 +12,9 @@ from textual.widget import Widget
 from textual.widgets import Input
 
 from tui_gcs.core.base.text import clean
+from tui_gcs.terminal.key_order import own_binding
 from tui_gcs.widgets.field_order import FIELD_BINDINGS, OrderedFields, shown_fields, step_field
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.key_order import own_binding
 from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import runs_to_strip
 from tui_gcs.widgets.titles import show_beyond

@@ -16,8 +16,8 @@ from textual.drivers.linux_driver import LinuxDriver
 from textual.filter import LineFilter
 from textual.screen import Screen
 
-from tui_gcs.widgets.driver import PatientDriver, lagging
-from tui_gcs.widgets.painter import Painter, themed
+from tui_gcs.terminal.cell_painter import Painter, themed
+from tui_gcs.terminal.input_driver import PatientDriver, lagging
 from tui_gcs.widgets.themes import THEMES
 
 LOOK_AGAIN_S = 0.2

@@ -24,7 +24,7 @@ from textual.drivers.linux_driver import LinuxDriver
 from textual.events import Key
 from textual.message import Message
 
-from tui_gcs.widgets.typing_sieve import TypingSieve
+from tui_gcs.terminal.input_filter import TypingSieve
 
 QUEUED_WRITES_MAX = 3
 MOST_COLUMNS, MOST_LINES = 500, 150
