@@ -10,8 +10,8 @@ from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol.common import Request, VehicleResult
 from tui_gcs.core.protocol.preflight import ReadChecks
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
-from tui_gcs.dispatch import Dispatch, Dispatcher
-from tui_gcs.feed import Feed
+from tui_gcs.feed.dispatch import Dispatch, Dispatcher
+from tui_gcs.feed.feed import Feed
 from tui_gcs.widgets.result_panel import Came
 
 RUNNING = TaskInfo(7, 3, "read", "me", "running", 0, 0, "", 0.0)

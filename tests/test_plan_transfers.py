@@ -8,16 +8,16 @@ from typing import Any, cast
 import msgspec
 import pytest
 
-from tui_gcs import plan_transfers
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.missions import fences
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.plans.model import LAND, PlanItem
 from tui_gcs.core.protocol.common import Request, VehicleResult
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo, UploadPlan
-from tui_gcs.feed import NO_ANSWER, Feed
-from tui_gcs.plan_transfers import Transfer, Transfers
-from tui_gcs.transfer_times import PartTime
+from tui_gcs.feed import plan_transfers
+from tui_gcs.feed.feed import NO_ANSWER, Feed
+from tui_gcs.feed.plan_transfers import Transfer, Transfers
+from tui_gcs.feed.transfer_times import PartTime
 
 PLANS = VehicleDraft((PlanItem(LAND),), fences.circle((52.0, 0.0), 100.0), (fences.rally_point((52.0, 0.0), 20.0),))
 RUNNING = TaskInfo(1, 3, "upload", "me", "running", 0, 0, "", 0.0)

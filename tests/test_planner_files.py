@@ -188,7 +188,7 @@ def test_a_lock_step_run_flies_a_file(circle: Path, tmp_path: Path, monkeypatch:
 
 
 def test_status_and_run_file_name_the_file(circle: Path) -> None:
-    from tui_gcs.launcher import _builtins
+    from tui_gcs.client.launcher import _builtins
 
     info = read_planners([str(circle)])["circle"]
     assert json.loads(json.dumps(_builtins(info)))["sha256"] == info.sha256

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.own_station import Watcher, processes, station_in, until
+from tui_gcs.client.launcher import launch
 from tui_gcs.commands.common import read_planners
 from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.core.base.run_kind import Kind
@@ -16,7 +17,6 @@ from tui_gcs.core.protocol import common as m
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Team
-from tui_gcs.launcher import launch
 
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
 ORDERS = "orders.txt"

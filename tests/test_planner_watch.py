@@ -9,11 +9,11 @@ import pytest
 import tui_gcs
 from tests.own_station import Watcher, station_in, until
 from tui_gcs.cli import _parser
+from tui_gcs.client.launcher import LaunchError, launch
 from tui_gcs.commands import planner_new, planner_watch
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.exits import CommandError
-from tui_gcs.launcher import LaunchError, launch
 
 pytestmark = pytest.mark.process
 
@@ -84,7 +84,7 @@ def test_a_scenario_that_names_another_planner_of_a_file_is_flown_by_the_watched
     shipped = Path(tui_gcs.__file__).parent / "scenarios/swarm-challenge.toml"
     scenario.write_text(shipped.read_text().replace('planner = "patrol"', 'planner = "of-a-colleague"'))
     launched: list[str] = []
-    monkeypatch.setattr("tui_gcs.launcher.launch", lambda kind, path, toml, *_, **__: launched.append(toml))
+    monkeypatch.setattr("tui_gcs.client.launcher.launch", lambda kind, path, toml, *_, **__: launched.append(toml))
     monkeypatch.setattr(planner_watch, "running", lambda kind: False)
     planner_watch.start(_parser().parse_args(["planner", "watch", str(mine), str(scenario)]))
     (toml,) = launched
@@ -96,7 +96,7 @@ def test_a_scenario_that_names_another_planner_of_a_file_is_flown_by_the_watched
 
 def test_what_a_planner_reacts_to_can_be_watched_too(mine: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     specs: list[dict[str, Any]] = []
-    monkeypatch.setattr("tui_gcs.launcher.launch", lambda *_, sim_spec, **__: specs.append(sim_spec))
+    monkeypatch.setattr("tui_gcs.client.launcher.launch", lambda *_, sim_spec, **__: specs.append(sim_spec))
     monkeypatch.setattr(planner_watch, "running", lambda kind: False)
     more = "--intruders 3 --sensor range=50 --wind 2,-1 --autopilot px4"
     planner_watch.start(_parser().parse_args(["planner", "watch", str(mine), *more.split()]))

@@ -16,11 +16,11 @@ import pytest
 
 from tests.console_pty import PtyConsole
 from tests.own_station import Watcher, processes, station_in, until
+from tui_gcs.client.launcher import launch
 from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.scenario.load import load
-from tui_gcs.launcher import launch
 
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
 
@@ -110,7 +110,7 @@ def test_return_brings_everybody_home_and_a_flying_fleet_keeps_its_station(fleet
 
 def test_simulated_vehicles_fly_on_with_the_station_alone_and_end_with_it(fleet: Watcher):
     """Seen: launcher and station killed, the simulator ran for ever."""
-    for pid in processes("tui_gcs.launcher"):
+    for pid in processes("tui_gcs.client.launcher"):
         os.kill(pid, signal.SIGKILL)
     until(lambda: any(alarm.cause == "supervisor" for alarm in fleet.status.alarms), 5, "told that nobody supervises")
     time.sleep(2.5)

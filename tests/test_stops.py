@@ -9,8 +9,8 @@ import pytest
 from tui_gcs.core.protocol.bus import BusError, OnGone
 from tui_gcs.core.protocol.common import Hold, Reply, Return, VehicleResult, encode
 from tui_gcs.core.protocol.flight import Land
-from tui_gcs.stops import Stop, StopLine
-from tui_gcs.turns import Turns
+from tui_gcs.feed.request_sequence import Turns
+from tui_gcs.feed.stop_requests import Stop, StopLine
 
 
 class Station:

@@ -22,6 +22,7 @@ from test_shell import Nsh
 from tests.test_keys_cli import Typist
 from tests.vehicle_rig import RigClient, Tell, tell
 from tui_gcs.cli import _parser, main
+from tui_gcs.client.launcher import launch
 from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.commands.vehicle_station import vehicle_ids
 from tui_gcs.core.base.run_kind import Kind
@@ -31,7 +32,6 @@ from tui_gcs.core.formats.qgc_write import write_qgc
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.scenario.load import load
 from tui_gcs.exits import CommandError
-from tui_gcs.launcher import launch
 
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
 HOME_LINE = "0\t1\t0\t16\t0\t0\t0\t0\t47.3977000\t8.5456000\t488\t1\n"
@@ -503,7 +503,7 @@ def test_both_autopilots_through_a_station_of_its_own(
 
 def stop_all(runtime: str) -> None:
     listing = subprocess.run(["ps", "-ww", "-eo", "pid,args"], capture_output=True, text=True, check=True).stdout
-    for part in ("tui_gcs.launcher", "tui_gcs.core.station.process", "sitl.launch"):
+    for part in ("tui_gcs.client.launcher", "tui_gcs.core.station.process", "sitl.launch"):
         for line in listing.splitlines():
             if part in line and runtime in line:
                 os.kill(int(line.split()[0]), signal.SIGKILL)

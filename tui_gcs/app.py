@@ -30,8 +30,8 @@ from tui_gcs.core.formats.overlays import Overlay
 from tui_gcs.core.protocol.alarms import to_answer
 from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, Kind, RunPhase
-from tui_gcs.dispatch import Dispatcher
-from tui_gcs.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
+from tui_gcs.feed.dispatch import Dispatcher
+from tui_gcs.feed.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
 from tui_gcs.groups import GroupFile, GroupsError
 from tui_gcs.key_guard import KeyGuard
 from tui_gcs.line_entry import LineEntry

@@ -13,8 +13,8 @@ from tui_gcs.core.protocol.common import Hold, Request, Resume, Return, RunPhase
 from tui_gcs.core.protocol.flight import Land
 from tui_gcs.core.protocol.preflight import CheckState, ReadChecks
 from tui_gcs.core.protocol.setup import AskPayloads
-from tui_gcs.dispatch import Dispatch, Dispatcher, Seen
-from tui_gcs.feed import Feed, FleetUpdated
+from tui_gcs.feed.dispatch import Dispatch, Dispatcher, Seen
+from tui_gcs.feed.feed import Feed, FleetUpdated
 from tui_gcs.screens.dialogs import RoundDialog, StartDialog
 from tui_gcs.screens.fly import FlyScreen, present_round
 from tui_gcs.screens.nudge import NudgeScreen

@@ -26,7 +26,7 @@ from tests.bench.live import FLEET_MARK, cpu_s, painted
 from tests.bench.row import NotMeasured, Row
 from tests.console_pty import PtyConsole
 from tests.screens.meter import metered
-from tui_gcs.feed import EVENTS_KEPT
+from tui_gcs.feed.feed import EVENTS_KEPT
 
 CHILD = "tests.bench.console_child"
 COLUMNS, LINES = 120, 40

@@ -12,15 +12,15 @@ from pathlib import Path
 
 from tests.bench.live import cpu_s
 from tests.bench.row import NotMeasured
+from tui_gcs.client.launcher import launch, start_error
 from tui_gcs.core.base.directories import runtime_dir, socket_path
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import EVENT, STATUS, BusError
 from tui_gcs.core.protocol.zenoh_bus import ZenohBus, connect
-from tui_gcs.launcher import launch, start_error
 
 SCENARIO = Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml"
-SUPERVISOR, STATION = "tui_gcs.launcher", "tui_gcs.core.station.process"
+SUPERVISOR, STATION = "tui_gcs.client.launcher", "tui_gcs.core.station.process"
 
 
 @dataclass

@@ -9,7 +9,7 @@ import pytest
 
 from tui_gcs.core.protocol.bus import Bus, BusError, MemoryBus, matches
 from tui_gcs.core.protocol.zenoh_bus import QueuedBus, connect, serve
-from tui_gcs.turns import Turn, Turns
+from tui_gcs.feed.request_sequence import Turn, Turns
 
 
 @pytest.fixture(params=["memory", "zenoh"])
@@ -54,7 +54,7 @@ def test_large_samples_take_no_shared_memory_that_a_killed_process_would_leave(e
 
 
 def test_questions_of_many_threads_arrive_as_they_are_gone(ends: tuple[Bus, Bus]):
-    """A hold must not overtake what it stops; see `tui_gcs.turns`."""
+    """A hold must not overtake what it stops; see `tui_gcs.feed.request_sequence`."""
     station, console = ends
     arrived: list[bytes] = []
 

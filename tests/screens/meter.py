@@ -19,7 +19,7 @@ from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import Event, EventClass, encode
-from tui_gcs.feed import PERIOD_S
+from tui_gcs.feed.feed import PERIOD_S
 
 FRAMES_REPEATED = 20
 SOMETHING: dict[str, Any] = {

@@ -10,7 +10,7 @@ from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import MemoryBus
-from tui_gcs.feed import (
+from tui_gcs.feed.feed import (
     DisplayLagged,
     EventRaised,
     Feed,

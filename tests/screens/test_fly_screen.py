@@ -9,7 +9,7 @@ from fake_station import FakeStation, trouble
 from pictures import same_as_snapshot
 
 from tui_gcs.core.protocol.common import Freshness
-from tui_gcs.feed import VehicleTold
+from tui_gcs.feed.feed import VehicleTold
 from tui_gcs.widgets.glyphs import ASCII, as_ascii
 
 

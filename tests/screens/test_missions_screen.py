@@ -7,7 +7,6 @@ from console import NARROW, WIDE, console
 from mission_station import MissionStation, mission_console
 from pictures import same_as_snapshot
 
-from tui_gcs import plan_transfers
 from tui_gcs.core.firmware.plans import ARDUPILOT
 from tui_gcs.core.missions import fences
 from tui_gcs.core.missions import mission_builder as build
@@ -17,6 +16,7 @@ from tui_gcs.core.plans.model import LAND, RETURN, TAKE_OFF, WAYPOINT, Plan, Pla
 from tui_gcs.core.protocol.common import Resume, RunPhase
 from tui_gcs.core.protocol.services import OnBoardRow
 from tui_gcs.core.requests.plan_rows import plan_rows
+from tui_gcs.feed import plan_transfers
 from tui_gcs.screens import missions
 from tui_gcs.screens.upload_dialog import UploadDialog
 from tui_gcs.widgets.glyphs import ASCII

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from tui_gcs.core.protocol.common import FleetFrame, RunPhase, StationStatus, VehicleRow
-from tui_gcs.feed import Feed
+from tui_gcs.feed.feed import Feed
 
 
 @dataclass(frozen=True)

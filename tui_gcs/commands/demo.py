@@ -3,6 +3,7 @@
 import argparse
 import sys
 
+from tui_gcs.client.launcher import LaunchError, check_fault
 from tui_gcs.commands.common import (
     check_seed,
     need_terminal,
@@ -13,7 +14,6 @@ from tui_gcs.commands.common import (
 )
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.exits import CommandError
-from tui_gcs.launcher import LaunchError, check_fault
 
 OF_A_NEW_ONE = ("fault", "autopilot", "wind", "gps_noise", "intruders", "sensor")
 """Options that a station which runs already cannot take."""
@@ -44,8 +44,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _launch(arguments: argparse.Namespace) -> None:
+    from tui_gcs.client.launcher import launch
     from tui_gcs.commands.sim_fleet import spec_of_scenario
-    from tui_gcs.launcher import launch
 
     check_seed(arguments.seed)
     planners = read_planners(arguments.planner)

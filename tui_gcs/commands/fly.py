@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tui_gcs.client.launcher import launch, running_scenario
 from tui_gcs.commands.common import (
     check_dialects,
     check_forward,
@@ -17,7 +18,6 @@ from tui_gcs.commands.common import (
 )
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.exits import CommandError
-from tui_gcs.launcher import launch, running_scenario
 
 if TYPE_CHECKING:
     from tui_gcs.core.scenario.model import Scenario

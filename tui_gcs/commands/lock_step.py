@@ -88,8 +88,8 @@ def asked(arguments: argparse.Namespace, name: str) -> Asked:
     """Look at the arguments. Raises `CommandError`."""
     import msgspec
 
+    from tui_gcs.client.launcher import LaunchError, check_fault
     from tui_gcs.commands.sim_fleet import weather_of, world_of
-    from tui_gcs.launcher import LaunchError, check_fault
     from tui_gcs.rehearsal.lock_step import BadLinks
 
     check_seed(arguments.seed)

@@ -32,9 +32,9 @@ def start(arguments: argparse.Namespace) -> None:
     """Launch a station with vehicles of its own. Raises `CommandError`."""
     if running(Kind.SIM):
         raise CommandError("a SIM station runs already: `tui-gcs stop` ends it, then watch")
+    from tui_gcs.client.launcher import launch
     from tui_gcs.commands.sim_fleet import spec_of_scenario
     from tui_gcs.core.scenario.load import ScenarioError, parse
-    from tui_gcs.launcher import launch
 
     check_seed(arguments.seed)
     planners = read_planners([arguments.file])

@@ -8,7 +8,7 @@ from textual import events
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.alarms import action_words
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, EventClass, Request, Shelve, Unshelve
-from tui_gcs.feed import EventRaised, Feed, StatusUpdated
+from tui_gcs.feed.feed import EventRaised, Feed, StatusUpdated
 from tui_gcs.screens.text_dialog import REACTION_S, TextDialog
 from tui_gcs.widgets.alarm_line import LEVEL_INKS, LEVEL_TAGS
 from tui_gcs.widgets.event_lines import event_line

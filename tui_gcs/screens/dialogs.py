@@ -9,7 +9,7 @@ from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.protocol.common import Kind, Start
 from tui_gcs.core.protocol.preflight import Check, names_of, refusing
 from tui_gcs.core.scenario.model import LinkLoss
-from tui_gcs.feed import Feed
+from tui_gcs.feed.feed import Feed
 from tui_gcs.screens.orders import ARMING_S, LATE_S, NO_KEY, TOO_LATE
 from tui_gcs.screens.preflight import Operator, typed_into
 from tui_gcs.screens.start_plan import StartPlan, fingerprint

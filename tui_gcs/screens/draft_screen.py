@@ -11,7 +11,7 @@ from textual.widgets import Input
 
 from tui_gcs.actions import APP_ACTIONS, Action
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.feed import Feed, FleetUpdated, StationBack, StationLost
+from tui_gcs.feed.feed import Feed, FleetUpdated, StationBack, StationLost
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.map_keys import MapKeys
 from tui_gcs.screens.remarks import RemarksDialog

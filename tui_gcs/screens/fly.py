@@ -16,7 +16,7 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.protocol.common import FleetFrame, StationStatus
 from tui_gcs.core.protocol.services import OnBoardRow
 from tui_gcs.core.scenario.model import Origin, Round
-from tui_gcs.feed import (
+from tui_gcs.feed.feed import (
     EventRaised,
     Feed,
     FleetUpdated,

@@ -20,7 +20,7 @@ from tui_gcs.actions.looking import JOURNAL_ACTIONS
 from tui_gcs.core.protocol.common import Event, EventClass, GetJournal
 from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.journal import JOURNAL_END
-from tui_gcs.feed import EventRaised, Feed, SelectionChanged, StationBack, StationLost
+from tui_gcs.feed.feed import EventRaised, Feed, SelectionChanged, StationBack, StationLost
 from tui_gcs.widgets.event_lines import severity_mark
 from tui_gcs.widgets.footer import FooterLine
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet

@@ -6,7 +6,7 @@ They change what is seen, and nothing else.
 from textual import work
 from textual.screen import Screen
 
-from tui_gcs.feed import Feed, StatusUpdated
+from tui_gcs.feed.feed import Feed, StatusUpdated
 from tui_gcs.widgets.map_layers import Layer
 from tui_gcs.widgets.map_view import MapView
 

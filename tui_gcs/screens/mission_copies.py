@@ -5,7 +5,7 @@ from textual.app import ComposeResult
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.plans.model import PlanKind
-from tui_gcs.feed import Feed
+from tui_gcs.feed.feed import Feed
 from tui_gcs.screens.mission_vehicles import MissionVehicles
 from tui_gcs.widgets.copy_bar import CopyBar
 from tui_gcs.widgets.glyphs import GlyphSet

@@ -11,8 +11,8 @@ from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.mission_findings import Level
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.alarms import vehicles_words
-from tui_gcs.feed import Feed
-from tui_gcs.plan_transfers import Transfer, Transfers
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.plan_transfers import Transfer, Transfers
 from tui_gcs.screens.mission_choosing import MissionChoosing
 from tui_gcs.screens.orders import rows_of
 from tui_gcs.screens.upload_dialog import UploadDialog

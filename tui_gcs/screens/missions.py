@@ -22,7 +22,7 @@ from tui_gcs.core.missions.draft_file import DraftFileError
 from tui_gcs.core.missions.mission_conflicts import Conflict
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.plans.model import PlanKind
-from tui_gcs.feed import Feed, PlannerUpdated, ScenarioChanged, StatusUpdated
+from tui_gcs.feed.feed import Feed, PlannerUpdated, ScenarioChanged, StatusUpdated
 from tui_gcs.screens.fly import present_round
 from tui_gcs.screens.mission_actions import MISSION_ACTIONS
 from tui_gcs.screens.mission_copies import MissionCopies

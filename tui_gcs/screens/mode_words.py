@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from tui_gcs.core.protocol.common import VehicleRow
 from tui_gcs.core.protocol.services import GetModes, ServiceReply
-from tui_gcs.feed import Feed
+from tui_gcs.feed.feed import Feed
 
 LOOKS, GAP_S = 20, 0.5
 """A vehicle tells its list within seconds; what our tables have is there at once."""

@@ -14,7 +14,7 @@ from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.protocol.common import Freshness, Kind, Phase, Request, VehicleRow
 from tui_gcs.core.protocol.flight import Arm, TakeOff
 from tui_gcs.core.protocol.preflight import open_by_hand
-from tui_gcs.feed import Feed
+from tui_gcs.feed.feed import Feed
 from tui_gcs.screens.fly import present_round
 from tui_gcs.screens.mode_words import tell_modes
 from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog

@@ -18,7 +18,7 @@ from tui_gcs.core.protocol.preflight import (
     ReadChecks,
     SignOff,
 )
-from tui_gcs.feed import Feed, StatusUpdated
+from tui_gcs.feed.feed import Feed, StatusUpdated
 from tui_gcs.screens.text_dialog import MOST_CELLS, REACTION_S, TextDialog
 from tui_gcs.widgets.check_lines import check_line, count_line, detail_lines, loud, quiet_lines
 from tui_gcs.widgets.glyphs import GlyphSet

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, StationStatus
 from tui_gcs.core.scenario.model import Round, Scenario
-from tui_gcs.feed import Feed
+from tui_gcs.feed.feed import Feed
 
 
 @dataclass(frozen=True)

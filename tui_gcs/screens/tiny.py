@@ -6,7 +6,7 @@ from textual.screen import ModalScreen
 
 from tui_gcs.actions import APP
 from tui_gcs.core.protocol.common import RunPhase
-from tui_gcs.feed import Feed, FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
+from tui_gcs.feed.feed import Feed, FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink

@@ -12,7 +12,15 @@ from textual.screen import Screen
 from tui_gcs.actions import APP_ACTIONS, Action, bindings
 from tui_gcs.actions.looking import VEHICLES_ACTIONS
 from tui_gcs.core.protocol.common import VehicleRow
-from tui_gcs.feed import Feed, FleetUpdated, SelectionChanged, StationBack, StationLost, StatusUpdated, VehicleTold
+from tui_gcs.feed.feed import (
+    Feed,
+    FleetUpdated,
+    SelectionChanged,
+    StationBack,
+    StationLost,
+    StatusUpdated,
+    VehicleTold,
+)
 from tui_gcs.widgets.fleet_grid import CauseLine, FleetGrid
 from tui_gcs.widgets.fleet_table import FleetTable, matching
 from tui_gcs.widgets.footer import FooterLine

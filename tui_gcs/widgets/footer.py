@@ -6,7 +6,7 @@ from dataclasses import replace
 from tui_gcs.actions import APP, APP_ACTIONS, Action, footer_actions, situation_of
 from tui_gcs.actions.keymap import with_keys
 from tui_gcs.core.protocol.common import Phase
-from tui_gcs.feed import Feed, FleetUpdated, SelectionChanged, StatusUpdated
+from tui_gcs.feed.feed import Feed, FleetUpdated, SelectionChanged, StatusUpdated
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.lines import Line, LinesView
 from tui_gcs.widgets.palette import Ink

@@ -4,6 +4,7 @@ from textual.widget import Widget
 
 from tui_gcs.core.protocol.common import StationStatus, TeamStatus, VehicleRow
 from tui_gcs.core.protocol.metric_names import all_words, seen_pct
+from tui_gcs.feed.visible_changes import whole_age_s
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.key_names import cut_mark, key_name
 from tui_gcs.widgets.lines import Line, LinesView
@@ -12,7 +13,6 @@ from tui_gcs.widgets.selected import brief_lines
 from tui_gcs.widgets.strips import Run, cut_before
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.vehicle_alarms import AlarmsOf
-from tui_gcs.widgets.visible import whole_age_s
 from tui_gcs.widgets.words import number, outside, packed
 
 ROLE_INKS = {"defend": Ink.DEFEND, "attack": Ink.ATTACK}

@@ -7,6 +7,7 @@ from textual import events
 from textual.message import Message
 
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Phase, VehicleRow
+from tui_gcs.feed.visible_changes import whole_age_s
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.levels import INKS, MARKS, Level
 from tui_gcs.widgets.lines import Line, LinesView
@@ -14,7 +15,6 @@ from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.titles import set_title, show_beyond
 from tui_gcs.widgets.vehicle_alarms import AlarmsOf, level_now
-from tui_gcs.widgets.visible import whole_age_s
 from tui_gcs.widgets.words import UNKNOWN, autopilot_short, fitted, gps, mode_or_hand, number, speed_m_s
 from tui_gcs.widgets.wrapping import wrapped
 

@@ -10,7 +10,7 @@ from tui_gcs.actions import APP, APP_ACTIONS, FLY_ACTIONS
 from tui_gcs.actions.keymap import with_keys
 from tui_gcs.core.protocol.alarms import AlarmLevel, action_words
 from tui_gcs.core.protocol.common import Phase, StationStatus
-from tui_gcs.feed import Feed, FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
+from tui_gcs.feed.feed import Feed, FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
 from tui_gcs.widgets.alarm_line import AlarmLine, Notice
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.levels import Level

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from tui_gcs.core.protocol.common import Alarm, Freshness, Phase, VehicleRow
 from tui_gcs.core.protocol.services import Details, VehicleInfo
+from tui_gcs.feed.visible_changes import whole_age_s
 from tui_gcs.widgets.alarm_line import LEVEL_INKS
 from tui_gcs.widgets.glyphs import GlyphSet
 from tui_gcs.widgets.levels import INKS, MARKS
@@ -13,7 +14,6 @@ from tui_gcs.widgets.palette import Ink
 from tui_gcs.widgets.strips import Run
 from tui_gcs.widgets.titles import set_title
 from tui_gcs.widgets.vehicle_alarms import LEVELS, level_now
-from tui_gcs.widgets.visible import whole_age_s
 from tui_gcs.widgets.words import UNKNOWN, gps, hand_words, heading, number, phase_words, slot_words, speed_m_s
 from tui_gcs.widgets.wrapping import wrapped
 

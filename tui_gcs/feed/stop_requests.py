@@ -16,7 +16,7 @@ import msgspec
 from tui_gcs.core.protocol.bus import BusError, OnGone
 from tui_gcs.core.protocol.common import Hold, Reply, Return, decode
 from tui_gcs.core.protocol.flight import Land
-from tui_gcs.turns import Turn, Turns
+from tui_gcs.feed.request_sequence import Turn, Turns
 
 Stop = Hold | Return | Land
 STOPS = (Hold, Return, Land)

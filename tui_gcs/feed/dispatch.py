@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.common import Freshness, Reply, Request, VehicleRow
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
-from tui_gcs.feed import NO_ANSWER, Feed
+from tui_gcs.feed.feed import NO_ANSWER, Feed
 from tui_gcs.widgets.result_panel import GOOD, Came, Result
 
 SEEN_S = 15.0

@@ -22,8 +22,8 @@ from tui_gcs.core.protocol.services import (
     UploadPlan,
 )
 from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
-from tui_gcs.feed import NO_ANSWER, Feed
-from tui_gcs.transfer_times import PartTime, all_words, steps_of
+from tui_gcs.feed.feed import NO_ANSWER, Feed
+from tui_gcs.feed.transfer_times import PartTime, all_words, steps_of
 
 ORDER = (PlanKind.FENCE, PlanKind.RALLY, PlanKind.MISSION)
 LOOK_S = 0.3

@@ -105,7 +105,7 @@ def launch(
     log = state_dir(kind) / f"{setting['run_name']}.log"
     with log.open("ab") as output:
         subprocess.Popen(
-            [sys.executable, "-m", "tui_gcs.launcher", kind, str(directory)],
+            [sys.executable, "-m", "tui_gcs.client.launcher", kind, str(directory)],
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=output,

@@ -31,22 +31,22 @@ from tui_gcs.core.protocol.services import (
     VehicleInfo,
 )
 from tui_gcs.core.protocol.setup import GetTraffic, TrafficRow
-from tui_gcs.feed_messages import DisplayLagged as DisplayLagged
-from tui_gcs.feed_messages import EventRaised as EventRaised
-from tui_gcs.feed_messages import FleetUpdated as FleetUpdated
-from tui_gcs.feed_messages import NoticeChanged as NoticeChanged
-from tui_gcs.feed_messages import PlannerUpdated as PlannerUpdated
-from tui_gcs.feed_messages import ScenarioChanged as ScenarioChanged
-from tui_gcs.feed_messages import SelectionChanged as SelectionChanged
-from tui_gcs.feed_messages import StationBack as StationBack
-from tui_gcs.feed_messages import StationLost as StationLost
-from tui_gcs.feed_messages import StatusUpdated as StatusUpdated
-from tui_gcs.feed_messages import VehicleTold as VehicleTold
+from tui_gcs.feed.messages import DisplayLagged as DisplayLagged
+from tui_gcs.feed.messages import EventRaised as EventRaised
+from tui_gcs.feed.messages import FleetUpdated as FleetUpdated
+from tui_gcs.feed.messages import NoticeChanged as NoticeChanged
+from tui_gcs.feed.messages import PlannerUpdated as PlannerUpdated
+from tui_gcs.feed.messages import ScenarioChanged as ScenarioChanged
+from tui_gcs.feed.messages import SelectionChanged as SelectionChanged
+from tui_gcs.feed.messages import StationBack as StationBack
+from tui_gcs.feed.messages import StationLost as StationLost
+from tui_gcs.feed.messages import StatusUpdated as StatusUpdated
+from tui_gcs.feed.messages import VehicleTold as VehicleTold
+from tui_gcs.feed.request_sequence import Turn, Turns
+from tui_gcs.feed.stop_requests import STOPS, Stop, StopLine
+from tui_gcs.feed.visible_changes import visible_fleet, visible_info, visible_status
 from tui_gcs.selection import Known, Selection
-from tui_gcs.stops import STOPS, Stop, StopLine
-from tui_gcs.turns import Turn, Turns
 from tui_gcs.widgets.alarm_line import Notice
-from tui_gcs.widgets.visible import visible_fleet, visible_info, visible_status
 
 PERIOD_S = 0.2
 STATION_LOST_S = 3.0
