@@ -13,9 +13,9 @@ from tui_gcs import __version__ as tui_gcs_version
 from tui_gcs.cli import main
 from tui_gcs.commands import common
 from tui_gcs.commands.control import lost_vehicles
+from tui_gcs.console.exits import CANNOT, CommandError
 from tui_gcs.core.base.directories import SUPERVISOR_LOCK, runtime_dir, try_lock
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.exits import CANNOT, CommandError
 
 DATA = Path(__file__).parent / "data"
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.groups import MOST_GROUPS, GroupFile, GroupsError
+from tui_gcs.console.groups import MOST_GROUPS, GroupFile, GroupsError
 
 
 def test_groups_are_kept_by_fleet_and_seen_by_another_console(tmp_path: Path) -> None:

@@ -11,13 +11,13 @@ import pytest
 from tests.console_pty import PtyConsole
 from tui_gcs.cli import main
 from tui_gcs.commands import control, keys
+from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.mavlink.signing import Key
 from tui_gcs.core.protocol.bus import BusError, OnGone
 from tui_gcs.core.protocol.common import ProvisionKey, Reply, decode_request, encode
 from tui_gcs.core.signing.key_derivation import secret_from
 from tui_gcs.core.signing.keystore import open_store
-from tui_gcs.exits import CommandError
 
 CANARY = bytes.fromhex("ca9a4ec0de" * 6 + "ca9a")
 PASSPHRASE = "correct horse battery"

@@ -18,8 +18,8 @@ from tui_gcs.commands.common import (
     read_scenario,
     say_planners,
 )
+from tui_gcs.console.exits import CommandError
 from tui_gcs.core.protocol.planning import ParamInfo
-from tui_gcs.exits import CommandError
 from tui_gcs.planner.runtime import describe
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.runtime.registry import PlannerError, load

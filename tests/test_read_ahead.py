@@ -4,7 +4,7 @@ import subprocess
 import sys
 import textwrap
 
-from tui_gcs.read_ahead import SCREENS
+from tui_gcs.console.preload import SCREENS
 
 
 def test_the_app_does_without_them_and_afterwards_they_are_there() -> None:

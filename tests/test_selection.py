@@ -2,7 +2,7 @@
 
 import pytest
 
-from tui_gcs.selection import Choice, Known, Selection, SelectionError, chosen
+from tui_gcs.console.selection import Choice, Known, Selection, SelectionError, chosen
 
 KNOWN = Known(
     (1, 2, 3, 4, 5, 6, 7, 1003),

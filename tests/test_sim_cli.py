@@ -13,9 +13,9 @@ import pytest
 from tui_gcs.cli import _parser
 from tui_gcs.commands.sim import _ranges, _relay, _told
 from tui_gcs.commands.sim_fleet import spec_of_options
+from tui_gcs.console.exits import CommandError
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.scenario.model import Origin
-from tui_gcs.exits import CommandError
 
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
 

@@ -25,13 +25,13 @@ from tui_gcs.cli import _parser, main
 from tui_gcs.client.launcher import launch
 from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.commands.vehicle_station import vehicle_ids
+from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.formats.content import Content
 from tui_gcs.core.formats.file_types import read_file
 from tui_gcs.core.formats.qgc_write import write_qgc
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.scenario.load import load
-from tui_gcs.exits import CommandError
 
 SCENARIO = Path(__file__).parents[1] / "tui_gcs/scenarios/swarm-challenge.toml"
 HOME_LINE = "0\t1\t0\t16\t0\t0\t0\t0\t47.3977000\t8.5456000\t488\t1\n"

@@ -23,8 +23,14 @@ from textual.widgets import Input
 from tui_gcs.actions import APP, APP_ACTIONS, Action, bindings, situation_of
 from tui_gcs.actions.entries import Entry, entries_of, order_entries
 from tui_gcs.actions.keymap import human, with_keys
-from tui_gcs.chord import PREFIX_S, Chord
-from tui_gcs.commanding import FOLLOW_S, CommandingApp, action_named
+from tui_gcs.console.commanding import FOLLOW_S, CommandingApp, action_named
+from tui_gcs.console.groups import GroupFile, GroupsError
+from tui_gcs.console.key_chord import PREFIX_S, Chord
+from tui_gcs.console.key_guard import KeyGuard
+from tui_gcs.console.line_entry import LineEntry
+from tui_gcs.console.notices import NOTICE_S, Notices
+from tui_gcs.console.preload import AFTER_S, read_ahead
+from tui_gcs.console.selection import SelectionError
 from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.formats.overlays import Overlay
 from tui_gcs.core.protocol.alarms import to_answer
@@ -32,18 +38,12 @@ from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, Kind, RunPhase
 from tui_gcs.feed.dispatch import Dispatcher
 from tui_gcs.feed.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
-from tui_gcs.groups import GroupFile, GroupsError
-from tui_gcs.key_guard import KeyGuard
-from tui_gcs.line_entry import LineEntry
-from tui_gcs.notices import NOTICE_S, Notices
-from tui_gcs.read_ahead import AFTER_S, read_ahead
 from tui_gcs.screens.alarms import AlarmScreen
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.help import HelpDialog, PaletteDialog
 from tui_gcs.screens.preflight import Operator
 from tui_gcs.screens.text_dialog import REACTION_S
 from tui_gcs.screens.tiny import MIN_COLUMNS, MIN_ROWS, TinyScreen
-from tui_gcs.selection import SelectionError
 from tui_gcs.terminal import slow
 from tui_gcs.terminal.idle_garbage import LOOK_S, IdleGarbage
 from tui_gcs.terminal.input_driver import InputDropped, lagging

@@ -9,7 +9,7 @@ from typing import NoReturn
 
 from tui_gcs import __version__
 from tui_gcs.commands import console_options, files_parser, planner_parser, sim_options, vehicle_parser
-from tui_gcs.exits import CANNOT, CommandError
+from tui_gcs.console.exits import CANNOT, CommandError
 
 MOST_ERROR_CELLS = 4000
 

@@ -6,8 +6,8 @@ import pytest
 from link_rig import free_port
 
 from tui_gcs.commands.common import check_links, loopback_only
+from tui_gcs.console.exits import CommandError
 from tui_gcs.core.links import open_link
-from tui_gcs.exits import CommandError
 
 
 def refusal(check: object, *links: str) -> str:

@@ -16,13 +16,13 @@ from hypothesis import strategies as st
 import tui_gcs
 from tui_gcs.cli import main
 from tui_gcs.commands.vehicle_files import write_here
+from tui_gcs.console.exits import CommandError
 from tui_gcs.core.formats.bounded import MOST_BYTES
 from tui_gcs.core.formats.content import Content, FormatError
 from tui_gcs.core.formats.file_types import read_file
 from tui_gcs.core.missions.draft_file import DraftFileError
 from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import parse
-from tui_gcs.exits import CommandError
 from tui_gcs.widgets.edit_model import EditModel
 from tui_gcs.widgets.mission_editor import MissionEditor
 from tui_gcs.widgets.mission_files import MissionFile

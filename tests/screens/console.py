@@ -8,10 +8,10 @@ from fake_station import FakeStation
 from quiet_pilot import QuietPilot
 
 from tui_gcs.app import ConsoleApp
+from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import Kind, Note
-from tui_gcs.groups import GroupFile
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.result_panel import ResultPanel

@@ -5,9 +5,9 @@ from console import NARROW, WIDE, console
 from fake_station import FakeStation, trouble
 from textual.events import Key
 
+from tui_gcs.console.notices import NOTICE_S
 from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, Freshness, Note, Shelve, Unshelve
-from tui_gcs.notices import NOTICE_S
 from tui_gcs.screens.alarms import AlarmScreen
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.widgets.alarm_bell import AlarmBell

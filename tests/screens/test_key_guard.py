@@ -3,9 +3,9 @@
 from console import NARROW, Console, console
 from fake_station import FakeStation
 
+from tui_gcs.console.key_guard import GUARD_S, MOST_S, KeyGuard
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.flight import Arm
-from tui_gcs.key_guard import GUARD_S, MOST_S, KeyGuard
 from tui_gcs.screens.dialogs import RoundDialog, StartDialog
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.nudge import NudgeScreen

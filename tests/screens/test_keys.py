@@ -10,9 +10,9 @@ from console import NARROW, WIDE, Console, console
 from fake_station import FakeStation
 from textual.events import Key
 
+from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.services import GetVehicles, decode_request
-from tui_gcs.groups import GroupFile
 from tui_gcs.screens.dialogs import RoundDialog, StartDialog
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.help import HelpDialog, PaletteDialog

@@ -12,7 +12,7 @@ from textual.events import Key
 from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, Situation, bindings, footer_actions, refusal
 from tui_gcs.actions.entries import found, order_entries
 from tui_gcs.app import ConsoleApp
-from tui_gcs.chord import Chord
+from tui_gcs.console.key_chord import Chord
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import RunPhase
 from tui_gcs.screens.fly import FlyScreen

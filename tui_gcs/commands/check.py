@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.commands.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, Line
 from tui_gcs.commands.convert import MOST_CELLS, SCENARIO, missions_in, read_any, read_base, round_of
+from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, counted
-from tui_gcs.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.formats.conversion import Base

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from tui_gcs.commands.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, Line
 from tui_gcs.commands.convert import round_of
+from tui_gcs.console.exits import CommandError
 from tui_gcs.core.formats.conversion import Base
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.mavlink.enum_names import autopilot_name
@@ -16,7 +17,6 @@ from tui_gcs.core.missions.forecast import Forecast
 from tui_gcs.core.missions.timed_path import Home
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.core.scenario.model import Origin
-from tui_gcs.exits import CommandError
 from tui_gcs.widgets.mission_text import clock, conflict_text, distance
 
 

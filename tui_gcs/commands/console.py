@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.client.launcher import START_LIMIT_S, start_error
 from tui_gcs.commands import console_options
+from tui_gcs.console.exits import CommandError
+from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.base.directories import socket_path, state_dir
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.formats.overlays import Overlay, OverlayError, load_overlay
 from tui_gcs.core.protocol.zenoh_bus import connect_later
-from tui_gcs.exits import CommandError
-from tui_gcs.groups import GroupFile
 from tui_gcs.terminal.slow import prepare_textual, wants_slow
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ import time
 from typing import TYPE_CHECKING
 
 from tui_gcs.commands.common import join, need_terminal, running
+from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.protocol.common import Alarm, FleetFrame, LinkStatus, StationStatus, TeamStatus

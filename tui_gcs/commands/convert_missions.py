@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 from tui_gcs.commands.convert import MOST_CELLS, may_write, options_for, put, tell
+from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, FormatError, Written
 from tui_gcs.core.formats.conversion import convert
@@ -13,7 +14,6 @@ from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.draft_file import DraftFileError, from_bytes
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.alarms import id_ranges
-from tui_gcs.exits import FAILED, OK, CommandError
 
 
 def convert_missions(arguments: argparse.Namespace, data: bytes, wanted: Format) -> int:

@@ -12,8 +12,8 @@ from tui_gcs.commands.common import (
     running,
     say_planners,
 )
+from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.exits import CommandError
 
 OF_A_NEW_ONE = ("fault", "autopilot", "wind", "gps_noise", "intruders", "sensor")
 """Options that a station which runs already cannot take."""

@@ -7,11 +7,11 @@ import sys
 from collections.abc import Callable
 
 from tui_gcs.commands.common import join, running
+from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.mavlink.signing import KEY_BYTES, Key
 from tui_gcs.core.signing.key_derivation import Form, secret_from
 from tui_gcs.core.signing.keystore import KeyStore, KeyStoreError, check_vehicle, open_store, vehicle_name
-from tui_gcs.exits import FAILED, OK, CommandError
 
 ASK_LIMIT_S = 5.0
 IDS_PER_NETWORK = 1000

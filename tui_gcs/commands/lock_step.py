@@ -19,9 +19,9 @@ from tui_gcs.commands.common import (
     simulable,
 )
 from tui_gcs.commands.progress_bar import ProgressBar
+from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.exits import CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.judging.referee import Referee, Result

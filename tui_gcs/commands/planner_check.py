@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from tui_gcs.commands.common import check_seed
+from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.base.text import clean
-from tui_gcs.exits import FAILED, OK, CommandError
 from tui_gcs.planner.check.suite import CHECKS, FIRST
 from tui_gcs.planner.runtime import describe, registry
 

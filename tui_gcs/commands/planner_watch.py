@@ -11,8 +11,8 @@ from tui_gcs.commands.common import (
     running,
     say_planners,
 )
+from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.exits import CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.protocol.planning import PlannerInfo

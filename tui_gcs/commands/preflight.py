@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.commands.common import join, login_name
 from tui_gcs.commands.control import which
-from tui_gcs.exits import FAILED, OK, CommandError
+from tui_gcs.console.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.protocol.common import AnyRequest, Reply, StationStatus

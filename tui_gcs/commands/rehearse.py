@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from tui_gcs.commands.common import check_writable, login_name
 from tui_gcs.commands.lock_step import asked
 from tui_gcs.commands.result_table import report, written
+from tui_gcs.console.exits import CANNOT, CommandError
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.exits import CANNOT, CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.judging.referee import Result

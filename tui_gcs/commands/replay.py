@@ -8,8 +8,8 @@ import threading
 
 from tui_gcs.commands.common import need_terminal
 from tui_gcs.commands.console import Preferences, preferences
+from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.exits import FAILED, OK, CommandError
 from tui_gcs.terminal.slow import wants_slow
 
 TICK_S = 0.05

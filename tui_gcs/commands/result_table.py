@@ -4,8 +4,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tui_gcs.console.exits import CANNOT, FAILED, OK
 from tui_gcs.core.protocol.metric_names import seen_pct
-from tui_gcs.exits import CANNOT, FAILED, OK
 
 if TYPE_CHECKING:
     from tui_gcs.core.judging.referee import Result

@@ -13,8 +13,8 @@ from tui_gcs.commands.common import check_writable, join, login_name, read_plann
 from tui_gcs.commands.fly import start
 from tui_gcs.commands.progress_bar import ProgressBar
 from tui_gcs.commands.result_table import report
+from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.exits import CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.scenario.model import Scenario

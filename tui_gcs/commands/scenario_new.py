@@ -5,11 +5,11 @@ import shlex
 import sys
 from pathlib import Path
 
+from tui_gcs.console.exits import OK, CommandError
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.scenario.template import MOST_VEHICLES, new_scenario
-from tui_gcs.exits import OK, CommandError
 
 DEMO = Origin(52.0720, -0.6280, 110.0)
 NAME_CELLS = 64

@@ -14,9 +14,9 @@ from typing import Any
 from tui_gcs.client.launcher import LaunchError, check_fault, free_port, proxy_command
 from tui_gcs.commands.common import OURSELVES, check_seed
 from tui_gcs.commands.sim_fleet import spec_of_options
+from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.exits import CommandError
 
 PX4_ADDRESS = "127.0.0.1:14550"
 """A real PX4 sends there and nowhere else."""

@@ -6,7 +6,7 @@ import os
 import sys
 
 from tui_gcs.commands.vehicle_station import open_station
-from tui_gcs.exits import FAILED
+from tui_gcs.console.exits import FAILED
 
 _ACTIONS = {
     "list": "vehicle_show.run_list",

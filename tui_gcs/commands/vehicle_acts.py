@@ -16,9 +16,9 @@ from tui_gcs.commands.vehicle_station import (
     tell,
     vehicle_ids,
 )
+from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.protocol.services import MEANT, GetModes, Reboot, SetMode, SetParams, TypeShell
 from tui_gcs.core.protocol.setup import SetCurrentItem, SetGain
-from tui_gcs.exits import FAILED, OK, CommandError
 
 LIST_LOOKS = 25
 """Looks at a list of modes that is still coming, 5 a second."""

@@ -15,6 +15,7 @@ from tui_gcs.commands.vehicle_station import (
     tell,
     vehicle_ids,
 )
+from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
 from tui_gcs.core.protocol.setup import (
     Calibrate,
@@ -25,7 +26,6 @@ from tui_gcs.core.protocol.setup import (
     SensorWord,
     UndoRadio,
 )
-from tui_gcs.exits import FAILED, OK, CommandError
 
 Ids = tuple[int, ...]
 

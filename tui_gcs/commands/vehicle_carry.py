@@ -12,6 +12,7 @@ from tui_gcs.commands.vehicle_station import (
     tell_failed,
     vehicle_ids,
 )
+from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.protocol.setup import (
     AskPayloads,
     GetPayloads,
@@ -27,7 +28,6 @@ from tui_gcs.core.protocol.setup import (
     TrafficRow,
     UseCamera,
 )
-from tui_gcs.exits import FAILED, OK, CommandError
 
 HEAR_LOOKS, QUIET_LOOKS = 20, 5
 """Looks at what comes after vehicles were asked for traffic, 5 a second: each tells one aircraft after the other, so

@@ -18,6 +18,7 @@ from tui_gcs.commands.vehicle_station import (
     tell_failed,
     vehicle_ids,
 )
+from tui_gcs.console.exits import FAILED, CommandError
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.core.protocol.services import (
@@ -30,7 +31,6 @@ from tui_gcs.core.protocol.services import (
     RemoveFile,
     WriteFile,
 )
-from tui_gcs.exits import FAILED, CommandError
 
 
 def run_files(station: StationClient, arguments: argparse.Namespace) -> int:

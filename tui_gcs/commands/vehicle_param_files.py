@@ -20,6 +20,7 @@ from tui_gcs.commands.vehicle_station import (
     tell_failed,
     vehicle_ids,
 )
+from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.formats.content import Content, ParamLine, counted
 from tui_gcs.core.formats.file_types import format_of
 from tui_gcs.core.formats.params import IDENTITIES, NOT_TO_WRITE, WRITERS, write_mavproxy
@@ -33,7 +34,6 @@ from tui_gcs.core.protocol.services import (
     SetParams,
 )
 from tui_gcs.core.services.parameters.param_values import ParamType, same, shown
-from tui_gcs.exits import FAILED, OK, CommandError
 
 AUTOPILOT_COMPONENT = 1
 FOREIGN_NAMES = 10

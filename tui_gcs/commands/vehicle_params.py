@@ -15,9 +15,9 @@ from tui_gcs.commands.vehicle_station import (
     tell_failed,
     vehicle_ids,
 )
+from tui_gcs.console.exits import CommandError
 from tui_gcs.core.protocol.services import FetchParams, GetParams, ParamRow, ReadParams, SetParams
 from tui_gcs.core.services.parameters.param_values import shown
-from tui_gcs.exits import CommandError
 
 
 def run(station: StationClient, arguments: argparse.Namespace) -> int:

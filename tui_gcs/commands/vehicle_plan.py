@@ -20,6 +20,7 @@ from tui_gcs.commands.vehicle_station import (
     tell_failed,
     vehicle_ids,
 )
+from tui_gcs.console.exits import FAILED, CommandError
 from tui_gcs.core.formats.content import Content, FormatError, Home
 from tui_gcs.core.formats.conversion import Options, convert
 from tui_gcs.core.formats.file_types import BY_NAME, Family, family_of, format_of
@@ -29,7 +30,6 @@ from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.protocol.services import ClearPlan, DownloadPlan, GetVehicles, UploadPlan
 from tui_gcs.core.protocol.setup import SetCurrentItem
 from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
-from tui_gcs.exits import FAILED, CommandError
 
 
 def run(station: StationClient, arguments: argparse.Namespace) -> int:

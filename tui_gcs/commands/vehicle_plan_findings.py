@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator, Sequence
 
 from tui_gcs.commands.vehicle_station import LINE_CELLS, StationClient, listed
+from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions.autopilot_limits import dialect_called
@@ -17,7 +18,6 @@ from tui_gcs.core.protocol.common import PROTOCOL, GetScenario, Hello
 from tui_gcs.core.protocol.services import DownloadPlan, GetOnBoard, GetVehicles, PlanRow, VehicleInfo
 from tui_gcs.core.requests.plan_rows import plan_of
 from tui_gcs.core.scenario.model import Origin, Round
-from tui_gcs.exits import CommandError
 
 Items = tuple[PlanItem, ...]
 

@@ -17,6 +17,7 @@ from tui_gcs.commands.vehicle_station import (
     tell_failed,
     vehicle_ids,
 )
+from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.firmware.calibration_setup import motor_word
 from tui_gcs.core.protocol.services import GetVehicles
 from tui_gcs.core.protocol.setup import (
@@ -30,7 +31,6 @@ from tui_gcs.core.protocol.setup import (
     UndoGains,
 )
 from tui_gcs.core.services.parameters.param_values import shown
-from tui_gcs.exits import FAILED, OK, CommandError
 
 # ---------------------------------------------------------------- gains
 

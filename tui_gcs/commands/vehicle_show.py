@@ -14,6 +14,7 @@ from tui_gcs.commands.vehicle_station import (
     tell_failed,
     vehicle_ids,
 )
+from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.protocol.common import GetEvents
 from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.services import (
@@ -25,7 +26,6 @@ from tui_gcs.core.protocol.services import (
     TaskInfo,
     VehicleInfo,
 )
-from tui_gcs.exits import FAILED, OK, CommandError
 
 MOST_EVENTS = 500
 

@@ -11,12 +11,12 @@ import msgspec
 
 from tui_gcs.commands.common import join
 from tui_gcs.commands.control import which
+from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.protocol.bus import Bus, BusError
 from tui_gcs.core.protocol.common import Request, decode, encode
 from tui_gcs.core.protocol.services import GetTaskResult, GetTasks, ServiceReply, TaskInfo, TaskResult
-from tui_gcs.exits import FAILED, OK, CommandError
 
 POLL_S = 0.2
 ASK_LIMIT_S = 5.0

@@ -16,6 +16,7 @@ import msgspec
 from textual.message import Message
 from textual.message_pump import MessagePump
 
+from tui_gcs.console.selection import Known, Selection
 from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as wire
@@ -45,7 +46,6 @@ from tui_gcs.feed.messages import VehicleTold as VehicleTold
 from tui_gcs.feed.request_sequence import Turn, Turns
 from tui_gcs.feed.stop_requests import STOPS, Stop, StopLine
 from tui_gcs.feed.visible_changes import visible_fleet, visible_info, visible_status
-from tui_gcs.selection import Known, Selection
 from tui_gcs.widgets.alarm_line import Notice
 
 PERIOD_S = 0.2
