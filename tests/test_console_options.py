@@ -8,7 +8,7 @@ from tui_gcs.cli import main
 from tui_gcs.commands import console_options
 from tui_gcs.commands.console import operators_theme
 from tui_gcs.console.exits import CommandError
-from tui_gcs.widgets.themes import THEMES
+from tui_gcs.widgets.basics.themes import THEMES
 
 
 def parsed(*said: str) -> argparse.Namespace:

@@ -12,7 +12,7 @@ from tui_gcs.core.protocol.preflight import ReadChecks
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
 from tui_gcs.feed.dispatch import Dispatch, Dispatcher
 from tui_gcs.feed.feed import Feed
-from tui_gcs.widgets.result_panel import Came
+from tui_gcs.widgets.fleet.result_panel import Came
 
 RUNNING = TaskInfo(7, 3, "read", "me", "running", 0, 0, "", 0.0)
 

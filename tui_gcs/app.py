@@ -48,12 +48,12 @@ from tui_gcs.terminal import slow
 from tui_gcs.terminal.idle_garbage import LOOK_S, IdleGarbage
 from tui_gcs.terminal.input_driver import InputDropped, lagging
 from tui_gcs.terminal.key_turns import LONGEST_S, KeyHandled, KeyTurns
-from tui_gcs.widgets.alarm_bell import AlarmBell
-from tui_gcs.widgets.alarm_line import Notice
-from tui_gcs.widgets.glyphs import GlyphSet, glyph_set, wants_ascii
-from tui_gcs.widgets.levels import Level
-from tui_gcs.widgets.top_lines import TopLines, use_keys
-from tui_gcs.widgets.words import ids
+from tui_gcs.widgets.basics.alarm_bell import AlarmBell
+from tui_gcs.widgets.basics.alarm_line import Notice
+from tui_gcs.widgets.basics.glyphs import GlyphSet, glyph_set, wants_ascii
+from tui_gcs.widgets.basics.number_text import ids
+from tui_gcs.widgets.basics.top_lines import TopLines, use_keys
+from tui_gcs.widgets.fleet.severity_levels import Level
 
 if TYPE_CHECKING:
     from tui_gcs.screens.plan import PlanScreen

@@ -23,9 +23,9 @@ from tui_gcs.core.formats.file_types import read_file
 from tui_gcs.core.missions.draft_file import DraftFileError
 from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import parse
-from tui_gcs.widgets.edit_model import EditModel
-from tui_gcs.widgets.mission_editor import MissionEditor
-from tui_gcs.widgets.mission_files import MissionFile
+from tui_gcs.widgets.missions.mission_editor import MissionEditor
+from tui_gcs.widgets.missions.mission_files import MissionFile
+from tui_gcs.widgets.plan.edit_model import EditModel
 
 ENTITY_BOMB = b'<?xml version="1.0"?><!DOCTYPE k [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><kml>&b;</kml>'
 OUTSIDE = b'<?xml version="1.0"?><!DOCTYPE k [<!ENTITY x SYSTEM "file:///etc/passwd">]><kml>&x;</kml>'

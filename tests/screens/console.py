@@ -13,8 +13,8 @@ from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import Kind, Note
 from tui_gcs.screens.fly import FlyScreen
-from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.result_panel import ResultPanel
+from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.fleet.result_panel import ResultPanel
 
 WIDE, NARROW = (120, 40), (80, 24)
 

@@ -17,7 +17,7 @@ from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.screens.missions import MissionsScreen
-from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 
 Rows = tuple[s.PlanRow, ...]
 

@@ -10,10 +10,10 @@ from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, Freshness, Note, Shelve, Unshelve
 from tui_gcs.screens.alarms import AlarmScreen
 from tui_gcs.screens.fly import FlyScreen
-from tui_gcs.widgets.alarm_bell import AlarmBell
-from tui_gcs.widgets.alarm_line import Notice
-from tui_gcs.widgets.levels import Level
-from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.basics.alarm_bell import AlarmBell
+from tui_gcs.widgets.basics.alarm_line import Notice
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.fleet.severity_levels import Level
 
 
 def inks(c: object) -> set[Ink]:

@@ -13,7 +13,7 @@ from textual.worker import WorkerCancelled
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.flight import Land
-from tui_gcs.widgets.glyphs import ASCII, UNICODE
+from tui_gcs.widgets.basics.glyphs import ASCII, UNICODE
 
 PRINTABLE = [
     *"abcdefghijklmnoprstuvwxyzABCDEFGHIJKLMNOPRSTUVWXYZ0123456789",

@@ -5,7 +5,7 @@ from console import NARROW, WIDE, console
 from fake_station import FakeStation
 
 from tui_gcs.core.protocol.common import Phase, RunPhase
-from tui_gcs.widgets.glyphs import ASCII
+from tui_gcs.widgets.basics.glyphs import ASCII
 
 HERE = (10.0, 20.0, 30.0)
 BY_HAND = {"phase": Phase.BY_HAND, "slot": "", "position_m": HERE}

@@ -9,7 +9,7 @@ from fake_station import FakeStation
 
 from tui_gcs.core.protocol import setup
 from tui_gcs.core.protocol.common import Freshness
-from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.basics.palette import Ink
 
 NONE = {"camera": False, "gimbal": False}
 

@@ -7,7 +7,7 @@ from pictures import same_as_snapshot
 
 from tui_gcs.core.protocol.common import Kind, RunPhase
 from tui_gcs.screens.orders import brief_words, now_words, rows_of
-from tui_gcs.widgets.result_panel import Came, Result
+from tui_gcs.widgets.fleet.result_panel import Came, Result
 
 
 def ground(_station: FakeStation) -> None:

@@ -10,7 +10,7 @@ from pictures import same_as_snapshot
 
 from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.feed.feed import VehicleTold
-from tui_gcs.widgets.glyphs import ASCII, as_ascii
+from tui_gcs.widgets.basics.glyphs import ASCII, as_ascii
 
 
 def flight(station: FakeStation) -> None:

@@ -14,8 +14,8 @@ from tui_gcs.core.protocol.alarms import Alarm, AlarmLevel
 from tui_gcs.screens.journal import JournalScreen
 from tui_gcs.screens.planners import PlannersDialog
 from tui_gcs.screens.remarks import RemarksDialog
-from tui_gcs.widgets.alarm_line import Notice, alarm_runs
-from tui_gcs.widgets.verdict import Remark
+from tui_gcs.widgets.basics.alarm_line import Notice, alarm_runs
+from tui_gcs.widgets.forms.form_findings import Remark
 
 LONG = "planner mine failed: ValueError: the middle of the zone is closed, and no circle of 40 m fits beside it"
 

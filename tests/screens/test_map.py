@@ -12,10 +12,10 @@ from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Zone
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import Annotation, Freshness, RunPhase
 from tui_gcs.core.scenario.model import OperatingArea, Round
-from tui_gcs.widgets.glyphs import ASCII, UNICODE, heading_glyph, wants_ascii
-from tui_gcs.widgets.map_raster import DotRaster
-from tui_gcs.widgets.map_view import MapView
-from tui_gcs.widgets.map_viewport import Viewport
+from tui_gcs.widgets.basics.glyphs import ASCII, UNICODE, heading_glyph, wants_ascii
+from tui_gcs.widgets.map.map_raster import DotRaster
+from tui_gcs.widgets.map.map_view import MapView
+from tui_gcs.widgets.map.map_viewport import Viewport
 
 AREA = OperatingArea(Rectangle((300.0, 200.0), 600.0, 400.0), 20.0, 90.0)
 

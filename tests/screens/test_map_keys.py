@@ -10,7 +10,7 @@ from test_map_more import PLANE as ANYWHERE
 import tui_gcs.terminal.thin_app
 from tests.screens.meter import metered
 from tui_gcs.screens.layers import LayersDialog
-from tui_gcs.widgets.map_layers import Layer
+from tui_gcs.widgets.map.map_layers import Layer
 
 PLANE = msgspec.structs.replace(ANYWHERE, lat_deg=52.0735, lon_deg=-0.6235)
 

@@ -18,12 +18,12 @@ from tui_gcs.core.protocol.services import OnBoardRow, PlanRow
 from tui_gcs.core.protocol.setup import TrafficRow
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Origin, Round
-from tui_gcs.widgets.glyphs import UNICODE, next_dots
-from tui_gcs.widgets.map_doubt import doubt_radius_m
-from tui_gcs.widgets.map_grid import round_length_m
-from tui_gcs.widgets.map_layers import Layer
-from tui_gcs.widgets.map_raster import DotRaster
-from tui_gcs.widgets.map_view import MapView
+from tui_gcs.widgets.basics.glyphs import UNICODE, next_dots
+from tui_gcs.widgets.map.map_grid import round_length_m
+from tui_gcs.widgets.map.map_layers import Layer
+from tui_gcs.widgets.map.map_raster import DotRaster
+from tui_gcs.widgets.map.map_view import MapView
+from tui_gcs.widgets.map.uncertainty_disc import doubt_radius_m
 
 ORIGIN = Origin(52.0, -0.6, 100.0)
 EMPTY = Round(name="r", duration_s=60.0, area=AREA, zones=())

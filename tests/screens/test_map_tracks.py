@@ -6,10 +6,10 @@ from test_map import AREA, MapApp, picture
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.protocol.common import FleetFrame, Track
 from tui_gcs.core.scenario.model import Round
-from tui_gcs.widgets.glyphs import ASCII, UNICODE
-from tui_gcs.widgets.map_tracks import ink_of
-from tui_gcs.widgets.map_view import MapView
-from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.basics.glyphs import ASCII, UNICODE
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.map.map_tracks import ink_of
+from tui_gcs.widgets.map.map_view import MapView
 
 TARGET = Track(3, (150.0, 200.0, 40.0), (5.0, 0.0, 0.0), (4.0, 0.0, 4.0), 10.0, 20.0, (2, 5), confirmed=True)
 

@@ -19,8 +19,8 @@ from tui_gcs.core.requests.plan_rows import plan_rows
 from tui_gcs.feed import plan_transfers
 from tui_gcs.screens import missions
 from tui_gcs.screens.upload_dialog import UploadDialog
-from tui_gcs.widgets.glyphs import ASCII
-from tui_gcs.widgets.mission_map import drawings
+from tui_gcs.widgets.basics.glyphs import ASCII
+from tui_gcs.widgets.missions.mission_map import drawings
 
 SIZES = pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
 

@@ -14,7 +14,7 @@ from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.nudge import NudgeScreen
 from tui_gcs.screens.orders import OrderDialog, OrderMenu, brief_words, now_words, rows_of
-from tui_gcs.widgets.result_panel import Came, Result
+from tui_gcs.widgets.fleet.result_panel import Came, Result
 
 
 def flight(station: FakeStation) -> None:

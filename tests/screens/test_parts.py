@@ -19,11 +19,11 @@ from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.start_plan import start_plan
 from tui_gcs.screens.text_dialog import fitted as shortened
 from tui_gcs.terminal.input_driver import QUEUED_WRITES_MAX, EscapeParser, PatientDriver, lagging
-from tui_gcs.widgets.glyphs import UNICODE
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.planner_panel import team_brief, team_lines
-from tui_gcs.widgets.strips import Run
-from tui_gcs.widgets.words import clock, fitted, gps, ids, number, outside
+from tui_gcs.widgets.basics.glyphs import UNICODE
+from tui_gcs.widgets.basics.number_text import clock, fitted, gps, ids, number, outside
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.strips import Run
+from tui_gcs.widgets.fleet.planner_panel import team_brief, team_lines
 
 
 @pytest.mark.parametrize(("vehicles", "text"), [((), ""), ((3,), "3"), ((1, 2, 3, 7), "1-3 7"), ((9, 8), "8-9")])

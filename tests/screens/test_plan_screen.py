@@ -14,7 +14,7 @@ from tui_gcs.core.protocol.common import Hold, PlannerInfo, Resume, RunPhase
 from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.planner.api import Param
 from tui_gcs.planner.runtime import registry
-from tui_gcs.widgets.glyphs import ASCII
+from tui_gcs.widgets.basics.glyphs import ASCII
 
 SIZES = pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
 

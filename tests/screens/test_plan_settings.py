@@ -9,8 +9,8 @@ from plan_station import KEYS, PlanConsole, plan_console
 
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.widgets.glyphs import ASCII
-from tui_gcs.widgets.settings_text import GROUP_OF
+from tui_gcs.widgets.basics.glyphs import ASCII
+from tui_gcs.widgets.plan.forms.settings_text import GROUP_OF
 
 SIZES = pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
 TAB_TO_PLACE = 9

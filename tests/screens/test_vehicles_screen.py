@@ -6,8 +6,8 @@ from fake_station import FakeStation, trouble
 from pictures import same_as_snapshot
 
 from tui_gcs.core.protocol.common import Freshness
-from tui_gcs.widgets.glyphs import ASCII
-from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.basics.glyphs import ASCII
+from tui_gcs.widgets.basics.palette import Ink
 
 
 def fleet_of(count: int) -> object:

@@ -2,8 +2,8 @@
 
 from textual.app import App, ComposeResult
 
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.verdict import EditLine, Remark
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.forms.form_findings import EditLine, Remark
 
 STATE = Remark("1 change not applied, not saved", Ink.CAUTION)
 WHY = "not imported: round[1].zone[4].vertices_m[1]: corners 1 and 3: the polygon crosses itself near 400.5, 312.25"

@@ -11,11 +11,11 @@ from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.core.scenario.model import OperatingArea, Team
 from tui_gcs.core.scenario.place_allocation import same_places
-from tui_gcs.widgets.edit_model import EditModel, Problems
-from tui_gcs.widgets.edit_parts import EditParts
-from tui_gcs.widgets.plan_draft import PlanDraft
-from tui_gcs.widgets.team_text import team_text
-from tui_gcs.widgets.zone_text import ZoneText, zone_text
+from tui_gcs.widgets.plan.edit_model import EditModel, Problems
+from tui_gcs.widgets.plan.edit_parts import EditParts
+from tui_gcs.widgets.plan.forms.team_text import team_text
+from tui_gcs.widgets.plan.forms.zone_text import ZoneText, zone_text
+from tui_gcs.widgets.plan.plan_draft import PlanDraft
 
 TEXT = read_text(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
 ROUNDS = parse(TEXT).rounds

@@ -3,9 +3,9 @@
 from textual.app import App, ComposeResult
 from textual.widgets import Button
 
-from tui_gcs.widgets.choice import Choice
-from tui_gcs.widgets.field_order import step_field
-from tui_gcs.widgets.form import Form, FormField, FormRow
+from tui_gcs.widgets.forms.choice import Choice
+from tui_gcs.widgets.forms.field_order import step_field
+from tui_gcs.widgets.forms.form import Form, FormField, FormRow
 
 
 class OneForm(App[None]):

@@ -10,8 +10,18 @@ from hypothesis import strategies as st
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
 from tui_gcs.core.scenario.model import OperatingArea, Team
 from tui_gcs.planner.api import Param
-from tui_gcs.widgets.form_text import FieldError, ids_text, number_text, points_text, to_ids, to_number, to_points
-from tui_gcs.widgets.shape_edit import (
+from tui_gcs.widgets.forms.form_text import (
+    FieldError,
+    ids_text,
+    number_text,
+    points_text,
+    to_ids,
+    to_number,
+    to_points,
+)
+from tui_gcs.widgets.plan.forms.team_text import TeamText, team_text, to_team, to_value
+from tui_gcs.widgets.plan.forms.zone_text import to_zone, zone_text
+from tui_gcs.widgets.plan.shape_edit import (
     KINDS,
     Border,
     as_polygon,
@@ -24,8 +34,6 @@ from tui_gcs.widgets.shape_edit import (
     sized,
     turned,
 )
-from tui_gcs.widgets.team_text import TeamText, team_text, to_team, to_value
-from tui_gcs.widgets.zone_text import to_zone, zone_text
 
 NUMBERS = st.floats(-1e5, 1e5)
 POINTS = st.tuples(NUMBERS, NUMBERS)

@@ -6,8 +6,8 @@ from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.command_reference import MISSION_WORDS
 from tui_gcs.core.plans.check import check
 from tui_gcs.core.plans.model import CIRCLES, LAND, RETURN, TAKE_OFF, WAYPOINT, PlanKind, fence_shapes
-from tui_gcs.widgets.mission_editor import MissionEditor
-from tui_gcs.widgets.mission_text import item_text, to_item
+from tui_gcs.widgets.missions.mission_editor import MissionEditor
+from tui_gcs.widgets.missions.mission_text import item_text, to_item
 
 
 @pytest.fixture

@@ -10,8 +10,8 @@ from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.draft_file import DraftFileError
 from tui_gcs.core.plans.model import Plan, PlanKind
-from tui_gcs.widgets.mission_editor import MissionEditor
-from tui_gcs.widgets.mission_files import MissionFile
+from tui_gcs.widgets.missions.mission_editor import MissionEditor
+from tui_gcs.widgets.missions.mission_files import MissionFile
 
 MISSION, FENCE, RALLY = PlanKind
 ONE_KIND = {"wpl": MISSION, "json": MISSION, "fence": FENCE, "rally": RALLY}

@@ -8,8 +8,8 @@ import tui_gcs
 from tui_gcs.core.geometry.zones import Circle, Role, Zone
 from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import parse, read_text
-from tui_gcs.widgets.edit_model import EditModel
-from tui_gcs.widgets.plan_autosave import PlanAutosave
+from tui_gcs.widgets.plan.edit_model import EditModel
+from tui_gcs.widgets.plan.plan_autosave import PlanAutosave
 
 TEXT = read_text(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
 SMALLER = Zone("home", Role.DEFEND, Circle((150.0, 200.0), 60.0))

@@ -8,9 +8,9 @@ import tui_gcs
 from tui_gcs.core.geometry.zones import Circle, Role, Zone
 from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import parse, read_text
-from tui_gcs.widgets.edit_model import EditModel
-from tui_gcs.widgets.save_flow import SaveFlow, SaveNext
-from tui_gcs.widgets.scenario_save import SaveError, destination, write
+from tui_gcs.widgets.plan.edit_model import EditModel
+from tui_gcs.widgets.plan.save_flow import SaveFlow, SaveNext
+from tui_gcs.widgets.plan.scenario_save import SaveError, destination, write
 
 SHIPPED = Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml"
 TEXT = read_text(SHIPPED)

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, area_m2
-from tui_gcs.widgets.shape_corners import (
+from tui_gcs.widgets.plan.shape_corners import (
     Snap,
     corners_m,
     turn_deg,
@@ -14,7 +14,7 @@ from tui_gcs.widgets.shape_corners import (
     with_corner_near,
     without_corner,
 )
-from tui_gcs.widgets.shape_edit import turned
+from tui_gcs.widgets.plan.shape_edit import turned
 
 BOX = Rectangle((100.0, 100.0), 40.0, 20.0)
 TRIANGLE = Polygon(((0.0, 0.0), (60.0, 0.0), (0.0, 60.0)))

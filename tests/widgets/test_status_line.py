@@ -5,10 +5,10 @@ import msgspec
 from tests.screens.fake_station import FakeStation
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import MemoryBus
-from tui_gcs.widgets.glyphs import UNICODE
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.status_line import status_runs
-from tui_gcs.widgets.strips import Run
+from tui_gcs.widgets.basics.glyphs import UNICODE
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.status_line import status_runs
+from tui_gcs.widgets.basics.strips import Run
 
 
 def runs_of(run: m.RunPhase, not_ready: dict[int, str]) -> list[Run]:

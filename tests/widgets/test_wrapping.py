@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from rich.cells import cell_len
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.widgets.wrapping import LEAST_CELLS, wrapped
+from tui_gcs.widgets.basics.wrapping import LEAST_CELLS, wrapped
 
 
 def test_text_is_broken_at_words() -> None:

@@ -17,7 +17,7 @@ from tui_gcs.core.missions.forecast import Forecast
 from tui_gcs.core.missions.timed_path import Home
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.core.scenario.model import Origin
-from tui_gcs.widgets.mission_text import clock, conflict_text, distance
+from tui_gcs.widgets.missions.mission_text import clock, conflict_text, distance
 
 
 def missions_lines(path: Path, data: bytes, base: Base | None, arguments: argparse.Namespace) -> list[Line]:

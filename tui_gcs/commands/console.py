@@ -102,7 +102,7 @@ def operators_theme() -> str:
     named = os.environ.get("TUI_GCS_THEME", "") or console_options.THEMES[0]
     if named not in console_options.THEMES:
         raise CommandError(f"TUI_GCS_THEME: no theme {named[:20]!r}; there are: {', '.join(console_options.THEMES)}")
-    from tui_gcs.widgets.themes import THEMES
+    from tui_gcs.widgets.basics.themes import THEMES
 
     return list(THEMES)[console_options.THEMES.index(named)]
 

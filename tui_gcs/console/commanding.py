@@ -22,11 +22,11 @@ from tui_gcs.screens.orders import Confirmed, OrderDialog, OrderMenu, brief_word
 from tui_gcs.screens.preflight import Operator, PreflightScreen
 from tui_gcs.screens.start_plan import start_plan
 from tui_gcs.terminal.thin_app import ThinApp
-from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.levels import Level
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.result_panel import ResultPanel, summary
-from tui_gcs.widgets.words import ids
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.number_text import ids
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.fleet.result_panel import ResultPanel, summary
+from tui_gcs.widgets.fleet.severity_levels import Level
 
 STOP_TRIES = 3
 GONE_S = 6.0

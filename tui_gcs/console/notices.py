@@ -7,8 +7,8 @@ that was refused.
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tui_gcs.widgets.alarm_line import Notice
-from tui_gcs.widgets.levels import Level
+from tui_gcs.widgets.basics.alarm_line import Notice
+from tui_gcs.widgets.fleet.severity_levels import Level
 
 NOTICE_S = 8.0
 """So long a notice is shown."""

@@ -8,7 +8,7 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.common import Freshness, Reply, Request, VehicleRow
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
 from tui_gcs.feed.feed import NO_ANSWER, Feed
-from tui_gcs.widgets.result_panel import GOOD, Came, Result
+from tui_gcs.widgets.fleet.result_panel import GOOD, Came, Result
 
 SEEN_S = 15.0
 """So long telemetry may take to show what was begun; then that is told."""

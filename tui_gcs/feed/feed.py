@@ -46,7 +46,7 @@ from tui_gcs.feed.messages import VehicleTold as VehicleTold
 from tui_gcs.feed.request_sequence import Turn, Turns
 from tui_gcs.feed.stop_requests import STOPS, Stop, StopLine
 from tui_gcs.feed.visible_changes import visible_fleet, visible_info, visible_status
-from tui_gcs.widgets.alarm_line import Notice
+from tui_gcs.widgets.basics.alarm_line import Notice
 
 PERIOD_S = 0.2
 STATION_LOST_S = 3.0

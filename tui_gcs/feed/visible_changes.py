@@ -7,7 +7,7 @@ import numpy as np
 from tui_gcs.core.protocol.common import FleetFrame, StationStatus
 from tui_gcs.core.protocol.metric_names import all_words, seen_pct
 from tui_gcs.core.protocol.services import VehicleInfo
-from tui_gcs.widgets.words import outside
+from tui_gcs.widgets.basics.number_text import outside
 
 Key = tuple[object, ...]
 

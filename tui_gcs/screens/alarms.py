@@ -10,13 +10,13 @@ from tui_gcs.core.protocol.alarms import action_words
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, EventClass, Request, Shelve, Unshelve
 from tui_gcs.feed.feed import EventRaised, Feed, StatusUpdated
 from tui_gcs.screens.text_dialog import REACTION_S, TextDialog
-from tui_gcs.widgets.alarm_line import LEVEL_INKS, LEVEL_TAGS
-from tui_gcs.widgets.event_lines import event_line
-from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.lines import Line
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.strips import Run
-from tui_gcs.widgets.top_lines import KEYS
+from tui_gcs.widgets.basics.alarm_line import LEVEL_INKS, LEVEL_TAGS
+from tui_gcs.widgets.basics.event_lines import event_line
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.lines_view import Line
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.strips import Run
+from tui_gcs.widgets.basics.top_lines import KEYS
 
 SHELVE_MIN = 5.0
 """What every level allows."""

@@ -14,11 +14,11 @@ from tui_gcs.screens.orders import ARMING_S, LATE_S, NO_KEY, TOO_LATE
 from tui_gcs.screens.preflight import Operator, typed_into
 from tui_gcs.screens.start_plan import StartPlan, fingerprint
 from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
-from tui_gcs.widgets.check_lines import check_line, count_line
-from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.lines import Line
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.words import ids
+from tui_gcs.widgets.basics.check_lines import check_line, count_line
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.lines_view import Line
+from tui_gcs.widgets.basics.number_text import ids
+from tui_gcs.widgets.basics.palette import Ink
 
 MOST_REASONS = 5
 MOST_CHECKS = 6

@@ -16,17 +16,17 @@ from tui_gcs.screens.fly import FlyScreen
 from tui_gcs.screens.map_keys import MapKeys
 from tui_gcs.screens.remarks import RemarksDialog
 from tui_gcs.screens.second_press import EXPIRES_S, SecondPress
-from tui_gcs.widgets.draft_map import DraftMap
-from tui_gcs.widgets.footer import FooterLine
-from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.number_field import NumberField
-from tui_gcs.widgets.open_bar import OpenBar
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.save_bar import SaveBar
-from tui_gcs.widgets.save_flow import SaveNext, WorkingCopy
-from tui_gcs.widgets.top_lines import TopLines
-from tui_gcs.widgets.vehicle_alarms import by_vehicle
-from tui_gcs.widgets.verdict import EditLine, Remark, VerdictLines
+from tui_gcs.widgets.basics.footer import FooterLine
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.top_lines import TopLines
+from tui_gcs.widgets.fleet.vehicle_alarms import by_vehicle
+from tui_gcs.widgets.forms.form_findings import EditLine, Remark, VerdictLines
+from tui_gcs.widgets.forms.number_field import NumberField
+from tui_gcs.widgets.missions.open_bar import OpenBar
+from tui_gcs.widgets.plan.draft_map import DraftMap
+from tui_gcs.widgets.plan.save_bar import SaveBar
+from tui_gcs.widgets.plan.save_flow import SaveNext, WorkingCopy
 
 NO_LETTER = "numbers only: a letter was NOT taken, look at the number"
 

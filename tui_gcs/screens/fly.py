@@ -29,17 +29,17 @@ from tui_gcs.feed.feed import (
     VehicleTold,
 )
 from tui_gcs.screens.map_keys import MapKeys
-from tui_gcs.widgets.event_lines import EventLines
-from tui_gcs.widgets.footer import FooterLine
-from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.map_layers import Layer
-from tui_gcs.widgets.map_view import MapView
-from tui_gcs.widgets.planner_panel import BriefPanel, PlannerPanel
-from tui_gcs.widgets.roster import Roster
-from tui_gcs.widgets.selected import row_of
-from tui_gcs.widgets.top_lines import TopLines
-from tui_gcs.widgets.vehicle_alarms import by_vehicle
-from tui_gcs.widgets.vehicle_detail import VehicleDetail
+from tui_gcs.widgets.basics.event_lines import EventLines
+from tui_gcs.widgets.basics.footer import FooterLine
+from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.basics.top_lines import TopLines
+from tui_gcs.widgets.fleet.planner_panel import BriefPanel, PlannerPanel
+from tui_gcs.widgets.fleet.roster import Roster
+from tui_gcs.widgets.fleet.selected_panel import row_of
+from tui_gcs.widgets.fleet.vehicle_alarms import by_vehicle
+from tui_gcs.widgets.fleet.vehicle_detail import VehicleDetail
+from tui_gcs.widgets.map.map_layers import Layer
+from tui_gcs.widgets.map.map_view import MapView
 
 LOOK_S, ON_BOARD_S = 1.0, 3.0
 MOST_ON_BOARD = 16
@@ -247,7 +247,7 @@ class FlyScreen(MapKeys):
         scenario = self.feed.scenario
         if scenario is None or (rows, scenario.scenario.origin) == self._on_board or not (rows or self._on_board[0]):
             return
-        from tui_gcs.widgets.map_on_board import drawings  # when there is something to draw
+        from tui_gcs.widgets.map.stored_plans_layer import drawings  # when there is something to draw
 
         self._on_board = rows, scenario.scenario.origin
         self.map_view.set_drawings(*drawings(rows, LocalFrame(scenario.scenario.origin)))

@@ -21,16 +21,16 @@ from tui_gcs.core.protocol.common import Event, EventClass, GetJournal
 from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.journal import JOURNAL_END
 from tui_gcs.feed.feed import EventRaised, Feed, SelectionChanged, StationBack, StationLost
-from tui_gcs.widgets.event_lines import severity_mark
-from tui_gcs.widgets.footer import FooterLine
-from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.lines import Line, LinesView
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.strips import Run, cut
-from tui_gcs.widgets.titles import set_title
-from tui_gcs.widgets.top_lines import TopLines
-from tui_gcs.widgets.words import ids
-from tui_gcs.widgets.wrapping import wrapped
+from tui_gcs.widgets.basics.event_lines import severity_mark
+from tui_gcs.widgets.basics.footer import FooterLine
+from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.basics.lines_view import Line, LinesView
+from tui_gcs.widgets.basics.number_text import ids
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.strips import Run, cut
+from tui_gcs.widgets.basics.titles import set_title
+from tui_gcs.widgets.basics.top_lines import TopLines
+from tui_gcs.widgets.basics.wrapping import wrapped
 
 MOST_LINES = 6
 """Of one event."""

@@ -4,11 +4,11 @@ from textual.app import ComposeResult
 from textual.events import Key
 from textual.screen import ModalScreen
 
-from tui_gcs.widgets.lines import Line, LinesView
-from tui_gcs.widgets.map_layers import Layer
-from tui_gcs.widgets.map_view import MapView
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.titles import set_title
+from tui_gcs.widgets.basics.lines_view import Line, LinesView
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.titles import set_title
+from tui_gcs.widgets.map.map_layers import Layer
+from tui_gcs.widgets.map.map_view import MapView
 
 
 class LayerLines(LinesView):

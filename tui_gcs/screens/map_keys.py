@@ -7,8 +7,8 @@ from textual import work
 from textual.screen import Screen
 
 from tui_gcs.feed.feed import Feed, StatusUpdated
-from tui_gcs.widgets.map_layers import Layer
-from tui_gcs.widgets.map_view import MapView
+from tui_gcs.widgets.map.map_layers import Layer
+from tui_gcs.widgets.map.map_view import MapView
 
 PAN = 0.125
 ZOOM = 2.0**0.5

@@ -7,11 +7,11 @@ from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.feed.feed import Feed
 from tui_gcs.screens.mission_vehicles import MissionVehicles
-from tui_gcs.widgets.copy_bar import CopyBar
-from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.save_flow import WorkingCopy
-from tui_gcs.widgets.words import ids
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.number_text import ids
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.missions.copy_bar import CopyBar
+from tui_gcs.widgets.plan.save_flow import WorkingCopy
 
 
 class MissionCopies(MissionVehicles):

@@ -16,11 +16,11 @@ from tui_gcs.feed.plan_transfers import Transfer, Transfers
 from tui_gcs.screens.mission_choosing import MissionChoosing
 from tui_gcs.screens.orders import rows_of
 from tui_gcs.screens.upload_dialog import UploadDialog
-from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.mission_text import conflict_text
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.save_flow import WorkingCopy
-from tui_gcs.widgets.verdict import Remark
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.forms.form_findings import Remark
+from tui_gcs.widgets.missions.mission_text import conflict_text
+from tui_gcs.widgets.plan.save_flow import WorkingCopy
 
 
 class MissionVehicles(MissionChoosing):

@@ -26,26 +26,26 @@ from tui_gcs.feed.feed import Feed, PlannerUpdated, ScenarioChanged, StatusUpdat
 from tui_gcs.screens.fly import present_round
 from tui_gcs.screens.mission_actions import MISSION_ACTIONS
 from tui_gcs.screens.mission_copies import MissionCopies
-from tui_gcs.widgets.choice import Choice
-from tui_gcs.widgets.craft_form import CraftForm
-from tui_gcs.widgets.draft_map import DraftMap
-from tui_gcs.widgets.form_text import FieldError
-from tui_gcs.widgets.generate_form import GenerateForm
-from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.mission_editor import MissionEditor
-from tui_gcs.widgets.mission_files import FILE_NAME, MissionFile
-from tui_gcs.widgets.mission_form import ItemForm
-from tui_gcs.widgets.mission_map import drawings
-from tui_gcs.widgets.mission_profile import AltitudeProfile
-from tui_gcs.widgets.mission_remarks import mission_remarks, state_remark
-from tui_gcs.widgets.mission_table import COLUMNS_TITLE, ItemTable, PlanList
-from tui_gcs.widgets.mission_text import ItemText, item_text, item_title, to_item
-from tui_gcs.widgets.narrow_style import show_classes
-from tui_gcs.widgets.open_bar import OpenBar
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.titles import set_title
-from tui_gcs.widgets.verdict import Remark
-from tui_gcs.widgets.words import ids
+from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.basics.narrow_style import show_classes
+from tui_gcs.widgets.basics.number_text import ids
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.titles import set_title
+from tui_gcs.widgets.forms.choice import Choice
+from tui_gcs.widgets.forms.form_findings import Remark
+from tui_gcs.widgets.forms.form_text import FieldError
+from tui_gcs.widgets.missions.altitude_profile import AltitudeProfile
+from tui_gcs.widgets.missions.generate_form import GenerateForm
+from tui_gcs.widgets.missions.mission_editor import MissionEditor
+from tui_gcs.widgets.missions.mission_files import FILE_NAME, MissionFile
+from tui_gcs.widgets.missions.mission_form import ItemForm
+from tui_gcs.widgets.missions.mission_map import drawings
+from tui_gcs.widgets.missions.mission_remarks import mission_remarks, state_remark
+from tui_gcs.widgets.missions.mission_table import COLUMNS_TITLE, ItemTable, PlanList
+from tui_gcs.widgets.missions.mission_text import ItemText, item_text, item_title, to_item
+from tui_gcs.widgets.missions.open_bar import OpenBar
+from tui_gcs.widgets.missions.performance_form import CraftForm
+from tui_gcs.widgets.plan.draft_map import DraftMap
 
 COMPARE_S = 0.2
 """Ways are compared with each other so long after the last edit: keys do not wait for it."""

@@ -15,10 +15,10 @@ from tui_gcs.core.protocol.flight import Nudge
 from tui_gcs.feed.feed import Feed, FleetUpdated
 from tui_gcs.screens.orders import now_words, rows_of
 from tui_gcs.screens.text_dialog import DialogBox
-from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.lines import Line
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.words import ids
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.lines_view import Line
+from tui_gcs.widgets.basics.number_text import ids
+from tui_gcs.widgets.basics.palette import Ink
 
 WAYS: dict[str, Vec3] = {
     "up": (0.0, 1.0, 0.0),

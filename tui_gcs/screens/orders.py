@@ -18,11 +18,11 @@ from tui_gcs.feed.feed import Feed
 from tui_gcs.screens.fly import present_round
 from tui_gcs.screens.mode_words import tell_modes
 from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
-from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.lines import Line
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.strips import Run, cut
-from tui_gcs.widgets.words import ids, number, phase_words, speed_m_s
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.lines_view import Line
+from tui_gcs.widgets.basics.number_text import ids, number, phase_words, speed_m_s
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.strips import Run, cut
 
 EXPIRES_S = 10.0
 TYPING_EXPIRES_S = 60.0

@@ -22,22 +22,22 @@ from tui_gcs.feed.feed import Feed, ScenarioChanged, StatusUpdated
 from tui_gcs.screens.plan_actions import PLAN_ACTIONS
 from tui_gcs.screens.plan_apply import PlanApply
 from tui_gcs.screens.plan_text import meeting_remarks, preview_remarks, remarks, state_remark
-from tui_gcs.widgets.edit_map import EditMap
-from tui_gcs.widgets.edit_model import EditModel
-from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.idleness_bar import IdlenessBar
-from tui_gcs.widgets.open_bar import OpenBar
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.plan_autosave import PlanAutosave
-from tui_gcs.widgets.plan_draft import PlanDraft
-from tui_gcs.widgets.round_chooser import RoundChooser
-from tui_gcs.widgets.settings_form import SettingsForm
-from tui_gcs.widgets.shape_edit import border_of, corners_told
-from tui_gcs.widgets.team_form import TeamForm
-from tui_gcs.widgets.titles import set_title
-from tui_gcs.widgets.verdict import Remark
-from tui_gcs.widgets.zone_form import ZoneForm
-from tui_gcs.widgets.zone_list import AREA_ROW, ZoneList
+from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.titles import set_title
+from tui_gcs.widgets.forms.form_findings import Remark
+from tui_gcs.widgets.missions.open_bar import OpenBar
+from tui_gcs.widgets.plan.edit_map import EditMap
+from tui_gcs.widgets.plan.edit_model import EditModel
+from tui_gcs.widgets.plan.forms.settings_form import SettingsForm
+from tui_gcs.widgets.plan.forms.team_form import TeamForm
+from tui_gcs.widgets.plan.forms.zone_form import ZoneForm
+from tui_gcs.widgets.plan.idleness_bar import IdlenessBar
+from tui_gcs.widgets.plan.plan_autosave import PlanAutosave
+from tui_gcs.widgets.plan.plan_draft import PlanDraft
+from tui_gcs.widgets.plan.round_chooser import RoundChooser
+from tui_gcs.widgets.plan.shape_edit import border_of, corners_told
+from tui_gcs.widgets.plan.zone_list import AREA_ROW, ZoneList
 
 KEEP_S = 1.0
 """So long after an edit the work is kept against crashes."""

@@ -2,7 +2,7 @@
 
 from tui_gcs.core.protocol.common import ApplyScenario
 from tui_gcs.screens.plan_forms import PlanForms
-from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.basics.palette import Ink
 
 
 class PlanApply(PlanForms):

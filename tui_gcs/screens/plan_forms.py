@@ -6,16 +6,16 @@ from textual.containers import Vertical
 from textual.events import DescendantBlur, DescendantFocus
 
 from tui_gcs.screens.plan_parts import PlanParts
-from tui_gcs.widgets.narrow_style import show_classes
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.plan_draft import reshaped
-from tui_gcs.widgets.settings_form import SettingsForm
-from tui_gcs.widgets.shape_edit import border_of, converted, corners_told
-from tui_gcs.widgets.team_form import TeamForm
-from tui_gcs.widgets.team_text import TeamText, team_text
-from tui_gcs.widgets.titles import set_title
-from tui_gcs.widgets.zone_form import ZoneForm
-from tui_gcs.widgets.zone_text import zone_text
+from tui_gcs.widgets.basics.narrow_style import show_classes
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.titles import set_title
+from tui_gcs.widgets.plan.forms.settings_form import SettingsForm
+from tui_gcs.widgets.plan.forms.team_form import TeamForm
+from tui_gcs.widgets.plan.forms.team_text import TeamText, team_text
+from tui_gcs.widgets.plan.forms.zone_form import ZoneForm
+from tui_gcs.widgets.plan.forms.zone_text import zone_text
+from tui_gcs.widgets.plan.plan_draft import reshaped
+from tui_gcs.widgets.plan.shape_edit import border_of, converted, corners_told
 
 
 class PlanForms(PlanParts):

@@ -13,11 +13,11 @@ from tui_gcs.core.missions.scenario_findings import (
 )
 from tui_gcs.core.protocol.common import PreviewResult
 from tui_gcs.core.scenario.model import Team
-from tui_gcs.widgets.edit_model import EditModel
-from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.plan_draft import PlanDraft
-from tui_gcs.widgets.verdict import Remark
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.forms.form_findings import Remark
+from tui_gcs.widgets.plan.edit_model import EditModel
+from tui_gcs.widgets.plan.plan_draft import PlanDraft
 
 INKS = {Level.NOTE: Ink.TEXT, Level.CAUTION: Ink.CAUTION, Level.ERROR: Ink.WARNING}
 

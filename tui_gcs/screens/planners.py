@@ -6,11 +6,11 @@ from tui_gcs.core.protocol.common import TeamStatus
 from tui_gcs.core.protocol.metric_names import all_words
 from tui_gcs.feed.feed import Feed, StatusUpdated
 from tui_gcs.screens.text_dialog import MOST_CELLS, ScrolledDialog
-from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.lines import Line
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.planner_panel import fleet_lines, team_lines
-from tui_gcs.widgets.words import ids, packed
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.lines_view import Line
+from tui_gcs.widgets.basics.number_text import ids, packed
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.fleet.planner_panel import fleet_lines, team_lines
 
 
 class PlannersDialog(ScrolledDialog):

@@ -20,10 +20,10 @@ from tui_gcs.core.protocol.preflight import (
 )
 from tui_gcs.feed.feed import Feed, StatusUpdated
 from tui_gcs.screens.text_dialog import MOST_CELLS, REACTION_S, TextDialog
-from tui_gcs.widgets.check_lines import check_line, count_line, detail_lines, loud, quiet_lines
-from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.lines import Line
-from tui_gcs.widgets.palette import Ink
+from tui_gcs.widgets.basics.check_lines import check_line, count_line, detail_lines, loud, quiet_lines
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.lines_view import Line
+from tui_gcs.widgets.basics.palette import Ink
 
 Mark = tuple[str, str, tuple[int, ...]]
 """Name, text and vehicles of a check."""

@@ -4,8 +4,8 @@ from textwrap import wrap
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.screens.text_dialog import MOST_CELLS, ScrolledDialog
-from tui_gcs.widgets.lines import Line
-from tui_gcs.widgets.verdict import MAX_CELLS, VerdictLines
+from tui_gcs.widgets.basics.lines_view import Line
+from tui_gcs.widgets.forms.form_findings import MAX_CELLS, VerdictLines
 
 
 class RemarksDialog(ScrolledDialog):

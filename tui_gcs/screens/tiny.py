@@ -7,11 +7,11 @@ from textual.screen import ModalScreen
 from tui_gcs.actions import APP
 from tui_gcs.core.protocol.common import RunPhase
 from tui_gcs.feed.feed import Feed, FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
-from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.lines import Line, LinesView
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.top_lines import worst
-from tui_gcs.widgets.wrapping import wrapped
+from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.basics.lines_view import Line, LinesView
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.top_lines import worst
+from tui_gcs.widgets.basics.wrapping import wrapped
 
 MIN_COLUMNS, MIN_ROWS = 80, 24
 

@@ -13,10 +13,10 @@ from tui_gcs.core.protocol.services import OnBoardRow
 from tui_gcs.core.requests.plan_rows import plan_of
 from tui_gcs.screens.orders import CHECK_S, EXPIRES_S, NO_KEY
 from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
-from tui_gcs.widgets.glyphs import GlyphSet
-from tui_gcs.widgets.lines import Line
-from tui_gcs.widgets.palette import Ink
-from tui_gcs.widgets.words import ids
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.lines_view import Line
+from tui_gcs.widgets.basics.number_text import ids
+from tui_gcs.widgets.basics.palette import Ink
 
 MOST_LINES = 8
 FEW = 3

@@ -21,13 +21,13 @@ from tui_gcs.feed.feed import (
     StatusUpdated,
     VehicleTold,
 )
-from tui_gcs.widgets.fleet_grid import CauseLine, FleetGrid
-from tui_gcs.widgets.fleet_table import FleetTable, matching
-from tui_gcs.widgets.footer import FooterLine
-from tui_gcs.widgets.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.top_lines import TopLines
-from tui_gcs.widgets.vehicle_alarms import by_vehicle
-from tui_gcs.widgets.vehicle_detail import VehicleDetail
+from tui_gcs.widgets.basics.footer import FooterLine
+from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.basics.top_lines import TopLines
+from tui_gcs.widgets.fleet.fleet_grid import CauseLine, FleetGrid
+from tui_gcs.widgets.fleet.fleet_table import FleetTable, matching
+from tui_gcs.widgets.fleet.vehicle_alarms import by_vehicle
+from tui_gcs.widgets.fleet.vehicle_detail import VehicleDetail
 
 LOOK_S = 1.0
 FIGURES_PERIOD_S = 0.45

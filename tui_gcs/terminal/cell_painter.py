@@ -22,7 +22,7 @@ from rich.style import Style
 from textual._compositor import ChopsUpdate, CompositorUpdate, LayoutUpdate
 from textual.strip import Strip
 
-from tui_gcs.widgets.themes import DARK, SIXTEEN, SIXTEEN_OF, Theme
+from tui_gcs.widgets.basics.themes import DARK, SIXTEEN, SIXTEEN_OF, Theme
 
 _ATTRIBUTES = ("bold", "dim", "italic", "underline", "blink", "blink2", "reverse", "conceal", "strike")
 """Style attributes in the order of their SGR codes, from 1 on."""

@@ -18,7 +18,7 @@ from textual.screen import Screen
 
 from tui_gcs.terminal.cell_painter import Painter, themed
 from tui_gcs.terminal.input_driver import PatientDriver, lagging
-from tui_gcs.widgets.themes import THEMES
+from tui_gcs.widgets.basics.themes import THEMES
 
 LOOK_AGAIN_S = 0.2
 

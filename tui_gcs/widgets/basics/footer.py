@@ -1,0 +1,131 @@
+"""The last line: which vehicles commands are for, and the keys that do something now, from the action tables."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from tui_gcs.actions import APP, APP_ACTIONS, Action, footer_actions, situation_of
+from tui_gcs.actions.keymap import with_keys
+from tui_gcs.core.protocol.common import Phase
+from tui_gcs.feed.feed import Feed, FleetUpdated, SelectionChanged, StatusUpdated
+from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.basics.lines_view import Line, LinesView
+from tui_gcs.widgets.basics.number_text import ids
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.strips import Run
+
+MOST_IDS_CELLS = 14
+BESIDE = {"show_fly": 8, "select": 8, "detach": 6, "palette": 5, "start_stop": 5}
+"""Weights on a screen beside the fly screen: the way back comes first, what HOLD ALL and the help tell comes last."""
+
+
+class FooterLine(LinesView):
+    """One line of keys; with a feed it begins with the selection."""
+
+    DEFAULT_CSS = "FooterLine { height: 1; dock: bottom; }"
+
+    def __init__(
+        self, actions: Sequence[Action], *, glyphs: GlyphSet = UNICODE, feed: Feed | None = None, here: str = ""
+    ) -> None:
+        """For these actions; with a feed only those that do something now. `here`: what shows this screen."""
+        super().__init__(glyphs=glyphs)
+        self._actions = actions
+        self._feed = feed
+        self._typing = False
+        self._here = here
+        self._phases: frozenset[Phase] = frozenset()
+        """Of all vehicles: what keys do depends on who flies, holds, or stands on the ground."""
+
+    def on_mount(self) -> None:
+        """Follow what the fleet does."""
+        if self._feed is not None:
+            self._feed.listen(self)
+
+    def on_unmount(self) -> None:
+        """No more messages."""
+        if self._feed is not None:
+            self._feed.leave(self)
+
+    def on_status_updated(self, _message: StatusUpdated) -> None:
+        """Other keys may be valid now."""
+        self.update_lines()
+
+    def on_fleet_updated(self, message: FleetUpdated) -> None:
+        """Somebody flies, or holds, who did not."""
+        phases = frozenset(message.frame.phase)
+        if phases != self._phases:
+            self._phases = phases
+            self.update_lines()
+
+    def on_selection_changed(self, _message: SelectionChanged) -> None:
+        """Other vehicles."""
+        self.update_lines()
+
+    def show_typing(self, typing: bool) -> None:
+        """A field has the cursor (or no more): letters and Space go into it, and are not shown as keys."""
+        self._typing = typing
+        self.update_lines()
+
+    def _with_keys(self) -> list[Action]:
+        """With the keys of the operator's own keymap."""
+        keymap = getattr(self.app, "keymap", {})
+        if not keymap:
+            return list(self._actions)
+        everywhere = [action for action in self._actions if action in APP_ACTIONS]
+        own = [action for action in self._actions if action not in APP_ACTIONS]
+        return [*with_keys(everywhere, APP, keymap), *with_keys(own, self.app.current_mode, keymap)]
+
+    def lines(self, width: int, height: int) -> list[Line]:
+        """See `LinesView.lines`."""
+        actions = self._with_keys()
+        runs: list[Run] = []
+        if self._feed is not None:
+            runs = selection_runs(self._feed, self.glyphs)
+            situation = situation_of(self._feed)
+            actions = [
+                replace(action, label=action.label_now(situation)) if action.label_now is not None else action
+                for action in actions
+                if not action.is_hidden(situation)
+            ]
+        if self._here:
+            actions = [
+                replace(action, weight=BESIDE.get(action.id, action.weight))
+                for action in actions
+                if action.id != self._here
+            ]
+        if self._typing:
+            actions = while_typing(actions)
+        return [runs + _keys(actions, width - sum(len(text) for text, _ in runs))]
+
+
+def selection_runs(feed: Feed, glyphs: GlyphSet) -> list[Run]:
+    """Who is selected, in few cells; a console that commands nothing says so instead."""
+    if feed.read_only:
+        return [(" read-only ", Ink.MUTED)]
+    selected = feed.selection.ids
+    if not selected:
+        return [(" none selected ", Ink.MUTED)]
+    text = ids(selected).replace(" ", ",")
+    if len(text) > MOST_IDS_CELLS:
+        text = f"{len(selected)} vehicles"
+    return [(f" {glyphs.selected}{text} ", Ink.SELECTED)]
+
+
+def _keys(actions: Sequence[Action], width: int) -> list[Run]:
+    runs: list[Run] = [(" ", Ink.MUTED)]
+    for action in footer_actions(actions, width):
+        runs += [(action.shown, Ink.BOLD), (f" {action.label}  ", Ink.MUTED)]
+    return runs
+
+
+def while_typing(actions: Sequence[Action]) -> list[Action]:
+    """What works while a field has the cursor: HOLD ALL, keys with Ctrl, Tab and Esc."""
+    works = []
+    for action in actions:
+        held = [part for part in action.shown.split("/") if part.startswith("^")]
+        if action.shown in ("!h", "Tab"):
+            works.append(action)
+        elif held:
+            works.append(replace(action, shown=held[0]))
+        elif action.shown == "Esc":
+            works.append(replace(action, label="leave field", weight=9))
+    return works

@@ -1,0 +1,66 @@
+"""Lines of cells or words as Textual strips, with few style runs (bytes on the wire follow their number)."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.cells import cell_len, set_cell_size
+from rich.segment import Segment
+from rich.style import Style
+from textual.strip import Strip
+
+from tui_gcs.widgets.basics.palette import STYLES, Ink
+from tui_gcs.widgets.map.map_raster import SPACE
+
+Run = tuple[str, Ink]
+"""A piece of a line and its ink."""
+
+CUT = ".."
+LEAST_CUT_CELLS = 5
+"""With fewer, the sign would hide more than it tells."""
+_REVERSED = {ink for ink, style in STYLES.items() if style.reverse}
+
+
+def cells_to_strip(codes: NDArray[np.uint32], inks: NDArray[np.uint8], base: Style) -> Strip:
+    """One row of a map. A blank takes the ink to its left unless that is reversed, so runs stay few."""
+    text = codes.astype("<u4").tobytes().decode("utf-32-le")
+    segments: list[Segment] = []
+    start, current = 0, int(inks[0]) if len(inks) else 0
+    for column in range(1, len(inks)):
+        ink = int(inks[column])
+        if ink == current or (codes[column] == SPACE and current not in _REVERSED):
+            continue
+        segments.append(Segment(text[start:column], base + STYLES[current]))
+        start, current = column, ink
+    segments.append(Segment(text[start:], base + STYLES[current]))
+    return Strip(segments, len(text))
+
+
+def cut(text: str, width: int) -> str:
+    """`text` in exactly so many cells; if a word is lost, it says so."""
+    kept = set_cell_size(text, width)
+    if len(kept) >= len(text.rstrip()) or width < LEAST_CUT_CELLS:
+        return kept
+    return set_cell_size(text, width - len(CUT)) + CUT
+
+
+def cut_before(text: str, width: int, mark: str) -> str:
+    """As much of `text` as leaves room for `mark` in so many cells."""
+    return set_cell_size(text, max(width - cell_len(mark), 0)).rstrip()
+
+
+def runs_to_strip(runs: Iterable[Run], width: int, base: Style) -> Strip:
+    """A line of text cut or filled to `width` cells; what is cut ends with `..`. The text is never markup."""
+    segments: list[Segment] = []
+    used = 0
+    for text, ink in runs:
+        if used >= width:
+            break
+        wide = cell_len(text)
+        if used + wide > width:
+            text, wide = cut(text, width - used), width - used
+        segments.append(Segment(text, base + STYLES[ink]))
+        used += wide
+    if used < width:
+        segments.append(Segment(" " * (width - used), base))
+    return Strip(segments, width)

@@ -1,0 +1,122 @@
+"""The two lines every screen begins with: status, and the worst alarm with the key that answers it."""
+
+import math
+from collections.abc import Mapping
+
+from textual.app import ComposeResult
+from textual.containers import Vertical
+
+from tui_gcs.actions import APP, APP_ACTIONS, FLY_ACTIONS
+from tui_gcs.actions.keymap import with_keys
+from tui_gcs.core.protocol.alarms import AlarmLevel, action_words
+from tui_gcs.core.protocol.common import Phase, StationStatus
+from tui_gcs.feed.feed import Feed, FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
+from tui_gcs.widgets.basics.alarm_line import AlarmLine, Notice
+from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.basics.status_line import StatusLine
+from tui_gcs.widgets.fleet.severity_levels import Level
+
+KEYS = {action.id: action.shown for action in (*APP_ACTIONS, *FLY_ACTIONS) if action.shown}
+"""Key by action, as people read it; `use_keys` once, before anything is shown."""
+
+
+def use_keys(keymap: Mapping[str, str]) -> None:
+    """The keys of the operator's own keymap."""
+    for scope, actions in ((APP, APP_ACTIONS), ("fly", FLY_ACTIONS)):
+        KEYS.update({action.id: action.shown for action in with_keys(actions, scope, keymap) if action.shown})
+
+
+"""Keys by action, for the words of alarms."""
+NOTICE_LEVELS = {
+    AlarmLevel.WARNING: Level.WARNING,
+    AlarmLevel.CAUTION: Level.CAUTION,
+    AlarmLevel.ADVISORY: Level.NORMAL,
+}
+
+
+class TopLines(Vertical):
+    """Status line and alarm line; listens to the feed itself."""
+
+    DEFAULT_CSS = "TopLines { height: 2; dock: top; }"
+
+    def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
+        """For this feed."""
+        super().__init__()
+        self._feed = feed
+        self.status_line = StatusLine(glyphs=glyphs)
+        self.alarm_line = AlarmLine(glyphs=glyphs)
+
+    def compose(self) -> ComposeResult:
+        """Two lines."""
+        yield self.status_line
+        yield self.alarm_line
+
+    def on_mount(self) -> None:
+        """Listen, and show what is known already."""
+        self._feed.listen(self)
+        self.alarm_line.set_notice(self._feed.notice)
+        self.show()
+
+    def on_status_updated(self, _message: StatusUpdated) -> None:
+        """New status."""
+        self.show()
+
+    def on_fleet_updated(self, _message: FleetUpdated) -> None:
+        """New frame: clock and what it says about vehicles."""
+        self.show()
+
+    def on_station_lost(self, _message: StationLost) -> None:
+        """No status for three seconds."""
+        self.show()
+
+    def on_station_back(self, _message: StationBack) -> None:
+        """Heard again."""
+        self.show()
+
+    def on_notice_changed(self, _message: NoticeChanged) -> None:
+        """Told something."""
+        self.alarm_line.set_notice(self._feed.notice)
+
+    def show(self) -> None:
+        """Everything anew; only what changed is written."""
+        feed = self._feed
+        wall_s = feed.frame.wall_s if feed.frame is not None else math.nan
+        holds = feed.frame is None or Phase.HOLDING in feed.frame.phase
+        self.status_line.show(feed.status, wall_s=wall_s, principal=feed.principal, lost=feed.station_lost, holds=holds)
+        alarms = feed.status.alarms if feed.status is not None else ()
+        self.alarm_line.set_alarms(alarms, self._keys(), local_notice(feed))
+
+    def _keys(self) -> dict[str, str]:
+        """Without those that mean something else on this screen."""
+        taken = {key for action in getattr(self.screen, "ACTIONS", ()) for key in action.keys}
+        other = {action.id for action in APP_ACTIONS if taken.intersection(action.keys)}
+        return {action: key for action, key in KEYS.items() if action not in other}
+
+
+def local_notice(feed: Feed) -> Notice:
+    """What only this console can know: its station is silent, or it may not command."""
+    if feed.station_lost:
+        return station_lost_notice(feed.status, feed.silent_s)
+    return Notice(feed.read_only, Level.CAUTION) if feed.read_only else Notice("")
+
+
+def worst(feed: Feed) -> Notice:
+    """The one thing to say where there is room for nothing else."""
+    local = local_notice(feed)
+    alarms = feed.status.alarms if feed.status is not None else ()
+    first = alarms[0] if alarms and alarms[0].state != "shelved" else None
+    if first is None or local.level is Level.WARNING:
+        return local
+    return Notice(f"{first.words()}  {action_words(first.action, KEYS)}", NOTICE_LEVELS[first.level])
+
+
+def station_lost_notice(status: StationStatus | None, silent_s: float) -> Notice:
+    """What a silent station means, and what to do."""
+    if status is None:
+        return Notice(
+            f"no station heard for {silent_s:.0f} s: is it running?  q leaves; then tui-gcs fly", Level.WARNING
+        )
+    return Notice(
+        f"station silent for {silent_s:.0f} s   !h tries HOLD ALL   vehicles go on as set up",
+        Level.WARNING,
+    )

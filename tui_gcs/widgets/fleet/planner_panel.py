@@ -1,0 +1,188 @@
+"""How well each team does its job: worst idleness beside the bound, coverage, slots; what its planner counts."""
+
+from textual.widget import Widget
+
+from tui_gcs.core.protocol.common import StationStatus, TeamStatus, VehicleRow
+from tui_gcs.core.protocol.metric_names import all_words, seen_pct
+from tui_gcs.feed.visible_changes import whole_age_s
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.key_names import cut_mark, key_name
+from tui_gcs.widgets.basics.lines_view import Line, LinesView
+from tui_gcs.widgets.basics.number_text import number, outside, packed
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.strips import Run, cut_before
+from tui_gcs.widgets.basics.titles import set_title
+from tui_gcs.widgets.fleet.selected_panel import brief_lines
+from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsOf
+
+ROLE_INKS = {"defend": Ink.DEFEND, "attack": Ink.ATTACK}
+WORKER_INKS = {"absent": Ink.MUTED, "late": Ink.WARNING, "dead": Ink.WARNING, "quarantined": Ink.WARNING}
+
+
+SHOWN_BEFORE = frozenset({"bound_s", "coverage", "slots", "joined"})
+"""What patrol counts, too, and the lines above tell as the station found it."""
+
+
+class PlannerPanel(LinesView):
+    """Two lines a team, then what concerns all, then as much as fits of what each planner counts."""
+
+    DEFAULT_CSS = """
+    PlannerPanel { border: solid #4a5560; border-title-color: #d8dee4; height: 1fr; }
+    PlannerPanel.-ascii { border: ascii #4a5560; }
+    """
+
+    _status: StationStatus | None = None
+
+    def show(self, status: StationStatus | None) -> None:
+        """Show this status; None when nothing is known."""
+        self._status = status
+        set_title(self, _title(self, "planner", status))
+        self.update_lines()
+
+    def lines(self, width: int, height: int) -> list[Line]:
+        """See `LinesView.lines`."""
+        if self._status is None:
+            return [[("--", Ink.MUTED)]]
+        lines: list[Line] = []
+        for team in self._status.teams:
+            lines += team_lines(team, self.glyphs)
+        lines += fleet_lines(self._status)
+        counted = metric_lines(self._status, width, height - len(lines), cut_mark(self, "show_planners", "M"))
+        return [*lines, *counted, *recording_lines(self._status)]
+
+
+class BriefPanel(LinesView):
+    """Selected vehicle and planner together, for small terminals."""
+
+    DEFAULT_CSS = """
+    BriefPanel { border: solid #4a5560; border-title-color: #d8dee4; height: 1fr; }
+    BriefPanel.-ascii { border: ascii #4a5560; }
+    """
+
+    _status: StationStatus | None = None
+    _row: VehicleRow | None = None
+    _alarms: AlarmsOf = {}
+
+    def show(self, status: StationStatus | None, row: VehicleRow | None, alarms: AlarmsOf) -> None:
+        """Show this vehicle and this status."""
+        self._status, self._row, self._alarms = status, row, alarms
+        set_title(self, _title(self, f"{row.id}, planner" if row is not None else "planner", status))
+        self.update_lines()
+
+    def lines(self, width: int, height: int) -> list[Line]:
+        """See `LinesView.lines`."""
+        own = self._alarms.get(self._row.id, ()) if self._row is not None else ()
+        lines: list[Line] = list(brief_lines(self._row, own, self.glyphs))
+        if self._status is not None:
+            lines += [team_brief(team, self.glyphs) for team in self._status.teams]
+            lines.append(fleet_brief(self._status))
+            lines += metric_lines(self._status, width, height - len(lines), cut_mark(self, "show_planners", "M"))
+        return lines
+
+
+def _title(panel: Widget, words: str, status: StationStatus | None) -> str:
+    """With the key that shows all that planners count, once they do: there is not always room for any of it."""
+    counts = status is not None and any(team.metrics for team in status.teams)
+    return f"{words}   {key_name(panel, 'show_planners', 'M')}: all" if counts else words
+
+
+def team_lines(team: TeamStatus, glyphs: GlyphSet) -> list[list[Run]]:
+    """The wide form: what is flown and how old the oldest look is; how good that is."""
+    worker = "" if team.worker == "running" else f"  {team.worker}"
+    return [
+        [
+            (f"{team.role.upper()} {team.zone[:18]}", ROLE_INKS.get(team.role, Ink.TEXT)),
+            ("  worst ", Ink.MUTED),
+            (number(team.worst_idleness_s, 1, " s"), Ink.BOLD),
+            (f"  avg {number(team.average_idleness_s, 1)}  {team.planner[:8]}", Ink.MUTED),
+            (worker, WORKER_INKS.get(team.worker, Ink.MUTED)),
+        ],
+        [
+            (f"  {number(team.ratio, 2)}", _ratio_ink(team)),
+            (f" x bound {number(team.bound_s, 1)}  cover {number(seen_pct(team.coverage, 0), 0, '%')}", Ink.TEXT),
+            (f"  slots {_slots(team)}", Ink.TEXT),
+            (f" +{team.reserve} in reserve" if team.reserve else "", Ink.TEXT),
+            (_plan_age(team), WORKER_INKS.get(team.worker, Ink.MUTED)),
+        ],
+    ]
+
+
+def _slots(team: TeamStatus) -> str:
+    """How many are on how many slots, without who waits in reserve."""
+    return f"{team.on_slot - team.reserve}/{team.slots - team.reserve}"
+
+
+def metric_lines(status: StationStatus, width: int, most: int, more: str) -> list[Line]:
+    """What each team's planner counts, on `most` lines, as many for each; `more` ends what there is no room for."""
+    told = [(team.role[:3].upper(), all_words(team.metrics, SHOWN_BEFORE)) for team in status.teams]
+    words = [[f"{role} {counted[0]}", *counted[1:]] for role, counted in told if counted]
+    rows = packed([word for of_team in words for word in of_team], width)
+    if len(rows) > most > 0:
+        shared = _shared_out([packed(of_team, width) for of_team in words], most)
+        rows = [row for of_team in shared for row in of_team]
+        rows[-1] = cut_before(rows[-1], width, more) + more
+    return [[(row, Ink.MUTED)] for row in rows[: max(most, 0)]]
+
+
+def _shared_out(rows: list[list[str]], most: int) -> list[list[str]]:
+    """As many lines of each team as of the others, and what one does not need for the next."""
+    shown: list[list[str]] = []
+    for index, of_team in enumerate(rows):
+        left = most - sum(map(len, shown))
+        shown.append(of_team[: -(-left // (len(rows) - index))])
+    return shown
+
+
+def _plan_age(team: TeamStatus) -> str:
+    """Nothing while plans are fresh: a number that always changes costs bytes and eyes."""
+    age_s = whole_age_s(team.plan_age_s)
+    return "  no plan" if age_s is None else f"  plan {age_s}s old" if age_s else ""
+
+
+def team_brief(team: TeamStatus, glyphs: GlyphSet) -> list[Run]:
+    """One line."""
+    ink = ROLE_INKS.get(team.role, Ink.TEXT)
+    state = "" if team.worker == "running" else f" {team.worker}"
+    cover = number(seen_pct(team.coverage, 0))
+    text = f" {number(team.worst_idleness_s, 1, 's')} {number(team.ratio, 2)}x cov{cover} {_slots(team)}"
+    text += f"+{team.reserve}" if team.reserve else ""
+    return [(team.role[:3].upper(), ink), (text, Ink.TEXT), (state, WORKER_INKS.get(team.worker, Ink.MUTED))]
+
+
+def fleet_lines(status: StationStatus) -> list[list[Run]]:
+    """Separation, distance outside the area, guard vetoes."""
+    vetoes = sum(status.vetoes.values())
+    lines: list[list[Run]] = [
+        [
+            (f"nearest pair {number(status.min_separation_m, 1, ' m')} (3-D)", Ink.TEXT),
+            ("   ", Ink.TEXT),
+            (f"outside area {outside(status.outside_area_m, ' m')}", _outside_ink(status)),
+        ]
+    ]
+    if vetoes:
+        worst = max(status.vetoes, key=lambda reason: status.vetoes[reason])
+        lines.append([(f"guard: {vetoes} vetoes, most: {worst}", Ink.CAUTION)])
+    return lines
+
+
+def recording_lines(status: StationStatus) -> list[list[Run]]:
+    """What it is recorded to: the last line, for which there is not always room."""
+    return [[(f"recording {status.recording}", Ink.MUTED)]] if status.recording else []
+
+
+def fleet_brief(status: StationStatus) -> list[Run]:
+    """One line."""
+    vetoes = sum(status.vetoes.values())
+    return [
+        (f"sep {number(status.min_separation_m, 1, 'm')} ", Ink.TEXT),
+        (f"out {outside(status.outside_area_m, 'm')}", _outside_ink(status)),
+        (f" veto {vetoes}" if vetoes else "", Ink.CAUTION),
+    ]
+
+
+def _ratio_ink(team: TeamStatus) -> Ink:
+    return Ink.CAUTION if team.ratio > 2.0 else Ink.BOLD  # NaN is not above
+
+
+def _outside_ink(status: StationStatus) -> Ink:
+    return Ink.WARNING if status.outside_area_m > 0.0 else Ink.TEXT

@@ -1,0 +1,223 @@
+"""What became of the newest orders, vehicle by vehicle: over the lower part of the screen, never in the way of keys.
+
+Stays as long as something is under way or failed; goes by itself when all succeeded, or on Esc.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from tui_gcs.core.protocol.common import VehicleRow
+from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.basics.lines_view import Line, LinesView
+from tui_gcs.widgets.basics.number_text import ids
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.strips import Run, cut
+from tui_gcs.widgets.basics.titles import set_title
+from tui_gcs.widgets.basics.wrapping import wrapped
+
+MOST_ROWS = 10
+LEAST_ID_CELLS, WORD_CELLS = 4, 10
+NOW_CELLS = 46
+"""Longer is hardly ever what is said of a vehicle now: a speed that gets a digit does not change the layout."""
+MOST_REASON_LINES = 3
+BORDER_CELLS, BORDER_LINES = 4, 2
+"""Of the panel, with its padding."""
+AS_ABOVE = "as above"
+Words = Callable[[VehicleRow | None], str]
+
+
+class Came(Enum):
+    """What came of it for one vehicle: the word for it."""
+
+    WAITING = "waiting"
+    BEGUN = "begun"
+    DONE = "done"
+    REFUSED = "REFUSED"
+    FAILED = "FAILED"
+    NO_ANSWER = "NO ANSWER"
+    NOT_SEEN = "NOT SEEN"
+    LEFT_OUT = "left out"
+
+
+GOOD = frozenset({Came.DONE, Came.BEGUN})
+_INKS = {Came.WAITING: Ink.ADVISORY, Came.BEGUN: Ink.TEXT, Came.DONE: Ink.NORMAL, Came.NO_ANSWER: Ink.WARNING}
+
+
+@dataclass
+class Result:
+    """One vehicle's line."""
+
+    vehicle: int
+    came: Came = Came.WAITING
+    text: str = ""
+
+
+def summary(title: str, results: Sequence[Result]) -> tuple[str, Ink]:
+    """One line that never shows partial success as success."""
+    waiting = [r.vehicle for r in results if r.came is Came.WAITING]
+    bad = [r for r in results if r.came not in GOOD and r.came is not Came.WAITING]
+    if bad:
+        words = "; ".join(
+            f"{came.value} {ids(who)}"
+            for came in dict.fromkeys(r.came for r in bad)
+            if (who := [r.vehicle for r in bad if r.came is came])
+        )
+        good = len(results) - len(bad) - len(waiting)
+        ink = Ink.WARNING if any(r.came is not Came.LEFT_OUT for r in bad) else Ink.CAUTION
+        return f"{title}: {good} of {len(results)} good, {words}", ink
+    if waiting:
+        return f"{title}: waiting for {ids(waiting)}", Ink.ADVISORY
+    word = "done" if all(r.came is Came.DONE for r in results) else "begun"
+    return f"{title}: {word} for all {len(results)}", Ink.NORMAL
+
+
+def _hidden_runs(hidden: Sequence[Result]) -> list[Run]:
+    """What came of those there was no room for: who was refused does not count as one of many more."""
+    if not hidden:
+        return []
+    counts = Counter(result.came for result in hidden)  # the worst first, as they are sorted
+    words = ", ".join(f"{count} {came.value}" for came, count in counts.items())
+    worst = next(iter(counts))
+    return [(f"  and {len(hidden)} more: {words}", _INKS.get(worst, Ink.CAUTION))]
+
+
+class ResultPanel(LinesView):
+    """A table over the screen; takes no keys."""
+
+    DEFAULT_CSS = """
+    ResultPanel { layer: results; dock: bottom; margin-bottom: 1; background: #101418; display: none;
+                  border: heavy #d8dee4; border-title-color: #d8dee4; border-title-style: bold; padding: 0 1; }
+    ResultPanel.-ascii { border: ascii #d8dee4; }
+    """
+
+    def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
+        """Nothing to tell."""
+        super().__init__(glyphs=glyphs)
+        self._orders: Sequence[tuple[str, Sequence[Result]]] = ()
+        self._now: Callable[[int], VehicleRow | None] = lambda vehicle: None
+        self._words: Words = str
+        self._brief: Words = str
+
+    def show(
+        self,
+        newest: tuple[str, Sequence[Result]],
+        before: Sequence[tuple[str, Sequence[Result]]],
+        now: Callable[[int], VehicleRow | None],
+        words: Words,
+        brief: Words,
+    ) -> None:
+        """Show the title and results of the newest order, and of those `before` what waits or failed.
+
+        `now` gives a vehicle as it is at this moment; `words` says it, `brief` where there is little room.
+        """
+        self._now, self._words, self._brief = now, words, brief
+        open_ = [(title, [r for r in results if r.came not in GOOD]) for title, results in before]
+        self._orders = [newest, *((title, results) for title, results in open_ if results)]
+        self.display = True
+        set_title(self, f"result: {newest[0]}")
+        self.fit()
+
+    def fit(self) -> None:
+        """As high as what it tells, as far as the terminal has room for it."""
+        most = max(5, self.app.size.height - 6)
+        told = self.lines(self.app.size.width - BORDER_CELLS, most - BORDER_LINES)
+        self.styles.height = min(len(told) + BORDER_LINES, most)
+        self.update_lines()
+
+    def close(self) -> bool:
+        """Away with it; whether it was there."""
+        was, self.display = bool(self.display), False
+        return was
+
+    def lines(self, width: int, height: int) -> list[Line]:
+        """Bad news first; those of older orders below. Where whole reasons have no room, one line for each vehicle.
+
+        How a vehicle is now is the newest truth of it: of that nothing is cut for the sake of a reason.
+        """
+        room = max(1, height - len(self._orders) - 1)
+        shown: list[tuple[str, Sequence[Result], list[Result]]] = []
+        hidden: list[Result] = []
+        for title, results in self._orders:
+            ordered = _in_order(results)
+            fits = min(len(ordered), MOST_ROWS, room)
+            shown.append((title, results, ordered[:fits]))
+            room, hidden = room - fits, hidden + ordered[fits:]
+        for rows_of in (self._whole, self._low):
+            lines: list[Line] = []
+            for title, results, ordered in shown:
+                lines += [[summary(title, results)], *rows_of(ordered, width)]
+            if len(lines) < height:
+                break
+        return [*lines, [(" Esc = close ", Ink.MUTED), *_hidden_runs(hidden)]]
+
+    def _whole(self, results: Sequence[Result], width: int) -> list[Line]:
+        """All of every reason, and all of how each vehicle is now: beside it or, where that is too long, below."""
+        id_cells = self._id_cells()
+        room = width - id_cells - WORD_CELLS
+        texts = _without_repeats(results)
+        beside = max((len(text) + 2 for text in texts if text and len(text) + 2 + NOW_CELLS <= room), default=0)
+        lines: list[Line] = []
+        for result, text in zip(results, texts, strict=True):
+            now = f"now: {self._words(self._now(result.vehicle))}"
+            if len(text) + 2 <= max(beside, 2):
+                lines.append([*_head(result, id_cells), (f"{text:<{beside}}", Ink.TEXT), (now, Ink.MUTED)])
+                continue
+            first, *rest = wrapped(text, room, MOST_REASON_LINES)
+            indent: Run = (" " * (id_cells + WORD_CELLS), Ink.TEXT)
+            lines.append([*_head(result, id_cells), (first, Ink.TEXT)])
+            lines += [[indent, (more, Ink.TEXT)] for more in rest]
+            lines.append([indent, (now, Ink.MUTED)])
+        return lines
+
+    def _low(self, results: Sequence[Result], width: int) -> list[Line]:
+        """A line for each: as much of the reason as there is room for beside how the vehicle is now, in brief."""
+        id_cells = self._id_cells()
+        now = [f"now: {self._brief(self._now(result.vehicle))}" for result in results]
+        texts = _without_repeats(results)
+        room = width - id_cells - WORD_CELLS - 2 - max(map(len, now), default=0)
+        reason = min(max(map(len, texts), default=0), max(0, room))
+        return [
+            [*_head(result, id_cells), (cut(text, reason) + "  ", Ink.TEXT), (words, Ink.MUTED)]
+            for result, text, words in zip(results, texts, now, strict=True)
+        ]
+
+    def _id_cells(self) -> int:
+        digits = max((len(str(result.vehicle)) for _, results in self._orders for result in results), default=0)
+        return max(LEAST_ID_CELLS, digits + 1)
+
+
+def _is_bad(result: Result) -> bool:
+    return result.came not in GOOD and result.came is not Came.WAITING
+
+
+def _in_order(results: Sequence[Result]) -> list[Result]:
+    """Bad news first, those with one reason together; then what waits."""
+    first: dict[tuple[Came, str], int] = {}
+    for result in sorted(results, key=lambda r: r.vehicle):
+        first.setdefault((result.came, result.text), result.vehicle)
+
+    def rank(result: Result) -> tuple[bool, bool, int, int]:
+        together = first[result.came, result.text] if _is_bad(result) else 0
+        return result.came in GOOD, result.came is Came.WAITING, together, result.vehicle
+
+    return sorted(results, key=rank)
+
+
+def _without_repeats(results: Sequence[Result]) -> list[str]:
+    """The reasons; for bad news one that is the same as in the line above says so."""
+    told: list[str] = []
+    above: Result | None = None
+    for result in results:
+        same = above is not None and (above.came, above.text) == (result.came, result.text)
+        told.append(AS_ABOVE if same and _is_bad(result) and len(result.text) > len(AS_ABOVE) else result.text)
+        above = result
+    return told
+
+
+def _head(result: Result, id_cells: int) -> Line:
+    return [
+        (f"{result.vehicle:<{id_cells}}", Ink.BOLD),
+        (f"{result.came.value:<{WORD_CELLS}}", _INKS.get(result.came, Ink.CAUTION)),
+    ]

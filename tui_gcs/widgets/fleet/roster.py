@@ -1,0 +1,202 @@
+"""The fleet as a table: narrow terminals drop columns, never rows."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from textual import events
+from textual.message import Message
+
+from tui_gcs.core.protocol.common import FleetFrame, Freshness, Phase, VehicleRow
+from tui_gcs.feed.visible_changes import whole_age_s
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.lines_view import Line, LinesView
+from tui_gcs.widgets.basics.number_text import (
+    UNKNOWN,
+    autopilot_short,
+    fitted,
+    gps,
+    mode_or_hand,
+    number,
+    speed_m_s,
+)
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.strips import Run
+from tui_gcs.widgets.basics.titles import set_title, show_beyond
+from tui_gcs.widgets.basics.wrapping import wrapped
+from tui_gcs.widgets.fleet.severity_levels import INKS, MARKS, Level
+from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsOf, level_now
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: right-aligned unless `left`; the lowest `keep` goes first when there is no room."""
+
+    title: str
+    width: int
+    keep: int
+    cell: Callable[[VehicleRow, int], str]
+    left: bool = False
+    narrow: int = 0
+    """Width in narrow terminals, if another."""
+
+
+def _mode(row: VehicleRow, width: int) -> str:
+    """The mode, or how long ago the vehicle was last heard; of one that never told a position (indoors), the mode."""
+    lost = row.freshness is Freshness.LOST
+    age_s = whole_age_s(row.heard_age_s if lost else row.age_s)
+    if row.freshness is Freshness.OK or (age_s is None and not lost):
+        return mode_or_hand(row)
+    word = "LOST" if lost else "old"
+    return f"{word} {UNKNOWN if age_s is None else min(age_s, 999)}s"
+
+
+def _known(text: Callable[[VehicleRow, int], str]) -> Callable[[VehicleRow, int], str]:
+    """Values of a lost vehicle are not shown as if they were still true."""
+    return lambda row, width: UNKNOWN if row.freshness is Freshness.LOST else text(row, width)
+
+
+def _age(row: VehicleRow, _width: int) -> str:
+    age_s = whole_age_s(row.age_s)
+    return UNKNOWN if age_s is None else "" if age_s == 0 else f"{min(age_s, 999)}"
+
+
+COLUMNS = (
+    Column("ID", 3, 100, lambda row, _: str(row.id)),
+    Column("TEAM", 7, 30, lambda row, _: row.team, left=True),
+    Column("AP", 4, 10, lambda row, _: autopilot_short(row.autopilot), left=True),
+    Column("MODE", 8, 90, _mode, left=True),
+    Column("A", 1, 80, lambda row, _: "A" if row.armed else "-", left=True),
+    Column("ALT", 4, 70, _known(lambda row, width: fitted(row.position_m[2], width)), narrow=3),
+    Column("SPD", 4, 50, _known(lambda row, width: fitted(speed_m_s(row.velocity_m_s), width)), narrow=3),
+    Column("BAT", 4, 60, _known(lambda row, _: number(row.battery_pct, 0, "%")), narrow=3),
+    Column("GPS", 5, 20, _known(lambda row, _: gps(row.gps_fix, row.satellites)), left=True),
+    Column("AGE", 3, 15, _age),
+)
+NARROW = 40
+MARK_CELLS = 2
+
+
+class Roster(LinesView):
+    """One line per vehicle, those in trouble first where not all are seen; the selected one stays in view."""
+
+    DEFAULT_CSS = """
+    Roster { border: solid #4a5560; border-title-color: #d8dee4; }
+    Roster.-ascii { border: ascii #4a5560; }
+    """
+
+    _frame: FleetFrame | None = None
+    _selected: tuple[int, ...] = ()
+    _lead: int | None = None
+    _alarms: AlarmsOf = {}
+    _first = 0
+    _waiting = ""
+    _order: Sequence[int] = ()
+    """Ids as they were shown last."""
+
+    class Picked(Message):
+        """A vehicle was clicked."""
+
+        def __init__(self, vehicle: int) -> None:
+            super().__init__()
+            self.vehicle = vehicle
+
+    def show(
+        self,
+        frame: FleetFrame | None,
+        selected: tuple[int, ...],
+        lead: int | None,
+        alarms: AlarmsOf,
+        *,
+        waiting: str = "",
+    ) -> None:
+        """Show these vehicles, `lead` in view; `None` when nothing is known.
+
+        `waiting` says what an empty fleet waits for.
+        """
+        self._frame, self._selected, self._lead = frame, selected, lead
+        self._alarms, self._waiting = alarms, waiting
+        set_title(self, self._title())
+        self.update_lines()
+
+    def _title(self) -> str:
+        """How many, and of how many of them it matters: who is flown by hand may be below the last line."""
+        frame, selected = self._frame, len(self._selected)
+        count, by_hand = (len(frame.ids), frame.phase.count(Phase.BY_HAND)) if frame is not None else (0, 0)
+        if by_hand and selected > 1 and self.size.width < NARROW:
+            return f"{by_hand} by hand, {selected} sel of {count}"
+        hand = f"   {by_hand} by hand" if by_hand else ""
+        return f"fleet  {count}{hand}" + (f"   {selected} selected" if selected > 1 else "")
+
+    def lines(self, width: int, height: int) -> list[Line]:
+        """See `LinesView.lines`."""
+        if self._frame is None or not self._frame.ids:
+            return [[(text, Ink.MUTED)] for text in ("no vehicle yet", *wrapped(self._waiting, width))]
+        rows = self._frame.rows()
+        columns = fitting_columns(width, max(row.id for row in rows))
+        room = max(1, height - 1)
+        if len(rows) > room:
+            rows.sort(key=self._trouble, reverse=True)
+        self._order = [row.id for row in rows]
+        self._first = _first_shown(self._first, room, rows, self._lead)
+        shown = rows[self._first : self._first + room]
+        show_beyond(self, self._first, len(rows) - self._first - len(shown), "n N")
+        return [header(columns), *(self._line(row, columns) for row in shown)]
+
+    def _trouble(self, row: VehicleRow) -> Level:
+        """How urgently it is to be seen: who is merely silent waits on the ground."""
+        level = self._level(row)
+        return level if level >= Level.CAUTION else Level.NORMAL
+
+    def _level(self, row: VehicleRow) -> Level:
+        return level_now(row, self._alarms.get(row.id, ()))
+
+    def _line(self, row: VehicleRow, columns: list[Column]) -> list[Run]:
+        level = self._level(row)
+        return roster_line(row, columns, row.id in self._selected, level, self.glyphs)
+
+    def on_click(self, event: events.Click) -> None:
+        """Pick the clicked vehicle."""
+        offset = event.get_content_offset(self)
+        if offset is None or offset.y < 1:
+            return
+        index = self._first + offset.y - 1
+        if index < len(self._order):
+            self.post_message(self.Picked(self._order[index]))
+
+
+def fitting_columns(width: int, highest_id: int = 0) -> list[Column]:
+    """The columns that fit, in their order. A number is never cut: vehicles of a second network have four digits."""
+    kept = [replace(column, width=column.narrow or column.width) if width < NARROW else column for column in COLUMNS]
+    kept[0] = replace(kept[0], width=max(kept[0].width, len(str(highest_id))))
+    while len(kept) > 1 and MARK_CELLS + sum(column.width + 1 for column in kept) - 1 > width:
+        kept.remove(min(kept, key=lambda column: column.keep))
+    return kept
+
+
+def header(columns: list[Column]) -> list[Run]:
+    """Column titles."""
+    return [(" " * MARK_CELLS + " ".join(_cell(column, column.title) for column in columns), Ink.MUTED)]
+
+
+def roster_line(row: VehicleRow, columns: list[Column], selected: bool, level: Level, glyphs: GlyphSet) -> list[Run]:
+    """One vehicle: alarm mark, selection mark, values."""
+    ink = INKS[level]
+    if selected and level is Level.NORMAL:
+        ink = Ink.BOLD
+    mark = MARKS[level] or " "
+    text = " ".join(_cell(column, column.cell(row, column.width)) for column in columns)
+    return [(f"{mark}{glyphs.selected if selected else ' '}{text}", ink)]
+
+
+def _cell(column: Column, text: str) -> str:
+    cut = text[: column.width]
+    return cut.ljust(column.width) if column.left else cut.rjust(column.width)
+
+
+def _first_shown(first: int, room: int, rows: list[VehicleRow], selected: int | None) -> int:
+    """Scroll as little as needed to keep the selected vehicle in view."""
+    first = max(0, min(first, len(rows) - room))
+    index = next((i for i, row in enumerate(rows) if row.id == selected), None)
+    if index is None:
+        return first
+    return max(index - room + 1, min(first, index))

@@ -1,0 +1,33 @@
+"""Which alarms each vehicle has: its level on every screen, and three letters why. The station judges, nobody else."""
+
+from collections.abc import Mapping, Sequence
+
+from tui_gcs.core.protocol.alarms import AlarmLevel
+from tui_gcs.core.protocol.common import Alarm, Freshness, VehicleRow
+from tui_gcs.widgets.fleet.severity_levels import Level
+
+LEVELS = {AlarmLevel.WARNING: Level.WARNING, AlarmLevel.CAUTION: Level.CAUTION, AlarmLevel.ADVISORY: Level.NORMAL}
+ACTIVE = ("new", "acknowledged")
+AlarmsOf = Mapping[int, Sequence[Alarm]]
+"""The alarms of each vehicle that has any, the gravest first."""
+
+
+def by_vehicle(alarms: Sequence[Alarm]) -> dict[int, list[Alarm]]:
+    """The alarms that hold, of each vehicle, the gravest first: seen or not makes no difference here."""
+    found: dict[int, list[Alarm]] = {}
+    for alarm in sorted(alarms, key=lambda alarm: -alarm.level):
+        if alarm.state in ACTIVE:
+            for vehicle in alarm.vehicles:
+                found.setdefault(vehicle, []).append(alarm)
+    return found
+
+
+def level_now(row: VehicleRow, alarms: Sequence[Alarm]) -> Level:
+    """By the gravest of its own alarms; grey is a vehicle that is not heard and has none."""
+    level = LEVELS[alarms[0].level] if alarms else Level.NORMAL
+    return Level.GREY if level is Level.NORMAL and row.freshness is Freshness.LOST else level
+
+
+def tag_of(alarms: Sequence[Alarm]) -> str:
+    """Why, in three letters; empty if nothing is wrong."""
+    return alarms[0].tag if alarms else ""

@@ -1,0 +1,119 @@
+"""One of a few: a line of options, chosen with left and right."""
+
+from collections.abc import Sequence
+
+from rich.cells import cell_len
+from textual import events
+from textual.binding import Binding
+from textual.message import Message
+
+from tui_gcs.terminal.key_order import own_binding
+from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.basics.lines_view import Line, LinesView
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.strips import Run
+from tui_gcs.widgets.forms.field_order import FIELD_BINDINGS, step_field
+
+
+class Choice(LinesView, can_focus=True):
+    """Shows all options where there is room, else the chosen one between arrows."""
+
+    DEFAULT_CSS = """
+    Choice { height: 1; width: 1fr; background: $surface; }
+    """
+    BINDINGS = [
+        Binding("left", "step(-1)", "previous", show=False),
+        Binding("right", "step(1)", "next", show=False),
+        *FIELD_BINDINGS,
+    ]
+
+    class Changed(Message):
+        """The operator chose another option."""
+
+        def __init__(self, choice: "Choice", value: str) -> None:
+            super().__init__()
+            self.choice = choice
+            self.value = value
+
+        @property
+        def control(self) -> "Choice":
+            """The widget."""
+            return self.choice
+
+    def __init__(self, field: str, options: Sequence[str] = (), *, glyphs: GlyphSet = UNICODE) -> None:
+        """`field` names what is chosen (`Choice.field`)."""
+        self._options: tuple[str, ...] = tuple(options)
+        self._value = self._options[0] if self._options else ""
+        super().__init__(glyphs=glyphs)
+        self.field = field
+
+    @property
+    def value(self) -> str:
+        """The chosen option."""
+        return self._value
+
+    @property
+    def index(self) -> int:
+        """Of the chosen option."""
+        return self._options.index(self._value)
+
+    def show(self, value: str, options: Sequence[str] | None = None) -> None:
+        """Show this without telling anybody. A value that is no option is shown as one more."""
+        known = self._options if options is None else tuple(options)
+        self._options = known if value in known else (*known, value)
+        self._value = value
+        self.update_lines()
+
+    def action_step(self, by: int) -> None:
+        """The next or previous option, round and round."""
+        if len(self._options) > 1:
+            index = self._options.index(self._value) + by
+            self._value = self._options[index % len(self._options)]
+            self.update_lines()
+            self.post_message(self.Changed(self, self._value))
+
+    def action_step_field(self, by: int) -> None:
+        """To the next field, or the one before."""
+        step_field(self, by)
+
+    async def _on_key(self, event: events.Key) -> None:
+        await own_binding(self, event)
+
+    def on_click(self, event: events.Click) -> None:
+        """The option under the pointer; between arrows, the next one."""
+        for start, end, option in self._places():
+            if start <= event.x < end and option != self._value:
+                self.action_step(self._options.index(option) - self._options.index(self._value))
+                return
+        if not self._fits(self.size.width):
+            self.action_step(1)
+
+    def watch_has_focus(self, has_focus: bool) -> None:
+        """Mark the focused line, or unmark it."""
+        super().watch_has_focus(has_focus)
+        self.update_lines()
+
+    def lines(self, width: int, height: int) -> list[Line]:
+        """See `LinesView.lines`."""
+        chosen = Ink.SELECTED if self.has_focus else Ink.BOLD
+        if self._fits(width):
+            runs: list[Run] = []
+            for option in self._options:
+                mark = f"({self.glyphs.bullet if option == self._value else ' '})"
+                runs += [(f"{mark} {option}", chosen if option == self._value else Ink.MUTED), (" ", Ink.TEXT)]
+            return [runs]
+        many = len(self._options) > 1
+        return [[("< " if many else "", Ink.MUTED), (self._value, chosen), (" >" if many else "", Ink.MUTED)]]
+
+    def _fits(self, width: int) -> bool:
+        return sum(cell_len(option) + 5 for option in self._options) - 1 <= width
+
+    def _places(self) -> list[tuple[int, int, str]]:
+        if not self._fits(self.size.width):
+            return []
+        places, start = [], 0
+        for option in self._options:
+            end = start + cell_len(option) + 4
+            places.append((start, end, option))
+            start = end + 1
+        return places

@@ -1,0 +1,65 @@
+"""The map's cursor: where it is in degrees, metres and UTM, and how far from a mark, in which direction."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tui_gcs.core.geometry.local_frame import LocalFrame, bearing_deg, distance_m
+from tui_gcs.core.geometry.utm import utm
+from tui_gcs.core.scenario.model import Origin
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.number_text import packed
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.map.map_raster import DotRaster
+from tui_gcs.widgets.map.map_scene import Word
+from tui_gcs.widgets.map.map_viewport import Viewport
+
+MEASURE_DASH = (2.0, 2.0)
+
+
+@dataclass(frozen=True)
+class Pointer:
+    """A place on the map that the operator chose, and the one it is measured from. ENU metres."""
+
+    at_m: tuple[float, float]
+    mark_m: tuple[float, float] | None = None
+
+
+def draw_pointer(raster: DotRaster, view: Viewport, pointer: Pointer) -> None:
+    """The line that is measured."""
+    if pointer.mark_m is not None:
+        raster.polyline(view.to_dots(np.array([pointer.mark_m, pointer.at_m])), Ink.EDITED, dash=MEASURE_DASH)
+
+
+def pointer_words(view: Viewport, pointer: Pointer, origin: Origin | None, glyphs: GlyphSet) -> list[Word]:
+    """The cursor, the mark, and in the lowest rows what there is to say of them."""
+    words = []
+    for place, sign in ((pointer.at_m, glyphs.cursor), (pointer.mark_m, glyphs.marker)):
+        cell = view.world_to_cell(*place) if place is not None else None
+        if cell is not None and view.contains(cell):
+            words.append(Word(*cell, sign, Ink.SELECTED))
+    texts = pointer_texts(pointer, origin, glyphs)
+    lines = packed((text[: view.columns] for text in texts), view.columns)
+    words += [Word(0, view.rows - len(lines) + row, line, Ink.BOLD) for row, line in enumerate(lines)]
+    return words
+
+
+def pointer_texts(pointer: Pointer, origin: Origin | None, glyphs: GlyphSet) -> list[str]:
+    """What there is to say, in pieces that stay whole."""
+    east_m, north_m = pointer.at_m
+    texts = [f"E {east_m:.0f} N {north_m:.0f} m"]
+    if origin is not None:
+        lat_deg, lon_deg = LocalFrame(origin).to_geodetic(east_m, north_m)
+        texts.insert(0, degrees(lat_deg, lon_deg))
+        grid = utm(lat_deg, lon_deg)
+        texts += [str(grid)] if grid is not None else []
+    if pointer.mark_m is not None:
+        direction = bearing_deg(pointer.mark_m, pointer.at_m)
+        metres = distance_m(pointer.mark_m, pointer.at_m)
+        texts.append(f"from {glyphs.marker}: {metres:.1f} m {direction:03.0f}{glyphs.degree.strip()}")
+    return texts
+
+
+def degrees(lat_deg: float, lon_deg: float) -> str:
+    """Five decimals are about a metre."""
+    return f"{abs(lat_deg):.5f} {'NS'[lat_deg < 0]} {abs(lon_deg):.5f} {'EW'[lon_deg < 0]}"

@@ -1,0 +1,128 @@
+"""What stands still on a map: operating area, zones, take-off places, and what planners draw.
+
+Told apart without colour: the area has long dashes, defend one line, attack two, no-fly is hatched; labels say it too.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from tui_gcs.core.geometry.zones import Role, Shape, Zone, bounds, outline_m
+from tui_gcs.core.protocol.common import Annotation
+from tui_gcs.core.scenario.model import Round, TakeOffPlace
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.map.map_raster import DotRaster, Points
+from tui_gcs.widgets.map.map_viewport import Viewport
+
+AREA_DASH = (7.0, 4.0)
+PLAN_DASH = (1.0, 3.0)
+ATTACK_GAP_DOTS = 2.5
+ROLE_INKS = {Role.DEFEND: Ink.DEFEND, Role.ATTACK: Ink.ATTACK, Role.NO_FLY: Ink.NO_FLY}
+ROLE_WORDS = {Role.DEFEND: "DEFEND", Role.ATTACK: "ATTACK", Role.NO_FLY: "NO-FLY"}
+Bounds = tuple[float, float, float, float]
+
+
+class Word(NamedTuple):
+    """Text on the map at (column, row); may reach out of the view."""
+
+    column: int
+    row: int
+    text: str
+    ink: Ink
+
+
+def draw_round(raster: DotRaster, view: Viewport, current: Round, edited_zone: str | None) -> None:
+    """The operating area and all zones."""
+    raster.polyline(_dots(view, current.area.shape), Ink.AREA, closed=True, dash=AREA_DASH)
+    for zone in current.zones:
+        draw_zone(raster, view, zone, edited=zone.name == edited_zone)
+
+
+def draw_zone(raster: DotRaster, view: Viewport, zone: Zone, *, edited: bool) -> None:
+    """One zone in its role's line style; white while it is edited."""
+    ink = Ink.EDITED if edited else ROLE_INKS[zone.role]
+    outline = _dots(view, zone.shape)
+    raster.polyline(outline, ink, closed=True)
+    if zone.role is Role.NO_FLY:
+        raster.hatch(outline, ink)
+    if zone.role is Role.ATTACK:
+        for ring in _inset(outline, ATTACK_GAP_DOTS):
+            raster.polyline(ring, ink, closed=True)
+
+
+def zone_words(view: Viewport, current: Round, edited_zone: str | None) -> list[Word]:
+    """Role and name above each zone, and the name of the operating area inside its lower edge."""
+    words = []
+    for zone in current.zones:
+        min_x, _, max_x, max_y = bounds(zone.shape)
+        cell = view.world_to_cell((min_x + max_x) / 2.0, max_y)
+        if cell is not None:
+            text = f"{ROLE_WORDS[zone.role]} {zone.name}"
+            ink = Ink.EDITED if zone.name == edited_zone else ROLE_INKS[zone.role]
+            words.append(Word(cell[0] - len(text) // 2, cell[1] - 1, text, ink))
+    min_x, min_y, max_x, _ = bounds(current.area.shape)
+    cell = view.world_to_cell((min_x + max_x) / 2.0, min_y)
+    if cell is not None:
+        words.append(Word(cell[0] - len("operating area") // 2, cell[1] - 1, "operating area", Ink.AREA))
+    return words
+
+
+def place_words(view: Viewport, places: Sequence[TakeOffPlace], glyphs: GlyphSet) -> list[Word]:
+    """A cross where each vehicle starts and lands."""
+    cells = [view.world_to_cell(*place.place_m) for place in places]
+    return [Word(*cell, glyphs.place, Ink.PLACE) for cell in cells if cell is not None]
+
+
+def draw_annotations(raster: DotRaster, view: Viewport, drawings: Mapping[str, Sequence[Annotation]]) -> None:
+    """Tours and areas of the planners, dotted."""
+    for annotations in drawings.values():
+        for drawing in annotations:
+            points = view.to_dots(np.array(drawing.points_m, dtype=np.float64).reshape(-1, 2))
+            if drawing.kind in ("polyline", "polygon"):
+                raster.polyline(points, Ink.PLAN, closed=drawing.kind == "polygon", dash=PLAN_DASH)
+
+
+def annotation_words(view: Viewport, drawings: Mapping[str, Sequence[Annotation]], glyphs: GlyphSet) -> list[Word]:
+    """Markers and texts of the planners."""
+    words = []
+    for annotations in drawings.values():
+        for drawing in annotations:
+            if drawing.kind not in ("marker", "text") or not drawing.points_m:
+                continue
+            cell = view.world_to_cell(*drawing.points_m[0])
+            text = drawing.text if drawing.kind == "text" else glyphs.marker + drawing.text
+            if cell is not None and text:
+                words.append(Word(*cell, text, Ink.PLAN))
+    return words
+
+
+def round_bounds(current: Round | None, places: Sequence[TakeOffPlace]) -> Bounds | None:
+    """What "all" means for fitting: area, zones and take-off places."""
+    boxes: list[Bounds] = [(*place.place_m, *place.place_m) for place in places]
+    if current is not None:
+        boxes += [bounds(current.area.shape), *(bounds(zone.shape) for zone in current.zones)]
+    boxes = [box for box in boxes if np.isfinite(box).all()]
+    if not boxes:
+        return None
+    low = np.array(boxes)[:, :2].min(axis=0)
+    high = np.array(boxes)[:, 2:].max(axis=0)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def _dots(view: Viewport, shape: Shape) -> Points:
+    return view.to_dots(np.array(outline_m(shape), dtype=np.float64))
+
+
+def _inset(outline: Points, distance: float) -> list[Points]:
+    """The outline moved inwards; empty when nothing is left or the polygon is not simple."""
+    if not np.isfinite(outline).all():
+        return []
+    shape = shapely.Polygon(outline)
+    if not shape.is_valid:
+        return []
+    smaller = shape.buffer(-distance, join_style="mitre")
+    parts = smaller.geoms if isinstance(smaller, shapely.MultiPolygon) else [smaller]
+    return [np.array(part.exterior.coords)[:-1] for part in parts if not part.is_empty]

@@ -1,0 +1,57 @@
+"""The plans that vehicles are known to hold, on the map: missions, fences, rally points. In the inks of planned things.
+
+Told apart without colour: a way is dotted from number to number, a fence to stay in has dashes, one to stay out of is
+a whole line, a rally point is an R.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.missions.mission_findings import fence_regions
+from tui_gcs.core.plans.model import PlanItem, PlanKind
+from tui_gcs.core.protocol.services import OnBoardRow
+from tui_gcs.core.requests.plan_rows import plan_of
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.map.map_drawings import MapLine, MapWord
+
+WAY_DASH, FENCE_DASH = (2.0, 3.0), (5.0, 3.0)
+MOST_NUMBERS = 40
+"""Of one way; more cannot be read."""
+
+
+def drawings(rows: Sequence[OnBoardRow], frame: LocalFrame) -> tuple[list[MapLine], list[MapWord]]:
+    """Lines and words of all that is known of these vehicles."""
+    lines: list[MapLine] = []
+    words: list[MapWord] = []
+    for row in rows:
+        places = _places(plan_of(PlanKind.MISSION, row.mission or ()).items, frame)
+        if places:
+            lines.append(MapLine(np.array([place for _, place in places]), Ink.PLAN, dash=WAY_DASH))
+            step = max(1, len(places) // MOST_NUMBERS)
+            words += [MapWord(place, f"{row.vehicle}.{i + 1}", Ink.PLAN) for i, place in places[::step]]
+        for inside, region in fence_regions(plan_of(PlanKind.FENCE, row.fence or ()).items, frame):
+            border = np.array(region.exterior.coords)
+            lines.append(
+                MapLine(border, Ink.OVERLAY if inside else Ink.NO_FLY, dash=FENCE_DASH if inside else (1.0, 0.0))
+            )
+            words.append(MapWord(_top(border), f"fence {row.vehicle}", Ink.OVERLAY if inside else Ink.NO_FLY))
+        rally = _places(plan_of(PlanKind.RALLY, row.rally or ()).items, frame)
+        words += [MapWord(place, f"R{row.vehicle}", Ink.ADVISORY) for _, place in rally]
+    return lines, words
+
+
+def _places(items: Sequence[PlanItem], frame: LocalFrame) -> list[tuple[int, tuple[float, float]]]:
+    """(index, ENU metres) of the items that are at a place."""
+    found = []
+    for i, item in enumerate(items):
+        if item.is_place and (item.x, item.y) != (0, 0):
+            x, y = frame.to_enu(item.lat_deg, item.lon_deg)
+            found.append((i, (float(x), float(y))))
+    return found
+
+
+def _top(border: np.ndarray) -> tuple[float, float]:
+    x, y = border[int(np.argmax(border[:, 1]))][:2]
+    return float(x), float(y)

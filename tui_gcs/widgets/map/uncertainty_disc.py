@@ -1,0 +1,42 @@
+"""Where a vehicle may be that nobody hears: a disc about its last place that grows with time."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from tui_gcs.core.protocol.common import Freshness, VehicleRow
+from tui_gcs.widgets.basics.number_text import speed_m_s
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.fleet.severity_levels import on_ground
+from tui_gcs.widgets.map.map_raster import DotRaster
+from tui_gcs.widgets.map.map_viewport import Viewport
+
+LEAST_SPEED_M_S = 2.0
+"""What stood still when it was last heard may have begun to move."""
+DISC_DASH = (2.0, 3.0)
+DISC_POINTS = 48
+
+
+def doubt_radius_m(row: VehicleRow, silent_s: float = 0.0) -> float:
+    """How far it can have gone at the speed it had; 0 while its position is fresh or it stands on the ground.
+
+    `silent_s`: since when nothing was heard of the station itself.
+    """
+    if row.freshness is Freshness.OK or on_ground(row):
+        return 0.0
+    age_s, speed = row.age_s + silent_s, speed_m_s(row.velocity_m_s)
+    if not math.isfinite(age_s):
+        return 0.0
+    return age_s * max(speed if math.isfinite(speed) else 0.0, LEAST_SPEED_M_S)
+
+
+def draw_doubt(raster: DotRaster, view: Viewport, rows: Sequence[VehicleRow], silent_s: float = 0.0) -> None:
+    """The discs of all that are not heard."""
+    angles = np.linspace(0.0, math.tau, DISC_POINTS, endpoint=False)
+    circle = np.column_stack([np.cos(angles), np.sin(angles)])
+    for row in rows:
+        radius_m = doubt_radius_m(row, silent_s)
+        if radius_m > view.m_per_dot:
+            ring = np.array(row.position_m[:2]) + radius_m * circle
+            raster.polyline(view.to_dots(ring), Ink.WARNING, closed=True, dash=DISC_DASH)

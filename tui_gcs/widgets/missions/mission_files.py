@@ -1,0 +1,167 @@
+"""Missions and files: the one of all vehicles that is saved, those of one vehicle that are opened, work in progress.
+
+Plain, no Textual.
+"""
+
+from pathlib import Path
+
+from tui_gcs.core.base.autosave import Autosave
+from tui_gcs.core.base.safe_files import FileRefused
+from tui_gcs.core.formats.bounded import data_of
+from tui_gcs.core.formats.content import Content, FormatError, Home
+from tui_gcs.core.formats.conversion import Options, convert
+from tui_gcs.core.formats.drawings import planned
+from tui_gcs.core.formats.file_types import Family, format_of, read_file
+from tui_gcs.core.missions import draft_file as store
+from tui_gcs.core.missions.draft import MissionDraft
+from tui_gcs.core.missions.draft_file import DraftFileError
+from tui_gcs.core.plans.model import PlanKind
+from tui_gcs.widgets.missions.mission_editor import MissionEditor
+
+FILE_NAME = "missions.json"
+
+
+class MissionFile:
+    """The draft as a working copy that belongs into a file (`save_flow.WorkingCopy`), and is kept against crashes."""
+
+    def __init__(self, editor: MissionEditor, folder: Path | None) -> None:
+        """Of this editor; work in progress is kept in `folder`, nowhere if that is None."""
+        self.path = ""
+        self._editor = editor
+        self._folder = folder
+        self._autosave: Autosave | None = None
+        self._known: set[str] = set()
+        self._kept: MissionDraft | None = None
+
+    @property
+    def text(self) -> str:
+        """What is saved."""
+        return store.to_bytes(self._saved()).decode()
+
+    def _saved(self) -> store.Saved:
+        return store.Saved(self._editor.history.draft, self._editor.forecast.performance)
+
+    def knows_text(self, text: str) -> bool:
+        """Whether a file's content is one that was read or saved here."""
+        return text in self._known
+
+    def saved(self, path: Path, text: str) -> None:
+        """It is in this file now: nothing is in progress."""
+        self.path = str(path)
+        self._known.add(text)
+        self._editor.history.saved()
+        if self._autosave is not None:
+            self._autosave.forget()
+
+    def open(self, path: Path) -> str:
+        """Take what is in a file: everybody's missions, or one plan for the edited vehicle. Raises DraftFileError."""
+        editor = self._editor
+        try:
+            data = data_of(path, store.MOST_BYTES)
+        except FormatError as error:
+            raise DraftFileError(f"{path.name}: {error}") from None
+        if data.lstrip().startswith(b'{"missions"'):
+            saved = store.from_bytes(data)
+            draft = saved.draft
+            editor.assume(saved.performance)
+            editor.take(f"{path.name} opened", draft)
+            editor.history.saved()
+            self.path = str(path)
+            self._known.add(data.decode())
+            return f"{path.name}: missions of {len(draft.vehicles)} vehicles"
+        try:
+            content = read_file(data)
+            if content.drawings:
+                content = planned(content.drawings, None, editor.forecast.member(editor.vehicle).layer_m)
+        except FormatError as error:
+            raise DraftFileError(f"{path.name}: {error}") from None
+        return f"{path.name}: {self._take(content, path)}"
+
+    def _take(self, content: Content, path: Path) -> str:
+        """Instead of the plans that are there of the kinds that the file holds. Raises DraftFileError."""
+        editor = self._editor
+        if content.not_flown:
+            parts = "; ".join(content.not_flown)
+            raise DraftFileError(f"{path.name}: {parts}: the way is not in the file; save way-points in QGroundControl")
+        draft, words = editor.history.draft, []
+        for kind in PlanKind:
+            plan = content.plan(kind)
+            if plan is not None and plan.items:
+                draft = draft.with_items(editor.vehicle, kind, plan.items)
+                words.append(f"{kind.word} of {len(plan.items)}")
+        if not words:
+            raise DraftFileError(f"{path.name}: neither mission, fence nor rally points are in it")
+        editor.take(f"{path.name} opened", draft)
+        notes = [note.partition(" (--")[0] for note in content.notes]  # options are of the shell
+        lost = "; ".join((*content.left_out, *notes))
+        return f"{', '.join(words)} for vehicle {editor.vehicle}" + (f" ({lost})" if lost else "")
+
+    def write(self, path: Path) -> str:
+        """The edited vehicle's plans into a new file of another program, by its ending. Raises DraftFileError."""
+        editor = self._editor
+        wanted, draft = format_of(path.name), editor.history.draft.of(editor.vehicle)
+        if wanted is None or wanted.family not in (Family.PLAN, Family.DRAWING):
+            raise DraftFileError(f"{path.name}: its ending says no format of plans (.plan .waypoints .kml .geojson …)")
+        mission, fence, rally = (draft.plan(kind) for kind in PlanKind)
+        home = editor.forecast.member(editor.vehicle).home
+        lat_deg, lon_deg = editor.frame.to_geodetic(*home.place_m)
+        content = Content(mission, fence, rally, Home(lat_deg, lon_deg, home.amsl_m))
+        try:
+            written = convert(content, wanted, Options(title=path.stem, kind=editor.kind))
+            with path.open("xb") as file:
+                file.write(written.data)
+        except FormatError as error:
+            raise DraftFileError(f"{path.name}: {error}") from None
+        except FileExistsError:
+            raise DraftFileError(f"{path.name} is there already: choose another name") from None
+        except OSError as error:
+            raise DraftFileError(f"{path}: {error.strerror or error}") from None
+        except ValueError as error:
+            raise DraftFileError(f"{path.name}: {error}") from None
+        lost = "".join(f"; left out: {line}" for line in written.left_out)
+        return f"vehicle {editor.vehicle} written to {path}{lost}"
+
+    def keep(self) -> None:
+        """Have the work in progress there after a crash, if it changed. Raises DraftFileError."""
+        draft = self._editor.history.draft
+        if self._autosave is not None and draft is not self._kept and self._editor.history.unsaved:
+            try:
+                self._autosave.write(self.text.encode())
+            except FileRefused as error:
+                raise DraftFileError(str(error)) from None
+        self._kept = draft
+
+    def recover(self) -> str:
+        """Take what a crash left; in words, empty if nothing. Raises DraftFileError: nothing is kept from here on."""
+        if self._folder is None:
+            return ""
+        try:
+            self._autosave = Autosave(self._folder, "missions")
+            data = self._autosave.read(store.MOST_BYTES)
+            if data is None:
+                return ""
+            try:
+                saved = store.from_bytes(data)
+            except DraftFileError as error:
+                aside = self._autosave.set_aside(data)
+                return f"what a crash left cannot be read ({error}): it is in {aside}"
+        except FileRefused as error:
+            raise DraftFileError(str(error)) from None
+        if saved.draft.is_empty:
+            return ""
+        self._editor.assume(saved.performance)
+        self._editor.take("recovered", saved.draft)
+        self._kept = saved.draft
+        count = len(saved.draft.vehicles)
+        return f"recovered: plans of {count} vehicle{'s' * (count > 1)} that were not saved; u drops them"
+
+    @property
+    def waiting(self) -> tuple[Path, ...]:
+        """Work that crashes of other consoles left."""
+        return self._autosave.waiting if self._autosave is not None else ()
+
+    def close(self) -> None:
+        """What is kept may be another console's."""
+        if self._autosave is not None:
+            self._autosave.close()
+            self._autosave = None

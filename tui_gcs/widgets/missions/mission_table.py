@@ -1,0 +1,202 @@
+"""Two lists: all vehicles with what their missions come to, and the items of the edited plan."""
+
+from collections.abc import Mapping
+
+from textual import events
+from textual.message import Message
+
+from tui_gcs.core.missions.command_reference import FRAMES, word_of
+from tui_gcs.core.missions.mission_builder import CHANGE_SPEED
+from tui_gcs.core.missions.mission_findings import Level
+from tui_gcs.core.plans.model import JUMP, PLAIN_FRAME, PlanItem, PlanKind
+from tui_gcs.widgets.basics.lines_view import Line, LinesView
+from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.titles import show_beyond
+from tui_gcs.widgets.missions.mission_editor import MissionEditor
+from tui_gcs.widgets.missions.mission_text import clock, distance, has_height, labels, of_vehicle
+
+_HOW_TO_BEGIN = {
+    PlanKind.MISSION: "+ adds one, g generates",
+    PlanKind.FENCE: "g over zones, G polygon, O circle",
+    PlanKind.RALLY: "+ adds one",
+}
+
+
+COLUMNS = f"   ID {'ITEMS':>5} {'WAY':>7} {'TIME':>6}  LEFT"
+COLUMNS_TITLE = COLUMNS[2:]
+"""The same in the border above them: two cells on, after its corner."""
+
+
+class PlanList(LinesView):
+    """A line for each vehicle: items, way, time, battery left, and the gravest that is wrong.
+
+    On a low terminal what the columns are stands in the border above, and makes room for one more.
+    """
+
+    DEFAULT_CSS = "PlanList { height: 1fr; }"
+
+    class Picked(Message):
+        """A vehicle was clicked."""
+
+        def __init__(self, vehicle: int) -> None:
+            super().__init__()
+            self.vehicle = vehicle
+
+    class OthersHidden(Message):
+        """More vehicles than before are not shown, or fewer."""
+
+    def __init__(self, editor: MissionEditor, **options: object) -> None:
+        """Of this editor."""
+        super().__init__(**options)  # type: ignore[arg-type]
+        self._editor = editor
+        self._states: Mapping[int, str] = {}
+        self._first = 0
+        self.hidden = 0
+        """So many vehicles are above and below those that are shown."""
+
+    def show(self, states: Mapping[int, str]) -> None:
+        """Show the draft; `states` says of vehicles what is being sent or fetched."""
+        self._states = states
+        self.update_lines()
+
+    def on_click(self, event: events.Click) -> None:
+        """The vehicle under the pointer."""
+        ids, row = self._editor.vehicles, event.y - self._header_rows
+        if row >= 0 and self._first + row < len(ids):
+            self.post_message(self.Picked(ids[self._first + row]))
+
+    @property
+    def _header_rows(self) -> int:
+        return 0 if self.screen.has_class("-short") else 1
+
+    def lines(self, width: int, height: int) -> list[Line]:
+        """See `LinesView.lines`."""
+        ids = self._editor.vehicles
+        if not ids:
+            return [[("no vehicle is known yet", Ink.MUTED)]]
+        room = max(height - self._header_rows, 1)
+        at = ids.index(self._editor.vehicle) if self._editor.vehicle in ids else 0
+        self._first = max(0, min(max(self._first, at - room + 1), at, len(ids) - room))
+        beyond = self._first, max(len(ids) - self._first - room, 0)
+        show_beyond(self.parent, *beyond, "n N")
+        if sum(beyond) != self.hidden:
+            self.hidden = sum(beyond)
+            self.post_message(self.OthersHidden())
+        header: list[Line] = [[(COLUMNS, Ink.MUTED)]] * self._header_rows
+        return [*header, *(self._line(vehicle) for vehicle in ids[self._first : self._first + room])]
+
+    def _line(self, vehicle: int) -> Line:
+        editor = self._editor
+        look, draft = editor.forecast, editor.draft.of(vehicle)
+        chosen = vehicle == editor.vehicle
+        mark, ink = _mark(editor, vehicle)
+        name = f"{self.glyphs.selected if chosen else ' '}{mark}{vehicle:>3}"
+        style = Ink.BOLD if chosen else Ink.TEXT
+        if state := self._states.get(vehicle, ""):
+            return [(name, ink if mark != " " else style), (f" {state}", Ink.ADVISORY)]
+        if draft.is_empty:
+            return [(name, style), ("     nothing planned", Ink.MUTED)]
+        way = look.way(vehicle)
+        left = f"{look.battery_left_pct(vehicle):>4.0f}%" if not way.is_empty else f"{'--':>5}"
+        end = "+" if way.endless or way.cut else " "
+        text = f" {len(draft.mission):>5} {distance(way.length_m):>7} {clock(way.duration_s):>6}{end}{left}"
+        return [(name, ink if mark != " " else style), (text, style)]
+
+
+def _mark(editor: MissionEditor, vehicle: int) -> tuple[str, Ink]:
+    """`!` it cannot be sent or meets another one, `^` something to look at."""
+    met = of_vehicle(editor.forecast.conflicts, vehicle)
+    worst = max((finding.level for finding in editor.forecast.findings(vehicle)), default=Level.NOTE)
+    if worst is Level.ERROR or any(conflict.together for conflict in met):
+        return "!", Ink.WARNING
+    return ("^", Ink.CAUTION) if worst is Level.CAUTION or met else (" ", Ink.TEXT)
+
+
+class ItemTable(LinesView, can_focus=True):
+    """The items of the edited plan; only those in view cost anything."""
+
+    DEFAULT_CSS = "ItemTable { height: 1fr; min-height: 2; }"
+
+    class Chosen(Message):
+        """Another item was clicked."""
+
+        def __init__(self, index: int) -> None:
+            super().__init__()
+            self.index = index
+
+    def __init__(self, editor: MissionEditor, **options: object) -> None:
+        """Of this editor."""
+        super().__init__(**options)  # type: ignore[arg-type]
+        self._editor = editor
+        self._first = 0
+
+    @property
+    def page(self) -> int:
+        """So many items are in view."""
+        return max(self.size.height - 1, 1)
+
+    def on_click(self, event: events.Click) -> None:
+        """The item under the pointer."""
+        index = self._first + event.y - 1
+        if event.y >= 1 and index < len(self._editor.items):
+            self.post_message(self.Chosen(index))
+
+    def watch_has_focus(self, has_focus: bool) -> None:
+        """Mark the focused line, or unmark it."""
+        super().watch_has_focus(has_focus)
+        self.update_lines()
+
+    def lines(self, width: int, height: int) -> list[Line]:
+        """See `LinesView.lines`."""
+        editor = self._editor
+        items, room = editor.items, max(height - 1, 1)
+        if not items:
+            return [[(f"no {editor.kind.word}: {_HOW_TO_BEGIN[editor.kind]}", Ink.MUTED)]]
+        self._first = max(0, min(max(self._first, editor.index - room + 1), editor.index, len(items) - room))
+        wrong = {f.item: f.level for f in reversed(editor.forecast.findings(editor.vehicle)) if f.kind is editor.kind}
+        shown = range(self._first, min(self._first + room, len(items)))
+        show_beyond(self.parent, self._first, len(items) - shown.stop, "arrows")
+        return [[(_header(editor), Ink.MUTED)], *(self._line(i, items[i], wrong.get(i)) for i in shown)]
+
+    def _line(self, index: int, item: PlanItem, wrong: Level | None) -> Line:
+        editor = self._editor
+        chosen = index == editor.index
+        style = Ink.SELECTED if chosen and self.has_focus else Ink.BOLD if chosen else Ink.TEXT
+        sign = {Level.ERROR: "!", Level.CAUTION: "^"}.get(wrong, " ") if wrong is not None else " "
+        ink = {"!": Ink.WARNING, "^": Ink.CAUTION}.get(sign, style)
+        name = f"{self.glyphs.selected if chosen else ' '}{sign}{index + 1:>4} "
+        return [
+            (name, ink),
+            (f"{word_of(item.command).word[:12]:<12}{_height(item)}{_more(editor, index, item)}", style),
+        ]
+
+
+def _header(editor: MissionEditor) -> str:
+    last = {PlanKind.MISSION: f"{'TIME':>7} LEFT", PlanKind.FENCE: "  RADIUS", PlanKind.RALLY: ""}[editor.kind]
+    return f"     # {'ITEM':<12}{'':>3}HEIGHT{last}"
+
+
+def _height(item: PlanItem) -> str:
+    if not has_height(item):
+        return " " * 9
+    above = {"home": "", "sea": "s", "ground": "g"}[FRAMES.get(PLAIN_FRAME.get(item.frame, item.frame), "home")]
+    return f"{item.z:>7.0f}m{above or ' '}"
+
+
+def _more(editor: MissionEditor, index: int, item: PlanItem) -> str:
+    """When it is there and what is left then; of others, what they say."""
+    if editor.kind is PlanKind.MISSION:
+        arrival_s = editor.forecast.way(editor.vehicle).arrivals_s.get(index)
+        if arrival_s is not None:
+            site = editor.forecast.site(editor.vehicle)
+            left = site.battery_pct - site.performance.energy_pct(arrival_s)
+            return f"{clock(arrival_s):>7} {left:>3.0f}%"
+    if item.command == CHANGE_SPEED:
+        return f" {item.params[1]:g} m/s"
+    said = [f"{label.label.lower()} {_value(item, i)}{label.unit}" for i, label in enumerate(labels(item)) if label]
+    return f" {said[0]}" if said else ""
+
+
+def _value(item: PlanItem, index: int) -> str:
+    value = item.params[index] + (1 if item.command == JUMP and index == 0 else 0)
+    return f"{value:g} "

@@ -1,0 +1,71 @@
+"""The map of a screen that edits: while it has the keys, arrows move what is edited, or the cursor; clicks are told."""
+
+from textual import events
+from textual.binding import Binding
+from textual.message import Message
+
+from tui_gcs.widgets.map.map_view import MapView
+
+STEP_M, FAR_STEPS = 5.0, 10
+REACH_DOTS = 8.0
+"""What lies so near to a click was meant by it."""
+HEADING = "map"
+
+
+class DraftMap(MapView):
+    """Takes the focus only between `begin` and `end`, so that Tab goes through the forms alone."""
+
+    BINDINGS = [
+        Binding("left", "move(-1, 0)", "west", show=False),
+        Binding("right", "move(1, 0)", "east", show=False),
+        Binding("up", "move(0, 1)", "north", show=False),
+        Binding("down", "move(0, -1)", "south", show=False),
+        Binding("shift+left", f"move(-{FAR_STEPS}, 0)", "far west", show=False),
+        Binding("shift+right", f"move({FAR_STEPS}, 0)", "far east", show=False),
+        Binding("shift+up", f"move(0, {FAR_STEPS})", "far north", show=False),
+        Binding("shift+down", f"move(0, -{FAR_STEPS})", "far south", show=False),
+    ]
+
+    class Moved(Message):
+        """What is edited, so many metres on."""
+
+        def __init__(self, east_m: float, north_m: float) -> None:
+            super().__init__()
+            self.east_m, self.north_m = east_m, north_m
+
+    class Clicked(Message):
+        """A place was clicked; `reach_m` is how far from it something may be that was meant."""
+
+        def __init__(self, place_m: tuple[float, float], reach_m: float) -> None:
+            super().__init__()
+            self.place_m, self.reach_m = place_m, reach_m
+
+    def begin(self, heading: str) -> None:
+        """Take the keys."""
+        self.can_focus = True
+        self.heading = heading
+        self.screen.set_focus(self)  # at once: the next key is meant for it
+
+    def end(self) -> None:
+        """Give them back."""
+        self.can_focus = False
+        self.heading = HEADING
+        self.show_cursor(False)
+
+    def on_blur(self) -> None:
+        """The operator went elsewhere."""
+        self.end()
+
+    def action_move(self, east: int, north: int) -> None:
+        """So many steps."""
+        if self.cursor_m is not None:
+            self.move_cursor(east, -north)
+        else:
+            self.post_message(self.Moved(east * STEP_M, north * STEP_M))
+
+    def on_click(self, event: events.Click) -> None:
+        """Tell where."""
+        offset = event.get_content_offset(self)
+        if offset is not None:
+            place = self.cell_to_world(offset.x, offset.y)
+            self.post_message(self.Clicked(place, REACH_DOTS * self.view.m_per_dot))

@@ -1,0 +1,128 @@
+"""Shapes changed by their corners: moved one by one, added, taken out, drawn to what lies near.
+
+A circle has one "corner", the easternmost place of its rim: it sizes the circle.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import assert_never
+
+import numpy as np
+import shapely
+from msgspec.structs import replace
+
+from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, outline_m
+from tui_gcs.widgets.plan.shape_edit import as_polygon, centre_of, tidy
+
+Point = tuple[float, float]
+LEAST_CORNERS = 3
+
+
+def corners_m(shape: Shape) -> list[Point]:
+    """What can be taken hold of, in the order of the outline."""
+    if isinstance(shape, Circle):
+        return [(shape.centre_m[0] + shape.radius_m, shape.centre_m[1])]
+    return outline_m(shape)
+
+
+def with_corner_at(shape: Shape, index: int, point: Point) -> Shape:
+    """The shape with this corner there: a circle through it, a rectangle about the opposite corner."""
+    match shape:
+        case Circle():
+            return replace(shape, radius_m=round(math.dist(shape.centre_m, point), 2))
+        case Rectangle():
+            return _spanned(shape, corners_m(shape)[(index + 2) % 4], point)
+        case Polygon():
+            vertices = list(shape.vertices_m)
+            vertices[index % len(vertices)] = tidy(point)
+            return Polygon(tuple(vertices))
+        case _:
+            assert_never(shape)
+
+
+def _spanned(old: Rectangle, fixed: Point, free: Point) -> Rectangle:
+    """Between two opposite corners, turned as before."""
+    heading_rad = math.radians(old.heading_deg)
+    cos, sin = math.cos(heading_rad), math.sin(heading_rad)
+    east, north = free[0] - fixed[0], free[1] - fixed[1]
+    width_m, height_m = abs(east * cos - north * sin), abs(east * sin + north * cos)
+    middle = tidy(((fixed[0] + free[0]) / 2.0, (fixed[1] + free[1]) / 2.0))
+    return replace(old, centre_m=middle, width_m=round(width_m, 2), height_m=round(height_m, 2))
+
+
+def with_corner_after(shape: Shape, index: int) -> tuple[Polygon, int]:
+    """One more, in the middle of the edge behind this corner, and its index; what is no polygon becomes one."""
+    vertices = list(as_polygon(shape).vertices_m)
+    at = index % len(vertices)
+    (x, y), (next_x, next_y) = vertices[at], vertices[(at + 1) % len(vertices)]
+    vertices.insert(at + 1, tidy(((x + next_x) / 2.0, (y + next_y) / 2.0)))
+    return Polygon(tuple(vertices)), at + 1
+
+
+def with_corner_near(shape: Shape, point: Point) -> tuple[Polygon, int]:
+    """One more at `point`, in the edge that is nearest to it, and its index."""
+    vertices = list(as_polygon(shape).vertices_m)
+    place = shapely.Point(point)
+    edges = [shapely.LineString([a, b]) for a, b in zip(vertices, [*vertices[1:], vertices[0]], strict=True)]
+    at = min(range(len(edges)), key=lambda i: edges[i].distance(place))
+    vertices.insert(at + 1, tidy(point))
+    return Polygon(tuple(vertices)), at + 1
+
+
+def without_corner(shape: Shape, index: int) -> Polygon | None:
+    """Without it; None where none can be spared."""
+    if isinstance(shape, Circle):
+        return None
+    vertices = list(as_polygon(shape).vertices_m)
+    del vertices[index % len(vertices)]
+    return Polygon(tuple(vertices)) if len(vertices) >= LEAST_CORNERS else None
+
+
+def turn_deg(shape: Shape, start: Point, now: Point) -> float:
+    """How far it is from one place to another, clockwise about the middle of the shape."""
+    x, y = centre_of(shape)
+    angle = math.atan2(start[1] - y, start[0] - x) - math.atan2(now[1] - y, now[0] - x)
+    return math.degrees(angle)
+
+
+# ---------------------------------------------------------------- drawn to what lies near
+
+
+@dataclass(frozen=True)
+class Snap:
+    """What corners are drawn to: corners and edges of other shapes, else a grid."""
+
+    shapes: tuple[Shape, ...] = ()
+    grid_m: float = 0.0
+    """0: none."""
+
+    def point(self, point: Point, reach_m: float) -> Point:
+        """Where a corner that is moved to `point` comes to lie."""
+        found = self._near([point], reach_m)
+        if found is not None:
+            return point[0] + found[0], point[1] + found[1]
+        if self.grid_m > 0.0:
+            return round(point[0] / self.grid_m) * self.grid_m, round(point[1] / self.grid_m) * self.grid_m
+        return point
+
+    def shift(self, shape: Shape, reach_m: float) -> Point:
+        """How much farther a shape goes that was moved as a whole, so that a corner meets something; else (0, 0)."""
+        outline = outline_m(shape)
+        points = outline[:: len(outline) // 4] if isinstance(shape, Circle) else outline
+        return self._near(points, reach_m) or (0.0, 0.0)
+
+    def _near(self, points: Iterable[Point], reach_m: float) -> Point | None:
+        """The shortest way from one of the points to a corner within reach, else to an edge."""
+        lines = [shapely.LinearRing(outline_m(shape)) for shape in self.shapes]
+        ends = [corner for shape in self.shapes if not isinstance(shape, Circle) for corner in outline_m(shape)]
+        for targets in ([shapely.MultiPoint(ends)] if ends else [], lines):
+            best, way = reach_m, None
+            for target in targets:
+                for point in points:
+                    near = np.array(shapely.shortest_line(shapely.Point(point), target).coords)
+                    if math.dist(*near) <= best:
+                        best, way = math.dist(*near), near[1] - near[0]
+            if way is not None:
+                return float(way[0]), float(way[1])
+        return None
