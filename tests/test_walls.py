@@ -205,6 +205,6 @@ def test_nothing_of_this_machine_is_in_the_sources() -> None:
 
 def test_no_screen_of_the_console_takes_scipy_with_it() -> None:
     """It is 40 MB and 0.4 s; who plans takes it when it is needed."""
-    screens = "tui_gcs.app, tui_gcs.screens.plan, tui_gcs.screens.missions, tui_gcs.widgets.map.stored_plans_layer"
+    screens = "tui_gcs.app, tui_gcs.screens.plan.plan_screen, tui_gcs.screens.missions.missions_screen, tui_gcs.widgets.map.stored_plans_layer"
     loaded = modules_after(f"import {screens}")
     assert "tui_gcs.app" in loaded and "scipy" not in loaded

@@ -38,12 +38,12 @@ from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, Kind, RunPhase
 from tui_gcs.feed.dispatch import Dispatcher
 from tui_gcs.feed.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
-from tui_gcs.screens.alarms import AlarmScreen
-from tui_gcs.screens.fly import FlyScreen
-from tui_gcs.screens.help import HelpDialog, PaletteDialog
-from tui_gcs.screens.preflight import Operator
-from tui_gcs.screens.text_dialog import REACTION_S
-from tui_gcs.screens.tiny import MIN_COLUMNS, MIN_ROWS, TinyScreen
+from tui_gcs.screens.common.help import HelpDialog, PaletteDialog
+from tui_gcs.screens.common.text_dialog import REACTION_S
+from tui_gcs.screens.common.tiny_screen import MIN_COLUMNS, MIN_ROWS, TinyScreen
+from tui_gcs.screens.fly.fly_screen import FlyScreen
+from tui_gcs.screens.logs.alarms_screen import AlarmScreen
+from tui_gcs.screens.preflight.preflight_screen import Operator
 from tui_gcs.terminal import slow
 from tui_gcs.terminal.idle_garbage import LOOK_S, IdleGarbage
 from tui_gcs.terminal.input_driver import InputDropped, lagging
@@ -56,7 +56,7 @@ from tui_gcs.widgets.basics.top_lines import TopLines, use_keys
 from tui_gcs.widgets.fleet.severity_levels import Level
 
 if TYPE_CHECKING:
-    from tui_gcs.screens.plan import PlanScreen
+    from tui_gcs.screens.plan.plan_screen import PlanScreen
 
 SELECT_HELP = "3-7,9  t1  all  none  +5 -5   Enter, Esc"
 MODIFIERS = frozenset(
@@ -151,17 +151,19 @@ class ConsoleApp(CommandingApp):
         return screen
 
     def _vehicles_screen(self) -> Screen[None]:
-        from tui_gcs.screens.vehicles import VehiclesScreen
+        from tui_gcs.screens.vehicles.vehicles_screen import VehiclesScreen
 
         return VehiclesScreen(self.feed, glyphs=self.glyphs)
 
     def _journal_screen(self) -> Screen[None]:
-        from tui_gcs.screens.journal import JournalScreen
+        from tui_gcs.screens.logs.journal_screen import JournalScreen
 
         return JournalScreen(self.feed, glyphs=self.glyphs)
 
     def _plan_screen(self) -> Screen[None]:
-        from tui_gcs.screens.plan import PlanScreen  # when first shown: the first frame does not wait for it
+        from tui_gcs.screens.plan.plan_screen import (
+            PlanScreen,  # when first shown: the first frame does not wait for it
+        )
 
         self._plan = PlanScreen(self.feed, self.clock, folder=self._folder, glyphs=self.glyphs)
         return self._plan
@@ -172,7 +174,7 @@ class ConsoleApp(CommandingApp):
         return self._plan.model.changes if self._plan is not None else 0
 
     def _missions_screen(self) -> Screen[None]:
-        from tui_gcs.screens.missions import MissionsScreen  # when first shown
+        from tui_gcs.screens.missions.missions_screen import MissionsScreen  # when first shown
 
         return MissionsScreen(self.feed, self.clock, folder=self._folder, glyphs=self.glyphs)
 
@@ -381,7 +383,7 @@ class ConsoleApp(CommandingApp):
 
     def action_show_planners(self) -> None:
         """Teams, how well they do, and all that their planners count."""
-        from tui_gcs.screens.planners import PlannersDialog  # when first shown
+        from tui_gcs.screens.fly.planners_dialog import PlannersDialog  # when first shown
 
         self.push_screen(PlannersDialog(self.feed, self.glyphs))
 

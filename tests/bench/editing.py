@@ -18,7 +18,7 @@ from tui_gcs.core.missions import fences
 from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.protocol.bus import MemoryBus
-from tui_gcs.screens.missions import MissionsScreen
+from tui_gcs.screens.missions.missions_screen import MissionsScreen
 
 VEHICLES, ITEMS = 8, 1000
 LIMIT_MS, WORST_MS = 50.0, 100.0

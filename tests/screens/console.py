@@ -12,7 +12,7 @@ from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import Kind, Note
-from tui_gcs.screens.fly import FlyScreen
+from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.fleet.result_panel import ResultPanel
 

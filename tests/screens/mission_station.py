@@ -16,7 +16,7 @@ from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol.bus import MemoryBus
-from tui_gcs.screens.missions import MissionsScreen
+from tui_gcs.screens.missions.missions_screen import MissionsScreen
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 
 Rows = tuple[s.PlanRow, ...]

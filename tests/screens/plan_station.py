@@ -20,7 +20,7 @@ from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.scenario.load import parse, read_text
-from tui_gcs.screens.plan import PlanScreen
+from tui_gcs.screens.plan.plan_screen import PlanScreen
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 
 

@@ -8,8 +8,8 @@ from textual.events import Key
 from tui_gcs.console.notices import NOTICE_S
 from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, Freshness, Note, Shelve, Unshelve
-from tui_gcs.screens.alarms import AlarmScreen
-from tui_gcs.screens.fly import FlyScreen
+from tui_gcs.screens.fly.fly_screen import FlyScreen
+from tui_gcs.screens.logs.alarms_screen import AlarmScreen
 from tui_gcs.widgets.basics.alarm_bell import AlarmBell
 from tui_gcs.widgets.basics.alarm_line import Notice
 from tui_gcs.widgets.basics.palette import Ink

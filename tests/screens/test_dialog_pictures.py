@@ -6,7 +6,7 @@ from fake_station import FakeStation, trouble
 from pictures import same_as_snapshot
 
 from tui_gcs.core.protocol.common import Kind, RunPhase
-from tui_gcs.screens.orders import brief_words, now_words, rows_of
+from tui_gcs.screens.common.order_dialogs import brief_words, now_words, rows_of
 from tui_gcs.widgets.fleet.result_panel import Came, Result
 
 

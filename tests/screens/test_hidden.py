@@ -11,9 +11,9 @@ from plan_station import plan_console
 
 from tui_gcs.core.alarms.causes import BY_ID
 from tui_gcs.core.protocol.alarms import Alarm, AlarmLevel
-from tui_gcs.screens.journal import JournalScreen
-from tui_gcs.screens.planners import PlannersDialog
-from tui_gcs.screens.remarks import RemarksDialog
+from tui_gcs.screens.common.remarks_dialog import RemarksDialog
+from tui_gcs.screens.fly.planners_dialog import PlannersDialog
+from tui_gcs.screens.logs.journal_screen import JournalScreen
 from tui_gcs.widgets.basics.alarm_line import Notice, alarm_runs
 from tui_gcs.widgets.forms.form_findings import Remark
 

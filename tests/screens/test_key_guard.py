@@ -6,10 +6,10 @@ from fake_station import FakeStation
 from tui_gcs.console.key_guard import GUARD_S, MOST_S, KeyGuard
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.flight import Arm
-from tui_gcs.screens.dialogs import RoundDialog, StartDialog
-from tui_gcs.screens.fly import FlyScreen
-from tui_gcs.screens.nudge import NudgeScreen
-from tui_gcs.screens.orders import OrderDialog, OrderMenu
+from tui_gcs.screens.common.order_dialogs import OrderDialog, OrderMenu
+from tui_gcs.screens.common.start_dialogs import RoundDialog, StartDialog
+from tui_gcs.screens.fly.fly_screen import FlyScreen
+from tui_gcs.screens.fly.nudge_screen import NudgeScreen
 
 
 def flight(station: FakeStation) -> None:

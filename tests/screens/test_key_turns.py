@@ -5,7 +5,7 @@ from fake_station import FakeStation
 from textual.events import Key
 
 from tui_gcs.core.protocol import common as m
-from tui_gcs.screens.orders import OrderDialog
+from tui_gcs.screens.common.order_dialogs import OrderDialog
 from tui_gcs.terminal.key_turns import KeyTurns
 
 

@@ -13,11 +13,11 @@ from textual.events import Key
 from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.services import GetVehicles, decode_request
-from tui_gcs.screens.dialogs import RoundDialog, StartDialog
-from tui_gcs.screens.fly import FlyScreen
-from tui_gcs.screens.help import HelpDialog, PaletteDialog
-from tui_gcs.screens.text_dialog import MOST_CELLS
-from tui_gcs.screens.tiny import TinyScreen
+from tui_gcs.screens.common.help import HelpDialog, PaletteDialog
+from tui_gcs.screens.common.start_dialogs import RoundDialog, StartDialog
+from tui_gcs.screens.common.text_dialog import MOST_CELLS
+from tui_gcs.screens.common.tiny_screen import TinyScreen
+from tui_gcs.screens.fly.fly_screen import FlyScreen
 
 
 def flight(station: FakeStation) -> None:

@@ -9,7 +9,7 @@ from test_map_more import PLANE as ANYWHERE
 
 import tui_gcs.terminal.thin_app
 from tests.screens.meter import metered
-from tui_gcs.screens.layers import LayersDialog
+from tui_gcs.screens.common.layers_dialog import LayersDialog
 from tui_gcs.widgets.map.map_layers import Layer
 
 PLANE = msgspec.structs.replace(ANYWHERE, lat_deg=52.0735, lon_deg=-0.6235)

@@ -17,8 +17,8 @@ from tui_gcs.core.protocol.common import Resume, RunPhase
 from tui_gcs.core.protocol.services import OnBoardRow
 from tui_gcs.core.requests.plan_rows import plan_rows
 from tui_gcs.feed import plan_transfers
-from tui_gcs.screens import missions
-from tui_gcs.screens.upload_dialog import UploadDialog
+from tui_gcs.screens.missions import missions_screen as missions
+from tui_gcs.screens.missions.upload_dialog import UploadDialog
 from tui_gcs.widgets.basics.glyphs import ASCII
 from tui_gcs.widgets.missions.mission_map import drawings
 

@@ -11,9 +11,9 @@ from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import Freshness
-from tui_gcs.screens.fly import FlyScreen
-from tui_gcs.screens.nudge import NudgeScreen
-from tui_gcs.screens.orders import OrderDialog, OrderMenu, brief_words, now_words, rows_of
+from tui_gcs.screens.common.order_dialogs import OrderDialog, OrderMenu, brief_words, now_words, rows_of
+from tui_gcs.screens.fly.fly_screen import FlyScreen
+from tui_gcs.screens.fly.nudge_screen import NudgeScreen
 from tui_gcs.widgets.fleet.result_panel import Came, Result
 
 

@@ -15,9 +15,9 @@ from tui_gcs.app import ConsoleApp
 from tui_gcs.console.key_chord import Chord
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import RunPhase
-from tui_gcs.screens.fly import FlyScreen
-from tui_gcs.screens.start_plan import start_plan
-from tui_gcs.screens.text_dialog import fitted as shortened
+from tui_gcs.screens.common.text_dialog import fitted as shortened
+from tui_gcs.screens.fly.fly_screen import FlyScreen
+from tui_gcs.screens.fly.start_plan import start_plan
 from tui_gcs.terminal.input_driver import QUEUED_WRITES_MAX, EscapeParser, PatientDriver, lagging
 from tui_gcs.widgets.basics.glyphs import UNICODE
 from tui_gcs.widgets.basics.number_text import clock, fitted, gps, ids, number, outside

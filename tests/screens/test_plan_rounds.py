@@ -7,7 +7,7 @@ from plan_station import PlanConsole, PlanStation, plan_console
 from tui_gcs.core.geometry.zones import Circle, Rectangle
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Annotation, FlownWays, PreviewResult
-from tui_gcs.screens.plan_preview import PAUSE_S
+from tui_gcs.screens.plan.plan_preview import PAUSE_S
 
 
 def zones(c: PlanConsole, index: int) -> dict[str, object]:

@@ -8,9 +8,9 @@ from pictures import same_as_snapshot
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Kind, Start
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, CheckState, ReadChecks, SignOff
-from tui_gcs.screens.dialogs import StartDialog
-from tui_gcs.screens.fly import FlyScreen
-from tui_gcs.screens.preflight import PreflightScreen
+from tui_gcs.screens.common.start_dialogs import StartDialog
+from tui_gcs.screens.fly.fly_screen import FlyScreen
+from tui_gcs.screens.preflight.preflight_screen import PreflightScreen
 
 ALL = tuple(range(1, 9))
 NOTHING = "this station is not heard: NOTHING (FS_GCS_ENABLE 0)"

@@ -9,8 +9,8 @@ from textual.events import Key, Paste
 
 from tui_gcs.core.geometry.zones import Circle
 from tui_gcs.core.plans.model import PlanKind
-from tui_gcs.screens.missions import MissionsScreen
-from tui_gcs.screens.upload_dialog import UploadDialog
+from tui_gcs.screens.missions.missions_screen import MissionsScreen
+from tui_gcs.screens.missions.upload_dialog import UploadDialog
 
 NAMED = {"tab", "shift+tab", "enter", "escape", "ctrl+u", "ctrl+o", "ctrl+s", "right", "plus"}
 ANEW = ("tab", "ctrl+u")

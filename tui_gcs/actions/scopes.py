@@ -3,8 +3,8 @@
 from tui_gcs.actions.action import APP
 from tui_gcs.actions.looking import JOURNAL_ACTIONS, VEHICLES_ACTIONS
 from tui_gcs.actions.table import APP_ACTIONS, FLY_ACTIONS
-from tui_gcs.screens.mission_actions import MISSION_ACTIONS
-from tui_gcs.screens.plan_actions import PLAN_ACTIONS
+from tui_gcs.screens.missions.mission_actions import MISSION_ACTIONS
+from tui_gcs.screens.plan.plan_actions import PLAN_ACTIONS
 
 SCOPES = {
     APP: APP_ACTIONS,

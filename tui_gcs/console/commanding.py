@@ -15,12 +15,12 @@ from tui_gcs.core.protocol.preflight import CheckState, ReadChecks
 from tui_gcs.core.protocol.setup import AskPayloads
 from tui_gcs.feed.dispatch import Dispatch, Dispatcher, Seen
 from tui_gcs.feed.feed import Feed, FleetUpdated
-from tui_gcs.screens.dialogs import RoundDialog, StartDialog
-from tui_gcs.screens.fly import FlyScreen, present_round
-from tui_gcs.screens.nudge import NudgeScreen
-from tui_gcs.screens.orders import Confirmed, OrderDialog, OrderMenu, brief_words, now_words, rows_of
-from tui_gcs.screens.preflight import Operator, PreflightScreen
-from tui_gcs.screens.start_plan import start_plan
+from tui_gcs.screens.common.order_dialogs import Confirmed, OrderDialog, OrderMenu, brief_words, now_words, rows_of
+from tui_gcs.screens.common.start_dialogs import RoundDialog, StartDialog
+from tui_gcs.screens.fly.fly_screen import FlyScreen, present_round
+from tui_gcs.screens.fly.nudge_screen import NudgeScreen
+from tui_gcs.screens.fly.start_plan import start_plan
+from tui_gcs.screens.preflight.preflight_screen import Operator, PreflightScreen
 from tui_gcs.terminal.thin_app import ThinApp
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.number_text import ids

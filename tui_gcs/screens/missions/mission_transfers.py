@@ -13,9 +13,9 @@ from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.plan_transfers import Transfer, Transfers
-from tui_gcs.screens.mission_choosing import MissionChoosing
-from tui_gcs.screens.orders import rows_of
-from tui_gcs.screens.upload_dialog import UploadDialog
+from tui_gcs.screens.common.order_dialogs import rows_of
+from tui_gcs.screens.missions.mission_selection import MissionChoosing
+from tui_gcs.screens.missions.upload_dialog import UploadDialog
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.forms.form_findings import Remark

@@ -15,9 +15,9 @@ from tui_gcs.core.protocol.common import Freshness, Kind, Phase, Request, Vehicl
 from tui_gcs.core.protocol.flight import Arm, TakeOff
 from tui_gcs.core.protocol.preflight import open_by_hand
 from tui_gcs.feed.feed import Feed
-from tui_gcs.screens.fly import present_round
-from tui_gcs.screens.mode_words import tell_modes
-from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.screens.common.mode_list import tell_modes
+from tui_gcs.screens.common.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.screens.fly.fly_screen import present_round
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.number_text import ids, number, phase_words, speed_m_s

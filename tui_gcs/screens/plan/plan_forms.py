@@ -5,7 +5,7 @@ from dataclasses import replace
 from textual.containers import Vertical
 from textual.events import DescendantBlur, DescendantFocus
 
-from tui_gcs.screens.plan_parts import PlanParts
+from tui_gcs.screens.plan.plan_parts import PlanParts
 from tui_gcs.widgets.basics.narrow_style import show_classes
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.titles import set_title

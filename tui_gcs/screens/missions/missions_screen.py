@@ -23,9 +23,9 @@ from tui_gcs.core.missions.mission_conflicts import Conflict
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.feed.feed import Feed, PlannerUpdated, ScenarioChanged, StatusUpdated
-from tui_gcs.screens.fly import present_round
-from tui_gcs.screens.mission_actions import MISSION_ACTIONS
-from tui_gcs.screens.mission_copies import MissionCopies
+from tui_gcs.screens.fly.fly_screen import present_round
+from tui_gcs.screens.missions.mission_actions import MISSION_ACTIONS
+from tui_gcs.screens.missions.mission_copies import MissionCopies
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.narrow_style import show_classes
 from tui_gcs.widgets.basics.number_text import ids

@@ -28,7 +28,7 @@ from tui_gcs.feed.feed import (
     StatusUpdated,
     VehicleTold,
 )
-from tui_gcs.screens.map_keys import MapKeys
+from tui_gcs.screens.common.map_keys import MapKeys
 from tui_gcs.widgets.basics.event_lines import EventLines
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet

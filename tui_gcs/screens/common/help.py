@@ -8,7 +8,7 @@ from textual import events
 from tui_gcs.actions import Action, Situation, refusal
 from tui_gcs.actions.action import ALARMS, COMMAND, SCREENS, SELECT, VIEW
 from tui_gcs.actions.entries import Entry, found
-from tui_gcs.screens.text_dialog import MOST_CELLS, ScrolledDialog, TextDialog
+from tui_gcs.screens.common.text_dialog import MOST_CELLS, ScrolledDialog, TextDialog
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.palette import Ink

@@ -6,7 +6,7 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.feed.feed import Feed
-from tui_gcs.screens.mission_vehicles import MissionVehicles
+from tui_gcs.screens.missions.mission_transfers import MissionVehicles
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink

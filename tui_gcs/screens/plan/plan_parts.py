@@ -1,6 +1,6 @@
 """The plan screen's keys for rounds, copies of zones and teams."""
 
-from tui_gcs.screens.plan_preview import PlanPreview
+from tui_gcs.screens.plan.plan_preview import PlanPreview
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.plan.edit_model import EditModel
 from tui_gcs.widgets.plan.plan_draft import PlanDraft

@@ -19,7 +19,7 @@ from tui_gcs.core.protocol.preflight import (
     SignOff,
 )
 from tui_gcs.feed.feed import Feed, StatusUpdated
-from tui_gcs.screens.text_dialog import MOST_CELLS, REACTION_S, TextDialog
+from tui_gcs.screens.common.text_dialog import MOST_CELLS, REACTION_S, TextDialog
 from tui_gcs.widgets.basics.check_lines import check_line, count_line, detail_lines, loud, quiet_lines
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line

@@ -1,6 +1,6 @@
 """The missions screen's keys that choose: which vehicle, which kind of plan, which item."""
 
-from tui_gcs.screens.draft_screen import DraftScreen
+from tui_gcs.screens.common.draft_screen import DraftScreen
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.missions.mission_editor import MissionEditor
 from tui_gcs.widgets.missions.mission_table import ItemTable, PlanList

@@ -12,10 +12,10 @@ from textual.widgets import Input
 from tui_gcs.actions import APP_ACTIONS, Action
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.feed.feed import Feed, FleetUpdated, StationBack, StationLost
-from tui_gcs.screens.fly import FlyScreen
-from tui_gcs.screens.map_keys import MapKeys
-from tui_gcs.screens.remarks import RemarksDialog
-from tui_gcs.screens.second_press import EXPIRES_S, SecondPress
+from tui_gcs.screens.common.confirm_press import EXPIRES_S, SecondPress
+from tui_gcs.screens.common.map_keys import MapKeys
+from tui_gcs.screens.common.remarks_dialog import RemarksDialog
+from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink

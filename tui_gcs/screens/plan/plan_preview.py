@@ -11,7 +11,7 @@ from textual.worker import WorkType
 from tui_gcs.core.judging.team_separation import TeamsFinding, findings
 from tui_gcs.core.protocol.common import CancelPreview, GetPreviews, Preview, PreviewResult
 from tui_gcs.core.scenario.model import Limits
-from tui_gcs.screens.draft_screen import DraftScreen
+from tui_gcs.screens.common.draft_screen import DraftScreen
 
 PAUSE_S = 0.7
 """So long after the last edit: nobody wants to know of half a number."""

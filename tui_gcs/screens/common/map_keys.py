@@ -92,6 +92,6 @@ class MapKeys(Screen[None]):
 
     def action_layers(self) -> None:
         """Choose what is drawn."""
-        from tui_gcs.screens.layers import LayersDialog  # when first asked for
+        from tui_gcs.screens.common.layers_dialog import LayersDialog  # when first asked for
 
         self.app.push_screen(LayersDialog(self.map_view))

@@ -3,7 +3,7 @@
 from textwrap import wrap
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.screens.text_dialog import MOST_CELLS, ScrolledDialog
+from tui_gcs.screens.common.text_dialog import MOST_CELLS, ScrolledDialog
 from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.forms.form_findings import MAX_CELLS, VerdictLines
 

@@ -10,10 +10,10 @@ from tui_gcs.core.protocol.common import Kind, Start
 from tui_gcs.core.protocol.preflight import Check, names_of, refusing
 from tui_gcs.core.scenario.model import LinkLoss
 from tui_gcs.feed.feed import Feed
-from tui_gcs.screens.orders import ARMING_S, LATE_S, NO_KEY, TOO_LATE
-from tui_gcs.screens.preflight import Operator, typed_into
-from tui_gcs.screens.start_plan import StartPlan, fingerprint
-from tui_gcs.screens.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.screens.common.order_dialogs import ARMING_S, LATE_S, NO_KEY, TOO_LATE
+from tui_gcs.screens.common.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.screens.fly.start_plan import StartPlan, fingerprint
+from tui_gcs.screens.preflight.preflight_screen import Operator, typed_into
 from tui_gcs.widgets.basics.check_lines import check_line, count_line
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line

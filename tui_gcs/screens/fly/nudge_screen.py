@@ -13,8 +13,8 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.common import Hold, Request, Vec3
 from tui_gcs.core.protocol.flight import Nudge
 from tui_gcs.feed.feed import Feed, FleetUpdated
-from tui_gcs.screens.orders import now_words, rows_of
-from tui_gcs.screens.text_dialog import DialogBox
+from tui_gcs.screens.common.order_dialogs import now_words, rows_of
+from tui_gcs.screens.common.text_dialog import DialogBox
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.number_text import ids

@@ -9,7 +9,7 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.alarms import action_words
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, EventClass, Request, Shelve, Unshelve
 from tui_gcs.feed.feed import EventRaised, Feed, StatusUpdated
-from tui_gcs.screens.text_dialog import REACTION_S, TextDialog
+from tui_gcs.screens.common.text_dialog import REACTION_S, TextDialog
 from tui_gcs.widgets.basics.alarm_line import LEVEL_INKS, LEVEL_TAGS
 from tui_gcs.widgets.basics.event_lines import event_line
 from tui_gcs.widgets.basics.glyphs import GlyphSet

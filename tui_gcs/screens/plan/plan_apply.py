@@ -1,7 +1,7 @@
 """The plan screen's keys between the working copy and the station: apply, keep, discard."""
 
 from tui_gcs.core.protocol.common import ApplyScenario
-from tui_gcs.screens.plan_forms import PlanForms
+from tui_gcs.screens.plan.plan_forms import PlanForms
 from tui_gcs.widgets.basics.palette import Ink
 
 

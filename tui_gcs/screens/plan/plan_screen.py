@@ -19,9 +19,9 @@ from tui_gcs.core.base.safe_files import FileRefused
 from tui_gcs.core.geometry.zones import area_m2, contains
 from tui_gcs.core.scenario.model import Limits, Round, Team
 from tui_gcs.feed.feed import Feed, ScenarioChanged, StatusUpdated
-from tui_gcs.screens.plan_actions import PLAN_ACTIONS
-from tui_gcs.screens.plan_apply import PlanApply
-from tui_gcs.screens.plan_text import meeting_remarks, preview_remarks, remarks, state_remark
+from tui_gcs.screens.plan.plan_actions import PLAN_ACTIONS
+from tui_gcs.screens.plan.plan_apply import PlanApply
+from tui_gcs.screens.plan.plan_text import meeting_remarks, preview_remarks, remarks, state_remark
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.titles import set_title
