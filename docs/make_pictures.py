@@ -8,7 +8,7 @@ from pathlib import Path
 from textual.pilot import Pilot
 
 from tui_gcs.app import ConsoleApp
-from tui_gcs.commands.common import read_scenario
+from tui_gcs.cli.common import read_scenario
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.rehearsal.lock_step import LockStep

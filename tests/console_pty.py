@@ -20,7 +20,7 @@ class PtyConsole:
         columns: int = 120,
         lines: int = 40,
         environment: dict[str, str] | None = None,
-        module: str = "tui_gcs.cli",
+        module: str = "tui_gcs.cli.main",
     ) -> None:
         self.output = b""
         self.pid, self._fd = pty.fork()

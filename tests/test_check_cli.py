@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.cli import main
+from tui_gcs.cli.main import main
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft

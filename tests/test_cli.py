@@ -10,9 +10,9 @@ import pytest
 
 from tests.console_pty import PtyConsole
 from tui_gcs import __version__ as tui_gcs_version
-from tui_gcs.cli import main
-from tui_gcs.commands import common
-from tui_gcs.commands.control import lost_vehicles
+from tui_gcs.cli import common
+from tui_gcs.cli.main import main
+from tui_gcs.cli.station_control import lost_vehicles
 from tui_gcs.console.exits import CANNOT, CommandError
 from tui_gcs.core.base.directories import SUPERVISOR_LOCK, runtime_dir, try_lock
 from tui_gcs.core.base.run_kind import Kind
@@ -29,7 +29,7 @@ def own_directories(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def tui_gcs(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "tui_gcs.cli", *arguments],
+        [sys.executable, "-m", "tui_gcs.cli.main", *arguments],
         capture_output=True,
         text=True,
         stdin=subprocess.DEVNULL,
@@ -89,11 +89,11 @@ def test_no_station(command: str):
     assert "no station runs" in refused(command)
 
 
-@pytest.mark.parametrize("lacks", ["tui_gcs.commands.replay", "tui_gcs.core.records.tlog_reader"])
+@pytest.mark.parametrize("lacks", ["tui_gcs.cli.replay", "tui_gcs.core.records.tlog_reader"])
 def test_a_part_that_cannot_be_imported_is_one_line(
     lacks: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
-    for name in (lacks, "tui_gcs.commands.replay"):
+    for name in (lacks, "tui_gcs.cli.replay"):
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.setitem(sys.modules, lacks, None)
     assert main(["replay", str(DATA / "px4-8.tlog"), "--summary"]) == 2
@@ -201,7 +201,7 @@ def test_a_place_where_no_operator_can_stand_is_told_before_anything_starts(opti
 def test_a_seed_that_no_scenario_may_have_is_refused(
     command: list[str], seed: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from tui_gcs.cli import main
+    from tui_gcs.cli.main import main
 
     assert main([*command, "--seed", seed]) == 2
     assert capsys.readouterr().err.startswith(f"tui-gcs: --seed {seed}: must be from 0 to 9")

@@ -4,9 +4,9 @@ import argparse
 
 import pytest
 
-from tui_gcs.cli import main
-from tui_gcs.commands import console_options
-from tui_gcs.commands.console import operators_theme
+from tui_gcs.cli import console_options
+from tui_gcs.cli.console import operators_theme
+from tui_gcs.cli.main import main
 from tui_gcs.console.exits import CommandError
 from tui_gcs.widgets.basics.themes import THEMES
 

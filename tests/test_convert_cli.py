@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import shapely
 
-from tui_gcs.cli import main
+from tui_gcs.cli.main import main
 from tui_gcs.core.formats.file_types import read_file
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions import fences

@@ -9,8 +9,9 @@ from types import SimpleNamespace
 import pytest
 
 from tests.console_pty import PtyConsole
-from tui_gcs.cli import main
-from tui_gcs.commands import control, keys
+from tui_gcs.cli import keys
+from tui_gcs.cli import station_control as control
+from tui_gcs.cli.main import main
 from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.mavlink.signing import Key

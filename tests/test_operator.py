@@ -61,5 +61,7 @@ def test_eight_vehicles_one_mission_keys_only(flown: tuple[Operator, str]) -> No
     operator.press("J", "land")  # what happened to whom is in the journal
     operator.leaves()
 
-    stopped = subprocess.run([sys.executable, "-m", "tui_gcs.cli", "stop"], capture_output=True, text=True, timeout=60)
+    stopped = subprocess.run(
+        [sys.executable, "-m", "tui_gcs.cli.main", "stop"], capture_output=True, text=True, timeout=60
+    )
     assert stopped.returncode == 0, stopped.stderr

@@ -83,7 +83,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyP
 def run(*arguments: str) -> str:
     """`tui-gcs ARGUMENTS`, which succeeds."""
     done = subprocess.run(
-        [sys.executable, "-m", "tui_gcs.cli", *arguments], capture_output=True, text=True, timeout=900
+        [sys.executable, "-m", "tui_gcs.cli.main", *arguments], capture_output=True, text=True, timeout=900
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout

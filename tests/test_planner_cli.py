@@ -12,8 +12,9 @@ sys.path.insert(0, str(Path(__file__).parent / "planner"))  # the small bad plan
 
 import bad_planners as bad
 
-from tui_gcs.cli import _parser, main
-from tui_gcs.commands import planner_check, planner_list
+from tui_gcs.cli.main import _parser, main
+from tui_gcs.cli.planner import check as planner_check
+from tui_gcs.cli.planner import list as planner_list
 from tui_gcs.planner import api
 from tui_gcs.planner.check.suite import CHECKS
 from tui_gcs.planner.patrol.patrol import Patrol

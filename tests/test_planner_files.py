@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.commands.common import (
+from tui_gcs.cli.common import (
     MOST_FOLDERS,
     bound_folders,
     new_folder,

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from tests.own_station import Watcher, processes, station_in, until
+from tui_gcs.cli.common import read_planners
+from tui_gcs.cli.sim_fleet import spec_of
 from tui_gcs.client.launcher import launch
-from tui_gcs.commands.common import read_planners
-from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.scenario.edit import ScenarioDocument

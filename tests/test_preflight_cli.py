@@ -8,8 +8,8 @@ import msgspec
 import pytest
 
 from tests.core.rig import Rig, scenario, toml
-from tui_gcs.cli import main
-from tui_gcs.commands import preflight, rehearse
+from tui_gcs.cli import preflight, rehearse
+from tui_gcs.cli.main import main
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.judging.mission_script import Script, Step
 from tui_gcs.core.judging.referee import Check as Gate

@@ -16,8 +16,8 @@ import pytest
 
 from tests.console_pty import PtyConsole
 from tests.own_station import Watcher, processes, station_in, until
+from tui_gcs.cli.sim_fleet import spec_of
 from tui_gcs.client.launcher import launch
-from tui_gcs.commands.sim_fleet import spec_of
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.scenario.load import load
@@ -101,7 +101,7 @@ def test_return_brings_everybody_home_and_a_flying_fleet_keeps_its_station(fleet
     assert fleet.ask(m.Return()).ok
     until(lambda: fleet.phases() <= {m.Phase.RETURNING, m.Phase.LANDING}, 10, "all return")
     status = subprocess.run(
-        [sys.executable, "-m", "tui_gcs.cli", "status", "--json"], capture_output=True, text=True, check=True
+        [sys.executable, "-m", "tui_gcs.cli.main", "status", "--json"], capture_output=True, text=True, check=True
     )
     assert len(json.loads(status.stdout)["vehicles"]) == 8
     until(lambda: m.Phase.LANDING in fleet.phases(), 90, "above home the first one descends")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.cli import main
+from tui_gcs.cli.main import main
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Origin
 

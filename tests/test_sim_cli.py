@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.cli import _parser
-from tui_gcs.commands.sim import _ranges, _relay, _told
-from tui_gcs.commands.sim_fleet import spec_of_options
+from tui_gcs.cli.main import _parser
+from tui_gcs.cli.sim import _ranges, _relay, _told
+from tui_gcs.cli.sim_fleet import spec_of_options
 from tui_gcs.console.exits import CommandError
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.scenario.model import Origin
@@ -33,7 +33,7 @@ def options(*arguments: str) -> argparse.Namespace:
 def refused(*arguments: str, command: str = "sim") -> str:
     """The one line that says why."""
     done = subprocess.run(
-        [sys.executable, "-m", "tui_gcs.cli", command, *arguments],
+        [sys.executable, "-m", "tui_gcs.cli.main", command, *arguments],
         capture_output=True,
         text=True,
         stdin=subprocess.DEVNULL,
@@ -171,7 +171,7 @@ def test_vehicles_come_through_the_faults_and_all_ends_with_the_command(tmp_path
         command = [
             sys.executable,
             "-m",
-            "tui_gcs.cli",
+            "tui_gcs.cli.main",
             "sim",
             "--count",
             "3",
@@ -199,7 +199,7 @@ def test_real_programs_get_directories_of_their_own_under_the_state(tmp_path):
     program = tmp_path / "arducopter"
     program.write_text('#!/bin/sh\necho "$@" > called\necho no such model\nexit 1\n')
     program.chmod(0o755)
-    command = [sys.executable, "-m", "tui_gcs.cli", "sim", "--count", "2", "--real", "arducopter"]
+    command = [sys.executable, "-m", "tui_gcs.cli.main", "sim", "--count", "2", "--real", "arducopter"]
     command += ["--binary", str(program), "--home", "47.4,8.5,488", "--target", "127.0.0.1:15999"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 1

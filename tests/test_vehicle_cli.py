@@ -21,10 +21,10 @@ from test_shell import Nsh
 
 from tests.test_keys_cli import Typist
 from tests.vehicle_rig import RigClient, Tell, tell
-from tui_gcs.cli import _parser, main
+from tui_gcs.cli.main import _parser, main
+from tui_gcs.cli.sim_fleet import spec_of
+from tui_gcs.cli.vehicle.station_client import vehicle_ids
 from tui_gcs.client.launcher import launch
-from tui_gcs.commands.sim_fleet import spec_of
-from tui_gcs.commands.vehicle_station import vehicle_ids
 from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.formats.content import Content

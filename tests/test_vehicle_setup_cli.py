@@ -9,7 +9,7 @@ import pytest
 
 from tests.test_vehicle_cli import WPL
 from tests.vehicle_rig import RigClient, Tell, tell
-from tui_gcs.commands.vehicle_lead import Lead
+from tui_gcs.cli.vehicle.prompts import Lead
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.protocol.services import TaskInfo
 

@@ -160,8 +160,8 @@ def test_core_and_planner_leave_textual_out_of_the_process() -> None:
 
 
 def test_help_is_light() -> None:
-    loaded = modules_after("from tui_gcs.cli import main; main(['--help'])")
-    assert "tui_gcs.cli" in loaded
+    loaded = modules_after("from tui_gcs.cli.main import main; main(['--help'])")
+    assert "tui_gcs.cli.main" in loaded
     assert not loaded & {"textual", "rich", "numpy", "shapely", "scipy", "pymavlink", "zenoh", "msgspec", "asyncio"}
 
 

@@ -11,9 +11,10 @@ sys.path.insert(0, str(Path(__file__).parent / "core"))  # the scripted vehicles
 from service_rig import ServiceRig
 
 from tests.test_keys_cli import Typist
-from tui_gcs.cli import main
-from tui_gcs.commands import vehicle, vehicle_files
-from tui_gcs.commands.vehicle_station import StationClient
+from tui_gcs.cli.main import main
+from tui_gcs.cli.vehicle import files as vehicle_files
+from tui_gcs.cli.vehicle import verb as vehicle
+from tui_gcs.cli.vehicle.station_client import StationClient
 from tui_gcs.core.base.run_kind import Kind
 
 Tell = Callable[..., tuple[int, str, str]]

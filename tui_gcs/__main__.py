@@ -2,6 +2,6 @@
 
 import sys
 
-from tui_gcs.cli import main
+from tui_gcs.cli.main import main
 
 sys.exit(main())

@@ -13,7 +13,7 @@ from tests.bench.latency import hold_delays_ms, percentile, probing
 from tests.bench.live import cpu_s
 from tests.bench.row import NotMeasured, Row
 from tests.bench.station import SCENARIO, LiveStation, kernel_drops, live_station
-from tui_gcs.commands.sim_fleet import spec_of
+from tui_gcs.cli.sim_fleet import spec_of
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.preflight import OVERRIDABLE
 from tui_gcs.core.scenario.load import load

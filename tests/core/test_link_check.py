@@ -5,7 +5,7 @@ import os
 import pytest
 from link_rig import free_port
 
-from tui_gcs.commands.common import check_links, loopback_only
+from tui_gcs.cli.common import check_links, loopback_only
 from tui_gcs.console.exits import CommandError
 from tui_gcs.core.links import open_link
 

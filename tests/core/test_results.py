@@ -6,7 +6,7 @@ import msgspec
 import pytest
 from rig import scenario, toml
 
-from tui_gcs.commands.result_table import table
+from tui_gcs.cli.result_table import table
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.judging.referee import Check, Referee
 from tui_gcs.core.protocol.common import (

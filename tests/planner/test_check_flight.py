@@ -5,7 +5,7 @@ from pathlib import Path
 import bad_planners as bad
 import pytest
 
-from tui_gcs.commands.planner_flight import shipped
+from tui_gcs.cli.planner.check_flights import shipped
 from tui_gcs.planner.check.subject import subject_of
 from tui_gcs.planner.check.suite import CHECKS, FIRST, findings
 

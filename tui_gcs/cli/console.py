@@ -1,0 +1,125 @@
+"""Attaching a console to a station that runs or is just starting."""
+
+import gc
+import os
+import sys
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui_gcs.cli import console_options
+from tui_gcs.client.launcher import START_LIMIT_S, start_error
+from tui_gcs.console.exits import CommandError
+from tui_gcs.console.groups import GroupFile
+from tui_gcs.core.base.directories import socket_path, state_dir
+from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.formats.overlays import Overlay, OverlayError, load_overlay
+from tui_gcs.core.protocol.zenoh_bus import connect_later
+from tui_gcs.terminal.slow import prepare_textual, wants_slow
+
+if TYPE_CHECKING:
+    from tui_gcs.app import ConsoleApp
+
+POLL_S = 0.2
+
+
+def read_overlays(files: Sequence[str]) -> tuple[Overlay, ...]:
+    """What the operator's files draw on the map. Raises `CommandError`."""
+    try:
+        return tuple(overlay for file in files for overlay in load_overlay(Path(file)))
+    except OverlayError as error:
+        raise CommandError(f"--overlay {error}") from None
+
+
+@dataclass(frozen=True)
+class Preferences:
+    """How the operator wants the console."""
+
+    keymap: Mapping[str, str]
+    theme: str
+    overlays: tuple[Overlay, ...]
+    read_only: bool
+
+
+def preferences(overlays: Sequence[str]) -> Preferences:
+    """What was said on the command line and in files, all of it checked. Raises `CommandError`."""
+    prepare_textual(os.environ)  # before anything imports Textual
+    read_only = os.environ.get("TUI_GCS_READ_ONLY", "") not in ("", "0")
+    return Preferences(operators_keymap(), operators_theme(), read_overlays(overlays), read_only)
+
+
+def attach(kind: Kind, wanted: Preferences) -> int:
+    """Show the console until the operator detaches; the station goes on. Raises `CommandError`."""
+    gc.disable()  # nothing that an import makes is garbage: looking for it takes a tenth of the first frame's time
+    from tui_gcs.app import ConsoleApp
+
+    gc.freeze()
+    gc.enable()
+    bus = connect_later(socket_path(kind))
+    over = threading.Event()
+    try:
+        app = ConsoleApp(
+            bus,
+            kind=kind,
+            overlays=wanted.overlays,
+            read_only=wanted.read_only,
+            keymap=wanted.keymap,
+            theme=wanted.theme,
+            groups=GroupFile(state_dir(kind) / "groups.json"),
+            folder=state_dir(kind),
+        )
+        threading.Thread(target=_watch_start, args=(app, kind, over), daemon=True).start()
+        app.run(mouse=not wants_slow())  # with a mouse every move of it is sent upstream
+        if why := start_error(kind):
+            raise CommandError(why)
+        sys.stdout.write(_farewell(app, kind))
+        return app.return_code or 0
+    finally:
+        over.set()
+        bus.close()
+
+
+def operators_keymap() -> dict[str, str]:
+    """The operator's own keys; none where there is no such file. Raises `CommandError`."""
+    from tui_gcs.actions.keymap import KeymapError, default_path, read_keymap
+
+    named = os.environ.get("TUI_GCS_KEYMAP", "")
+    path = Path(named) if named else default_path()
+    if not named and not path.exists():
+        return {}
+    from tui_gcs.actions.scopes import SCOPES
+
+    try:
+        return read_keymap(path, SCOPES)
+    except KeymapError as error:
+        raise CommandError(str(error)) from None
+
+
+def operators_theme() -> str:
+    """Name of the theme to begin with. Raises `CommandError`."""
+    named = os.environ.get("TUI_GCS_THEME", "") or console_options.THEMES[0]
+    if named not in console_options.THEMES:
+        raise CommandError(f"TUI_GCS_THEME: no theme {named[:20]!r}; there are: {', '.join(console_options.THEMES)}")
+    from tui_gcs.widgets.basics.themes import THEMES
+
+    return list(THEMES)[console_options.THEMES.index(named)]
+
+
+def _watch_start(app: "ConsoleApp", kind: Kind, over: threading.Event) -> None:
+    """End the console if the station says why it cannot start."""
+    for _ in range(int(START_LIMIT_S / POLL_S)):
+        if over.wait(POLL_S) or app.feed.status is not None:
+            return
+        if start_error(kind):
+            app.call_from_thread(app.exit, return_code=2)
+            return
+
+
+def _farewell(app: "ConsoleApp", kind: Kind) -> str:
+    status = app.feed.status
+    if status is None or app.feed.station_lost:
+        return f"detached; no {kind} station was heard: tui-gcs status\n"
+    word = f"{status.armed} vehicles armed" if status.armed else "nothing armed"
+    return f"detached; the {kind} station goes on ({word}): tui-gcs attach | status | stop\n"

@@ -1,0 +1,48 @@
+"""`tui-gcs demo`: the whole system on simulated vehicles."""
+
+import argparse
+import sys
+
+from tui_gcs.cli.common import check_seed, need_terminal, read_planners, read_scenario, running, say_planners
+from tui_gcs.client.launcher import LaunchError, check_fault
+from tui_gcs.console.exits import CommandError
+from tui_gcs.core.base.run_kind import Kind
+
+OF_A_NEW_ONE = ("fault", "autopilot", "wind", "gps_noise", "intruders", "sensor")
+"""Options that a station which runs already cannot take."""
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Console on a simulated fleet; lock-step and a table where there is no terminal."""
+    if arguments.headless or not sys.stdout.isatty():
+        from tui_gcs.cli.headless import fly
+
+        return fly(arguments)
+    try:
+        check_fault(arguments.fault)
+    except LaunchError as error:
+        raise CommandError(str(error)) from None
+    if arguments.json or arguments.rounds:
+        raise CommandError("--json and --rounds belong to --headless")
+    need_terminal()
+    from tui_gcs.cli.console import attach, preferences
+
+    wanted = preferences(arguments.overlay)  # what is wrong with it is told before anything starts
+    if not running(Kind.SIM):
+        _launch(arguments)
+    elif given := [name for name in OF_A_NEW_ONE if getattr(arguments, name) is not None]:
+        option = given[0].replace("_", "-")
+        raise CommandError(f"a SIM station runs already: --{option} is for a new one; end it with `tui-gcs stop` first")
+    return attach(Kind.SIM, wanted)
+
+
+def _launch(arguments: argparse.Namespace) -> None:
+    from tui_gcs.cli.sim_fleet import spec_of_scenario
+    from tui_gcs.client.launcher import launch
+
+    check_seed(arguments.seed)
+    planners = read_planners(arguments.planner)
+    scenario, toml, path = read_scenario(arguments.scenario, planners)
+    vehicles = spec_of_scenario(scenario, arguments)
+    say_planners(planners, scenario)
+    launch(Kind.SIM, path, toml, [], sim_spec=vehicles, fault=arguments.fault, planners=list(planners.values()))

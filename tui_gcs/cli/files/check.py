@@ -1,0 +1,213 @@
+"""`tui-gcs check`: what is wrong with a scenario, a plan or another file; the plan screen says the same."""
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, Line
+from tui_gcs.cli.files.convert import MOST_CELLS, SCENARIO, missions_in, read_any, read_base, round_of
+from tui_gcs.console.exits import FAILED, OK, CommandError
+from tui_gcs.core.base.text import clean
+from tui_gcs.core.formats.content import Content, counted
+
+if TYPE_CHECKING:
+    from tui_gcs.core.formats.conversion import Base
+    from tui_gcs.core.missions.draft import VehicleDraft
+    from tui_gcs.core.missions.mission_findings import Finding, Site
+    from tui_gcs.core.missions.plan_findings import Who
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Look at the file; 1 if something in it is wrong."""
+    path = Path(arguments.file)
+    is_scenario = path.name.lower().endswith(SCENARIO)
+    if arguments.preview and not is_scenario:
+        raise CommandError("--preview is of a scenario (.toml): only planners are foretold")
+    if is_scenario and (arguments.scenario or arguments.round):
+        raise CommandError("--scenario and --round are of a plan: a scenario is looked at as a whole")
+    preview = (arguments.autopilot or "ardupilot") if arguments.preview else None
+    lines = scenario_lines(path, preview) if is_scenario else other_lines(path, arguments)
+    errors, cautions = (sum(line.level == level for line in lines) for level in (ERROR, CAUTION))
+    if arguments.json:
+        found = [{"level": line.level.lower(), "where": line.where, "text": line.text} for line in lines]
+        sys.stdout.write(json.dumps({"file": str(path), "ok": not errors, "findings": found}, indent=2) + "\n")
+        return FAILED if errors else OK
+    for line in lines:
+        where = f"{clean(line.where, MOST_CELLS)}: " if line.where else ""
+        sys.stdout.write(f"{line.level:<8}{where}{clean(line.text, MOST_CELLS)}\n")
+    counts = [counted(errors, "error")] * bool(errors) + [counted(cautions, "caution")] * bool(cautions)
+    sys.stdout.write(f"\n{clean(str(path), MOST_CELLS)}: {', '.join(counts) or 'nothing is wrong'}\n")
+    return FAILED if errors else OK
+
+
+# ---------------------------------------------------------------- scenarios
+
+
+def scenario_lines(path: Path, preview: str | None = None) -> list[Line]:
+    """What is to be said of a scenario, and what planners make of it with this autopilot (`preview`).
+
+    Raises `CommandError` if it cannot be read at all.
+    """
+    from tui_gcs.core.scenario.load import ScenarioError, parse, read_text
+
+    try:
+        text = read_text(path)
+    except ScenarioError as error:
+        raise CommandError(error.problems[0]) from None
+    try:
+        scenario = parse(text, path.name)
+    except ScenarioError as error:
+        return [Line(ERROR, "", problem.removeprefix(f"{path.name}: ")) for problem in error.problems]
+    from tui_gcs.core.missions.scenario_findings import findings  # not for a scenario that cannot be read
+    from tui_gcs.planner.runtime import registry
+
+    found = [
+        Line(WORDS[finding.level], where, f"{finding.text} {finding.detail}".rstrip())
+        for where, finding in findings(scenario)
+    ]
+    known = registry.names()
+    for team in scenario.teams:
+        if team.planner not in known:
+            what = f"planner {team.planner!r} is none of the known ones: it needs --planner FILE.py where it flies"
+            found.append(Line(CAUTION, f"team {team.name}", what))
+    if preview is not None:
+        from tui_gcs.cli.files.check_preview import preview_lines
+
+        found += preview_lines(scenario, preview)
+    return sorted(found, key=lambda line: -WORDS.index(line.level))
+
+
+# ---------------------------------------------------------------- plans and others
+
+
+def other_lines(path: Path, arguments: argparse.Namespace) -> list[Line]:
+    """Our missions of many vehicles, or a file of one. Raises `CommandError`."""
+    base = read_base(Path(arguments.scenario)) if arguments.scenario is not None else None
+    data = missions_in(path)
+    if data is None:
+        return file_lines(path, base, arguments)
+    from tui_gcs.cli.files.check_missions import missions_lines
+
+    return missions_lines(path, data, base, arguments)
+
+
+def file_lines(path: Path, base: "Base | None", arguments: argparse.Namespace) -> list[Line]:
+    """What is to be said of another file; `base`: where a plan is flown.
+
+    Raises `CommandError` if it cannot be read at all.
+    """
+    content = read_any(path, arguments.kind, arguments.home_line)
+    if not isinstance(content, Content):
+        return []
+    notes = [Line(NOTE, "", text) for text in content.notes]
+    lost = [Line(CAUTION, "", f"not kept: {text}") for text in content.left_out]
+    if content.drawings:
+        return [*_area_lines(content), *lost, *notes, *_drawing_lines(content)]
+    if content.params:
+        return [*lost, *_param_lines(content), *notes]
+    unflown = [Line(ERROR, "mission", f"{part}: its way is not in the file") for part in content.not_flown]
+    return [*unflown, *_plan_lines(content, base, arguments), *lost, *notes]
+
+
+def _drawing_lines(content: Content) -> list[Line]:
+    kinds = {"point": "point", "line": "path", "area": "area"}
+    counts = [(sum(d.kind == kind for d in content.drawings), word) for kind, word in kinds.items()]
+    return [Line(NOTE, "", ", ".join(counted(count, word) for count, word in counts if count))]
+
+
+def _area_lines(content: Content) -> list[Line]:
+    """What is wrong with the areas of a drawing, whether they are to be fences or zones."""
+    from tui_gcs.core.missions import fences
+    from tui_gcs.core.plans.check import MOST_ITEMS, check
+    from tui_gcs.core.plans.model import Plan, PlanKind
+
+    areas = [each for each in content.drawings if each.kind == "area"]
+    if len(areas) > MOST_ITEMS:
+        return [Line(ERROR, "", f"{len(areas)} areas, the most are {MOST_ITEMS}: none of them was looked at")]
+    found = []
+    for number, area in enumerate(areas, 1):
+        corners = [(place[0], place[1]) for place in area.places]
+        where = f"area {number} {area.name}".rstrip()
+        found += [Line(ERROR, where, problem.text) for problem in check(Plan(PlanKind.FENCE, fences.polygon(corners)))]
+    return found
+
+
+def _param_lines(content: Content) -> list[Line]:
+    from tui_gcs.core.formats.params import IDENTITIES, NOT_TO_WRITE
+
+    found = [Line(NOTE, "", counted(len(content.params), "parameter"))]
+    for line in content.params:
+        if line.name in IDENTITIES:
+            text = f"{line.name} says who a vehicle is: on a second one, two answer to one number"
+            found.insert(0, Line(CAUTION, "", text))
+        elif line.name in NOT_TO_WRITE:
+            found.append(Line(NOTE, "", f"{line.name} is reckoned by the vehicle itself"))
+    return found
+
+
+def _plan_lines(content: Content, base: "Base | None", arguments: argparse.Namespace) -> list[Line]:
+    """The findings of a plan: where it leads, and what its autopilot makes of it."""
+    from tui_gcs.core.missions.draft import VehicleDraft
+    from tui_gcs.core.missions.mission_findings import Level, findings
+    from tui_gcs.core.missions.plan_findings import autopilot_findings, summary
+    from tui_gcs.core.missions.timed_path import Home, way_of
+    from tui_gcs.core.plans.model import PlanKind
+
+    items = [plan.items if (plan := content.plan(kind)) is not None else () for kind in PlanKind]
+    draft = VehicleDraft(*items)
+    if draft.is_empty:
+        return [Line(NOTE, "", "nothing is planned in it")]
+    who, site = _who(content, draft, base, arguments)
+    amsl_m = content.home.amsl_m if content.home is not None and not math.isnan(content.home.amsl_m) else 0.0
+    way = way_of(draft.mission, Home(who.start_m, amsl_m), who.frame, site.performance)
+    found: list[Finding] = findings(draft, way, site)
+    if not any(finding.level is Level.ERROR for finding in found):
+        found = sorted([*found, *autopilot_findings(draft, who)], key=lambda finding: -finding.level)
+    lines = [Line(WORDS[finding.level], *_told(finding)) for finding in (*found, *summary(draft, way, who))]
+    if who.home_deg is None:
+        lines.append(Line(NOTE, "", "where it starts is not known: taken for its first place (--home LAT,LON)"))
+    return lines
+
+
+def _told(finding: "Finding") -> tuple[str, str]:
+    where = finding.kind.word if finding.item is None else f"{finding.kind.word} {finding.item + 1}"
+    return where, finding.text
+
+
+def _who(
+    content: Content, draft: "VehicleDraft", base: "Base | None", arguments: argparse.Namespace
+) -> "tuple[Who, Site]":
+    """Who flies it from where, and in what area it is judged."""
+    from tui_gcs.core.firmware.plans import dialect_for
+    from tui_gcs.core.geometry.local_frame import LocalFrame
+    from tui_gcs.core.missions.mission_findings import Site
+    from tui_gcs.core.missions.plan_findings import Who
+    from tui_gcs.core.scenario.model import Origin
+
+    index = round_of(base, arguments.round)
+    current = base.scenario.rounds[index or 0] if base is not None else None
+    home_deg = _home(arguments.home)
+    if home_deg is None and content.home is not None:
+        home_deg = (content.home.lat_deg, content.home.lon_deg)
+    placed = (item for item in (*draft.mission, *draft.fence, *draft.rally) if item.is_place and (item.x or item.y))
+    first = next(((item.lat_deg, item.lon_deg) for item in placed), (0.0, 0.0))
+    lat_deg, lon_deg = home_deg or first
+    origin = base.scenario.origin if base is not None else Origin(min(max(lat_deg, -89.0), 89.0), lon_deg, 0.0)
+    frame = LocalFrame(origin)
+    autopilot = AUTOPILOTS[arguments.autopilot] if arguments.autopilot is not None else content.autopilot
+    return Who(dialect_for(autopilot), frame, home_deg), Site(frame, current)
+
+
+def _home(text: str | None) -> tuple[float, float] | None:
+    if text is None:
+        return None
+    try:
+        lat_deg, lon_deg = (float(part) for part in text.split(","))
+    except ValueError:
+        lat_deg = lon_deg = math.nan
+    if not (abs(lat_deg) <= 89 and abs(lon_deg) <= 180):
+        raise CommandError(f"--home {text[:40]}: LAT,LON in degrees")
+    return lat_deg, lon_deg

@@ -1,0 +1,71 @@
+"""`tui-gcs check missions.json`: what the missions screen says of its own file, and where ways meet."""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, Line
+from tui_gcs.cli.files.convert import round_of
+from tui_gcs.console.exits import CommandError
+from tui_gcs.core.formats.conversion import Base
+from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.mavlink.enum_names import autopilot_name
+from tui_gcs.core.missions.crew import Member, crew
+from tui_gcs.core.missions.draft import MissionDraft
+from tui_gcs.core.missions.draft_file import DraftFileError, from_bytes
+from tui_gcs.core.missions.forecast import Forecast
+from tui_gcs.core.missions.timed_path import Home
+from tui_gcs.core.plans.model import PlanItem, PlanKind
+from tui_gcs.core.scenario.model import Origin
+from tui_gcs.widgets.missions.mission_text import clock, conflict_text, distance
+
+
+def missions_lines(path: Path, data: bytes, base: Base | None, arguments: argparse.Namespace) -> list[Line]:
+    """The gravest first; `base`: where they are flown. Raises `CommandError` if it cannot be read."""
+    try:
+        saved = from_bytes(data)
+    except DraftFileError as error:
+        raise CommandError(f"{path.name}: {error}") from None
+    look = Forecast()
+    look.draft = saved.draft
+    look.performance = saved.performance or look.performance
+    notes = _site(look, saved.draft, base, arguments)
+    if arguments.autopilot is not None:
+        name = autopilot_name(AUTOPILOTS[arguments.autopilot])
+        look.crew = {v: replace(look.member(v), autopilot=name) for v in saved.draft.vehicles}
+    found = [
+        Line(WORDS[finding.level], f"vehicle {vehicle}", str(finding))
+        for vehicle in saved.draft.vehicles
+        for finding in look.findings(vehicle)
+    ]
+    look.compare_ways()
+    found += [Line(ERROR if met.together else CAUTION, "", conflict_text(met)) for met in look.conflicts]
+    for vehicle in saved.draft.vehicles:
+        way = look.way(vehicle)
+        if not way.is_empty:
+            left = look.battery_left_pct(vehicle)
+            text = f"{distance(way.length_m)} in {clock(way.duration_s)}, battery {left:.0f} % at the end"
+            found.append(Line(NOTE, f"vehicle {vehicle}", text))
+    return sorted([*found, *notes], key=lambda line: -WORDS.index(line.level))
+
+
+def _site(look: Forecast, draft: MissionDraft, base: Base | None, arguments: argparse.Namespace) -> list[Line]:
+    """Where it is flown: the scenario's area, places and limits, or nothing but where each begins."""
+    index = round_of(base, arguments.round)
+    if base is not None:
+        scenario = base.scenario
+        look.frame, look.limits = LocalFrame(scenario.origin), scenario.limits
+        look.current, look.crew = scenario.rounds[index or 0], crew(scenario, ())
+        return []
+    placed = {v: place for v in draft.vehicles if (place := _first(draft, v)) is not None}
+    if not placed:
+        return []
+    first = next(iter(placed.values()))
+    look.frame = LocalFrame(Origin(min(max(first.lat_deg, -89.0), 89.0), first.lon_deg, 0.0))
+    look.crew = {v: Member(Home(look.frame.to_enu(p.lat_deg, p.lon_deg))) for v, p in placed.items()}
+    return [Line(NOTE, "", "where each starts is not known: taken for its first place (--scenario FILE.toml)")]
+
+
+def _first(draft: MissionDraft, vehicle: int) -> PlanItem | None:
+    items = (item for kind in PlanKind for item in draft.of(vehicle).items(kind))
+    return next((item for item in items if item.is_place and (item.x or item.y)), None)

@@ -1,0 +1,191 @@
+"""`tui-gcs convert`: one file into another format; what the other cannot hold is told."""
+
+import argparse
+import errno
+import os
+import stat
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui_gcs.console.exits import FAILED, OK, CommandError
+
+if TYPE_CHECKING:
+    from tui_gcs.core.formats.content import Content, Written
+    from tui_gcs.core.formats.conversion import Base, Options
+    from tui_gcs.core.formats.file_types import Format
+
+MOST_CELLS = 300
+SCENARIO = ".toml"
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Write the other file; 0 if all of it is there, 1 if something had to be left out."""
+    from tui_gcs.core.base.text import clean
+    from tui_gcs.core.formats.content import FormatError
+
+    source, target = Path(arguments.source), Path(arguments.target)
+    wanted = _target(target, arguments.to)
+    if (missions := missions_in(source)) is not None:
+        from tui_gcs.cli.files.convert_missions import convert_missions
+
+        return convert_missions(arguments, missions, wanted)
+    if arguments.vehicle is not None:
+        raise CommandError(f"--vehicle {arguments.vehicle}: only the missions screen's own file holds several vehicles")
+    may_write(target, force=arguments.force)
+    read = read_any(source, arguments.kind, arguments.home_line)
+    from tui_gcs.core.formats.conversion import convert  # geometry, which a file that cannot be read does not wait for
+
+    try:
+        written = convert(read, wanted, options_for(arguments, target.stem))
+    except FormatError as error:
+        raise CommandError(f"{clean(str(source), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
+    put(target, written.data, force=arguments.force)
+    tell(written)
+    sys.stdout.write(f"{clean(str(target), MOST_CELLS)} written: {wanted.text}\n")
+    return FAILED if written.left_out else OK
+
+
+def tell(written: "Written", who: str = "") -> None:
+    """What was noted and what was lost, a line each."""
+    from tui_gcs.core.base.text import clean
+
+    for note in written.notes:
+        sys.stdout.write(f"{who}note: {clean(note, MOST_CELLS)}\n")
+    for lost in written.left_out:
+        sys.stdout.write(f"{who}left out: {clean(lost, MOST_CELLS)}\n")
+
+
+def missions_in(path: Path) -> bytes | None:
+    """The missions screen's own file, if it is one; its other `.json` holds one plan. Raises `CommandError`."""
+    if not path.name.lower().endswith(".json"):
+        return None
+    from tui_gcs.core.base.text import clean
+    from tui_gcs.core.formats.bounded import data_of
+    from tui_gcs.core.formats.content import FormatError
+    from tui_gcs.core.missions.draft_file import MOST_BYTES, are_missions
+
+    try:
+        data = data_of(path, MOST_BYTES)
+    except FormatError as error:
+        raise CommandError(f"{clean(str(path), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
+    return data if are_missions(data) else None
+
+
+def _target(target: Path, to: str | None) -> "Format":
+    from tui_gcs.core.formats.file_types import BY_NAME, KNOWN, format_of
+
+    found = BY_NAME[to] if to is not None else format_of(target.name)
+    if found is None:
+        raise CommandError(f"{target}: an ending that says the format is needed ({KNOWN}), or --to FORMAT")
+    return found
+
+
+def options_for(arguments: argparse.Namespace, title: str) -> "Options":
+    """What the file does not say, from the command line. Raises `CommandError`."""
+    from tui_gcs.core.formats.conversion import Options
+    from tui_gcs.core.geometry.zones import Role
+    from tui_gcs.core.plans.model import PlanKind
+
+    base = read_base(Path(arguments.base)) if arguments.base is not None else None
+    if not -10_000 <= (arguments.height or 0.0) <= 83_000:  # NaN, too
+        raise CommandError(f"--height {arguments.height:g}: no height")
+    read = read_base(Path(arguments.source)) if arguments.source.endswith(SCENARIO) else base
+    return Options(
+        title=title,
+        kind=PlanKind[arguments.kind.upper()] if arguments.kind is not None else None,
+        height_m=arguments.height,
+        round_index=round_of(read, arguments.round),
+        role=Role(arguments.role) if arguments.role is not None else None,
+        base=base,
+    )
+
+
+def round_of(base: "Base | None", wanted: str | None) -> int | None:
+    """A round by its number from 1, or by its name. Raises `CommandError`."""
+    if wanted is None:
+        return None
+    if base is None:
+        raise CommandError(f"--round {wanted}: there is no scenario that has rounds")
+    names = [each.name for each in base.scenario.rounds]
+    if wanted in names:
+        return names.index(wanted)
+    if wanted.isascii() and wanted.isdigit() and 1 <= int(wanted[:6]) <= len(names):
+        return int(wanted) - 1
+    raise CommandError(f"--round {wanted}: no such round; there are: {', '.join(names)}")
+
+
+def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "Content | Base":
+    """What is in a file. Raises `CommandError`, one line."""
+    from tui_gcs.core.base.text import clean
+    from tui_gcs.core.formats.bounded import data_of
+    from tui_gcs.core.formats.content import FormatError
+    from tui_gcs.core.formats.file_types import read_file
+    from tui_gcs.core.formats.wpl import HomeLine
+    from tui_gcs.core.plans.model import PlanKind
+
+    if path.name.lower().endswith(SCENARIO):
+        return read_base(path)
+    try:
+        return read_file(data_of(path), PlanKind[kind.upper()] if kind is not None else None, HomeLine(home_line))
+    except FormatError as error:
+        raise CommandError(f"{clean(str(path), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
+
+
+def read_base(path: Path) -> "Base":
+    """A scenario and its text. Raises `CommandError`."""
+    from tui_gcs.core.scenario.load import ScenarioError, parse, read_text
+
+    try:
+        text = read_text(path)
+        scenario = parse(text, str(path))
+    except ScenarioError as error:
+        raise CommandError(error.problems[0]) from None
+    from tui_gcs.core.formats.conversion import Base
+
+    return Base(scenario, text)
+
+
+# ---------------------------------------------------------------- writing
+
+
+def may_write(target: Path, *, force: bool) -> None:
+    """Whether it may be written. Tell it before anything is read. Raises `CommandError`."""
+    try:
+        info = target.lstat()
+    except FileNotFoundError:
+        return
+    except (OSError, ValueError) as error:
+        raise CommandError(f"{target}: {error}") from None
+    if not stat.S_ISREG(info.st_mode):
+        raise CommandError(f"{target}: not a plain file; give another name")
+    if not force:
+        raise CommandError(f"{target}: is there already; --force overwrites it")
+
+
+def put(target: Path, data: bytes, *, force: bool) -> None:
+    """Write it as a whole or not at all, and over another file only with `force`. Raises `CommandError`."""
+    new = target.with_name(f".{target.name[:100]}.{os.getpid()}.new")
+    try:
+        with new.open("xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        if force:
+            new.replace(target)
+        else:
+            _link(new, target)
+    except OSError as error:
+        raise CommandError(f"{target}: cannot be written ({error.strerror})") from None
+    finally:
+        new.unlink(missing_ok=True)
+
+
+def _link(new: Path, target: Path) -> None:
+    """Give it its name, which fails where there is such a file by now. Raises OSError."""
+    try:
+        os.link(new, target)
+    except OSError as error:
+        if error.errno not in (errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS) or target.exists():
+            raise
+        new.replace(target)  # memory cards have no links

@@ -1,0 +1,61 @@
+"""`tui-gcs convert missions.json OUT`: the missions screen's file, which holds several vehicles; a file for each."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from tui_gcs.cli.files.convert import MOST_CELLS, may_write, options_for, put, tell
+from tui_gcs.console.exits import FAILED, OK, CommandError
+from tui_gcs.core.base.text import clean
+from tui_gcs.core.formats.content import Content, FormatError, Written
+from tui_gcs.core.formats.conversion import convert
+from tui_gcs.core.formats.file_types import Family, Format
+from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
+from tui_gcs.core.missions.draft_file import DraftFileError, from_bytes
+from tui_gcs.core.plans.model import PlanKind
+from tui_gcs.core.protocol.alarms import id_ranges
+
+
+def convert_missions(arguments: argparse.Namespace, data: bytes, wanted: Format) -> int:
+    """Write them all or, if one cannot be made, none; 1 if something had to be left out. Raises `CommandError`."""
+    source, target = Path(arguments.source), Path(arguments.target)
+    chosen = _chosen(arguments.vehicle, data, source)
+    if wanted.family not in (Family.PLAN, Family.DRAWING):
+        raise CommandError(f"{source.name}: missions do not become {wanted.text}")
+    files = {vehicle: target_for(target, vehicle, alone=len(chosen) == 1) for vehicle in chosen}
+    for file in files.values():
+        may_write(file, force=arguments.force)
+    written = {vehicle: _written(vehicle, draft, arguments, wanted) for vehicle, draft in chosen.items()}
+    for vehicle, each in written.items():
+        put(files[vehicle], each.data, force=arguments.force)
+        tell(each, f"vehicle {vehicle}: ")
+        sys.stdout.write(f"vehicle {vehicle}: {clean(str(files[vehicle]), MOST_CELLS)} written: {wanted.text}\n")
+    return FAILED if any(each.left_out for each in written.values()) else OK
+
+
+def target_for(target: Path, vehicle: int, *, alone: bool) -> Path:
+    """`field.plan` for one vehicle, `field-3.plan` for vehicle 3 of several."""
+    return target if alone else target.with_name(f"{target.stem}-{vehicle}{target.suffix}")
+
+
+def _chosen(vehicle: int | None, data: bytes, source: Path) -> dict[int, VehicleDraft]:
+    try:
+        draft: MissionDraft = from_bytes(data).draft
+    except DraftFileError as error:
+        raise CommandError(f"{clean(str(source), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
+    if draft.is_empty:
+        raise CommandError(f"{source.name}: nothing is planned in it")
+    if vehicle is None:
+        return dict(draft.vehicles)
+    if vehicle not in draft.vehicles:
+        there = id_ranges(sorted(draft.vehicles))
+        raise CommandError(f"--vehicle {vehicle}: nothing is planned for it in {source.name}; there are: {there}")
+    return {vehicle: draft.of(vehicle)}
+
+
+def _written(vehicle: int, draft: VehicleDraft, arguments: argparse.Namespace, wanted: Format) -> Written:
+    mission, fence, rally = (draft.plan(kind) if draft.items(kind) else None for kind in PlanKind)
+    try:
+        return convert(Content(mission, fence, rally), wanted, options_for(arguments, f"vehicle {vehicle}"))
+    except FormatError as error:
+        raise CommandError(f"vehicle {vehicle}: {clean(str(error), MOST_CELLS)}; nothing is written") from None

@@ -1,0 +1,17 @@
+"""`tui-gcs demo --headless`: the whole flight in lock-step, and its result as a table."""
+
+import argparse
+
+from tui_gcs.cli.common import check_writable
+from tui_gcs.cli.lock_step_run import asked
+from tui_gcs.cli.result_table import report
+
+
+def fly(arguments: argparse.Namespace) -> int:
+    """Fly, print the table, write the JSON; 0 only if every check holds."""
+    check_writable(arguments.json)
+    flight = asked(arguments, "headless")
+    code = report(*flight.fly(), arguments.json)
+    flight.tell_links()
+    flight.bound_folders()
+    return code

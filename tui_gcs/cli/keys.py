@@ -1,0 +1,166 @@
+"""`tui-gcs keys …`: the operator's signing keys. Keys come from a prompt or stdin, and are never shown."""
+
+import argparse
+import getpass
+import secrets
+import sys
+from collections.abc import Callable
+
+from tui_gcs.cli.common import join, running
+from tui_gcs.console.exits import FAILED, OK, CommandError
+from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.mavlink.signing import KEY_BYTES, Key
+from tui_gcs.core.signing.key_derivation import Form, secret_from
+from tui_gcs.core.signing.keystore import KeyStore, KeyStoreError, check_vehicle, open_store, vehicle_name
+
+ASK_LIMIT_S = 5.0
+IDS_PER_NETWORK = 1000
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do one of the actions."""
+    kind = Kind(arguments.kind.upper())
+    try:
+        return _ACTIONS[arguments.what](open_store(kind), arguments)
+    except KeyStoreError as error:
+        raise CommandError(str(error)) from None
+
+
+def _add(store: KeyStore, arguments: argparse.Namespace) -> int:
+    return _keep(store, arguments, "hex" if arguments.hex else None)
+
+
+def _import(store: KeyStore, arguments: argparse.Namespace) -> int:
+    return _keep(store, arguments, arguments.form)
+
+
+def _keep(store: KeyStore, arguments: argparse.Namespace, form: Form | None) -> int:
+    """Keep what the operator types, or a random key."""
+    if arguments.vehicle is not None:
+        check_vehicle(arguments.network, arguments.vehicle)
+    key = Key(arguments.name, _typed(form) if form else secrets.token_bytes(KEY_BYTES))
+    store.add(key)
+    _say(f"key {key.name} kept, fingerprint {key.fingerprint}")
+    if arguments.vehicle is not None:
+        return _assign(store, arguments)
+    return OK
+
+
+def _list(store: KeyStore, _: argparse.Namespace) -> int:
+    if not store.keys:
+        _say(f"no keys in {store.directory}")
+    width = max((len(key.name) for key in store.keys), default=0)
+    for key in store.keys:
+        vehicles = ", ".join(vehicle_name(*vehicle) for vehicle in store.vehicles_of(key.name))
+        _say(f"{key.name:<{width}}  {key.fingerprint}  {f'vehicle {vehicles}' if vehicles else 'no vehicle'}")
+    return OK
+
+
+def _assign(store: KeyStore, arguments: argparse.Namespace) -> int:
+    store.assign(arguments.name, arguments.network, arguments.vehicle)
+    vehicle = vehicle_name(arguments.network, arguments.vehicle)
+    _say(f"vehicle {vehicle} must hold key {arguments.name} already: nothing else of it is believed from now on")
+    return OK
+
+
+def _not_in_flight(arguments: argparse.Namespace, vehicles: list[tuple[str, int]]) -> None:
+    """A vehicle that flies and whose key goes obeys nobody. Raises `CommandError`."""
+    kind = Kind(arguments.kind.upper())
+    if not vehicles or not running(kind):
+        return
+    from tui_gcs.cli.station_control import newest
+
+    _, frame = newest(kind)
+    flying = {row.id % IDS_PER_NETWORK for row in frame.rows() if row.armed}
+    if armed := sorted(system for _, system in vehicles if system in flying):
+        ids = ", ".join(map(str, armed))
+        raise CommandError(f"vehicle {ids} is armed: without its key it would obey nobody. Land it first")
+
+
+def _unassign(store: KeyStore, arguments: argparse.Namespace) -> int:
+    _not_in_flight(arguments, [(arguments.network, arguments.vehicle)])
+    store.unassign(arguments.network, arguments.vehicle)
+    _say(f"vehicle {vehicle_name(arguments.network, arguments.vehicle)}: has no key any more")
+    return OK
+
+
+def _remove(store: KeyStore, arguments: argparse.Namespace) -> int:
+    key = store.key(arguments.name)
+    _not_in_flight(arguments, store.vehicles_of(key.name))
+    vehicles = ", ".join(vehicle_name(*vehicle) for vehicle in store.vehicles_of(key.name))
+    if vehicles:
+        _say(f"Vehicles that hold this key obey nobody without it: {vehicles}")
+    if _answer(f"Type {key.name} to forget the key {key.fingerprint} for ever: ") != key.name:
+        _say("nothing was removed")
+        return FAILED
+    store.remove(key.name)
+    _say(f"key {key.name} removed")
+    return OK
+
+
+def _provision(store: KeyStore, arguments: argparse.Namespace) -> int:
+    """Two steps, by a human: the station tells what it will do, and does it for the code it gave."""
+    from tui_gcs.core.protocol.bus import BusError
+    from tui_gcs.core.protocol.common import ProvisionKey, Reply, decode, encode
+
+    key = store.key(arguments.name)
+    kind = Kind(arguments.kind.upper())
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise CommandError("a vehicle gets its key from a human on a terminal, not from a script")
+    if not running(kind):
+        raise CommandError(f"no {kind} station runs: the key goes over its link to the vehicle")
+    bus = join(kind)
+
+    def ask(confirm: str) -> Reply:
+        request = ProvisionKey(vehicle=arguments.vehicle, key=key.name, confirm=confirm)
+        return decode(bus.ask("gcs/req/cli", encode(request), timeout_s=ASK_LIMIT_S), Reply)
+
+    try:
+        reply = ask("")
+        _say(reply.text)
+        if not reply.ok:
+            return FAILED
+        code = _answer("Type the code to send the key, nothing to leave the vehicle as it is: ").strip()
+        if not code:
+            _say("nothing was sent")
+            return FAILED
+        reply = ask(code)
+        _say(reply.text)
+    except BusError as error:
+        raise CommandError(str(error)) from None
+    finally:
+        bus.close()
+    return OK if reply.ok else FAILED
+
+
+def _typed(form: Form) -> bytes:
+    """The key that the operator types without echo (a passphrase twice), or the first line of stdin."""
+    what = "64 hex digits of the key" if form == "hex" else "Passphrase"
+    if not sys.stdin.isatty():
+        return secret_from(sys.stdin.readline().rstrip("\r\n"), form)
+    text = getpass.getpass(f"{what}: ")
+    if form != "hex" and getpass.getpass("The same again: ") != text:
+        raise KeyStoreError("the two differ; nothing was kept")
+    return secret_from(text.strip() if form == "hex" else text, form)
+
+
+def _answer(question: str) -> str:
+    """One line; empty at the end of the input."""
+    sys.stdout.write(question)
+    sys.stdout.flush()
+    return sys.stdin.readline().rstrip("\r\n")
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text + "\n")
+
+
+_ACTIONS: dict[str, Callable[[KeyStore, argparse.Namespace], int]] = {
+    "add": _add,
+    "import": _import,
+    "list": _list,
+    "assign": _assign,
+    "unassign": _unassign,
+    "remove": _remove,
+    "provision": _provision,
+}

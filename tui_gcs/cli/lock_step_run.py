@@ -1,0 +1,112 @@
+"""What `demo --headless` and `rehearse` have in common: a scenario flown in lock-step as their arguments say."""
+
+import argparse
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tui_gcs.cli.common import (
+    bound_folders,
+    check_seed,
+    new_folder,
+    planner_files,
+    read_planners,
+    read_scenario,
+    say_planners,
+    simulable,
+)
+from tui_gcs.cli.progress_bar import ProgressBar
+from tui_gcs.console.exits import CommandError
+from tui_gcs.core.base.directories import ConfigError, state_dir
+from tui_gcs.core.base.run_kind import Kind
+
+if TYPE_CHECKING:
+    from tui_gcs.core.judging.referee import Referee, Result
+    from tui_gcs.core.protocol.bus import Bus
+    from tui_gcs.core.protocol.common import PlannerInfo
+    from tui_gcs.core.scenario.model import Scenario
+    from tui_gcs.rehearsal.fault_schedule import Happening
+    from tui_gcs.rehearsal.lock_step import BadLinks
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A flight in lock-step as it was asked for; nothing of it has begun but its log folder."""
+
+    arguments: argparse.Namespace
+    name: str
+    """Of its log folders."""
+    scenario: "Scenario"
+    toml: str
+    planners: "dict[str, PlannerInfo]"
+    folder: Path
+    bad_links: "BadLinks | None"
+    weather: dict[str, Any]
+    world: dict[str, Any]
+    """Parts of the simulator's spec, as `sim_fleet` reads them."""
+
+    def fly(
+        self,
+        happenings: "list[Happening] | None" = None,
+        watch: "Callable[[Bus, Referee], None]" = lambda _bus, _referee: None,
+    ) -> "tuple[Result, str]":
+        """(result, why it ended early or ""). Raises `HappeningError`."""
+        from tui_gcs.rehearsal.lock_step import rehearse, weather_of_spec, world_of_spec
+
+        arguments, bar = self.arguments, ProgressBar()
+        found = rehearse(
+            self.scenario,
+            self.toml,
+            self.folder,
+            bar.show,
+            rounds=arguments.rounds,
+            autopilots=arguments.autopilot or "ardupilot",
+            bad_links=self.bad_links,
+            files=planner_files(self.planners),
+            weather=weather_of_spec(self.weather),
+            world=world_of_spec(self.world),
+            happenings=happenings,
+            watch=watch,
+        )
+        bar.end()
+        return found
+
+    def tell_links(self) -> None:
+        """What bad links did, if any were asked for."""
+        if self.bad_links is not None:
+            sys.stdout.write(self.bad_links.text())
+
+    def bound_folders(self) -> None:
+        """Few log folders stay."""
+        sys.stdout.write(bound_folders(self.folder.parent, self.name))
+
+
+def asked(arguments: argparse.Namespace, name: str) -> Asked:
+    """Look at the arguments. Raises `CommandError`."""
+    import msgspec
+
+    from tui_gcs.cli.sim_fleet import weather_of, world_of
+    from tui_gcs.client.launcher import LaunchError, check_fault
+    from tui_gcs.rehearsal.lock_step import BadLinks
+
+    check_seed(arguments.seed)
+    planners = read_planners(arguments.planner)
+    scenario, toml, _ = read_scenario(arguments.scenario, planners)
+    simulable(scenario)
+    if arguments.seed is not None:
+        scenario = msgspec.structs.replace(scenario, seed=arguments.seed)
+    world = world_of(scenario, arguments.intruders, arguments.sensor, scenario.seed)
+    weather = weather_of(arguments)
+    if arguments.rounds is not None and not 1 <= arguments.rounds <= len(scenario.rounds):
+        raise CommandError(f"--rounds {arguments.rounds}: the scenario has {len(scenario.rounds)}")
+    try:
+        check_fault(arguments.fault)
+        folder = new_folder(state_dir(Kind.SIM), time.strftime(f"{name}-%Y%m%d-%H%M%S"))
+    except (ConfigError, OSError, LaunchError) as error:
+        raise CommandError(str(error)) from None
+    say_planners(planners, scenario)
+    bad_links = BadLinks(arguments.fault, scenario.seed) if arguments.fault else None
+    return Asked(arguments, name, scenario, toml, planners, folder, bad_links, weather, world)

@@ -1,0 +1,82 @@
+"""The process in which a planner is checked. It may hang or crash: `planner_check`, which started it, goes on.
+
+Findings go to the descriptor in the job as lines of JSON; a number is a sign of life, the CPU seconds so far.
+"""
+
+import dataclasses
+import faulthandler
+import json
+import os
+import signal
+import sys
+import time
+from typing import Any
+
+from tui_gcs.planner.check.finding import Finding, failed, passed
+from tui_gcs.planner.check.subject import subject_of
+from tui_gcs.planner.check.suite import CHECKS, Check, findings
+from tui_gcs.planner.runtime.registry import PlannerError
+
+BEAT_S = 0.2
+
+
+class Teller:
+    """Writes to whoever watches."""
+
+    def __init__(self, descriptor: int) -> None:
+        """Nothing said yet."""
+        self._out = os.fdopen(descriptor, "w", buffering=1)
+        self._next_s = 0.0
+
+    def begin(self, check: str) -> None:
+        """A check begins."""
+        self._tell({"begin": check})
+
+    def found(self, finding: Finding) -> None:
+        """It found something."""
+        self._tell({"finding": dataclasses.asdict(finding)})
+
+    def end(self) -> None:
+        """All checks are made."""
+        self._tell({"end": True})
+
+    def beat(self) -> None:
+        """Still alive."""
+        if (now := time.monotonic()) >= self._next_s:
+            self._next_s = now + BEAT_S
+            self._out.write(f"{time.process_time()}\n")
+
+    def _tell(self, what: dict[str, Any]) -> None:
+        self._out.write(json.dumps(what) + "\n")
+
+
+def main(job: dict[str, Any]) -> None:
+    """Load the planner and make the checks of the job, in order."""
+    faulthandler.enable()
+    faulthandler.register(signal.SIGUSR1)
+    teller = Teller(job["descriptor"])
+    teller.begin("loads")
+    try:
+        subject = subject_of(job["planner"], job["seed"], job["quick"], teller.beat)
+    except PlannerError as error:
+        teller.found(failed("loads", str(error), "mend that first"))
+    else:
+        if job["first"]:
+            teller.found(passed("loads", f"class {subject.planner.__name__} of {subject.path.name}"))
+        for name in job["checks"]:
+            teller.begin(name)
+            for finding in findings(_check(name), name, subject):
+                teller.found(finding)
+    teller.end()
+
+
+def _check(name: str) -> Check:
+    if name in CHECKS:
+        return CHECKS[name]
+    from tui_gcs.cli.planner import check_flights as planner_flight  # the simulator, which other checks do not need
+
+    return {"flight": planner_flight.shipped, "faults": planner_flight.protection}[name]
+
+
+if __name__ == "__main__":
+    main(json.loads(sys.argv[1]))

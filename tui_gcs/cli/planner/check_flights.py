@@ -1,0 +1,303 @@
+"""Flights of a planner that is checked, in lock-step: the shipped scenario, and faults put into it on purpose."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import msgspec
+import numpy as np
+
+from tui_gcs.cli.common import read_scenario
+from tui_gcs.core.judging.mission_script import Script, Step
+from tui_gcs.core.judging.referee import Check, Result
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol.common import (
+    Event,
+    EventClass,
+    FleetFrame,
+    Phase,
+    Reply,
+    Resume,
+    StationStatus,
+    decode,
+    encode,
+)
+from tui_gcs.core.protocol.metric_names import seen_pct
+from tui_gcs.core.scenario.model import Scenario
+from tui_gcs.planner.api import Context, Intent, Output, Planner
+from tui_gcs.planner.check.finding import Finding, failed, noted, passed
+from tui_gcs.planner.check.subject import Subject
+from tui_gcs.planner.runtime import registry
+from tui_gcs.planner.runtime.host import PlannerHost
+from tui_gcs.rehearsal.lock_step import LockStep
+
+ROUND_S, QUICK_ROUND_S = 180.0, 80.0
+"""How long each round is flown; the scenario's own are longer."""
+PRINCIPAL = "check"
+
+ADVICE = {
+    "separation, x limit": "give each vehicle its own layer (fleet.layer_m) or plan paths that stay apart",
+    "outside operating area, m": "stay inside task.area less task.limits.geofence_margin_m",
+    "outside altitude band, m": "stay between task.area.alt_min_m and alt_max_m: fleet.layer_m is",
+    "guard vetoes": "a vetoed vehicle brakes and holds: look at area, speed and distances of what is asked",
+    "planner intents refused on slot": "the guard refused what was asked of vehicles that were on their slot",
+    "planner faults": "it raised, was silent or was late",
+    "not landed and disarmed": "all must be able to come home from wherever they were sent",
+}
+"""What a planner answers for among the checks of a flight, and what to do."""
+
+
+@dataclass
+class Watched:
+    """A lock-step flight of the planner, and what the station said of it."""
+
+    subject: Subject
+    scenario: Scenario
+    folder: Path
+    hosts: Callable[[str], PlannerHost]
+    events: list[Event] = field(default_factory=list)
+    status: StationStatus | None = None
+    frame: FleetFrame | None = None
+
+    def __post_init__(self) -> None:
+        """On the ground."""
+        self.flight = LockStep(self.scenario, "", self.folder, hosts=self.hosts)
+        self.script = Script(self.scenario, self.flight.bus, principal=PRINCIPAL, whole_duration=True)
+        self.flight.bus.subscribe(keys.EVENT, lambda _, data: self.events.append(decode(data, Event)))
+        self.flight.bus.subscribe(keys.STATUS, lambda _, data: self._take_status(decode(data, StationStatus)))
+        self.flight.bus.subscribe(keys.FLEET, lambda _, data: self._take_frame(decode(data, FleetFrame)))
+
+    def _take_status(self, status: StationStatus) -> None:
+        self.status = status
+
+    def _take_frame(self, frame: FleetFrame) -> None:
+        self.frame = frame
+
+    def tick(self, *, scripted: bool = True) -> None:
+        """A twentieth of a second; `scripted`: the flight's script goes on, too."""
+        self.subject.beat()
+        self.flight.step()
+        if scripted:
+            self.script.tick()
+
+    def told(self, since: int = 0) -> str:
+        """The first thing the station said of the planner after event number `since`, "" if nothing."""
+        said = [e.text for e in self.events[since:] if e.cls is EventClass.PLANNER and e.severity <= WARNING]
+        return said[0] if said else ""
+
+
+WARNING = 4
+"""MAVLink's severity; less is worse."""
+
+
+def _scenario(subject: Subject, rounds: int | None, duration_s: float) -> Scenario:
+    """The shipped one with this planner in all teams."""
+    scenario, _, _ = read_scenario(None)
+    teams = tuple(msgspec.structs.replace(t, planner=subject.name, parameters={}) for t in scenario.teams)
+    flown = tuple(msgspec.structs.replace(r, duration_s=duration_s) for r in scenario.rounds[:rounds])
+    return msgspec.structs.replace(scenario, teams=teams, rounds=flown, seed=subject.seed)
+
+
+def shipped(subject: Subject) -> Iterator[Finding]:
+    """All rounds of the shipped scenario, eight vehicles in two teams."""
+    scenario = _scenario(subject, 1 if subject.quick else None, QUICK_ROUND_S if subject.quick else ROUND_S)
+    with TemporaryDirectory() as folder:
+        watched = Watched(subject, scenario, Path(folder), partial(PlannerHost, files=subject.files))
+        while not watched.script.done:
+            watched.tick()
+        watched.flight.close()
+    result = watched.script.referee.result()
+    if watched.script.problem:
+        yield failed(
+            "flight", watched.script.problem, f"the station said: {watched.told() or 'nothing of the planner'}"
+        )
+    for check in result.checks:
+        if check.name in ADVICE:
+            yield _judged(check, watched.told())
+    whys = [measure.why_not_measured() for measure in watched.script.referee.measures]
+    yield from _idleness(result, whys)
+
+
+def _judged(check: Check, told: str) -> Finding:
+    value = "--" if check.value is None else f"{check.value:g}"
+    text = f"{check.name}: {value} (limit {check.limit:g})"
+    return (
+        passed("flight", text)
+        if check.ok
+        else failed("flight", text, ADVICE[check.name] + (f": {told}" if told else ""))
+    )
+
+
+def _idleness(result: Result, whys: list[str]) -> Iterator[Finding]:
+    """`whys`: why each round was not measured."""
+    for r, why in zip(result.rounds, whys, strict=True):
+        where = f"{r.round} {r.zone}"
+        if r.ratio is None or r.worst_idleness_s is None:
+            seen = f"coverage {seen_pct(r.coverage):.1f} %, " if r.on_slot_after_s is not None else ""
+            yield noted("flight", f"{where}: {seen}idleness not measured", why)
+        else:
+            worst = f"worst idleness {r.worst_idleness_s:.1f} s = {r.ratio:.2f} x the bound of {r.bound_s:.1f} s"
+            yield noted("flight", f"{where}: coverage {seen_pct(r.coverage):.1f} %, {worst}")
+
+
+# ---------------------------------------------------------------- faults on purpose
+
+
+@dataclass
+class Switch:
+    """What goes wrong now."""
+
+    raises: int = 0
+    """So many steps."""
+    hangs: bool = False
+    garbage: bool = False
+
+
+class PlannedError(Exception):
+    """Raised on purpose."""
+
+
+class HangingHost(PlannerHost):
+    """What the station sees of a planner that hangs: nothing."""
+
+    switch: Switch
+
+    def due(self, t_s: float) -> bool:
+        """Never, while it hangs."""
+        return not self.switch.hangs and super().due(t_s)
+
+
+def faulty(planner: type[Planner], switch: Switch) -> type[Planner]:
+    """The same planner, which fails as `switch` says."""
+
+    class Faulty(planner):  # type: ignore[valid-type, misc]
+        def step(self, ctx: Context) -> Output:
+            if switch.raises > 0:
+                switch.raises -= 1
+                raise PlannedError("put in by the check")
+            return garbage(ctx) if switch.garbage else super().step(ctx)
+
+    return Faulty
+
+
+def garbage(ctx: Context) -> Output:
+    """What nobody must fly, another kind for each vehicle and second."""
+    out, nan = Output(), math.nan
+    for row, vehicle in enumerate(ctx.fleet.id.tolist()):
+        x, y, z = np.nan_to_num(ctx.fleet.position_m[row]).tolist()
+        other = np.nan_to_num(ctx.fleet.position_m[row - 1]).tolist()
+        out.intents.append(
+            (
+                Intent(vehicle, "goto", position_m=(nan, y, z)),
+                Intent(vehicle, "goto", position_m=(x + 5000.0, y, z)),
+                Intent(vehicle, "goto", position_m=(x, y, -40.0)),
+                Intent(vehicle, "goto", position_m=(other[0], other[1], other[2])),
+                Intent(vehicle, "velocity", velocity_m_s=(80.0, 0.0, 0.0), valid_s=30.0),
+                Intent(vehicle, "orbit", position_m=(x, y, z), radius_m=-3.0),
+                Intent(vehicle, "trajectory", dt_s=0.1, positions_m=((x, y, z),) * 700, velocities_m_s=()),
+            )[(row + int(ctx.t_s)) % 7]
+        )
+    return Output(intents=[*out.intents, Intent(9999, "return")])
+
+
+def protection(subject: Subject) -> Iterator[Finding]:
+    """What happens to its vehicles when this planner fails: shown, not believed."""
+    check, switch = "faults", Switch()
+    name = registry.adopt(faulty(subject.planner, switch))
+    scenario = _scenario(subject, 1, 3600.0)
+    team = msgspec.structs.replace(scenario.teams[0], planner=name)
+    scenario = msgspec.structs.replace(scenario, teams=(team,), places=scenario.places[:4])
+
+    def host(team: str) -> PlannerHost:
+        made = HangingHost(team)
+        made.switch = switch
+        return made
+
+    with TemporaryDirectory() as folder:
+        watched = Watched(subject, scenario, Path(folder), host)
+        while watched.script.step in (Step.WAIT, Step.TAKE_OFF):
+            watched.tick()
+        _run(watched, 15.0)
+        if watched.script.done or not _flying(watched):
+            yield failed(check, f"it does not come to fly: {watched.script.problem or watched.told()}", "see flight")
+            return
+        yield _exception(watched, switch)
+        yield _silence(watched, switch)
+        yield _nonsense(watched, switch)
+        watched.flight.close()
+
+
+def _run(watched: Watched, duration_s: float, until: Callable[[], bool] = lambda: False) -> float:
+    """Fly on without the script; how long it took."""
+    begin_s = watched.flight.clock.now()
+    while watched.flight.clock.now() - begin_s < duration_s and not until():
+        watched.tick(scripted=False)
+    return watched.flight.clock.now() - begin_s
+
+
+def _flying(watched: Watched) -> int:
+    return 0 if watched.frame is None else sum(phase is Phase.FLYING for phase in watched.frame.phase)
+
+
+def _resume(watched: Watched) -> None:
+    """As an operator does, once all stand."""
+    _run(watched, 5.0)
+    key = keys.REQUEST.format(principal=PRINCIPAL)
+    decode(watched.flight.bus.ask(key, encode(Resume())), Reply)
+    _run(watched, 30.0, lambda: _flying(watched) == 4)
+    _run(watched, 5.0)
+
+
+def _exception(watched: Watched, switch: Switch) -> Finding:
+    since, switch.raises = len(watched.events), 1
+    _run(watched, 5.0)
+    flying, told = _flying(watched), watched.told(since)
+    if flying == 4 and told:
+        return passed("faults", f"an exception in step: told ({_short(told)}), restarted once, all fly on")
+    return failed("faults", f"an exception in step: {flying} of 4 fly on, told: {told or 'nothing'}", RESTART_ADVICE)
+
+
+RESTART_ADVICE = "snapshot() and restore() must let a new planner go on where the failed one was"
+
+
+def _silence(watched: Watched, switch: Switch) -> Finding:
+    since, switch.hangs = len(watched.events), True
+    took_s = _run(watched, 10.0, lambda: _flying(watched) == 0)
+    told, held = watched.told(since), _flying(watched) == 0
+    switch.hangs = False
+    _resume(watched)
+    if held and told and _flying(watched) == 4:
+        return passed("faults", f"a hang: all hold after {took_s:.1f} s, told ({_short(told)}), fly on after resume")
+    text = (
+        f"a hang: {'all hold' if held else 'NOT all hold'}, told: {told or 'nothing'}; {_flying(watched)} of 4 fly on"
+    )
+    return failed("faults", text, "after a hold it must plan again from where vehicles are")
+
+
+def _nonsense(watched: Watched, switch: Switch) -> Finding:
+    since, before = len(watched.events), _vetoes(watched)
+    switch.garbage = True
+    _run(watched, 12.0)
+    switch.garbage = False
+    vetoes, told = _vetoes(watched) - before, watched.told(since)
+    checks = {c.name: c for c in watched.script.referee.result().checks}
+    bad = [checks[name] for name in ("separation, x limit", "outside operating area, m") if not checks[name].ok]
+    if vetoes and told and not bad:
+        return passed(
+            "faults", f"garbage intents for 12 s: {vetoes} vetoes, told ({_short(told)}), nobody outside or close"
+        )
+    text = "; ".join(f"{c.name} {c.value}" for c in bad) or f"{vetoes} vetoes, told: {told or 'nothing'}"
+    return failed(
+        "faults", f"garbage intents for 12 s: {text}", "this is the station's fault, not the planner's: report it"
+    )
+
+
+def _vetoes(watched: Watched) -> int:
+    return sum(watched.status.vetoes.values()) if watched.status is not None else 0
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 60 else text[:59] + "…"

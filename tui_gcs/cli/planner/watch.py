@@ -1,0 +1,55 @@
+"""`tui-gcs planner watch`: a planner on simulated vehicles, and every version of it that is saved."""
+
+import argparse
+from typing import TYPE_CHECKING
+
+from tui_gcs.cli.common import check_seed, need_terminal, read_planners, read_scenario, running, say_planners
+from tui_gcs.console.exits import CommandError
+from tui_gcs.core.base.run_kind import Kind
+
+if TYPE_CHECKING:
+    from tui_gcs.core.protocol.planning import PlannerInfo
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Start, and attach a console."""
+    need_terminal()
+    from tui_gcs.cli.console import attach, preferences
+
+    wanted = preferences(arguments.overlay)
+    start(arguments)
+    return attach(Kind.SIM, wanted)
+
+
+def start(arguments: argparse.Namespace) -> None:
+    """Launch a station with vehicles of its own. Raises `CommandError`."""
+    if running(Kind.SIM):
+        raise CommandError("a SIM station runs already: `tui-gcs stop` ends it, then watch")
+    from tui_gcs.cli.sim_fleet import spec_of_scenario
+    from tui_gcs.client.launcher import launch
+    from tui_gcs.core.scenario.load import ScenarioError, parse
+
+    check_seed(arguments.seed)
+    planners = read_planners([arguments.file])
+    (info,) = planners.values()
+    _, toml, path = read_scenario(arguments.scenario, None)  # this one flies for all its teams
+    toml = flown_by(toml, info)
+    try:
+        scenario = parse(toml, path, {info.name})
+    except ScenarioError as error:
+        raise CommandError(str(error)) from None
+    vehicles = spec_of_scenario(scenario, arguments)
+    say_planners(planners, scenario)
+    launch(Kind.SIM, path, toml, [], sim_spec=vehicles, planners=[info], watch=True)
+
+
+def flown_by(toml: str, info: "PlannerInfo") -> str:
+    """The scenario with this planner in every team; a team that names it already keeps its parameters."""
+    import tomlkit
+
+    document = tomlkit.parse(toml)
+    for team in document["team"]:
+        if team["planner"] != info.name:
+            team["planner"] = info.name
+            team.pop("parameters", None)
+    return tomlkit.dumps(document)

@@ -1,0 +1,125 @@
+"""`tui-gcs preflight`: the checks before a start of the running station, in lines; acknowledging and signing them."""
+
+import argparse
+import sys
+import time
+from textwrap import wrap
+from typing import TYPE_CHECKING
+
+from tui_gcs.cli.common import join, login_name
+from tui_gcs.cli.station_control import which
+from tui_gcs.console.exits import FAILED, OK, CommandError
+
+if TYPE_CHECKING:
+    from tui_gcs.core.protocol.common import AnyRequest, Reply, StationStatus
+    from tui_gcs.core.protocol.preflight import Check
+    from tui_gcs.core.protocol.zenoh_bus import ZenohBus
+
+READ_S = 15.0
+"""So long vehicles have to tell what is not known of them."""
+LOOK_S = 0.5
+ASK_S = 5.0
+CELLS = 80
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Read, acknowledge, sign and tell; 0 only if nothing refuses a start."""
+    import msgspec
+
+    kind = which(arguments.kind)
+    bus = join(kind)
+    try:
+        status = _read(bus, anew=arguments.read_again)
+        operator = arguments.operator or login_name()
+        for name in arguments.acknowledge:
+            _acknowledge(bus, status, name, operator)
+        status = _status(bus)
+        if arguments.sign:
+            _sign(bus, status, operator)
+            status = _status(bus)
+    finally:
+        bus.close()
+    checks = status.preflight
+    if arguments.json:
+        sys.stdout.write(msgspec.json.format(msgspec.json.encode(checks), indent=2).decode() + "\n")
+    else:
+        sys.stdout.write(words(checks))
+    from tui_gcs.core.protocol.preflight import STOPS
+
+    return FAILED if any(check.state in STOPS for check in checks) else OK
+
+
+def words(checks: "tuple[Check, ...]") -> str:
+    """The list for people: what is well is told by name."""
+    from tui_gcs.core.protocol.preflight import CheckState, count_words, well
+
+    if not checks:
+        return "no vehicle of a team is on the ground: there is nothing to check\n"
+    quiet = (CheckState.OK, CheckState.NOT_NEEDED)
+    lines = [f"checks before a start: {count_words(checks)}"]
+    for check in checks:
+        if check.state in quiet:
+            continue
+        lines += wrap(f"{check.state.upper():<13}{check.words()}", CELLS, subsequent_indent=" " * 13)
+        if check.todo:
+            lines += wrap(f"-> {check.todo}", CELLS, initial_indent=" " * 13, subsequent_indent=" " * 16)
+    for state in quiet:
+        if names := well(checks, state):
+            lines += wrap(f"{state.upper():<13}{', '.join(names)}", CELLS, subsequent_indent=" " * 13)
+    return "\n".join(lines) + "\n"
+
+
+def _read(bus: "ZenohBus", *, anew: bool) -> "StationStatus":
+    """Have the station read what it does not know, and wait for that."""
+    from tui_gcs.core.protocol.preflight import CheckState, ReadChecks
+
+    _ask(bus, ReadChecks(anew=anew))
+    end_s = time.monotonic() + READ_S
+    while True:
+        status = _status(bus)
+        waits = any(check.state is CheckState.UNKNOWN for check in status.preflight)
+        if not waits or time.monotonic() > end_s:
+            return status
+        time.sleep(LOOK_S)
+
+
+def _acknowledge(bus: "ZenohBus", status: "StationStatus", name: str, operator: str) -> None:
+    """All that this check says is accepted as it is."""
+    from tui_gcs.core.protocol.preflight import FAILSAFES, AcknowledgeCheck, CheckState
+
+    if name not in FAILSAFES:
+        raise CommandError(f"--acknowledge {name!r}: what can be acknowledged: {', '.join(FAILSAFES)}")
+    for check in status.preflight:
+        if check.name == name and check.state is CheckState.FAIL:
+            _done(_ask(bus, AcknowledgeCheck(check.name, check.text, operator, check.vehicles)))
+
+
+def _sign(bus: "ZenohBus", status: "StationStatus", operator: str) -> None:
+    from tui_gcs.core.protocol.preflight import SignOff
+
+    _done(_ask(bus, SignOff(operator, status.revision)))
+
+
+def _done(reply: "Reply") -> None:
+    if not reply.ok:
+        raise CommandError(reply.text)
+    sys.stderr.write(f"{reply.text}\n")
+
+
+def _status(bus: "ZenohBus") -> "StationStatus":
+    from tui_gcs.core.protocol.common import PROTOCOL, Hello
+
+    reply = _ask(bus, Hello(protocol=PROTOCOL, who="cli"))
+    if reply.status is None:
+        raise CommandError(reply.text)
+    return reply.status
+
+
+def _ask(bus: "ZenohBus", request: "AnyRequest") -> "Reply":
+    from tui_gcs.core.protocol.bus import BusError
+    from tui_gcs.core.protocol.common import Reply, decode, encode
+
+    try:
+        return decode(bus.ask("gcs/req/cli", encode(request), timeout_s=ASK_S), Reply)
+    except BusError as error:
+        raise CommandError(str(error)) from None

@@ -1,0 +1,130 @@
+"""`tui-gcs rehearse`: a scenario flown in lock-step as it would be for real, with what may go wrong, and judged."""
+
+import argparse
+import sys
+import time
+from typing import TYPE_CHECKING
+
+from tui_gcs.cli.common import check_writable, login_name
+from tui_gcs.cli.lock_step_run import asked
+from tui_gcs.cli.result_table import report, written
+from tui_gcs.console.exits import CANNOT, CommandError
+from tui_gcs.core.base.directories import ConfigError, state_dir
+from tui_gcs.core.base.run_kind import Kind
+
+if TYPE_CHECKING:
+    from tui_gcs.core.judging.referee import Result
+    from tui_gcs.rehearsal.fault_schedule import Happening
+    from tui_gcs.rehearsal.report.flight_recording import FlightRecord
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Fly, print the table, write the report; 0 only if every gate holds."""
+    from tui_gcs.core.judging.referee import Referee
+    from tui_gcs.core.protocol.bus import Bus
+    from tui_gcs.core.records.rehearsal_store import plan_digest
+    from tui_gcs.rehearsal.fault_schedule import HappeningError
+    from tui_gcs.rehearsal.report.flight_recording import FlightRecord
+
+    for file in (arguments.json, arguments.report):
+        check_writable(file)
+    records: list[FlightRecord] = []
+
+    def watch(bus: Bus, _referee: Referee) -> None:
+        records.append(FlightRecord(scenario, bus))
+
+    try:
+        planned = _happenings(arguments)
+        flight = asked(arguments, "rehearsal")
+        scenario, begin_s = flight.scenario, time.monotonic()
+        plan = plan_digest(scenario, flight.planners)
+        result, problem = flight.fly(planned, watch)
+    except HappeningError as error:
+        raise CommandError(str(error)) from None
+    code = report(result, problem, arguments.json)
+    flight.tell_links()
+    if arguments.rounds in (None, len(scenario.rounds)):
+        _remember(scenario.name, plan, result, problem, arguments)
+    _tell_pace(records[0], time.monotonic() - begin_s)
+    if arguments.report and not _reported(arguments, records[0], result, problem, planned):
+        code = CANNOT
+    flight.bound_folders()
+    return code
+
+
+def _reported(
+    arguments: argparse.Namespace, record: "FlightRecord", result: "Result", problem: str, planned: "list[Happening]"
+) -> bool:
+    """Write the report; whether it could be written."""
+    from tui_gcs.rehearsal.report.page import page
+
+    happened = [(h.t_s, str(h)) for h in planned]
+    text = page(record, result, problem, conditions=_conditions(arguments), happened=happened)
+    if not written(arguments.report, text.encode()):
+        return False
+    sys.stdout.write(f"report: {arguments.report}\n")
+    return True
+
+
+def _remember(
+    scenario: str,
+    plan: str,
+    result: "Result",
+    problem: str,
+    arguments: argparse.Namespace,
+) -> None:
+    """Leave a record for the check before a LIVE start: exactly this plan was rehearsed, and what came of it.
+
+    `plan` is its digest as it was when the rehearsal began.
+    """
+    from tui_gcs.core.records.rehearsal_store import FILE, Rehearsal, remember
+
+    wrong = {"lose": arguments.lose, "drain": arguments.drain, "restart": [f"{t_s:g}" for t_s in arguments.restart]}
+    conditions = [f"--{name} {value}" for name, values in wrong.items() for value in values]
+    conditions += [
+        f"{name} {value}" for name, value in _conditions(arguments) if value and name not in ("scenario", "autopilots")
+    ]
+    rehearsal = Rehearsal(
+        plan=plan,
+        passed=result.ok and not problem,
+        wall_s=time.time(),
+        scenario=scenario,
+        checks_good=sum(check.ok for check in result.checks),
+        checks=len(result.checks),
+        autopilots=arguments.autopilot or "ardupilot",
+        conditions=", ".join(conditions),
+        problem=problem,
+        by=login_name(),
+    )
+    try:
+        remember(state_dir(Kind.SIM) / FILE, rehearsal)
+    except (ConfigError, OSError) as error:
+        sys.stderr.write(f"tui-gcs: this rehearsal is not on record, a LIVE start will not know of it: {error}\n")
+
+
+def _tell_pace(record: "FlightRecord", took_s: float) -> None:
+    simulated_s = record.simulated_s if record.rounds else 0.0
+    pace = simulated_s / max(took_s, 1e-9)
+    sys.stdout.write(f"{simulated_s:.0f} s simulated in {took_s:.0f} s ({pace:.0f} x real time)\n")
+
+
+def _happenings(arguments: argparse.Namespace) -> "list[Happening]":
+    from tui_gcs.rehearsal.fault_schedule import drains, losses, restart
+
+    planned = losses(arguments.lose) + drains(arguments.drain)
+    for t_s in arguments.restart:
+        planned += restart(t_s)
+    return planned
+
+
+def _conditions(arguments: argparse.Namespace) -> list[tuple[str, str]]:
+    noise = "" if arguments.gps_noise is None else f"{arguments.gps_noise:g} m"
+    return [
+        ("scenario", arguments.scenario or "the shipped one"),
+        ("autopilots", arguments.autopilot or "ardupilot"),
+        ("wind, m/s east,north", arguments.wind or ""),
+        ("GPS noise", noise),
+        ("links", arguments.fault),
+        ("intruders in a wave", str(arguments.intruders or "")),
+        ("sensor", arguments.sensor or ""),
+    ]

@@ -1,0 +1,73 @@
+"""`tui-gcs replay`: a recorded flight on the fly screen, or in words."""
+
+import argparse
+import math
+import shutil
+import sys
+import threading
+
+from tui_gcs.cli.common import need_terminal
+from tui_gcs.cli.console import Preferences, preferences
+from tui_gcs.console.exits import FAILED, OK, CommandError
+from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.terminal.slow import wants_slow
+
+TICK_S = 0.05
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Show the flight; without a terminal (or asked for) print the summary."""
+    if arguments.json or arguments.summary or not sys.stdout.isatty():
+        return _summary(arguments.file, as_json=arguments.json)
+    if not (math.isfinite(arguments.speed) and 0 < arguments.speed <= 1000):
+        raise CommandError(f"--speed {arguments.speed:g}: more than 0 and at most 1000")
+    need_terminal()
+    return _show(arguments.file, arguments.speed, preferences(arguments.overlay))
+
+
+def _summary(file: str, *, as_json: bool) -> int:
+    from tui_gcs.core.judging.summary_text import summary_text
+    from tui_gcs.core.judging.tlog_summary import summarize
+    from tui_gcs.core.records.tlog_reader import TlogError
+
+    try:
+        summary = summarize(file)
+    except TlogError as error:
+        raise CommandError(str(error)) from None
+    width = shutil.get_terminal_size((100, 24)).columns
+    sys.stdout.write(summary.to_json() + "\n" if as_json else summary_text(summary, width))
+    for warning in summary.warnings:
+        sys.stderr.write(f"tui-gcs: {warning}\n")
+    return FAILED if summary.truncated else OK
+
+
+def _show(file: str, speed: float, wanted: Preferences) -> int:
+    from tui_gcs.app import ConsoleApp
+    from tui_gcs.core.base.clock import MonotonicClock
+    from tui_gcs.core.protocol.bus import MemoryBus
+    from tui_gcs.core.records.tlog_reader import TlogError
+    from tui_gcs.core.station.replay_player import Player
+
+    bus, clock = MemoryBus(), MonotonicClock()
+    try:
+        player = Player(file, speed, bus, clock)
+    except TlogError as error:
+        raise CommandError(str(error)) from None
+    app = ConsoleApp(
+        bus, kind=Kind.REPLAY, replay=True, overlays=wanted.overlays, keymap=wanted.keymap, theme=wanted.theme
+    )
+    over = threading.Event()
+
+    def play() -> None:
+        while not over.wait(TICK_S):
+            player.tick()
+
+    thread = threading.Thread(target=play, name="replay", daemon=True)
+    thread.start()
+    try:
+        app.run(mouse=not wants_slow())
+    finally:
+        over.set()
+        thread.join(2.0)
+        player.close()
+    return app.return_code or 0

@@ -1,0 +1,98 @@
+"""`tui-gcs run`: a whole scenario in real time without a console."""
+
+import argparse
+import contextlib
+import os
+import signal
+import sys
+import threading
+import time
+from typing import TYPE_CHECKING
+
+from tui_gcs.cli.common import check_writable, join, login_name, read_planners, read_scenario, running
+from tui_gcs.cli.fly import start
+from tui_gcs.cli.progress_bar import ProgressBar
+from tui_gcs.cli.result_table import report
+from tui_gcs.console.exits import CommandError
+from tui_gcs.core.base.run_kind import Kind
+
+if TYPE_CHECKING:
+    from tui_gcs.core.scenario.model import Scenario
+
+POLL_S = 0.05
+SILENT_S = 10.0
+"""Without a word of the station for this long the run gives up; vehicles hold by themselves."""
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Start a station, fly, report, end the station."""
+    kind = Kind(arguments.kind.upper())
+    if running(kind):
+        raise CommandError(f"a {kind} station already runs: `tui-gcs attach` joins it, `tui-gcs stop` ends it first")
+    check_writable(arguments.json)
+    _check_overrides(arguments.override)
+    scenario, _, _ = read_scenario(arguments.scenario, read_planners(arguments.planner))
+    if kind is Kind.LIVE and sys.stdin.isatty() and not arguments.yes:
+        _ask_count(scenario)
+    start(kind, arguments)
+    return _fly(scenario, kind, arguments)
+
+
+def _check_overrides(names: list[str]) -> None:
+    from tui_gcs.core.protocol.preflight import OVERRIDABLE
+
+    if wrong := [name for name in names if name not in OVERRIDABLE]:
+        raise CommandError(
+            f"--override {wrong[0]!r}: no check that can be overridden; these can: {', '.join(OVERRIDABLE)}"
+        )
+
+
+def _ask_count(scenario: "Scenario") -> None:
+    """LIVE: the number of vehicles is typed, not clicked."""
+    count = scenario.vehicle_count
+    teams = ", ".join(f"{team.name} {team.size}" for team in scenario.teams)
+    answer = input(f"LIVE: {scenario.name} will arm and fly {count} vehicles ({teams}). Type their number to start: ")
+    if answer.strip() != str(count):
+        raise CommandError("not started")
+
+
+def _fly(scenario: "Scenario", kind: Kind, arguments: argparse.Namespace) -> int:
+    from tui_gcs.core.judging.mission_script import Script
+    from tui_gcs.core.protocol.common import Shutdown, encode
+    from tui_gcs.core.protocol.zenoh_bus import QueuedBus
+
+    bus = QueuedBus(join(kind), lambda: None)
+    principal = f"run-{os.getpid()}"
+    script = Script(
+        scenario,
+        bus,
+        principal=principal,
+        whole_duration=True,
+        operator=arguments.operator or login_name() or "run",
+        overrides=tuple(arguments.override),
+        insists=arguments.yes or not sys.stdin.isatty(),
+    )
+    interrupted = threading.Event()
+    signal.signal(signal.SIGINT, lambda *_: interrupted.set())
+    signal.signal(signal.SIGTERM, lambda *_: interrupted.set())
+    bar = ProgressBar()
+    heard_s = time.monotonic()
+    told = 0
+    while not script.done:
+        time.sleep(POLL_S)
+        if bus.run_pending():
+            heard_s = time.monotonic()
+        if interrupted.is_set():
+            script.abort("interrupted: vehicles return and land")
+        if time.monotonic() - heard_s > SILENT_S:
+            raise CommandError(f"the station has been silent for {SILENT_S:.0f} s: `tui-gcs attach` looks at it")
+        script.tick()
+        for check in script.overridden[told:]:
+            sys.stderr.write(f"tui-gcs: flying in spite of {check.words()}\n")
+        told = len(script.overridden)
+        bar.show(script.progress, script.headline)
+    bar.end()
+    with contextlib.suppress(Exception):
+        bus.ask(f"gcs/req/{principal}", encode(Shutdown()))
+    bus.close()
+    return report(script.referee.result(), script.problem, arguments.json)

@@ -1,0 +1,100 @@
+"""`tui-gcs vehicle calibrate`: sensors and transmitters, led by what the vehicles say."""
+
+import argparse
+from collections.abc import Sequence
+from typing import cast
+
+from tui_gcs.cli.vehicle.prompts import Lead
+from tui_gcs.cli.vehicle.station_client import (
+    Ended,
+    StationClient,
+    confirmed,
+    listed,
+    say,
+    say_json,
+    tell,
+    vehicle_ids,
+)
+from tui_gcs.console.exits import FAILED, OK, CommandError
+from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
+from tui_gcs.core.protocol.setup import (
+    Calibrate,
+    CalibrationRow,
+    CancelCalibration,
+    ConfirmStep,
+    GetCalibrations,
+    SensorWord,
+    UndoRadio,
+)
+
+Ids = tuple[int, ...]
+
+
+def run(station: StationClient, arguments: argparse.Namespace) -> int:
+    """List what there is, begin one or join it, or tell those that run something."""
+    ids, word = vehicle_ids(arguments.ids), arguments.sensor
+    if word is None:
+        return _list(station, ids, as_json=arguments.json)
+    if arguments.undo:
+        if word != "rc":
+            raise CommandError("--undo: of the transmitter only (rc); sensors are calibrated again")
+        return tell(station.carry_out(UndoRadio(ids)), as_json=arguments.json)
+    if word == "cancel":
+        return tell(station.carry_out(CancelCalibration(ids)), as_json=arguments.json)
+    if word == "next":
+        return tell(_confirm(station, ids), as_json=arguments.json)
+    return _calibrate(station, ids, cast(SensorWord, word), arguments)
+
+
+def _list(station: StationClient, ids: Ids, *, as_json: bool) -> int:
+    reply = station.ask(GetCalibrations(ids))
+    if as_json:
+        say_json(reply.calibrations)
+        return OK if reply.ok else FAILED
+    for vehicle in ids:
+        rows = [row for row in reply.calibrations if row.vehicle == vehicle]
+        for row in rows:
+            say(f"{vehicle:>4} {row.sensor:<12} {_begin_words(row)}")
+        if not rows and all(result.vehicle != vehicle for result in reply.results):
+            say(f"vehicle {vehicle}: this autopilot has none")
+    for result in reply.results:
+        say(f"vehicle {result.vehicle}: {result.text}")
+    return OK if reply.ok else FAILED
+
+
+def _begin_words(row: CalibrationRow) -> str:
+    return row.prompt + (f" ({row.no_cancel})" if row.no_cancel else "")
+
+
+def _calibrate(station: StationClient, ids: Ids, sensor: SensorWord, arguments: argparse.Namespace) -> int:
+    """Those that are at it already are joined: somebody who was interrupted comes back so."""
+    joined = [info for info in _running(station, ids) if info.what == f"calibrate {sensor}"]
+    rest = tuple(v for v in ids if all(info.vehicle != v for info in joined))
+    rows = [row for row in station.ask(GetCalibrations(rest)).calibrations if row.sensor == sensor] if rest else []
+    if rows and not arguments.yes:
+        for words in dict.fromkeys(map(_begin_words, rows)):
+            say(f"{listed([row.vehicle for row in rows if _begin_words(row) == words])}: {words}")
+        if not confirmed(f"calibrate {sensor} of {listed(rest)}", yes=False):
+            return FAILED
+    reply = station.begin(Calibrate(rest, sensor)) if rest else ServiceReply(ok=True)
+    own = {info.vehicle: Ended(info.vehicle, False, "forgotten", info.number) for info in joined}
+    ended = {one.vehicle: one for one in station.finish(reply, Lead(station), joined)}
+    return tell([ended.get(v) or own[v] for v in ids], as_json=arguments.json)
+
+
+def _running(station: StationClient, ids: Ids) -> Sequence[TaskInfo]:
+    return [info for info in station.ask(GetTasks()).tasks if info.vehicle in ids and not info.over]
+
+
+def _confirm(station: StationClient, ids: Ids) -> list[Ended]:
+    """For those who watch elsewhere, and for scripts: the vehicles lie as they were asked to."""
+    waiting = {info.vehicle: info for info in _running(station, ids) if info.waits}
+    ended = []
+    for vehicle in ids:
+        info = waiting.get(vehicle)
+        if info is None:
+            ended.append(Ended(vehicle, False, "it does not wait for anybody"))
+        else:
+            reply = station.ask(ConfirmStep(info.number))
+            ended.append(Ended(vehicle, reply.ok, f"done: {info.prompt}" if reply.ok else reply.text, info.number))
+    return ended

@@ -1,0 +1,173 @@
+"""`tui-gcs vehicle files, logs`, and files here."""
+
+import argparse
+import shutil
+import time
+from pathlib import Path
+
+from tui_gcs.cli.files.convert import may_write, put
+from tui_gcs.cli.vehicle.station_client import (
+    Ended,
+    StationClient,
+    confirmed,
+    exit_code,
+    listed,
+    only_one,
+    say,
+    tell,
+    tell_failed,
+    vehicle_ids,
+)
+from tui_gcs.console.exits import FAILED, CommandError
+from tui_gcs.core.base.directories import ConfigError, state_dir
+from tui_gcs.core.base.regular_file import open_plain
+from tui_gcs.core.protocol.services import (
+    MOST_FILE_BYTES,
+    DownloadFile,
+    DownloadLog,
+    EraseLogs,
+    ListFiles,
+    ListLogs,
+    RemoveFile,
+    WriteFile,
+)
+
+
+def run_files(station: StationClient, arguments: argparse.Namespace) -> int:
+    """Do one of the actions with files."""
+    return {"ls": _ls, "get": _get, "put": _put, "rm": _rm}[arguments.act](station, arguments)
+
+
+def run_logs(station: StationClient, arguments: argparse.Namespace) -> int:
+    """Do one of the actions with logs."""
+    return {"ls": _list_logs, "get": _get_log, "erase": _erase}[arguments.act](station, arguments)
+
+
+# ---------------------------------------------------------------- files
+
+
+def _ls(station: StationClient, arguments: argparse.Namespace) -> int:
+    ended = station.carry_out(ListFiles(vehicle_ids(arguments.ids), arguments.path))
+    if arguments.json:
+        return tell(ended, as_json=True)
+    for one in ended:
+        for row in one.result.files:
+            size = "dir" if row.is_directory else "?" if row.size is None else str(row.size)
+            say(f"{one.vehicle:>4} {size:>12} {row.name}" + ("" if row.exact else "  (not its exact name)"))
+        if one.ok and not one.result.files:
+            say(f"vehicle {one.vehicle}: nothing is there")
+    tell_failed(ended)
+    return exit_code(ended)
+
+
+def _get(station: StationClient, arguments: argparse.Namespace) -> int:
+    if not _may_copy(arguments):
+        return FAILED
+    return _fetched(station, arguments, station.carry_out(DownloadFile(vehicle_ids(arguments.ids), arguments.path)))
+
+
+def _put(station: StationClient, arguments: argparse.Namespace) -> int:
+    ids = vehicle_ids(arguments.ids)
+    data = read_here(Path(arguments.file), MOST_FILE_BYTES)
+    act = f"write {arguments.path} ({len(data)} bytes) on {listed(ids)}"
+    if not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
+        return FAILED
+    return tell(station.carry_out(WriteFile(ids, arguments.path, data)), as_json=arguments.json)
+
+
+def _rm(station: StationClient, arguments: argparse.Namespace) -> int:
+    ids = vehicle_ids(arguments.ids)
+    if not confirmed(f"remove {arguments.path} on {listed(ids)}", yes=arguments.yes, vehicles=len(ids)):
+        return FAILED
+    return tell(station.carry_out(RemoveFile(ids, arguments.path)), as_json=arguments.json)
+
+
+# ---------------------------------------------------------------- logs
+
+
+def _list_logs(station: StationClient, arguments: argparse.Namespace) -> int:
+    ended = station.carry_out(ListLogs(vehicle_ids(arguments.ids)))
+    if arguments.json:
+        return tell(ended, as_json=True)
+    for one in ended:
+        for log in one.result.logs:
+            day = time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime(log.time_utc)) if log.time_utc else "time not known"
+            say(f"{one.vehicle:>4} log {log.id:>5} {log.size:>12} bytes  {day}")
+        if one.ok and not one.result.logs:
+            say(f"vehicle {one.vehicle}: no logs")
+    tell_failed(ended)
+    return exit_code(ended)
+
+
+def _get_log(station: StationClient, arguments: argparse.Namespace) -> int:
+    if not _may_copy(arguments):
+        return FAILED
+    return _fetched(station, arguments, station.carry_out(DownloadLog(vehicle_ids(arguments.ids), arguments.log)))
+
+
+def _erase(station: StationClient, arguments: argparse.Namespace) -> int:
+    ids = vehicle_ids(arguments.ids)
+    if not confirmed(f"erase ALL logs on {listed(ids)}", yes=arguments.yes, vehicles=len(ids)):
+        return FAILED
+    return tell(station.carry_out(EraseLogs(ids)), as_json=arguments.json)
+
+
+# ---------------------------------------------------------------- files here
+
+
+def _may_copy(arguments: argparse.Namespace) -> bool:
+    """Whether a copy may be put where it is wanted; asked before anything is fetched."""
+    if arguments.file is None:
+        return True
+    only_one(arguments.ids, "for one file")
+    target = Path(arguments.file)
+    if target.is_dir():
+        return True
+    may_write(target, force=True)
+    return not target.exists() or confirmed(f"overwrite {target}", yes=arguments.yes)
+
+
+def _fetched(station: StationClient, arguments: argparse.Namespace, ended: list[Ended]) -> int:
+    """Tell where files are that the station keeps; copy the one that is wanted here."""
+    try:
+        folder = state_dir(station.kind)
+    except ConfigError as error:
+        raise CommandError(str(error)) from None
+    for one in ended:
+        if one.ok and one.result.path:
+            kept = folder / one.result.path
+            one.text = str(kept)
+            if arguments.file is not None:
+                _copy(kept, Path(arguments.file), one)
+    return tell(ended, as_json=arguments.json)
+
+
+def _copy(kept: Path, wanted: Path, one: Ended) -> None:
+    target = wanted / kept.name if wanted.is_dir() else wanted
+    try:
+        shutil.copyfile(kept, target)
+    except OSError as error:
+        one.ok, one.text = False, f"{target}: {error.strerror}; it is kept as {kept}"
+    else:
+        one.text = str(target)
+
+
+def read_here(path: Path, most_bytes: int) -> bytes:
+    """A file of the user's. Raises `CommandError`."""
+    try:
+        with open_plain(path) as file:
+            data = file.read(most_bytes + 1)
+    except OSError as error:
+        raise CommandError(f"{path}: {error.strerror}") from None
+    if len(data) > most_bytes:
+        raise CommandError(f"{path}: larger than {most_bytes >> 20} MB")
+    return data
+
+
+def write_here(path: Path, data: bytes, *, yes: bool) -> bool:
+    """Write a file of the user's as a whole; False if he does not want the one that is there overwritten."""
+    may_write(path, force=True)
+    if path.exists() and not confirmed(f"overwrite {path}", yes=yes):
+        return False
+    put(path, data, force=True)
+    return True

@@ -1,0 +1,93 @@
+"""`tui-gcs vehicle mode, shell, reboot`."""
+
+import argparse
+
+import msgspec
+
+from tui_gcs.cli.vehicle.station_client import (
+    Ended,
+    StationClient,
+    confirmed,
+    exit_code,
+    listed,
+    only_one,
+    say,
+    say_json,
+    tell,
+    vehicle_ids,
+)
+from tui_gcs.console.exits import FAILED, OK, CommandError
+from tui_gcs.core.protocol.services import MEANT, GetModes, Reboot, SetMode, SetParams, TypeShell
+from tui_gcs.core.protocol.setup import SetCurrentItem, SetGain
+
+LIST_LOOKS = 25
+"""Looks at a list of modes that is still coming, 5 a second."""
+
+
+def run_mode(station: StationClient, arguments: argparse.Namespace) -> int:
+    """List the modes, or change to one."""
+    if arguments.name is None:
+        return _list_modes(station, arguments)
+    request = SetMode(vehicle_ids(arguments.ids), arguments.name, sure=arguments.yes)
+    return tell(carry_out_sure(station, request, f"mode {arguments.name}"), as_json=arguments.json)
+
+
+def _list_modes(station: StationClient, arguments: argparse.Namespace) -> int:
+    vehicle = only_one(arguments.ids, "or a mode to change to")
+    reply = station.ask(GetModes(vehicle))
+    for _ in range(LIST_LOOKS):
+        if not reply.ok or reply.complete:
+            break
+        station.pause()
+        reply = station.ask(GetModes(vehicle))
+    if not reply.ok:
+        raise CommandError(reply.text)
+    if arguments.json:
+        say_json({"vehicle": vehicle, "mode": reply.text, "modes": reply.modes})
+        return OK
+    for mode in reply.modes:
+        present = "*" if mode.name == reply.text else " "
+        say(f"{present} {mode.name}" + ("  (for experts)" if mode.advanced else ""))
+    return OK if reply.modes else FAILED
+
+
+Meant = SetMode | SetParams | SetGain | SetCurrentItem
+"""Requests that the station may want to hear twice."""
+
+
+def carry_out_sure(station: StationClient, request: Meant, act: str) -> list[Ended]:
+    """Ask; where the station wants to hear that it is meant, ask the user, and ask again for those."""
+    ended = station.carry_out(request)
+    unsure = {one.vehicle: one for one in ended if one.text.endswith(MEANT)}
+    if not unsure:
+        return ended
+    why = next(iter(unsure.values())).text.removesuffix(f": {MEANT}")
+    if not confirmed(f"{listed(tuple(unsure))}: {act} ({why})", yes=False, vehicles=len(unsure)):
+        return ended
+    sure = {"in_flight": True} if isinstance(request, SetParams) else {"sure": True}
+    again = station.carry_out(msgspec.structs.replace(request, vehicles=tuple(unsure), **sure))
+    second = {one.vehicle: one for one in again}
+    return [second.get(one.vehicle, one) for one in ended]
+
+
+def run_shell(station: StationClient, arguments: argparse.Namespace) -> int:
+    """Type a line, show what comes."""
+    if not arguments.line:
+        raise CommandError("nothing to type, e.g.: tui-gcs vehicle shell 2 ver all")
+    ended = station.carry_out(TypeShell(vehicle_ids(arguments.ids), " ".join(arguments.line)))
+    if arguments.json:
+        return tell(ended, as_json=True)
+    for one in ended:
+        if len(ended) > 1 or not one.ok:
+            say(f"vehicle {one.vehicle}:" + ("" if one.ok else f" FAILED: {one.text}"))
+        for line in one.result.lines:
+            say(line)
+    return exit_code(ended)
+
+
+def run_reboot(station: StationClient, arguments: argparse.Namespace) -> int:
+    """Reboot; done when its clock has begun anew."""
+    ids = vehicle_ids(arguments.ids)
+    if not confirmed(f"reboot {listed(ids)}", yes=arguments.yes, vehicles=len(ids)):
+        return FAILED
+    return tell(station.carry_out(Reboot(ids)), as_json=arguments.json)

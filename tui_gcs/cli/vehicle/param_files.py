@@ -1,0 +1,212 @@
+"""`tui-gcs vehicle params save, load, diff`: parameters of vehicles and files of all three dialects."""
+
+import argparse
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path
+
+from tui_gcs.cli.files.convert import read_any
+from tui_gcs.cli.vehicle.files import write_here
+from tui_gcs.cli.vehicle.station_client import (
+    Ended,
+    StationClient,
+    confirmed,
+    listed,
+    only_one,
+    say,
+    say_json,
+    tell,
+    tell_failed,
+    vehicle_ids,
+)
+from tui_gcs.console.exits import FAILED, OK, CommandError
+from tui_gcs.core.formats.content import Content, ParamLine, counted
+from tui_gcs.core.formats.file_types import format_of
+from tui_gcs.core.formats.params import IDENTITIES, NOT_TO_WRITE, WRITERS, write_mavproxy
+from tui_gcs.core.protocol.services import (
+    MEANT,
+    MOST_VALUES,
+    FetchParams,
+    GetParams,
+    GetVehicles,
+    ParamRow,
+    SetParams,
+)
+from tui_gcs.core.services.parameters.param_values import ParamType, same, shown
+
+AUTOPILOT_COMPONENT = 1
+FOREIGN_NAMES = 10
+"""A vehicle that lacks more names of a file than this, and more than half of them, is of another autopilot."""
+NETWORK_STEP = 1000
+"""Vehicles of further networks are numbered so far apart."""
+
+
+# ---------------------------------------------------------------- from a vehicle
+
+
+def save(station: StationClient, arguments: argparse.Namespace) -> int:
+    """All parameters of one vehicle into a file, in the dialect that its ending says."""
+    vehicle = only_one(arguments.ids, "for one file")
+    ended = station.carry_out(FetchParams((vehicle,)))
+    if not ended[0].ok:
+        return tell(ended, as_json=arguments.json)
+    reply, info = station.ask(GetParams(vehicle)), station.ask(GetVehicles((vehicle,))).vehicles
+    if not reply.complete:
+        return tell([Ended(vehicle, False, "not all of its parameters came")], as_json=arguments.json)
+    target = format_of(arguments.file)
+    write = WRITERS.get(target.name, write_mavproxy) if target is not None else write_mavproxy
+    lines = tuple(_line(vehicle, row) for row in reply.params)
+    who = f"{info[0].autopilot} {info[0].firmware}".strip() if info else ""
+    head = f"# vehicle {vehicle} {who}".rstrip() + "\n"
+    if not write_here(Path(arguments.file), head.encode() + write(lines).data, yes=arguments.yes):
+        return FAILED
+    text = f"{len(reply.params)} parameters written to {arguments.file}"
+    return tell([Ended(vehicle, True, text)], as_json=arguments.json)
+
+
+def _line(vehicle: int, row: ParamRow) -> ParamLine:
+    known = row.type.upper() in ParamType.__members__
+    kind = ParamType[row.type.upper()] if known else ParamType.REAL32
+    return ParamLine(row.name, row.value, kind, vehicle % NETWORK_STEP, AUTOPILOT_COMPONENT)
+
+
+# ---------------------------------------------------------------- to vehicles
+
+
+@dataclass
+class Difference:
+    """How one vehicle differs from a file."""
+
+    vehicle: int
+    held: dict[str, ParamRow] = field(default_factory=dict)
+    """Of those that differ, what it holds."""
+    wanted: dict[str, int | float] = field(default_factory=dict)
+    missing: tuple[str, ...] = ()
+    """It has no such parameter."""
+
+
+def diff(station: StationClient, arguments: argparse.Namespace) -> int:
+    """Show where vehicles differ from a file; 0 if nowhere."""
+    wanted, _ = _wanted(arguments)
+    found, failed = _differences(station, vehicle_ids(arguments.ids), wanted)
+    if arguments.json:
+        say_json([_row(one) for one in found])
+    for one in found if not arguments.json else ():
+        _show(one)
+    tell_failed(failed)
+    return FAILED if failed or any(one.wanted or one.missing for one in found) else OK
+
+
+def load(station: StationClient, arguments: argparse.Namespace) -> int:
+    """Set on vehicles what differs from a file; what a vehicle reckons itself, and who it is, stays."""
+    wanted, left_out = _wanted(arguments)
+    found, failed = _differences(station, vehicle_ids(arguments.ids), wanted)
+    foreign = [one for one in found if len(one.missing) > max(FOREIGN_NAMES, len(wanted) // 2)]
+    ended = [Ended(one.vehicle, False, _of_another(one, len(wanted))) for one in foreign]
+    found = [one for one in found if one not in foreign]
+    ended += [Ended(one.vehicle, not one.missing, _untouched(one)) for one in found if not one.wanted]
+    changed = [one for one in found if one.wanted]
+    if not arguments.json:
+        for text in left_out:
+            say(f"{arguments.file}: {text}")
+        for one in changed:
+            _show(one)
+    if changed:
+        ids = tuple(one.vehicle for one in changed)
+        most = counted(max(len(one.wanted) for one in changed), "parameter")
+        act = f"set {'up to ' * (len(ids) > 1)}{most} of {listed(ids)}"
+        if not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
+            return FAILED
+    ended += [_set(station, one) for one in changed]
+    return tell(sorted([*failed, *ended], key=lambda one: one.vehicle), as_json=arguments.json)
+
+
+def _of_another(one: Difference, names: int) -> str:
+    return f"it has no {len(one.missing)} of the file's {names} parameters: a file of another autopilot; none was set"
+
+
+def _untouched(one: Difference) -> str:
+    return f"it has no {_names(one.missing)}" if one.missing else "holds all of it already"
+
+
+def _names(names: tuple[str, ...]) -> str:
+    more = f" and {len(names) - 5} more" if len(names) > 5 else ""
+    return ", ".join(names[:5]) + more
+
+
+def _set(station: StationClient, one: Difference) -> Ended:
+    """A few at a time; what failed is told, the others go on."""
+    bad: list[str] = []
+    done = 0
+    for values in _portions(one.wanted):
+        ended = station.carry_out(SetParams((one.vehicle,), values))[0]
+        done += len(ended.result.params) if not ended.ok else len(values)
+        if not ended.ok:
+            bad.append(ended.text.removesuffix(f": {MEANT}") or "no reason was told")
+            if not ended.result.params:
+                break  # it does not take any: in the air, or silent
+    text = f"{done} of {counted(len(one.wanted), 'parameter')} set"
+    missing = [f"it has no {_names(one.missing)}"] * bool(one.missing)
+    return Ended(one.vehicle, not bad and not missing, "; ".join([text, *bad, *missing]))
+
+
+def _portions(values: dict[str, int | float]) -> Iterator[dict[str, int | float]]:
+    left = iter(values.items())
+    while portion := dict(islice(left, MOST_VALUES)):
+        yield portion
+
+
+def _wanted(arguments: argparse.Namespace) -> tuple[dict[str, int | float], tuple[str, ...]]:
+    """Values by name, and what of the file is not for vehicles. Raises `CommandError`."""
+    content = read_any(Path(arguments.file))
+    if not isinstance(content, Content) or not content.params:
+        raise CommandError(f"{arguments.file}: holds no parameters")
+    owners = {(line.system, line.component) for line in content.params}
+    if len(owners) > 1:
+        raise CommandError(f"{arguments.file}: holds parameters of {len(owners)} vehicles or components; take one out")
+    reckoned = [line.name for line in content.params if line.name in NOT_TO_WRITE]
+    own = [line.name for line in content.params if line.name in IDENTITIES]
+    told = [f"left out, the vehicle reckons them itself: {', '.join(reckoned)}"] * bool(reckoned)
+    told += [f"left out, it says who a vehicle is: {', '.join(own)}"] * bool(own)
+    skipped = {*reckoned, *own}
+    return {line.name: line.value for line in content.params if line.name not in skipped}, tuple(told)
+
+
+def _differences(
+    station: StationClient, ids: tuple[int, ...], wanted: dict[str, int | float]
+) -> tuple[list[Difference], list[Ended]]:
+    """Of those that told all of their parameters; and who did not."""
+    fetched = station.carry_out(FetchParams(ids))
+    found = []
+    for one in fetched:
+        if not one.ok:
+            continue
+        reply = station.ask(GetParams(one.vehicle))
+        if not reply.complete:
+            one.ok, one.text = False, "not all of its parameters came"
+            continue
+        held = {row.name: row for row in reply.params}
+        differing = {name: value for name, value in wanted.items() if name in held and not _holds(held[name], value)}
+        missing = tuple(name for name in wanted if name not in held)
+        found.append(Difference(one.vehicle, {name: held[name] for name in differing}, differing, missing))
+    return found, [one for one in fetched if not one.ok]
+
+
+def _holds(row: ParamRow, value: int | float) -> bool:
+    kind = row.type.upper()
+    return same(row.value, value, ParamType[kind] if kind in ParamType.__members__ else ParamType.REAL32)
+
+
+def _show(one: Difference) -> None:
+    for name, value in one.wanted.items():
+        say(f"{one.vehicle:>4} {name:<16} {shown(one.held[name].value)} -> {shown(value)}")
+    if one.missing:
+        say(f"{one.vehicle:>4} it has no {_names(one.missing)}")
+    if not one.wanted and not one.missing:
+        say(f"{one.vehicle:>4} holds all of it")
+
+
+def _row(one: Difference) -> dict[str, object]:
+    values = {name: {"held": one.held[name].value, "file": value} for name, value in one.wanted.items()}
+    return {"vehicle": one.vehicle, "differ": values, "missing": list(one.missing)}

@@ -1,0 +1,101 @@
+"""`tui-gcs vehicle params …`."""
+
+import argparse
+from fnmatch import fnmatchcase
+
+from tui_gcs.cli.vehicle import param_files as files
+from tui_gcs.cli.vehicle.mode_shell_reboot import carry_out_sure
+from tui_gcs.cli.vehicle.station_client import (
+    Ended,
+    StationClient,
+    exit_code,
+    say,
+    say_json,
+    tell,
+    tell_failed,
+    vehicle_ids,
+)
+from tui_gcs.console.exits import CommandError
+from tui_gcs.core.protocol.services import FetchParams, GetParams, ParamRow, ReadParams, SetParams
+from tui_gcs.core.services.parameters.param_values import shown
+
+
+def run(station: StationClient, arguments: argparse.Namespace) -> int:
+    """Do one of the actions."""
+    actions = {"get": _get, "set": _set, "list": _list, "save": files.save, "load": files.load, "diff": files.diff}
+    return actions[arguments.act](station, arguments)
+
+
+def _get(station: StationClient, arguments: argparse.Namespace) -> int:
+    ended = station.carry_out(ReadParams(vehicle_ids(arguments.ids), tuple(dict.fromkeys(arguments.names))))
+    if arguments.json:
+        return tell(ended, as_json=True)
+    for one in ended:
+        _rows(one.vehicle, one.result.params)
+    tell_failed(ended)
+    return exit_code(ended)
+
+
+def _rows(vehicle: int, rows: tuple[ParamRow, ...]) -> None:
+    for row in rows:
+        default = f"  default {shown(row.default)}" if row.default is not None and row.default != row.value else ""
+        meaning = f"  {row.text}" if row.text else ""
+        say(f"{vehicle:>4} {row.name:<16} {shown(row.value)}{' ' + row.units if row.units else ''}{default}{meaning}")
+
+
+def _set(station: StationClient, arguments: argparse.Namespace) -> int:
+    value = number(arguments.value)
+    request = SetParams(
+        vehicle_ids(arguments.ids),
+        {arguments.name: value},
+        in_flight=arguments.yes,
+        beyond_range=arguments.beyond_range,
+    )
+    ended = carry_out_sure(station, request, f"set {arguments.name} = {shown(value)}")
+    for one in ended:
+        if one.ok and not one.text:
+            one.text = ", ".join(f"{row.name} = {shown(row.value)}" for row in one.result.params)
+    return tell(ended, as_json=arguments.json)
+
+
+def number(text: str) -> int | float:
+    """A value as people write it. Raises `CommandError`."""
+    try:
+        return int(text, 0)
+    except ValueError:
+        pass
+    try:
+        value = float(text)
+    except ValueError:
+        raise CommandError(f"{text[:40]!r} is no number") from None
+    if value - value != 0:
+        raise CommandError(f"{text[:40]!r} is no number that a vehicle can take")
+    return value
+
+
+def _list(station: StationClient, arguments: argparse.Namespace) -> int:
+    ids = vehicle_ids(arguments.ids)
+    fetched = station.carry_out(FetchParams(ids)) if arguments.fetch else []
+    failed = {one.vehicle: one for one in fetched if not one.ok}
+    rows: dict[str, tuple[ParamRow, ...]] = {}
+    ended: list[Ended] = []
+    for vehicle in ids:
+        reply = station.ask(GetParams(vehicle))
+        found = tuple(row for row in reply.params if _fits(row.name, arguments.pattern))
+        rows[str(vehicle)] = found
+        text = "" if reply.complete or not reply.ok else f"{len(reply.params)} are known, --fetch asks for all"
+        ended.append(failed.get(vehicle) or Ended(vehicle, reply.ok, reply.text or text))
+        if not arguments.json:
+            _rows(vehicle, found)
+            if text and vehicle not in failed:
+                say(f"vehicle {vehicle}: {text}")
+    if arguments.json:
+        say_json(rows)
+    else:
+        tell_failed(ended)
+    return exit_code(ended)
+
+
+def _fits(name: str, pattern: str) -> bool:
+    wanted = pattern.upper()
+    return fnmatchcase(name, wanted if any(char in wanted for char in "*?[") else f"*{wanted}*")

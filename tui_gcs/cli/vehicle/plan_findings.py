@@ -1,0 +1,87 @@
+"""What is to be said of plans before `tui-gcs vehicle plan upload` sends them: as the missions screen says it."""
+
+import math
+import sys
+from collections.abc import Iterator, Sequence
+
+from tui_gcs.cli.vehicle.station_client import LINE_CELLS, StationClient, listed
+from tui_gcs.console.exits import CommandError
+from tui_gcs.core.base.text import clean
+from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.missions.autopilot_limits import dialect_called
+from tui_gcs.core.missions.draft import VehicleDraft
+from tui_gcs.core.missions.mission_findings import Finding, Level, Site, findings
+from tui_gcs.core.missions.plan_findings import Who, autopilot_findings
+from tui_gcs.core.missions.timed_path import Home, way_of
+from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
+from tui_gcs.core.protocol.common import PROTOCOL, GetScenario, Hello
+from tui_gcs.core.protocol.services import DownloadPlan, GetOnBoard, GetVehicles, PlanRow, VehicleInfo
+from tui_gcs.core.requests.plan_rows import plan_of
+from tui_gcs.core.scenario.model import Origin, Round
+
+Items = tuple[PlanItem, ...]
+
+
+def warnings(station: StationClient, ids: Sequence[int], plans: Sequence[Plan]) -> int:
+    """Tell, on stderr, what is to be said against these plans for these vehicles; how many lines that is.
+
+    A mission is judged against the operating area of the present round, its heights and no-fly zones, and against the
+    vehicle's own fence: that which comes with it, else that on board. Raises `CommandError` for what cannot be flown.
+    """
+    reply = station.ask(GetScenario())
+    status = station.ask(Hello(PROTOCOL, "cli")).status
+    origin, current = Origin(0.0, 0.0, 0.0), None
+    if reply.scenario is not None and status is not None:
+        rounds = reply.scenario.scenario.rounds
+        origin, current = reply.scenario.scenario.origin, rounds[min(status.round_index, len(rounds) - 1)]
+    whose: dict[str, list[int]] = {}
+    fences = _fences(station, ids, plans)
+    for info in station.ask(GetVehicles(tuple(ids))).vehicles:
+        for line in _told(info, plans, fences.get(info.id, ()), LocalFrame(origin), current):
+            whose.setdefault(line, []).append(info.id)
+    for line, vehicles in whose.items():
+        sys.stderr.write(f"{listed(vehicles)}: {clean(line, LINE_CELLS)}\n")
+    sys.stderr.flush()
+    return len(whose)
+
+
+def _fences(station: StationClient, ids: Sequence[int], plans: Sequence[Plan]) -> dict[int, Items | str]:
+    """The fence that will hold, by vehicle, or why it is not known; those on board are read where they are not."""
+    ours = next((plan.items for plan in plans if plan.kind is PlanKind.FENCE), None)
+    if ours is not None or all(plan.kind is not PlanKind.MISSION for plan in plans):
+        return dict.fromkeys(ids, ours or ())
+    rows = {row.vehicle: row.fence for row in station.ask(GetOnBoard(tuple(ids))).on_board}
+    fences: dict[int, Items | str] = {v: _items(held) for v in ids if (held := rows.get(v)) is not None}
+    unread = tuple(v for v in ids if v not in fences)
+    for one in station.carry_out(DownloadPlan(unread, "fence")) if unread else ():
+        fences[one.vehicle] = _items(one.result.plan or ()) if one.ok else one.text
+    return fences
+
+
+def _items(rows: Sequence[PlanRow]) -> Items:
+    return plan_of(PlanKind.FENCE, rows).items
+
+
+def _told(
+    info: VehicleInfo, plans: Sequence[Plan], fence: Items | str, frame: LocalFrame, current: Round | None
+) -> Iterator[str]:
+    if isinstance(fence, str):
+        yield f"its own fence could not be read: {fence}"
+        fence = ()
+    by_kind = {PlanKind.FENCE: fence} | {plan.kind: plan.items for plan in plans}
+    draft = VehicleDraft(*(by_kind.get(kind, ()) for kind in PlanKind))
+    home_deg = info.home[:2] if info.home is not None else None
+    who = Who(dialect_called(info.autopilot), frame, home_deg)
+    amsl_m = info.home[2] if info.home is not None and math.isfinite(info.home[2]) else 0.0
+    site = Site(frame, current, autopilot=info.autopilot, home_deg=home_deg)
+    found = findings(draft, way_of(draft.mission, Home(who.start_m, amsl_m), frame, site.performance), site)
+    sent = {plan.kind for plan in plans}
+    wrong = next((each for each in found if each.level is Level.ERROR and each.kind in sent), None)
+    if wrong is not None:
+        raise CommandError(f"vehicle {info.id}: {wrong}")
+    if current is None:
+        yield "not judged by an operating area: the station did not tell its scenario"
+    if home_deg is None:
+        yield "its home is not known: the way is reckoned from the scenario's origin"
+    both: list[Finding] = [*found, *autopilot_findings(draft, who)]
+    yield from (str(each) for each in both if each.level > Level.NOTE and each.kind in sent)

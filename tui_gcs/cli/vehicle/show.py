@@ -1,0 +1,156 @@
+"""`tui-gcs vehicle list, show, failsafes, events, tasks, cancel`: what is known."""
+
+import argparse
+import math
+import time
+
+from tui_gcs.cli.vehicle.station_client import (
+    StationClient,
+    exit_code,
+    listed,
+    say,
+    say_json,
+    tell,
+    tell_failed,
+    vehicle_ids,
+)
+from tui_gcs.console.exits import FAILED, OK, CommandError
+from tui_gcs.core.protocol.common import GetEvents
+from tui_gcs.core.protocol.event_scope import concerns
+from tui_gcs.core.protocol.services import (
+    CancelTask,
+    FailsafeRow,
+    GetTasks,
+    GetVehicles,
+    ReadFailsafes,
+    TaskInfo,
+    VehicleInfo,
+)
+
+MOST_EVENTS = 500
+
+
+def run_list(station: StationClient, arguments: argparse.Namespace) -> int:
+    """All vehicles."""
+    vehicles = station.ask(GetVehicles()).vehicles
+    if arguments.json:
+        say_json(vehicles)
+        return OK
+    if not vehicles:
+        say("no vehicle was heard")
+    for v in vehicles:
+        ready = "ready" if v.ready else (v.problems[0].text if v.problems else "not ready")
+        armed = "ARMED" if v.armed else "-"
+        say(f"{v.id:>4} {v.autopilot:<11} {v.firmware:<12} {v.mode:<10} {armed:<6} {v.freshness:<6} {ready}")
+    return OK
+
+
+def run_show(station: StationClient, arguments: argparse.Namespace) -> int:
+    """All about vehicles; their failsafes are read if they are not known yet."""
+    ids = vehicle_ids(arguments.ids)
+    before = station.ask(GetVehicles(ids))
+    unread = tuple(v.id for v in before.vehicles if not v.failsafes and v.freshness != "lost")
+    if unread:
+        station.carry_out(ReadFailsafes(unread))
+    reply = station.ask(GetVehicles(ids))
+    if arguments.json:
+        say_json(reply.vehicles)
+    else:
+        for vehicle in reply.vehicles:
+            _show(vehicle)
+        for result in reply.results:
+            say(f"vehicle {result.vehicle}: {result.text}")
+    return OK if reply.ok else FAILED
+
+
+def _show(v: VehicleInfo) -> None:
+    place = f" team {v.team}" if v.team else " in no team"
+    say(f"vehicle {v.id}: {v.autopilot} {v.firmware} {v.type}{place}")
+    network = f" network {v.network}" if v.network else ""
+    say(f"  identity   system {v.system}{network} uid {v.uid or 'not told'}; {v.signing}")
+    armed = "ARMED" + (", in the air" if v.in_flight else "") if v.armed else "disarmed"
+    say(f"  state      {v.mode} {armed}; {v.freshness}, heard {v.heard_age_s:.1f} s ago")
+    trip = f"round trip {v.rtt_s * 1e3:.0f} ms" if math.isfinite(v.rtt_s) else "round trip not measured"
+    quality = f"{trip}; {v.loss_pct:.1f} % lost" if v.freshness != "lost" else "nothing is heard of it now"
+    say(f"  links      {', '.join(v.links)}; {quality}")
+    items = "mission not known" if v.mission_items is None else f"mission of {v.mission_items} items"
+    current = f", at item {v.mission_current + 1}" if v.mission_items and v.mission_current is not None else ""
+    params = "all parameters known" if v.params_complete else f"{v.params_known} parameters known"
+    say(f"  holds      {items}{current}; {params}" + (f"; busy: {v.busy}" if v.busy else ""))
+    say(f"  health     {'armed' if v.armed else 'ready to arm' if v.ready else 'NOT READY'}")
+    for problem in v.problems:
+        say(f"    {'!' if problem.blocks else '-'} {problem.text}")
+    if v.failsafes:
+        say("  failsafes")
+        _failsafes(v.failsafes)
+
+
+def _failsafes(rows: tuple[FailsafeRow, ...]) -> None:
+    for row in rows:
+        say(f"    {'!' if row.warning else '-'} {row.when}: {row.does}")
+
+
+def run_failsafes(station: StationClient, arguments: argparse.Namespace) -> int:
+    """Read them now."""
+    ended = station.carry_out(ReadFailsafes(vehicle_ids(arguments.ids)))
+    if arguments.json:
+        return tell(ended, as_json=True)
+    for one in ended:
+        if one.ok:
+            say(f"vehicle {one.vehicle}")
+            _failsafes(one.result.failsafes)
+    tell_failed(ended)
+    return exit_code(ended)
+
+
+def run_events(station: StationClient, arguments: argparse.Namespace) -> int:
+    """The newest events of vehicles, what was ordered of them, and what comes."""
+    ids = vehicle_ids(arguments.ids)
+    reply = station.ask(GetVehicles(ids))
+    if reply.results:
+        raise CommandError(f"{listed([r.vehicle for r in reply.results])}: {reply.results[0].text}")
+    after, last = 0, max(0, min(arguments.last, MOST_EVENTS))
+    while True:
+        events = station.ask(GetEvents(after=after)).events
+        shown = [event for event in events if concerns(event, ids)]
+        for event in shown[len(shown) - last if last < len(shown) else 0 :] if last else []:
+            if arguments.json:
+                say_json(event)
+            else:
+                clock = time.strftime("%H:%M:%S", time.localtime(event.wall_s))
+                say(f"{clock} {event.source:<11} {_SEVERITY[event.severity & 7]:<9} {event.text}")
+        if not arguments.follow:
+            return OK
+        after, last = max([after, *(event.seq for event in events)]), MOST_EVENTS
+        station.pause()
+
+
+_SEVERITY = ("EMERGENCY", "ALERT", "CRITICAL", "ERROR", "warning", "notice", "info", "debug")
+
+
+def run_tasks(station: StationClient, arguments: argparse.Namespace) -> int:
+    """What goes on, and what went on."""
+    tasks = station.ask(GetTasks()).tasks
+    if arguments.json:
+        say_json(tasks)
+        return OK
+    if not tasks:
+        say("nothing was asked of any vehicle")
+    for task in tasks:
+        say(f"{task.number:>4} vehicle {task.vehicle:<4} {task.state:<9} {_far(task):<6} {task.what}  by {task.who}"
+            + (f": {task.text}" if task.text else ""))  # fmt: skip
+    return OK
+
+
+def _far(task: TaskInfo) -> str:
+    return f"{100 * task.done // task.total} %" if task.total and not task.over else ""
+
+
+def run_cancel(station: StationClient, arguments: argparse.Namespace) -> int:
+    """End one."""
+    reply = station.ask(CancelTask(arguments.task))
+    if arguments.json:
+        say_json({"task": arguments.task, "ok": reply.ok, "text": reply.text})
+    else:
+        say(reply.text)
+    return OK if reply.ok else FAILED
