@@ -49,5 +49,7 @@ def end_programs() -> None:
     ours = os.environ["TUI_GCS_RUNTIME_DIR"]
     listing = subprocess.run(["ps", "-ww", "-eo", "pid,args"], capture_output=True, text=True, check=True).stdout
     for line in listing.splitlines():
-        if ours in line and any(part in line for part in ("tui_gcs.client.launcher", "station_process", "sitl.launch")):
+        if ours in line and any(
+            part in line for part in ("tui_gcs.client.launcher", "station_process", "sitl.launch.simulated")
+        ):
             os.kill(int(line.split()[0]), 9)

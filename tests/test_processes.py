@@ -114,7 +114,7 @@ def test_simulated_vehicles_fly_on_with_the_station_alone_and_end_with_it(fleet:
         os.kill(pid, signal.SIGKILL)
     until(lambda: any(alarm.cause == "supervisor" for alarm in fleet.status.alarms), 5, "told that nobody supervises")
     time.sleep(2.5)
-    assert processes("sitl.launch") and max(fleet.frame.heard_age_s) < 1.5, "it is still flown"
+    assert processes("sitl.launch.simulated") and max(fleet.frame.heard_age_s) < 1.5, "it is still flown"
     for pid in processes("tui_gcs.core.station.process"):
         os.kill(pid, signal.SIGKILL)
-    until(lambda: not processes("sitl.launch"), 5, "nobody wants vehicles any more")
+    until(lambda: not processes("sitl.launch.simulated"), 5, "nobody wants vehicles any more")

@@ -5,7 +5,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from sitl.weather import WeatherSpec
+from sitl.physics.weather import WeatherSpec
 from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.scenario.load import load

@@ -84,7 +84,7 @@ def simulated(port: int, folder: Path) -> Iterator[None]:
     vehicles = [vehicle for vehicle in spec["vehicles"] if vehicle["system_id"] == FLOWN]
     path = folder / "sim.json"
     path.write_text(json.dumps(spec | {"vehicles": vehicles}))
-    command = [sys.executable, "-m", "sitl.launch", "--spec", str(path), "--target", f"127.0.0.1:{port}"]
+    command = [sys.executable, "-m", "sitl.launch.simulated", "--spec", str(path), "--target", f"127.0.0.1:{port}"]
     process = subprocess.Popen(command)
     try:
         yield

@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from sitl.fleet import IntruderSpec, SensorSpec, WorldSpec
+from sitl.launch.fleet import IntruderSpec, SensorSpec, WorldSpec
 from tests.bench.guardian import AREA, FAR_M, GOALS, INTRUDER_M_S, MIDDLE, WITHIN_S, ZONE
 from tests.bench.row import Row
 from tui_gcs.core.geometry.local_frame import LocalFrame

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from sitl.fleet import SimFleet, VehicleSpec
-from sitl.wire import LAYOUT_BY_NAME, Encoder
+from sitl.launch.fleet import SimFleet, VehicleSpec
+from sitl.links.wire import LAYOUT_BY_NAME, Encoder
 from tests.bench.row import NotMeasured, Row
 
 N = 250

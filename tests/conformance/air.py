@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from sitl.faults import Faults, Lane
+from sitl.links.faults import Faults, Lane
 from tui_gcs.core.links import Link
 from tui_gcs.core.links.base import Address
 from tui_gcs.core.mavlink.frames import cut_datagram

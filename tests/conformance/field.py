@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from sitl.fleet import SimFleet, VehicleSpec
+from sitl.launch.fleet import SimFleet, VehicleSpec
 from tests.conformance.air import Air
 from tests.conformance.turns import Turns
 from tui_gcs.core.base.clock import Clock, MonotonicClock, VirtualClock

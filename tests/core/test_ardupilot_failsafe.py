@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from rig import Rig
 
-from sitl import ardupilot_failsafes
+from sitl.ardupilot import failsafes as ardupilot_failsafes
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
 

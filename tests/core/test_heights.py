@@ -9,7 +9,7 @@ import pytest
 from rig import Rig
 from test_jumps import alarms, believes
 
-from sitl.ardupilot_telemetry import BUILDERS
+from sitl.ardupilot.telemetry import BUILDERS
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.station.state_store import StationMemory

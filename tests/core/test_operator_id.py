@@ -8,7 +8,7 @@ import pytest
 from rig import Rig, scenario, toml
 from service_rig import Peer, ServiceRig
 
-from sitl.remote_id import OLD_US
+from sitl.ardupilot.remote_id import OLD_US
 from tui_gcs.core.protocol.common import Start
 from tui_gcs.core.records.rehearsal_store import plan_digest
 from tui_gcs.core.scenario.load import ScenarioError, parse

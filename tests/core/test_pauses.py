@@ -9,8 +9,8 @@ from collections.abc import Callable
 import pytest
 from rig import Rig
 
-from sitl import ardupilot_failsafes
-from sitl.px4_failsafes import engage
+from sitl.ardupilot import failsafes as ardupilot_failsafes
+from sitl.px4.failsafes import engage
 from tui_gcs.core.flight.stall_detection import HEARS_FIRST_S, Pauses
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.rehearsal.lock_step import TICK_S

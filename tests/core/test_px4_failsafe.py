@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 from rig import Rig
 
-from sitl.px4_failsafes import engage
+from sitl.px4.failsafes import engage
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
 

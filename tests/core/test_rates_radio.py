@@ -4,7 +4,7 @@ import random
 from collections import Counter, deque
 from typing import Any
 
-from sitl.fleet import SimFleet, VehicleSpec
+from sitl.launch.fleet import SimFleet, VehicleSpec
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.firmware.command_encoder import Speech
 from tui_gcs.core.fleet.fleet import Fleet

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from rig import Rig, toml
 
-from sitl.fleet import VehicleSpec
+from sitl.launch.fleet import VehicleSpec
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Circle

@@ -9,7 +9,7 @@ import msgspec
 import pytest
 from rig import Rig, scenario
 
-from sitl.fleet import VehicleSpec
+from sitl.launch.fleet import VehicleSpec
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask, Reply, RunPhase
 from tui_gcs.core.scenario.model import Limits, Scenario

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from unittest.mock import patch
 
-from sitl.ardupilot_telemetry import BUILDERS
+from sitl.ardupilot.telemetry import BUILDERS
 from tests.core.rig import Rig
 from tui_gcs.core.fleet.integrity.navigation_integrity import SelfDoubts
 from tui_gcs.core.protocol import common as m

@@ -8,8 +8,8 @@ from collections import Counter
 
 import pytest
 
-from sitl.fleet import SimFleet, VehicleSpec
-from sitl.signing import SigningSpec
+from sitl.launch.fleet import SimFleet, VehicleSpec
+from sitl.services.signing import SigningSpec
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import TICKS_PER_S, SigningClock, Verdict, Verifier, sign, ticks
 

@@ -10,7 +10,7 @@ import pytest
 from pymavlink.dialects.v20 import all as pymavlink_all
 from rig import Rig
 
-from sitl.wire import cut
+from sitl.links.wire import cut
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.dialect import Message, decode
 from tui_gcs.core.mavlink.encode import Encoder

@@ -10,8 +10,8 @@ import numpy as np
 import shapely
 from rig import Rig, scenario, toml
 
-from sitl.weather import Weather as SimWeather
-from sitl.weather import WeatherSpec
+from sitl.physics.weather import Weather as SimWeather
+from sitl.physics.weather import WeatherSpec
 from tui_gcs.core.flight.flights import COLUMN_M
 from tui_gcs.core.geometry.zones import Circle, Role, Zone, contains, polygon_of
 from tui_gcs.core.protocol import common as m

@@ -11,7 +11,7 @@ from typing import Any
 from fastcrc.crc16 import mcrf4xx
 from rig import Rig
 
-from sitl.fleet import SimFleet, VehicleSpec
+from sitl.launch.fleet import SimFleet, VehicleSpec
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.links import Address
 from tui_gcs.core.links.memory import MemoryLink

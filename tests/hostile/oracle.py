@@ -16,8 +16,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from sitl.fleet import SimFleet
-from sitl.signing import SigningSpec, time_of
+from sitl.launch.fleet import SimFleet
+from sitl.services.signing import SigningSpec, time_of
 from tests.core.rig import Rig, scenario, toml
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward.forwarder import Endpoint

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitl.weather import Weather, WeatherSpec
+from sitl.physics.weather import Weather, WeatherSpec
 from tui_gcs.planner.api import Limits
 from tui_gcs.planner.avoidance import ACCEL_Z_M_S2, CLIMB_M_S, DESCENT_M_S, avoid
 

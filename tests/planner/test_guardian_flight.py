@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from sitl.fleet import IntruderSpec, SensorSpec, WorldSpec
+from sitl.launch.fleet import IntruderSpec, SensorSpec, WorldSpec
 from tests.core.rig import Rig, scenario, toml
 from tui_gcs.core.geometry.local_frame import LocalFrame
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl.faults import QUEUE_S, FaultError, Faults, FaultyLink, Lane, LinkFaults, parse
+from sitl.links.faults import QUEUE_S, FaultError, Faults, FaultyLink, Lane, LinkFaults, parse
 
 ALL = "loss=0.1,delay=200ms,jitter=20%,dup=0.01,reorder=0.05,rate=5760,corrupt=1e-4,flap=2s/2s,burst=0.05/0.3"
 

@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from sitl.fleet import SimFleet, VehicleSpec
-from sitl.wire import LAYOUT_BY_NAME, cut
+from sitl.launch.fleet import SimFleet, VehicleSpec
+from sitl.links.wire import LAYOUT_BY_NAME, cut
 
 GUIDED = 4
 

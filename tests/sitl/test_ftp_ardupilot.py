@@ -5,8 +5,8 @@ import struct
 
 import pytest
 
-from sitl import mission_files, param_pack
-from sitl.missions import FENCE, MISSION, Item
+from sitl.ardupilot import mission_files, param_pack
+from sitl.common.plan_store import FENCE, MISSION, Item
 from tests.sitl.ftp_rig import (
     ACK,
     BURST,

@@ -6,8 +6,8 @@ import struct
 
 import pytest
 
-from sitl.ftp_px4 import METADATA_URI
-from sitl.parameters import crc32
+from sitl.px4.ftp import METADATA_URI
+from sitl.services.parameters import crc32
 from tests.sitl.ftp_rig import (
     ACK,
     BURST,

@@ -6,9 +6,9 @@ import struct
 import pytest
 from fastcrc import crc16
 
-from sitl import endpoint
-from sitl.fleet import SimFleet
-from sitl.wire import LAYOUT_BY_NAME, MAGIC_V2
+from sitl.launch.fleet import SimFleet
+from sitl.links import endpoint
+from sitl.links.wire import LAYOUT_BY_NAME, MAGIC_V2
 from tests.sitl.conftest import Ground, specs
 
 EXTREMES = [struct.pack("<f", value) for value in (float("nan"), float("inf"), -float("inf"), 3.4e38, -1e30, 0.5, 1e9)]

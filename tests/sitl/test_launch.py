@@ -9,9 +9,9 @@ import sys
 
 import pytest
 
-from sitl.launch import load_spec, main
-from sitl.process import LaunchError, parse_target
-from sitl.wire import Encoder, cut
+from sitl.launch.process import LaunchError, parse_target
+from sitl.launch.simulated import load_spec, main
+from sitl.links.wire import Encoder, cut
 
 SPEC = {"seed": 1, "vehicles": [{"system_id": 3, "lat_deg": 52.0, "lon_deg": -0.6, "ground_amsl_m": 110.0}]}
 
@@ -65,7 +65,17 @@ def test_vehicles_speak_and_answer_over_udp_and_end_cleanly(tmp_path):
         station.bind(("127.0.0.1", 0))
         station.settimeout(20.0)
         target = f"127.0.0.1:{station.getsockname()[1]}"
-        command = [sys.executable, "-m", "sitl.launch", "--spec", str(path), "--target", target, "--speed", "5"]
+        command = [
+            sys.executable,
+            "-m",
+            "sitl.launch.simulated",
+            "--spec",
+            str(path),
+            "--target",
+            target,
+            "--speed",
+            "5",
+        ]
         process = subprocess.Popen([*command, "--parent", str(os.getpid())])
         try:
             heard = _until(station, "HEARTBEAT")
@@ -96,7 +106,7 @@ def test_it_ends_when_its_parent_is_gone(tmp_path):
     path.write_text(json.dumps(SPEC))
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
-    command = [sys.executable, "-m", "sitl.launch", "--spec", str(path), "--target", "127.0.0.1:9"]
+    command = [sys.executable, "-m", "sitl.launch.simulated", "--spec", str(path), "--target", "127.0.0.1:9"]
     done = subprocess.run([*command, "--parent", str(gone.pid)], timeout=20.0, check=False)
     assert done.returncode == 0
 
@@ -109,7 +119,7 @@ def test_it_ends_when_its_parent_was_killed_and_nobody_has_waited_for_that(tmp_p
     lives, says = os.pipe()
     begin = "import subprocess, sys; subprocess.Popen(sys.argv[2:] + ['--parent', str(__import__('os').getpid())],"
     begin += " pass_fds=[int(sys.argv[1])]); print(flush=True); input()"
-    launch = [sys.executable, "-m", "sitl.launch", "--spec", str(path), "--target", "127.0.0.1:9"]
+    launch = [sys.executable, "-m", "sitl.launch.simulated", "--spec", str(path), "--target", "127.0.0.1:9"]
     parent = subprocess.Popen(
         [sys.executable, "-c", begin, str(says), *launch],
         pass_fds=[says],
@@ -131,7 +141,7 @@ def test_it_ends_when_nobody_holds_the_other_end_of_its_pipe(tmp_path):
     path = tmp_path / "spec.json"
     path.write_text(json.dumps(SPEC))
     wanted, wants = os.pipe()
-    command = [sys.executable, "-m", "sitl.launch", "--spec", str(path), "--target", "127.0.0.1:9"]
+    command = [sys.executable, "-m", "sitl.launch.simulated", "--spec", str(path), "--target", "127.0.0.1:9"]
     process = subprocess.Popen([*command, "--lifeline", str(wanted)], pass_fds=[wanted])
     os.close(wanted)
     with pytest.raises(subprocess.TimeoutExpired):

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from sitl.missions import FENCE, MISSION
-from sitl.px4_modes import MISSION as PX4_MISSION
-from sitl.px4_modes import RTL
+from sitl.common.plan_store import FENCE, MISSION
+from sitl.px4.modes import MISSION as PX4_MISSION
+from sitl.px4.modes import RTL
 from tests.sitl.conftest import HOLD, px4_take_off
 
 WAYPOINT, RETURN, LAND, TAKEOFF, JUMP, SPEED = 16, 20, 21, 22, 177, 178

@@ -3,8 +3,8 @@
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega
 
-from sitl.newer import NEWER
-from sitl.wire import LAYOUTS, Encoder, cut
+from sitl.links.dialect import NEWER
+from sitl.links.wire import LAYOUTS, Encoder, cut
 
 # Published checksum seeds of the messages that real PX4 1.17 was heard to send.
 HEARD = {8: 117, 380: 232, 395: 0, 397: 182, 410: 160, 411: 106, 435: 134, 436: 193, 437: 30}

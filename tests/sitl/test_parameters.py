@@ -6,9 +6,9 @@ import struct
 import pytest
 from fastcrc import crc16
 
-from sitl import endpoint
-from sitl.parameters import ParameterTable
-from sitl.wire import LAYOUT_BY_NAME, Encoder, cut
+from sitl.links import endpoint
+from sitl.links.wire import LAYOUT_BY_NAME, Encoder, cut
+from sitl.services.parameters import ParameterTable
 from tests.sitl.store_rig import Bench
 
 REAL_PX4_HASH = 0xD70700D1

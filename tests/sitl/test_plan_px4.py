@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from sitl.fleet import SimFleet
-from sitl.missions import ALL, FENCE, MISSION, RALLY, Item
+from sitl.common.plan_store import ALL, FENCE, MISSION, RALLY, Item
+from sitl.launch.fleet import SimFleet
 from tests.sitl.conftest import LAT_DEG, LON_DEG, Ground, specs
 from tests.sitl.store_rig import HOME, Bench
 

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from sitl.port import Port
+from sitl.links.port import Port
 
 
 @pytest.fixture

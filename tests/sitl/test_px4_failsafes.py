@@ -2,8 +2,8 @@
 
 import pytest
 
-from sitl.fleet import SimFleet
-from sitl.px4_modes import LAND, RTL
+from sitl.launch.fleet import SimFleet
+from sitl.px4.modes import LAND, RTL
 from tests.sitl.conftest import HOLD, Ground, px4_take_off, specs
 
 

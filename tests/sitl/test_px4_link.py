@@ -2,8 +2,8 @@
 
 import pytest
 
-from sitl.fleet import SimFleet, VehicleSpec
-from sitl.px4_modes import OFFBOARD
+from sitl.launch.fleet import SimFleet, VehicleSpec
+from sitl.px4.modes import OFFBOARD
 from tests.sitl.conftest import HOLD, LAT_DEG, LON_DEG, Ground, specs, text_of
 
 OFFBOARD_MAIN = 6

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from sitl.px4_modes import LAND, MISSION, OFFBOARD, ORBIT, RTL, TAKEOFF
+from sitl.px4.modes import LAND, MISSION, OFFBOARD, ORBIT, RTL, TAKEOFF
 from tests.sitl.conftest import HOLD, px4_take_off
 
 AUTO, OFFBOARD_MAIN = 4, 6

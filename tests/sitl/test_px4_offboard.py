@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from sitl.px4_modes import OFFBOARD, POSCTL, RTL
-from sitl.weather import WeatherSpec
+from sitl.physics.weather import WeatherSpec
+from sitl.px4.modes import OFFBOARD, POSCTL, RTL
 from tests.sitl.conftest import HOLD, px4_take_off
 
 POSITION, POSITION_VELOCITY, VELOCITY, ALL = 0b110111111000, 0b110111000000, 0b110111000111, 0b110000000000

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from sitl.process import LaunchError
-from sitl.real import Options, Place, arducopter, find, main, px4
+from sitl.launch.process import LaunchError
+from sitl.launch.real import Options, Place, arducopter, find, main, px4
 
 PLACE = Place(3, 52.072, -0.628, 110.0, 90.0)
 STAYS = '#!/bin/sh\necho "$PX4_SIM_MODEL $PX4_HOME_LAT $PX4_HOME_ALT $@" > called\nexec sleep 30\n'
@@ -106,7 +106,16 @@ TARGET = ["--target", "127.0.0.1:14550"]
 
 
 def start(tmp_path: Path, autopilot: str, binary: Path, *ids: int, options: tuple[str, ...] = ()) -> subprocess.Popen:
-    command = [sys.executable, "-m", "sitl.real", autopilot, "--binary", str(binary), "--spec", spec(tmp_path, *ids)]
+    command = [
+        sys.executable,
+        "-m",
+        "sitl.launch.real",
+        autopilot,
+        "--binary",
+        str(binary),
+        "--spec",
+        spec(tmp_path, *ids),
+    ]
     command += [*TARGET, "--folder", str(tmp_path / "state"), *options]
     return subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
 

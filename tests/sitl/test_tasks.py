@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from sitl.tasks import NEVER_US, Tasks
+from sitl.common.tasks import NEVER_US, Tasks
 
 
 def counting(done: list[int], wait_us: int, n: int) -> Iterator[int]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sitl.fleet import WeatherSpec
+from sitl.launch.fleet import WeatherSpec
 from tests.sitl.conftest import px4_take_off
 
 NOISE_M = 1.5

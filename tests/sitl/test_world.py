@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from sitl.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WorldSpec
-from sitl.modes import Phase
-from sitl.wire import cut
+from sitl.common.modes import Phase
+from sitl.launch.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WorldSpec
+from sitl.links.wire import cut
 
 LAT, LON, GROUND_M = 52.0, 0.0, 100.0
 M_PER_LAT = 111_260.0

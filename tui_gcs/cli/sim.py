@@ -91,13 +91,13 @@ def _relay(arguments: argparse.Namespace) -> str | None:
 def _vehicles(arguments: argparse.Namespace, spec: str, target: str) -> list[str]:
     """The command line of the vehicles' process."""
     if arguments.real is None:
-        command = [sys.executable, "-m", "sitl.launch"]
+        command = [sys.executable, "-m", "sitl.launch.simulated"]
     else:
         try:
             folder = state_dir(Kind.SIM) / "real"
         except ConfigError as error:
             raise CommandError(str(error)) from None
-        command = [sys.executable, "-m", "sitl.real", arguments.real, "--folder", str(folder)]
+        command = [sys.executable, "-m", "sitl.launch.real", arguments.real, "--folder", str(folder)]
         for name in ("binary", "params"):
             if getattr(arguments, name) is not None:
                 command += [f"--{name}", getattr(arguments, name)]

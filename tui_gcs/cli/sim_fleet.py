@@ -28,7 +28,7 @@ SENSOR = {
 
 
 def spec_of(scenario: "Scenario", seed: int | None = None, autopilots: str = "ardupilot") -> dict[str, Any]:
-    """What `sitl.launch` needs: one vehicle per take-off place that a team uses."""
+    """What `sitl.launch.simulated` needs: one vehicle per take-off place that a team uses."""
     from tui_gcs.core.scenario.takeoff_places import simulated_places
 
     ground_m = scenario.origin.ground_amsl_m

@@ -69,8 +69,8 @@ def launch(
 ) -> None:
     """Start a supervised station, detached from this terminal; returns at once.
 
-    With `sim_spec` (see `sitl.launch`) the supervisor starts those vehicles too, with a token only this run knows;
-    `fault` makes their links bad (see `sitl.faults`).
+    With `sim_spec` (see `sitl.launch.simulated`) the supervisor starts those vehicles too, with a token only this run knows;
+    `fault` makes their links bad (see `sitl.links.faults`).
     `forward`: (link, whether commands may come in) of other stations. `dialects`: files of MAVLink definitions.
     `operator_at`: fields of `OperatorId` for Remote ID.
     `planners`: those in files, as they declared themselves; `watch`: what is saved there flies on (SIM only).
@@ -130,14 +130,16 @@ def start_error(kind: Kind) -> str:
 def check_fault(text: str) -> None:
     """Raise `LaunchError` if this is no text of faults; the simulator judges, in a process of its own."""
     if text:
-        done = subprocess.run([sys.executable, "-m", "sitl.faults", text], capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            [sys.executable, "-m", "sitl.links.faults", text], capture_output=True, text=True, check=False
+        )
         if done.returncode:
             raise LaunchError(done.stderr.strip().rpartition("\n")[2])
 
 
 def proxy_command(listen: str, to: str, fault: str, seed: int) -> list[str]:
     """The command line of the process that makes links bad; it ends with this one."""
-    command = [sys.executable, "-m", "sitl.proxy", "--listen", listen, "--to", to, "--fault", fault]
+    command = [sys.executable, "-m", "sitl.links.proxy", "--listen", listen, "--to", to, "--fault", fault]
     return [*command, "--seed", str(seed), "--parent", str(os.getpid())]
 
 
@@ -192,7 +194,7 @@ def _start_sim(directory: Path, setting: dict[str, Any], wanted: int) -> list[su
     if setting["fault"]:
         target = f"127.0.0.1:{free_port()}"
         commands.append(proxy_command(target, setting["sim_target"], setting["fault"], setting["sim_spec"]["seed"]))
-    command = [sys.executable, "-m", "sitl.launch", "--spec", str(spec), "--target", target]
+    command = [sys.executable, "-m", "sitl.launch.simulated", "--spec", str(spec), "--target", target]
     commands.insert(0, [*command, "--parent", str(os.getpid())])
     tied = [[*command, "--lifeline", str(wanted)] for command in commands]
     return [subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=(wanted,)) for command in tied]

@@ -12,9 +12,9 @@ from typing import Any
 
 import msgspec
 
-from sitl.faults import FaultyLink, Lane, Tally, parse
-from sitl.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
-from sitl.vehicle import AutopilotName
+from sitl.launch.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
+from sitl.links.faults import FaultyLink, Lane, Tally, parse
+from sitl.physics.point_masses import AutopilotName
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.geometry.local_frame import LocalFrame
@@ -81,7 +81,7 @@ class BadLinks:
     """Faults between the vehicles of a lock-step run and its station, each vehicle's its own."""
 
     def __init__(self, fault: str, seed: int) -> None:
-        """`fault` as in `sitl.faults`; a text with a mistake raises its `FaultError`, a ValueError."""
+        """`fault` as in `sitl.links.faults`; a text with a mistake raises its `FaultError`, a ValueError."""
         self._faults = parse(fault)
         self._seed = seed
         self._links: dict[int, FaultyLink] = {}

@@ -1,0 +1,52 @@
+"""A stored fence in metres of one vehicle's frame."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sitl.common import plan_store as missions
+from sitl.common.plan_store import Item
+from sitl.physics.point_masses import Vehicles
+
+Corner = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One polygon (corners) or circle (one corner, a radius)."""
+
+    corners: tuple[Corner, ...]
+    radius_m: float
+    keep_in: bool
+
+    def allows(self, x: float, y: float) -> bool:
+        """Whether one may be there."""
+        if self.radius_m > 0.0:
+            return (math.hypot(x - self.corners[0][0], y - self.corners[0][1]) <= self.radius_m) == self.keep_in
+        return _within(self.corners, x, y) == self.keep_in
+
+
+def shapes_of(items: Sequence[Item], vehicles: Vehicles, index: int) -> tuple[Shape, ...]:
+    """Polygons and circles of a list; p1 of a polygon's corner is how many it has."""
+    found: list[Shape] = []
+    at = 0
+    while at < len(items):
+        item = items[at]
+        size = max(1, int(item.p1)) if item.command in missions.POLYGONS else 1
+        corners = tuple(vehicles.to_local(index, each.lat_deg, each.lon_deg) for each in items[at : at + size])
+        keep_in = item.command in (missions.POLYGON_IN, missions.CIRCLE_IN)
+        if item.command in missions.POLYGONS:
+            found.append(Shape(corners, 0.0, keep_in))
+        elif item.command in missions.CIRCLES:
+            found.append(Shape(corners, item.p1, keep_in))
+        at += size
+    return tuple(found)
+
+
+def _within(corners: tuple[Corner, ...], x: float, y: float) -> bool:
+    inside = False
+    for k, (x1, y1) in enumerate(corners):
+        x2, y2 = corners[k - 1]
+        if (y1 > y) != (y2 > y) and x1 + (y - y1) * (x2 - x1) / (y2 - y1) > x:
+            inside = not inside
+    return inside

@@ -1,0 +1,207 @@
+"""All simulated vehicles of a run, stepped together. `step` is the only source of time."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitl.ardupilot.copter import ArduCopter
+from sitl.common.base import Autopilot
+from sitl.links import endpoint
+from sitl.physics.point_masses import Vehicles, VehicleSpec
+from sitl.physics.quantities import Array
+from sitl.physics.weather import WeatherSpec
+from sitl.physics.world import IntruderSpec, SensorSpec, World, WorldSpec
+from sitl.px4.multicopter import Px4
+
+__all__ = ["IntruderSpec", "SensorSpec", "SimFleet", "VehicleSpec", "WeatherSpec", "WorldSpec"]
+
+PILOTS: dict[str, type[Autopilot]] = {"ardupilot": ArduCopter, "px4": Px4}
+TOKEN_BYTES = 8
+DEFAULT_VERSION = b"cef8bcef"
+MIN_BOOT_S, MAX_BOOT_S = 0.5, 600.0
+JITTER_US = 100_000
+"""Vehicles are switched on within this time of each other, so that they do not beat in step."""
+
+
+class SimFleet:
+    """n vehicles as MAVLink endpoints. The same calls give the same bytes.
+
+    Args:
+        vehicles: Who stands where. System ids must differ.
+        seed: Of everything random (switch-on times, board ids).
+        token: 16 hex digits, reported in AUTOPILOT_VERSION.flight_custom_version: proves whose vehicles these are.
+        boot_s: Simulated time from power-on to readiness for arming (really 42 s in ArduCopter's GUIDED, 6 s for PX4).
+        weather: Wind and GPS noise; none by default.
+        world: Intruders and the sensors that find them; none by default.
+
+    Raises:
+        ValueError: Bad ids, places, token, boot time.
+    """
+
+    def __init__(
+        self,
+        vehicles: Sequence[VehicleSpec],
+        *,
+        seed: int = 0,
+        token: str = "",
+        boot_s: float = 3.0,
+        weather: WeatherSpec | None = None,
+        world: WorldSpec | None = None,
+    ) -> None:
+        _check(vehicles)
+        if not MIN_BOOT_S <= boot_s <= MAX_BOOT_S:
+            raise ValueError(f"boot_s must be {MIN_BOOT_S:g} to {MAX_BOOT_S:g}, not {boot_s:g}")
+        rng = np.random.default_rng(seed)
+        version = _token_bytes(token)
+        self.specs = tuple(vehicles)
+        self._vehicles = Vehicles(vehicles, weather, seed)
+        self._now_us = 0
+        self._pilots: list[Autopilot] = [
+            PILOTS[spec.autopilot](
+                index,
+                spec,
+                self._vehicles,
+                boot_us=round(boot_s * 1e6) - JITTER_US,
+                jitter_us=int(rng.integers(JITTER_US)),
+                token=version,
+                uid=rng.bytes(16).hex(),
+            )
+            for index, spec in enumerate(vehicles)
+        ]
+        self.world = World(world, self._pilots, seed) if world is not None else None
+
+    def __len__(self) -> int:
+        return len(self.specs)
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time."""
+        return self._now_us / 1e6
+
+    def step(self, dt_s: float) -> None:
+        """Advance simulated time by up to 0.1 s (longer steps make autopilots late, not physics wrong)."""
+        self._now_us += round(dt_s * 1e6)
+        self._vehicles.step(dt_s)
+        for pilot in self._pilots:
+            pilot.tick(self._now_us)
+        if self.world is not None:
+            self.world.step(self.now_s, dt_s)
+
+    def receive(self, index: int, data: bytes) -> None:
+        """One datagram for vehicle `index`; answers are in the next `drain`."""
+        pilot = self._pilots[index]
+        if not (pilot.silent or pilot.dead):
+            endpoint.receive(pilot, data)
+
+    def drain(self) -> list[tuple[int, bytes]]:
+        """Datagrams since the last call: vehicle index and one frame each (plain text while booting)."""
+        sent: list[tuple[int, bytes]] = []
+        for pilot in self._pilots:
+            if pilot.out:
+                sent.extend((pilot.index, datagram) for datagram in pilot.out)
+                pilot.out = []
+        return sent
+
+    def silence(self, index: int) -> None:
+        """The link is dead: nothing in, nothing out. The vehicle flies on."""
+        self._pilots[index].silent = True
+
+    def unsilence(self, index: int) -> None:
+        """The link is back."""
+        self._pilots[index].silent = False
+
+    def discharge(self, index: int, left: float) -> None:
+        """Its battery holds only this share (0 to 1) from now on."""
+        self._pilots[index].discharge(left)
+
+    def kill(self, index: int) -> None:
+        """The autopilot dies: silent for ever; in the air it falls."""
+        pilot = self._pilots[index]
+        pilot.silent = pilot.dead = True
+        pilot.armed = False
+        self._vehicles.rest(index)
+
+    def power_cycle(self, index: int) -> None:
+        """Off and on again; in the air it falls."""
+        self._pilots[index].restart(self._now_us)
+
+    def break_gps(self, index: int) -> None:
+        """The GPS of one vehicle finds nothing any more."""
+        self._pilots[index].lose_gps()
+
+    def mend_gps(self, index: int) -> None:
+        """It works again."""
+        self._pilots[index].find_gps()
+
+    def set_key(self, index: int, key: bytes, timestamp: int = 0) -> None:
+        """Give the vehicle a signing key as over a cable; without bytes it signs no more."""
+        self._pilots[index].signer.take(key, timestamp)
+
+    # Truth, for referees
+
+    @property
+    def position_m(self) -> Array:
+        """(n, 3) ENU about the first vehicle's start place; z above each vehicle's own ground."""
+        v = self._vehicles
+        x = (v.lon_deg - v.origin_lon_deg[0]) * v.m_per_deg_lon[0]
+        y = (v.lat_deg - v.origin_lat_deg[0]) * v.m_per_deg_lat[0]
+        return np.stack((x, y, v.position_m[:, 2]), axis=1)
+
+    @property
+    def velocity_m_s(self) -> Array:
+        """(n, 3) ENU."""
+        return self._vehicles.velocity_m_s.copy()
+
+    @property
+    def lat_deg(self) -> Array:
+        """(n,) degrees."""
+        return self._vehicles.lat_deg
+
+    @property
+    def lon_deg(self) -> Array:
+        """(n,) degrees."""
+        return self._vehicles.lon_deg
+
+    @property
+    def alt_rel_m(self) -> Array:
+        """(n,) height above the ground at the start place."""
+        return self._vehicles.position_m[:, 2].copy()
+
+    @property
+    def armed(self) -> NDArray[np.bool_]:
+        """(n,) motors on."""
+        return np.array([pilot.armed for pilot in self._pilots], dtype=bool)
+
+    @property
+    def mode(self) -> NDArray[np.int64]:
+        """(n,) custom_mode."""
+        return np.array([pilot.mode for pilot in self._pilots], dtype=np.int64)
+
+
+def _token_bytes(token: str) -> bytes:
+    if not token:
+        return DEFAULT_VERSION
+    try:
+        raw = bytes.fromhex(token)
+    except ValueError:
+        raw = b""
+    if len(raw) != TOKEN_BYTES:
+        raise ValueError(f"token must be {2 * TOKEN_BYTES} hex digits, not {token!r}")
+    return raw
+
+
+def _check(vehicles: Sequence[VehicleSpec]) -> None:
+    if not vehicles:
+        raise ValueError("vehicles: at least one is needed")
+    seen: set[int] = set()
+    for spec in vehicles:
+        if not 1 <= spec.system_id <= 255 or spec.system_id in seen:
+            raise ValueError(f"system_id {spec.system_id}: must be 1..255 and used once")
+        seen.add(spec.system_id)
+        if not (abs(spec.lat_deg) < 89.0 and abs(spec.lon_deg) <= 180.0):
+            raise ValueError(f"system_id {spec.system_id}: lat_deg must be within ±89, lon_deg within ±180")
+        if spec.autopilot not in PILOTS:
+            raise ValueError(f"system_id {spec.system_id}: autopilot must be one of {', '.join(PILOTS)}")
+        if not all(np.isfinite((spec.ground_amsl_m, spec.heading_deg))):
+            raise ValueError(f"system_id {spec.system_id}: ground_amsl_m and heading_deg must be finite")

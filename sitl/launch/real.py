@@ -1,0 +1,361 @@
+"""Real autopilots that fly in their own simulators: python -m sitl.launch.real arducopter|px4 --spec FILE --target HOST:PORT.
+
+FILE is what `sitl.launch.simulated` reads (ids and places). Every vehicle is a process with a directory of its own under
+--folder, where its parameters, missions and logs stay from run to run. They end with this process, however it ends.
+
+What is expected is a stock build: `arducopter` of ArduPilot's sitl board, `px4` of PX4's px4_sitl_default with the
+`etc` directory of its build beside `bin`.
+"""
+
+import argparse
+import fcntl
+import json
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import IO, Any
+
+from sitl.launch.process import EXIT_BAD_INPUT, LaunchError, ParentBond, Starter, add_starter, parse_target
+
+PX4_PORT = 14550
+"""Where a stock PX4 sends to, on this machine: its start script names no other."""
+OUTPUT = "out.log"
+START_S = 5.0
+"""Who ends before this time could not start."""
+STOP_S = 3.0
+WATCH_S = 0.25
+TAIL_LINES, TAIL_BYTES = 8, 4096
+EXIT_ENDED = 1
+BUILD = {
+    "arducopter": "build it (./waf configure --board sitl; ./waf copter) and add build/sitl/bin to PATH",
+    "px4": "build it (make px4_sitl_default) and add build/px4_sitl_default/bin to PATH",
+}
+ARDUCOPTER_PARAMETERS = """\
+FRAME_CLASS 1
+BATT_MONITOR 4
+INS_ACCOFFS_X 0.001
+INS_ACCOFFS_Y 0.001
+INS_ACCOFFS_Z 0.001
+INS_ACCSCAL_X 1.001
+INS_ACCSCAL_Y 1.001
+INS_ACCSCAL_Z 1.001
+INS_ACC2OFFS_X 0.001
+INS_ACC2OFFS_Y 0.001
+INS_ACC2OFFS_Z 0.001
+INS_ACC2SCAL_X 1.001
+INS_ACC2SCAL_Y 1.001
+INS_ACC2SCAL_Z 1.001
+COMPASS_OFS_X 5
+COMPASS_OFS2_X 5
+COMPASS_OFS3_X 5
+"""
+"""Without these ArduCopter arms in no simulator: a frame, and sensors that look calibrated (found by trying).
+
+And without BATT_MONITOR it tells of no battery (measured: SYS_STATUS without volts, no BATTERY_STATUS at all).
+"""
+ARDUCOPTER_SILENT_PORTS = (1, 2, 5, 6, 7, 8)
+"""Further serial ports: otherwise TCP servers on all interfaces, on numbers that two fleets would share."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A vehicle's id and where it stands."""
+
+    system_id: int
+    lat_deg: float
+    lon_deg: float
+    amsl_m: float
+    heading_deg: float
+
+
+@dataclass(frozen=True)
+class Options:
+    """What all vehicles have in common."""
+
+    binary: Path
+    target: tuple[str, int]
+    parameters: Path | None = None
+    speed: float = 1.0
+    wipe: bool = False
+
+
+# ---------------------------------------------------------------- how each autopilot is started
+
+
+def find(autopilot: str, named: str | None, path: str | None = None) -> Path:
+    """The program: `named`, or what is on PATH (or `path`).
+
+    Raises:
+        LaunchError: There is none, with what to do about it.
+    """
+    found = shutil.which(named or autopilot, path=path)
+    if found is not None:
+        return Path(found).resolve()
+    if named is not None:
+        raise LaunchError(f"--binary {named}: there is no program there that may be run")
+    raise LaunchError(f"{autopilot} is not on PATH: {BUILD[autopilot]}, or name the program by --binary PATH")
+
+
+def arducopter(place: Place, options: Options, folder: Path) -> tuple[list[str], dict[str, str]]:
+    """(command line, further environment) of one ArduCopter."""
+    parameters = options.parameters
+    if parameters is None:
+        parameters = folder / "defaults.parm"
+        parameters.write_text(ARDUCOPTER_PARAMETERS)
+    home = f"{place.lat_deg:.7f},{place.lon_deg:.7f},{place.amsl_m:g},{place.heading_deg:g}"
+    host, port = options.target
+    command = [str(options.binary), "--model", "+", "--speedup", f"{options.speed:g}", "--home", home]
+    command += ["--defaults", str(parameters), "-I", str(place.system_id), "--sysid", str(place.system_id)]
+    command += ["--serial0", f"udpclient:{host}:{port}"]
+    for number in ARDUCOPTER_SILENT_PORTS:
+        command += [f"--serial{number}", "none"]
+    return command, {}
+
+
+def px4(place: Place, options: Options, folder: Path) -> tuple[list[str], dict[str, str]]:
+    """(command line, further environment) of one PX4; its instance is its id - 1.
+
+    Raises:
+        LaunchError: No `etc` of the build, or something that PX4 cannot do.
+    """
+    if options.target != ("127.0.0.1", PX4_PORT):
+        raise LaunchError(f"--target: PX4 sends to 127.0.0.1:{PX4_PORT} only; put sitl.links.proxy between")
+    if options.parameters is not None:
+        raise LaunchError("--params: PX4 takes parameters from the environment: PX4_PARAM_NAME=value tui-gcs sim …")
+    environment = {
+        "PX4_SIM_MODEL": os.environ.get("PX4_SIM_MODEL", "sihsim_quadx"),
+        "PX4_HOME_LAT": f"{place.lat_deg:.7f}",
+        "PX4_HOME_LON": f"{place.lon_deg:.7f}",
+        "PX4_HOME_ALT": f"{place.amsl_m:g}",
+    }
+    if options.speed != 1.0:
+        environment["PX4_SIM_SPEED_FACTOR"] = f"{options.speed:g}"
+    return [str(options.binary), "-i", str(place.system_id - 1), "-d", str(px4_etc(options.binary))], environment
+
+
+def px4_etc(binary: Path) -> Path:
+    """Where the start scripts of a build are, seen from its `bin/px4`. Raises `LaunchError` if they are not."""
+    for etc in (binary.parent.parent / "etc", binary.parent / "etc"):
+        if (etc / "init.d-posix" / "rcS").is_file():
+            return etc
+    raise LaunchError(f"{binary}: no etc directory of its build beside it: name the build's bin/px4")
+
+
+AUTOPILOTS = {"arducopter": arducopter, "px4": px4}
+
+
+# ---------------------------------------------------------------- the processes
+
+
+class Instance:
+    """One vehicle's process, its directory locked."""
+
+    def __init__(self, name: str, folder: Path) -> None:
+        """Lock `folder`, made if missing. Raises `LaunchError` if another run has it."""
+        self.name = name
+        self.folder = folder
+        try:
+            folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+            self._lock = (folder / "lock").open("a")
+        except OSError as error:
+            raise LaunchError(f"{folder}: cannot be used ({error.strerror})") from None
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise LaunchError(f"{name} flies already: end the other run, or take other ids (--first)") from None
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def start(self, command: Sequence[str], environment: Mapping[str, str], bond: ParentBond) -> None:
+        """Start the program in its directory. Raises `LaunchError` if it cannot be run."""
+        with (self.folder / OUTPUT).open("wb") as output:
+            try:
+                self._process = subprocess.Popen(
+                    command,
+                    cwd=self.folder,
+                    env=dict(os.environ) | dict(environment),
+                    stdin=subprocess.DEVNULL,
+                    stdout=output,
+                    stderr=subprocess.STDOUT,
+                    start_new_session=True,
+                    preexec_fn=bond,
+                )
+            except OSError as error:
+                raise LaunchError(f"{command[0]}: cannot be run ({error.strerror})") from None
+
+    @property
+    def status(self) -> int | None:
+        """Its exit status (negative: a signal); None while it lives or has not been started."""
+        return self._process.poll() if self._process is not None else None
+
+    def signal(self, number: int) -> None:
+        """To it and what it has started itself."""
+        if self._process is not None and self._process.poll() is None:
+            try:
+                os.killpg(self._process.pid, number)
+            except ProcessLookupError:
+                return
+
+    def epitaph(self) -> str:
+        """How it ended, and what it said last."""
+        return f"{self.name} ended with status {self.status}; its last words ({self.folder / OUTPUT}):\n{self._tail()}"
+
+    def _tail(self) -> str:
+        with (self.folder / OUTPUT).open("rb") as file:
+            file.seek(max(0, file.seek(0, os.SEEK_END) - TAIL_BYTES))
+            text = re.sub(r"\x1b\[[0-9;]*[A-Za-z]", "", file.read().decode("utf-8", "replace"))
+        lines = ["".join(c if c.isprintable() else " " for c in line).rstrip() for line in text.splitlines()]
+        return "".join(f"    {line}\n" for line in [line for line in lines if line][-TAIL_LINES:]) or "    (nothing)\n"
+
+
+class RealFleet:
+    """All vehicles of a run."""
+
+    def __init__(self, autopilot: str, places: Sequence[Place], options: Options, folder: Path) -> None:
+        """Start them. Raises `LaunchError`; then none runs."""
+        self.instances: list[Instance] = []
+        bond = ParentBond()
+        with ExitStack() as undo:
+            undo.callback(self.stop)
+            for place in places:
+                name = f"{autopilot} {place.system_id}"
+                instance = Instance(name, folder / f"{autopilot}-{place.system_id}")
+                if options.wipe:
+                    _empty(instance.folder)
+                self.instances.append(instance)
+                instance.start(*AUTOPILOTS[autopilot](place, options, instance.folder), bond)
+            undo.pop_all()
+
+    def ended(self) -> list[Instance]:
+        """Those that have ended since the last call."""
+        gone = [instance for instance in self.instances if instance.status is not None]
+        self.instances = [instance for instance in self.instances if instance not in gone]
+        return gone
+
+    def stop(self) -> None:
+        """End all; who does not listen within 3 s is killed."""
+        for instance in self.instances:
+            instance.signal(signal.SIGTERM)
+        end = time.monotonic() + STOP_S
+        while any(instance.status is None for instance in self.instances) and time.monotonic() < end:
+            time.sleep(0.02)
+        for instance in self.instances:
+            instance.signal(signal.SIGKILL)
+
+
+def _empty(folder: Path) -> None:
+    """Forget parameters, missions and logs of earlier runs."""
+    for entry in folder.iterdir():
+        if entry.is_dir() and not entry.is_symlink():
+            shutil.rmtree(entry)
+        elif entry.name != "lock":
+            entry.unlink()
+
+
+class Watch:
+    """Waits for the end: a signal, the parent's, or that of all vehicles."""
+
+    def __init__(self, fleet: RealFleet, starter: Starter, out: IO[str]) -> None:
+        self._fleet, self._starter, self._out = fleet, starter, out
+        self._running = True
+
+    def stop(self, _signal: int, _frame: FrameType | None) -> None:
+        """Signal handler."""
+        self._running = False
+
+    def run(self) -> int:
+        """Exit status: 0 when asked to end, 1 when a vehicle could not start or all have ended."""
+        started = time.monotonic()
+        while self._running and self._starter.is_there:
+            for instance in self._fleet.ended():
+                self._out.write(f"sitl: {instance.epitaph()}")
+                self._out.flush()
+                if not self._fleet.instances or time.monotonic() - started < START_S:
+                    return EXIT_ENDED
+            time.sleep(WATCH_S)
+        return 0
+
+
+def read_places(spec: Path) -> list[Place]:
+    """Ids and places of a spec file. Raises `LaunchError`."""
+    try:
+        entries = json.loads(spec.read_text(encoding="utf-8"))["vehicles"]
+        return [_place(entry) for entry in entries]
+    except OSError as error:
+        raise LaunchError(f"{spec}: {error.strerror}") from None
+    except (KeyError, TypeError, ValueError) as error:
+        raise LaunchError(f"{spec}: {error}") from None
+
+
+def _place(entry: dict[str, Any]) -> Place:
+    lat_deg, lon_deg, amsl_m = (float(entry[key]) for key in ("lat_deg", "lon_deg", "ground_amsl_m"))
+    return Place(int(entry["system_id"]), lat_deg, lon_deg, amsl_m, float(entry.get("heading_deg", 0.0)))
+
+
+def _arguments(argv: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="python -m sitl.launch.real", description="Real autopilots in their simulators."
+    )
+    parser.add_argument("autopilot", choices=tuple(AUTOPILOTS))
+    parser.add_argument("--spec", type=Path, required=True, help="JSON file: vehicles")
+    parser.add_argument("--target", required=True, metavar="HOST:PORT", help="where the ground station listens")
+    parser.add_argument("--folder", type=Path, required=True, help="directories of the vehicles are made there")
+    parser.add_argument("--binary", metavar="PATH", help="the program, if it is not on PATH")
+    parser.add_argument("--params", type=Path, metavar="FILE", help="ArduPilot: default parameters")
+    parser.add_argument("--speed", type=float, default=1.0, help="times real time (default 1)")
+    parser.add_argument("--wipe", action="store_true", help="factory parameters, no missions, no logs")
+    add_starter(parser)
+    parser.add_argument("--check", action="store_true", help="start nothing: say what would be in the way")
+    return parser.parse_args(argv)
+
+
+def _options(args: argparse.Namespace) -> Options:
+    host, port = parse_target(args.target)
+    try:
+        target = (socket.gethostbyname(host), port)
+    except (OSError, UnicodeError):
+        raise LaunchError(f"--target {args.target}: nobody knows this host") from None
+    if not 0.1 <= args.speed <= 100.0:
+        raise LaunchError(f"--speed {args.speed:g}: must be 0.1 to 100")
+    if args.params is not None and not args.params.is_file():
+        raise LaunchError(f"--params {args.params}: there is no such file")
+    binary = find(args.autopilot, args.binary)
+    if args.autopilot == "px4":
+        px4_etc(binary)
+    return Options(binary, target, args.params and args.params.resolve(), args.speed, args.wipe)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Exit status: 0 after a signal or the parent's end, 1 if vehicles ended by themselves, 2 for bad input."""
+    args = _arguments(argv)
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: sys.exit(0))
+    try:
+        places, options = read_places(args.spec), _options(args)
+        starter = Starter(args.parent, args.lifeline)
+        if args.check:
+            return 0
+        fleet = RealFleet(args.autopilot, places, options, args.folder.resolve())
+    except (LaunchError, OSError) as error:
+        sys.stderr.write(f"sitl: {error}\n")
+        return EXIT_BAD_INPUT
+    watch = Watch(fleet, starter, sys.stderr)
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, watch.stop)
+    try:
+        return watch.run()
+    finally:
+        fleet.stop()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,203 @@
+"""Simulated vehicles in real time over UDP: python -m sitl.launch.simulated --spec FILE --target HOST:PORT.
+
+FILE is JSON: {"seed": 0, "token": "16 hex digits", "wind_m_s": [east, north], "gps_noise_m": 0.0, "vehicles": [
+{"system_id": 1, "lat_deg": …, "lon_deg": …, "ground_amsl_m": …, "heading_deg": …, "signing_key": "64 hex digits",
+"px4_signing": false, "autopilot": "ardupilot", "sitl_rates": false}]}; of a vehicle all after "ground_amsl_m" may be
+missing; the other autopilot is "px4". Each vehicle has its own socket and source port, as SITL has.
+"intruders": [{…}] and "sensor": {…} have the fields of `world.IntruderSpec` and `SensorSpec`, and may be missing, too.
+"""
+
+import argparse
+import json
+import math
+import selectors
+import signal
+import sys
+import time
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from sitl.launch.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
+from sitl.launch.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, Starter, add_starter, parse_target
+from sitl.links.port import Port
+from sitl.services.signing import SigningSpec, time_of
+
+TICK_S = 0.05
+ANSWER_S = 0.005
+"""Requests are answered within this time (a real ArduCopter: 10 ms a round trip)."""
+MAX_BEHIND_S = 1.0
+"""A machine further behind than this is not caught up with: simulated time then runs slower."""
+
+
+def load_spec(path: Path, boot_s: float) -> SimFleet:
+    """The fleet described by a spec file.
+
+    Raises:
+        LaunchError: Unreadable file, bad JSON, missing or wrong values.
+    """
+    try:
+        raw = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise LaunchError(f"{path}: {error.strerror}") from error
+    except ValueError as error:
+        raise LaunchError(f"{path}: not JSON: {error}") from error
+    if not isinstance(raw, dict):
+        raise LaunchError(f'{path}: the spec must be an object with "vehicles"')
+    try:
+        vehicles = [_vehicle(entry) for entry in raw["vehicles"]]
+        return SimFleet(
+            vehicles,
+            seed=int(raw.get("seed", 0)),
+            token=str(raw.get("token", "")),
+            boot_s=boot_s,
+            weather=_weather(raw),
+            world=_world(raw),
+        )
+    except KeyError as error:
+        raise LaunchError(f"{path}: {error.args[0]} is missing") from error
+    except (TypeError, ValueError, AttributeError) as error:
+        raise LaunchError(f"{path}: {error}") from error
+
+
+def _weather(raw: dict[str, Any]) -> WeatherSpec:
+    east_m_s, north_m_s = (float(value) for value in raw.get("wind_m_s", (0.0, 0.0)))
+    noise_m = float(raw.get("gps_noise_m", 0.0))
+    if not all(math.isfinite(value) for value in (east_m_s, north_m_s, noise_m)) or noise_m < 0.0:
+        raise ValueError("wind_m_s and gps_noise_m must be finite, gps_noise_m not negative")
+    return WeatherSpec((east_m_s, north_m_s), noise_m)
+
+
+def _world(raw: dict[str, Any]) -> WorldSpec | None:
+    intruders = tuple(IntruderSpec(**{k: float(v) for k, v in one.items()}) for one in raw.get("intruders", ()))
+    sensor = raw.get("sensor")
+    if sensor is None and not intruders:
+        return None
+    return WorldSpec(intruders, None if sensor is None else SensorSpec(**{k: float(v) for k, v in sensor.items()}))
+
+
+def _vehicle(entry: dict[str, Any]) -> VehicleSpec:
+    return VehicleSpec(
+        system_id=int(entry["system_id"]),
+        lat_deg=float(entry["lat_deg"]),
+        lon_deg=float(entry["lon_deg"]),
+        ground_amsl_m=float(entry["ground_amsl_m"]),
+        heading_deg=float(entry.get("heading_deg", 0.0)),
+        signing=SigningSpec(
+            key=bytes.fromhex(entry.get("signing_key", "")),
+            timestamp=time_of(time.time()),
+            px4=bool(entry.get("px4_signing", False)),
+        ),
+        autopilot=entry.get("autopilot", "ardupilot"),
+        sitl_rates=bool(entry.get("sitl_rates", False)),
+    )
+
+
+def open_ports(fleet: SimFleet, target: tuple[str, int]) -> list[Port]:
+    """One port per vehicle.
+
+    Raises:
+        LaunchError: Unknown host, no sockets.
+    """
+    ports: list[Port] = []
+    try:
+        for spec in fleet.specs:
+            ports.append(Port(target, latches=spec.autopilot == "px4"))
+    except LaunchError:
+        for port in ports:
+            port.close()
+        raise
+    return ports
+
+
+class Loop:
+    """Steps the fleet at 20 Hz of simulated time, `speed` times real time."""
+
+    def __init__(self, fleet: SimFleet, ports: list[Port], *, speed: float, starter: Starter) -> None:
+        self.fleet = fleet
+        self.ports = ports
+        self.period_s = TICK_S / speed
+        self.starter = starter
+        self.running = True
+        self._ready = selectors.DefaultSelector()
+        for index, port in enumerate(ports):
+            self._ready.register(port.socket, selectors.EVENT_READ, index)
+
+    def stop(self, _signal: int, _frame: FrameType | None) -> None:
+        """Signal handler: end after this tick."""
+        self.running = False
+
+    def run(self) -> None:
+        """Until a signal comes or whoever it was started for is gone."""
+        due_s = time.monotonic()
+        check_s = due_s
+        while self.running:
+            now_s = time.monotonic()
+            if now_s < due_s:
+                self._answer_until(due_s)
+            elif now_s - due_s > MAX_BEHIND_S:
+                due_s = now_s
+            due_s += self.period_s
+            self._exchange()
+            if now_s >= check_s:
+                check_s = now_s + PARENT_CHECK_S
+                self.running = self.running and self.starter.is_there
+
+    def _answer_until(self, due_s: float) -> None:
+        """Between two ticks: answer what comes, at most every ANSWER_S, so that transfers do not wait for ticks."""
+        while self.running and (left_s := due_s - time.monotonic()) > 0.0:
+            if self._ready.select(left_s):
+                time.sleep(min(ANSWER_S, left_s))
+                self._hear()
+                self._speak()
+
+    def _exchange(self) -> None:
+        self._hear()
+        self.fleet.step(TICK_S)
+        self._speak()
+
+    def _hear(self) -> None:
+        for key, _ in self._ready.select(0.0):
+            while (data := self.ports[key.data].receive()) is not None:
+                self.fleet.receive(key.data, data)
+
+    def _speak(self) -> None:
+        for index, datagram in self.fleet.drain():
+            self.ports[index].send(datagram)
+
+
+def _arguments(argv: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m sitl.launch.simulated", description="Simulated vehicles over UDP.")
+    parser.add_argument("--spec", type=Path, required=True, help="JSON file: seed, token, vehicles")
+    parser.add_argument("--target", required=True, metavar="HOST:PORT", help="where the ground station listens")
+    parser.add_argument("--speed", type=float, default=1.0, help="times real time (default 1)")
+    parser.add_argument("--boot-s", type=float, default=3.0, help="seconds from power-on to readiness (default 3)")
+    add_starter(parser)
+    return parser.parse_args(argv)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Exit status: 0 after a signal or the starter's end, 2 for bad input."""
+    args = _arguments(argv)
+    try:
+        if not 0.01 <= args.speed <= 100.0:
+            raise LaunchError(f"--speed {args.speed:g}: must be 0.01 to 100")
+        target, starter = parse_target(args.target), Starter(args.parent, args.lifeline)
+        fleet = load_spec(args.spec, args.boot_s)
+        ports = open_ports(fleet, target)
+    except LaunchError as error:
+        sys.stderr.write(f"sitl: {error}\n")
+        return EXIT_BAD_INPUT
+    loop = Loop(fleet, ports, speed=args.speed, starter=starter)
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, loop.stop)
+    try:
+        loop.run()
+    finally:
+        for port in ports:
+            port.close()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,282 @@
+"""Bad links between vehicles and a station: python -m sitl.links.proxy --listen ADDRESS --to ADDRESS --fault TEXT.
+
+Vehicles send to --listen, the station waits at --to. Toward the station every vehicle (every address that sends here)
+has a source port of its own, so that the station sees one address per vehicle, and answers go back to the right one.
+With --tcp it is a station that connects to --listen, and a vehicle that waits at --to (ArduPilot's TCP ports); one at a
+time. What the faults are: see `sitl.links.faults`. At its end it says what became of the traffic.
+"""
+
+import argparse
+import signal
+import socket
+import sys
+import time
+from contextlib import suppress
+from selectors import EVENT_READ, DefaultSelector
+from types import FrameType
+from typing import Protocol
+
+from sitl.launch.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, Starter, add_starter, parse_target
+from sitl.links.faults import FaultError, FaultyLink, LinkFaults, Tally, parse
+from sitl.links.proxy_tcp import TcpProxy
+
+Address = tuple[str, int]
+
+LOOPBACK = "127.0.0.1"
+MOST_VEHICLES = 512
+MAX_DATAGRAM_BYTES = 65536
+BATCH = 256
+"""Datagrams taken from one socket before the others get their turn."""
+BUFFER_BYTES = 1 << 22
+LONGEST_WAIT_S = 0.1
+"""A signal is noticed after this time at the latest."""
+SHORTEST_WAIT_S = 0.002
+
+
+class Proxy(Protocol):
+    """What the loop turns."""
+
+    selector: DefaultSelector
+
+    def pump(self, now_s: float) -> float:
+        """Move what is due; returns when something will be due next (infinity: nothing waits)."""
+        ...
+
+    def tallies(self) -> tuple[Tally, Tally]:
+        """(down, up) of all vehicles."""
+        ...
+
+    def close(self) -> None:
+        """Let go of all sockets."""
+        ...
+
+
+class _Vehicle:
+    """One vehicle: its address here, its socket toward the station, its link."""
+
+    def __init__(self, address: Address, sock: socket.socket, link: FaultyLink) -> None:
+        self.address = address
+        self.sock = sock
+        self.link = link
+
+
+class UdpProxy:
+    """Many vehicles, one station."""
+
+    def __init__(self, listen: Address, to: Address, faults: LinkFaults, seed: int) -> None:
+        """Bind `listen`. Raises `LaunchError` if that or the station's name is impossible."""
+        self.selector = DefaultSelector()
+        self.refused = 0
+        """Datagrams of vehicles that are too many."""
+        self._faults, self._seed = faults, seed
+        try:
+            self._to = (socket.gethostbyname(to[0]), to[1])
+        except (OSError, UnicodeError):
+            raise LaunchError(f"--to {to[0]}:{to[1]}: nobody knows this host") from None
+        self._vehicles: dict[Address, _Vehicle] = {}
+        self._busy: set[_Vehicle] = set()
+        """Those in whose links something waits."""
+        self._socket = _udp_socket()
+        try:
+            self._socket.bind(listen)
+        except (OSError, UnicodeError) as error:
+            self._socket.close()
+            why = getattr(error, "strerror", None) or error
+            raise LaunchError(f"--listen {listen[0]}:{listen[1]}: {why}") from None
+        self.selector.register(self._socket, EVENT_READ, None)
+
+    def pump(self, now_s: float) -> float:
+        """See `Proxy.pump`."""
+        for key, _ in self.selector.select(0):
+            if key.data is None:
+                self._from_vehicles(now_s)
+            else:
+                self._from_station(key.data, now_s)
+        return self._release(now_s)
+
+    def tallies(self) -> tuple[Tally, Tally]:
+        """See `Proxy.tallies`."""
+        down, up = Tally(), Tally()
+        for vehicle in self._vehicles.values():
+            down.add(vehicle.link.down.tally)
+            up.add(vehicle.link.up.tally)
+        return down, up
+
+    @property
+    def address(self) -> Address:
+        """Where it listens."""
+        address: Address = self._socket.getsockname()
+        return address
+
+    @property
+    def vehicles(self) -> int:
+        """How many addresses have sent something."""
+        return len(self._vehicles)
+
+    def close(self) -> None:
+        """See `Proxy.close`."""
+        for sock in (self._socket, *(vehicle.sock for vehicle in self._vehicles.values())):
+            sock.close()
+        self.selector.close()
+
+    def _from_vehicles(self, now_s: float) -> None:
+        for _ in range(BATCH):
+            try:
+                data, address = self._socket.recvfrom(MAX_DATAGRAM_BYTES)
+            except BlockingIOError:
+                return
+            except OSError:
+                continue  # the echo of an answer to a vehicle that is gone
+            vehicle = self._vehicles.get(address) or self._welcome(address)
+            if vehicle is None:
+                self.refused += 1
+                continue
+            self._pass_down(vehicle, vehicle.link.down.step(now_s, data))
+            self._busy.add(vehicle)
+
+    def _from_station(self, vehicle: _Vehicle, now_s: float) -> None:
+        for _ in range(BATCH):
+            try:
+                data = vehicle.sock.recv(MAX_DATAGRAM_BYTES)
+            except BlockingIOError:
+                return
+            except OSError:
+                continue  # nobody listened to an earlier datagram
+            self._pass_up(vehicle, vehicle.link.up.step(now_s, data))
+            self._busy.add(vehicle)
+
+    def _welcome(self, address: Address) -> _Vehicle | None:
+        """A new vehicle; None if there are too many."""
+        if len(self._vehicles) >= MOST_VEHICLES:
+            return None
+        try:
+            sock = _udp_socket()
+        except OSError:  # no more files may be open
+            return None
+        try:
+            sock.connect(self._to)
+        except OSError:
+            sock.close()
+            return None
+        link = FaultyLink(self._faults, seed=self._seed, vehicle=len(self._vehicles))
+        vehicle = self._vehicles[address] = _Vehicle(address, sock, link)
+        self.selector.register(sock, EVENT_READ, vehicle)
+        return vehicle
+
+    def _release(self, now_s: float) -> float:
+        next_s = float("inf")
+        for vehicle in list(self._busy):
+            self._pass_down(vehicle, vehicle.link.down.step(now_s))
+            self._pass_up(vehicle, vehicle.link.up.step(now_s))
+            due_s = min(vehicle.link.down.due_s, vehicle.link.up.due_s)
+            if due_s == float("inf"):
+                self._busy.discard(vehicle)
+            next_s = min(next_s, due_s)
+        return next_s
+
+    def _pass_down(self, vehicle: _Vehicle, datagrams: list[bytes]) -> None:
+        for data in datagrams:
+            with suppress(OSError):  # no station (yet), or its buffer is full: a radio would lose it, too
+                try:
+                    vehicle.sock.send(data)
+                except ConnectionRefusedError:  # the echo of an earlier one that nobody heard: this one was not sent
+                    vehicle.sock.send(data)
+
+    def _pass_up(self, vehicle: _Vehicle, datagrams: list[bytes]) -> None:
+        for data in datagrams:
+            with suppress(OSError):  # the vehicle is gone
+                self._socket.sendto(data, vehicle.address)
+
+
+def _udp_socket() -> socket.socket:
+    sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    sock.setblocking(False)
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
+    return sock
+
+
+class Loop:
+    """Turns a proxy until a signal comes or whoever it was started for is gone."""
+
+    def __init__(self, proxy: Proxy, starter: Starter) -> None:
+        self._proxy = proxy
+        self._starter = starter
+        self._running = True
+
+    def stop(self, _signal: int, _frame: FrameType | None) -> None:
+        """Signal handler: end after this turn."""
+        self._running = False
+
+    def run(self) -> None:
+        """Turn."""
+        check_s = time.monotonic()
+        while self._running:
+            now_s = time.monotonic()
+            next_s = self._proxy.pump(now_s)
+            if now_s >= check_s:
+                check_s = now_s + PARENT_CHECK_S
+                self._running = self._running and self._starter.is_there
+            # time spent asleep is not time spent per datagram: many that come together are moved together
+            time.sleep(SHORTEST_WAIT_S)
+            self._proxy.selector.select(min(max(next_s - time.monotonic(), 0.0), LONGEST_WAIT_S))
+
+
+def parse_listen(text: str) -> Address:
+    """PORT (of loopback) or HOST:PORT; port 0 is any free one. Raises `LaunchError`."""
+    if text.isascii() and text.isdigit():
+        text = f"{LOOPBACK}:{text}"
+    if text.endswith(":0"):
+        return text.removesuffix(":0"), 0
+    return parse_target(text, "--listen")
+
+
+def _arguments(argv: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m sitl.links.proxy", description="Bad links of vehicles.")
+    parser.add_argument("--listen", required=True, metavar="[HOST:]PORT", help="where vehicles send to")
+    parser.add_argument("--to", required=True, metavar="HOST:PORT", help="where the station waits")
+    parser.add_argument("--fault", default="", metavar="FAULTS", help="for example loss=0.1,delay=200ms,jitter=20%%")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--tcp", action="store_true", help="a station connects to --listen, a vehicle waits at --to")
+    add_starter(parser)
+    return parser.parse_args(argv)
+
+
+def report(proxy: Proxy) -> str:
+    """What became of the traffic, for people."""
+    down, up = proxy.tallies()
+    lines = [f"vehicles to station: {down.text()}", f"station to vehicles: {up.text()}"]
+    if isinstance(proxy, UdpProxy):
+        lines.insert(0, f"vehicles heard: {proxy.vehicles}")
+        if proxy.refused:
+            lines.append(f"{proxy.refused} datagrams refused: more than {MOST_VEHICLES} addresses, or no sockets left")
+    return "\n".join(lines) + "\n"
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Exit status: 0 after a signal or the starter's end, 2 for bad input."""
+    args = _arguments(argv)
+    try:
+        faults = parse(args.fault)
+        listen, to = parse_listen(args.listen), parse_target(args.to, "--to")
+        starter = Starter(args.parent, args.lifeline)
+        proxy: Proxy = (TcpProxy if args.tcp else UdpProxy)(listen, to, faults, args.seed)
+    except FaultError as error:
+        sys.stderr.write(f"sitl: --fault {error}\n")
+        return EXIT_BAD_INPUT
+    except LaunchError as error:
+        sys.stderr.write(f"sitl: {error}\n")
+        return EXIT_BAD_INPUT
+    loop = Loop(proxy, starter)
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, loop.stop)
+    try:
+        loop.run()
+    finally:
+        sys.stdout.write(report(proxy))
+        sys.stdout.flush()
+        proxy.close()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

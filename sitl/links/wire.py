@@ -1,0 +1,151 @@
+"""MAVLink 2 frames out of and into pymavlink's `ardupilotmega` tables.
+
+The dialect's classes give ids, field order and CRC seeds; packing goes straight through `struct`, because one
+object per message is most of what a simulated vehicle would cost.
+"""
+
+import struct
+from collections.abc import Iterable
+from itertools import chain
+from typing import Any, NamedTuple
+
+from fastcrc import crc16
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from sitl.links.dialect import NEWER, PARAM_VALUE_BYTES
+
+MAGIC_V1 = 0xFE
+MAGIC_V2 = 0xFD
+HEADER_V1_BYTES = 6
+HEADER_V2_BYTES = 10
+SIGNATURE_BYTES = 13
+SIGNED = 0x01
+
+_HEADER = struct.Struct("<BBBBBBBHB")
+
+
+class Layout:
+    """Wire layout of one message: fields in wire order, arrays with their length."""
+
+    def __init__(self, message_class: Any) -> None:
+        self.msgid: int = message_class.id
+        self.name: str = message_class.msgname
+        self.names: tuple[str, ...] = tuple(message_class.ordered_fieldnames)
+        self.crc_extra = bytes([message_class.crc_extra])
+        self.struct: struct.Struct = message_class.unpacker
+        by_field = dict(zip(message_class.fieldnames, message_class.fieldtypes, strict=True))
+        # `array_lengths` is in wire order and counts text too; text is one value ("16s") to struct.
+        lengths = zip(self.names, message_class.array_lengths, strict=True)
+        self.arrays = {name: n for name, n in lengths if n > 1 and by_field[name] != "char"}
+        self._zeros: list[Any] = [
+            (0,) * self.arrays[name] if name in self.arrays else b"" if by_field[name] == "char" else 0
+            for name in self.names
+        ]
+
+    def pack(self, fields: dict[str, Any]) -> bytes:
+        """Payload without trailing zeros. Fields that are not given (extensions) are zero."""
+        given: Iterable[Any] = map(fields.get, self.names, self._zeros)
+        if self.arrays:
+            named = zip(self.names, given, strict=True)
+            given = chain.from_iterable(value if name in self.arrays else (value,) for name, value in named)
+        return self.struct.pack(*given).rstrip(b"\0") or b"\0"
+
+    def unpack(self, payload: bytes) -> dict[str, Any]:
+        """Fields by name; a short payload is filled with zeros, a long one (newer dialect) is cut."""
+        size = self.struct.size
+        values = self.struct.unpack(payload[:size].ljust(size, b"\0"))
+        if not self.arrays:
+            return dict(zip(self.names, values, strict=True))
+        fields: dict[str, Any] = {}
+        at = 0
+        for name in self.names:
+            n = self.arrays.get(name)
+            fields[name] = values[at] if n is None else values[at : at + n]
+            at += n or 1
+        return fields
+
+
+class Received(NamedTuple):
+    """One good frame, decoded."""
+
+    system: int
+    component: int
+    name: str
+    fields: dict[str, Any]
+    raw: bytes
+    """The whole frame."""
+
+
+LAYOUTS: dict[int, Layout] = {msgid: Layout(cls) for msgid, cls in dialect.mavlink_map.items()}
+LAYOUTS |= {definition.id: Layout(definition) for definition in NEWER}
+LAYOUT_BY_NAME: dict[str, Layout] = {layout.name: layout for layout in LAYOUTS.values()}
+LAYOUT_BY_NAME["PARAM_VALUE_BYTES"] = Layout(PARAM_VALUE_BYTES)
+
+
+class Encoder:
+    """Packs frames of one sender, with its own sequence counter."""
+
+    def __init__(self, system: int, component: int = 1) -> None:
+        self.system = system
+        self.component = component
+        self.sequence = 0
+
+    def frame(self, name: str, fields: dict[str, Any]) -> bytes:
+        """One MAVLink 2 frame."""
+        layout = LAYOUT_BY_NAME[name]
+        payload = layout.pack(fields)
+        msgid = layout.msgid
+        sequence = self.sequence
+        self.sequence = (sequence + 1) & 0xFF
+        head = _HEADER.pack(
+            MAGIC_V2, len(payload), 0, 0, sequence, self.system, self.component, msgid & 0xFFFF, msgid >> 16
+        )
+        body = head + payload
+        return body + crc16.mcrf4xx(body[1:] + layout.crc_extra).to_bytes(2, "little")
+
+
+def cut(datagram: bytes) -> list[Received]:
+    """All good frames of known messages in one datagram; everything else is skipped byte by byte."""
+    found: list[Received] = []
+    at = 0
+    while at < len(datagram):
+        length = _frame_length(datagram, at)
+        received = _decode(datagram, at, length) if length and at + length <= len(datagram) else None
+        if received is None:
+            at += 1
+            continue
+        found.append(received)
+        at += length
+    return found
+
+
+def _frame_length(data: bytes, at: int) -> int:
+    """Length of the frame that seems to begin here; 0 if none does."""
+    left = len(data) - at
+    if data[at] == MAGIC_V2 and left >= HEADER_V2_BYTES + 2:
+        flags = data[at + 2]
+        if flags & ~SIGNED:
+            return 0
+        return HEADER_V2_BYTES + data[at + 1] + 2 + (SIGNATURE_BYTES if flags & SIGNED else 0)
+    if data[at] == MAGIC_V1 and left >= HEADER_V1_BYTES + 2:
+        return HEADER_V1_BYTES + data[at + 1] + 2
+    return 0
+
+
+def _decode(data: bytes, at: int, length: int) -> Received | None:
+    """The frame at `at`, or None if it is unknown or its checksum is wrong. Signatures are not checked."""
+    if data[at] == MAGIC_V2:
+        system, component = data[at + 5], data[at + 6]
+        msgid = int.from_bytes(data[at + 7 : at + 10], "little")
+        start = at + HEADER_V2_BYTES
+    else:
+        system, component, msgid = data[at + 3], data[at + 4], data[at + 5]
+        start = at + HEADER_V1_BYTES
+    layout = LAYOUTS.get(msgid)
+    if layout is None:
+        return None
+    end = start + data[at + 1]
+    crc = int.from_bytes(data[end : end + 2], "little")
+    if crc != crc16.mcrf4xx(data[at + 1 : end] + layout.crc_extra):
+        return None
+    return Received(system, component, layout.name, layout.unpack(data[start:end]), data[at : at + length])

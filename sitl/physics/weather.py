@@ -1,0 +1,62 @@
+"""Wind and the errors of positions by GPS: seeded, and nothing at all if none is asked for."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sitl.physics.quantities import Array
+
+GUST_SHARE, GUST_S = 0.2, 4.0
+"""Gusts: standard deviation as a share of the mean wind, and how long one lasts."""
+TRIM_S = 5.0
+"""A position controller has learned a steady wind after this time."""
+GPS_DRIFT_S = 30.0
+HEIGHT_NOISE = 1.5
+"""Heights by GPS are this much worse than places."""
+
+
+@dataclass(frozen=True)
+class WeatherSpec:
+    """What the air and the sky do to a fleet."""
+
+    wind_m_s: tuple[float, float] = (0.0, 0.0)
+    """East and north: where the air goes."""
+    gps_noise_m: float = 0.0
+    """Standard deviation of a horizontal position, wandering over half a minute."""
+
+
+class Weather:
+    """Wind at, and position error of, each of n vehicles."""
+
+    def __init__(self, spec: WeatherSpec, n: int, seed: int) -> None:
+        self.windy = any(spec.wind_m_s)
+        self.noisy = spec.gps_noise_m > 0.0
+        self.wind_m_s: Array = np.zeros((n, 2))
+        self.surprise_m_s: Array = np.zeros((n, 2))
+        """The part of the wind that a controller has not learned yet."""
+        self.gps_error_m: Array = np.zeros((n, 3))
+        self._mean_m_s: Array = np.array(spec.wind_m_s, dtype=np.float64)
+        self._gust_m_s: Array = np.zeros((n, 2))
+        self._learned_m_s: Array = np.zeros((n, 2))
+        self._noise_m: Array = spec.gps_noise_m * np.array((1.0, 1.0, HEIGHT_NOISE))
+        self._rng = np.random.default_rng((seed, 1))
+        if self.noisy:
+            self.gps_error_m = self._rng.normal(size=(n, 3)) * self._noise_m
+
+    def step(self, dt_s: float) -> None:
+        """Move on by `dt_s`."""
+        if self.windy:
+            gust = GUST_SHARE * float(np.hypot(*self._mean_m_s))
+            self._gust_m_s = _wander(self._gust_m_s, gust, dt_s / GUST_S, self._rng)
+            self.wind_m_s = self._mean_m_s + self._gust_m_s
+            self._learned_m_s += (self.wind_m_s - self._learned_m_s) * (dt_s / TRIM_S)
+            self.surprise_m_s = self.wind_m_s - self._learned_m_s
+        if self.noisy:
+            self.gps_error_m = _wander(self.gps_error_m, self._noise_m, dt_s / GPS_DRIFT_S, self._rng)
+
+
+def _wander(values: Array, sigma: Array | float, share: float, rng: np.random.Generator) -> Array:
+    """One step of an Ornstein-Uhlenbeck process whose standard deviation stays `sigma`."""
+    keep = float(np.exp(-share))
+    moved: Array = values * keep + rng.normal(size=values.shape) * sigma * np.sqrt(1.0 - keep * keep)
+    return moved

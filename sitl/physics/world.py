@@ -1,0 +1,197 @@
+"""What is in the air besides the fleet, and the sensors that find it: seeded, and nothing if none is asked for.
+
+An intruder flies straight from where it begins to its goal and stays there; one that a vehicle comes close to turns
+round, flies back to where it came from and is gone. Each flying vehicle looks around a few times a second and reports
+what it finds by CAMERA_TRACKING_GEO_STATUS from a camera component of its own.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sitl.common.base import Autopilot
+from sitl.links.wire import Encoder
+from sitl.physics.quantities import Array
+
+CAMERA = 100
+"""MAV_COMP_ID_CAMERA."""
+TYPE_CAMERA, AUTOPILOT_INVALID, STATE_ACTIVE = 30, 8, 4
+TRACKING_ACTIVE = 1
+MET_M = 20.0
+"""Observed from so near an intruder turns round (planning.md C3: countered)."""
+HEIGHT_SIGMA_M = 3.0
+"""Standard deviation of reported heights."""
+
+
+@dataclass(frozen=True)
+class IntruderSpec:
+    """One intruder: where it comes from and goes to, how fast and when."""
+
+    lat_deg: float
+    lon_deg: float
+    alt_amsl_m: float
+    goal_lat_deg: float
+    goal_lon_deg: float
+    speed_m_s: float
+    begin_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for numbers that make no flight."""
+        numbers = (self.lat_deg, self.lon_deg, self.alt_amsl_m, self.goal_lat_deg, self.goal_lon_deg, self.begin_s)
+        if not all(map(math.isfinite, numbers)) or not 0.0 < self.speed_m_s <= 100.0:
+            raise ValueError("an intruder needs finite places and a speed of up to 100 m/s")
+
+
+@dataclass(frozen=True)
+class SensorSpec:
+    """What every vehicle sees with."""
+
+    range_m: float = 60.0
+    rate_hz: float = 5.0
+    probability: float = 0.9
+    """Of finding what is within range, each time it looks."""
+    false_per_min: float = 0.0
+    """False alarms of each vehicle."""
+    sigma_m: float = 2.0
+    """Standard deviation of the places it reports."""
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for numbers that make no sensor."""
+        numbers = (self.range_m, self.rate_hz, self.false_per_min, self.sigma_m)
+        if not all(math.isfinite(n) and n >= 0.0 for n in numbers) or not 0.0 <= self.probability <= 1.0:
+            raise ValueError("a sensor needs range, rate, false alarms and sigma of 0 or more, and a probability")
+        if not 0.1 <= self.rate_hz <= 20.0:
+            raise ValueError(f"a sensor looks 0.1 to 20 times a second, not {self.rate_hz:g}")
+
+
+@dataclass(frozen=True)
+class WorldSpec:
+    """What flies about, and what the fleet sees it with."""
+
+    intruders: tuple[IntruderSpec, ...] = ()
+    sensor: SensorSpec | None = None
+
+
+class World:
+    """Intruders and sensors of one fleet. `step` moves it on and makes the vehicles report."""
+
+    def __init__(self, spec: WorldSpec, pilots: Sequence[Autopilot], seed: int) -> None:
+        """Nothing has begun."""
+        self._spec = spec
+        self._pilots = pilots
+        self._rng = np.random.default_rng((seed, 2))
+        self._look_s = 0.0
+        self._beat_s = 0.0
+        self._encoders = [Encoder(pilot.spec.system_id, CAMERA) for pilot in pilots]
+        vehicles = pilots[0].vehicles
+        self._zero_deg = np.array((vehicles.origin_lat_deg[0], vehicles.origin_lon_deg[0]))
+        self._m_per_deg = np.array((vehicles.m_per_deg_lat[0], vehicles.m_per_deg_lon[0]))
+        self._start = np.array([self._enu(i.lat_deg, i.lon_deg) for i in spec.intruders]).reshape(-1, 2)
+        self._goal = np.array([self._enu(i.goal_lat_deg, i.goal_lon_deg) for i in spec.intruders]).reshape(-1, 2)
+        self._speed: Array = np.array([i.speed_m_s for i in spec.intruders])
+        self._begin_s: Array = np.array([i.begin_s for i in spec.intruders])
+        self._alt_amsl_m = [i.alt_amsl_m for i in spec.intruders]
+        self.position_m: Array = self._start.copy()
+        """(k, 2) east and north of the first vehicle's start place."""
+        self.velocity_m_s: Array = np.zeros_like(self._start)
+        self.present = np.zeros(len(spec.intruders), dtype=bool)
+        self.met_s: Array = np.full(len(spec.intruders), np.nan)
+        """When a vehicle came close to each; NaN: not yet."""
+        self._gone = np.zeros(len(spec.intruders), dtype=bool)
+
+    @property
+    def met(self) -> list[bool]:
+        """Whom a vehicle came close to."""
+        return [not math.isnan(met_s) for met_s in self.met_s.tolist()]
+
+    def places_deg(self) -> list[tuple[float, float]]:
+        """Latitude and longitude of every intruder."""
+        found = self._zero_deg + self.position_m[:, ::-1] / self._m_per_deg
+        return [(lat_deg, lon_deg) for lat_deg, lon_deg in found.tolist()]
+
+    def step(self, now_s: float, dt_s: float) -> None:
+        """Move on to `now_s`."""
+        places = self._vehicle_places()
+        self._fly(now_s, dt_s, places)
+        if self._spec.sensor is None:
+            return
+        if now_s >= self._beat_s:
+            self._beat_s = now_s + 1.0
+            for index in range(len(self._pilots)):
+                self._say(index, "HEARTBEAT", type=TYPE_CAMERA, autopilot=AUTOPILOT_INVALID, system_status=STATE_ACTIVE)
+        if now_s >= self._look_s:
+            self._look_s = now_s + 1.0 / self._spec.sensor.rate_hz
+            self._look(self._spec.sensor, places)
+
+    def _vehicle_places(self) -> Array:
+        """(n, 2) of vehicles in the air; NaN for the others."""
+        places = np.full((len(self._pilots), 2), np.nan)
+        for index, pilot in enumerate(self._pilots):
+            if not pilot.landed:
+                x, y, _ = pilot.vehicles.position_m[index].tolist()
+                places[index] = self._enu(*pilot.vehicles.to_geodetic(index, x, y))
+        return places
+
+    def _fly(self, now_s: float, dt_s: float, places: Array) -> None:
+        for k in range(len(self._speed)):
+            if self._gone[k] or now_s < self._begin_s[k]:
+                self.present[k] = False
+                continue
+            self.present[k] = True
+            fleeing = not np.isnan(self.met_s[k])
+            way = (self._start[k] if fleeing else self._goal[k]) - self.position_m[k]
+            left_m = float(np.hypot(*way))
+            step_m = min(self._speed[k] * dt_s, left_m)
+            self.velocity_m_s[k] = way / left_m * self._speed[k] if left_m > 1e-6 else 0.0
+            self.position_m[k] += self.velocity_m_s[k] * (step_m / self._speed[k])
+            if fleeing and left_m < 1.0:
+                self._gone[k], self.present[k] = True, False
+            elif not fleeing and np.nanmin(np.append(self._away_m(places, k), np.inf)) <= MET_M:
+                self.met_s[k] = now_s
+
+    def _away_m(self, places: Array, k: int) -> Array:
+        gap = places - self.position_m[k]
+        away: Array = np.hypot(gap[:, 0], gap[:, 1])
+        return away
+
+    def _look(self, sensor: SensorSpec, places: Array) -> None:
+        found = self._rng.random((len(places), len(self._speed))) < sensor.probability
+        false = self._rng.random(len(places)) < sensor.false_per_min / 60.0 / sensor.rate_hz
+        for index in np.flatnonzero(np.isfinite(places[:, 0])).tolist():
+            for k in np.flatnonzero(self.present & found[index]).tolist():
+                if np.hypot(*(self.position_m[k] - places[index])) <= sensor.range_m:
+                    self._report(index, sensor, self.position_m[k], self._alt_amsl_m[k])
+            if false[index]:
+                angle, share = self._rng.random(2) * (2.0 * math.pi, 1.0)
+                away = sensor.range_m * math.sqrt(share) * np.array((math.cos(angle), math.sin(angle)))
+                pilot = self._pilots[index]
+                height_m = float(pilot.vehicles.position_m[index, 2]) + pilot.spec.ground_amsl_m
+                self._report(index, sensor, places[index] + away, height_m)
+
+    def _report(self, index: int, sensor: SensorSpec, place_m: Array, alt_amsl_m: float) -> None:
+        east, north = (place_m + self._rng.normal(size=2) * sensor.sigma_m).tolist()
+        lat_deg, lon_deg = (self._zero_deg + np.array((north, east)) / self._m_per_deg).tolist()
+        unknown = dict.fromkeys(("vel_n", "vel_e", "vel_d", "vel_acc", "dist", "hdg", "hdg_acc"), math.nan)
+        self._say(
+            index,
+            "CAMERA_TRACKING_GEO_STATUS",
+            tracking_status=TRACKING_ACTIVE,
+            lat=round(lat_deg * 1e7),
+            lon=round(lon_deg * 1e7),
+            alt=alt_amsl_m + float(self._rng.normal()) * HEIGHT_SIGMA_M,
+            h_acc=sensor.sigma_m,
+            v_acc=HEIGHT_SIGMA_M,
+            **unknown,
+        )
+
+    def _say(self, index: int, name: str, **fields: Any) -> None:
+        pilot = self._pilots[index]
+        if not (pilot.silent or pilot.dead):
+            pilot.out.append(pilot.signer.sign(self._encoders[index].frame(name, fields), pilot.now_us))
+
+    def _enu(self, lat_deg: float, lon_deg: float) -> tuple[float, float]:
+        north, east = ((np.array((lat_deg, lon_deg)) - self._zero_deg) * self._m_per_deg).tolist()
+        return east, north
