@@ -1,7 +1,10 @@
-"""Real autopilots that fly in their own simulators: python -m sitl.launch.real arducopter|px4 --spec FILE --target HOST:PORT.
+"""Real autopilots that fly in their own simulators.
 
-FILE is what `sitl.launch.simulated` reads (ids and places). Every vehicle is a process with a directory of its own under
---folder, where its parameters, missions and logs stay from run to run. They end with this process, however it ends.
+Called as `python -m sitl.launch.real arducopter|px4 --spec FILE --target HOST:PORT`.
+
+FILE is what `sitl.launch.simulated` reads (ids and places). Every vehicle is a process with a directory of its own
+under --folder, where its parameters, missions and logs stay from run to run. They end with this process,
+however it ends.
 
 What is expected is a stock build: `arducopter` of ArduPilot's sitl board, `px4` of PX4's px4_sitl_default with the
 `etc` directory of its build beside `bin`.

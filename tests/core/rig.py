@@ -1,7 +1,7 @@
 """A whole system in one process for tests: simulator, station and planners on a virtual clock.
 
-`Rig` is the lock-step run of `tui_gcs.rehearsal.lock_step` with handles: links may lose datagrams, a planner may be a function
-of the test, everything sent and told can be looked at.
+`Rig` is the lock-step run of `tui_gcs.rehearsal.lock_step` with handles: links may lose datagrams, a planner may be a
+function of the test, everything sent and told can be looked at.
 """
 
 from collections.abc import Callable

@@ -156,7 +156,7 @@ def _add_control(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
         ("status", "what the running station sees, in lines"),
         ("stop", "end the running station; refused while anything is armed"),
     ):
-        parser = _add(commands, name, "control", text)
+        parser = _add(commands, name, "station_control", text)
         parser.set_defaults(what=name)
         parser.add_argument("--kind", choices=("sim", "live"), help="which station, where both run")
         if name == "attach":

@@ -69,8 +69,8 @@ def launch(
 ) -> None:
     """Start a supervised station, detached from this terminal; returns at once.
 
-    With `sim_spec` (see `sitl.launch.simulated`) the supervisor starts those vehicles too, with a token only this run knows;
-    `fault` makes their links bad (see `sitl.links.faults`).
+    With `sim_spec` (see `sitl.launch.simulated`) the supervisor starts those vehicles too, with a token only this run
+    knows; `fault` makes their links bad (see `sitl.links.faults`).
     `forward`: (link, whether commands may come in) of other stations. `dialects`: files of MAVLink definitions.
     `operator_at`: fields of `OperatorId` for Remote ID.
     `planners`: those in files, as they declared themselves; `watch`: what is saved there flies on (SIM only).

@@ -8,7 +8,13 @@ import threading
 
 AFTER_S = 2.0
 """So long after the start: what is shown first is shown by then."""
-SCREENS = ("plan", "vehicles", "missions", "journal", "planners")
+SCREENS = (
+    "plan.plan_screen",
+    "vehicles.vehicles_screen",
+    "missions.missions_screen",
+    "logs.journal_screen",
+    "fly.planners_dialog",
+)
 
 
 def read_ahead() -> None:

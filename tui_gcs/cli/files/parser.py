@@ -34,7 +34,7 @@ def add(commands: Commands) -> None:
     _add_convert(commands)
     text = "what is wrong with a scenario, a plan or another file, before it flies"
     check = commands.add_parser("check", help=text, description=text, epilog=CHECK)
-    check.set_defaults(module="check")
+    check.set_defaults(module="files.check")
     check.add_argument("file", metavar="FILE")
     check.add_argument(
         "--autopilot",
@@ -67,7 +67,7 @@ def _add_convert(commands: Commands) -> None:
     convert = commands.add_parser(
         "convert", help=text, description=text, epilog=CONVERT, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    convert.set_defaults(module="convert")
+    convert.set_defaults(module="files.convert")
     convert.add_argument("source", metavar="IN")
     convert.add_argument("target", metavar="OUT")
     convert.add_argument("--force", action="store_true", help="overwrite OUT")

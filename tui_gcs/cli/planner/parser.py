@@ -19,7 +19,7 @@ def add(commands: Any) -> None:
     planner = commands.add_parser(
         "planner", help=text, description=text, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    planner.set_defaults(module="planner")
+    planner.set_defaults(module="planner.verb")
     actions = planner.add_subparsers(title="actions", required=True, metavar="ACTION", dest="what")
 
     new = _action(actions, "new", "write a small planner that flies, to begin with")

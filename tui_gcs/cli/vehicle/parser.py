@@ -50,7 +50,7 @@ def add(commands: Actions) -> None:
     vehicle = commands.add_parser(
         "vehicle", help=text, description=text, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    vehicle.set_defaults(module="vehicle")
+    vehicle.set_defaults(module="vehicle.verb")
     actions = vehicle.add_subparsers(
         title="actions", required=True, metavar="ACTION", dest="what", parser_class=AnyOrder
     )

@@ -9,28 +9,28 @@ from tui_gcs.cli.vehicle.station_client import open_station
 from tui_gcs.console.exits import FAILED
 
 _ACTIONS = {
-    "list": "vehicle_show.run_list",
-    "show": "vehicle_show.run_show",
-    "failsafes": "vehicle_show.run_failsafes",
-    "events": "vehicle_show.run_events",
-    "tasks": "vehicle_show.run_tasks",
-    "cancel": "vehicle_show.run_cancel",
-    "params": "vehicle_params.run",
-    "plan": "vehicle_plan.run",
-    "files": "vehicle_files.run_files",
-    "logs": "vehicle_files.run_logs",
-    "mode": "vehicle_acts.run_mode",
-    "shell": "vehicle_acts.run_shell",
-    "reboot": "vehicle_acts.run_reboot",
-    "calibrate": "vehicle_calibrate.run",
-    "tune": "vehicle_setup.run_tune",
-    "airframe": "vehicle_setup.run_airframe",
-    "motor-test": "vehicle_setup.run_motor_test",
-    "gimbal": "vehicle_carry.run_gimbal",
-    "camera": "vehicle_carry.run_camera",
-    "roi": "vehicle_carry.run_roi",
-    "traffic": "vehicle_carry.run_traffic",
-    "remote-id": "vehicle_carry.run_remote_id",
+    "list": "show.run_list",
+    "show": "show.run_show",
+    "failsafes": "show.run_failsafes",
+    "events": "show.run_events",
+    "tasks": "show.run_tasks",
+    "cancel": "show.run_cancel",
+    "params": "params.run",
+    "plan": "plan.run",
+    "files": "files.run_files",
+    "logs": "files.run_logs",
+    "mode": "mode_shell_reboot.run_mode",
+    "shell": "mode_shell_reboot.run_shell",
+    "reboot": "mode_shell_reboot.run_reboot",
+    "calibrate": "calibrate.run",
+    "tune": "setup.run_tune",
+    "airframe": "setup.run_airframe",
+    "motor-test": "setup.run_motor_test",
+    "gimbal": "payload.run_gimbal",
+    "camera": "payload.run_camera",
+    "roi": "payload.run_roi",
+    "traffic": "payload.run_traffic",
+    "remote-id": "payload.run_remote_id",
 }
 """Module and function; only what is needed is imported."""
 
@@ -38,7 +38,7 @@ _ACTIONS = {
 def run(arguments: argparse.Namespace) -> int:
     """Find the station meant, and do it."""
     module, _, function = _ACTIONS[arguments.what].partition(".")
-    act = getattr(importlib.import_module(f"tui_gcs.cli.{module}"), function)
+    act = getattr(importlib.import_module(f"tui_gcs.cli.vehicle.{module}"), function)
     station = open_station(arguments.station)
     try:
         code: int = act(station, arguments)

@@ -9,8 +9,8 @@ any other component of it (a companion computer, MAV_COMP_ID_CAMERA…):
     h_acc, v_acc      standard deviation of the place, metres; NaN or 0: `DEFAULT_SIGMA_M`
     vel_n, vel_e, vel_d, vel_acc   velocity and its standard deviation; NaN: not measured
 
-The message has no name for its target: who is who is found out by `core/fleet/tracks.py`. A detection counts as made when
-it arrives, for a vehicle's clock is never compared with ours.
+The message has no name for its target: who is who is found out by `core/fleet/tracks.py`. A detection counts as made
+when it arrives, for a vehicle's clock is never compared with ours.
 """
 
 import math

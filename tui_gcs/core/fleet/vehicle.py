@@ -212,7 +212,7 @@ class Vehicle:
     lent: set[int] = field(default_factory=set)
     """Messages whose rate is somebody else's for now, and not telemetry's."""
     home_m: Vec3 | None = None
-    """Where the autopilot says home is (HOME_POSITION), ENU; None until it says so, and that can be (`core/fleet/integrity/home_check`)."""
+    """Where the autopilot says home is (HOME_POSITION), ENU. None until `home_check` accepts one."""
     home_amsl_m: float = NAN
     """The height of that above mean sea level; NaN when unknown."""
 

@@ -3,8 +3,9 @@
     desk.checks()                  # for the status: all vehicles on the ground, at most a second old
     desk.refusal(request)          # None, or the reply that says which checks refuse this start
 
-Checks that keep a single vehicle on the ground (`core/preflight/readiness.py`) are the same for simulated and real vehicles and
-cannot be overridden. The others are asked of LIVE vehicles: each can be overridden by its name, with the operator's.
+Checks that keep a single vehicle on the ground (`core/preflight/readiness.py`) are the same for simulated and real
+vehicles and cannot be overridden. The others are asked of LIVE vehicles: each can be overridden by its name,
+with the operator's.
 """
 
 import math

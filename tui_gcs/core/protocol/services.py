@@ -1,7 +1,7 @@
 """What may be asked of the station about its vehicles' parameters, plans, files, logs, modes and shells.
 
-As `core/protocol/common.py`, whose `Reply` is extended here: msgspec structs, unknown fields are errors. Vehicles are named,
-never all of them implied, except where something known is only looked at. What takes time becomes one *task* per
+As `core/protocol/common.py`, whose `Reply` is extended here: msgspec structs, unknown fields are errors. Vehicles are
+named, never all of them implied, except where something known is only looked at. What takes time becomes one *task* per
 vehicle: the reply has its number, `GetTasks` its progress, `GetTaskResult` what came of it. A client that goes away
 changes nothing: the task goes on.
 """
@@ -435,6 +435,6 @@ ServiceRequest = Look | Fetch | Change | flight.Land | CancelTask | setup.Confir
 
 
 def decode_request(data: bytes) -> StationRequest | ServiceRequest:
-    """The request in `data`, of this module or of `core/protocol/common.py`; raises `msgspec.MsgspecError` if it is none."""
+    """The request in `data`, of this module or of `common`; raises `msgspec.MsgspecError` if it is none."""
     request: StationRequest | ServiceRequest = decode(data, StationRequest | ServiceRequest)  # type: ignore[arg-type]
     return request

@@ -65,8 +65,8 @@ def _own_code() -> str:
     """Our version and the hash of our planners, which are what flies."""
     folder = Path(tui_gcs.__file__).parent / "planner"
     digest = hashlib.sha256(tui_gcs.__version__.encode())
-    for file in sorted(folder.glob("*.py")):
-        digest.update(file.name.encode() + b"\0" + file.read_bytes())
+    for file in sorted(folder.rglob("*.py")):
+        digest.update(file.relative_to(folder).as_posix().encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()
 
 

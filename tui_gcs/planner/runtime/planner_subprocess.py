@@ -172,7 +172,7 @@ def serve(host: HostAhead, pipe: Connection) -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`python -m tui_gcs.planner.runtime.planner_subprocess FD TEAM [--file NAME SHA256 PATH]…`: `FD` is the process's end of a pipe."""
+    """Run as `python -m` this module, `FD TEAM [--file NAME SHA256 PATH]…`: `FD` is the process's end of a pipe."""
     parser = argparse.ArgumentParser(prog="planner beside")
     parser.add_argument("fd", type=int)
     parser.add_argument("team")

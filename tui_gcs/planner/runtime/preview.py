@@ -1,7 +1,7 @@
 """What a planner would make of a task, without flying it, with the whole team in the air.
 
-`python -m tui_gcs.planner.runtime.preview [--file NAME SHA256 PATH]…` reads a `PreviewTask` and writes a `PreviewResult`: a
-process of its own, which can be killed when nobody wants to know any more.
+`python -m tui_gcs.planner.runtime.preview [--file NAME SHA256 PATH]…` reads a `PreviewTask` and writes a
+`PreviewResult`: a process of its own, which can be killed when nobody wants to know any more.
 """
 
 import argparse

@@ -11,7 +11,8 @@ from pathlib import Path
 from tui_gcs.planner.api import Planner
 
 LIBRARIES = ("site-packages", "dist-packages")
-HERE = Path(__file__).resolve().parent
+OUR_PLANNERS = Path(__file__).resolve().parents[1]
+"""The folder of the built-in planners and what runs them."""
 
 
 def is_meant(error: ValueError, planner: type[Planner]) -> bool:
@@ -29,7 +30,7 @@ def is_meant(error: ValueError, planner: type[Planner]) -> bool:
 
 
 def _is_own(place: Path, source: Path) -> bool:
-    if place == source or HERE in place.parents:
+    if place == source or OUR_PLANNERS in place.parents:
         return True
     folder = source.parent
     if folder.name in LIBRARIES or folder not in place.parents:
