@@ -3,7 +3,7 @@
 import math
 
 from tests.core.rig import scenario
-from tui_gcs.actions.outlook import outlook
+from tui_gcs.actions.order_forecast import outlook
 from tui_gcs.core.protocol.common import Freshness, Phase, Request, VehicleRow
 from tui_gcs.core.protocol.flight import Arm, Circle, Follow, GoTo, Nudge, TakeOff
 

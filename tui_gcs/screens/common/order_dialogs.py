@@ -7,8 +7,8 @@ from textwrap import wrap
 
 from textual import events
 
+from tui_gcs.actions.order_forecast import Outlook, outlook
 from tui_gcs.actions.orders import ORDERS, Aim, Field, Grade, Order, OrderError, left_out_words, split, why_not_order
-from tui_gcs.actions.outlook import Outlook, outlook
 from tui_gcs.actions.places import Surroundings
 from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.protocol.common import Freshness, Kind, Phase, Request, VehicleRow

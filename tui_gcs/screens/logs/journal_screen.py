@@ -16,7 +16,7 @@ from textual.binding import BindingType
 from textual.screen import Screen
 
 from tui_gcs.actions import APP_ACTIONS, Action, bindings
-from tui_gcs.actions.looking import JOURNAL_ACTIONS
+from tui_gcs.actions.viewer_actions import JOURNAL_ACTIONS
 from tui_gcs.core.protocol.common import Event, EventClass, GetJournal
 from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.journal import JOURNAL_END

@@ -10,7 +10,7 @@ from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
 
 from tui_gcs.actions import APP_ACTIONS, Action, bindings
-from tui_gcs.actions.looking import VEHICLES_ACTIONS
+from tui_gcs.actions.viewer_actions import VEHICLES_ACTIONS
 from tui_gcs.core.protocol.common import VehicleRow
 from tui_gcs.feed.feed import (
     Feed,
