@@ -45,7 +45,7 @@ conformance: .venv/installed-dev
 	$(BIN)/python -m tests.conformance --link $(LINK) $(if $(IDS),--ids $(IDS)) $(ONLY)
 
 guard: .venv/installed-dev
-	$(BIN)/coverage run --branch --include='tui_gcs/core/guard*.py' --data-file=.venv/guard.coverage -m pytest -q -n0 tests/core/test_guard*.py
+	$(BIN)/coverage run --branch --include='tui_gcs/core/guard/*' --omit='*/bypass.py,*/conflict_prediction.py' --data-file=.venv/guard.coverage -m pytest -q -n0 tests/core/guard
 	$(BIN)/coverage report --data-file=.venv/guard.coverage --show-missing --fail-under=100
 
 mutants: .venv/installed-dev

@@ -17,15 +17,15 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-MODULES = ("guard_courses", "guard_motion", "guard_lost", "guard_region", "guard_separation", "guard")
+MODULES = ("courses", "motion_prediction", "lost_link_paths", "region", "separation_check", "guard")
 """In the order in which they import each other."""
 TESTS = (
-    "test_guard_courses.py",
-    "test_guard_motion.py",
-    "test_guard_lost.py",
-    "test_guard_region.py",
-    "test_guard_separation.py",
-    "test_guard_rules.py",
+    "test_courses.py",
+    "test_motion_prediction.py",
+    "test_lost_link_paths.py",
+    "test_region.py",
+    "test_separation_check.py",
+    "test_rules.py",
     "test_guard.py",
 )
 """Those without a simulator; of a mutant's module those of the same name come first."""
@@ -83,64 +83,64 @@ EQUIVALENT: dict[str, str] = {
     "guard._jump: change > CATCH_UP_S * self.limits.accel_m_s2"
     " -> change >= CATCH_UP_S * self.limits.accel_m_s2": AT_LIMIT,
     "guard._jump: length_of(velocity) > BRAKES_BELOW_M_S -> length_of(velocity) >= BRAKES_BELOW_M_S": AT_LIMIT,
-    "guard_region.__init__: self.free.convex_hull.area - self.free.area < SAME_M ** 2"
+    "region.__init__: self.free.convex_hull.area - self.free.area < SAME_M ** 2"
     " -> self.free.convex_hull.area - self.free.area <= SAME_M ** 2": EDGE,
-    "guard_region.__init__: self.free.convex_hull.area - self.free.area"
+    "region.__init__: self.free.convex_hull.area - self.free.area"
     " -> self.free.convex_hull.area + self.free.area": SLOWER,
-    "guard_region.__init__: SAME_M ** 2 -> SAME_M * 2": "for rounding: either is nothing",
-    "guard_region.__init__: 2 -> 3": "for rounding: either is nothing",
-    "guard_region.outside_m: error > 0 -> error >= 0": SLOWER,
-    "guard_region._outside_m: 0.0 -> 0.001": "who is outside is farther outside",
-    "guard_courses.FAR_M: 1000000.0 -> 1500000.001": "anything is far",
-    "guard_courses._steps: 0.0 -> 0.001": "rounded down to the same sample",
-    "guard_motion._pull: 1e-09 -> 0.0010000015": SMALL,
-    "guard_motion._at_most: 1e-09 -> 0.0010000015": SMALL,
-    "guard_motion._braked: 1e-09 -> 0.0010000015": SMALL,
-    "guard_motion._pull: 2 * BRAKE_SHARE * ACCEL_Z_M_S2 -> 2 * BRAKE_SHARE / ACCEL_Z_M_S2": ONE,
-    "guard_motion._weakly: BRAKE_SHARE * ACCEL_Z_M_S2 -> BRAKE_SHARE / ACCEL_Z_M_S2": ONE,
-    "guard_motion._array: 1 -> 2": REST,
-    "guard_motion.gone: 1e-09 -> 0.0010000015": SMALL,
-    "guard_lost._ways: 1 -> 2": "a second moment that nobody looks at",
-    "guard_lost._parts: begins_s - ahead_s <= from_here.age_s <= over_s"
+    "region.__init__: SAME_M ** 2 -> SAME_M * 2": "for rounding: either is nothing",
+    "region.__init__: 2 -> 3": "for rounding: either is nothing",
+    "region.outside_m: error > 0 -> error >= 0": SLOWER,
+    "region._outside_m: 0.0 -> 0.001": "who is outside is farther outside",
+    "courses.FAR_M: 1000000.0 -> 1500000.001": "anything is far",
+    "courses._steps: 0.0 -> 0.001": "rounded down to the same sample",
+    "motion_prediction._pull: 1e-09 -> 0.0010000015": SMALL,
+    "motion_prediction._at_most: 1e-09 -> 0.0010000015": SMALL,
+    "motion_prediction._braked: 1e-09 -> 0.0010000015": SMALL,
+    "motion_prediction._pull: 2 * BRAKE_SHARE * ACCEL_Z_M_S2 -> 2 * BRAKE_SHARE / ACCEL_Z_M_S2": ONE,
+    "motion_prediction._weakly: BRAKE_SHARE * ACCEL_Z_M_S2 -> BRAKE_SHARE / ACCEL_Z_M_S2": ONE,
+    "motion_prediction._array: 1 -> 2": REST,
+    "motion_prediction.gone: 1e-09 -> 0.0010000015": SMALL,
+    "lost_link_paths._ways: 1 -> 2": "a second moment that nobody looks at",
+    "lost_link_paths._parts: begins_s - ahead_s <= from_here.age_s <= over_s"
     " -> begins_s - ahead_s < from_here.age_s <= over_s": AT_LIMIT,
     "guard._farthest_outside_m: 1 -> 2": REST,
     "guard._docket: 1 -> 2": REST,
-    "guard_region.are_clear: shapely.length(lines) <= SAME_M -> shapely.length(lines) < SAME_M": AT_LIMIT,
-    "guard_region.are_clear: 2 -> 3": "heights of lines are not looked at on the ground plan",
-    "guard_separation.SAME: 1e-06 -> 0.0010015": "for rounding; a thousandth of a limit is nothing",
-    "guard_separation.FUTURES: 3 -> 4": "a number of a future and a sample is still one of each",
-    "guard_separation.meetings: 3 -> 4": "a row of none that nobody looks at",
-    "guard_separation._pairs: 1 -> 2": "-2 is no row either; for an axis: " + FILTER,
-    "guard_separation._pairs: 0 -> 1": FILTER,
-    "guard_separation._pairs: near &= low[:, axis] < judged.high_m[:, axis, None] + reach"
+    "region.are_clear: shapely.length(lines) <= SAME_M -> shapely.length(lines) < SAME_M": AT_LIMIT,
+    "region.are_clear: 2 -> 3": "heights of lines are not looked at on the ground plan",
+    "separation_check.SAME: 1e-06 -> 0.0010015": "for rounding; a thousandth of a limit is nothing",
+    "separation_check.FUTURES: 3 -> 4": "a number of a future and a sample is still one of each",
+    "separation_check.meetings: 3 -> 4": "a row of none that nobody looks at",
+    "separation_check._pairs: 1 -> 2": "-2 is no row either; for an axis: " + FILTER,
+    "separation_check._pairs: 0 -> 1": FILTER,
+    "separation_check._pairs: near &= low[:, axis] < judged.high_m[:, axis, None] + reach"
     " -> near |= low[:, axis] < judged.high_m[:, axis, None] + reach": FILTER,
-    "guard_separation._pairs: low[:, axis] < judged.high_m[:, axis, None] + reach"
+    "separation_check._pairs: low[:, axis] < judged.high_m[:, axis, None] + reach"
     " -> low[:, axis] <= judged.high_m[:, axis, None] + reach": FILTER,
-    "guard_separation._pairs: near &= high[:, axis] > judged.low_m[:, axis, None] - reach"
+    "separation_check._pairs: near &= high[:, axis] > judged.low_m[:, axis, None] - reach"
     " -> near |= high[:, axis] > judged.low_m[:, axis, None] - reach": FILTER,
-    "guard_separation._pairs: high[:, axis] > judged.low_m[:, axis, None] - reach"
+    "separation_check._pairs: high[:, axis] > judged.low_m[:, axis, None] - reach"
     " -> high[:, axis] >= judged.low_m[:, axis, None] - reach": FILTER,
-    "guard_separation._pairs: near &= judged.ids[:, None] != others.ids[None, :]"
+    "separation_check._pairs: near &= judged.ids[:, None] != others.ids[None, :]"
     " -> near |= judged.ids[:, None] != others.ids[None, :]": "oneself is excused: as near from the first sample on",
-    "guard_separation._pairs: True -> False": "both are as long",
-    "guard_separation._pairs: before[theirs] < mine -> before[theirs] <= mine": "equal is only oneself",
-    "guard_separation.is_exact: return self.short_m is self.far_m -> return None": SLOWER,
-    "guard_separation._may_be_close: _both(level / pairs.wide_m, upright / high_m) < 1.0"
+    "separation_check._pairs: True -> False": "both are as long",
+    "separation_check._pairs: before[theirs] < mine -> before[theirs] <= mine": "equal is only oneself",
+    "separation_check.is_exact: return self.short_m is self.far_m -> return None": SLOWER,
+    "separation_check._may_be_close: _both(level / pairs.wide_m, upright / high_m) < 1.0"
     " -> _both(level / pairs.wide_m, upright / high_m) <= 1.0": FILTER,
-    "guard_separation._level_m: way[..., 0] + 1j * way[..., 1] -> way[..., 0] - 1j * way[..., 1]": "seen in a mirror",
-    "guard_separation._level_m: _side(a, b, c) * _side(a, b, d) -> _side(a, b, c) / _side(a, b, d)": SIGN,
-    "guard_separation._level_m: _side(c, d, a) * _side(c, d, b) -> _side(c, d, a) / _side(c, d, b)": SIGN,
-    "guard_separation._level_m: _side(a, b, c) * _side(a, b, d) < 0 -> _side(a, b, c) * _side(a, b, d) <= 0": ON_LINE,
-    "guard_separation._level_m: _side(c, d, a) * _side(c, d, b) < 0 -> _side(c, d, a) * _side(c, d, b) <= 0": ON_LINE,
-    "guard_separation._first: True -> False": "both are as long",
-    "guard_separation._first: apart >= hardest - SAME -> apart > hardest - SAME": EDGE,
-    "guard_separation._may_be_close: 1.0 -> 1.501": FILTER,
-    "guard_separation._to_line: 1e-12 -> 0.0010000000015": SMALL,
-    "guard_separation._first: apart < 1.0 -> apart <= 1.0": EDGE,
-    "guard_separation._first: braking.min(axis=1) < 1.0 -> braking.min(axis=1) <= 1.0": EDGE,
-    "guard_separation._is_no_worse: gained > BETTER -> gained >= BETTER": EDGE,
-    "guard_separation._is_no_worse: gained >= -SAME -> gained > -SAME": EDGE,
-    "guard_separation._is_no_worse: more >= -SAME -> more > -SAME": EDGE,
+    "separation_check._level_m: way[..., 0] + 1j * way[..., 1] -> way[..., 0] - 1j * way[..., 1]": "seen in a mirror",
+    "separation_check._level_m: _side(a, b, c) * _side(a, b, d) -> _side(a, b, c) / _side(a, b, d)": SIGN,
+    "separation_check._level_m: _side(c, d, a) * _side(c, d, b) -> _side(c, d, a) / _side(c, d, b)": SIGN,
+    "separation_check._level_m: _side(a, b, c) * _side(a, b, d) < 0 -> _side(a, b, c) * _side(a, b, d) <= 0": ON_LINE,
+    "separation_check._level_m: _side(c, d, a) * _side(c, d, b) < 0 -> _side(c, d, a) * _side(c, d, b) <= 0": ON_LINE,
+    "separation_check._first: True -> False": "both are as long",
+    "separation_check._first: apart >= hardest - SAME -> apart > hardest - SAME": EDGE,
+    "separation_check._may_be_close: 1.0 -> 1.501": FILTER,
+    "separation_check._to_line: 1e-12 -> 0.0010000000015": SMALL,
+    "separation_check._first: apart < 1.0 -> apart <= 1.0": EDGE,
+    "separation_check._first: braking.min(axis=1) < 1.0 -> braking.min(axis=1) <= 1.0": EDGE,
+    "separation_check._is_no_worse: gained > BETTER -> gained >= BETTER": EDGE,
+    "separation_check._is_no_worse: gained >= -SAME -> gained > -SAME": EDGE,
+    "separation_check._is_no_worse: more >= -SAME -> more > -SAME": EDGE,
 }
 """Mutants that no test can tell from the original, and why."""
 
@@ -163,7 +163,7 @@ class Mutant:
 
 def mutants(module: str) -> Iterator[Mutant]:
     """All mutants of one module, in the order of its lines."""
-    tree = ast.parse((ROOT / "tui_gcs" / "core" / f"{module}.py").read_text())
+    tree = ast.parse((ROOT / "tui_gcs" / "core" / "guard" / f"{module}.py").read_text())
     places = _places(tree)
     for number, node in enumerate(_code(tree)):
         for change in range(_changes(node)):
@@ -278,8 +278,8 @@ def _judge(mutant: Mutant) -> int:
 
 def _install(module: str, tree: ast.Module | None) -> None:
     """Run a module anew, changed or not, in place of the one that was imported."""
-    name = f"tui_gcs.core.{module}"
-    path = ROOT / "tui_gcs" / "core" / f"{module}.py"
+    name = f"tui_gcs.core.guard.{module}"
+    path = ROOT / "tui_gcs" / "core" / "guard" / f"{module}.py"
     fresh = types.ModuleType(name)
     fresh.__file__ = str(path)
     sys.modules[name] = fresh
@@ -287,7 +287,7 @@ def _install(module: str, tree: ast.Module | None) -> None:
 
 
 def _tests(first: str) -> int:
-    files = [str(ROOT / "tests" / "core" / name) for name in sorted(TESTS, key=f"test_{first}.py".__ne__)]
+    files = [str(ROOT / "tests" / "core" / "guard" / name) for name in sorted(TESTS, key=f"test_{first}.py".__ne__)]
     plugins = [option for name in PLUGINS for option in ("-p", f"no:{name}")]
     options = ["-x", "--assert=plain", "--noconftest", "-o", "addopts=--import-mode=importlib", "-k", "not whoever"]
     return int(pytest.main([*options, *plugins, *files]))
@@ -295,7 +295,6 @@ def _tests(first: str) -> int:
 
 def main(chosen: list[str]) -> int:
     """Try all mutants of the chosen modules, all by default; 1 if one lives."""
-    sys.path.insert(0, str(ROOT / "tests" / "core"))
     import hypothesis.strategies  # noqa: F401 - imported once, here, and not in every child
     import shapely  # noqa: F401
 

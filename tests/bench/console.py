@@ -24,8 +24,8 @@ from rich.color import ColorSystem
 from tests.bench.latency import percentile
 from tests.bench.live import FLEET_MARK, cpu_s, painted
 from tests.bench.row import NotMeasured, Row
-from tests.console_pty import PtyConsole
-from tests.screens.meter import metered
+from tests.rigs.console_pty import PtyConsole
+from tests.screens.rigs.meter import metered
 from tui_gcs.feed.feed import EVENTS_KEPT
 
 CHILD = "tests.bench.console_child"
@@ -187,7 +187,7 @@ def attached(colours: str, options: list[str]) -> Iterator[PtyConsole]:
 @contextlib.contextmanager
 def paper_station(count: int) -> Iterator[None]:
     """So many vehicles in flight, in a process of its own."""
-    process = subprocess.Popen([sys.executable, "-m", "tests.screens.paper_fleet", str(count)])
+    process = subprocess.Popen([sys.executable, "-m", "tests.screens.rigs.paper_fleet", str(count)])
     try:
         time.sleep(1.0)
         if process.poll() is not None:

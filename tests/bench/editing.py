@@ -4,7 +4,6 @@ import asyncio
 import gc
 import math
 import statistics
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -32,8 +31,7 @@ def editing(_folder: Path) -> Iterator[Row]:
 
 
 async def _measured() -> list[Row]:
-    sys.path.insert(0, str(Path(__file__).parents[1] / "screens"))  # where the screens' tests have their fake station
-    from mission_station import MissionStation
+    from tests.screens.rigs.mission_station import MissionStation
 
     bus = MemoryBus()
     station = MissionStation(bus)

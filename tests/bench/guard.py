@@ -5,7 +5,6 @@ is printed as it goes, so that it can be taken up again there, and `GUARD_FIRST=
 """
 
 import os
-import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -69,8 +68,7 @@ def _share(n: int) -> float:
 def _run(seed: int) -> list[str]:
     import tempfile
 
-    sys.path.insert(0, str(Path(__file__).parents[1] / "core"))
-    from wild import Weather, run_wild
+    from tests.core.rigs.wild import Weather, run_wild
 
     weather = Weather(WIND_M_S[seed % 4], NOISE_M[seed // 4 % 2])
     with tempfile.TemporaryDirectory(prefix="tg") as folder:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from tests.bench.row import NotMeasured, Row
-from tests.console_pty import PtyConsole
+from tests.rigs.console_pty import PtyConsole
 from tui_gcs.core.base.directories import socket_path
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.protocol import common as m

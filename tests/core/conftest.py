@@ -1,16 +1,13 @@
 """The tests of the core share `rig`: the whole system on a virtual clock."""
 
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from rig import Rig, scenario, toml
-from wires import Wired
+from tests.core.rigs.rig import Rig, scenario, toml
+from tests.core.rigs.wires import Wired
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ from typing import Any
 
 from sitl.launch.fleet import SimFleet
 from sitl.services.signing import SigningSpec, time_of
-from tests.core.rig import Rig, scenario, toml
+from tests.core.rigs.rig import Rig, scenario, toml
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward.forwarder import Endpoint
 from tui_gcs.core.links import Address, Link

@@ -4,17 +4,12 @@ For attacks within a dialogue, which the oracle's simulated vehicles would distu
 """
 
 import gc
-import sys
 import time
 from pathlib import Path
 from typing import Any
 
+from tests.core.rigs.service_rig import Peer, ServiceRig
 from tests.hostile.oracle import MOST_GROWTH_MB, MOST_STEP_S, rss_mb, watch_files
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "core"))
-
-from service_rig import Peer, ServiceRig
-
 from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.station.status import station_status
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.test_cli import DATA, SCENARIO, refused
+from tests.cli.test_main import DATA, SCENARIO, refused
 from tui_gcs.core.judging.tlog_summary import summarize
 from tui_gcs.core.records.tlog_reader import TlogError, read_tlog
 from tui_gcs.core.scenario.load import ScenarioError, load

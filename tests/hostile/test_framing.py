@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from fastcrc.crc16 import mcrf4xx
 
-from tests.core.link_rig import free_port
+from tests.core.rigs.link_rig import free_port
 from tests.hostile.oracle import STRANGER, Oracle
 from tui_gcs.core.links import Address, Link, open_link
 from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE

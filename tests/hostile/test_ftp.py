@@ -13,8 +13,8 @@ import pytest
 
 from tests.hostile.peer_rig import PeerRig  # also makes the following importable
 
-from ftp_peer import ACK, BURST, NAK, OPEN, READ, FtpServer  # isort: skip
-from service_rig import ARDUPILOT, PX4, Peer  # isort: skip
+from tests.core.rigs.ftp_peer import ACK, BURST, NAK, OPEN, READ, FtpServer  # isort: skip
+from tests.core.rigs.service_rig import ARDUPILOT, PX4, Peer  # isort: skip
 
 from tui_gcs.core.base.safe_files import FileRefused, PartFile, SafeFolder, safe_name
 from tui_gcs.core.services.files import ftp_read

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from fastcrc.crc16 import mcrf4xx
 
-from tests.core.rig import scenario, toml
+from tests.core.rigs.rig import scenario, toml
 from tests.hostile.oracle import KEY, MOST_STEP_S, Watched, rss_mb
 from tests.hostile.test_framing import ROOT, raw_frame
 from tui_gcs.core.forward.forwarder import Endpoint

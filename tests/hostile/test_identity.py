@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.core.forward_rig import KEY as SETUP
+from tests.core.rigs.forward_rig import KEY as SETUP
 from tests.hostile.oracle import KEY, STRANGER, Oracle, Watched
 from tui_gcs.core.fleet.vehicle import Signing
 from tui_gcs.core.forward.forwarder import Endpoint

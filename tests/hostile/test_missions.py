@@ -5,7 +5,6 @@ watches.
 """
 
 import math
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -13,11 +12,8 @@ from typing import Any
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "core"))
-
-from plan_peers import ArduPilotPeer, PlanPeer, Px4Peer, fence, mission, square, waypoint
-from service_rig import Fields, Peer, ServiceRig
-
+from tests.core.rigs.plan_peers import ArduPilotPeer, PlanPeer, Px4Peer, fence, mission, square, waypoint
+from tests.core.rigs.service_rig import Fields, Peer, ServiceRig
 from tests.hostile.oracle import Oracle
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.plans.check import MOST_ITEMS, check

@@ -11,8 +11,8 @@ import pytest
 
 from tests.hostile.peer_rig import PeerRig  # also makes the following importable
 
-from param_peer import INT32, REAL32, ParamServer  # isort: skip
-from service_rig import ARDUPILOT, PX4, Peer  # isort: skip
+from tests.core.rigs.param_peer import INT32, REAL32, ParamServer  # isort: skip
+from tests.core.rigs.service_rig import ARDUPILOT, PX4, Peer  # isort: skip
 
 from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.parameters import Encoding

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from rich.color import ColorSystem
 
-from tests.core.rig import Rig, scenario, toml
+from tests.core.rigs.rig import Rig, scenario, toml
 from tests.hostile.oracle import Watched
 from tests.hostile.test_framing import raw_frame
 from tests.hostile.test_text import TEXTS, WICKED, field_of, is_safe
-from tests.screens.meter import MeteredConsole
+from tests.screens.rigs.meter import MeteredConsole
 from tui_gcs.core.mavlink import dialect
 
 OURS = re.compile(r"\x1b\[(?:\d+(?:;\d+)*)?[HCm]")

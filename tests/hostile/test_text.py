@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rich.cells import cell_len
 
 import tui_gcs
-from tests.core.rig import Rig
+from tests.core.rigs.rig import Rig
 from tests.hostile.oracle import Oracle
 from tests.hostile.test_framing import raw_frame
 from tui_gcs.core.base.text import clean

@@ -1,15 +1,9 @@
 """The tests of planners share `flights.py`."""
 
-import sys
-from pathlib import Path
-
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from flights import swarm
-
-from tests.core.designs import once
+from tests.core.rigs.designs import once
+from tests.planner.rigs.flights import swarm
 
 __all__ = ["swarm"]
 

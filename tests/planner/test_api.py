@@ -3,8 +3,7 @@
 import textwrap
 from pathlib import Path
 
-from flights import SMALL, fleet, task_of, zone_of
-
+from tests.planner.rigs.flights import SMALL, fleet, task_of, zone_of
 from tui_gcs.core.protocol.common import Plan, decode
 from tui_gcs.planner import api
 from tui_gcs.planner.runtime import registry

@@ -1,15 +1,11 @@
 """Vehicles that leave their layers for one height, by a planner of somebody's own: with `avoid` the guard is silent."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "core"))
-
-from rig import Rig, scenario, toml
-
+from tests.core.rigs.rig import Rig, scenario, toml
 from tui_gcs.core.protocol.common import Intent
 from tui_gcs.planner.api import avoid
 

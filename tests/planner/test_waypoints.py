@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
-from flights import AREA, SMALL, fleet, host_of, no_fly, task_of, zone_of
 
 import tui_gcs
+from tests.planner.rigs.flights import AREA, SMALL, fleet, host_of, no_fly, task_of, zone_of
 from tui_gcs.core.geometry.zones import Circle, Rectangle, polygon_of
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Round

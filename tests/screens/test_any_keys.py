@@ -6,10 +6,10 @@ from contextlib import suppress
 from typing import Any
 
 import pytest
-from console import Console, console
-from fake_station import SCENES
 from textual.worker import WorkerCancelled
 
+from tests.screens.rigs.console import Console, console
+from tests.screens.rigs.fake_station import SCENES
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.flight import Land

@@ -66,6 +66,8 @@ def _own_code() -> str:
     folder = Path(tui_gcs.__file__).parent / "planner"
     digest = hashlib.sha256(tui_gcs.__version__.encode())
     for file in sorted(folder.rglob("*.py")):
+        if file.parent.name == "check":
+            continue  # the author's test bench flies nothing
         digest.update(file.relative_to(folder).as_posix().encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()
 

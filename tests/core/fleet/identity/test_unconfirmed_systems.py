@@ -1,0 +1,58 @@
+"""Who is nothing but heartbeats, and who of those is forgotten."""
+
+import math
+from typing import Any
+
+import pytest
+
+from tests.core.rigs.vehicles import a_vehicle
+from tui_gcs.core.base.clock import VirtualClock
+from tui_gcs.core.fleet.identity.unconfirmed_systems import ANSWERS_S, CROWD, FORGET_S, GhostWatch
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.mavlink.sources import Stream
+from tui_gcs.core.records.event_log import EventLog
+
+
+def ghost(number: int = 1, **traits: Any) -> Vehicle:
+    """First heard at 0, last at 1 s."""
+    vehicle = a_vehicle(number, first_s=0.0, **traits)
+    vehicle.path.pilot = Stream(vehicle.path.source)
+    vehicle.path.pilot.heard_s = 1.0
+    return vehicle
+
+
+def forgotten(vehicle: Vehicle, now: float) -> bool:
+    return GhostWatch(EventLog(VirtualClock())).look([vehicle], now) == [vehicle]
+
+
+def test_a_silent_ghost_is_forgotten_after_a_minute() -> None:
+    assert not forgotten(ghost(), 1.0 + FORGET_S)
+    assert forgotten(ghost(), 1.1 + FORGET_S)
+
+
+@pytest.mark.parametrize(
+    "traits",
+    [{"armed": True}, {"identified": True}, {"position_m": (0.0, 0.0, 0.0)}, {"keyed": True}, {"high_latency_s": 1.0}],
+    ids=lambda traits: next(iter(traits)),
+)
+def test_who_is_more_than_that_or_armed_is_not(traits: dict[str, Any]) -> None:
+    assert not forgotten(ghost(**traits), math.inf)
+
+
+def test_a_crowd_is_told_once_a_minute() -> None:
+    clock = VirtualClock()
+    events = EventLog(clock)
+    watch = GhostWatch(events)
+    few, crowd = [ghost(n) for n in range(1, CROWD)], [ghost(n) for n in range(1, CROWD + 1)]
+    clock.advance(ANSWERS_S)
+    watch.look(crowd, clock.now())
+    assert not events.since(0, 10), "they may be booting"
+    clock.advance(1.0)
+    watch.look(few, clock.now())
+    assert not events.since(0, 10), "a few slow ones"
+    for _ in range(30):
+        watch.look(crowd, clock.now())
+        clock.advance(1.0)
+    assert [e.text for e in events.since(0, 10)] == [
+        f"{CROWD} vehicles are nothing but heartbeats: forged, or links that are too slow"
+    ]

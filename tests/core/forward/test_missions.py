@@ -1,0 +1,198 @@
+"""Missions of other stations from upload to start: the ways between items, and what is known of what is on board.
+
+See `forward_rig` for the area: a pond of 20 m radius at (100, 100) m, vehicle 1 (ArduCopter) at (50, 50) m.
+"""
+
+import pytest
+
+from tests.core.rigs.forward_rig import LOCAL, QGC, Rig, frames, link
+from tui_gcs.core.mavlink.encode import Encoder
+
+TO = {"target_system": 1, "target_component": 1, "mission_type": 0}
+HOME = (0.0, 0.0)
+ROUND_THE_POND = [HOME, (60.0, 60.0), (60.0, 140.0), (140.0, 140.0)]
+OVER_THE_POND = [HOME, (100.0, 60.0), (100.0, 140.0)]
+
+
+def station() -> Rig:
+    flight = Rig(link("udpin:a"), commands=True)
+    flight.beat()
+    return flight
+
+
+def count(flight: Rig, items: int, **more: int) -> None:
+    flight.say("MISSION_COUNT", **TO, count=items, opaque_id=0, **more)
+
+
+def send(flight: Rig, seq: int, x: float, y: float, *, command: int = 16, param1: float = 0.0, **more: int) -> bool:
+    """Whether an item was passed on."""
+    lat, lon = LOCAL.to_geodetic(x, y)
+    passed = len(flight.door.taken)
+    rest = {"frame": 3, "current": 0, "autocontinue": 1, "param1": param1, "param2": 0, "param3": 0, "param4": 0}
+    place = {"x": round(float(lat) * 1e7), "y": round(float(lon) * 1e7), "z": 30.0}
+    flight.say("MISSION_ITEM_INT", **TO, seq=seq, command=command, **rest, **place, **more)
+    return len(flight.door.taken) > passed
+
+
+def told(flight: Rig, name: str, component: int = 1, **fields: int) -> None:
+    """Vehicle 1 says something."""
+    flight.forwarder.feed("", "radio", [Encoder(1, component).encode(name, **fields)])
+
+
+def acknowledge(flight: Rig, to: int = 252, result: int = 0, component: int = 1) -> None:
+    answer = {"target_system": to, "target_component": 190, "type": result, "mission_type": 0, "opaque_id": 0}
+    told(flight, "MISSION_ACK", component, **answer)
+
+
+def upload(flight: Rig, places: list[tuple[float, float]]) -> list[bool]:
+    """The whole of it as stations do it, and the vehicle takes it; which items were passed on."""
+    count(flight, len(places))
+    passed = [send(flight, seq, *place) for seq, place in enumerate(places)]
+    acknowledge(flight)
+    return passed
+
+
+def starts(flight: Rig) -> bool:
+    """Whether a start is passed on, the vehicle being about to fly to item 1."""
+    told(flight, "MISSION_CURRENT", seq=1, total=3, mission_state=2, mission_mode=0, mission_id=0, fence_id=0,
+         rally_points_id=0)  # fmt: skip
+    passed = len(flight.door.taken)
+    flight.command(300)
+    return flight.door.whats[passed:] == ["mission start"]
+
+
+def test_a_mission_around_the_pond_is_uploaded_and_started() -> None:
+    flight = station()
+    assert all(upload(flight, ROUND_THE_POND)) and starts(flight)
+    assert any(frame.msgid == 47 for frame in frames(flight.links[0], QGC)), "the station hears it too"
+
+
+def test_a_way_over_the_pond_is_not_passed_on_and_what_came_before_is_not_started() -> None:
+    flight = station()
+    assert upload(flight, OVER_THE_POND) == [True, True, False]
+    assert "mission item 2: the straight way from (100, 60) m there leaves the operating area" in flight.texts()[-1]
+    assert not starts(flight)
+
+
+def test_items_of_no_upload_are_not_passed_on() -> None:
+    flight = station()
+    assert not any(send(flight, seq, *place) for seq, place in enumerate(ROUND_THE_POND))
+    acknowledge(flight)
+    assert not starts(flight)
+
+
+def test_a_mission_is_not_started_over_the_pond_from_where_the_vehicle_is() -> None:
+    flight = station()
+    upload(flight, [HOME, (140.0, 140.0)])
+    assert not starts(flight)
+    flight.vehicles[1].position_m = (140.0, 60.0, 30.0)
+    assert starts(flight)
+
+
+def test_out_of_order_is_refused_and_the_same_item_again_is_not() -> None:
+    flight = station()
+    count(flight, 4)
+    assert not send(flight, 1, 60, 60)
+    assert send(flight, 0, *HOME) and send(flight, 1, 60, 60)
+    assert not send(flight, 3, 60, 140)
+    assert send(flight, 1, 60, 60), "the vehicle did not get it, and asks again"
+    assert not send(flight, 1, 70, 60), "but it is not changed behind our back"
+    assert send(flight, 2, 60, 140) and send(flight, 3, 140, 140)
+    assert not send(flight, 4, 140, 140), "more than were announced"
+    acknowledge(flight)
+    assert starts(flight)
+
+
+def test_only_who_began_an_upload_goes_on_with_it() -> None:
+    flight = station()
+    count(flight, 2)
+    assert not send(flight, 0, *HOME, system=251)
+    assert send(flight, 0, *HOME)
+    count(flight, 2, system=251)
+    assert not send(flight, 1, 60, 60)
+
+
+@pytest.mark.parametrize(("target", "ok"), [(3, True), (2, False), (1, False), (0, False), (5, False), (6, False)])
+def test_jumps_lead_back_and_not_over_the_pond(target: int, ok: bool) -> None:
+    flight = station()
+    places = [HOME, (60.0, 60.0), (60.0, 90.0), (140.0, 60.0), (140.0, 140.0)]  # to 1 and 2 the pond is in the way
+    count(flight, 10)
+    assert all(send(flight, seq, *place) for seq, place in enumerate(places))
+    assert send(flight, 5, 0, 0, command=177, param1=target) == ok
+
+
+def test_a_take_off_of_a_copter_leads_nowhere_whatever_place_it_names() -> None:
+    flight = station()
+    count(flight, 3)
+    assert send(flight, 0, *HOME) and send(flight, 1, 140, 60, command=22) and send(flight, 2, 140, 140)
+    acknowledge(flight)
+    assert not starts(flight), "it takes off at (50, 50), and from there the pond is in the way"
+
+
+def test_what_the_vehicle_did_not_take_is_not_started() -> None:
+    flight = station()
+    count(flight, 2)
+    send(flight, 0, *HOME)
+    acknowledge(flight)
+    send(flight, 1, 60, 60)
+    assert not starts(flight), "half of it was acknowledged: that is not known to be this one"
+    upload(flight, [HOME, (60.0, 60.0)])
+    assert starts(flight)
+    acknowledge(flight, result=13)
+    assert not starts(flight)
+
+
+@pytest.mark.parametrize("what", ["clear", "count", "another station", "a part"])
+def test_after_a_change_the_mission_is_not_known(what: str) -> None:
+    flight = station()
+    upload(flight, [HOME, (60.0, 60.0)])
+    if what == "clear":
+        flight.say("MISSION_CLEAR_ALL", **TO)
+    elif what == "count":
+        count(flight, 2)
+    elif what == "another station":
+        flight.beat(system=251)
+        acknowledge(flight, to=251)
+    else:
+        flight.say("MISSION_WRITE_PARTIAL_LIST", **TO, start_index=1, end_index=1)
+        assert flight.door.whats[-1] != "mission upload", "never passed on"
+    assert starts(flight) == (what == "a part")
+
+
+def test_only_the_autopilot_tells_of_its_mission() -> None:
+    flight = station()
+    count(flight, 2)
+    send(flight, 0, *HOME)
+    send(flight, 1, 60, 60)
+    acknowledge(flight, component=191)
+    assert not starts(flight)
+
+
+def test_a_mission_being_flown_is_not_changed() -> None:
+    flight = station()
+    count(flight, 2)
+    flight.vehicles[1].custom_mode = 3  # AUTO: ArduPilot would fly to each new item at once
+    passed = len(flight.door.taken)
+    count(flight, 2)
+    flight.say("MISSION_CLEAR_ALL", **TO)
+    assert not send(flight, 0, *HOME) and len(flight.door.taken) == passed
+    assert "it flies its mission: have it hold" in " ".join(flight.texts())
+    flight.vehicles[1].armed = False
+    assert send(flight, 0, *HOME)
+
+
+def test_nothing_is_set_on_an_armed_vehicle_nor_its_position_made_rare() -> None:
+    flight = station()
+    passed = len(flight.door.taken)
+    for name in (
+        "FORMAT_VERSION",
+        "SERIAL0_PROTOCOL",
+        "MOT_SPIN_MIN",
+        "ATC_RAT_RLL_P",
+        "BATT_LOW_VOLT",
+        "LOG_DISARMED",
+    ):
+        flight.say("PARAM_SET", target_system=1, target_component=1, param_id=name, param_value=0.0, param_type=9)
+    flight.command(511, 0, 10_000_000)
+    flight.command(511, 33, 10_000_000)
+    assert len(flight.door.taken) == passed and flight.forwarder.refused == {"by the rules": 8}

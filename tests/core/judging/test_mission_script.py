@@ -1,0 +1,131 @@
+"""A flight without a person: what it does when things go wrong (that it goes right: tests/test_lockstep.py)."""
+
+from collections.abc import Callable
+
+import pytest
+
+from tests.core.flight.test_start_safety import standing_on
+from tests.core.rigs.rig import Rig
+from tui_gcs.core.judging.mission_script import Script, Step
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.common import Phase, RunPhase
+
+MakeRig = Callable[..., Rig]
+
+
+def fly(flight: Rig, script: Script, limit_s: float, until: Step = Step.DONE) -> None:
+    """Let time pass until the script is at `until`."""
+    begin_s = flight.clock.now()
+    while script.step is not until:
+        flight.step()
+        script.tick()
+        assert flight.clock.now() - begin_s < limit_s, script.headline
+
+
+def script_for(flight: Rig, whole_duration: bool = False) -> Script:
+    return Script(flight.scenario, flight.bus, principal="script", whole_duration=whole_duration)
+
+
+def test_before_the_station_speaks_nothing_happens(rig: MakeRig) -> None:
+    script = script_for(rig(1))
+    script.tick()
+    assert (script.step, script.headline, script.progress) == (Step.WAIT, "waiting for the station", 0.0)
+
+
+def test_a_vehicle_that_is_never_heard_is_named_and_nobody_starts(rig: MakeRig) -> None:
+    flight = rig(2)
+    flight.sim.silence(1)
+    script = script_for(flight)
+    fly(flight, script, 100.0)
+    assert script.problem == "not ready after 90 s: 1 of 2 vehicles (missing: 2)"
+    assert not flight.sim.armed.any()
+    assert not script.referee.result().ok
+
+
+def test_who_waits_sees_why_the_start_is_refused(rig: MakeRig, monkeypatch: pytest.MonkeyPatch) -> None:
+    standing_on(monkeypatch, 117.0, 110.0)
+    flight = rig(2)
+    script = script_for(flight)
+    with pytest.raises(AssertionError, match=r"waiting for vehicles: .*\b7(\.0)? m\b"):
+        fly(flight, script, 20.0, Step.TAKE_OFF)
+    assert script.progress == 0.0
+
+
+@pytest.mark.long
+def test_each_round_lasts_its_duration_then_hold_return_and_land(rig: MakeRig) -> None:
+    flight = rig(1)
+    script = script_for(flight, whole_duration=True)
+    fly(flight, script, 100.0, Step.ROUND)
+    begun, at_first = flight.clock.now(), script.progress
+    flight.run(150.0)
+    script.tick()
+    assert 0.0 < script.progress - at_first < 0.5 / 3, "it goes on within a round"
+    fly(flight, script, 1000.0, Step.HOLD)
+    assert flight.clock.now() - begun == pytest.approx(3 * 300.0, abs=1.0)
+    assert flight.station.round_index == 2
+    fly(flight, script, 10.0, Step.RETURN)
+    fly(flight, script, 150.0)
+    assert script.problem == "" and script.progress == 1.0
+    assert flight.station.executive.run is RunPhase.IDLE and not flight.sim.armed.any()
+
+
+def test_an_abort_brings_everybody_home(rig: MakeRig) -> None:
+    flight = rig(2)
+    script = script_for(flight, whole_duration=True)
+    fly(flight, script, 100.0, Step.ROUND)
+    script.abort("interrupted")
+    assert script.step is Step.RETURN
+    fly(flight, script, 150.0)
+    assert script.problem == "interrupted" and not flight.sim.armed.any()
+
+
+def test_an_abort_before_the_start_is_the_end(rig: MakeRig) -> None:
+    script = script_for(rig(1))
+    script.abort("interrupted")
+    assert script.done and script.problem == "interrupted"
+
+
+def test_a_fleet_that_cannot_arm_ends_the_flight_early(rig: MakeRig) -> None:
+    flight = rig(1)
+    script = script_for(flight)
+    flight.run(4.0)
+    flight.sim._pilots[0].params.set("ANGLE_MAX", 1.0)
+    fly(flight, script, 200.0)
+    assert script.problem in ("take-off ended in hold", "take-off ended in idle")  # on the ground both, a second apart
+    assert any("ANGLE_MAX" in text for text in flight.texts("vehicle 1"))
+
+
+def test_a_round_without_vehicles_is_over(rig: MakeRig) -> None:
+    flight = rig(1)
+    script = script_for(flight, whole_duration=True)
+    fly(flight, script, 100.0, Step.ROUND)
+    flight.sim._pilots[0].disarm()
+    fly(flight, script, 60.0)
+    assert script.problem == "no vehicle is flying any more"
+
+
+def test_vehicles_that_a_silent_planner_left_holding_go_on_when_it_is_back(rig: MakeRig) -> None:
+    flight = rig(2)
+    script = script_for(flight, whole_duration=True)
+    fly(flight, script, 100.0, Step.ROUND)
+    flight.run(5.0)
+    flight.planning = False
+    flight.run(25.0)
+    assert flight.phases() == {Phase.HOLDING}
+    flight.planning = True
+    begin_s = flight.clock.now()
+    while flight.phases() != {Phase.FLYING}:
+        flight.step()
+        script.tick()
+        assert flight.clock.now() - begin_s < 40.0
+
+
+def test_a_person_who_holds_is_not_overruled(rig: MakeRig) -> None:
+    flight = rig(2)
+    script = script_for(flight, whole_duration=True)
+    fly(flight, script, 100.0, Step.ROUND)
+    flight.ask(m.Hold(vehicles=(1,)))
+    for _ in range(600):
+        flight.step()
+        script.tick()
+    assert flight.phase(1) is Phase.HOLDING

@@ -1,0 +1,149 @@
+"""Parts of file transfers: byte ranges, round trips, packets, names on our disk, metadata of PX4."""
+
+import json
+import lzma
+from pathlib import Path
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.core.rigs.ftp_peer import OPEN, FtpServer
+from tests.core.rigs.service_rig import PX4, Peer, ServiceRig
+from tui_gcs.core.base.safe_files import SafeFolder
+from tui_gcs.core.services.files.byte_ranges import ByteRanges
+from tui_gcs.core.services.files.ftp_codec import PAYLOAD_BYTES, Op, crc32, pack, unpack
+from tui_gcs.core.services.files.ftp_edit import entry_of
+from tui_gcs.core.services.vehicle import component_metadata as metadata
+from tui_gcs.core.uplink.jobs import JobState
+from tui_gcs.core.uplink.rtt_estimator import MOST_WAIT_S, RoundTrip
+
+
+@given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 60)), max_size=30))
+def test_ranges_are_a_set_of_numbers(pieces: list[tuple[int, int]]) -> None:
+    ranges, numbers = ByteRanges(), set[int]()
+    for start, end in pieces:
+        new = set(range(start, end)) - numbers
+        assert ranges.add(start, end) == len(new)
+        numbers |= new
+        assert ranges.held == len(numbers)
+        first = next(i for i in range(100) if i not in numbers)
+        later = [i for i in numbers if i > first]
+        assert ranges.first_gap() == (first, min(later) if later else None)
+        assert ranges.end == max(numbers, default=-1) + 1
+        assert ranges.covers(first) and not ranges.covers(first + 1)
+
+
+def test_waits_follow_the_answers_and_grow_while_there_are_none() -> None:
+    trip = RoundTrip()
+    first = trip.wait_s
+    for _ in range(20):
+        trip.measured(0.02)
+    assert trip.wait_s < first
+    for _ in range(20):
+        trip.lost()
+    assert trip.wait_s == MOST_WAIT_S
+    for _ in range(20):
+        trip.measured(0.8)
+    assert 0.8 < trip.wait_s < 2.0
+
+
+@given(st.binary(min_size=PAYLOAD_BYTES, max_size=PAYLOAD_BYTES))
+def test_any_packet_is_read(payload: bytes) -> None:
+    packet = unpack(payload)
+    assert len(packet.data) <= 239
+    assert isinstance(packet.why, str) and packet.nak >= 0
+
+
+def test_a_packet_is_as_the_guide_has_it() -> None:
+    raw = bytes(pack(0x1234, 7, Op.WRITE, 3, 0x01020304, b"abc"))
+    assert raw[:16] == bytes([0x34, 0x12, 7, 7, 3, 0, 0, 0, 4, 3, 2, 1]) + b"abc\0" and len(raw) == PAYLOAD_BYTES
+
+
+@given(st.binary(max_size=250))
+def test_any_entry_is_read_or_skipped(raw: bytes) -> None:
+    entry = entry_of(raw)
+    assert entry is None or ((entry.size is None or entry.size >= 0) and entry.name.isprintable())
+
+
+def test_a_file_gets_its_name_when_it_is_whole_and_overwrites_none(tmp_path: Path) -> None:
+    with SafeFolder(tmp_path / "d") as folder:
+        for number in range(3):
+            part = folder.part("log.bin")
+            part.write(0, bytes([number]))
+            assert (tmp_path / "d/log.bin.part").exists()
+            assert part.finish() == ("log.bin" if number == 0 else f"log-{number + 1}.bin")
+        assert sorted(folder.names()) == ["log-2.bin", "log-3.bin", "log.bin"]
+    assert (tmp_path / "d/log.bin").read_bytes() == b"\0"
+
+
+def describing(tmp_path: Path, text: bytes) -> tuple[ServiceRig, FtpServer]:
+    """A PX4 with parameters.json.xz."""
+    packed = lzma.compress(text)
+    uri = "mftp://etc/extras/parameters.json.xz"
+    general = {
+        "version": 1,
+        "metadataTypes": [{"type": 1, "uri": uri, "fileCrc": crc32(packed), "uriFallback": "http://x"}],
+    }
+    peer = Peer(1, autopilot=PX4)
+    files = {"etc/extras/component_general.json.xz": lzma.compress(json.dumps(general).encode())}
+    server = FtpServer(peer, files | {"etc/extras/parameters.json.xz": packed})
+
+    def command(peer: Peer, fields: dict[str, Any]) -> None:
+        if fields["command"] == 512 and fields["param1"] == 397:
+            peer.say(
+                "COMPONENT_METADATA", time_boot_ms=1, file_crc=5, uri="mftp://etc/extras/component_general.json.xz"
+            )
+        if fields["command"] in (511, 512):
+            peer.ack(fields["command"])
+
+    peer.answers["COMMAND_LONG"] = command
+    return ServiceRig(tmp_path, peer).heard(), server
+
+
+TEXT = json.dumps({"parameters": [{"name": "GF_ACTION", "type": "Int32", "min": 0, "max": 5}]}).encode()
+
+
+def test_metadata_is_fetched_from_the_vehicle_and_kept_by_checksum(tmp_path: Path) -> None:
+    rig, server = describing(tmp_path, TEXT)
+    job = rig.station.services.metadata.fetch(1, metadata.PARAMETERS)
+    rig.until(lambda: job.over, 10.0)
+    assert job.data == TEXT and job.state is JobState.DONE
+    again = rig.station.services.metadata.fetch(1, metadata.PARAMETERS)
+    rig.until(lambda: again.over, 10.0)
+    assert again.data == TEXT
+    assert [data.decode()[-15:] for _, op, _, _, data in server.asked if op == OPEN] == [
+        "general.json.xz",
+        "rameters.json.xz"[-15:],
+        "general.json.xz",
+    ]
+
+
+def test_ranges_of_parameters_are_checked_once_they_are_known(tmp_path: Path) -> None:
+    from tests.core.rigs.param_peer import INT32, ParamServer
+
+    rig, _ = describing(tmp_path, TEXT)
+    server = ParamServer(rig.peers[1], {"GF_ACTION": (INT32, 2)})
+    told: list[str] = []
+    params = rig.station.services.params
+
+    def set_it(value: float, **how: bool) -> str:
+        told.clear()
+        params.set(1, "GF_ACTION", value, lambda setting: told.append(setting.error), **how)
+        rig.until(lambda: bool(told), 10.0)
+        return told[0]
+
+    assert set_it(77) == "", "PX4 itself takes anything"
+    ended: list[Any] = []
+    params.fetch_info(1, ended.append)
+    rig.until(lambda: bool(ended), 10.0)
+    assert set_it(78) == "must be within 0 to 5"
+    assert set_it(78, beyond_range=True) == "" and server.params["GF_ACTION"][1] == 78
+    assert set_it(3) == ""
+
+
+def test_a_vehicle_without_metadata_is_given_up_on(tmp_path: Path) -> None:
+    rig = ServiceRig(tmp_path, Peer(1)).heard()
+    job = rig.station.services.metadata.fetch(1, metadata.EVENTS)
+    rig.until(lambda: job.over, 15.0)
+    assert job.error == "the vehicle does not say where they are"

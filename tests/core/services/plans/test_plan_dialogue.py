@@ -1,0 +1,373 @@
+"""Uploads and downloads word by word: what the vehicle says, what is said then, and how it ends. Time is by hand."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.core.rigs.uplink_rig import Doorway
+from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.model import PlanItem, PlanKind
+from tui_gcs.core.services.plans.plan_download import Reading
+from tui_gcs.core.services.plans.plan_messages import Pace, Wire, fields_of
+from tui_gcs.core.services.plans.plan_upload import Sending, Verdict
+
+ACCEPTED, ERROR, NO_SPACE, INVALID_LATITUDE, WRONG_SEQUENCE, DENIED, CANCELLED = 0, 1, 4, 10, 13, 14, 15
+ITEMS = tuple(PlanItem(16, 3, x=470_000_000 + number, y=85_000_000, z=20.0) for number in range(3))
+
+
+class Dialogue:
+    """Vehicle 1 answers; `said` is what it was told since the last look."""
+
+    def __init__(self, folder: Path, home_items: int = 0) -> None:
+        self.way = Doorway(folder)
+        self.wire = Wire(self.way.door, 1, PlanKind.MISSION, home_items=home_items)
+
+    def upload(self, *, from_start: bool = True) -> Sending:
+        sending = Sending(self.wire, ITEMS, Pace(), patience_s=2.0, from_start=from_start)
+        sending.begin(0.0)
+        return sending
+
+    def download(self, **options: Any) -> Reading:
+        reading = Reading(self.wire, Pace(), **options)
+        reading.begin(0.0)
+        return reading
+
+    def said(self) -> list[tuple[str, int]]:
+        """Message, and the count, number of item or result in it."""
+        telling = {"MISSION_COUNT": "count", "MISSION_ACK": "type"}
+        return [(name, fields.get(telling.get(name, "seq"), -1)) for name, fields, _ in self.way.sent()]
+
+
+@pytest.fixture
+def dialogue(tmp_path: Path) -> Dialogue:
+    return Dialogue(tmp_path)
+
+
+def ask(sending: Sending, seq: int, now: float) -> None:
+    sending.hear("MISSION_REQUEST_INT", {"seq": seq}, now)
+
+
+def verdict(sending: Sending | Reading, result: int, now: float, opaque_id: int = 0) -> None:
+    sending.hear("MISSION_ACK", {"type": result, "opaque_id": opaque_id}, now)
+
+
+def item(reading: Reading, seq: int, now: float) -> None:
+    reading.hear("MISSION_ITEM_INT", fields_of(ITEMS[seq], seq, PlanKind.MISSION, current=False), now)
+
+
+# ---------------------------------------------------------------- uploads
+
+
+def test_items_go_up_as_they_are_asked_for(dialogue: Dialogue) -> None:
+    sending = dialogue.upload()
+    for seq in range(3):
+        ask(sending, seq, 0.1 * seq)
+    assert dialogue.said() == [("MISSION_COUNT", 3), *(("MISSION_ITEM_INT", seq) for seq in range(3))]
+    assert sending.verdict is None
+    verdict(sending, ACCEPTED, 0.4, opaque_id=77)
+    assert (sending.verdict, sending.opaque_id, sending.error) == (Verdict.ACCEPTED, 77, "")
+
+
+@pytest.mark.parametrize("from_start", [True, False])
+def test_a_mission_that_is_to_begin_anew_begins_with_its_first_item(dialogue: Dialogue, from_start: bool) -> None:
+    sending = dialogue.upload(from_start=from_start)
+    for seq in range(2):
+        ask(sending, seq, 0.1)
+    assert [fields["current"] for _, fields, _ in dialogue.way.sent()[1:]] == [int(from_start), 0]
+
+
+def test_an_item_that_is_asked_for_again_is_the_same_item(dialogue: Dialogue) -> None:
+    sending = dialogue.upload()
+    for seq in (0, 1, 0, 1, 2):
+        ask(sending, seq, 0.1)
+    items = [fields for name, fields, _ in dialogue.way.sent() if name == "MISSION_ITEM_INT"]
+    assert [(fields["seq"], fields["x"] - 470_000_000) for fields in items] == [(0, 0), (1, 1), (0, 0), (1, 1), (2, 2)]
+    assert sending.asked == 3
+
+
+@pytest.mark.parametrize("seq", [2, 3, 60_000])
+def test_what_is_not_its_turn_ends_it_with_a_word(dialogue: Dialogue, seq: int) -> None:
+    sending = dialogue.upload()
+    ask(sending, 0, 0.1)
+    ask(sending, seq, 0.2)
+    assert dialogue.said()[2:] == [("MISSION_ACK", CANCELLED)]
+    assert (sending.verdict, sending.error) == (Verdict.FAILED, f"the vehicle asks for item {seq + 1} of 3 after 1")
+
+
+def test_behind_the_last_item_there_is_none(dialogue: Dialogue) -> None:
+    sending = dialogue.upload()
+    for seq in range(4):
+        ask(sending, seq, 0.1)
+    assert (sending.verdict, sending.error) == (Verdict.FAILED, "the vehicle asks for item 4 of 3 after 3")
+
+
+def test_whoever_asks_for_one_item_for_ever_is_not_answered_for_ever(dialogue: Dialogue) -> None:
+    sending = dialogue.upload()
+    for _ in range(200):
+        ask(sending, 0, 0.1)
+    assert dialogue.said().count(("MISSION_ITEM_INT", 0)) == 100
+    assert sending.error == "the vehicle asks for item 1 of 3 again and again"
+
+
+def test_what_comes_after_the_end_changes_nothing(dialogue: Dialogue) -> None:
+    sending = dialogue.upload()
+    for seq in range(3):
+        ask(sending, seq, 0.1)
+    verdict(sending, ACCEPTED, 0.2)
+    dialogue.said()
+    ask(sending, 1, 0.3)
+    verdict(sending, INVALID_LATITUDE, 0.4)
+    sending.tick(60.0)
+    assert (sending.verdict, dialogue.said()) == (Verdict.ACCEPTED, [])
+
+
+def test_an_item_is_said_again_after_its_patience_not_before(dialogue: Dialogue) -> None:
+    """This autopilot asks by itself within 2 s."""
+    sending = dialogue.upload()
+    ask(sending, 0, 0.1)
+    sending.tick(2.0)
+    assert dialogue.said() == [("MISSION_COUNT", 3), ("MISSION_ITEM_INT", 0)]
+    sending.tick(2.1)
+    assert dialogue.said() == [("MISSION_ITEM_INT", 0)]
+
+
+def test_the_pace_is_what_an_answer_took(dialogue: Dialogue) -> None:
+    pace = Pace()
+    sending = Sending(dialogue.wire, ITEMS, pace, patience_s=0.0, from_start=True)
+    sending.begin(100.0)
+    ask(sending, 0, 100.2)
+    assert pace.wait_s == pytest.approx(0.6)
+
+
+def test_too_many_items_are_refused_at_once(dialogue: Dialogue) -> None:
+    sending = dialogue.upload()
+    verdict(sending, NO_SPACE, 0.2)
+    sending.tick(0.9)
+    assert (sending.verdict, sending.error) == (Verdict.FAILED, "refused: no space for so many items")
+
+
+def test_a_question_of_an_upload_before_is_not_answered(dialogue: Dialogue) -> None:
+    """ArduPilot goes on asking for a while, until it has heard of the new one."""
+    sending = dialogue.upload()
+    ask(sending, 7, 1.9)
+    assert sending.verdict is None and dialogue.said() == [("MISSION_COUNT", 3)]
+    ask(sending, 7, 2.1)
+    assert sending.verdict is Verdict.FAILED
+
+
+def test_a_refused_item_is_named_once_its_texts_had_time_to_come(dialogue: Dialogue) -> None:
+    sending = dialogue.upload()
+    ask(sending, 0, 0.1)
+    ask(sending, 1, 0.2)
+    verdict(sending, INVALID_LATITUDE, 0.3)
+    sending.tick(0.8)
+    assert sending.verdict is None
+    sending.tick(0.95)
+    assert (sending.verdict, sending.error) == (Verdict.FAILED, "item 2 of 3: refused: invalid latitude")
+
+
+def test_who_asks_on_after_a_refusal_has_not_refused(dialogue: Dialogue) -> None:
+    sending = dialogue.upload()
+    ask(sending, 0, 0.1)
+    verdict(sending, ERROR, 0.2)
+    ask(sending, 1, 1.2)
+    sending.tick(2.0)
+    assert sending.verdict is None
+
+
+def test_who_gave_up_is_told_of_it_anew_twice(dialogue: Dialogue) -> None:
+    """ArduPilot's 8 s of patience: the link may be better now."""
+    sending = dialogue.upload()
+    for now in (10.0, 20.0):
+        ask(sending, 0, now - 9.0)
+        ask(sending, 1, now - 8.5)
+        dialogue.said()
+        verdict(sending, CANCELLED, now)
+        assert dialogue.said() == [("MISSION_COUNT", 3)] and sending.asked == 0
+    ask(sending, 0, 21.0)
+    verdict(sending, CANCELLED, 30.0)
+    sending.tick(31.0)
+    assert (sending.verdict, sending.error) == (Verdict.FAILED, "item 1 of 3: the vehicle gave up waiting")
+
+
+def test_whoever_is_busy_is_asked_again_for_ten_seconds(dialogue: Dialogue) -> None:
+    sending = dialogue.upload()
+    for now in (1.0, 4.0, 7.0):
+        verdict(sending, ERROR, now)
+        sending.tick(now + 1.6)
+    assert sending.verdict is None and set(dialogue.said()) == {("MISSION_COUNT", 3)}
+    verdict(sending, ERROR, 10.5)
+    assert sending.error == "the vehicle is busy with another transfer (error)"
+
+
+def test_accepted_too_early_is_no_success(dialogue: Dialogue) -> None:
+    """It may be a late copy for another upload: only if nothing more is asked for, it is said what it has."""
+    sending = dialogue.upload()
+    ask(sending, 0, 0.1)
+    verdict(sending, ACCEPTED, 0.2)
+    sending.tick(4.1)
+    assert sending.verdict is None
+    sending.tick(4.3)
+    assert (sending.verdict, sending.error) == (Verdict.FAILED, "the vehicle accepted it after 1 of 3 items")
+
+
+def test_an_early_accepted_is_forgotten_when_it_asks_on(dialogue: Dialogue) -> None:
+    sending = dialogue.upload()
+    ask(sending, 0, 0.1)
+    verdict(sending, ACCEPTED, 0.2)
+    ask(sending, 1, 0.3)
+    sending.tick(4.5)
+    assert sending.verdict is None
+
+
+def test_an_item_that_it_has_already_is_followed_by_the_next_once(dialogue: Dialogue) -> None:
+    """Ours was sent again because nothing came; "wrong sequence" says that the question was lost, not the item."""
+    sending = dialogue.upload()
+    ask(sending, 0, 0.1)
+    sending.tick(2.2)
+    dialogue.said()
+    verdict(sending, WRONG_SEQUENCE, 2.3)
+    assert dialogue.said() == [("MISSION_ITEM_INT", 1)] and sending.asked == 2
+    verdict(sending, WRONG_SEQUENCE, 2.4)
+    assert dialogue.said() == []
+
+
+def test_silence_ends_it_and_an_unanswered_last_item_leaves_a_doubt(dialogue: Dialogue) -> None:
+    sending = dialogue.upload()
+    for second in range(100):
+        sending.tick(5.0 * second)
+    assert (sending.verdict, sending.error) == (Verdict.FAILED, "no answer") and len(dialogue.said()) == 12
+    ends = {2: (Verdict.FAILED, "no answer to item 2 of 3"), 3: (Verdict.DOUBTFUL, "no answer to the last item")}
+    for asked, end in ends.items():
+        sending = dialogue.upload()
+        for seq in range(asked):
+            ask(sending, seq, 0.1)
+        for second in range(100):
+            sending.tick(5.0 * second)
+        assert (sending.verdict, sending.error) == end
+
+
+def test_home_is_no_item_of_the_plan(tmp_path: Path) -> None:
+    sending = (dialogue := Dialogue(tmp_path, home_items=1)).upload()
+    ask(sending, 0, 0.1)
+    ask(sending, 1, 0.1)
+    verdict(sending, INVALID_LATITUDE, 0.2)
+    sending.tick(1.0)
+    assert sending.error == "item 1 of 2: refused: invalid latitude"
+    assert dialogue.said()[0] == ("MISSION_COUNT", 3)
+
+
+# ---------------------------------------------------------------- downloads
+
+
+def test_items_come_down_one_after_the_other(dialogue: Dialogue) -> None:
+    reading = dialogue.download()
+    reading.hear("MISSION_COUNT", {"count": 2, "opaque_id": 9}, 0.1)
+    item(reading, 0, 0.2)
+    assert not reading.over and reading.come == 1
+    item(reading, 1, 0.3)
+    assert reading.over and reading.error == "" and (reading.items, reading.opaque_id) == (ITEMS[:2], 9)
+    requests = [("MISSION_REQUEST_INT", 0), ("MISSION_REQUEST_INT", 1)]
+    assert dialogue.said() == [("MISSION_REQUEST_LIST", -1), *requests, ("MISSION_ACK", ACCEPTED)]
+    reading.hear("MISSION_COUNT", {"count": 0}, 0.4)
+    reading.tick(60.0)
+    assert reading.items == ITEMS[:2] and dialogue.said() == [], "it is over"
+
+
+def test_what_comes_out_of_order_is_put_in_order_and_what_is_missing_asked_for(dialogue: Dialogue) -> None:
+    reading = dialogue.download()
+    reading.hear("MISSION_COUNT", {"count": 3}, 0.1)
+    item(reading, 2, 0.2)
+    item(reading, 0, 0.3)
+    assert dialogue.said()[-1] == ("MISSION_REQUEST_INT", 1) and not reading.over
+    item(reading, 1, 0.4)
+    assert reading.over and reading.items == ITEMS
+
+
+def test_an_accepted_of_something_else_ends_nothing(dialogue: Dialogue) -> None:
+    reading = dialogue.download()
+    reading.hear("MISSION_COUNT", {"count": 2}, 0.1)
+    item(reading, 0, 0.2)
+    verdict(reading, ACCEPTED, 0.3)
+    assert reading.come == 1 and not reading.over
+    verdict(reading, ERROR, 0.4)
+    assert reading.come == 0 and dialogue.said()[-1] == ("MISSION_REQUEST_LIST", -1), "begun anew"
+
+
+def test_nothing_on_board_is_a_plan_without_items(dialogue: Dialogue) -> None:
+    reading = dialogue.download()
+    reading.hear("MISSION_COUNT", {"count": 0}, 0.1)
+    assert reading.over and (reading.error, reading.items, reading.count) == ("", (), 0)
+
+
+def test_more_than_anybody_holds_is_not_read(dialogue: Dialogue) -> None:
+    reading = dialogue.download()
+    reading.hear("MISSION_COUNT", {"count": MOST_ITEMS + 1}, 0.1)
+    assert reading.over and f"it holds {MOST_ITEMS + 1} items" in reading.error
+    assert dialogue.said()[-1] == ("MISSION_ACK", CANCELLED)
+
+
+def test_how_many_there_are_can_be_all_that_is_asked(dialogue: Dialogue) -> None:
+    reading = dialogue.download(count_only=True)
+    reading.hear("MISSION_COUNT", {"count": 60_000}, 0.1)
+    assert reading.over and (reading.error, reading.count) == ("", 60_000)
+
+
+def test_a_number_of_items_that_changes_is_begun_anew_once(dialogue: Dialogue) -> None:
+    reading = dialogue.download()
+    reading.hear("MISSION_COUNT", {"count": 2}, 0.1)
+    item(reading, 0, 0.2)
+    reading.hear("MISSION_COUNT", {"count": 3}, 0.3)
+    assert reading.come == 0 and dialogue.said()[-1] == ("MISSION_REQUEST_INT", 0)
+    item(reading, 0, 0.4)
+    reading.hear("MISSION_COUNT", {"count": 3}, 0.45)
+    assert not reading.over and reading.come == 1, "a copy"
+    reading.hear("MISSION_COUNT", {"count": 2}, 0.5)
+    assert reading.over and reading.error == "the number of its items changes: 3, then 2"
+
+
+def test_items_that_nobody_asked_for_are_none(dialogue: Dialogue) -> None:
+    reading = dialogue.download()
+    item(reading, 0, 0.1)
+    reading.hear("MISSION_COUNT", {"count": 1}, 0.2)
+    item(reading, 1, 0.3)
+    assert reading.come == 0 and not reading.over
+
+
+def test_the_first_word_on_an_item_counts(dialogue: Dialogue) -> None:
+    reading = dialogue.download()
+    reading.hear("MISSION_COUNT", {"count": 2}, 0.1)
+    item(reading, 0, 0.2)
+    reading.hear("MISSION_ITEM_INT", fields_of(ITEMS[2], 0, PlanKind.MISSION, current=False), 0.3)
+    item(reading, 1, 0.4)
+    assert reading.items == ITEMS[:2]
+
+
+def test_who_denies_is_asked_again_for_twelve_seconds(dialogue: Dialogue) -> None:
+    """ArduPilot believes for 8 s to be in an upload that was cut off."""
+    reading = dialogue.download()
+    for second in range(11):
+        verdict(reading, DENIED, second + 0.1)
+        dialogue.said()
+        reading.tick(second + 1.0)
+        assert dialogue.said() == []
+        reading.tick(second + 1.2)
+        assert dialogue.said() == [("MISSION_REQUEST_LIST", -1)]
+    for _ in range(6):
+        verdict(reading, DENIED, 13.0)
+    assert reading.over and reading.error == "denied"
+
+
+def test_silence_is_told_with_what_does_not_come(dialogue: Dialogue) -> None:
+    reading = dialogue.download()
+    for second in range(100):
+        reading.tick(10.0 * second)
+    assert reading.over and reading.error == "no answer" and len(dialogue.said()) == 12
+    reading = dialogue.download()
+    for second in range(2000):
+        if reading.count is None:
+            reading.hear("MISSION_COUNT", {"count": 2}, 10.0 * second)
+            item(reading, 0, 10.0 * second)
+        reading.tick(10.0 * second)
+    assert reading.over and reading.error == "item 2 of 2 does not come"

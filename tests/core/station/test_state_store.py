@@ -1,0 +1,217 @@
+"""What a station writes down and the next one reads, without a flight; killed in flight: test_station_restart.py."""
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from tests.core.rigs.rig import Rig, scenario
+from tui_gcs.core.protocol.common import Phase, RunPhase
+from tui_gcs.core.protocol.plan_limits import MOST_LEARNT_BYTES
+from tui_gcs.core.scenario.model import LinkLoss
+from tui_gcs.core.station.state_store import StationMemory
+from tui_gcs.core.station.station import Station
+
+MakeRig = Callable[..., Rig]
+KEYS = {"toml", "run", "round_index", "revision", "task_revision", "started_s", "flights"}
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "memory.json"
+
+
+def held(path: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(path.read_text())
+    return found
+
+
+def next_station(rig: Rig, path: Path, **changed: Any) -> Station:
+    """The station after this one; `changed` is written over what this one leaves."""
+    StationMemory(path).remember(rig.station)
+    path.write_text(json.dumps(held(path) | changed))
+    rig.restart_station(StationMemory(path))
+    return rig.station
+
+
+# ---------------------------------------------------------------- who flies, and what
+
+
+def test_flights_are_found_in_the_air_where_they_were_and_with_their_homes(rig: MakeRig, path: Path) -> None:
+    ground = rig(3)
+    one, two, _ = ground.station.book
+    one.home_m, one.layer_m = (45.0, 170.0, 1.0), 33.0
+    one.enter(Phase.FLYING, 5.0)
+    two.enter(Phase.BY_HAND, 5.0)
+    after = next_station(ground, path)
+    assert [flight.phase for flight in after.book] == [Phase.TAKEN_OUT, Phase.TAKEN_OUT, Phase.GROUND]
+    assert [flight.step for flight in after.book] == ["lost found", "lost found", ""]
+    assert [flight.stays for flight in after.book] == ["", "was flown by hand", ""]
+    assert [flight.home_m for flight in after.book] == [(45.0, 170.0, 1.0), None, None]
+    assert (after.book.flights[1].team, after.book.flights[1].layer_m) == ("defend", 33.0)
+    assert after.executive.run is RunPhase.HOLD and after.memory_lost == ""
+
+
+@pytest.mark.parametrize("started_s", [math.nan, 123.5])
+def test_the_clock_of_the_mission_goes_on_or_has_not_begun(rig: MakeRig, path: Path, started_s: float) -> None:
+    ground = rig(1)
+    ground.station.executive.started_s = started_s
+    after = next_station(ground, path)
+    assert held(path)["started_s"] == (None if math.isnan(started_s) else started_s)
+    assert after.executive.started_s == pytest.approx(started_s, nan_ok=True)
+    assert after.executive.run is RunPhase.IDLE, "nobody is in the air"
+
+
+@pytest.mark.parametrize(
+    ("run", "resume", "resumes"),
+    [
+        (RunPhase.RUNNING, True, True),
+        (RunPhase.STARTING, True, True),
+        (RunPhase.HOLD, True, False),
+        (RunPhase.RETURNING, True, False),
+        (RunPhase.RUNNING, False, False),
+    ],
+)
+def test_only_what_ran_is_resumed_and_only_if_the_scenario_says_so(
+    rig: MakeRig, path: Path, run: RunPhase, resume: bool, resumes: bool
+) -> None:
+    ground = rig(1, mission=msgspec.structs.replace(scenario(1), link_loss=LinkLoss(resume=resume)))
+    ground.station.executive.run = run
+    assert next_station(ground, path).executive.resume_found is resumes
+
+
+@pytest.mark.parametrize(("written", "found"), [(0, 0), (2, 2), (7, 2)])
+def test_the_round_is_the_same_or_the_last_one_there_is(rig: MakeRig, path: Path, written: int, found: int) -> None:
+    ground = rig(1)
+    assert len(ground.station.scenario.rounds) == 3
+    assert next_station(ground, path, round_index=written).round_index == found
+
+
+def test_revisions_go_on_so_that_no_answer_to_the_last_station_is_taken(rig: MakeRig, path: Path) -> None:
+    ground = rig(1)
+    ground.station.revision, ground.station.task_revision = 17, 40
+    after = next_station(ground, path)
+    assert after.revision == 17 and after.task_revision > 40
+
+
+def test_the_text_last_flown_can_be_asked_for(rig: MakeRig, path: Path) -> None:
+    assert StationMemory(path).toml == ""
+    ground = rig(1)
+    StationMemory(path).remember(ground.station)
+    assert StationMemory(path).toml == ground.station.toml
+
+
+# ---------------------------------------------------------------- what planners learnt
+
+
+def test_what_planners_learnt_comes_back_to_each_team(rig: MakeRig, path: Path) -> None:
+    ground = rig(8)
+    for name, desk in ground.station.desks.items():
+        desk.learnt = name.encode() + b"\x00\xff"
+    after = next_station(ground, path)
+    assert {name: desk.learnt for name, desk in after.desks.items()} == {
+        "defend": b"defend\x00\xff",
+        "attack": b"attack\x00\xff",
+    }
+
+
+@pytest.mark.parametrize(
+    ("learnt", "found"),
+    [
+        ({"defend": "QUJD"}, b"ABC"),
+        ({"defend": "QUJD!"}, b""),
+        ({"defend": "QUJ"}, b""),
+        ({"defend": 7}, b""),
+        ({"attack": "QUJD"}, b""),
+        ("QUJD", b""),
+        (None, b""),
+        ({"defend": "QUFB" * (MOST_LEARNT_BYTES // 3 + 1)}, b""),
+        ({"defend": "QUFB" * (MOST_LEARNT_BYTES // 3)}, b"AAA" * (MOST_LEARNT_BYTES // 3)),
+    ],
+)
+def test_what_is_damaged_of_it_is_learnt_again_and_nothing_else_is_lost(
+    rig: MakeRig, path: Path, learnt: Any, found: bytes
+) -> None:
+    after = next_station(rig(1), path, learnt=learnt, round_index=1)
+    assert (after.desks["defend"].learnt, after.round_index, after.memory_lost) == (found, 1, "")
+
+
+def test_what_was_cut_short_is_told_as_an_alert_in_one_harmless_line(rig: MakeRig, path: Path) -> None:
+    ground = rig(1)
+    next_station(ground, path, unfinished=[[1, "set X\x1b[2J = 5"]])
+    (event,) = (event for event in ground.events() if "cut short" in event.text)
+    assert event.text.endswith(": cut short when the station ended, it may hold a part: look, do it again")
+    assert "\x1b" not in event.text and (event.source, event.severity) == ("vehicle 1", 1)
+
+
+# ---------------------------------------------------------------- what is no memory
+
+
+def test_without_a_file_there_was_no_last_run(rig: MakeRig, path: Path) -> None:
+    memory = StationMemory(path)
+    assert memory.lost == ""
+    ground = rig(1)
+    ground.restart_station(memory)
+    assert ground.station.memory_lost == ""
+
+
+@pytest.mark.parametrize("missing", sorted(KEYS))
+def test_a_file_of_another_version_is_said_to_be_lost(rig: MakeRig, path: Path, missing: str) -> None:
+    StationMemory(path).remember(rig(1).station)
+    path.write_text(json.dumps({key: value for key, value in held(path).items() if key != missing}))
+    memory = StationMemory(path)
+    assert (memory.lost, memory.toml) == ("it is not this version's", "")
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [("[]", "it is not this version's"), ("{", "it cannot be read: "), ("\ud800", "it cannot be read: ")],
+)
+def test_what_is_not_even_a_memory_is_said_to_be_lost(path: Path, text: str, why: str) -> None:
+    path.write_bytes(text.encode("utf-8", "surrogatepass"))
+    assert StationMemory(path).lost.startswith(why)
+
+
+@pytest.mark.parametrize(
+    ("run", "lost"),
+    [(RunPhase.IDLE, "why"), (RunPhase.HOLD, "why"), (RunPhase.STARTING, ""), (RunPhase.RUNNING, "")],
+)
+def test_a_lost_memory_is_told_until_somebody_says_how_to_go_on(
+    rig: MakeRig, path: Path, run: RunPhase, lost: str
+) -> None:
+    ground = rig(1)
+    ground.station.memory_lost, ground.station.executive.run = "why", run
+    StationMemory(path).remember(ground.station)
+    assert ground.station.memory_lost == lost
+
+
+# ---------------------------------------------------------------- what cannot be written
+
+
+def test_what_could_not_be_written_is_tried_again_after_two_seconds(
+    rig: MakeRig, path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    ground = rig(1)
+    memory = StationMemory(path / "not.there")
+    for step_s, tries in ((0.0, 1), (1.9, 1), (0.2, 2)):
+        ground.clock.advance(step_s)
+        memory.remember(ground.station)
+        path.mkdir(exist_ok=True)
+        assert (path / "not.there").exists() is (tries == 2)
+        assert ground.station.memory_error == ("" if tries == 2 else f"{path / 'not.new'}: No such file or directory")
+    assert [record.getMessage().split(":")[0] for record in caplog.records] == ["memory of this run cannot be written"]
+
+
+def test_only_what_changed_is_written_again(rig: MakeRig, path: Path) -> None:
+    ground, memory = rig(1), StationMemory(path)
+    memory.remember(ground.station)
+    path.unlink()
+    memory.remember(ground.station)
+    assert not path.exists()
+    ground.station.executive.started_s = 3.0
+    memory.remember(ground.station)
+    assert held(path)["started_s"] == 3.0 and list(path.parent.glob("*.new")) == []

@@ -1,0 +1,78 @@
+"""The search goes on from an instant plan, gets better, and can be stored between any two of its units."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.planner.rigs.flights import region_of, zone_of
+from tui_gcs.core.geometry.zones import Rectangle
+from tui_gcs.planner.guardian.formation import Formation
+from tui_gcs.planner.patrol.patrol_state import State, decode, encode
+from tui_gcs.planner.patrol.tour_search import Search, begun
+from tui_gcs.planner.patrol.tour_site import Site, site_of
+from tui_gcs.planner.patrol.tour_smoothing import PATH_STEPS, Motion, flown_as
+
+FIELD = Rectangle((300.0, 200.0), 110.0, 85.0, 20.0)
+
+
+@cache
+def site() -> Site:
+    return site_of(FIELD, region_of(zone_of(FIELD)), Motion(7.76, 2.375, 14.3), 15.0)
+
+
+@cache
+def first() -> Search:
+    return begun(site(), 7, 4)
+
+
+def searched(units: int) -> Search:
+    search = replace(first(), pool=list(first().pool))
+    while search.units < units:
+        search.work(site())
+    return search
+
+
+def test_a_search_never_gets_worse_and_finds_something() -> None:
+    search = searched(60)
+    assert search.units == 60
+    before = first().best
+    assert search.best is not None and before is not None
+    assert search.best.rank <= before.rank
+    assert sum(draft.cost for draft in search.pool) < sum(draft.cost for draft in first().pool)
+
+
+@pytest.mark.parametrize("units", [10, 11, 12])
+def test_a_stored_search_goes_on_as_if_nothing_had_been(units: int) -> None:
+    through, halves = searched(30), searched(units)
+    assert halves.best is not None
+    data = encode(State(halves, halves.best, Formation()))
+    again = decode(data, site()).search
+    while again.units < 30:
+        again.work(site())
+    assert [draft.cost for draft in again.pool] == [draft.cost for draft in through.pool]
+    np.testing.assert_array_equal(again.pool[0].controls, through.pool[0].controls)
+    assert len(data) < 100_000
+
+
+def test_a_draft_takes_over_the_time_law_by_which_it_is_flown() -> None:
+    """Its own is slower than the path allows; bent on by that, it gets shorter in the wrong places."""
+    draft = first().pool[0]
+    tour = site().timed(draft)
+    again = flown_as(draft, tour)
+    knots = len(again.controls)
+    assert knots == len(draft.controls)
+    assert again.interval_s * knots == pytest.approx(tour.period_s)
+    at_knots, _ = tour.at(again.interval_s * np.arange(knots))
+    np.testing.assert_allclose(again.path_m()[::PATH_STEPS], at_knots, atol=1e-6)
+
+
+def test_a_zone_under_one_footprint_needs_no_search() -> None:
+    tiny = Rectangle((300.0, 200.0), 10.0, 10.0)
+    small = site_of(tiny, region_of(zone_of(tiny)), Motion(7.76, 2.375, 14.3), 15.0)
+    search = begun(small, 1, 2)
+    search.work(small)
+    assert search.best is not None
+    assert search.best.name == "loop"
+    assert search.best.real.coverage == 1.0

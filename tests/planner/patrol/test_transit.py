@@ -1,0 +1,94 @@
+"""Transits end on the slot, within speed and acceleration, inside the region."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.planner.rigs.flights import AREA, no_fly, region_of, zone_of
+from tui_gcs.core.geometry.zones import Circle, Rectangle
+from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.tour import Tour, resampled, timed
+from tui_gcs.planner.patrol.transit import (
+    ALLOWANCE_S,
+    LOOK_AHEAD_S,
+    STEP_S,
+    Mobility,
+    Transit,
+    _longest_wait_s,
+    _Meeting,
+    plan_transit,
+)
+
+MOBILITY = Mobility(7.84, 2.25)
+ZONE = zone_of(Rectangle((450.0, 200.0), 100.0, 80.0))
+
+
+def oval() -> Tour:
+    angles = np.linspace(0.0, 2.0 * np.pi, 300, endpoint=False)
+    path = np.stack([450.0 + 60.0 * np.cos(angles), 200.0 + 30.0 * np.sin(angles) + 8.0 * np.sin(4 * angles)], axis=1)
+    return timed(resampled(path, 0.5), 7.6, 2.25)
+
+
+def assert_good(transit: Transit | None, tour: Tour, phase_s: float, region: Region) -> Transit:
+    assert transit is not None
+    accel = np.diff(transit.velocity_m_s, axis=0) / STEP_S
+    assert np.hypot(*accel.T).max() <= MOBILITY.accel_m_s2 + 0.05
+    assert np.hypot(*transit.velocity_m_s.T).max() <= MOBILITY.speed_m_s + 0.02
+    moved = np.diff(transit.xy_m, axis=0) / STEP_S
+    np.testing.assert_allclose(moved, (transit.velocity_m_s[1:] + transit.velocity_m_s[:-1]) / 2.0, atol=0.02)
+    place, velocity = tour.at(np.array([phase_s + transit.end_s - transit.t0_s]))
+    np.testing.assert_allclose(transit.xy_m[-1], place[0], atol=0.01)
+    np.testing.assert_allclose(transit.velocity_m_s[-1], velocity[0], atol=0.01)
+    assert region.contains(transit.xy_m).all()
+    return transit
+
+
+@pytest.mark.parametrize("seed", range(16))
+def test_any_vehicle_gets_onto_any_slot(seed: int) -> None:
+    rng, tour, region = np.random.default_rng(seed), oval(), region_of(ZONE)
+    place, heading = rng.uniform((60.0, 60.0), (540.0, 340.0)), rng.uniform(0.0, 2.0 * np.pi)
+    velocity = rng.uniform(0.0, 7.6) * np.array([np.cos(heading), np.sin(heading)])
+    phase_s = rng.uniform(0.0, tour.period_s)
+    transit = plan_transit(100.0, place, velocity, tour, phase_s, MOBILITY, region)
+    transit = assert_good(transit, tour, phase_s, region)
+    away = float(np.hypot(*(tour.xy_m - place).T).max())
+    assert transit.end_s - transit.t0_s <= away / MOBILITY.speed_m_s + tour.period_s + 10.0
+
+
+def test_a_transit_goes_around_a_no_fly_zone() -> None:
+    closed = no_fly(Rectangle((250.0, 200.0), 60.0, 240.0))
+    region, tour = region_of(ZONE, AREA, (closed,)), oval()
+    transit = plan_transit(0.0, np.array([100.0, 200.0]), np.zeros(2), tour, 0.0, MOBILITY, region)
+    assert_good(transit, tour, 0.0, region)
+
+
+def test_the_shortest_way_turns_at_corners() -> None:
+    region = region_of(ZONE, AREA, (no_fly(Circle((250.0, 200.0), 50.0)),))
+    here, there, turns = np.array([100.0, 200.0]), np.array([450.0, 200.0]), 0
+    while True:
+        leg, corner = region.next_leg(here, there)
+        assert region.clear(here, leg)
+        if not corner:
+            break
+        here, turns = leg, turns + 1
+    assert 1 <= turns <= 6
+
+
+@pytest.mark.parametrize("speed_m_s", [7.84, 7.6, 3.0])
+def test_a_slot_is_met_where_it_first_can_be(speed_m_s: float) -> None:
+    """Wherever it was met last; also by vehicles that are slower than the tour, and those that never can."""
+    rng, tour = np.random.default_rng(5), oval()
+    for _ in range(20):
+        x, y, phase_s = (float(number) for number in rng.uniform((0.0, 0.0, -50.0), (600.0, 400.0, 500.0)))
+        meeting = _Meeting(np.array([x, y]), tour, phase_s, Mobility(speed_m_s, 2.25))
+        lap_s = np.arange(0.0, _longest_wait_s(np.array([x, y]), tour, Mobility(speed_m_s, 2.25)), LOOK_AHEAD_S)
+        for now_s in (0.0, 0.5, 1.0, 1.5, 40.0, 20.0):
+            x, y = (float(number) for number in rng.normal((x, y), 4.0 if now_s < 2.0 else 150.0))
+            path = tour.places(phase_s + now_s + lap_s)
+            in_time = [
+                k
+                for k, (east, north) in enumerate(path.tolist())
+                if math.hypot(east - x, north - y) / speed_m_s + ALLOWANCE_S <= lap_s[k]
+            ]
+            np.testing.assert_array_equal(meeting.point((x, y), now_s), path[in_time[0] if in_time else 0])

@@ -1,0 +1,72 @@
+"""The keys of the map and of the display, and a terminal that stops reading."""
+
+import msgspec
+import pytest
+from rich.color import ColorSystem
+
+import tui_gcs.terminal.thin_app
+from tests.screens.rigs.console import NARROW, console
+from tests.screens.rigs.fake_station import FakeStation
+from tests.screens.rigs.meter import metered
+from tests.widgets.map.test_map_more import PLANE as ANYWHERE
+from tui_gcs.screens.common.layers_dialog import LayersDialog
+from tui_gcs.widgets.map.map_layers import Layer
+
+PLANE = msgspec.structs.replace(ANYWHERE, lat_deg=52.0735, lon_deg=-0.6235)
+
+
+def flight(station: FakeStation) -> None:
+    station.fly()
+
+
+async def test_keys_of_the_map_change_the_view_and_command_nothing() -> None:
+    async with console(NARROW, flight) as c:
+        view = c.fly.map_view
+        await c.press("n", "x")
+        before = view.cursor_m
+        await c.press("right", "up", "X", "right")
+        assert view.cursor_m[0] > before[0]
+        assert view.cursor_m[1] > before[1]
+        assert "from +:" in c.text()
+        await c.press("x", "g", "D", "T", "ctrl+l")
+        assert view.cursor_m is None
+        assert Layer.GRID not in view.hidden
+        assert view.glyphs.dots == "blocks"
+        assert c.app.display_theme == "night"
+        await c.press("L", "2", "9")
+        assert isinstance(c.app.screen, LayersDialog)
+        assert Layer.TRAILS in view.hidden
+        await c.press("escape")
+        assert c.app.screen is c.fly
+        assert c.station.commands() == []
+
+
+async def test_traffic_that_the_station_hears_of_comes_onto_the_map() -> None:
+    async with console(NARROW, flight) as c:
+        c.station.traffic = (PLANE,)
+        await c.tick(2.5)
+        await c.settle()
+        assert "*KLM123 +120m" in c.text()
+        assert c.station.commands() == []
+
+
+async def test_a_terminal_that_does_not_read_gets_a_whole_picture_afterwards(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with metered(8, ColorSystem.TRUECOLOR, size=NARROW) as meter:
+        stalled = True
+        monkeypatch.setattr(tui_gcs.terminal.thin_app, "lagging", lambda driver: stalled)
+        assert (await meter.fly(1.0))[0] == 0
+        stalled = False
+        meter.app._catch_up()
+        await meter.painted()
+        assert sum(map(len, meter.written)) > 0
+        whole = "".join(meter.written[-2:])
+        assert "swarm-challenge" in whole
+        assert "GUIDED" in whole
+
+
+async def test_a_picture_of_the_screen_has_the_colours_of_its_theme() -> None:
+    async with console(NARROW) as c:
+        assert "#101418" in c.app.export_screenshot()
+        await c.press("T")
+        picture = c.app.export_screenshot()
+        assert "#101418" not in picture and "#d70000" in picture

@@ -1,0 +1,479 @@
+"""A station made of paper: publishes plausible frames on a bus and answers requests, driven by `tick`.
+
+Also a program for looking at the console:
+`python -m tests.screens.rigs.fake_station [scene]` runs it in a terminal.
+"""
+
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+
+import tui_gcs
+from tui_gcs.core.alarms.alarm_table import AlarmDesk, Finding
+from tui_gcs.core.base.clock import VirtualClock
+from tui_gcs.core.geometry.zones import bounds
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol import flight as f
+from tui_gcs.core.protocol import services as s
+from tui_gcs.core.protocol.alarms import AlarmLevel
+from tui_gcs.core.protocol.bus import MemoryBus
+from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
+from tui_gcs.core.protocol.setup import AskPayloads, GetTraffic, TrafficRow
+from tui_gcs.core.records.event_log import EventLog
+from tui_gcs.core.scenario.load import load
+from tui_gcs.core.scenario.model import Scenario
+
+SCENARIO_FILE = Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml"
+WALL_START_S = 1_790_000_000.0
+SPEED_M_S = 8.0
+NAN = float("nan")
+PHASES = {
+    m.RunPhase.IDLE: m.Phase.GROUND,
+    m.RunPhase.STARTING: m.Phase.TAKEOFF,
+    m.RunPhase.RUNNING: m.Phase.FLYING,
+    m.RunPhase.HOLD: m.Phase.HOLDING,
+    m.RunPhase.RETURNING: m.Phase.RETURNING,
+}
+
+
+@dataclass
+class FakeStation:
+    """Eight vehicles on two rings, or on the ground; fields may be changed between ticks."""
+
+    bus: MemoryBus
+    kind: m.Kind = m.Kind.SIM
+    run: m.RunPhase = m.RunPhase.IDLE
+    count: int = 8
+    t_s: float = 100.0
+    round_index: int = 0
+    alarm: str = ""
+    """One more alarm, of these words."""
+    silent: bool = False
+    """Neither publishes nor answers."""
+    refuse: tuple[int, ...] = ()
+    stays: dict[int, str] = field(default_factory=dict)
+    """Who does not go on with the others when all are resumed, and why."""
+    protocol_answer: str = ""
+    """Why Hello is refused; empty: it is not."""
+    changes: dict[int, dict[str, object]] = field(default_factory=dict)
+    """Values of single vehicles that differ from the usual."""
+    tasks: dict[int, s.TaskInfo] = field(default_factory=dict)
+    requests: list[m.AnyRequest] = field(default_factory=list)
+    events: list[m.Event] = field(default_factory=list)
+    old_events: list[m.Event] = field(default_factory=list)
+    """Of earlier starts: in the journal only."""
+    traffic: tuple[TrafficRow, ...] = ()
+    on_board: dict[int, s.OnBoardRow] = field(default_factory=dict)
+    modes: tuple[str, ...] = ()
+    planners: tuple[m.PlannerInfo, ...] = ()
+    preflight: tuple[Check, ...] = ()
+    metrics: dict[str, float] = field(default_factory=dict)
+    planner_error: str = ""
+    """What every planner counts."""
+    seq: int = 0
+    started_s: float = NAN
+
+    def __post_init__(self) -> None:
+        self.scenario: Scenario = load(SCENARIO_FILE)
+        self.clock = VirtualClock()
+        self.desk = AlarmDesk(self.clock, EventLog(self.clock))
+        """The real one; what is wrong counts at once, without its delays."""
+        self.bus.answer(keys.REQUEST.format(principal="*"), self._answer)
+
+    # ------------------------------------------------------------ time
+
+    def fly(self, mission_s: float = 252.0) -> None:
+        """All in the air since `mission_s` seconds."""
+        self.run, self.started_s = m.RunPhase.RUNNING, self.t_s - mission_s
+
+    def tick(self, dt_s: float = 0.1) -> None:
+        """Move on and publish."""
+        self.t_s += dt_s
+        self.seq += 1
+        if self.silent:
+            return
+        self.bus.publish(keys.FLEET, m.encode(self.frame()))
+        self.bus.publish(keys.STATUS, m.encode(self.status()))
+        if self.flying:
+            for team in self.scenario.teams:
+                self.bus.publish(keys.PLAN.format(team=team.name), m.encode(self.plan(team.name)))
+
+    def event(self, text: str, *, source: str = "station", severity: int = 6, cls: str = "mission") -> m.Event:
+        """Raise an event and publish it."""
+        event = m.Event(
+            seq=len(self.events),
+            t_s=self.t_s,
+            wall_s=WALL_START_S + self.t_s,
+            cls=m.EventClass(cls),
+            severity=severity,
+            source=source,
+            text=text,
+        )
+        self.events.append(event)
+        if not self.silent:
+            self.bus.publish(keys.EVENT, m.encode(event))
+        return event
+
+    @property
+    def flying(self) -> bool:
+        return self.run is not m.RunPhase.IDLE
+
+    # ------------------------------------------------------------ what is published
+
+    def frame(self) -> m.FleetFrame:
+        rows = [self._row(index) for index in range(self.count)]
+        columns = {name: tuple(getattr(row, name) for row in rows) for name in m.VehicleRow._fields}
+        columns["ids"] = columns.pop("id")
+        return m.FleetFrame(seq=self.seq, t_s=self.t_s, wall_s=WALL_START_S + self.t_s, kind=self.kind, **columns)
+
+    def status(self) -> m.StationStatus:
+        frame = self.frame()
+        return m.StationStatus(
+            seq=self.seq,
+            t_s=self.t_s,
+            wall_s=WALL_START_S + self.t_s,
+            kind=self.kind,
+            scenario=self.scenario.name,
+            revision=1,
+            run=self.run,
+            round_index=self.round_index,
+            rounds=tuple(r.name for r in self.scenario.rounds),
+            mission_time_s=self.t_s - self.started_s if math.isfinite(self.started_s) and self.flying else 0.0,
+            heard=sum(f is not m.Freshness.LOST for f in frame.freshness),
+            vehicles=self.count,
+            armed=sum(frame.armed),
+            in_control="console-test",
+            teams=tuple(self._team(team.name) for team in self.scenario.teams),
+            links=(m.LinkStatus(name="udpin:127.0.0.1:14550", up=True, datagrams=9000, frames=9000, bad=0),),
+            min_separation_m=21.4 if self.flying else NAN,
+            recording="2026-09-21T14-13.tlog" if self.flying else "",
+            if_silent={v: self.if_silent(v) for v in frame.ids},
+            alarms=self.alarms(),
+            preflight=self.preflight,
+        )
+
+    def alarms(self) -> tuple[m.Alarm, ...]:
+        """Of what is wrong with the vehicles now."""
+        findings = [finding for row in map(self._row, range(self.count)) for finding in findings_of(row)]
+        for _ in range(2):
+            self.clock.advance(10.0)
+            self.desk.look(findings)
+        found = self.desk.alarms()
+        if not self.alarm:
+            return found
+        return (
+            m.Alarm("test", AlarmLevel.WARNING, "TST", self.alarm, "[hold_all] hold all", "new", 1, self.t_s),
+            *found,
+        )
+
+    def if_silent(self, vehicle: int) -> str:
+        """Half of them are ArduCopters."""
+        if vehicle < 5:
+            return "brakes after 3 s and holds; on its way to a place flies there first"
+        return "after 1-2 s without set-points: Position mode, without a pilot SINKS (COM_OBL_RC_ACT)"
+
+    def plan(self, team: str) -> m.Plan:
+        x, y, rx, ry = self._ring(team)
+        ring = tuple((x + rx * math.sin(a), y + ry * math.cos(a)) for a in (math.tau * i / 64 for i in range(64)))
+        tour = m.Annotation(kind="polygon", points_m=ring)
+        return m.Plan(team=team, revision=1, seq=self.seq, t_s=self.t_s, annotations=(tour,))
+
+    def _ring(self, team: str) -> tuple[float, float, float, float]:
+        served = next(t.zone for t in self.scenario.teams if t.name == team)
+        zone = next(z for z in self.scenario.rounds[self.round_index].zones if z.name == served)
+        x0, y0, x1, y1 = bounds(zone.shape)
+        return (x0 + x1) / 2, (y0 + y1) / 2, (x1 - x0) / 2 - 20, (y1 - y0) / 2 - 20
+
+    def _row(self, index: int) -> m.VehicleRow:
+        team = self.scenario.teams[(index // 4) % 2].name
+        place = self.scenario.places[index % len(self.scenario.places)]
+        position = (*place.place_m, 0.0)
+        velocity, heading = (0.0, 0.0, 0.0), 0.0
+        if self.flying:
+            x, y, rx, ry = self._ring(team)
+            angle = math.tau * (index % 4) / 4 + (self.t_s - 100.0) * SPEED_M_S / max(rx, ry)
+            position = (x + rx * math.sin(angle), y + ry * math.cos(angle), place.layer_m)
+            speed = 0.0 if self.run is m.RunPhase.HOLD else SPEED_M_S
+            velocity = (speed * math.cos(angle), -speed * math.sin(angle), 0.0)
+            heading = math.degrees(math.atan2(math.cos(angle), -math.sin(angle))) % 360.0
+        row = m.VehicleRow(
+            id=index + 1,
+            team=team,
+            autopilot="ArduPilot",
+            vehicle_type="quadrotor",
+            mode="GUIDED" if self.flying else "STABILIZE",
+            armed=self.flying,
+            phase=PHASES[self.run],
+            freshness=m.Freshness.OK,
+            position_m=position,
+            velocity_m_s=velocity,
+            heading_deg=heading,
+            lat_deg=52.0720 + position[1] / 111_000,
+            lon_deg=-0.6280 + position[0] / 68_000,
+            alt_amsl_m=110.0 + position[2],
+            battery_pct=82.0 - index,
+            battery_v=15.4,
+            gps_fix=3,
+            satellites=12,
+            age_s=0.1,
+            heard_age_s=0.05,
+            loss_pct=0.0,
+            slot=f"{index % 4 + 1}/4" if self.flying else "",
+            slot_error_m=0.8 if self.flying else NAN,
+            lag_s=0.1 if self.flying else NAN,
+            link="udpin:127.0.0.1:14550",
+            signing="unsigned",
+            problem="",
+            layer_m=place.layer_m,
+            camera=True,
+            gimbal=True,
+        )
+        return row._replace(**self.changes.get(row.id, {}))
+
+    def _team(self, name: str) -> m.TeamStatus:
+        team = next(t for t in self.scenario.teams if t.name == name)
+        zone = next(z for z in self.scenario.rounds[self.round_index].zones if z.name == team.zone)
+        known = 1.0 if self.flying else NAN
+        return m.TeamStatus(
+            name=name,
+            zone=team.zone,
+            role=str(zone.role),
+            planner=team.planner,
+            members=team.vehicles,
+            worker="running" if self.flying else "ready",
+            plan_age_s=0.1,
+            rate_hz=5.0,
+            on_slot=4 if self.flying else 0,
+            slots=4,
+            worst_idleness_s=24.1 * known,
+            average_idleness_s=9.1 * known,
+            coverage=1.0 * known,
+            bound_s=20.9,
+            ratio=1.15 * known,
+            metrics=self.metrics,
+            error=self.planner_error,
+        )
+
+    # ------------------------------------------------------------ what is answered
+
+    def _answer(self, _key: str, payload: bytes, reply: Callable[[bytes], None]) -> None:
+        if self.silent:
+            return
+        request = s.decode_request(payload)
+        self.requests.append(request)
+        reply(m.encode(self._reply(request)))
+
+    def _reply(self, request: m.AnyRequest) -> m.Reply:
+        match request:
+            case m.Hello():
+                status = None if self.protocol_answer else self.status()
+                return m.Reply(ok=not self.protocol_answer, text=self.protocol_answer, status=status)
+            case m.GetScenario():
+                change = m.ScenarioChanged(revision=1, path="swarm-challenge.toml", toml="", scenario=self.scenario)
+                return m.Reply(ok=True, scenario=change)
+            case m.GetEvents():
+                return m.Reply(ok=True, events=tuple(e for e in self.events if e.seq > request.after))
+            case m.GetJournal():
+                at = len(self.old_events) if request.before == -1 else request.before
+                begin = max(0, at - 100)
+                return m.Reply(ok=True, events=tuple(self.old_events[begin:at]), journal_at=begin)
+            case s.GetVehicles():
+                rows = {row.id: row for row in map(self._row, range(self.count))}
+                infos = tuple(info_of(rows[v]) for v in request.vehicles if v in rows)
+                return s.ServiceReply(ok=True, vehicles=infos)
+            case s.GetModes():
+                rows = tuple(s.ModeRow(name, at, name == "ACRO") for at, name in enumerate(self.modes))
+                return s.ServiceReply(ok=True, modes=rows, complete=True)
+            case s.GetOnBoard():
+                rows = tuple(self.on_board[v] for v in request.vehicles if v in self.on_board)
+                return s.ServiceReply(ok=True, on_board=rows)
+            case GetTraffic():
+                return s.ServiceReply(ok=True, traffic=self.traffic)
+            case m.GetPlan():
+                return m.Reply(ok=True)
+            case m.GetPlanners():
+                return m.Reply(ok=True, planners=self.planners)
+            case m.Start():
+                self.fly(0.0)
+                return self._results(request.vehicles)
+            case m.Hold():
+                self.run = m.RunPhase.HOLD if self.flying else self.run
+                return self._results(request.vehicles or tuple(range(1, self.count + 1)))
+            case m.Resume():
+                self.run = m.RunPhase.RUNNING
+                return m.Reply(
+                    ok=True, results=tuple(m.VehicleResult(v, not why, why) for v, why in self.stays.items())
+                )
+            case m.Return() | f.Land():
+                self.run = m.RunPhase.RETURNING
+                return self._results(request.vehicles or tuple(range(1, self.count + 1)))
+            case s.GetTasks():
+                return s.ServiceReply(ok=True, tasks=tuple(self.tasks[n] for n in request.numbers))
+            case _ if isinstance(request, s.Change):
+                return self._begin(request)
+            case m.Acknowledge():
+                return self.desk.acknowledge("console-test", request)
+            case m.Shelve():
+                return self.desk.shelve("console-test", request)
+            case m.Unshelve():
+                return self.desk.unshelve("console-test", request)
+            case AcknowledgeCheck() | SignOff() | ReadChecks():
+                return m.Reply(ok=True)
+            case m.Note():
+                self.event(request.text, source="console-test", severity=request.severity, cls="console")
+                return m.Reply(ok=True)
+            case m.SwitchRound():
+                self.round_index = request.index
+                return m.Reply(ok=True)
+        return m.Reply(ok=False, text="not on paper")
+
+    def _begin(self, request: s.Change) -> s.ServiceReply:
+        """A task for each vehicle; a test ends them by `end_task`."""
+        good = [v for v in request.vehicles if v not in self.refuse]
+        for vehicle in good:
+            number = len(self.tasks) + 1
+            self.tasks[number] = s.TaskInfo(number, vehicle, "it", "console-test", "running", 0, 0, "", 0.0)
+        results = tuple(m.VehicleResult(v, v in good, "" if v in good else "prearm: compass") for v in request.vehicles)
+        tasks = tuple(self.tasks.values())[len(self.tasks) - len(good) :]
+        return s.ServiceReply(ok=len(good) == len(results), results=results, tasks=tasks)
+
+    def end_task(self, number: int, state: str, text: str) -> None:
+        """What comes of a task."""
+        self.tasks[number] = msgspec.structs.replace(self.tasks[number], state=state, text=text)
+
+    def _results(self, vehicles: tuple[int, ...]) -> m.Reply:
+        results = tuple(
+            m.VehicleResult(vehicle=v, ok=v not in self.refuse, text="prearm: compass" if v in self.refuse else "")
+            for v in vehicles
+        )
+        return m.Reply(ok=not self.refuse, results=results)
+
+    def commands(self) -> list[m.AnyRequest]:
+        """What was asked beyond looking."""
+        looking = (
+            m.Hello,
+            m.GetScenario,
+            m.GetEvents,
+            m.GetTask,
+            m.GetPlan,
+            m.GetPlanners,
+            m.GetPreviews,
+            m.Preview,
+            m.CancelPreview,
+            GetTraffic,
+            AskPayloads,
+            m.GetJournal,
+            m.Note,
+            s.GetTasks,
+            s.GetVehicles,
+            s.GetOnBoard,
+            s.GetModes,
+        )
+        return [request for request in self.requests if not isinstance(request, looking)]
+
+
+def info_of(row: m.VehicleRow) -> s.VehicleInfo:
+    """What a station would tell of a vehicle when asked."""
+    return s.VehicleInfo(
+        id=row.id,
+        network="",
+        system=row.id,
+        autopilot=row.autopilot,
+        type=row.vehicle_type,
+        firmware="4.7.0-dev",
+        uid="0123456789abcdef01234567",
+        team=row.team,
+        mode=row.mode,
+        armed=row.armed,
+        in_flight=row.armed,
+        freshness=row.freshness.value,
+        heard_age_s=row.heard_age_s,
+        signing=row.signing,
+        ready=row.id != 3,
+        problems=(s.ProblemRow(text="PreArm: Compass not healthy", blocks=True),) if row.id == 3 else (),
+        failsafes=(),
+        links=(row.link,),
+        loss_pct=row.loss_pct,
+        rtt_s=0.012,
+        best_rtt_s=0.01,
+        home=(52.072, -0.628, 110.0),
+        mission_items=12,
+        mission_current=2,
+        params_known=0,
+        params_complete=False,
+        busy="",
+        details=s.Details(
+            roll_deg=-2.0,
+            pitch_deg=5.0,
+            yaw_deg=184.0,
+            airspeed_m_s=8.1,
+            battery_a=22.1,
+            battery_left_s=660.0,
+            hdop=0.7,
+            position_error_m=0.8,
+            estimator="0.21 compass",
+            home_m=(-20.0, 5.0, 0.0),
+        ),
+    )
+
+
+def findings_of(row: m.VehicleRow) -> list[Finding]:
+    """What a station would find of a vehicle in a frame."""
+    if row.freshness is m.Freshness.LOST and row.armed:
+        return [Finding("lost", row.id)]
+    found = [Finding("stale", row.id)] if row.freshness is m.Freshness.STALE and row.armed else []
+    found += [Finding("identity", row.id, row.problem)] if row.problem else []
+    if row.armed and row.battery_pct < 25.0:
+        word = "critical" if row.battery_pct < 15.0 else "low"
+        found.append(Finding(f"battery-{word}", row.id, f"{row.battery_pct:.0f} %"))
+    return found
+
+
+def trouble(station: FakeStation) -> None:
+    """In flight with a low battery and a lost vehicle."""
+    station.fly()
+    station.changes[7] = {"battery_pct": 24.0}
+    station.changes[5] = {"freshness": m.Freshness.LOST, "heard_age_s": 12.4, "age_s": 12.4}
+    station.event("ARMED, take-off to 40 m", source="vehicle 5", cls="vehicle")
+    station.event("Round 1 started: 8 vehicles (1-8)", source="you", cls="operator")
+    station.event("GPS glitch", source="vehicle 3", severity=4, cls="sensor")
+    station.event("vehicle 5 LOST: no frame for 3.5 s", source="station", severity=2, cls="connection")
+
+
+SCENES: dict[str, Callable[[FakeStation], None]] = {
+    "ground": lambda station: None,
+    "flight": lambda station: station.fly(),
+    "trouble": trouble,
+}
+
+
+def main(argv: list[str]) -> None:
+    """Run the console on a fake station at 10 Hz."""
+    import threading
+    import time
+
+    from tui_gcs.app import ConsoleApp
+
+    bus = MemoryBus()
+    station = FakeStation(bus)
+    SCENES[argv[0] if argv else "flight"](station)
+    stopped = threading.Event()
+
+    def publish() -> None:
+        while not stopped.is_set():
+            station.tick(0.1)
+            time.sleep(0.1)
+
+    thread = threading.Thread(target=publish, daemon=True)
+    thread.start()
+    ConsoleApp(bus, "console-test").run()
+    stopped.set()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,52 @@
+"""The paper's own mission in one flight: eight vehicles, three rounds switched live, losses, a killed station."""
+
+import re
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from tui_gcs.core.scenario.load import load
+from tui_gcs.rehearsal.fault_schedule import losses, restart
+from tui_gcs.rehearsal.lock_step import rehearse
+from tui_gcs.rehearsal.report.flight_recording import FlightRecord
+from tui_gcs.rehearsal.report.page import page
+
+SHIPPED = Path(__file__).parents[2] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
+LOST_S, RESTART_S = 250.0, 450.0
+"""Mission time: in round 2, and in round 3."""
+
+
+@pytest.mark.long
+def test_eight_vehicles_three_rounds_a_loss_and_a_killed_station(tmp_path: Path) -> None:
+    shipped = load(SHIPPED)
+    scenario = msgspec.structs.replace(shipped, results=msgspec.structs.replace(shipped.results, measured_s=60.0))
+    records: list[FlightRecord] = []
+    result, problem = rehearse(
+        scenario,
+        SHIPPED.read_text(),
+        tmp_path,
+        lambda share, text: None,
+        happenings=[*losses([f"6@{LOST_S:.0f}"]), *restart(RESTART_S)],
+        watch=lambda bus, referee: records.append(FlightRecord(scenario, bus)),
+    )
+    assert problem == ""
+    assert [check for check in result.checks if not check.ok] == []
+    whole = [(r.round, r.zone, r.n) for r in result.rounds if not r.cut_short]
+    assert whole == [
+        ("round 1", "home", 4),
+        ("round 1", "field", 4),
+        ("round 2", "home", 4),
+        ("round 2 -6", "field", 3),
+        ("round 3 again", "home", 4),
+        ("round 3 again", "field", 3),
+    ]
+
+    (record,) = records
+    text = page(record, result, problem, conditions=[], happened=[(LOST_S, "vehicle 6 falls silent")])
+    captions = re.findall(r"<figcaption>\((.)\) (round \d), T\+\d+ s: (.*?)</figcaption>", text)
+    assert captions == [
+        ("a", "round 1", "8 vehicles fly"),
+        ("b", "round 2", "7 vehicles fly, 1 lost or left on the way"),
+        ("c", "round 3", "7 vehicles fly"),
+    ]
