@@ -11,6 +11,7 @@ TYPE_CHECKING included.
 import ast
 import sys
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -38,6 +39,7 @@ def purpose(folder: Path) -> str:
     return " ".join((text or "").split("\n\n")[0].split()).split(". ")[0].removesuffix(".")
 
 
+@cache
 def imported(path: Path) -> set[str]:
     """Modules that a file imports; of `from a import b` both a and a.b."""
     package = path.relative_to(ROOT).parent.parts

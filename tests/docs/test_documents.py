@@ -80,3 +80,9 @@ def test_links_lead_somewhere(path: Path) -> None:
         led = path if not target else (path.parent / target).resolve()
         assert led.exists(), target
         assert not part or part in map(anchor, headings(led)), f"{target}#{part}"
+
+
+def test_each_term_of_the_glossary_stands_there_once() -> None:
+    terms = re.findall(r"^\| (?!term |---)([^|]+?) \|", text_of(DOCS / "glossary.md"), re.MULTILINE)
+    assert len(terms) > 100
+    assert sorted(terms) == sorted(set(terms))
