@@ -5,10 +5,12 @@ from tests.screens.rigs.fake_station import FakeStation
 from tui_gcs.console.key_guard import GUARD_S, MOST_S, KeyGuard
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.flight import Arm
-from tui_gcs.screens.common.order_dialogs import OrderDialog, OrderMenu
-from tui_gcs.screens.common.start_dialogs import RoundDialog, StartDialog
 from tui_gcs.screens.fly.fly_screen import FlyScreen
-from tui_gcs.screens.fly.nudge_screen import NudgeScreen
+from tui_gcs.screens.fly.manual_control_screen import ManualControlScreen
+from tui_gcs.screens.fly.round_dialog import RoundDialog
+from tui_gcs.screens.fly.start_dialog import StartDialog
+from tui_gcs.screens.orders.order_dialog import OrderDialog
+from tui_gcs.screens.orders.order_menu import OrderMenu
 
 
 def flight(station: FakeStation) -> None:
@@ -22,7 +24,7 @@ async def select(c: Console, text: str) -> None:
 async def expire(c: Console, after_s: float = 10.1) -> None:
     """Time passes without a key; the station is heard all the while."""
     dialog = c.app.screen
-    assert isinstance(dialog, OrderDialog | StartDialog | RoundDialog | NudgeScreen)
+    assert isinstance(dialog, OrderDialog | StartDialog | RoundDialog | ManualControlScreen)
     c.clock.advance(after_s)
     c.station.tick()
     await c.settle()
@@ -170,7 +172,7 @@ async def test_keys_behind_flying_by_hand_move_nothing_else() -> None:
     async with console(prepare=flight) as c:
         await select(c, "2")
         await c.press("c", "n", "y")
-        assert isinstance(c.app.screen, NudgeScreen)
+        assert isinstance(c.app.screen, ManualControlScreen)
         await expire(c)
         await c.press("c")
         assert isinstance(c.app.screen, FlyScreen)

@@ -25,7 +25,7 @@ from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import parse
 from tui_gcs.widgets.missions.mission_editor import MissionEditor
 from tui_gcs.widgets.missions.mission_files import MissionFile
-from tui_gcs.widgets.plan.edit_model import EditModel
+from tui_gcs.widgets.plan.scenario_editor import ScenarioEditor
 
 ENTITY_BOMB = b'<?xml version="1.0"?><!DOCTYPE k [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><kml>&b;</kml>'
 OUTSIDE = b'<?xml version="1.0"?><!DOCTYPE k [<!ENTITY x SYSTEM "file:///etc/passwd">]><kml>&x;</kml>'
@@ -113,7 +113,7 @@ def test_screens_that_open_a_file_say_the_same_and_keep_what_they_have(name: str
     data, why = HOSTILE[name]
     source = tmp_path / "in.file"
     source.write_bytes(data)
-    missions, zones = MissionEditor(), EditModel()
+    missions, zones = MissionEditor(), ScenarioEditor()
     missions.add()
     zones.station_changed(ScenarioChanged(revision=1, path="", toml=SCENARIO, scenario=parse(SCENARIO, "it")))
     drawn, text = missions.history.draft, zones.text
@@ -144,7 +144,7 @@ def test_more_than_a_fence_or_a_round_holds(
     """The plan screen ran out of names for the areas, and the console ended."""
     source = tmp_path / "in.geojson"
     source.write_text('{"type":"MultiPolygon","coordinates":[' + ",".join(f"[{area}]" for area in areas) + "]}")
-    zones = EditModel()
+    zones = ScenarioEditor()
     zones.station_changed(ScenarioChanged(revision=1, path="", toml=SCENARIO, scenario=parse(SCENARIO, "it")))
     begin_s = time.process_time()
     assert main(["convert", str(source), str(tmp_path / "out.plan")]) == 2

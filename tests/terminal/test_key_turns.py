@@ -5,7 +5,7 @@ from textual.events import Key
 from tests.screens.rigs.console import NARROW, Console, console
 from tests.screens.rigs.fake_station import FakeStation
 from tui_gcs.core.protocol import common as m
-from tui_gcs.screens.common.order_dialogs import OrderDialog
+from tui_gcs.screens.orders.order_dialog import OrderDialog
 from tui_gcs.terminal.key_turns import KeyTurns
 
 

@@ -1,10 +1,10 @@
 """Every table of actions, by the scope that a keymap file calls it."""
 
 from tui_gcs.actions.action import APP
+from tui_gcs.actions.mission_actions import MISSION_ACTIONS
+from tui_gcs.actions.plan_actions import PLAN_ACTIONS
 from tui_gcs.actions.table import APP_ACTIONS, FLY_ACTIONS
 from tui_gcs.actions.viewer_actions import JOURNAL_ACTIONS, VEHICLES_ACTIONS
-from tui_gcs.screens.missions.mission_actions import MISSION_ACTIONS
-from tui_gcs.screens.plan.plan_actions import PLAN_ACTIONS
 
 SCOPES = {
     APP: APP_ACTIONS,

@@ -15,11 +15,15 @@ from tui_gcs.core.protocol.preflight import CheckState, ReadChecks
 from tui_gcs.core.protocol.setup import AskPayloads
 from tui_gcs.feed.dispatch import Dispatch, Dispatcher, Seen
 from tui_gcs.feed.feed import Feed, FleetUpdated
-from tui_gcs.screens.common.order_dialogs import Confirmed, OrderDialog, OrderMenu, brief_words, now_words, rows_of
-from tui_gcs.screens.common.start_dialogs import RoundDialog, StartDialog
-from tui_gcs.screens.fly.fly_screen import FlyScreen, present_round
-from tui_gcs.screens.fly.nudge_screen import NudgeScreen
+from tui_gcs.screens.common.map_screen import present_round
+from tui_gcs.screens.fly.fly_screen import FlyScreen
+from tui_gcs.screens.fly.manual_control_screen import ManualControlScreen
+from tui_gcs.screens.fly.round_dialog import RoundDialog
+from tui_gcs.screens.fly.start_dialog import StartDialog
 from tui_gcs.screens.fly.start_plan import start_plan
+from tui_gcs.screens.orders.order_dialog import Confirmed, OrderDialog
+from tui_gcs.screens.orders.order_menu import OrderMenu
+from tui_gcs.screens.orders.vehicle_words import brief_words, now_words, rows_of
 from tui_gcs.screens.preflight.preflight_screen import Operator, PreflightScreen
 from tui_gcs.terminal.thin_app import ThinApp
 from tui_gcs.widgets.basics.glyphs import GlyphSet
@@ -99,7 +103,7 @@ class CommandingApp(ThinApp):
         if not self.refused("resume"):
             self.send(Resume(), "resume")
 
-    def on_fly_screen_resumed(self) -> None:
+    def on_map_screen_resume_requested(self) -> None:
         """Enter: means resume in hold, else nothing."""
         if why := refusal(action_named("resume"), situation_of(self.feed)):
             if why != NOTHING_HOLDS:
@@ -238,7 +242,7 @@ class CommandingApp(ThinApp):
             )
             if answer.order.id == "nudge":
                 self.push_screen(
-                    NudgeScreen(answer.vehicles, self.feed, self._nudge, self.send, self.clock, self.glyphs)
+                    ManualControlScreen(answer.vehicles, self.feed, self._nudge, self.send, self.clock, self.glyphs)
                 )
         else:
             self._closed_s = self.clock.now()
@@ -250,7 +254,7 @@ class CommandingApp(ThinApp):
         async def ask() -> None:
             reply = await self.feed.request(request)
             refused = [f"{result.vehicle}: {result.text}" for result in reply.results if not result.ok]
-            if not reply.ok and isinstance(self.screen, NudgeScreen):
+            if not reply.ok and isinstance(self.screen, ManualControlScreen):
                 self.screen.refuse("; ".join(refused) or reply.text)
 
         self.run_worker(ask(), group="nudge", exit_on_error=False)

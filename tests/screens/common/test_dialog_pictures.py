@@ -6,7 +6,7 @@ from tests.screens.rigs.console import NARROW, WIDE, console
 from tests.screens.rigs.fake_station import FakeStation, trouble
 from tests.screens.rigs.pictures import same_as_snapshot
 from tui_gcs.core.protocol.common import Kind, RunPhase
-from tui_gcs.screens.common.order_dialogs import brief_words, now_words, rows_of
+from tui_gcs.screens.orders.vehicle_words import brief_words, now_words, rows_of
 from tui_gcs.widgets.fleet.result_panel import Came, Result
 
 

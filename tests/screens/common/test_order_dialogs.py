@@ -10,9 +10,11 @@ from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import Freshness
-from tui_gcs.screens.common.order_dialogs import OrderDialog, OrderMenu, brief_words, now_words, rows_of
 from tui_gcs.screens.fly.fly_screen import FlyScreen
-from tui_gcs.screens.fly.nudge_screen import NudgeScreen
+from tui_gcs.screens.fly.manual_control_screen import ManualControlScreen
+from tui_gcs.screens.orders.order_dialog import OrderDialog
+from tui_gcs.screens.orders.order_menu import OrderMenu
+from tui_gcs.screens.orders.vehicle_words import brief_words, now_words, rows_of
 from tui_gcs.widgets.fleet.result_panel import Came, Result
 
 
@@ -363,7 +365,7 @@ async def test_nudging_moves_while_keys_are_pressed_and_space_holds() -> None:
     async with console(prepare=flight) as c:
         await select(c, "2")
         await order(c, "n", "y")
-        assert isinstance(c.app.screen, NudgeScreen)
+        assert isinstance(c.app.screen, ManualControlScreen)
         c.clock.advance(1.0)
         await c.press("up", "up")
         c.clock.advance(1.0)

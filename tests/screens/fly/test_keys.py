@@ -14,10 +14,11 @@ from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.services import GetVehicles, decode_request
 from tui_gcs.screens.common.help import HelpDialog, PaletteDialog
-from tui_gcs.screens.common.start_dialogs import RoundDialog, StartDialog
 from tui_gcs.screens.common.text_dialog import MOST_CELLS
 from tui_gcs.screens.common.tiny_screen import TinyScreen
 from tui_gcs.screens.fly.fly_screen import FlyScreen
+from tui_gcs.screens.fly.round_dialog import RoundDialog
+from tui_gcs.screens.fly.start_dialog import StartDialog
 
 
 def flight(station: FakeStation) -> None:

@@ -8,8 +8,8 @@ from tests.screens.rigs.pictures import same_as_snapshot
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Kind, Start
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, CheckState, ReadChecks, SignOff
-from tui_gcs.screens.common.start_dialogs import StartDialog
 from tui_gcs.screens.fly.fly_screen import FlyScreen
+from tui_gcs.screens.fly.start_dialog import StartDialog
 from tui_gcs.screens.preflight.preflight_screen import PreflightScreen
 
 ALL = tuple(range(1, 9))

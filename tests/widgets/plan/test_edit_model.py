@@ -11,11 +11,11 @@ from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.core.scenario.model import OperatingArea, Team
 from tui_gcs.core.scenario.place_allocation import same_places
-from tui_gcs.widgets.plan.edit_model import EditModel, Problems
-from tui_gcs.widgets.plan.edit_parts import EditParts
 from tui_gcs.widgets.plan.forms.team_text import team_text
 from tui_gcs.widgets.plan.forms.zone_text import ZoneText, zone_text
 from tui_gcs.widgets.plan.plan_draft import PlanDraft
+from tui_gcs.widgets.plan.scenario_editor import Problems, ScenarioEditor
+from tui_gcs.widgets.plan.scenario_edits import EditParts
 
 TEXT = read_text(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
 ROUNDS = parse(TEXT).rounds
@@ -26,8 +26,8 @@ def change(text: str = TEXT, revision: int = 1) -> ScenarioChanged:
 
 
 @pytest.fixture
-def model() -> EditModel:
-    model = EditModel()
+def model() -> ScenarioEditor:
+    model = ScenarioEditor()
     model.station_changed(change())
     return model
 
@@ -41,25 +41,25 @@ def other_text(speed: str = "6.0") -> str:
 
 
 def test_empty_model_takes_no_edit() -> None:
-    model = EditModel()
+    model = ScenarioEditor()
     assert model.set_zone("home", home(10.0)) == ("no scenario yet",)
     assert model.undo() == ""
     assert not model.select_round(0)
 
 
-def test_valid_change_is_taken_and_keeps_comments(model: EditModel) -> None:
+def test_valid_change_is_taken_and_keeps_comments(model: ScenarioEditor) -> None:
     assert model.set_zone("home", home(60.0)) == ()
     assert model.zone("home") == home(60.0)
     assert model.changes == 1
     assert model.text == TEXT.replace("radius_m = 80.0", "radius_m = 60.0", 1)
 
 
-def test_change_to_the_same_is_none(model: EditModel) -> None:
+def test_change_to_the_same_is_none(model: ScenarioEditor) -> None:
     assert model.set_zone("home", home(80.0)) == ()
     assert model.changes == 0
 
 
-def test_invalid_change_says_key_path_and_what_is_allowed_and_leaves_all_as_it_was(model: EditModel) -> None:
+def test_invalid_change_says_key_path_and_what_is_allowed_and_leaves_all_as_it_was(model: ScenarioEditor) -> None:
     (problem,) = model.set_zone("home", home(-1.0))
     assert problem.startswith("round[1].zone[1].radius_m: -1")
     assert "must be" in problem
@@ -67,7 +67,7 @@ def test_invalid_change_says_key_path_and_what_is_allowed_and_leaves_all_as_it_w
     assert model.text == TEXT
 
 
-def test_typing_in_one_field_is_one_step(model: EditModel) -> None:
+def test_typing_in_one_field_is_one_step(model: ScenarioEditor) -> None:
     for radius_m in (6.0, 60.0, 61.0):
         model.set_zone("home", home(radius_m), "radius_m")
     assert model.changes == 1
@@ -80,14 +80,14 @@ def test_typing_in_one_field_is_one_step(model: EditModel) -> None:
     assert model.text == TEXT
 
 
-def test_undo_goes_back_to_the_round_of_the_change(model: EditModel) -> None:
+def test_undo_goes_back_to_the_round_of_the_change(model: ScenarioEditor) -> None:
     model.set_zone("home", home(60.0))
     model.select_round(2)
     model.undo()
     assert model.round_index == 0
 
 
-def test_rename_of_a_served_zone_goes_through_all_rounds_and_teams(model: EditModel) -> None:
+def test_rename_of_a_served_zone_goes_through_all_rounds_and_teams(model: ScenarioEditor) -> None:
     assert model.set_zone("home", home(80.0, "base")) == ()
     assert model.scenario is not None
     assert [r.zones[0].name for r in model.scenario.rounds] == ["base"] * 3
@@ -96,7 +96,7 @@ def test_rename_of_a_served_zone_goes_through_all_rounds_and_teams(model: EditMo
     assert model.text == TEXT
 
 
-def test_rename_of_another_zone_stays_in_its_round(model: EditModel) -> None:
+def test_rename_of_another_zone_stays_in_its_round(model: ScenarioEditor) -> None:
     model.add_zone(home(20.0, "gate"))
     model.select_round(1)
     model.add_zone(home(20.0, "gate"))
@@ -106,18 +106,18 @@ def test_rename_of_another_zone_stays_in_its_round(model: EditModel) -> None:
     assert [zone.name for zone in model.scenario.rounds[1].zones] == ["home", "field", "gate 2"]
 
 
-def test_zone_of_a_team_cannot_be_removed(model: EditModel) -> None:
+def test_zone_of_a_team_cannot_be_removed(model: ScenarioEditor) -> None:
     (problem,) = model.remove_zone("home")
     assert "a team's zone must exist in every round" in problem
 
 
-def test_new_names_are_free_in_every_round(model: EditModel) -> None:
+def test_new_names_are_free_in_every_round(model: ScenarioEditor) -> None:
     model.add_zone(home(20.0, "zone 1"))
     model.select_round(1)
     assert model.new_zone_name() == "zone 2"
 
 
-def test_undone_changes_can_be_redone_until_something_else_is_changed(model: EditModel) -> None:
+def test_undone_changes_can_be_redone_until_something_else_is_changed(model: ScenarioEditor) -> None:
     model.set_zone("home", home(60.0))
     model.select_round(1)
     model.set_zone("home", home(50.0))
@@ -129,7 +129,7 @@ def test_undone_changes_can_be_redone_until_something_else_is_changed(model: Edi
     assert model.redo() == ""
 
 
-def test_rounds_are_added_named_and_deleted(model: EditModel) -> None:
+def test_rounds_are_added_named_and_deleted(model: ScenarioEditor) -> None:
     parts = EditParts(model)
     model.select_round(1)
     assert parts.add_round() == ()
@@ -143,7 +143,7 @@ def test_rounds_are_added_named_and_deleted(model: EditModel) -> None:
     assert "must be 1 to 64 tables" in parts.remove_round()[0]
 
 
-def test_a_zone_is_copied_into_rounds_that_have_it_or_not(model: EditModel) -> None:
+def test_a_zone_is_copied_into_rounds_that_have_it_or_not(model: ScenarioEditor) -> None:
     parts = EditParts(model)
     model.add_zone(home(20.0, "gate"))
     gate = model.zone("gate")
@@ -154,7 +154,7 @@ def test_a_zone_is_copied_into_rounds_that_have_it_or_not(model: EditModel) -> N
     assert model.undo() == "copy zone gate" and model.zone("gate") == gate
 
 
-def test_teams_come_with_places_and_go_with_them(model: EditModel) -> None:
+def test_teams_come_with_places_and_go_with_them(model: ScenarioEditor) -> None:
     parts = EditParts(model)
     assert parts.add_team() == ((), "team-3")
     team = model.team("team-3")
@@ -165,7 +165,7 @@ def test_teams_come_with_places_and_go_with_them(model: EditModel) -> None:
     assert parts.remove_team("attack") == () and "must be 1 to 32 tables" in parts.remove_team("defend")[0]
 
 
-def test_area_and_team(model: EditModel) -> None:
+def test_area_and_team(model: ScenarioEditor) -> None:
     area = OperatingArea(Rectangle((300.0, 200.0), 700.0, 400.0), 20.0, 90.0)
     assert model.set_area(area) == ()
     assert model.current_round is not None
@@ -175,7 +175,7 @@ def test_area_and_team(model: EditModel) -> None:
     assert model.team("defend") == team
 
 
-def test_vehicle_typed_into_a_team_leaves_the_one_that_had_it(model: EditModel) -> None:
+def test_vehicle_typed_into_a_team_leaves_the_one_that_had_it(model: ScenarioEditor) -> None:
     def teams() -> list[tuple[int, ...]]:
         assert model.scenario is not None
         return [team.vehicles for team in model.scenario.teams]
@@ -195,7 +195,7 @@ def test_vehicle_typed_into_a_team_leaves_the_one_that_had_it(model: EditModel) 
     assert teams() == [(1, 2, 3, 4), (5, 6, 7, 8)]
 
 
-def test_who_leaves_a_team_and_then_joins_another_keeps_its_place_and_layer(model: EditModel) -> None:
+def test_who_leaves_a_team_and_then_joins_another_keeps_its_place_and_layer(model: ScenarioEditor) -> None:
     """Flown: 4 was taken out of its team first, got a place 20 m farther, and the station refused that in flight."""
     assert model.scenario is not None
     flown = model.scenario.places
@@ -206,7 +206,7 @@ def test_who_leaves_a_team_and_then_joins_another_keeps_its_place_and_layer(mode
     assert same_places(model.scenario.places, flown)
 
 
-def test_where_somebody_else_stands_by_now_it_gets_another_place(model: EditModel) -> None:
+def test_where_somebody_else_stands_by_now_it_gets_another_place(model: ScenarioEditor) -> None:
     assert model.scenario is not None
     (its,) = (place for place in model.scenario.places if place.vehicle == 4)
     assert model.set_team("defend", Team("defend", "home", "patrol", (1, 2, 3, 9)), "vehicles") == ()
@@ -216,7 +216,7 @@ def test_where_somebody_else_stands_by_now_it_gets_another_place(model: EditMode
     assert len({place.layer_m for place in model.scenario.places}) == 9
 
 
-def test_common_zones_are_what_teams_can_serve(model: EditModel) -> None:
+def test_common_zones_are_what_teams_can_serve(model: ScenarioEditor) -> None:
     model.add_zone(home(20.0, "gate"))
     assert model.common_zones() == ("home", "field")
 
@@ -224,7 +224,7 @@ def test_common_zones_are_what_teams_can_serve(model: EditModel) -> None:
 # ---------------------------------------------------------------- the station
 
 
-def test_applied_copy_has_no_changes_and_undo_makes_one(model: EditModel) -> None:
+def test_applied_copy_has_no_changes_and_undo_makes_one(model: ScenarioEditor) -> None:
     model.set_zone("home", home(60.0))
     base_revision, text = model.sending()
     assert base_revision == 1
@@ -235,7 +235,7 @@ def test_applied_copy_has_no_changes_and_undo_makes_one(model: EditModel) -> Non
     assert model.text == TEXT
 
 
-def test_own_apply_coming_back_is_no_newer_scenario(model: EditModel) -> None:
+def test_own_apply_coming_back_is_no_newer_scenario(model: ScenarioEditor) -> None:
     model.set_zone("home", home(60.0))
     _, text = model.sending()
     model.set_zone("home", home(50.0))
@@ -245,13 +245,13 @@ def test_own_apply_coming_back_is_no_newer_scenario(model: EditModel) -> None:
     assert model.zone("home") == home(50.0)
 
 
-def test_unedited_copy_follows(model: EditModel) -> None:
+def test_unedited_copy_follows(model: ScenarioEditor) -> None:
     model.station_changed(change(other_text(), 2))
     assert model.text == other_text()
     assert model.newer is None
 
 
-def test_edited_copy_is_kept_until_the_operator_decides(model: EditModel) -> None:
+def test_edited_copy_is_kept_until_the_operator_decides(model: ScenarioEditor) -> None:
     model.set_zone("home", home(60.0))
     model.station_changed(change(other_text(), 2))
     assert model.newer is not None
@@ -261,7 +261,7 @@ def test_edited_copy_is_kept_until_the_operator_decides(model: EditModel) -> Non
     assert model.changes >= 1
 
 
-def test_discard_takes_the_stations(model: EditModel) -> None:
+def test_discard_takes_the_stations(model: ScenarioEditor) -> None:
     model.set_zone("home", home(60.0))
     model.station_changed(change(other_text(), 2))
     model.discard()
@@ -269,21 +269,21 @@ def test_discard_takes_the_stations(model: EditModel) -> None:
     assert model.undo() == ""
 
 
-def test_restarted_station_counts_from_one_again(model: EditModel) -> None:
+def test_restarted_station_counts_from_one_again(model: ScenarioEditor) -> None:
     model.station_changed(change(other_text(), 7))
     model.set_zone("home", home(60.0))
     model.station_changed(change(other_text("5.0"), 1))
     assert model.newer is not None
 
 
-def test_same_scenario_published_again_changes_nothing(model: EditModel) -> None:
+def test_same_scenario_published_again_changes_nothing(model: ScenarioEditor) -> None:
     model.set_zone("home", home(60.0))
     model.station_changed(change())
     assert model.newer is None
     assert model.changes == 1
 
 
-def test_round_that_is_gone_is_not_edited(model: EditModel) -> None:
+def test_round_that_is_gone_is_not_edited(model: ScenarioEditor) -> None:
     model.select_round(2)
     two = TEXT[: TEXT.index('[[round]]\nname = "round 3"')] + TEXT[TEXT.index("# A team is vehicles") :]
     model.station_changed(change(two, 2))
@@ -303,7 +303,7 @@ def typed(draft: PlanDraft, field: str, *values: str) -> None:
         draft.zone_typed(texts, field)
 
 
-def test_beginning_of_a_value_that_is_not_allowed_is_not_left_behind(model: EditModel) -> None:
+def test_beginning_of_a_value_that_is_not_allowed_is_not_left_behind(model: ScenarioEditor) -> None:
     draft = PlanDraft(model)
     draft.choose_zone("home")
     typed(draft, "radius_m", "2", "20", "200")
@@ -314,7 +314,7 @@ def test_beginning_of_a_value_that_is_not_allowed_is_not_left_behind(model: Edit
     assert model.text == TEXT
 
 
-def test_corrected_value_is_taken_and_can_be_undone(model: EditModel) -> None:
+def test_corrected_value_is_taken_and_can_be_undone(model: ScenarioEditor) -> None:
     draft = PlanDraft(model)
     draft.choose_zone("home")
     typed(draft, "radius_m", "20", "200", "20", "2")
@@ -324,7 +324,7 @@ def test_corrected_value_is_taken_and_can_be_undone(model: EditModel) -> None:
     assert model.text == TEXT
 
 
-def test_earlier_changes_survive_a_bad_value_in_another_field(model: EditModel) -> None:
+def test_earlier_changes_survive_a_bad_value_in_another_field(model: ScenarioEditor) -> None:
     draft = PlanDraft(model)
     draft.choose_zone("home")
     typed(draft, "radius_m", "60")
@@ -335,7 +335,7 @@ def test_earlier_changes_survive_a_bad_value_in_another_field(model: EditModel) 
 
 
 def test_unknown_planner_is_refused_but_an_old_one_may_stay() -> None:
-    model = EditModel()
+    model = ScenarioEditor()
     model.station_changed(change(TEXT.replace('planner = "patrol"', 'planner = "theirs"', 1)))
     draft = PlanDraft(model)
     draft.choose_zone("home")

@@ -8,8 +8,8 @@ import tui_gcs
 from tui_gcs.core.geometry.zones import Circle, Role, Zone
 from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import parse, read_text
-from tui_gcs.widgets.plan.edit_model import EditModel
 from tui_gcs.widgets.plan.plan_autosave import PlanAutosave
+from tui_gcs.widgets.plan.scenario_editor import ScenarioEditor
 
 TEXT = read_text(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
 SMALLER = Zone("home", Role.DEFEND, Circle((150.0, 200.0), 60.0))
@@ -19,8 +19,8 @@ def flown(text: str = TEXT, path: str = "/home/me/mine.toml") -> ScenarioChanged
     return ScenarioChanged(revision=1, path=path, toml=text, scenario=parse(text))
 
 
-def begun(folder: Path, change: ScenarioChanged) -> tuple[EditModel, PlanAutosave, str]:
-    model = EditModel()
+def begun(folder: Path, change: ScenarioChanged) -> tuple[ScenarioEditor, PlanAutosave, str]:
+    model = ScenarioEditor()
     model.station_changed(change)
     autosave = PlanAutosave(model, folder)
     return model, autosave, autosave.recover(change)

@@ -8,16 +8,16 @@ import tui_gcs
 from tui_gcs.core.geometry.zones import Circle, Role, Zone
 from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import parse, read_text
-from tui_gcs.widgets.plan.edit_model import EditModel
-from tui_gcs.widgets.plan.save_flow import SaveFlow, SaveNext
-from tui_gcs.widgets.plan.scenario_save import SaveError, destination, write
+from tui_gcs.widgets.drafts.file_writer import SaveError, destination, write
+from tui_gcs.widgets.drafts.save_flow import SaveFlow, SaveNext
+from tui_gcs.widgets.plan.scenario_editor import ScenarioEditor
 
 SHIPPED = Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml"
 TEXT = read_text(SHIPPED)
 
 
-def edited(path: str) -> EditModel:
-    model = EditModel()
+def edited(path: str) -> ScenarioEditor:
+    model = ScenarioEditor()
     model.station_changed(ScenarioChanged(revision=1, path=path, toml=TEXT, scenario=parse(TEXT)))
     model.set_zone("home", Zone("home", Role.DEFEND, Circle((150.0, 200.0), 60.0)))
     return model

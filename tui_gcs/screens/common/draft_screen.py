@@ -13,25 +13,24 @@ from tui_gcs.actions import APP_ACTIONS, Action
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.feed.feed import Feed, FleetUpdated, StationBack, StationLost
 from tui_gcs.screens.common.confirm_press import EXPIRES_S, SecondPress
-from tui_gcs.screens.common.map_keys import MapKeys
+from tui_gcs.screens.common.map_screen import MapScreen
 from tui_gcs.screens.common.remarks_dialog import RemarksDialog
-from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.top_lines import TopLines
+from tui_gcs.widgets.drafts.draft_map import DraftMap
+from tui_gcs.widgets.drafts.save_bar import SaveBar
+from tui_gcs.widgets.drafts.save_flow import SaveNext, WorkingCopy
 from tui_gcs.widgets.fleet.vehicle_alarms import by_vehicle
 from tui_gcs.widgets.forms.form_findings import EditLine, Remark, VerdictLines
 from tui_gcs.widgets.forms.number_field import NumberField
 from tui_gcs.widgets.missions.open_bar import OpenBar
-from tui_gcs.widgets.plan.draft_map import DraftMap
-from tui_gcs.widgets.plan.save_bar import SaveBar
-from tui_gcs.widgets.plan.save_flow import SaveNext, WorkingCopy
 
 NO_LETTER = "numbers only: a letter was NOT taken, look at the number"
 
 
-class DraftScreen(MapKeys):
+class DraftScreen(MapScreen):
     """The parts and handlers; Textual calls a handler of this class beside the screen's own one of the same name.
 
     Classes in between derive from this one, one from the other: of several bases Textual takes the first's CSS only.
@@ -173,7 +172,7 @@ class DraftScreen(MapKeys):
     def action_resume(self) -> None:
         """Enter outside a field means the same as on the fly screen."""
         if self.focused is None or self.focused is self.work_list:
-            self.post_message(FlyScreen.Resumed())
+            self.post_message(self.ResumeRequested())
 
     # ------------------------------------------------------------ files
 

@@ -9,13 +9,12 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
-from textual.message import Message
 
 from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, Action, bindings
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.protocol.common import FleetFrame, StationStatus
 from tui_gcs.core.protocol.services import OnBoardRow
-from tui_gcs.core.scenario.model import Origin, Round
+from tui_gcs.core.scenario.model import Origin
 from tui_gcs.feed.feed import (
     EventRaised,
     Feed,
@@ -28,7 +27,7 @@ from tui_gcs.feed.feed import (
     StatusUpdated,
     VehicleTold,
 )
-from tui_gcs.screens.common.map_keys import MapKeys
+from tui_gcs.screens.common.map_screen import MapScreen, present_round
 from tui_gcs.widgets.basics.event_lines import EventLines
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
@@ -49,7 +48,7 @@ FIGURES_PERIOD_S = 0.45
 """Half a second, less the jitter of frames: what changes more often cannot be read, and costs bytes."""
 
 
-class FlyScreen(MapKeys):
+class FlyScreen(MapScreen):
     """What an operator looks at while vehicles fly."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = FLY_ACTIONS
@@ -75,9 +74,6 @@ class FlyScreen(MapKeys):
     FlyScreen.-narrow PlannerPanel, FlyScreen.-short PlannerPanel { display: none; }
     FlyScreen.-short EventLines { height: 2; border: none; }
     """
-
-    class Resumed(Message):
-        """Enter: the operator wants the planner to go on."""
 
     def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
         """For this feed."""
@@ -301,7 +297,7 @@ class FlyScreen(MapKeys):
 
     def action_enter(self) -> None:
         """In hold: go on."""
-        self.post_message(self.Resumed())
+        self.post_message(self.ResumeRequested())
 
     def action_cancel(self) -> None:
         """Hide the cursor; then end follow."""
@@ -309,12 +305,3 @@ class FlyScreen(MapKeys):
             self.map_view.show_cursor(False)
         else:
             self.map_view.follow(False)
-
-
-def present_round(feed: Feed) -> Round | None:
-    """The round the station is in, by what the feed knows."""
-    if feed.scenario is None:
-        return None
-    rounds = feed.scenario.scenario.rounds
-    index = feed.status.round_index if feed.status is not None else 0
-    return rounds[index] if 0 <= index < len(rounds) else None

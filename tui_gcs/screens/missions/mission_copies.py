@@ -10,8 +10,8 @@ from tui_gcs.screens.missions.mission_transfers import MissionVehicles
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.drafts.save_flow import WorkingCopy
 from tui_gcs.widgets.missions.copy_bar import CopyBar
-from tui_gcs.widgets.plan.save_flow import WorkingCopy
 
 
 class MissionCopies(MissionVehicles):

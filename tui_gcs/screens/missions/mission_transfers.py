@@ -13,14 +13,14 @@ from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.plan_transfers import Transfer, Transfers
-from tui_gcs.screens.common.order_dialogs import rows_of
 from tui_gcs.screens.missions.mission_selection import MissionChoosing
 from tui_gcs.screens.missions.upload_dialog import UploadDialog
+from tui_gcs.screens.orders.vehicle_words import rows_of
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.drafts.save_flow import WorkingCopy
 from tui_gcs.widgets.forms.form_findings import Remark
 from tui_gcs.widgets.missions.mission_text import conflict_text
-from tui_gcs.widgets.plan.save_flow import WorkingCopy
 
 
 class MissionVehicles(MissionChoosing):

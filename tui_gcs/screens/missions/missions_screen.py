@@ -17,35 +17,35 @@ from textual.timer import Timer
 from textual.widgets import Input
 
 from tui_gcs.actions import Action, bindings
+from tui_gcs.actions.mission_actions import MISSION_ACTIONS
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.missions.draft_file import DraftFileError
 from tui_gcs.core.missions.mission_conflicts import Conflict
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.feed.feed import Feed, PlannerUpdated, ScenarioChanged, StatusUpdated
-from tui_gcs.screens.fly.fly_screen import present_round
-from tui_gcs.screens.missions.mission_actions import MISSION_ACTIONS
+from tui_gcs.screens.common.map_screen import present_round
 from tui_gcs.screens.missions.mission_copies import MissionCopies
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.narrow_style import show_classes
 from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.titles import set_title
+from tui_gcs.widgets.drafts.draft_map import DraftMap
 from tui_gcs.widgets.forms.choice import Choice
 from tui_gcs.widgets.forms.form_findings import Remark
 from tui_gcs.widgets.forms.form_text import FieldError
 from tui_gcs.widgets.missions.altitude_profile import AltitudeProfile
 from tui_gcs.widgets.missions.generate_form import GenerateForm
+from tui_gcs.widgets.missions.item_form import ItemForm
 from tui_gcs.widgets.missions.mission_editor import MissionEditor
 from tui_gcs.widgets.missions.mission_files import FILE_NAME, MissionFile
-from tui_gcs.widgets.missions.mission_form import ItemForm
 from tui_gcs.widgets.missions.mission_map import drawings
 from tui_gcs.widgets.missions.mission_remarks import mission_remarks, state_remark
 from tui_gcs.widgets.missions.mission_table import COLUMNS_TITLE, ItemTable, PlanList
 from tui_gcs.widgets.missions.mission_text import ItemText, item_text, item_title, to_item
 from tui_gcs.widgets.missions.open_bar import OpenBar
-from tui_gcs.widgets.missions.performance_form import CraftForm
-from tui_gcs.widgets.plan.draft_map import DraftMap
+from tui_gcs.widgets.missions.performance_form import PerformanceForm
 
 COMPARE_S = 0.2
 """Ways are compared with each other so long after the last edit: keys do not wait for it."""
@@ -99,7 +99,7 @@ class MissionsScreen(MissionCopies):
         self._vehicles_panel, self._items_panel = Vertical(id="vehicles"), Vertical(id="items")
         self.item_form = ItemForm(glyphs=glyphs)
         self.generate_form = GenerateForm(glyphs=glyphs)
-        self.craft_form = CraftForm(glyphs=glyphs)
+        self.performance_form = PerformanceForm(glyphs=glyphs)
 
     def compose_middle(self) -> ComposeResult:
         """Map, profile, lists, form."""
@@ -113,7 +113,7 @@ class MissionsScreen(MissionCopies):
                 yield self.item_table
             yield self.item_form
             yield self.generate_form
-            yield self.craft_form
+            yield self.performance_form
             yield self.verdict
 
     def on_mount(self) -> None:
@@ -259,7 +259,7 @@ class MissionsScreen(MissionCopies):
         """Back to the list; a preview is dropped."""
         if self.has_class("-assuming"):
             self._show_class("-assuming", on=False)
-            self.craft_form.display = False
+            self.performance_form.display = False
         if self.has_class("-generating"):
             self._end_generating()
             self.editor.drop_preview()
@@ -384,12 +384,12 @@ class MissionsScreen(MissionCopies):
         if self.has_class("-generating"):
             self.action_leave()
         self._show_class("-assuming")
-        self.craft_form.begin(self.editor.forecast.performance)
+        self.performance_form.begin(self.editor.forecast.performance)
 
-    def on_craft_form_changed(self, _message: CraftForm.Changed) -> None:
+    def on_performance_form_changed(self, _message: PerformanceForm.Changed) -> None:
         """Foretell with it."""
         try:
-            self.editor.assume(self.craft_form.performance(self.editor.forecast.performance))
+            self.editor.assume(self.performance_form.performance(self.editor.forecast.performance))
             self._problem = ""
         except FieldError as error:
             self._problem = str(error)

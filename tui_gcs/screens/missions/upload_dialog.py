@@ -11,8 +11,8 @@ from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.services import OnBoardRow
 from tui_gcs.core.requests.plan_rows import plan_of
-from tui_gcs.screens.common.order_dialogs import CHECK_S, EXPIRES_S, NO_KEY
 from tui_gcs.screens.common.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.screens.orders.order_dialog import CHECK_S, EXPIRES_S, NO_KEY
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.number_text import ids

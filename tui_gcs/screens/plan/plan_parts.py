@@ -2,14 +2,14 @@
 
 from tui_gcs.screens.plan.plan_preview import PlanPreview
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.plan.edit_model import EditModel
 from tui_gcs.widgets.plan.plan_draft import PlanDraft
+from tui_gcs.widgets.plan.scenario_editor import ScenarioEditor
 
 
 class PlanParts(PlanPreview):
     """What a scenario consists of besides the shapes of its zones."""
 
-    model: EditModel
+    model: ScenarioEditor
     draft: PlanDraft
     copies = False
     """The next digit says where the zone is copied to."""

@@ -1,6 +1,6 @@
 """The plan screen: the edited round on the map, its zones, and forms for zone and team.
 
-What is typed goes into a working copy (`EditModel`); only an explicit apply sends it to the station. Values that are
+What is typed goes into a working copy (`ScenarioEditor`); only an apply sends it to the station. Values that are
 not allowed stay in their field with the reason, and reach neither the map nor the station.
 """
 
@@ -14,12 +14,12 @@ from textual.containers import Vertical
 from textual.timer import Timer
 
 from tui_gcs.actions import Action, bindings
+from tui_gcs.actions.plan_actions import PLAN_ACTIONS
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.safe_files import FileRefused
 from tui_gcs.core.geometry.zones import area_m2, contains
 from tui_gcs.core.scenario.model import Limits, Round, Team
 from tui_gcs.feed.feed import Feed, ScenarioChanged, StatusUpdated
-from tui_gcs.screens.plan.plan_actions import PLAN_ACTIONS
 from tui_gcs.screens.plan.plan_apply import PlanApply
 from tui_gcs.screens.plan.plan_text import meeting_remarks, preview_remarks, remarks, state_remark
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
@@ -28,7 +28,6 @@ from tui_gcs.widgets.basics.titles import set_title
 from tui_gcs.widgets.forms.form_findings import Remark
 from tui_gcs.widgets.missions.open_bar import OpenBar
 from tui_gcs.widgets.plan.edit_map import EditMap
-from tui_gcs.widgets.plan.edit_model import EditModel
 from tui_gcs.widgets.plan.forms.settings_form import SettingsForm
 from tui_gcs.widgets.plan.forms.team_form import TeamForm
 from tui_gcs.widgets.plan.forms.zone_form import ZoneForm
@@ -36,6 +35,7 @@ from tui_gcs.widgets.plan.idleness_bar import IdlenessBar
 from tui_gcs.widgets.plan.plan_autosave import PlanAutosave
 from tui_gcs.widgets.plan.plan_draft import PlanDraft
 from tui_gcs.widgets.plan.round_chooser import RoundChooser
+from tui_gcs.widgets.plan.scenario_editor import ScenarioEditor
 from tui_gcs.widgets.plan.shape_edit import border_of, corners_told
 from tui_gcs.widgets.plan.zone_list import AREA_ROW, ZoneList
 
@@ -69,7 +69,7 @@ class PlanScreen(PlanApply):
 
     def __init__(self, feed: Feed, clock: Clock, *, folder: Path | None = None, glyphs: GlyphSet = UNICODE) -> None:
         """For this feed; work in progress is kept in `folder`, nowhere if that is None."""
-        self.model = EditModel()
+        self.model = ScenarioEditor()
         self.autosave = PlanAutosave(self.model, folder)
         super().__init__(feed, clock, glyphs, self.model)
         self.draft = PlanDraft(self.model)

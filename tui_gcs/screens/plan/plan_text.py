@@ -16,8 +16,8 @@ from tui_gcs.core.scenario.model import Team
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.forms.form_findings import Remark
-from tui_gcs.widgets.plan.edit_model import EditModel
 from tui_gcs.widgets.plan.plan_draft import PlanDraft
+from tui_gcs.widgets.plan.scenario_editor import ScenarioEditor
 
 INKS = {Level.NOTE: Ink.TEXT, Level.CAUTION: Ink.CAUTION, Level.ERROR: Ink.WARNING}
 
@@ -62,7 +62,7 @@ def meeting_remarks(found: Sequence[ScenarioFinding]) -> list[Remark]:
 
 
 def remarks(
-    model: EditModel, draft: PlanDraft, refusal: str, glyphs: GlyphSet, previewed: Sequence[Remark] = ()
+    model: ScenarioEditor, draft: PlanDraft, refusal: str, glyphs: GlyphSet, previewed: Sequence[Remark] = ()
 ) -> list[Remark]:
     """All there is to say, the most urgent first; `previewed` below what is wrong."""
     scenario, current = model.scenario, model.current_round
@@ -80,7 +80,7 @@ def remarks(
     return [*said, *_remarks(wrong), *previewed, *_remarks(found[len(wrong) :])]
 
 
-def state_remark(model: EditModel) -> Remark:
+def state_remark(model: ScenarioEditor) -> Remark:
     """How far the copy is from what the station flies, and from the file."""
     if model.scenario is None:
         return Remark("no scenario yet: waiting for the station", Ink.MUTED)

@@ -4,7 +4,7 @@ from textual.message import Message
 
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.widgets.forms.form_text import FieldError, to_ids
-from tui_gcs.widgets.forms.path_bar import PathBar
+from tui_gcs.widgets.forms.prompt_bar import PathBar
 
 ALL = "all"
 KIND_OF = {kind.word: kind for kind in PlanKind}

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from textual.message import Message
 
-from tui_gcs.widgets.forms.path_bar import PathBar
+from tui_gcs.widgets.forms.prompt_bar import PathBar
 
 
 class OpenBar(PathBar):

@@ -16,10 +16,10 @@ from tui_gcs.widgets.forms.number_field import NumberField
 FIELDS = ("speed_m_s", "climb_m_s", "descent_m_s", "endurance_min", "reserve_pct")
 
 
-class CraftForm(Form):
+class PerformanceForm(Form):
     """Every change counts at once."""
 
-    DEFAULT_CSS = "CraftForm { display: none; }"
+    DEFAULT_CSS = "PerformanceForm { display: none; }"
 
     class Changed(Message):
         """The operator says something else."""

@@ -16,8 +16,8 @@ from textual.message import Message
 
 from tui_gcs.core.geometry.zones import Shape, contains, outline_m
 from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.drafts.draft_map import REACH_DOTS, STEP_M, DraftMap
 from tui_gcs.widgets.map.map_drawings import MapLine, MapWord
-from tui_gcs.widgets.plan.draft_map import REACH_DOTS, STEP_M, DraftMap
 from tui_gcs.widgets.plan.shape_corners import (
     Point,
     Snap,

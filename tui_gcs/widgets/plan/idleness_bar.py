@@ -3,7 +3,7 @@
 from textual.message import Message
 
 from tui_gcs.widgets.forms.form_text import FieldError, to_number
-from tui_gcs.widgets.forms.path_bar import PathBar
+from tui_gcs.widgets.forms.prompt_bar import PathBar
 
 MOST_S = 86_400.0
 

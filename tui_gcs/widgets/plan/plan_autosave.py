@@ -7,7 +7,7 @@ import msgspec
 from tui_gcs.core.base.autosave import Autosave
 from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import MAX_BYTES
-from tui_gcs.widgets.plan.edit_model import EditModel
+from tui_gcs.widgets.plan.scenario_editor import ScenarioEditor
 
 MOST_BYTES = 4 * MAX_BYTES
 """Two texts, and what JSON makes of odd characters."""
@@ -26,7 +26,7 @@ class Kept(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class PlanAutosave:
     """Of one working copy; nothing is kept before `recover`."""
 
-    def __init__(self, model: EditModel, folder: Path | None) -> None:
+    def __init__(self, model: ScenarioEditor, folder: Path | None) -> None:
         """In `folder`, nowhere if that is None."""
         self._model = model
         self._folder = folder

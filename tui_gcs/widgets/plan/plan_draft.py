@@ -13,11 +13,11 @@ from tui_gcs.core.scenario.model import OperatingArea, Team
 from tui_gcs.planner.api import Param
 from tui_gcs.planner.runtime import registry
 from tui_gcs.widgets.forms.form_text import FieldError
-from tui_gcs.widgets.plan.edit_model import EditModel, Problems
-from tui_gcs.widgets.plan.edit_parts import EditParts, free_name
 from tui_gcs.widgets.plan.forms.settings_draft import SettingsDraft
 from tui_gcs.widgets.plan.forms.team_text import TeamText, to_team
 from tui_gcs.widgets.plan.forms.zone_text import AREA_NAME, ZoneText, to_area, to_zone
+from tui_gcs.widgets.plan.scenario_editor import Problems, ScenarioEditor
+from tui_gcs.widgets.plan.scenario_edits import EditParts, free_name
 from tui_gcs.widgets.plan.shape_edit import centre_of, moved
 
 NEW_RADIUS_M = 30.0
@@ -30,7 +30,7 @@ DUPLICATED_CELLS = 28
 class PlanDraft:
     """The zone and the team in the forms, and what is wrong there."""
 
-    def __init__(self, model: EditModel) -> None:
+    def __init__(self, model: ScenarioEditor) -> None:
         """For this working copy."""
         self.model = model
         self.parts = EditParts(model)

@@ -7,8 +7,8 @@ import msgspec
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.widgets.forms.form_text import FieldError
-from tui_gcs.widgets.plan.edit_model import EditModel, Problems
 from tui_gcs.widgets.plan.forms import settings_text as st
+from tui_gcs.widgets.plan.scenario_editor import Problems, ScenarioEditor
 
 Change = Callable[[ScenarioDocument], None]
 LABELS = {
@@ -24,7 +24,7 @@ LABELS = {
 class SettingsDraft:
     """Between the form, which knows texts, and the working copy, which knows valid scenarios."""
 
-    def __init__(self, model: EditModel) -> None:
+    def __init__(self, model: ScenarioEditor) -> None:
         """For this working copy."""
         self.model = model
         self.place_index = 0

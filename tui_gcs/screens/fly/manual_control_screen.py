@@ -13,8 +13,8 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.common import Hold, Request, Vec3
 from tui_gcs.core.protocol.flight import Nudge
 from tui_gcs.feed.feed import Feed, FleetUpdated
-from tui_gcs.screens.common.order_dialogs import now_words, rows_of
 from tui_gcs.screens.common.text_dialog import DialogBox
+from tui_gcs.screens.orders.vehicle_words import now_words, rows_of
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.number_text import ids
@@ -43,14 +43,14 @@ ENDS_S = 10.0
 """So long without a key, and the screen closes: it shall not be found open by somebody else."""
 
 
-class NudgeScreen(ModalScreen[None]):
+class ManualControlScreen(ModalScreen[None]):
     """A box over the map's lower edge; arrows move the vehicles."""
 
     closed_by_itself = ""
     """Why no key closed it, see `TextDialog`."""
     DEFAULT_CSS = """
-    NudgeScreen { align: center bottom; background: #101418 0%; }
-    NudgeScreen DialogBox { margin: 0 0 1 0; }
+    ManualControlScreen { align: center bottom; background: #101418 0%; }
+    ManualControlScreen DialogBox { margin: 0 0 1 0; }
     """
 
     def __init__(

@@ -4,8 +4,8 @@ from textual import on
 from textual.message import Message
 from textual.widgets import Input
 
-from tui_gcs.widgets.forms.path_bar import PathBar
-from tui_gcs.widgets.plan.save_flow import SaveFlow, SaveNext, SaveStep, WorkingCopy
+from tui_gcs.widgets.drafts.save_flow import SaveFlow, SaveNext, SaveStep, WorkingCopy
+from tui_gcs.widgets.forms.prompt_bar import PathBar
 
 
 class SaveBar(PathBar):

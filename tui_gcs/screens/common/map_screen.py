@@ -4,8 +4,10 @@ They change what is seen, and nothing else.
 """
 
 from textual import work
+from textual.message import Message
 from textual.screen import Screen
 
+from tui_gcs.core.scenario.model import Round
 from tui_gcs.feed.feed import Feed, StatusUpdated
 from tui_gcs.widgets.map.map_layers import Layer
 from tui_gcs.widgets.map.map_view import MapView
@@ -15,8 +17,11 @@ ZOOM = 2.0**0.5
 TRAFFIC_PERIOD_S = 2.0
 
 
-class MapKeys(Screen[None]):
+class MapScreen(Screen[None]):
     """The actions of a screen with a map."""
+
+    class ResumeRequested(Message):
+        """Enter was pressed: the operator wants the planner to go on."""
 
     feed: Feed
     map_view: MapView
@@ -95,3 +100,12 @@ class MapKeys(Screen[None]):
         from tui_gcs.screens.common.layers_dialog import LayersDialog  # when first asked for
 
         self.app.push_screen(LayersDialog(self.map_view))
+
+
+def present_round(feed: Feed) -> Round | None:
+    """The round the station is in, by what the feed knows."""
+    if feed.scenario is None:
+        return None
+    rounds = feed.scenario.scenario.rounds
+    index = feed.status.round_index if feed.status is not None else 0
+    return rounds[index] if 0 <= index < len(rounds) else None

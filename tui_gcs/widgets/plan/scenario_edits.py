@@ -4,7 +4,7 @@ from tui_gcs.core.geometry.zones import Role, Zone
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.model import Round, Team
 from tui_gcs.core.scenario.place_allocation import fit_places
-from tui_gcs.widgets.plan.edit_model import EditModel, Problems
+from tui_gcs.widgets.plan.scenario_editor import Problems, ScenarioEditor
 
 NO_SCENARIO = ("no scenario yet",)
 
@@ -12,7 +12,7 @@ NO_SCENARIO = ("no scenario yet",)
 class EditParts:
     """Every change is one step of the working copy, or the reasons why it was not made."""
 
-    def __init__(self, model: EditModel) -> None:
+    def __init__(self, model: ScenarioEditor) -> None:
         """Of this working copy."""
         self._model = model
 

@@ -41,7 +41,7 @@ class Copy:
     scenario: Scenario | None = field(default=None, compare=False)
 
 
-class EditModel:
+class ScenarioEditor:
     """A scenario being edited. Empty (`scenario` is None) until the station's is known."""
 
     def __init__(self) -> None:

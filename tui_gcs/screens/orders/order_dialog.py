@@ -1,28 +1,29 @@
-"""Orders for the selected vehicles: the menu of what they can be told, and the dialog that asks before it is sent."""
+"""The dialog that asks for an order's values, and whether it is meant, before the order is sent."""
 
+import asyncio
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from textwrap import wrap
 
 from textual import events
 
 from tui_gcs.actions.order_forecast import Outlook, outlook
-from tui_gcs.actions.orders import ORDERS, Aim, Field, Grade, Order, OrderError, left_out_words, split, why_not_order
+from tui_gcs.actions.orders import Aim, Field, Grade, Order, OrderError, left_out_words, split
 from tui_gcs.actions.places import Surroundings
 from tui_gcs.core.base.clock import Clock, MonotonicClock
-from tui_gcs.core.protocol.common import Freshness, Kind, Phase, Request, VehicleRow
+from tui_gcs.core.protocol.common import Freshness, Kind, Request, VehicleRow
 from tui_gcs.core.protocol.flight import Arm, TakeOff
 from tui_gcs.core.protocol.preflight import open_by_hand
+from tui_gcs.core.protocol.services import GetModes, ServiceReply
 from tui_gcs.feed.feed import Feed
-from tui_gcs.screens.common.mode_list import tell_modes
+from tui_gcs.screens.common.map_screen import present_round
 from tui_gcs.screens.common.text_dialog import MOST_CELLS, TextDialog
-from tui_gcs.screens.fly.fly_screen import present_round
+from tui_gcs.screens.orders.vehicle_words import now_words, rows_of
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
-from tui_gcs.widgets.basics.number_text import ids, number, phase_words, speed_m_s
+from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.strips import Run, cut
 
 EXPIRES_S = 10.0
 TYPING_EXPIRES_S = 60.0
@@ -40,115 +41,12 @@ OUTLOOK_S = 1.0
 MOST_ROWS = 8
 MOST_OPEN = 2
 """Checks that would refuse a start; all of them are on the list of `P`."""
-LINES_BESIDE, MOST_TOLD = 3, 3
-"""Of the menu: a gap, what is told, keys; and of what is told at most."""
+MOST_TOLD = 3
 MOST_TYPED = 60
-HINT = "   a letter chooses; arrows tell more; grey: not now"
-STUCK = "   an arrow, then choose again; what follows is not taken"
-
-
-class OrderMenu(TextDialog[str | None]):
-    """One letter chooses an order; those that make no sense now are grey, and say why. Gives the order's id.
-
-    What is merely doubted (a camera that does not show) is grey, too, and a letter refuses it; who means it marks it by
-    arrows and presses Enter.
-    """
-
-    def __init__(self, feed: Feed, glyphs: GlyphSet) -> None:
-        """For the vehicles that are selected."""
-        super().__init__(glyphs)
-        self._feed = feed
-        self._problem = ""
-        self._stuck = False
-        """A letter was not taken: those behind it were meant for its question, not for this menu."""
-        self._at: int | None = None
-        """The marked order."""
-        self.title_text = f"vehicle{'s' * (len(feed.selection.ids) > 1)} {ids(feed.selection.ids)}: what to do?"
-
-    def on_mount(self) -> None:
-        """Follow what becomes known meanwhile."""
-        super().on_mount()
-        self.set_interval(CHECK_S, self.redraw)
-
-    def on_key(self, event: events.Key) -> None:
-        """A letter chooses; arrows mark one, which is told whole, and Enter takes it.
-
-        Behind one that was not taken no other counts until an arrow.
-        """
-        event.stop()
-        if event.key == "escape":
-            self.finish(None)
-            return
-        if event.key in ("down", "up", "left", "right"):
-            self._problem, self._stuck = "", False
-            self._mark(event.key)
-            return
-        if self._stuck:
-            return
-        marked = event.key == "enter" and self._at is not None
-        if marked and self._at is not None:
-            order: Order | None = ORDERS[self._at]
-        else:
-            order = next((order for order in ORDERS if order.key == event.character), None)
-        if order is None:
-            self._problem = "no order has that letter"
-        elif why := self._why_not(order, doubtful=marked):
-            self._problem = f"{order.name}: {why}"
-            if not self._why_not(order, doubtful=True):
-                self._problem += "; arrows and Enter ask for it all the same"
-        else:
-            self.finish(order.id)
-            return
-        self._stuck = True
-        self.redraw()
-
-    def _mark(self, key: str) -> None:
-        by = {"down": 1, "up": -1, "right": self._lines(), "left": -self._lines()}[key]
-        self._at = 0 if self._at is None else max(0, min(self._at + by, len(ORDERS) - 1))
-        self.redraw()
-
-    def _lines(self) -> int:
-        """How many lines of orders: one column of them where the terminal is high enough, else two."""
-        return len(ORDERS) if len(ORDERS) <= self.room - LINES_BESIDE else (len(ORDERS) + 1) // 2
-
-    def _why_not(self, order: Order, *, doubtful: bool = False) -> str:
-        return why_not_order(order, self._feed.selection.ids, rows_of(self._feed), doubtful=doubtful)
-
-    def _told(self, order: Order) -> str:
-        """All of the marked one; Enter asks about it also where that is only doubted."""
-        why = self._why_not(order)
-        anyway = (
-            f"; Enter asks for it all the same: {order.does}" if why and not self._why_not(order, doubtful=True) else ""
-        )
-        return f"{order.name}: {why or order.does}{anyway}"
-
-    def body(self) -> list[Line]:
-        """The orders; all of the marked one, or why the last letter was not taken."""
-        count = self._lines()
-        columns = [range(first, min(first + count, len(ORDERS))) for first in range(0, len(ORDERS), count)]
-        width = MOST_CELLS // len(columns)
-        lines: list[Line] = [
-            [self._cell(column[y], width) for column in columns if y < len(column)] for y in range(count)
-        ]
-        told, ink = self._problem, Ink.CAUTION
-        if not told and self._at is not None:
-            told, ink = self._told(ORDERS[self._at]), Ink.TEXT
-        return [
-            *lines,
-            [],
-            *([(line, ink)] for line in wrap(told, MOST_CELLS)[:MOST_TOLD] or [""]),
-            [(" Esc = nothing ", Ink.SELECTED), (STUCK, Ink.BOLD) if self._stuck else (HINT, Ink.MUTED)],
-        ]
-
-    def _cell(self, at: int, width: int) -> Run:
-        order = ORDERS[at]
-        why = self._why_not(order)
-        head, does = f"{order.key}  {order.name:<12}", f"({why})" if why else order.does
-        if order.brief and not why and len(head) + len(does) >= width:
-            does = order.brief
-        text = head + does
-        ink = Ink.SELECTED if at == self._at else Ink.MUTED if why else Ink.BOLD
-        return cut(text, width - 1) + " ", ink
+MODE_LOOKS, MODE_GAP_S = 20, 0.5
+"""A vehicle tells its list within seconds; what our tables have is there at once."""
+MOST_KINDS = 3
+"""Kinds of vehicles whose modes there is room for."""
 
 
 @dataclass(frozen=True)
@@ -439,43 +337,6 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         return [cancel, (f"   {ask}", Ink.BOLD)]
 
 
-def rows_of(feed: Feed) -> dict[int, VehicleRow]:
-    """Every vehicle by id."""
-    return {row.id: row for row in feed.frame.rows()} if feed.frame is not None else {}
-
-
-def now_words(row: VehicleRow | None) -> str:
-    """A vehicle as it is now, in few words."""
-    if row is None:
-        return "never heard"
-    if row.freshness is Freshness.LOST:
-        return f"LOST {number(row.heard_age_s, 0)} s"
-    state = "ARMED" if row.armed else "disarmed"
-    if row.freshness is Freshness.STALE:
-        return f"{phase_words(row)} {row.mode} {state} {_no_position(row)}"
-    motion = f"{number(row.position_m[2], 0)} m {number(speed_m_s(row.velocity_m_s), 1)} m/s"
-    return f"{phase_words(row)} {row.mode} {state} {motion} {number(row.battery_pct, 0)} %"
-
-
-def _no_position(row: VehicleRow) -> str:
-    """Height and speed from before are no truth of now."""
-    return f"no position for {number(row.age_s, 0)} s"
-
-
-def brief_words(row: VehicleRow | None) -> str:
-    """The same where there is little room: who moves is armed."""
-    if row is None or row.freshness is Freshness.LOST:
-        return now_words(row)
-    if not row.armed:
-        return f"{row.phase} {row.mode} disarmed"
-    if row.phase is Phase.GROUND:
-        return f"{row.phase} {row.mode} ARMED"
-    if row.freshness is Freshness.STALE:
-        return f"{phase_words(row)} {row.mode} {_no_position(row)}"
-    motion = f"{number(row.position_m[2], 0)} m {number(speed_m_s(row.velocity_m_s), 1)} m/s"
-    return f"{phase_words(row)} {row.mode} {motion}"
-
-
 def _row_line(vehicle: int, row: VehicleRow | None) -> Line:
     ink = Ink.CAUTION if row is None or row.freshness is not Freshness.OK else Ink.TEXT
     team = f"{row.team[:8]} " if row is not None else ""
@@ -490,3 +351,29 @@ def _typed(text: str, event: events.Key) -> str:
     if event.character is not None and event.character.isprintable():
         return (text + event.character)[:MOST_TYPED]
     return text
+
+
+def one_of_each(rows: Sequence[VehicleRow]) -> list[VehicleRow]:
+    """The first vehicle of every kind: vehicles of one kind have the same modes."""
+    kinds = {(row.autopilot, row.vehicle_type): row for row in reversed(rows)}
+    return sorted(kinds.values(), key=lambda row: row.id)[:MOST_KINDS]
+
+
+async def _ask_modes(feed: Feed, vehicle: int) -> tuple[str, bool]:
+    """Names of the modes a vehicle may be set to, without those for experts, and whether it told all of them."""
+    reply = await feed.request(GetModes(vehicle))
+    if not isinstance(reply, ServiceReply) or not reply.ok:
+        return "", True
+    names = [mode.name for mode in reply.modes if not mode.advanced]
+    return ", ".join(names), reply.complete
+
+
+async def tell_modes(feed: Feed, rows: Sequence[VehicleRow], told: dict[str, str]) -> None:
+    """Fill `told`, by kind of vehicle, until each kind has told all or time is up."""
+    for vehicle in one_of_each(rows):
+        kind = f"{vehicle.autopilot} {vehicle.vehicle_type}".strip()
+        for _ in range(MODE_LOOKS):
+            told[kind], over = await _ask_modes(feed, vehicle.id)
+            if over:
+                break
+            await asyncio.sleep(MODE_GAP_S)

@@ -8,7 +8,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Protocol
 
-from tui_gcs.widgets.plan.scenario_save import SaveError, destination, read_existing, suggested, why_not_own, write
+from tui_gcs.widgets.drafts.file_writer import SaveError, destination, read_existing, suggested, why_not_own, write
 
 
 class SaveNext(Enum):
