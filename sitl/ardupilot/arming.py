@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 from sitl.ardupilot import remote_id
-from sitl.common.boot import NOT_BOOTED
-from sitl.common.modes import AUTO, NEED_POSITION, Stage
+from sitl.ardupilot.boot import NOT_BOOTED
+from sitl.common.states import AUTO, NEED_POSITION, Stage
 
 if TYPE_CHECKING:
     from sitl.ardupilot.copter import ArduCopter

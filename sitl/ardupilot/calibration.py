@@ -7,8 +7,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from sitl.common.base import Autopilot, Command
-from sitl.common.modes import Severity
+from sitl.common.autopilot import Autopilot, Command
+from sitl.common.states import Severity
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
 from sitl.services.calibration import REBOOT_ACCELS, REBOOT_COMPASS, Compass

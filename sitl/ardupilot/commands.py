@@ -5,9 +5,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from sitl.ardupilot import failsafes as ardupilot_failsafes
-from sitl.common import guided
-from sitl.common.base import Command
-from sitl.common.modes import (
+from sitl.ardupilot import guided
+from sitl.common.autopilot import Command
+from sitl.common.states import (
     AUTO,
     AUTO_RTL,
     GUIDED,

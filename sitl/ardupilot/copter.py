@@ -5,17 +5,16 @@ The numbers and texts are those measured on ArduCopter 4.7 SITL.
 
 import math
 
-from sitl.ardupilot import arming, remote_id
+from sitl.ardupilot import arming, guided, remote_id
 from sitl.ardupilot import commands as ardupilot_commands
 from sitl.ardupilot import failsafes as ardupilot_failsafes
-from sitl.ardupilot.mission import ARM_IN_AUTO, WITHOUT_THROTTLE, CopterMission
+from sitl.ardupilot.auto_mode import ARM_IN_AUTO, WITHOUT_THROTTLE, CopterMission
+from sitl.ardupilot.boot import ARDUPILOT_BOOT, ARDUPILOT_BOOT_TEXT
 from sitl.ardupilot.telemetry import BUILDERS
-from sitl.common import guided
-from sitl.common.base import SIM_STATION_SYSID, Autopilot, Command, Fields
-from sitl.common.boot import ARDUPILOT_BOOT, ARDUPILOT_BOOT_TEXT
+from sitl.common.autopilot import SIM_STATION_SYSID, Autopilot, Command, Fields
 from sitl.common.fence import Shape
 from sitl.common.manual import RELEASE, RELEASED
-from sitl.common.modes import (
+from sitl.common.states import (
     AUTO,
     AUTO_RTL,
     BRAKE,

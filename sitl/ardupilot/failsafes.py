@@ -2,9 +2,9 @@
 
 from typing import TYPE_CHECKING
 
-from sitl.common import plan_store as missions
+from sitl.common import missions
 from sitl.common.fence import Shape, shapes_of
-from sitl.common.modes import LAND, NEED_POSITION, RTL, Phase, Severity, Stage
+from sitl.common.states import LAND, NEED_POSITION, RTL, Phase, Severity, Stage
 
 if TYPE_CHECKING:
     from sitl.ardupilot.copter import ArduCopter

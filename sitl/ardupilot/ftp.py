@@ -9,16 +9,16 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from sitl.ardupilot import mission_files, param_pack
-from sitl.common.base import Autopilot
-from sitl.common.modes import Severity
-from sitl.common.plan_store import ITEM_BYTES
+from sitl.common.autopilot import Autopilot
+from sitl.common.logs import Log
+from sitl.common.missions import ITEM_BYTES
+from sitl.common.parameters import crc32
+from sitl.common.states import Severity
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
 from sitl.services import ftp
 from sitl.services.ftp import Reply, Request
 from sitl.services.ftp_files import MAX_FILE_BYTES, Made, Tree, fail, normal
-from sitl.services.logs import Log
-from sitl.services.parameters import crc32
 
 SESSION_US = 3_000_000
 """After this silence somebody else may take the session over."""

@@ -2,10 +2,10 @@
 
 import struct
 
-from sitl.ardupilot import plans as plan_ardupilot
-from sitl.common import plan_store as missions
-from sitl.common.base import Autopilot
-from sitl.common.plan_store import FENCE, ITEM_BYTES, MISSION, RALLY
+from sitl.ardupilot import mission_protocol as plan_ardupilot
+from sitl.common import missions
+from sitl.common.autopilot import Autopilot
+from sitl.common.missions import FENCE, ITEM_BYTES, MISSION, RALLY
 
 KINDS = {"mission.dat": MISSION, "fence.dat": FENCE, "rally.dat": RALLY}
 MAGIC = 0x763D

@@ -7,7 +7,7 @@ between blocks.
 import math
 import struct
 
-from sitl.services.parameters import ParameterTable
+from sitl.common.parameters import ParameterTable
 
 MAGIC, MAGIC_WITH_DEFAULTS = 0x671B, 0x671C
 HEADER = struct.Struct("<HHH")

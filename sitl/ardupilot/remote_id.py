@@ -8,7 +8,7 @@ names a port; it lets arm who told where the operator stands, as ArduPilot's own
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from sitl.common.modes import Severity
+from sitl.common.states import Severity
 
 if TYPE_CHECKING:
     from sitl.ardupilot.copter import ArduCopter

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from sitl.ardupilot.calibration import mag_cal_progress, mag_cal_report
 from sitl.ardupilot.remote_id import arm_status
 from sitl.ardupilot.traffic import adsb_vehicle
-from sitl.common.base import Fields
+from sitl.common.autopilot import Fields
 from sitl.common.manual import RELEASE, RELEASED
-from sitl.common.modes import AUTO, GUIDED, POSITION_CONTROLLED, RETURN_MODES, Stage
+from sitl.common.states import AUTO, GUIDED, POSITION_CONTROLLED, RETURN_MODES, Stage
 from sitl.common.telemetry import COMMON, course_cdeg, place, wind_m_s
 from sitl.services.payload import ardupilot_attitude, ardupilot_camera, ardupilot_manager, ardupilot_manager_status
 

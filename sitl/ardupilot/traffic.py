@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from sitl.common.base import Autopilot
+from sitl.common.autopilot import Autopilot
 from sitl.links.wire import Received
 
 FORGET_US = 5_000_000

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from sitl.ardupilot.remote_id import RemoteId
-from sitl.common.plan_store import Transfer
+from sitl.common.missions import Transfer
 from sitl.services.calibration import Calibration
 from sitl.services.payload import Payload
 

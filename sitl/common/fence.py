@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sitl.common import plan_store as missions
-from sitl.common.plan_store import Item
+from sitl.common import missions
+from sitl.common.missions import Item
 from sitl.physics.point_masses import Vehicles
 
 Corner = tuple[float, float]

@@ -3,9 +3,9 @@
 import math
 from typing import Protocol
 
-from sitl.common import plan_store as missions
-from sitl.common.base import Autopilot
-from sitl.common.plan_store import Item
+from sitl.common import missions
+from sitl.common.autopilot import Autopilot
+from sitl.common.missions import Item
 
 Point = tuple[float, float, float]
 

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Callable
 
-from sitl.common.base import Autopilot, Fields
-from sitl.common.modes import LANDED_STATE, Stage
+from sitl.common.autopilot import Autopilot, Fields
+from sitl.common.states import LANDED_STATE, Stage
 from sitl.physics.quantities import GRAVITY_M_S2
 
 HOVER_THROTTLE_PERCENT = 36

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitl.ardupilot.copter import ArduCopter
-from sitl.common.base import Autopilot
+from sitl.common.autopilot import Autopilot
+from sitl.launch.world import IntruderSpec, SensorSpec, World, WorldSpec
 from sitl.links import endpoint
 from sitl.physics.point_masses import Vehicles, VehicleSpec
 from sitl.physics.quantities import Array
 from sitl.physics.weather import WeatherSpec
-from sitl.physics.world import IntruderSpec, SensorSpec, World, WorldSpec
 from sitl.px4.multicopter import Px4
 
 __all__ = ["IntruderSpec", "SensorSpec", "SimFleet", "VehicleSpec", "WeatherSpec", "WorldSpec"]

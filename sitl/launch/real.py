@@ -132,7 +132,7 @@ def px4(place: Place, options: Options, folder: Path) -> tuple[list[str], dict[s
         LaunchError: No `etc` of the build, or something that PX4 cannot do.
     """
     if options.target != ("127.0.0.1", PX4_PORT):
-        raise LaunchError(f"--target: PX4 sends to 127.0.0.1:{PX4_PORT} only; put sitl.links.proxy between")
+        raise LaunchError(f"--target: PX4 sends to 127.0.0.1:{PX4_PORT} only; put sitl.launch.proxy between")
     if options.parameters is not None:
         raise LaunchError("--params: PX4 takes parameters from the environment: PX4_PARAM_NAME=value tui-gcs sim …")
     environment = {

@@ -19,9 +19,9 @@ from types import FrameType
 from typing import Any
 
 from sitl.launch.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
+from sitl.launch.port import Port
 from sitl.launch.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, Starter, add_starter, parse_target
-from sitl.links.port import Port
-from sitl.services.signing import SigningSpec, time_of
+from sitl.links.signing import SigningSpec, time_of
 
 TICK_S = 0.05
 ANSWER_S = 0.005

@@ -9,19 +9,17 @@ from sitl.ardupilot import (
 from sitl.ardupilot import (
     ftp as ftp_ardupilot,
 )
-from sitl.ardupilot import (
-    plans as plan_ardupilot,
-)
+from sitl.ardupilot import mission_protocol as plan_ardupilot
 from sitl.ardupilot import (
     remote_id,
     traffic,
 )
-from sitl.common.base import Autopilot, Command
-from sitl.common.modes import Severity, Stage
+from sitl.common.autopilot import Autopilot, Command
+from sitl.common.states import Severity, Stage
 from sitl.links.wire import Received, cut
 from sitl.px4 import calibration as calibration_px4
 from sitl.px4 import ftp as ftp_px4
-from sitl.px4 import plans as plan_px4
+from sitl.px4 import mission_protocol as plan_px4
 from sitl.services import log_protocol, parameter_protocol, shell
 
 AUTOPILOT_COMPONENT = 1

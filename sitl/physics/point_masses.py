@@ -9,10 +9,10 @@ from typing import Literal
 
 import numpy as np
 
+from sitl.links.signing import SigningSpec
+from sitl.physics.px4_position_control import DRAG_HZ, WINDY_DRAG_HZ, Px4Control
 from sitl.physics.quantities import GRAVITY_M_S2, Array, Flags, no_longer
 from sitl.physics.weather import Weather, WeatherSpec
-from sitl.px4.position_control import DRAG_HZ, WINDY_DRAG_HZ, Px4Control
-from sitl.services.signing import SigningSpec
 
 AutopilotName = Literal["ardupilot", "px4"]
 

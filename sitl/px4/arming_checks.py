@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from sitl.common.modes import Stage
+from sitl.common.states import Stage
 from sitl.px4.modes import EXTERNAL, MODES, TERMINATION
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ own simulator rests on the ground for ever (`pose_stuck`).
 import math
 from typing import TYPE_CHECKING
 
-from sitl.common.base import Command
-from sitl.common.modes import Result, Severity
+from sitl.common.autopilot import Command
+from sitl.common.states import Result, Severity
 from sitl.common.tasks import Task
 
 if TYPE_CHECKING:

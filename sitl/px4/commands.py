@@ -4,12 +4,12 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from sitl.common.base import Command
-from sitl.common.modes import Result, Severity, Stage
+from sitl.common.autopilot import Command
+from sitl.common.states import Result, Severity, Stage
 from sitl.links.wire import LAYOUTS
-from sitl.px4.flight import Circle, Point
 from sitl.px4.modes import HOLD, LAND, MISSION, OFFERED, ORBIT, RTL, TAKEOFF
-from sitl.px4.streams import BACK_TO_HZ
+from sitl.px4.navigator import Circle, Point
+from sitl.px4.stream_rates import BACK_TO_HZ
 from sitl.services import payload
 
 if TYPE_CHECKING:

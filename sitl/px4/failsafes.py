@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from sitl.common.modes import Severity
+from sitl.common.states import Severity
 from sitl.px4.modes import HOLD, LAND, OFFBOARD, POSCTL, RTL, STICKS
 
 if TYPE_CHECKING:

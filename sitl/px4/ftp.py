@@ -7,14 +7,14 @@ import errno
 from dataclasses import dataclass
 from typing import Any
 
-from sitl.common.base import Autopilot
+from sitl.common.autopilot import Autopilot
+from sitl.common.logs import Log
+from sitl.common.parameters import crc32
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
 from sitl.services import ftp
 from sitl.services.ftp import Reply, Request
 from sitl.services.ftp_files import Made, Tree, fail, packaged
-from sitl.services.logs import Log
-from sitl.services.parameters import crc32
 
 SESSION_US = 10_000_000
 """An open file is closed when nothing was asked for so long."""

@@ -6,10 +6,10 @@ Behaviour, texts and numbers are those measured on PX4 1.17 SITL; `px4_flight` m
 from collections import deque
 from datetime import UTC, datetime
 
-from sitl.common.base import Autopilot, Command, Fields
-from sitl.common.boot import PX4_BOOT
+from sitl.ardupilot.boot import PX4_BOOT
+from sitl.common.autopilot import Autopilot, Command, Fields
 from sitl.common.fence import Shape, shapes_of
-from sitl.common.modes import Phase, Result, Severity, Stage
+from sitl.common.states import Phase, Result, Severity, Stage
 from sitl.common.streams import Streams
 from sitl.common.telemetry import UNIX_EPOCH_US
 from sitl.px4 import (
@@ -21,14 +21,12 @@ from sitl.px4 import (
 from sitl.px4 import (
     failsafes as px4_failsafes,
 )
-from sitl.px4 import (
-    flight as px4_flight,
-)
+from sitl.px4 import navigator as px4_flight
 from sitl.px4.events import UNAVAILABLE, EventLog
 from sitl.px4.failsafes import Failsafe
-from sitl.px4.mission import Px4Mission
+from sitl.px4.mission_mode import Px4Mission
 from sitl.px4.modes import HOLD, MISSION, MODES, OFFBOARD, PASSING, TAKEOFF, base_mode, mode_of
-from sitl.px4.streams import NORMAL_HZ, SITL_HZ
+from sitl.px4.stream_rates import NORMAL_HZ, SITL_HZ
 from sitl.px4.telemetry import BUILDERS
 
 GCS_TYPE = 6

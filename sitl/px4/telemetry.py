@@ -4,12 +4,12 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from sitl.common.base import Fields
-from sitl.common.modes import LANDED_STATE, Phase, Stage
+from sitl.common.autopilot import Fields
+from sitl.common.states import LANDED_STATE, Phase, Stage
 from sitl.common.telemetry import COMMON, attitude, course_cdeg, place, wind_m_s
+from sitl.physics.px4_position_control import Follow
 from sitl.px4.ftp import component_information, component_metadata
 from sitl.px4.modes import AUTO_MAIN, ORBIT
-from sitl.px4.position_control import Follow
 from sitl.services.payload import px4_attitude, px4_manager, px4_manager_status
 
 if TYPE_CHECKING:

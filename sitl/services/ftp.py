@@ -3,7 +3,7 @@
 import struct
 from typing import NamedTuple
 
-from sitl.common.base import Autopilot
+from sitl.common.autopilot import Autopilot
 from sitl.links.wire import Received
 
 DATA_BYTES = 239

@@ -1,10 +1,10 @@
 """LOG_*: how both autopilots list, send and erase their logs. Handlers get the vehicle and the frame."""
 
-from sitl.common.base import Autopilot
-from sitl.common.modes import Severity
+from sitl.common.autopilot import Autopilot
+from sitl.common.logs import Log
+from sitl.common.states import Severity
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
-from sitl.services.logs import Log
 
 LOG_DATA_BYTES = 90
 ARDUPILOT_DATA_US = 597

@@ -1,9 +1,9 @@
 """PARAM_*: how both autopilots list, read and set parameters. Handlers get the vehicle and the frame."""
 
-from sitl.common.base import Autopilot
+from sitl.common.autopilot import Autopilot
+from sitl.common.parameters import HASH_NAME, REAL32, UINT32, Entry
 from sitl.common.tasks import Task
 from sitl.links.wire import HEADER_V1_BYTES, HEADER_V2_BYTES, MAGIC_V2, Received
-from sitl.services.parameters import HASH_NAME, REAL32, UINT32, Entry
 
 BY_NAME = 65535
 """ArduPilot: param_index of answers by name and to PARAM_SET. PX4: of `_HASH_CHECK`."""

@@ -8,11 +8,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from sitl.common.modes import Result
+from sitl.common.states import Result
 
 if TYPE_CHECKING:
     from sitl.ardupilot.copter import ArduCopter
-    from sitl.common.base import Autopilot, Command
+    from sitl.common.autopilot import Autopilot, Command
     from sitl.px4.multicopter import Px4
 
 DIGICAM_CONTROL, PITCH_YAW, CONFIGURE = 203, 1000, 1001

@@ -3,10 +3,10 @@
 import re
 from typing import TYPE_CHECKING
 
-from sitl.common.base import Autopilot
+from sitl.common.autopilot import Autopilot
+from sitl.common.parameters import REAL32
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
-from sitl.services.parameters import REAL32
 
 if TYPE_CHECKING:
     from sitl.px4.multicopter import Px4

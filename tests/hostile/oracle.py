@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from sitl.launch.fleet import SimFleet
-from sitl.services.signing import SigningSpec, time_of
+from sitl.links.signing import SigningSpec, time_of
 from tests.core.rigs.rig import Rig, scenario, toml
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward.forwarder import Endpoint

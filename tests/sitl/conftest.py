@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from sitl.common.plan_store import Item
+from sitl.common.missions import Item
+from sitl.common.parameters import REAL32
 from sitl.launch.fleet import SimFleet, VehicleSpec
 from sitl.links.wire import LAYOUT_BY_NAME, Encoder, Received, cut
 from sitl.px4.events import kinds
-from sitl.services.parameters import REAL32
 
 TICK_S = 0.05
 GUIDED, RTL, LAND = 4, 6, 9

@@ -139,7 +139,7 @@ def check_fault(text: str) -> None:
 
 def proxy_command(listen: str, to: str, fault: str, seed: int) -> list[str]:
     """The command line of the process that makes links bad; it ends with this one."""
-    command = [sys.executable, "-m", "sitl.links.proxy", "--listen", listen, "--to", to, "--fault", fault]
+    command = [sys.executable, "-m", "sitl.launch.proxy", "--listen", listen, "--to", to, "--fault", fault]
     return [*command, "--seed", str(seed), "--parent", str(os.getpid())]
 
 

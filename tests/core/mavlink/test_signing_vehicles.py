@@ -9,7 +9,7 @@ from collections import Counter
 import pytest
 
 from sitl.launch.fleet import SimFleet, VehicleSpec
-from sitl.services.signing import SigningSpec
+from sitl.links.signing import SigningSpec
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import TICKS_PER_S, SigningClock, Verdict, Verifier, sign, ticks
 

@@ -6,8 +6,8 @@ import struct
 import pytest
 
 from sitl.ardupilot import mission_files, param_pack
-from sitl.common.plan_store import FENCE, MISSION, Item
-from tests.sitl.ardupilot.test_plans import mission, square
+from sitl.common.missions import FENCE, MISSION, Item
+from tests.sitl.ardupilot.test_mission_protocol import mission, square
 from tests.sitl.rigs.ftp_rig import (
     ACK,
     BURST,

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from sitl.common.plan_store import FENCE, MISSION
+from sitl.common.missions import FENCE, MISSION
 from sitl.px4.modes import MISSION as PX4_MISSION
 from sitl.px4.modes import RTL
 from tests.sitl.conftest import HOLD, px4_take_off

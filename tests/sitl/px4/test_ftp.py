@@ -6,8 +6,8 @@ import struct
 
 import pytest
 
+from sitl.common.parameters import crc32
 from sitl.px4.ftp import METADATA_URI
-from sitl.services.parameters import crc32
 from tests.sitl.rigs.ftp_rig import (
     ACK,
     BURST,

@@ -6,15 +6,15 @@ from types import SimpleNamespace
 from typing import Any
 
 from sitl.common.dialogue_state import Stores
-from sitl.common.modes import Severity
-from sitl.common.plan_store import Item, Plans, item_of
+from sitl.common.logs import Logs
+from sitl.common.missions import Item, Plans, item_of
+from sitl.common.parameters import ParameterTable
+from sitl.common.states import Severity
 from sitl.common.tasks import Tasks
 from sitl.links import endpoint
+from sitl.links.signing import Signer, SigningSpec
 from sitl.links.wire import Encoder, cut
 from sitl.px4.events import EventLog, kinds
-from sitl.services.logs import Logs
-from sitl.services.parameters import ParameterTable
-from sitl.services.signing import Signer, SigningSpec
 
 HOME = (47.397742, 8.545594, 488.0)
 
@@ -33,7 +33,7 @@ class Ground:
 
 
 class Vehicle:
-    """What the stores need of an autopilot: the attributes of `sitl.common.base.Autopilot` without the rest."""
+    """What the stores need of an autopilot: the attributes of `sitl.common.autopilot.Autopilot` without the rest."""
 
     def __init__(self, autopilot: str, system_id: int = 1) -> None:
         self.spec = SimpleNamespace(autopilot=autopilot, system_id=system_id, ground_amsl_m=HOME[2])

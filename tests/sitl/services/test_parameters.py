@@ -6,9 +6,9 @@ import struct
 import pytest
 from fastcrc import crc16
 
+from sitl.common.parameters import ParameterTable
 from sitl.links import endpoint
 from sitl.links.wire import LAYOUT_BY_NAME, Encoder, cut
-from sitl.services.parameters import ParameterTable
 from tests.sitl.rigs.store_rig import Bench
 
 REAL_PX4_HASH = 0xD70700D1

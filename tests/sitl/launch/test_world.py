@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sitl.common.modes import Phase
+from sitl.common.states import Phase
 from sitl.launch.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WorldSpec
 from sitl.links.wire import cut
 

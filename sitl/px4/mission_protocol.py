@@ -7,14 +7,14 @@ judged afterwards (`plan_px4_checks`), and only events say what is wrong with it
 import math
 from typing import TYPE_CHECKING
 
-from sitl.common import plan_store as missions
-from sitl.common.modes import Severity
-from sitl.common.plan_store import ALL, FENCE, KINDS, MISSION, RALLY, Item, Transfer
+from sitl.common import missions
+from sitl.common.missions import ALL, FENCE, KINDS, MISSION, RALLY, Item, Transfer
+from sitl.common.parameters import crc32
+from sitl.common.states import Severity
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
-from sitl.px4.plan_checks import judge_fence, judge_mission, judge_rally
-from sitl.px4.plan_items import identity, kept, read_frame
-from sitl.services.parameters import crc32
+from sitl.px4.mission_checks import judge_fence, judge_mission, judge_rally
+from sitl.px4.mission_items import identity, kept, read_frame
 
 if TYPE_CHECKING:
     from sitl.px4.multicopter import Px4

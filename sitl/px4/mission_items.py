@@ -4,8 +4,8 @@ import math
 import struct
 from dataclasses import replace
 
-from sitl.common import plan_store as missions
-from sitl.common.plan_store import FENCE, MISSION, Item
+from sitl.common import missions
+from sitl.common.missions import FENCE, MISSION, Item
 
 _IDENTITY = struct.Struct("<BHB4f2if")
 

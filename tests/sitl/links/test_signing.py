@@ -7,8 +7,8 @@ from pymavlink.dialects.v20 import ardupilotmega
 
 from sitl.launch.fleet import SimFleet, VehicleSpec
 from sitl.launch.simulated import load_spec
+from sitl.links.signing import TICKS_PER_S, ZERO_KEY, SigningSpec, time_of
 from sitl.links.wire import cut
-from sitl.services.signing import TICKS_PER_S, ZERO_KEY, SigningSpec, time_of
 from tests.sitl.conftest import GUIDED, LAT_DEG, LON_DEG, Ground, text_of
 
 KEY, OTHER_KEY = bytes(range(32)), bytes(range(1, 33))

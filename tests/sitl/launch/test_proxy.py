@@ -10,9 +10,9 @@ from contextlib import closing, contextmanager
 import pytest
 
 from sitl.launch.process import LaunchError
+from sitl.launch.proxy import UdpProxy, main, parse_listen, report
+from sitl.launch.proxy_tcp import TcpProxy
 from sitl.links.faults import parse
-from sitl.links.proxy import UdpProxy, main, parse_listen, report
-from sitl.links.proxy_tcp import TcpProxy
 
 HERE = "127.0.0.1"
 
@@ -112,7 +112,7 @@ def test_a_station_that_is_not_there_and_a_vehicle_that_is_gone_are_no_end():
 
 
 def test_too_many_addresses_are_refused_and_counted(monkeypatch):
-    monkeypatch.setattr("sitl.links.proxy.MOST_VEHICLES", 1)
+    monkeypatch.setattr("sitl.launch.proxy.MOST_VEHICLES", 1)
     with proxied() as (proxy, station, address), udp() as one, udp() as two:
         one.sendto(b"one", address)
         pump(proxy)
@@ -210,7 +210,7 @@ def test_as_a_process_it_ends_by_signal_and_says_what_was_lost():
         address = probe.getsockname()
         probe.close()
         to = f"{HERE}:{station.getsockname()[1]}"
-        command = [sys.executable, "-m", "sitl.links.proxy", "--listen", str(address[1]), "--to", to]
+        command = [sys.executable, "-m", "sitl.launch.proxy", "--listen", str(address[1]), "--to", to]
         process = subprocess.Popen([*command, "--fault", "delay=50ms"], stdout=subprocess.PIPE, text=True)
         try:
             vehicle.settimeout(0.2)
@@ -237,6 +237,6 @@ def test_as_a_process_it_ends_by_signal_and_says_what_was_lost():
 def test_it_ends_when_its_parent_is_gone():
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
-    command = [sys.executable, "-m", "sitl.links.proxy", "--listen", "127.0.0.1:0", "--to", "127.0.0.1:9"]
+    command = [sys.executable, "-m", "sitl.launch.proxy", "--listen", "127.0.0.1:0", "--to", "127.0.0.1:9"]
     done = subprocess.run([*command, "--parent", str(gone.pid)], timeout=20.0, check=False, capture_output=True)
     assert done.returncode == 0

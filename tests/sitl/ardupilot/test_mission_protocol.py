@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from sitl.common.plan_store import ALL, FENCE, MISSION, RALLY, Item
+from sitl.common.missions import ALL, FENCE, MISSION, RALLY, Item
 from tests.sitl.rigs.store_rig import HOME, Bench
 
 LAT, LON = round(HOME[0] * 1e7), round(HOME[1] * 1e7)

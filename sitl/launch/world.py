@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sitl.common.base import Autopilot
+from sitl.common.autopilot import Autopilot
 from sitl.links.wire import Encoder
 from sitl.physics.quantities import Array
 

@@ -2,10 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-from sitl.common import plan_store as missions
+from sitl.common import missions
 from sitl.common.mission_flight import MissionFlight, Point
-from sitl.common.modes import AUTO, Phase, Severity
-from sitl.common.plan_store import Item
+from sitl.common.missions import Item
+from sitl.common.states import AUTO, Phase, Severity
 
 if TYPE_CHECKING:
     from sitl.ardupilot.copter import ArduCopter

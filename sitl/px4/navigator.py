@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitl.common.base import Fields
-from sitl.common.modes import Phase, Severity
+from sitl.common.autopilot import Fields
+from sitl.common.states import Phase, Severity
+from sitl.physics.px4_position_control import CRUISE_M_S, MAX_SPEED_M_S, POSITION_P_HZ, Follow
 from sitl.px4.modes import LAND, MISSION, OFFBOARD, ORBIT, RTL, STICKS, TAKEOFF
-from sitl.px4.position_control import CRUISE_M_S, MAX_SPEED_M_S, POSITION_P_HZ, Follow
 
 if TYPE_CHECKING:
     from sitl.px4.multicopter import Px4

@@ -2,12 +2,12 @@
 
 from typing import TYPE_CHECKING, Any
 
-from sitl.common import plan_store as missions
+from sitl.common import missions
 from sitl.common.mission_flight import MissionFlight, Point
-from sitl.common.modes import Phase
-from sitl.common.plan_store import Item
+from sitl.common.missions import Item
+from sitl.common.states import Phase
+from sitl.px4.mission_protocol import mission_current
 from sitl.px4.modes import MISSION
-from sitl.px4.plans import mission_current
 
 if TYPE_CHECKING:
     from sitl.px4.multicopter import Px4

@@ -7,11 +7,11 @@ Numbers and texts are those of ArduCopter 4.7.
 
 import math
 
-from sitl.ardupilot.plan_items import INCOMPLETE, STORED, fence_problem
-from sitl.common import plan_store as missions
-from sitl.common.base import Autopilot
-from sitl.common.modes import Severity
-from sitl.common.plan_store import FENCE, KINDS, MISSION, RALLY, Item, Transfer
+from sitl.ardupilot.mission_items import INCOMPLETE, STORED, fence_problem
+from sitl.common import missions
+from sitl.common.autopilot import Autopilot
+from sitl.common.missions import FENCE, KINDS, MISSION, RALLY, Item, Transfer
+from sitl.common.states import Severity
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
 

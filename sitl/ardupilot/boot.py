@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from sitl.common.modes import Stage
+from sitl.common.states import Stage
 
 
 class BootStep(NamedTuple):

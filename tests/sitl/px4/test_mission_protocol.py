@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from sitl.common.plan_store import ALL, FENCE, MISSION, RALLY, Item
+from sitl.common.missions import ALL, FENCE, MISSION, RALLY, Item
 from sitl.launch.fleet import SimFleet
 from tests.sitl.conftest import LAT_DEG, LON_DEG, Ground, specs
 from tests.sitl.rigs.store_rig import HOME, Bench

@@ -7,18 +7,18 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple
 
-from sitl.common.boot import BootStep
+from sitl.ardupilot.boot import BootStep
 from sitl.common.dialogue_state import Stores
-from sitl.common.modes import Phase, Severity, Stage
-from sitl.common.plan_store import Plans
+from sitl.common.logs import Logs
+from sitl.common.missions import Plans
+from sitl.common.parameters import ParameterTable
+from sitl.common.states import Phase, Severity, Stage
 from sitl.common.streams import Streams
 from sitl.common.tasks import Tasks
+from sitl.links.signing import Signer
 from sitl.links.wire import Encoder
 from sitl.physics.point_masses import Vehicles, VehicleSpec
 from sitl.services.ftp_files import Tree
-from sitl.services.logs import Logs
-from sitl.services.parameters import ParameterTable
-from sitl.services.signing import Signer
 
 LAND_DETECT_US = 1_000_000
 CHUNK_BYTES = 50

@@ -3,9 +3,9 @@
 import math
 from typing import TYPE_CHECKING
 
-from sitl.common import plan_store as missions
-from sitl.common.modes import Severity
-from sitl.common.plan_store import Item
+from sitl.common import missions
+from sitl.common.missions import Item
+from sitl.common.states import Severity
 from sitl.common.tasks import Task
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from sitl.links.port import Port
+from sitl.launch.port import Port
 
 
 @pytest.fixture

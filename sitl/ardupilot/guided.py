@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sitl.ardupilot import failsafes as ardupilot_failsafes
-from sitl.common.base import Autopilot
-from sitl.common.modes import GUIDED, Phase
+from sitl.common.autopilot import Autopilot
+from sitl.common.states import GUIDED, Phase
 from sitl.physics.point_masses import BRAKE_M_S2, approach_speed
 
 if TYPE_CHECKING:

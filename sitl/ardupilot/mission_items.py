@@ -7,8 +7,8 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from sitl.common import plan_store as missions
-from sitl.common.plan_store import FENCE, MISSION, RALLY, Item
+from sitl.common import missions
+from sitl.common.missions import FENCE, MISSION, RALLY, Item
 
 MAX_ALT_M = 83_886.0
 MAX_LAT, MAX_LON = 900_000_000, 1_800_000_000

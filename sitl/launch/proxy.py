@@ -1,4 +1,4 @@
-"""Bad links between vehicles and a station: python -m sitl.links.proxy --listen ADDRESS --to ADDRESS --fault TEXT.
+"""Bad links between vehicles and a station: python -m sitl.launch.proxy --listen ADDRESS --to ADDRESS --fault TEXT.
 
 Vehicles send to --listen, the station waits at --to. Toward the station every vehicle (every address that sends here)
 has a source port of its own, so that the station sees one address per vehicle, and answers go back to the right one.
@@ -17,8 +17,8 @@ from types import FrameType
 from typing import Protocol
 
 from sitl.launch.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, Starter, add_starter, parse_target
+from sitl.launch.proxy_tcp import TcpProxy
 from sitl.links.faults import FaultError, FaultyLink, LinkFaults, Tally, parse
-from sitl.links.proxy_tcp import TcpProxy
 
 Address = tuple[str, int]
 
@@ -231,7 +231,7 @@ def parse_listen(text: str) -> Address:
 
 
 def _arguments(argv: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m sitl.links.proxy", description="Bad links of vehicles.")
+    parser = argparse.ArgumentParser(prog="python -m sitl.launch.proxy", description="Bad links of vehicles.")
     parser.add_argument("--listen", required=True, metavar="[HOST:]PORT", help="where vehicles send to")
     parser.add_argument("--to", required=True, metavar="HOST:PORT", help="where the station waits")
     parser.add_argument("--fault", default="", metavar="FAULTS", help="for example loss=0.1,delay=200ms,jitter=20%%")
