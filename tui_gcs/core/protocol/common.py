@@ -43,8 +43,8 @@ from tui_gcs.core.protocol.planning import Track as Track
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.scenario.model import Scenario
 
-PROTOCOL = 18
-"""Version of this file's contract; consoles and workers say it first (`Hello`)."""
+PROTOCOL = 19
+"""Version of everything that is declared in `core/protocol`; consoles and workers send it first (`Hello`)."""
 
 
 class RunPhase(StrEnum):
@@ -336,12 +336,30 @@ AnyRequest = (
 )
 
 
+class ReplyCode(StrEnum):
+    """Why a request was answered as it was, for programs: they decide by this, and never by the text beside it."""
+
+    NONE = ""
+    """`ok` and the fields of the reply hold all there is to decide by."""
+    NO_ANSWER = "no answer"
+    """Set by clients, never by the station: no answer came, so the request may or may not have been carried out."""
+    UNREADABLE = "unreadable"
+    """Set by clients, never by the station: an answer came that this version cannot decode."""
+    OTHER_PROTOCOL = "other protocol"
+    """`Hello` named another protocol version than the station's."""
+    NOT_UNDERSTOOD = "not understood"
+    """The station could not decode the request."""
+    NOT_CONFIRMED = "not confirmed"
+    """Refused only because it may do harm: the same request with `sure` or `in_flight` would be carried out."""
+
+
 class VehicleResult(Message, frozen=True):
     """What became of a request for one vehicle."""
 
     vehicle: int
     ok: bool
     text: str
+    code: ReplyCode = ReplyCode.NONE
 
 
 class Reply(Message, frozen=True):
@@ -367,6 +385,7 @@ class Reply(Message, frozen=True):
     annotations: dict[str, tuple[Annotation, ...]] = {}
     planners: tuple[PlannerInfo, ...] = ()
     previews: dict[str, PreviewResult] = {}
+    code: ReplyCode = ReplyCode.NONE
 
 
 T = TypeVar("T")

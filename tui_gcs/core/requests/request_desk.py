@@ -14,7 +14,7 @@ from tui_gcs.core.preflight.readiness import layer_problem
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol.alarms import vehicles_words
-from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
+from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, ReplyCode, RunPhase, VehicleResult
 from tui_gcs.core.protocol.flight import Land, Nudge
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, ReadChecks, SignOff
 from tui_gcs.core.protocol.setup import ConfirmStep
@@ -56,7 +56,7 @@ class RequestDesk:
             request = s.decode_request(payload)
         except msgspec.MsgspecError as error:
             self._station.dropped["request not understood"] += 1
-            return Reply(ok=False, text=f"request not understood: {error}")
+            return Reply(ok=False, text=f"request not understood: {error}", code=ReplyCode.NOT_UNDERSTOOD)
         if isinstance(request, s.Look):
             return self._services.look(request)
         if isinstance(request, OBSERVE):
@@ -101,7 +101,8 @@ class RequestDesk:
         if isinstance(request, m.Hello):
             same = request.protocol == m.PROTOCOL
             text = f"protocol {m.PROTOCOL}" if same else f"station speaks protocol {m.PROTOCOL}, you {request.protocol}"
-            return Reply(ok=same, text=text, status=station.status() if same else None)
+            code = ReplyCode.NONE if same else ReplyCode.OTHER_PROTOCOL
+            return Reply(ok=same, text=text, status=station.status() if same else None, code=code)
         if isinstance(request, m.GetScenario):
             return Reply(ok=True, scenario=station.scenario_changed())
         if isinstance(request, m.GetEvents):

@@ -12,7 +12,7 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol import setup
-from tui_gcs.core.protocol.common import Freshness, VehicleResult
+from tui_gcs.core.protocol.common import Freshness, ReplyCode, VehicleResult
 from tui_gcs.core.protocol.flight import Flight as FlightRequest
 from tui_gcs.core.protocol.flight import Nudge
 from tui_gcs.core.requests import flight_requests as flight
@@ -152,7 +152,8 @@ class ServiceDesk:
         why = self._acts.begin(vehicle, request, task)
         if why:
             self.tasks.forget(task)
-            return VehicleResult(vehicle=number, ok=False, text=why), 0
+            code = ReplyCode.NOT_CONFIRMED if why.endswith(s.MEANT) else ReplyCode.NONE
+            return VehicleResult(vehicle=number, ok=False, text=why, code=code), 0
         if isinstance(request, Nudge):  # key after key: nothing to remember
             self.tasks.forget(task)
             return VehicleResult(vehicle=number, ok=True, text=task.text), 0

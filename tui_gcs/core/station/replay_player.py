@@ -29,6 +29,7 @@ from tui_gcs.core.protocol.common import (
     Freshness,
     Kind,
     Reply,
+    ReplyCode,
     RunPhase,
     ScenarioChanged,
     StationStatus,
@@ -227,7 +228,7 @@ class Player:
         try:
             request = m.decode_request(payload)
         except msgspec.MsgspecError as error:
-            return Reply(ok=False, text=f"request not understood: {error}")
+            return Reply(ok=False, text=f"request not understood: {error}", code=ReplyCode.NOT_UNDERSTOOD)
         if not isinstance(request, _OBSERVE):
             return Reply(ok=False, text="this is a recording: nothing can be commanded")
         if isinstance(request, m.GetScenario):
