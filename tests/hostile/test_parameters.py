@@ -16,8 +16,8 @@ from tests.core.rigs.service_rig import ARDUPILOT, PX4, Peer  # isort: skip
 
 from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.parameters import Encoding
+from tui_gcs.core.services.parameters.param_channel import ParamTable
 from tui_gcs.core.services.parameters.param_info import parse_info
-from tui_gcs.core.services.parameters.param_table import ParamTable
 from tui_gcs.core.services.parameters.param_values import Param, ParamType, ParamValueError, read_value, wire_value
 from tui_gcs.core.uplink.jobs import JobState
 

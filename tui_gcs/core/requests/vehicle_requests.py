@@ -24,7 +24,7 @@ from tui_gcs.core.requests.setup_requests import SetupActs
 from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.services.all_services import Services
 from tui_gcs.core.services.files.ftp import FtpListJob
-from tui_gcs.core.services.files.log_list import LogEntry
+from tui_gcs.core.services.files.log_transfer import LogEntry
 from tui_gcs.core.services.files.logs import LogListJob
 from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamSetting
 from tui_gcs.core.services.parameters.param_service import ParamService

@@ -11,7 +11,7 @@ from tests.core.rigs.ftp_peer import FtpServer
 from tests.core.rigs.log_peer import LogServer
 from tests.core.rigs.service_rig import ARDUPILOT, PX4, Peer, ServiceRig
 from tui_gcs.core.base.safe_files import PartFile
-from tui_gcs.core.services.files.log_list import LogEntry
+from tui_gcs.core.services.files.log_transfer import LogEntry
 from tui_gcs.core.services.files.logs import LogService
 from tui_gcs.core.uplink.jobs import JobState
 

@@ -1,8 +1,10 @@
 """Listing directories, writing and removing files, checksums: the shorter errands within a dialogue."""
 
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from tui_gcs.core.base.safe_files import PartFile
 from tui_gcs.core.base.text import SafeText, clean
 from tui_gcs.core.services.files.ftp_codec import Nak, Op, Packet, crc_fits
 from tui_gcs.core.services.files.ftp_dialogue import FtpDialogue
@@ -10,6 +12,8 @@ from tui_gcs.core.services.files.ftp_read import MOST_WAITS, SESSION_WAIT_S, che
 
 MOST_ENTRIES = 5000
 NAME_CELLS = 200
+CHECK_BYTES = 4 << 20
+"""Of our copy, in one tick."""
 
 OnEnd = Callable[[str], None]
 
@@ -167,3 +171,22 @@ class FtpOneQuestion:
         self.number = reply.number if self._op == Op.CRC32 else None
         short = self._op == Op.CRC32 and self.number is None
         self._on_end("the answer holds no checksum" if short else "")
+
+
+class CopyCheck:
+    """The checksum of what was downloaded, some megabytes at a time."""
+
+    def __init__(self, file: PartFile, crc: int) -> None:
+        """`crc` is what the vehicle said."""
+        self._file, self._crc = file, crc
+        self._ours, self._at = 0xFFFFFFFF, 0
+
+    def good(self) -> bool | None:
+        """Go on; None until it is known whether ours is the same, in either way in which it is computed."""
+        block = self._file.read(self._at, CHECK_BYTES)
+        if block:
+            self._ours = zlib.crc32(block, self._ours)
+            self._at += len(block)
+            return None
+        plain = zlib.crc32(b"", self._ours)
+        return self._crc in (plain, plain ^ 0xFFFFFFFF)

@@ -5,18 +5,13 @@ Whole logs are never asked for at once: nothing on the way holds back a sender, 
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from tui_gcs.core.base.safe_files import FileRefused
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.files.log_list import LogEntry, LogLister
-from tui_gcs.core.services.files.log_part import LogPart
+from tui_gcs.core.services.files.log_transfer import LogChannel, LogEntry, LogLister, LogPart
 from tui_gcs.core.uplink.jobs import Job
 from tui_gcs.core.uplink.rtt_estimator import RoundTrip
-
-if TYPE_CHECKING:
-    from tui_gcs.core.services.files.logs import LogService
 
 FRAME_BYTES = 90
 """Of a log, in one LOG_DATA."""
@@ -39,11 +34,11 @@ class LogDownloadJob(Job):
     takes_long = True
 
     def __init__(
-        self, service: "LogService", vehicle: int, entry: LogEntry, on_done: Callable[[Job], None] | None
+        self, channel: LogChannel, vehicle: int, entry: LogEntry, on_done: Callable[[Job], None] | None
     ) -> None:
         """Nothing is asked before its turn."""
         super().__init__(vehicle, f"download log {entry.id}", on_done)
-        self._service = service
+        self._channel = channel
         self.entry = entry
         self.path = ""
         """The file, under the station's state directory."""
@@ -68,8 +63,8 @@ class LogDownloadJob(Job):
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """The log is looked for once more: it may have grown, and may be another one by now."""
-        spec = self._service.context.specs.get(vehicle.link)
-        slow = self._service.context.is_slow(vehicle.link)
+        spec = self._channel.context.specs.get(vehicle.link)
+        slow = self._channel.context.is_slow(vehicle.link)
         self._round_trip = RoundTrip(slow=slow)
         if slow and spec is not None and spec.bytes_per_s:
             self._pace_bytes_s = SLOW_SHARE * spec.bytes_per_s
@@ -77,7 +72,7 @@ class LogDownloadJob(Job):
             self._window_bytes = FRAME_BYTES * max(1, min(frames, WINDOW_BYTES // FRAME_BYTES))
         number = self.entry.id
         self._lister = LogLister(
-            lambda first, last: self._service.ask_list(self.vehicle, first, last),
+            lambda first, last: self._channel.ask_list(self.vehicle, first, last),
             now,
             slow=slow,
             first=number,
@@ -96,7 +91,7 @@ class LogDownloadJob(Job):
 
     def abort(self) -> None:
         """What is there is kept, to be gone on with."""
-        self._service.ask_end(self.vehicle)
+        self._channel.ask_end(self.vehicle)
         if self._part is not None:
             self._part.keep()
             self._part = None
@@ -104,7 +99,7 @@ class LogDownloadJob(Job):
     def finish(self, error: str = "") -> None:
         """See `Job`."""
         if not self.over:
-            self._service.ask_end(self.vehicle)
+            self._channel.ask_end(self.vehicle)
             if error and self._part is not None:
                 self._part.keep()
                 self._part = None
@@ -123,7 +118,7 @@ class LogDownloadJob(Job):
     def _look_entry(self, vehicle: Vehicle, now: float) -> None:
         if self._lister is None:
             return
-        refusal = self._service.refusal(vehicle, self.begun_s)
+        refusal = self._channel.refusal(vehicle, self.begun_s)
         if refusal or self._lister.over:
             found = self._lister.entries.get(self.entry.id)
             self._lister = None
@@ -137,7 +132,7 @@ class LogDownloadJob(Job):
 
     def _open(self, vehicle: Vehicle, now: float) -> None:
         try:
-            self._part = self._service.part(vehicle, self.entry)
+            self._part = self._channel.part(vehicle, self.entry)
         except FileRefused as error:
             self.finish(str(error))
             return
@@ -151,12 +146,12 @@ class LogDownloadJob(Job):
         """A LOG_DATA came: taken if it is of the window that was asked for."""
         part, offset, count = self._part, fields["ofs"], fields["count"]
         if part is None or self.over or fields["id"] != self.entry.id:
-            self._service.ignored["log data nobody asked for"] += 1
+            self._channel.ignored["log data nobody asked for"] += 1
             return
         start, stop = self._window
         end = min(offset + min(count, FRAME_BYTES), stop)
         if not start <= offset < end:
-            self._service.ignored["log data beyond what was asked"] += 1
+            self._channel.ignored["log data beyond what was asked"] += 1
             return
         if part.ranges.add(offset, end):
             try:
@@ -203,7 +198,7 @@ class LogDownloadJob(Job):
         self._waits_turn = False
         self._due_s = now + 2 * self._round_trip.wait_s
         self._asked, self._asked_s = (start, stop), now
-        self._service.ask_data(self.vehicle, self.entry.id, start, stop - start)
+        self._channel.ask_data(self.vehicle, self.entry.id, start, stop - start)
 
     def _silent(self, vehicle: Vehicle, now: float) -> None:
         """Nothing more came of the window."""
@@ -213,7 +208,7 @@ class LogDownloadJob(Job):
         if self._waits_turn:
             self._ask(*self._window, now)
             return
-        refusal = self._service.refusal(vehicle, self.begun_s)
+        refusal = self._channel.refusal(vehicle, self.begun_s)
         if refusal or self._silences >= MOST_SILENCES:
             self.finish(refusal or "no answer: what is there is kept")
             return
@@ -235,8 +230,8 @@ class LogDownloadJob(Job):
             return
         try:
             part.file.cut(size)
-            self.path = self._service.told_path(
-                self.vehicle, part.finish(self._service.final_name(vehicle, self.entry))
+            self.path = self._channel.told_path(
+                self.vehicle, part.finish(self._channel.final_name(vehicle, self.entry))
             )
         except (FileRefused, OSError) as error:
             self.finish(str(error))
@@ -248,7 +243,7 @@ class LogDownloadJob(Job):
         part, self._part = self._part, None
         if part is not None:
             part.discard()
-        self._service.alarm(self.vehicle, f"log {self.entry.id} cannot be written: {error.strerror or error}")
+        self._channel.alarm(self.vehicle, f"log {self.entry.id} cannot be written: {error.strerror or error}")
         self.finish(f"cannot be written here: {error.strerror or error}")
 
     def _measure(self, now: float) -> None:

@@ -1,21 +1,17 @@
 """Downloading a log by FTP (PX4): found by its size among the files of its folders, proven by its checksum."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from tui_gcs.core.base.safe_files import FileRefused
+from tui_gcs.core.firmware.log_files import log_folders
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.files.ftp_codec import Op
 from tui_gcs.core.services.files.ftp_dialogue import FtpDialogue
-from tui_gcs.core.services.files.ftp_download import CopyCheck
-from tui_gcs.core.services.files.ftp_edit import FtpEntry, FtpLister, FtpOneQuestion
+from tui_gcs.core.services.files.ftp_edit import CopyCheck, FtpEntry, FtpLister, FtpOneQuestion
 from tui_gcs.core.services.files.ftp_read import FtpReader
-from tui_gcs.core.services.files.log_list import LogEntry
-from tui_gcs.core.services.files.log_part import LogPart
+from tui_gcs.core.services.files.ftp_sessions import FtpSessions
+from tui_gcs.core.services.files.log_transfer import LogChannel, LogEntry, LogPart
 from tui_gcs.core.uplink.jobs import Job
-
-if TYPE_CHECKING:
-    from tui_gcs.core.services.files.logs import LogService
 
 MOST_FOLDERS = 60
 """Days that are looked through, the newest first."""
@@ -28,11 +24,16 @@ class LogFtpJob(Job):
     takes_long = True
 
     def __init__(
-        self, service: "LogService", vehicle: int, entry: LogEntry, on_done: Callable[[Job], None] | None
+        self,
+        channel: LogChannel,
+        ftp: FtpSessions,
+        vehicle: int,
+        entry: LogEntry,
+        on_done: Callable[[Job], None] | None,
     ) -> None:
         """Nothing is asked before its turn."""
         super().__init__(vehicle, f"download log {entry.id}", on_done)
-        self._service = service
+        self._channel, self._ftp = channel, ftp
         self.entry = entry
         self.path = ""
         self.total = entry.size
@@ -47,11 +48,11 @@ class LogFtpJob(Job):
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """See `Job`."""
         self._vehicle = vehicle
-        self._folders = list(self._service.folders(vehicle))
+        self._folders = list(log_folders(vehicle))
         if not self._folders:
             self.finish("this autopilot's logs are not had by FTP")
             return
-        self._dialogue = dialogue = self._service.ftp.dialogue(vehicle)
+        self._dialogue = dialogue = self._ftp.dialogue(vehicle)
         dialogue.ask(Op.RESET, lambda reply: self.finish("no answer") if reply is None else self._look(dialogue))
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
@@ -71,12 +72,12 @@ class LogFtpJob(Job):
         if self._part is not None:
             self._part.keep()
             self._part = None
-        self._service.ftp.end(self.vehicle)
+        self._ftp.end(self.vehicle)
 
     def finish(self, error: str = "") -> None:
         """See `Job`."""
         if not self.over:
-            self._service.ftp.end(self.vehicle)
+            self._ftp.end(self.vehicle)
             if error and self._part is not None:
                 self._part.keep()
                 self._part = None
@@ -108,12 +109,12 @@ class LogFtpJob(Job):
         if self._vehicle is None:
             return
         try:
-            self._part = part = self._service.part(self._vehicle, self.entry)
+            self._part = part = self._channel.part(self._vehicle, self.entry)
         except FileRefused as error:
             self.finish(str(error))
             return
         self._remote = path
-        self._reader = self._service.ftp.reader(
+        self._reader = self._ftp.reader(
             self._vehicle, path, part, self._on_read, max_bytes=MOST_LOG_BYTES, ranges=part.ranges
         )
         self._reader.begin()
@@ -124,10 +125,10 @@ class LogFtpJob(Job):
             if error.startswith("cannot be written here") and self._part is not None:
                 self._part.discard()
                 self._part = None
-                self._service.alarm(self.vehicle, f"log {self.entry.id} {error}")
+                self._channel.alarm(self.vehicle, f"log {self.entry.id} {error}")
             self.finish(error)
             return
-        self._dialogue = dialogue = self._service.ftp.dialogue(self._vehicle)
+        self._dialogue = dialogue = self._ftp.dialogue(self._vehicle)
         question = FtpOneQuestion(dialogue, Op.CRC32, self._remote, lambda why: self._on_crc(why, question.number))
         question.start()
 
@@ -149,8 +150,8 @@ class LogFtpJob(Job):
             return
         self._part = None
         try:
-            self.path = self._service.told_path(
-                self.vehicle, part.finish(self._service.final_name(vehicle, self.entry), bad=not good)
+            self.path = self._channel.told_path(
+                self.vehicle, part.finish(self._channel.final_name(vehicle, self.entry), bad=not good)
             )
         except FileRefused as refused:
             self.finish(str(refused))

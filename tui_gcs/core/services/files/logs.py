@@ -5,22 +5,15 @@ logs.download(1, entry)                 # job.path, job.done of job.total, job.r
 logs.download(1, entry, by_ftp=True)    # PX4: slower, proven by a checksum
 """
 
-from collections import Counter
 from collections.abc import Callable
-from datetime import UTC, datetime
 
-from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
-from tui_gcs.core.firmware import log_files as firmware
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.protocol.common import EventClass
-from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.services.files.ftp import FtpService
+from tui_gcs.core.services.files.ftp_sessions import FtpSessions
 from tui_gcs.core.services.files.log_download import LogDownloadJob
 from tui_gcs.core.services.files.log_ftp import LogFtpJob
-from tui_gcs.core.services.files.log_list import LogEntry, LogLister
-from tui_gcs.core.services.files.log_part import LogPart
+from tui_gcs.core.services.files.log_transfer import LogChannel, LogEntry, LogLister
 from tui_gcs.core.uplink.jobs import Job
 
 ERASE_LOOK_S, ERASE_LONGEST_S = 3.0, 90.0
@@ -33,12 +26,13 @@ Done = Callable[[Job], None] | None
 class LogService:
     """Talks about logs for the jobs below."""
 
-    def __init__(self, context: Context, ftp: FtpService) -> None:
+    def __init__(self, context: Context, ftp: FtpSessions) -> None:
         """Listen from now on."""
         self.context = context
-        self.ftp = ftp
-        self.ignored: Counter[str] = Counter()
-        """What came and was of no use, by reason."""
+        self._ftp = ftp
+        self._channel = LogChannel(context)
+        self.ignored = self._channel.ignored
+        """Log messages that were of no use, counted by reason."""
         context.fleet.on_message("LOG_ENTRY", self._on_entry)
         context.fleet.on_message("LOG_DATA", self._on_data)
 
@@ -46,7 +40,7 @@ class LogService:
 
     def list(self, vehicle: int, on_done: Done = None) -> "LogListJob":
         """List the logs: `job.entries`, the newest last."""
-        job = LogListJob(self, vehicle, on_done)
+        job = LogListJob(self._channel, vehicle, on_done)
         self.context.jobs.submit(job)
         return job
 
@@ -54,62 +48,19 @@ class LogService:
         self, vehicle: int, entry: LogEntry, on_done: Done = None, *, by_ftp: bool = False
     ) -> LogDownloadJob | LogFtpJob:
         """Download one log of the list; what an earlier try brought of it is used."""
-        job = LogFtpJob(self, vehicle, entry, on_done) if by_ftp else LogDownloadJob(self, vehicle, entry, on_done)
+        job: LogDownloadJob | LogFtpJob
+        if by_ftp:
+            job = LogFtpJob(self._channel, self._ftp, vehicle, entry, on_done)
+        else:
+            job = LogDownloadJob(self._channel, vehicle, entry, on_done)
         self.context.jobs.submit(job)
         return job
 
     def erase(self, vehicle: int, on_done: Done = None) -> "LogEraseJob":
         """Erase all logs; done when the vehicle lists none."""
-        job = LogEraseJob(self, vehicle, on_done)
+        job = LogEraseJob(self._channel, vehicle, on_done)
         self.context.jobs.submit(job)
         return job
-
-    # ---------------------------------------------------------------- for jobs
-
-    def ask_list(self, vehicle: int, first: int, last: int) -> None:
-        """LOG_REQUEST_LIST."""
-        self.context.door.ask(vehicle, "LOG_REQUEST_LIST", start=first, end=last)
-
-    def ask_data(self, vehicle: int, number: int, offset: int, count: int) -> None:
-        """LOG_REQUEST_DATA."""
-        self.context.door.ask(vehicle, "LOG_REQUEST_DATA", id=number, ofs=offset, count=count)
-
-    def ask_end(self, vehicle: int) -> None:
-        """LOG_REQUEST_END: it may arm again."""
-        if vehicle in self.context.fleet.vehicles:
-            self.context.door.ask(vehicle, "LOG_REQUEST_END")
-
-    def refusal(self, vehicle: Vehicle, since_s: float) -> str:
-        """What the vehicle said of logs since then, which is all the answer that ArduPilot gives while armed."""
-        return "; ".join(text for text in vehicle.reasons_since(since_s) if "log" in text.lower())
-
-    def folders(self, vehicle: Vehicle) -> tuple[str, ...]:
-        """Where its logs are by FTP."""
-        return firmware.log_folders(vehicle)
-
-    def part(self, vehicle: Vehicle, entry: LogEntry) -> LogPart:
-        """The file for a log, with what is there of it. Raises FileRefused."""
-        if self.context.folder is None:
-            raise FileRefused("this station has no folder for downloads")
-        folder = SafeFolder(self.context.folder / "logs" / f"vehicle-{vehicle.id}")
-        try:
-            return LogPart(folder, f"log-{entry.id:05d}.{firmware.log_ending(vehicle)}", vehicle.uid, entry)
-        except FileRefused:
-            folder.close()
-            raise
-
-    def final_name(self, vehicle: Vehicle, entry: LogEntry) -> str:
-        """What a whole log is called here: made of numbers, never of what the vehicle said."""
-        day = datetime.fromtimestamp(entry.time_utc, UTC).strftime("-%Y%m%dT%H%M%SZ") if entry.time_utc else ""
-        return f"log-{entry.id:05d}{day}.{firmware.log_ending(vehicle)}"
-
-    def told_path(self, vehicle: int, name: str) -> str:
-        """Where a finished file is, below the station's state directory."""
-        return f"logs/vehicle-{vehicle}/{name}"
-
-    def alarm(self, vehicle: int, text: str) -> None:
-        """Something that somebody must see to."""
-        self.context.events.say(EventClass.PROCESSING, f"vehicle {vehicle}", text, ALERT)
 
     def _on_entry(self, vehicle: Vehicle, fields: Fields) -> None:
         job, now = self.context.jobs.running(vehicle.id), self.context.clock.now()
@@ -131,10 +82,10 @@ class LogService:
 class LogListJob(Job):
     """Lists a vehicle's logs."""
 
-    def __init__(self, service: LogService, vehicle: int, on_done: Done) -> None:
+    def __init__(self, channel: LogChannel, vehicle: int, on_done: Done) -> None:
         """Nothing is asked before its turn."""
         super().__init__(vehicle, "list logs", on_done)
-        self._service = service
+        self._channel = channel
         self._lister: LogLister | None = None
 
     @property
@@ -144,8 +95,8 @@ class LogListJob(Job):
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """See `Job`."""
-        slow = self._service.context.is_slow(vehicle.link)
-        self._lister = LogLister(lambda first, last: self._service.ask_list(self.vehicle, first, last), now, slow=slow)
+        slow = self._channel.context.is_slow(vehicle.link)
+        self._lister = LogLister(lambda first, last: self._channel.ask_list(self.vehicle, first, last), now, slow=slow)
 
     def heard(self, fields: Fields, now: float) -> None:
         """A LOG_ENTRY came."""
@@ -155,7 +106,7 @@ class LogListJob(Job):
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
         """See `Job`."""
-        refusal = self._service.refusal(vehicle, self.begun_s)
+        refusal = self._channel.refusal(vehicle, self.begun_s)
         if refusal and not self.entries:
             self.finish(refusal)
         elif self._lister is not None:
@@ -172,10 +123,10 @@ class LogListJob(Job):
 class LogEraseJob(Job):
     """Erases all logs. No autopilot acknowledges it: they are listed until there are none."""
 
-    def __init__(self, service: LogService, vehicle: int, on_done: Done) -> None:
+    def __init__(self, channel: LogChannel, vehicle: int, on_done: Done) -> None:
         """Nothing is sent before its turn."""
         super().__init__(vehicle, "erase logs", on_done)
-        self._service = service
+        self._channel = channel
         self._lister: LogLister | None = None
         self._sent = 0
         self._look_s = 0.0
@@ -199,9 +150,9 @@ class LogEraseJob(Job):
         """See `Job`."""
         if self._lister is None:
             if now >= self._look_s and not self.over:
-                slow = self._service.context.is_slow(vehicle.link)
+                slow = self._channel.context.is_slow(vehicle.link)
                 self._lister = LogLister(
-                    lambda first, last: self._service.ask_list(self.vehicle, first, last), now, slow=slow
+                    lambda first, last: self._channel.ask_list(self.vehicle, first, last), now, slow=slow
                 )
             return
         self._lister.tick(now)
@@ -218,8 +169,8 @@ class LogEraseJob(Job):
     def _erase(self, now: float) -> None:
         self._look_s = now + ERASE_LOOK_S
         if self._sent == 0:
-            self._service.context.door.action(self.vehicle, "erase logs", "LOG_ERASE")
-        elif self._sent < ERASE_COPIES and not self._service.context.door.transfer(
+            self._channel.context.door.action(self.vehicle, "erase logs", "LOG_ERASE")
+        elif self._sent < ERASE_COPIES and not self._channel.context.door.transfer(
             self.vehicle, "erase logs", "LOG_ERASE"
         ):
             self.finish("not sent")

@@ -6,8 +6,8 @@ ArduPilot's may be another one than was asked (truncated, clamped), and an echo 
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
 
+from tui_gcs.core.services.parameters.param_channel import ParamChannel
 from tui_gcs.core.services.parameters.param_values import Number, Param, same, shown
 
 READ_TRIES, SET_TRIES = 10, 5
@@ -38,18 +38,6 @@ def error_words(code: int) -> str:
     return ERRORS.get(code, f"refused with error {code}")
 
 
-class Wire(Protocol):
-    """How questions leave."""
-
-    def ask_name(self, vehicle: int, name: str) -> None:
-        """PARAM_REQUEST_READ."""
-        ...
-
-    def send_set(self, vehicle: int, param: Param, value: Number, *, again: bool) -> str:
-        """PARAM_SET; "" or why it was not sent."""
-        ...
-
-
 @dataclass
 class Asked:
     """How often one name was asked for, and when it is due again."""
@@ -74,7 +62,7 @@ class ParamReading:
         """Whether all are answered or given up."""
         return not self.open
 
-    def tick(self, wire: Wire, now: float, *, slow: bool) -> None:
+    def tick(self, channel: ParamChannel, now: float, *, slow: bool) -> None:
         """Ask what is due, give up what was asked often enough."""
         at_once, gap_s = (SLOW_AT_ONCE, SLOW_GAP_S) if slow else (AT_ONCE, GAP_S)
         for name, asked in list(self.open.items())[:at_once]:
@@ -85,7 +73,7 @@ class ParamReading:
                 continue
             asked.tries += 1
             asked.due_s = now + gap_s
-            wire.ask_name(self.vehicle, name)
+            channel.ask_name(self.vehicle, name)
 
     def hear(self, param: Param) -> None:
         """A value came."""
@@ -120,7 +108,7 @@ class ParamSetting:
     _checking: bool = False
     """Another value came back: it is read once more, for what came may have been older."""
 
-    def tick(self, wire: Wire, now: float, *, slow: bool) -> None:
+    def tick(self, channel: ParamChannel, now: float, *, slow: bool) -> None:
         """Ask, set, or ask again."""
         if self.over or now < self._due_s:
             return
@@ -131,14 +119,14 @@ class ParamSetting:
         self._tries += 1
         self._due_s = now + (SLOW_GAP_S if slow else GAP_S)
         if reading or self.known is None:
-            wire.ask_name(self.vehicle, self.name)
+            channel.ask_name(self.vehicle, self.name)
             return
-        why = wire.send_set(self.vehicle, self.known, self.value, again=self.sent)
+        why = channel.send_set(self.vehicle, self.known, self.value, again=self.sent)
         self.sent = True
         if why:
             self.end(why)
 
-    def hear(self, param: Param, wire: Wire, now: float, *, slow: bool) -> None:
+    def hear(self, param: Param, channel: ParamChannel, now: float, *, slow: bool) -> None:
         """A PARAM_VALUE of that name came."""
         if self.over:
             return
@@ -155,7 +143,7 @@ class ParamSetting:
                 self.end(self._why_not())
             else:
                 self._checking, self._tries, self._due_s = True, 0, now
-        self.tick(wire, now, slow=slow)
+        self.tick(channel, now, slow=slow)
 
     @property
     def changed(self) -> bool:

@@ -6,32 +6,45 @@
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.files.ftp import FtpReaderJob
 from tui_gcs.core.services.files.ftp_read import MemorySink
+from tui_gcs.core.services.files.ftp_sessions import FtpReaderJob, FtpSessions
 from tui_gcs.core.services.parameters.param_cache import CacheKey
-from tui_gcs.core.services.parameters.param_list import ParamLister
+from tui_gcs.core.services.parameters.param_channel import ParamChannel
 from tui_gcs.core.services.parameters.param_pack import MOST_BYTES, ParamPackError, parse_pack
 from tui_gcs.core.services.parameters.param_values import Param
 from tui_gcs.core.uplink.jobs import Job
 
-if TYPE_CHECKING:
-    from tui_gcs.core.services.parameters.param_service import ParamService
-
 HASH_TRIES, HASH_WAIT_S = 3, 1.0
 FTP_TRIES = 5
 """Of the first question: a vehicle without files is silent, and there are other ways."""
+NO_INDEX = 65535
+MOST_COUNT = 4096
+LIST_TRIES = 4
+FIRST_WAIT_S, SLOW_FIRST_WAIT_S = 3.0, 6.0
+"""ArduPilot needs up to 4.5 s for all of them while it boots."""
+QUIET_S, SLOW_QUIET_S = 0.7, 2.5
+"""Silence after which the stream is over; PX4 sends 8 a second over a radio (mavlink.md C4)."""
+AT_ONCE, SLOW_AT_ONCE = 10, 3
+ASK_GAP_S, SLOW_ASK_GAP_S = 0.25, 1.5
+"""After so long without an answer one index is asked for again."""
+MOST_VAIN = 200
+"""Questions in a row that brought nothing."""
+RELIST_GAP_S = 10.0
+"""When the number of parameters changed all are asked for again, at most so often (security.md B.6-67)."""
+LONGEST_S = 900.0
 
 
 class ParamFetchJob(FtpReaderJob):
     """Fetches all parameters into the service's table."""
 
-    def __init__(self, service: "ParamService", vehicle: int, on_done: Callable[[Job], None] | None = None) -> None:
+    def __init__(
+        self, channel: ParamChannel, ftp: FtpSessions, vehicle: int, on_done: Callable[[Job], None] | None = None
+    ) -> None:
         """Nothing is asked before its turn."""
-        super().__init__(service.ftp, vehicle, "parameters", on_done)
-        self._service = service
+        super().__init__(ftp, vehicle, "parameters", on_done)
+        self._channel = channel
         self.way = ""
         """How they came: "cache", "file" or "list"."""
         self.notes: list[str] = []
@@ -50,7 +63,7 @@ class ParamFetchJob(FtpReaderJob):
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """See `Job`."""
         self._vehicle = vehicle
-        ways = self._service.ways(vehicle)
+        ways = self._channel.ways(vehicle)
         self._paths = list(ways.packed)
         self._hash_name = ways.hash_name
         if self._hash_name:
@@ -73,14 +86,14 @@ class ParamFetchJob(FtpReaderJob):
             then, self._hashing = self._hashing, None
             then(int.from_bytes(bits, "little"))
         if param is not None and self._lister is not None:
-            self._lister.hear(name, index, count, self._service.now)
+            self._lister.hear(name, index, count, self._channel.now)
             self._look_list()
 
     # ---------------------------------------------------------------- checksum
 
     def _ask_hash(self, then: Callable[[int | None], None]) -> None:
         self._hashing, self._hash_tries, self._hash_due_s = then, 0, 0.0
-        self._repeat_hash(self._service.now)
+        self._repeat_hash(self._channel.now)
 
     def _repeat_hash(self, now: float) -> None:
         if self._hash_tries >= HASH_TRIES and self._hashing is not None:
@@ -89,12 +102,12 @@ class ParamFetchJob(FtpReaderJob):
             return
         self._hash_tries += 1
         self._hash_due_s = now + HASH_WAIT_S
-        self._service.ask_name(self.vehicle, self._hash_name)
+        self._channel.ask_name(self.vehicle, self._hash_name)
 
     def _compare(self, checksum: int | None) -> None:
         key = self._key()
         self._hash = checksum
-        kept = self._service.cache.load(key, checksum) if self._service.cache and key and checksum is not None else None
+        kept = self._channel.cache.load(key, checksum) if self._channel.cache and key and checksum is not None else None
         if kept:
             self._fill(kept, "cache")
             self.finish()
@@ -102,24 +115,24 @@ class ParamFetchJob(FtpReaderJob):
             self._begin_file()
 
     def _key(self) -> CacheKey | None:
-        return self._service.cache_key(self._vehicle) if self._vehicle is not None else None
+        return self._channel.cache_key(self._vehicle) if self._vehicle is not None else None
 
     def _store(self) -> None:
         """Keep what was fetched, if nothing changed meanwhile."""
-        if self._hash is None or self._key() is None or self._service.cache is None:
+        if self._hash is None or self._key() is None or self._channel.cache is None:
             self.finish()
         else:
             self._ask_hash(self._store_if_same)
 
     def _store_if_same(self, checksum: int | None) -> None:
-        key, cache = self._key(), self._service.cache
+        key, cache = self._key(), self._channel.cache
         if checksum is not None and checksum == self._hash and key is not None and cache is not None:
-            cache.save(key, checksum, list(self._service.table(self.vehicle).params.values()))
+            cache.save(key, checksum, list(self._channel.table(self.vehicle).params.values()))
         self.finish()
 
     def _fill(self, params: list[Param], way: str) -> None:
         self.way = way
-        self._service.table(self.vehicle).fill(params)
+        self._channel.table(self.vehicle).fill(params)
         self.done = self.total = len(params)
 
     # ---------------------------------------------------------------- file
@@ -161,10 +174,10 @@ class ParamFetchJob(FtpReaderJob):
         self._ftp.end(self.vehicle)
         self.done = self.total = 0
         self._lister = ParamLister(
-            lambda: self._service.ask_list(self.vehicle),
-            lambda index: self._service.ask_index(self.vehicle, index),
-            self._service.now,
-            slow=self._vehicle is not None and self._service.context.is_slow(self._vehicle.link),
+            lambda: self._channel.ask_list(self.vehicle),
+            lambda index: self._channel.ask_index(self.vehicle, index),
+            self._channel.now,
+            slow=self._vehicle is not None and self._channel.context.is_slow(self._vehicle.link),
         )
 
     def _look_list(self) -> None:
@@ -179,8 +192,113 @@ class ParamFetchJob(FtpReaderJob):
             self.finish("; ".join([*self.notes, f"list: {lister.error}"]))
             return
         self.way = "list"
-        table = self._service.table(self.vehicle)
+        table = self._channel.table(self.vehicle)
         for name in set(table.params) - lister.names:
             del table.params[name]  # of another firmware, or a name that only went by
         table.complete = True
         self._store()
+
+
+class ParamLister:
+    """Decides what to ask next; `over` once `error` tells how it ended."""
+
+    def __init__(
+        self, ask_list: Callable[[], None], ask_index: Callable[[int], None], now: float, *, slow: bool
+    ) -> None:
+        """Asks for the list at once."""
+        self._ask_list, self._ask_index = ask_list, ask_index
+        self._begun_s = now
+        self._first_s = SLOW_FIRST_WAIT_S if slow else FIRST_WAIT_S
+        self._quiet_s = SLOW_QUIET_S if slow else QUIET_S
+        self._at_once = SLOW_AT_ONCE if slow else AT_ONCE
+        self.count = 0
+        """As announced last."""
+        self.names: set[str] = set()
+        self._seen: set[int] = set()
+        self._asked_s: dict[int, float] = {}
+        """Indices asked for and not answered, and when they are due again."""
+        self._due_s = now + self._first_s
+        self._lists = 1
+        self._listed_s = now
+        self._ask_gap_s = SLOW_ASK_GAP_S if slow else ASK_GAP_S
+        self._vain = 0
+        self._shifted = False
+        self.over = False
+        self.error = ""
+        ask_list()
+
+    def hear(self, name: str, index: int, count: int, now: float) -> None:
+        """A PARAM_VALUE came."""
+        if self.over or index == NO_INDEX:
+            return
+        if count != self.count:
+            self._shifted = self.count > 0
+            self.count = count
+        new = name not in self.names or index not in self._seen
+        if len(self.names) < MOST_COUNT:
+            self.names.add(name)
+        if index < min(count, MOST_COUNT):
+            self._seen.add(index)
+        if not new or self._look_whole():
+            return
+        self._vain = 0
+        if self._asked_s.pop(index, None) is not None:
+            self._ask_more(now)
+        elif not self._asked_s:
+            self._due_s = now + self._quiet_s
+
+    def tick(self, now: float) -> None:
+        """Ask again for what did not come."""
+        if self.over or now < self._due_s:
+            return
+        if now - self._begun_s > LONGEST_S:
+            self._end("it took too long")
+        elif not self._seen and not self.names:
+            self._list_again(now, "no answer")
+        else:
+            self._ask_more(now)
+
+    def _look_whole(self) -> bool:
+        """Whether all are there."""
+        whole = 0 < self.count <= len(self.names) and (not self._shifted or len(self._seen) >= self.count)
+        if whole and len(self._seen) >= self.count:
+            self._end("")
+        return self.over
+
+    def _ask_more(self, now: float) -> None:
+        """Keep some questions under way: the first that are missing."""
+        missing = [i for i in range(min(self.count, MOST_COUNT)) if i not in self._seen]
+        if not missing:  # all indices came, but not as many names: they shifted under way
+            self._asked_s.clear()
+            self._relist(now)
+            return
+        for index in missing[: self._at_once]:
+            if now >= self._asked_s.get(index, 0.0):
+                self._vain += 1
+                self._asked_s[index] = now + self._ask_gap_s
+                self._ask_index(index)
+        if self._vain > MOST_VAIN:
+            self._end(f"{len(self.names)} of {self.count} came")
+        self._due_s = min(self._asked_s.values(), default=now + self._quiet_s)
+
+    def _relist(self, now: float) -> None:
+        if self.count > MOST_COUNT:
+            self._end(f"{self.count} parameters are announced, at most {MOST_COUNT} are taken")
+        elif now - self._listed_s < RELIST_GAP_S:
+            self._due_s = self._listed_s + RELIST_GAP_S
+        else:
+            self._seen.clear()
+            self._list_again(now, "the number of parameters keeps changing")
+
+    def _list_again(self, now: float, why: str) -> None:
+        if self._lists >= LIST_TRIES:
+            self._end(why)
+            return
+        self._lists += 1
+        self._listed_s = now
+        self._shifted = False
+        self._due_s = now + self._first_s
+        self._ask_list()
+
+    def _end(self, error: str) -> None:
+        self.over, self.error = True, error

@@ -5,23 +5,19 @@ params.set(1, "FS_GCS_ENABLE", 1, on_done=lambda setting: ...)     # setting.err
 params.fetch_all(1)                                                # a job; then params.table(1)
 """
 
-import math
-import struct
 from collections import Counter
 from collections.abc import Callable, Iterable
 
-from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware import parameters as firmware
 from tui_gcs.core.firmware.airframes import changes_airframe
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.mavlink.frames import MAGIC_V2
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import INFO, WARNING
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.services.files.ftp import FtpService
-from tui_gcs.core.services.parameters.param_cache import CacheKey, ParamCache
+from tui_gcs.core.services.files.ftp_sessions import FtpSessions
+from tui_gcs.core.services.parameters.param_channel import ParamChannel, ParamTable, value_bytes
 from tui_gcs.core.services.parameters.param_exchange import (
     MOST_NAMES_ASKED,
     NOT_KNOWN,
@@ -32,7 +28,6 @@ from tui_gcs.core.services.parameters.param_exchange import (
 )
 from tui_gcs.core.services.parameters.param_fetch import ParamFetchJob
 from tui_gcs.core.services.parameters.param_info import ParamInfo, parse_info
-from tui_gcs.core.services.parameters.param_table import ParamTable
 from tui_gcs.core.services.parameters.param_values import (
     Number,
     Param,
@@ -46,10 +41,6 @@ from tui_gcs.core.services.parameters.param_values import (
 from tui_gcs.core.services.vehicle.component_metadata import PARAMETERS, MetadataJob, MetadataService
 from tui_gcs.core.uplink.jobs import Job
 
-PARAM_VALUE, AUTOPILOT_VERSION = 22, 148
-BY_NAME = -1
-HEADER_V1, HEADER_V2 = 6, 10
-"""Bytes before the payload, which begins with `param_value`."""
 MOST_OPEN = 100
 """Readings and settings under way."""
 
@@ -57,18 +48,17 @@ MOST_OPEN = 100
 class ParamService:
     """Knows what vehicles said of their parameters, and asks for more."""
 
-    def __init__(self, context: Context, ftp: FtpService, metadata: MetadataService) -> None:
+    def __init__(self, context: Context, ftp: FtpSessions, metadata: MetadataService) -> None:
         """Listen from now on."""
         self.context = context
-        self.ftp = ftp
+        self.channel = ParamChannel(context)
+        self._ftp = ftp
         self._metadata = metadata
-        self._tables: dict[int, ParamTable] = {}
         self._infos: dict[int, dict[str, ParamInfo]] = {}
         self._readings: list[ParamReading] = []
         self._settings: dict[tuple[int, str], ParamSetting] = {}
         self.ignored: Counter[str] = Counter()
         """What came and was of no use, by reason."""
-        self.cache = _open_cache(context)
         context.fleet.on_message("PARAM_VALUE", self._on_value)
         context.fleet.on_message("PARAM_ERROR", self._on_error)
         context.fleet.on_gone(self._forget)
@@ -79,7 +69,7 @@ class ParamService:
 
     def table(self, vehicle: int) -> ParamTable:
         """What is known of a vehicle's parameters."""
-        return self._tables.setdefault(vehicle, ParamTable())
+        return self.channel.table(vehicle)
 
     def info(self, vehicle: int) -> dict[str, ParamInfo]:
         """What its parameters mean, by name; empty until `fetch_info` was done."""
@@ -87,7 +77,7 @@ class ParamService:
 
     def fetch_all(self, vehicle: int, on_done: Callable[[Job], None] | None = None) -> ParamFetchJob:
         """Fetch all parameters into `table`."""
-        job = ParamFetchJob(self, vehicle, on_done)
+        job = ParamFetchJob(self.channel, self._ftp, vehicle, on_done)
         self.context.jobs.submit(job)
         return job
 
@@ -108,7 +98,7 @@ class ParamService:
         """Ask for some parameters by name, whatever is known of them."""
         reading = ParamReading(vehicle, on_done=on_done)
         for name in dict.fromkeys(names):
-            why = check_name(name) or self._unreachable(vehicle)
+            why = check_name(name) or self.channel.unreachable(vehicle)
             if not why and len(reading.open) >= MOST_NAMES_ASKED:
                 why = "too many at once"
             if why or len(self._readings) >= MOST_OPEN:
@@ -134,12 +124,12 @@ class ParamService:
         """
         setting = ParamSetting(vehicle, name, value, on_done)
         setting.judge = lambda param, number: self._judge(vehicle, param, number, beyond_range=beyond_range)
-        setting.known = self.table(vehicle).params.get(name)
+        setting.known = self.channel.table(vehicle).params.get(name)
         before = self._settings.pop((vehicle, name), None)
         if before is not None:
             before.end("superseded")
             self._tell(before)
-        why = check_name(name) or self._unreachable(vehicle)
+        why = check_name(name) or self.channel.unreachable(vehicle)
         if not why and name == firmware.hash_name(self.context.fleet.vehicles[vehicle]):
             why = "it is the checksum of all others"
         if not why and len(self._settings) >= MOST_OPEN:
@@ -154,68 +144,19 @@ class ParamService:
 
     def tick(self) -> None:
         """Ask what is due, tell what is over."""
-        now = self.now
+        now = self.channel.now
         for reading in self._readings:
-            reading.tick(self, now, slow=self._slow(reading.vehicle))
+            reading.tick(self.channel, now, slow=self.channel.is_slow(reading.vehicle))
         for setting in list(self._settings.values()):
-            setting.tick(self, now, slow=self._slow(setting.vehicle))
+            setting.tick(self.channel, now, slow=self.channel.is_slow(setting.vehicle))
         self._tell_all()
-
-    # ---------------------------------------------------------------- questions (also for jobs)
-
-    @property
-    def now(self) -> float:
-        """Station time."""
-        return self.context.clock.now()
-
-    def ask_name(self, vehicle: int, name: str) -> None:
-        """PARAM_REQUEST_READ by name."""
-        self.context.door.ask(vehicle, "PARAM_REQUEST_READ", param_id=name, param_index=BY_NAME)
-
-    def ask_index(self, vehicle: int, index: int) -> None:
-        """PARAM_REQUEST_READ by index."""
-        self.context.door.ask(vehicle, "PARAM_REQUEST_READ", param_id="", param_index=index)
-
-    def ask_list(self, vehicle: int) -> None:
-        """PARAM_REQUEST_LIST."""
-        self.context.door.ask(vehicle, "PARAM_REQUEST_LIST")
-
-    def send_set(self, vehicle: int, param: Param, value: Number, *, again: bool) -> str:
-        """PARAM_SET with the type the vehicle told; "" or why it was not sent."""
-        known = self.context.fleet.vehicles.get(vehicle)
-        if known is None:
-            return "unknown vehicle"
-        if known.no_commands:
-            return known.no_commands
-        try:
-            number = wire_value(param.type, value, self._encoding(known))
-        except ParamValueError as error:
-            return str(error)
-        what, fields = f"parameter {param.name}", {"param_id": str(param.name), "param_type": int(param.type)}
-        if again:
-            sent = self.context.door.transfer(vehicle, what, "PARAM_SET", param_value=number, **fields)
-            return "" if sent else "not sent"
-        self.context.door.action(vehicle, what, "PARAM_SET", param_value=number, **fields)
-        return ""
-
-    def ways(self, vehicle: Vehicle) -> firmware.Ways:
-        """How all its parameters can be had."""
-        return firmware.ways(vehicle, int(self._version(vehicle).get("capabilities", 0)))
-
-    def cache_key(self, vehicle: Vehicle) -> CacheKey | None:
-        """Under what its parameters are kept; None if it did not say who it is."""
-        version = self._version(vehicle)
-        if not vehicle.uid or not version:
-            return None
-        words = [str(version["flight_sw_version"]), bytes(version["flight_custom_version"]).hex()]
-        return CacheKey(vehicle.autopilot, " ".join(words), vehicle.uid)
 
     # ---------------------------------------------------------------- answers
 
     def _on_value(self, vehicle: Vehicle, fields: Fields) -> None:
         name, index, count = fields["param_id"], fields["param_index"], fields["param_count"]
         kind = param_type(fields["param_type"])
-        bits = _bits(vehicle, fields)
+        bits = value_bytes(vehicle, fields)
         if not name or kind is None or bits is None:
             self.ignored["parameter without name or type"] += 1
             return
@@ -225,8 +166,8 @@ class ParamService:
             if fetching is not None:
                 fetching.heard(None, name, index, count, bits)
             return
-        param = Param(name, read_value(kind, bits, self._encoding(vehicle)), kind)
-        if not self.table(vehicle.id).put(param):
+        param = Param(name, read_value(kind, bits, self.channel.encoding(vehicle)), kind)
+        if not self.channel.table(vehicle.id).put(param):
             self.ignored["parameter: too many names"] += 1
         if fetching is not None:
             fetching.heard(param, name, index, count, bits)
@@ -235,7 +176,7 @@ class ParamService:
                 reading.hear(param)
         setting = self._settings.get((vehicle.id, name))
         if setting is not None:
-            setting.hear(param, self, self.now, slow=self._slow(vehicle.id))
+            setting.hear(param, self.channel, self.channel.now, slow=self.channel.is_slow(vehicle.id))
         self._tell_all()
 
     def _on_error(self, vehicle: Vehicle, fields: Fields) -> None:
@@ -254,7 +195,7 @@ class ParamService:
 
     def _forget(self, vehicle: Vehicle) -> None:
         """It rebooted, is another one, or gone: what was known is to be read again."""
-        self.table(vehicle.id).forget()
+        self.channel.table(vehicle.id).forget()
         self._infos.pop(vehicle.id, None)
         for (number, _), setting in self._settings.items():
             if number == vehicle.id and not setting.over:
@@ -288,58 +229,13 @@ class ParamService:
         if setting.on_done is not None:
             setting.on_done(setting)
 
-    # ---------------------------------------------------------------- what is known of a vehicle
-
     def _judge(self, vehicle: int, param: Param, value: Number, *, beyond_range: bool) -> str:
         known = self.context.fleet.vehicles.get(vehicle)
         if known is None:
             return "unknown vehicle"
         try:
-            wire_value(param.type, value, self._encoding(known))
+            wire_value(param.type, value, self.channel.encoding(known))
         except ParamValueError as error:
             return str(error)
         info = self.info(vehicle).get(param.name)
         return info.why_not(value) if info is not None and not beyond_range else ""
-
-    def _unreachable(self, vehicle: int) -> str:
-        """Why asking makes no sense, or ""."""
-        known = self.context.fleet.vehicles.get(vehicle)
-        if known is None:
-            return "unknown vehicle"
-        return "heard over a high-latency link: commands only" if known.path.high_latency else ""
-
-    def _encoding(self, vehicle: Vehicle) -> firmware.Encoding:
-        return firmware.encoding(vehicle, lambda: int(self._version(vehicle).get("capabilities", 0)))
-
-    def _version(self, vehicle: Vehicle) -> Fields:
-        newest = self.context.fleet.newest(vehicle, AUTOPILOT_VERSION)
-        return newest.fields if newest is not None else {}
-
-    def _slow(self, vehicle: int) -> bool:
-        known = self.context.fleet.vehicles.get(vehicle)
-        return known is not None and self.context.is_slow(known.link)
-
-
-def _bits(vehicle: Vehicle, fields: Fields) -> bytes | None:
-    """The 4 bytes of `param_value` in the PARAM_VALUE that is being told.
-
-    Of a NaN, which may be the bytes of a whole number, they are in the frame only: a float does not keep them all.
-    """
-    if not math.isnan(fields["param_value"]):
-        return struct.pack("<f", fields["param_value"])
-    slots = [path.slots[PARAM_VALUE] for path in vehicle.used_paths() if PARAM_VALUE in path.slots]
-    newest = max(slots, key=lambda slot: slot.t_s, default=None)
-    if newest is None or newest.fields()["param_id"] != fields["param_id"]:
-        return None
-    head = HEADER_V2 if newest.raw[0] == MAGIC_V2 else HEADER_V1
-    return newest.raw[head : head + 4]
-
-
-def _open_cache(context: Context) -> ParamCache | None:
-    if context.folder is None:
-        return None
-    try:
-        return ParamCache(SafeFolder(context.folder / "cache"))
-    except FileRefused as error:
-        context.events.say(EventClass.PROCESSING, "station", f"parameters are not kept: {error}", WARNING)
-        return None

@@ -18,9 +18,9 @@ from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.services.files.ftp import FtpReaderJob, FtpService
 from tui_gcs.core.services.files.ftp_codec import crc_fits
 from tui_gcs.core.services.files.ftp_read import MemorySink
+from tui_gcs.core.services.files.ftp_sessions import FtpReaderJob, FtpSessions
 
 PARAMETERS, EVENTS, ACTUATORS = 1, 4, 5
 """COMP_METADATA_TYPE."""
@@ -82,7 +82,7 @@ def unpack(data: bytes) -> bytes:
 class MetadataService:
     """Fetches such files, and keeps them."""
 
-    def __init__(self, context: Context, ftp: FtpService) -> None:
+    def __init__(self, context: Context, ftp: FtpSessions) -> None:
         """Listen from now on."""
         self.context = context
         self.ftp = ftp

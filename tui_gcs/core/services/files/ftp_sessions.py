@@ -1,0 +1,118 @@
+"""The file sessions of all vehicles: at most one dialogue per vehicle, and what every file job does with it."""
+
+from collections import Counter
+from collections.abc import Callable
+from random import Random
+
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.files.byte_ranges import ByteRanges
+from tui_gcs.core.services.files.ftp_codec import Op
+from tui_gcs.core.services.files.ftp_dialogue import FIRST_TRIES, FtpDialogue
+from tui_gcs.core.services.files.ftp_read import MOST_BYTES, FtpReader, Sink
+from tui_gcs.core.uplink.jobs import Job
+
+MESSAGE = "FILE_TRANSFER_PROTOCOL"
+CHANGES = frozenset({Op.CREATE, Op.WRITE, Op.REMOVE})
+"""Requests that change a vehicle: the guard judges them."""
+_OP_AT = 3
+
+Done = Callable[[Job], None] | None
+
+
+class FtpSessions:
+    """One dialogue per vehicle at most; the job desk sees to that."""
+
+    def __init__(self, context: Context) -> None:
+        """Listen from now on."""
+        self.context = context
+        self._dialogues: dict[int, FtpDialogue] = {}
+        self.ignored: Counter[str] = Counter()
+        """Packets that belonged to nothing, by reason."""
+        context.fleet.on_message(MESSAGE, self._hear)
+
+    def dialogue(self, vehicle: Vehicle, what: str = "file", *, first_tries: int = FIRST_TRIES) -> FtpDialogue:
+        """A new conversation with a vehicle, in place of any before; `what` is the operator's word for changes."""
+        slow = self.context.is_slow(vehicle.link)
+        clock = self.context.clock
+        begun = [False]
+
+        def send(payload: list[int]) -> bool:
+            if payload[_OP_AT] not in CHANGES:
+                self.context.door.ask(vehicle.id, MESSAGE, target_network=0, payload=payload)
+                return True
+            if begun[0]:
+                return self.context.door.transfer(vehicle.id, what, MESSAGE, target_network=0, payload=payload)
+            begun[0] = True
+            self.context.door.action(vehicle.id, what, MESSAGE, target_network=0, payload=payload)
+            return True
+
+        self.end(vehicle.id)
+        random = Random(f"{clock.wall()!r} {vehicle.id}")
+        made = FtpDialogue(send, clock.now, random, slow=slow, first_tries=first_tries, ignored=self.ignored)
+        self._dialogues[vehicle.id] = made
+        return made
+
+    def reader(
+        self,
+        vehicle: Vehicle,
+        path: str,
+        sink: Sink,
+        on_end: Callable[[str], None],
+        *,
+        max_bytes: int = MOST_BYTES,
+        ranges: ByteRanges | None = None,
+        first_tries: int = FIRST_TRIES,
+    ) -> FtpReader:
+        """For jobs that need a file on their way: `begin` it, `tick` it, `abort` it with the job.
+
+        `on_end` is told "" or why not; `end` this service's part when the job is over.
+        """
+        dialogue = self.dialogue(vehicle, first_tries=first_tries)
+        now = self.context.clock.now
+        return FtpReader(dialogue, path, sink, on_end, now=now, max_bytes=max_bytes, ranges=ranges)
+
+    def end(self, vehicle: int) -> None:
+        """Nothing of that vehicle's files is of interest any more."""
+        dialogue = self._dialogues.pop(vehicle, None)
+        if dialogue is not None:
+            dialogue.close()
+
+    def _hear(self, vehicle: Vehicle, fields: Fields) -> None:
+        dialogue = self._dialogues.get(vehicle.id)
+        if not self.context.is_for_us(fields):
+            self.ignored["file answer for another station"] += 1
+        elif dialogue is None:
+            self.ignored["file answer nobody asked for"] += 1
+        else:
+            dialogue.hear(bytes(fields["payload"]))
+
+
+class FtpReaderJob(Job):
+    """A job that reads files of a vehicle on its way. However it ends, its dialogue ends with it."""
+
+    def __init__(self, ftp: FtpSessions, vehicle: int, name: str, on_done: Done) -> None:
+        """Nothing is asked before its turn."""
+        super().__init__(vehicle, name, on_done)
+        self._ftp = ftp
+        self._reader: FtpReader | None = None
+
+    def tick(self, vehicle: Vehicle, now: float) -> None:
+        """See `Job`."""
+        reader = self._reader
+        if reader is not None:
+            reader.tick()
+            self.done, self.total = reader.ranges.held, reader.announced
+
+    def abort(self) -> None:
+        """See `Job`."""
+        if self._reader is not None:
+            self._reader.abort()
+        self._ftp.end(self.vehicle)
+
+    def finish(self, error: str = "") -> None:
+        """See `Job`."""
+        if not self.over:
+            self._ftp.end(self.vehicle)
+        super().finish(error)

@@ -1,0 +1,251 @@
+"""The parts that all log jobs share: the list of logs, the requests, and the file of a log that is being downloaded.
+
+LOG_REQUEST_LIST asks which logs there are. A vehicle without logs may answer with an empty entry or not at all.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+import msgspec
+
+from tui_gcs.core.base.safe_files import FileRefused, PartFile, SafeFolder
+from tui_gcs.core.firmware.log_files import log_ending
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import ALERT
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.files.byte_ranges import ByteRanges
+
+MOST_LOGS = 4096
+LAST = 0xFFFF
+WAIT_S, SLOW_WAIT_S = 2.0, 4.0
+QUIET_S, SLOW_QUIET_S = 0.6, 2.0
+SILENT_TRIES, MOST_ROUNDS = 3, 20
+"""Lists asked for without any answer; rounds in a row of asking for missing entries without one."""
+PROOF_BYTES = 900
+"""Ten frames of a log do not look like those of another."""
+MOST_STATE_BYTES = 1000
+
+
+@dataclass(frozen=True)
+class LogEntry:
+    """One log of a vehicle."""
+
+    id: int
+    size: int
+    """Bytes; grows while it is written, and a little after disarming."""
+    time_utc: int
+    """Seconds since 1970; 0 if the vehicle does not know."""
+
+
+class LogLister:
+    """Decides what to ask next; `over` once all entries of `first` to `last` are there, or none come."""
+
+    def __init__(
+        self, ask: Callable[[int, int], None], now: float, *, slow: bool, first: int = 0, last: int = LAST
+    ) -> None:
+        """Asks at once."""
+        self._ask, self._first, self._last = ask, first, last
+        self._wait_s, self._quiet_s = (SLOW_WAIT_S, SLOW_QUIET_S) if slow else (WAIT_S, QUIET_S)
+        self.entries: dict[int, LogEntry] = {}
+        self.count = 0
+        """How many there are, as announced."""
+        self._newest = 0
+        self._tries = self._rounds = 0
+        self._due_s = 0.0
+        self.over = False
+        self.error = ""
+        self.silent = False
+        """Nothing came at all: there are none, or nobody listens."""
+        self._ask_all(now)
+
+    def hear(self, fields: Fields, now: float) -> None:
+        """A LOG_ENTRY came."""
+        if self.over:
+            return
+        self.count, self._newest = fields["num_logs"], fields["last_log_num"]
+        if self.count == 0:
+            self.over = True
+            return
+        number = fields["id"]
+        if number not in self.entries and len(self.entries) < MOST_LOGS and self._first <= number <= self._last:
+            self._rounds = 0
+        if len(self.entries) < MOST_LOGS:
+            self.entries[number] = LogEntry(number, fields["size"], fields["time_utc"])
+        self._due_s = now + self._quiet_s
+        self.over = not self._missing()
+
+    def tick(self, now: float) -> None:
+        """Ask again for what did not come."""
+        if self.over or now < self._due_s:
+            return
+        if not self.count:
+            if self._tries >= SILENT_TRIES:
+                self.over = self.silent = True
+            else:
+                self._ask_all(now)
+            return
+        missing = self._missing()
+        self._rounds += 1
+        if self._rounds > MOST_ROUNDS:
+            self.over, self.error = True, f"{len(self.entries)} of {self.count} entries came"
+            return
+        last = missing[0]
+        while last + 1 in missing:
+            last += 1
+        self._due_s = now + self._quiet_s
+        self._ask(missing[0], last)
+
+    def _ask_all(self, now: float) -> None:
+        self._tries += 1
+        self._due_s = now + self._wait_s
+        self._ask(self._first, self._last)
+
+    def _missing(self) -> list[int]:
+        """Which entries did not come, of those that were asked for."""
+        if len(self.entries) >= min(self.count, MOST_LOGS):
+            return []
+        oldest = max(0, self._newest - self.count + 1)
+        numbers = range(max(oldest, self._first), min(self._newest, self._last, oldest + MOST_LOGS) + 1)
+        return [number for number in numbers if number not in self.entries]
+
+
+class _State(msgspec.Struct, forbid_unknown_fields=True):
+    uid: str
+    id: int
+    held: int
+
+
+class LogPart:
+    """The file and its ranges. Writing raises OSError."""
+
+    def __init__(self, folder: SafeFolder, name: str, uid: str, entry: LogEntry) -> None:
+        """Go on with what is there of that log, else begin.
+
+        Args:
+            folder: Where.
+            name: Of the part, made of numbers by us.
+            uid: The vehicle's hardware id; "" if unknown.
+            entry: The log as the vehicle lists it now.
+
+        Raises:
+            FileRefused: it cannot be written there.
+        """
+        self._folder, self._name = folder, name
+        self._uid, self._id = uid, entry.id
+        self.ranges = ByteRanges()
+        self._proof = b""
+        """What is on the disk behind the held bytes, until the vehicle has sent the same."""
+        self._proof_at = 0
+        held = self._held(entry)
+        self.file: PartFile = folder.part(name, resume=held > 0)
+        if held:
+            self._proof_at = max(0, held - PROOF_BYTES)
+            self._proof = self.file.read(self._proof_at, held - self._proof_at)
+            if self._proof_at + len(self._proof) == held:
+                self.ranges.add(0, self._proof_at)
+            else:
+                self._proof = b""
+
+    def write(self, offset: int, data: bytes) -> None:
+        """See `ftp_read.Sink`. `ranges` has these bytes already; if they are of another log, all others are dropped."""
+        start, stop = offset - self._proof_at, offset + len(data) - self._proof_at
+        if self._proof and stop > 0 and start < len(self._proof):
+            ours = self._proof[max(0, start) : stop]
+            if ours != data[max(0, -start) : max(0, -start) + len(ours)]:
+                self.file.cut(0)
+                self._proof = b""
+                self.ranges.clear()
+                self.ranges.add(offset, offset + len(data))
+        self.file.write(offset, data)
+
+    def save(self) -> None:
+        """Note what is there. What prevents it costs only the resuming."""
+        held = self.ranges.first_gap()[0] if self.ranges.covers(1) else 0
+        try:
+            self._folder.replace(f"{self._name}.ranges", msgspec.json.encode(_State(self._uid, self._id, held)))
+        except FileRefused:
+            return
+
+    def keep(self) -> None:
+        """It is not whole: leave it to be resumed."""
+        self.save()
+        self.file.keep()
+        self._folder.close()
+
+    def discard(self) -> None:
+        """Away with it."""
+        self.file.discard()
+        self._folder.remove(f"{self._name}.ranges")
+        self._folder.close()
+
+    def finish(self, name: str, *, bad: bool = False) -> str:
+        """It is whole and called `name`, or as similar as is free; its name in the folder. Raises FileRefused."""
+        final = self.file.finish(name, bad=bad)
+        self._folder.remove(f"{self._name}.ranges")
+        self._folder.close()
+        return final
+
+    def _held(self, entry: LogEntry) -> int:
+        """How many bytes of that log seem to be there, from its beginning."""
+        stored = self._folder.read(f"{self._name}.ranges", MOST_STATE_BYTES)
+        try:
+            state = msgspec.json.decode(stored, type=_State) if stored else None
+        except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
+            return 0
+        if state is None or (state.uid, state.id) != (self._uid, entry.id) or not 0 < state.held <= entry.size:
+            return 0
+        return state.held if f"{self._name}.part" in self._folder.names() else 0
+
+
+class LogChannel:
+    """Sends the log requests to vehicles, and opens the files that logs are written to."""
+
+    def __init__(self, context: Context) -> None:
+        self.context = context
+        self.ignored: Counter[str] = Counter()
+        """Log messages that were of no use, counted by reason."""
+
+    def ask_list(self, vehicle: int, first: int, last: int) -> None:
+        """LOG_REQUEST_LIST."""
+        self.context.door.ask(vehicle, "LOG_REQUEST_LIST", start=first, end=last)
+
+    def ask_data(self, vehicle: int, number: int, offset: int, count: int) -> None:
+        """LOG_REQUEST_DATA."""
+        self.context.door.ask(vehicle, "LOG_REQUEST_DATA", id=number, ofs=offset, count=count)
+
+    def ask_end(self, vehicle: int) -> None:
+        """LOG_REQUEST_END: it may arm again."""
+        if vehicle in self.context.fleet.vehicles:
+            self.context.door.ask(vehicle, "LOG_REQUEST_END")
+
+    def refusal(self, vehicle: Vehicle, since_s: float) -> str:
+        """What the vehicle said of logs since then, which is all the answer that ArduPilot gives while armed."""
+        return "; ".join(text for text in vehicle.reasons_since(since_s) if "log" in text.lower())
+
+    def part(self, vehicle: Vehicle, entry: LogEntry) -> LogPart:
+        """The file for a log, with what is there of it. Raises FileRefused."""
+        if self.context.folder is None:
+            raise FileRefused("this station has no folder for downloads")
+        folder = SafeFolder(self.context.folder / "logs" / f"vehicle-{vehicle.id}")
+        try:
+            return LogPart(folder, f"log-{entry.id:05d}.{log_ending(vehicle)}", vehicle.uid, entry)
+        except FileRefused:
+            folder.close()
+            raise
+
+    def final_name(self, vehicle: Vehicle, entry: LogEntry) -> str:
+        """What a whole log is called here: made of numbers, never of what the vehicle said."""
+        day = datetime.fromtimestamp(entry.time_utc, UTC).strftime("-%Y%m%dT%H%M%SZ") if entry.time_utc else ""
+        return f"log-{entry.id:05d}{day}.{log_ending(vehicle)}"
+
+    def told_path(self, vehicle: int, name: str) -> str:
+        """Where a finished file is, below the station's state directory."""
+        return f"logs/vehicle-{vehicle}/{name}"
+
+    def alarm(self, vehicle: int, text: str) -> None:
+        """Something that somebody must see to."""
+        self.context.events.say(EventClass.PROCESSING, f"vehicle {vehicle}", text, ALERT)

@@ -1,0 +1,160 @@
+"""What is known of vehicles' parameters, and the requests for them: used by the service and by its jobs."""
+
+import math
+import struct
+from collections.abc import Iterable
+
+from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
+from tui_gcs.core.firmware import parameters as firmware
+from tui_gcs.core.fleet.fleet import Fields
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.mavlink.frames import MAGIC_V2
+from tui_gcs.core.protocol.common import EventClass
+from tui_gcs.core.records.event_log import WARNING
+from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.parameters.param_cache import CacheKey, ParamCache
+from tui_gcs.core.services.parameters.param_values import Number, Param, ParamValueError, wire_value
+
+PARAM_VALUE, AUTOPILOT_VERSION = 22, 148
+BY_NAME = -1
+HEADER_V1, HEADER_V2 = 6, 10
+"""Bytes before the payload, which begins with `param_value`."""
+MOST_NAMES = 4096
+"""Per vehicle; real ones have some 900 to 1400 (security.md B.6-69)."""
+
+
+class ParamTable:
+    """Parameters by name."""
+
+    def __init__(self) -> None:
+        """Nothing known."""
+        self.params: dict[str, Param] = {}
+        self.complete = False
+        """All were fetched since it booted; what changed since was told or set by us."""
+
+    def put(self, param: Param) -> bool:
+        """Take a value that was told; a default that is known stays. False if there is no room."""
+        before = self.params.get(param.name)
+        if before is None and len(self.params) >= MOST_NAMES:
+            return False
+        if before is not None and before.default is not None and param.default is None and before.type == param.type:
+            param = Param(param.name, param.value, param.type, before.default)
+        self.params[param.name] = param
+        return True
+
+    def fill(self, params: Iterable[Param]) -> None:
+        """These are all there are."""
+        self.params = {}
+        for param in params:
+            self.put(param)
+        self.complete = True
+
+    def forget(self) -> None:
+        """It rebooted: names and types may be other ones, and values those that were stored."""
+        self.params, self.complete = {}, False
+
+
+class ParamChannel:
+    """Sends parameter requests to vehicles, and keeps their answers in tables."""
+
+    def __init__(self, context: Context) -> None:
+        self.context = context
+        self._tables: dict[int, ParamTable] = {}
+        self.cache = _open_cache(context)
+
+    def table(self, vehicle: int) -> ParamTable:
+        """What is known of a vehicle's parameters."""
+        return self._tables.setdefault(vehicle, ParamTable())
+
+    @property
+    def now(self) -> float:
+        """Station time."""
+        return self.context.clock.now()
+
+    def ask_name(self, vehicle: int, name: str) -> None:
+        """PARAM_REQUEST_READ by name."""
+        self.context.door.ask(vehicle, "PARAM_REQUEST_READ", param_id=name, param_index=BY_NAME)
+
+    def ask_index(self, vehicle: int, index: int) -> None:
+        """PARAM_REQUEST_READ by index."""
+        self.context.door.ask(vehicle, "PARAM_REQUEST_READ", param_id="", param_index=index)
+
+    def ask_list(self, vehicle: int) -> None:
+        """PARAM_REQUEST_LIST."""
+        self.context.door.ask(vehicle, "PARAM_REQUEST_LIST")
+
+    def send_set(self, vehicle: int, param: Param, value: Number, *, again: bool) -> str:
+        """PARAM_SET with the type the vehicle told; "" or why it was not sent."""
+        known = self.context.fleet.vehicles.get(vehicle)
+        if known is None:
+            return "unknown vehicle"
+        if known.no_commands:
+            return known.no_commands
+        try:
+            number = wire_value(param.type, value, self.encoding(known))
+        except ParamValueError as error:
+            return str(error)
+        what, fields = f"parameter {param.name}", {"param_id": str(param.name), "param_type": int(param.type)}
+        if again:
+            sent = self.context.door.transfer(vehicle, what, "PARAM_SET", param_value=number, **fields)
+            return "" if sent else "not sent"
+        self.context.door.action(vehicle, what, "PARAM_SET", param_value=number, **fields)
+        return ""
+
+    def ways(self, vehicle: Vehicle) -> firmware.Ways:
+        """How all its parameters can be had."""
+        return firmware.ways(vehicle, int(self.version(vehicle).get("capabilities", 0)))
+
+    def cache_key(self, vehicle: Vehicle) -> CacheKey | None:
+        """Under what its parameters are kept; None if it did not say who it is."""
+        version = self.version(vehicle)
+        if not vehicle.uid or not version:
+            return None
+        words = [str(version["flight_sw_version"]), bytes(version["flight_custom_version"]).hex()]
+        return CacheKey(vehicle.autopilot, " ".join(words), vehicle.uid)
+
+    def unreachable(self, vehicle: int) -> str:
+        """Why asking makes no sense, or ""."""
+        known = self.context.fleet.vehicles.get(vehicle)
+        if known is None:
+            return "unknown vehicle"
+        return "heard over a high-latency link: commands only" if known.path.high_latency else ""
+
+    def encoding(self, vehicle: Vehicle) -> firmware.Encoding:
+        """How the vehicle writes whole numbers into the float of PARAM_VALUE."""
+        return firmware.encoding(vehicle, lambda: int(self.version(vehicle).get("capabilities", 0)))
+
+    def version(self, vehicle: Vehicle) -> Fields:
+        """The fields of its newest AUTOPILOT_VERSION; empty if none has been received."""
+        newest = self.context.fleet.newest(vehicle, AUTOPILOT_VERSION)
+        return newest.fields if newest is not None else {}
+
+    def is_slow(self, vehicle: int) -> bool:
+        """Whether the vehicle is reached over a telemetry radio, or a link as slow."""
+        known = self.context.fleet.vehicles.get(vehicle)
+        return known is not None and self.context.is_slow(known.link)
+
+
+def value_bytes(vehicle: Vehicle, fields: Fields) -> bytes | None:
+    """The 4 bytes of `param_value` in the PARAM_VALUE that is being told.
+
+    Of a NaN, which may be the bytes of a whole number, they are in the frame only: a float does not keep them all.
+    """
+    if not math.isnan(fields["param_value"]):
+        return struct.pack("<f", fields["param_value"])
+    slots = [path.slots[PARAM_VALUE] for path in vehicle.used_paths() if PARAM_VALUE in path.slots]
+    newest = max(slots, key=lambda slot: slot.t_s, default=None)
+    if newest is None or newest.fields()["param_id"] != fields["param_id"]:
+        return None
+    head = HEADER_V2 if newest.raw[0] == MAGIC_V2 else HEADER_V1
+    return newest.raw[head : head + 4]
+
+
+def _open_cache(context: Context) -> ParamCache | None:
+    if context.folder is None:
+        return None
+    try:
+        return ParamCache(SafeFolder(context.folder / "cache"))
+    except FileRefused as error:
+        context.events.say(EventClass.PROCESSING, "station", f"parameters are not kept: {error}", WARNING)
+        return None
