@@ -29,6 +29,7 @@ FLOORS = (
     ("services", "judging"),
     ("station", "formats"),
     ("preflight", "requests"),
+    ("process",),
 )
 """The packages of `tui_gcs/core` from the ground up; imports lead down, or to the left on the same floor."""
 
@@ -54,7 +55,7 @@ BROAD_EXCEPT_ALLOWED = {
     "tui_gcs/planner/runtime/planner_file.py",  # or run from its file here
     "tui_gcs/planner/check/subject.py",  # and asked for its state here
     "tui_gcs/planner/runtime/background.py",  # a thread's error is raised again where it is waited for
-    "tui_gcs/core/station/process.py",  # the edge of a process: logs and ends
+    "tui_gcs/core/process/station_process.py",  # the edge of a process: logs and ends
 }
 PLANNER_MACHINERY = (
     "tui_gcs/planner/runtime/",

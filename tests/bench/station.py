@@ -20,7 +20,7 @@ from tui_gcs.core.protocol.bus import EVENT, STATUS, BusError
 from tui_gcs.core.protocol.zenoh_bus import ZenohBus, connect
 
 SCENARIO = Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml"
-SUPERVISOR, STATION = "tui_gcs.client.launcher", "tui_gcs.core.station.process"
+SUPERVISOR, STATION = "tui_gcs.client.launcher", "tui_gcs.core.process.station_process"
 
 
 @dataclass

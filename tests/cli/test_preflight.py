@@ -14,13 +14,13 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.judging.mission_script import Script, Step
 from tui_gcs.core.judging.referee import Check as Gate
 from tui_gcs.core.judging.referee import Result
+from tui_gcs.core.process.state_store import StationMemory
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.preflight import Check, CheckState
 from tui_gcs.core.records.rehearsal_store import FILE, RehearsalBook, plan_digest
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.core.station.state_store import StationMemory
 
 OPTIONS = argparse.Namespace(kind=None, json=False, read_again=False, acknowledge=[], sign=False, operator="Ada")
 

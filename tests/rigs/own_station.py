@@ -70,7 +70,7 @@ def station_in(folder: Path, begin: Callable[[], object]) -> Iterator[Watcher]:
         yield Watcher(bus)
         bus.close()
     finally:
-        for part in ("tui_gcs.client.launcher", "tui_gcs.core.station.process", "sitl.launch.simulated"):
+        for part in ("tui_gcs.client.launcher", "tui_gcs.core.process.station_process", "sitl.launch.simulated"):
             for pid in processes(part):
                 os.kill(pid, signal.SIGKILL)
         for name, value in before.items():

@@ -51,6 +51,6 @@ def end_programs() -> None:
     for line in listing.splitlines():
         if ours in line and any(
             part in line
-            for part in ("tui_gcs.client.launcher", "tui_gcs.core.station.process", "sitl.launch.simulated")
+            for part in ("tui_gcs.client.launcher", "tui_gcs.core.process.station_process", "sitl.launch.simulated")
         ):
             os.kill(int(line.split()[0]), 9)

@@ -85,7 +85,7 @@ def test_a_killed_planner_worker_makes_its_team_hold_and_the_operator_is_told(fl
 
 def test_a_killed_station_comes_back_with_the_whole_picture_and_sends_nothing(fleet: Watcher):
     fleet.status = None
-    for pid in processes("tui_gcs.core.station.process"):
+    for pid in processes("tui_gcs.core.process.station_process"):
         os.kill(pid, signal.SIGKILL)
     until(lambda: fleet.status is not None and fleet.status.armed == 8, 15, "the whole picture again")
     until(lambda: fleet.phases() == {m.Phase.HOLDING}, 10, "nobody is steered")
@@ -115,6 +115,6 @@ def test_simulated_vehicles_fly_on_with_the_station_alone_and_end_with_it(fleet:
     until(lambda: any(alarm.cause == "supervisor" for alarm in fleet.status.alarms), 5, "told that nobody supervises")
     time.sleep(2.5)
     assert processes("sitl.launch.simulated") and max(fleet.frame.heard_age_s) < 1.5, "it is still flown"
-    for pid in processes("tui_gcs.core.station.process"):
+    for pid in processes("tui_gcs.core.process.station_process"):
         os.kill(pid, signal.SIGKILL)
     until(lambda: not processes("sitl.launch.simulated"), 5, "nobody wants vehicles any more")

@@ -217,7 +217,7 @@ def _keep_station(directory: Path, wants: int) -> int:
         if len(starts) > MOST_RESTARTS:
             (directory / "error").write_text(f"the station died {MOST_RESTARTS} times in a minute: see its log")
             return 1
-        command = [sys.executable, "-m", "tui_gcs.core.station.process", str(directory / RUN_FILE)]
+        command = [sys.executable, "-m", "tui_gcs.core.process.station_process", str(directory / RUN_FILE)]
         station = subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=(wants,))
         code = station.wait()
         if code in (0, CANNOT_START):

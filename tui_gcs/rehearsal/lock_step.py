@@ -22,13 +22,13 @@ from tui_gcs.core.judging.incursions import Incursions
 from tui_gcs.core.judging.mission_script import Script
 from tui_gcs.core.judging.referee import Referee, Result
 from tui_gcs.core.links.memory import MemoryLink
+from tui_gcs.core.process.state_store import StationMemory
 from tui_gcs.core.protocol.bus import STATUS, Bus, BusSession, MemoryBus
 from tui_gcs.core.protocol.common import RunPhase, StationStatus, decode
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.core.scenario.takeoff_places import simulated_places
-from tui_gcs.core.station.state_store import StationMemory
 from tui_gcs.core.station.station import Station, StationConfig
 from tui_gcs.planner.runtime.host import PlannerHost, attach
 from tui_gcs.planner.runtime.planner_subprocess import PlannerProcessError, PlannersBeside

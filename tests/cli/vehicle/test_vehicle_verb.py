@@ -500,7 +500,7 @@ def test_both_autopilots_through_a_station_of_its_own(
 
 def stop_all(runtime: str) -> None:
     listing = subprocess.run(["ps", "-ww", "-eo", "pid,args"], capture_output=True, text=True, check=True).stdout
-    for part in ("tui_gcs.client.launcher", "tui_gcs.core.station.process", "sitl.launch.simulated"):
+    for part in ("tui_gcs.client.launcher", "tui_gcs.core.process.station_process", "sitl.launch.simulated"):
         for line in listing.splitlines():
             if part in line and runtime in line:
                 os.kill(int(line.split()[0]), signal.SIGKILL)

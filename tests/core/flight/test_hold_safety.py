@@ -7,10 +7,10 @@ import pytest
 
 from tests.core.rigs.rig import Rig
 from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.process.state_store import StationMemory
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.protocol.flight import Land
-from tui_gcs.core.station.state_store import StationMemory
 from tui_gcs.core.station.status import station_status
 
 pytestmark = pytest.mark.long  # nearly each is a flight

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from tests.core.rigs.rig import Rig, toml
+from tui_gcs.core.process.state_store import StationMemory
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Intent, Phase
 from tui_gcs.core.scenario.load import parse
-from tui_gcs.core.station.state_store import StationMemory
 
 MakeRig = Callable[..., Rig]
 

@@ -12,10 +12,10 @@ from tests.core.rigs.rig import Rig, scenario
 from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.fleet.integrity.position_jump_monitor import JumpWatch
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.flight.fleet_monitor import FleetMonitor
 from tui_gcs.core.flight.flights import Flight, FlightBook
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Shape, Zone, contains
 from tui_gcs.core.guard.guard import Guard
-from tui_gcs.core.judging.fleet_monitor import FleetMonitor
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask, RunPhase, Vec3
 from tui_gcs.core.scenario.model import Scenario

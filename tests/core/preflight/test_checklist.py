@@ -13,6 +13,7 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.firmware.failsafes import explain
 from tui_gcs.core.missions.fences import circle
 from tui_gcs.core.plans.model import WAYPOINT, Plan, PlanItem, PlanKind
+from tui_gcs.core.process.state_store import StationMemory
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import Phase, RunPhase
@@ -30,7 +31,6 @@ from tui_gcs.core.protocol.preflight import (
 )
 from tui_gcs.core.records.rehearsal_store import Rehearsal, plan_digest, remember
 from tui_gcs.core.services.plans.plan_table import Held
-from tui_gcs.core.station.state_store import StationMemory
 
 MakeRig = Callable[..., Rig]
 MISSION = Plan(PlanKind.MISSION, (PlanItem(WAYPOINT, 3, x=520_000_000, y=-6_000_000, z=30.0),))

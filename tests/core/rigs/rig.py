@@ -17,6 +17,7 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.mavlink.dialect import decode
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram
+from tui_gcs.core.process.state_store import StationMemory
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import FLEET, PLAN, REQUEST, TASK, MemoryBus
 from tui_gcs.core.protocol.common import Event, FleetFrame, Intent, Phase, Plan, PlannerTask, Reply, RunPhase
@@ -24,7 +25,6 @@ from tui_gcs.core.protocol.preflight import OVERRIDABLE
 from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.core.station.state_store import StationMemory
 from tui_gcs.core.station.station import Station
 from tui_gcs.rehearsal.lock_step import TICK_S, LockStep
 

@@ -7,9 +7,9 @@ import msgspec
 import pytest
 
 from tests.core.rigs.rig import SETPOINT, Rig, scenario
+from tui_gcs.core.process.state_store import StationMemory
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask, RunPhase
-from tui_gcs.core.station.state_store import StationMemory
 from tui_gcs.core.station.status import station_status
 
 pytestmark = pytest.mark.long  # nearly each is a flight

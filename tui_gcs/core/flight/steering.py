@@ -15,12 +15,12 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.registry import Firmwares
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.flight.fleet_monitor import error_m
 from tui_gcs.core.flight.flights import COLUMN_M, Flight, FlightBook
 from tui_gcs.core.geometry.shortest_route import route
 from tui_gcs.core.guard.bypass import columns_aside
 from tui_gcs.core.guard.guard import Guard, Verdict
 from tui_gcs.core.guard.motion_prediction import Alone, Does, Sight
-from tui_gcs.core.judging.fleet_monitor import error_m
 from tui_gcs.core.motion.course import STILL, Course, Stand, stopping_point
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.motion.tracking_error import Led, Tracking, wanted_then

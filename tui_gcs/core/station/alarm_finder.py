@@ -18,9 +18,9 @@ from tui_gcs.core.firmware.foreign_command_policy import stop_word
 from tui_gcs.core.firmware.health import Concern, Problem
 from tui_gcs.core.fleet.integrity.position_jump_monitor import JUMP_M
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.flight.fleet_monitor import error_m
 from tui_gcs.core.flight.flights import FOUND, MOTORS_STEP, ON_BOARD_STEP, Flight
 from tui_gcs.core.guard.conflict_prediction import Closing, closings
-from tui_gcs.core.judging.fleet_monitor import error_m
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import Event, Freshness, Phase, RunPhase

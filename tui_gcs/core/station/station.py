@@ -26,6 +26,7 @@ from tui_gcs.core.fleet.tracks import TrackBook
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.fleet.wind import WindBook
 from tui_gcs.core.flight.executive import Executive
+from tui_gcs.core.flight.fleet_monitor import FleetMonitor
 from tui_gcs.core.flight.flights import FOUND, FlightBook
 from tui_gcs.core.flight.follow import EscortDesk
 from tui_gcs.core.flight.manual_control import ByHand
@@ -35,7 +36,6 @@ from tui_gcs.core.flight.teams import TeamDesk
 from tui_gcs.core.forward.forwarder import Endpoint, Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard.guard import Guard
-from tui_gcs.core.judging.fleet_monitor import FleetMonitor
 from tui_gcs.core.links import Link
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.preflight.checklist import PreflightDesk

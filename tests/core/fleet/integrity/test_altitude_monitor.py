@@ -10,9 +10,9 @@ import pytest
 from sitl.ardupilot.telemetry import BUILDERS
 from tests.core.fleet.integrity.test_position_jump_monitor import alarms, believes
 from tests.core.rigs.rig import Rig
+from tui_gcs.core.process.state_store import StationMemory
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
-from tui_gcs.core.station.state_store import StationMemory
 
 MakeRig = Callable[..., Rig]
 

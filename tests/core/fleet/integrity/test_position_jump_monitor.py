@@ -11,9 +11,9 @@ from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.fleet.integrity.position_jump_monitor import JumpWatch
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import FOUND
+from tui_gcs.core.process.state_store import StationMemory
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase, Vec3
-from tui_gcs.core.station.state_store import StationMemory
 
 MakeRig = Callable[..., Rig]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.core.station.workers import END_S, KEPT_LOG_BYTES, LOOK_GAP_S, MOST_LOG_BYTES, Workers
+from tui_gcs.core.process.planner_workers import END_S, KEPT_LOG_BYTES, LOOK_GAP_S, MOST_LOG_BYTES, Workers
 
 
 def test_a_planner_that_prints_without_end_does_not_fill_the_disk(tmp_path: Path) -> None:
@@ -52,7 +52,7 @@ def group_of(then: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[
     """Keeps one worker, a program that starts another one, and the group both are in."""
     module = folder / "forks.py"
     module.write_text(FORKS.format(then=then))
-    monkeypatch.setattr("tui_gcs.core.station.workers.command_of", lambda *_: [sys.executable, str(module)])
+    monkeypatch.setattr("tui_gcs.core.process.planner_workers.command_of", lambda *_: [sys.executable, str(module)])
     workers = Workers(folder / "bus", folder / "log")
     workers.keep(["red"], 0.0)
     wait_for(lambda: (folder / "log").read_text().endswith("\n"))

@@ -6,9 +6,9 @@ import pytest
 
 from tests.core.rigs.rig import scenario
 from tests.core.rigs.vehicles import a_vehicle
+from tui_gcs.core.flight.fleet_monitor import FleetMonitor
 from tui_gcs.core.flight.flights import FlightBook
 from tui_gcs.core.guard.guard import Guard
-from tui_gcs.core.judging.fleet_monitor import FleetMonitor
 
 FIX = (0, 0, 0, 0, 0, 0, 0, 100, 0)
 

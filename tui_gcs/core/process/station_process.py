@@ -26,6 +26,8 @@ from tui_gcs.core.forward.forwarder import Endpoint
 from tui_gcs.core.links import Link, LinkError, open_link
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.signing import SigningError
+from tui_gcs.core.process.planner_workers import Declarations, Workers
+from tui_gcs.core.process.state_store import StationMemory
 from tui_gcs.core.protocol.bus import BusError
 from tui_gcs.core.protocol.common import PlannerInfo
 from tui_gcs.core.protocol.zenoh_bus import QueuedBus, ZenohBus, serve
@@ -36,9 +38,7 @@ from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import OperatorId, Scenario
 from tui_gcs.core.signing.keystore import KeyStore, KeyStoreError, open_store
 from tui_gcs.core.signing.timestamp_store import TimestampFile
-from tui_gcs.core.station.state_store import StationMemory
 from tui_gcs.core.station.station import Station, StationConfig
-from tui_gcs.core.station.workers import Declarations, Workers
 
 TICK_S = 0.05
 RECEIVE_S = 0.005
@@ -273,7 +273,7 @@ def _close(bus: ZenohBus) -> None:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """`python -m tui_gcs.core.station.process RUN_FILE`."""
+    """`python -m tui_gcs.core.process.station_process RUN_FILE`."""
     run_file = Path((argv or sys.argv[1:])[0])
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(levelname)s %(message)s")
     try:

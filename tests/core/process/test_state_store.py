@@ -10,10 +10,10 @@ import msgspec
 import pytest
 
 from tests.core.rigs.rig import Rig, scenario
+from tui_gcs.core.process.state_store import StationMemory
 from tui_gcs.core.protocol.common import Phase, RunPhase
 from tui_gcs.core.protocol.plan_limits import MOST_LEARNT_BYTES
 from tui_gcs.core.scenario.model import LinkLoss
-from tui_gcs.core.station.state_store import StationMemory
 from tui_gcs.core.station.station import Station
 
 MakeRig = Callable[..., Rig]

@@ -13,12 +13,12 @@ from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.preflight.vehicle_checks import plans_on_board
+from tui_gcs.core.process.state_store import StationMemory
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.bus import REQUEST
 from tui_gcs.core.protocol.common import Phase, RunPhase
 from tui_gcs.core.protocol.services import PlanRow, ServiceReply, SetParams, UploadPlan
-from tui_gcs.core.station.state_store import StationMemory
 from tui_gcs.core.station.status import station_status
 
 pytestmark = pytest.mark.long  # nearly each is a flight
