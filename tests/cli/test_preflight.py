@@ -14,12 +14,12 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.judging.mission_script import Script, Step
 from tui_gcs.core.judging.referee import Check as Gate
 from tui_gcs.core.judging.referee import Result
-from tui_gcs.core.process.state_store import StationMemory
+from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.preflight import Check, CheckState
-from tui_gcs.core.records.rehearsal_store import FILE, RehearsalBook, plan_digest
+from tui_gcs.core.records.rehearsal_store import FILE, RehearsalStore, plan_digest
 from tui_gcs.core.scenario.model import Scenario
 
 OPTIONS = argparse.Namespace(kind=None, json=False, read_again=False, acknowledge=[], sign=False, operator="Ada")
@@ -44,7 +44,7 @@ def rig(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Rig]:
     """A LIVE station with two vehicles, and the command on its bus."""
     rig = Rig(scenario(2), toml(), tmp_path)
     rig.station.config.kind, rig.station.config.token = Kind.LIVE, ""
-    rig.restart_station(StationMemory(tmp_path / "none.json"))
+    rig.restart_station(StateStore(tmp_path / "none.json"))
     rig.ready()
     monkeypatch.setattr(preflight, "which", lambda kind: Kind.LIVE)
     monkeypatch.setattr(preflight, "join", lambda kind: RigBus(rig))
@@ -174,11 +174,11 @@ def test_a_rehearsal_leaves_a_record_that_is_found_by_its_plan(
         sensor=None,
     )
     rehearse._remember("it", plan_digest(scenario(), {}), result, "", options)
-    found = RehearsalBook(tmp_path / "sim" / FILE).newest(plan_digest(scenario(), {}))
+    found = RehearsalStore(tmp_path / "sim" / FILE).newest(plan_digest(scenario(), {}))
     assert found is not None and found.passed is good
     assert found.conditions == "--lose 3@120, --restart 200, wind, m/s east,north 3,0"
     other = msgspec.structs.replace(scenario(), seed=7)
-    assert RehearsalBook(tmp_path / "sim" / FILE).newest(plan_digest(other, {})) is None
+    assert RehearsalStore(tmp_path / "sim" / FILE).newest(plan_digest(other, {})) is None
 
 
 @pytest.mark.parametrize("option", ["--json", "--report"])

@@ -24,7 +24,7 @@ from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import Kind
 
 if TYPE_CHECKING:
-    from tui_gcs.core.judging.referee import Referee, Result
+    from tui_gcs.core.judging.referee import FlightResult, Referee
     from tui_gcs.core.protocol.bus import Bus
     from tui_gcs.core.protocol.common import PlannerInfo
     from tui_gcs.core.scenario.model import Scenario
@@ -52,7 +52,7 @@ class Asked:
         self,
         happenings: "list[Happening] | None" = None,
         watch: "Callable[[Bus, Referee], None]" = lambda _bus, _referee: None,
-    ) -> "tuple[Result, str]":
+    ) -> "tuple[FlightResult, str]":
         """(result, why it ended early or ""). Raises `HappeningError`."""
         from tui_gcs.rehearsal.lock_step import rehearse, weather_of_spec, world_of_spec
 

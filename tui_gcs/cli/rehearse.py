@@ -13,7 +13,7 @@ from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import Kind
 
 if TYPE_CHECKING:
-    from tui_gcs.core.judging.referee import Result
+    from tui_gcs.core.judging.referee import FlightResult
     from tui_gcs.rehearsal.fault_schedule import Happening
     from tui_gcs.rehearsal.report.flight_recording import FlightRecord
 
@@ -53,7 +53,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _reported(
-    arguments: argparse.Namespace, record: "FlightRecord", result: "Result", problem: str, planned: "list[Happening]"
+    arguments: argparse.Namespace,
+    record: "FlightRecord",
+    result: "FlightResult",
+    problem: str,
+    planned: "list[Happening]",
 ) -> bool:
     """Write the report; whether it could be written."""
     from tui_gcs.rehearsal.report.page import page
@@ -69,7 +73,7 @@ def _reported(
 def _remember(
     scenario: str,
     plan: str,
-    result: "Result",
+    result: "FlightResult",
     problem: str,
     arguments: argparse.Namespace,
 ) -> None:

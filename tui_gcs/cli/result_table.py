@@ -8,12 +8,12 @@ from tui_gcs.console.exits import CANNOT, FAILED, OK
 from tui_gcs.core.protocol.metric_names import seen_pct
 
 if TYPE_CHECKING:
-    from tui_gcs.core.judging.referee import Result
+    from tui_gcs.core.judging.referee import FlightResult
 
 NAME_WIDTH = 9
 
 
-def report(result: "Result", problem: str, json_file: str | None) -> int:
+def report(result: "FlightResult", problem: str, json_file: str | None) -> int:
     """Print the result, then write it; returns the exit code. A file that cannot be written is told, and costs 2."""
     import msgspec
 
@@ -38,7 +38,7 @@ def written(path: str, data: bytes) -> bool:
     return True
 
 
-def table(result: "Result") -> str:
+def table(result: "FlightResult") -> str:
     """The result for people, 80 columns wide."""
     lines = [
         f"{result.scenario}  seed {result.seed}",
@@ -70,7 +70,7 @@ def table(result: "Result") -> str:
     return "\n".join(lines)
 
 
-def _intruders(result: "Result") -> list[str]:
+def _intruders(result: "FlightResult") -> list[str]:
     """Who was met, who came in; nothing for a flight that nobody disturbed."""
     lines = [""] if result.intruders else []
     for r in result.intruders:

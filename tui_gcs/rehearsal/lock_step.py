@@ -20,9 +20,9 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.judging.incursions import Incursions
 from tui_gcs.core.judging.mission_script import Script
-from tui_gcs.core.judging.referee import Referee, Result
+from tui_gcs.core.judging.referee import FlightResult, Referee
 from tui_gcs.core.links.memory import MemoryLink
-from tui_gcs.core.process.state_store import StationMemory
+from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol.bus import STATUS, Bus, BusSession, MemoryBus
 from tui_gcs.core.protocol.common import RunPhase, StationStatus, decode
 from tui_gcs.core.records.journal import Journal
@@ -167,7 +167,7 @@ class LockStep:
 
     def kill_station(self) -> None:
         """As `kill -9`: it says nothing any more; what it has written down stays."""
-        StationMemory(self.log_dir / "memory.json").remember(self.station)
+        StateStore(self.log_dir / "memory.json").remember(self.station)
         self._on_bus.close()
         self.station_runs = False
 
@@ -178,7 +178,7 @@ class LockStep:
         self._on_bus = BusSession(self.bus)
         config = self.station.config
         self.station = Station(config, self.clock, self._on_bus, [self.link], self.recorder, self.journal)
-        StationMemory(self.log_dir / "memory.json").recall(self.station)
+        StateStore(self.log_dir / "memory.json").recall(self.station)
         self._foreseen = 0
         self.station_runs = True
 
@@ -263,7 +263,7 @@ def rehearse(
     files: Mapping[str, PlannerFile] | None = None,
     happenings: list[Happening] | None = None,
     watch: Callable[[Bus, Referee], None] = _nobody,
-) -> tuple[Result, str]:
+) -> tuple[FlightResult, str]:
     """Fly the whole scenario as fast as it goes; (result, why it ended early or "").
 
     `rounds` flies only the first so many rounds; `autopilots` is a key of `AUTOPILOTS`; `bad_links`: faults
@@ -292,7 +292,7 @@ def _flown(
     on_progress: Callable[[float, str], None],
     happenings: list[Happening],
     watch: Callable[[Bus, Referee], None],
-) -> tuple[Result, str]:
+) -> tuple[FlightResult, str]:
     script = Script(flight.scenario, flight.bus, principal="rehearsal", whole_duration=False)
     watch(flight.bus, script.referee)
     intruders = IntruderWatch(flight)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tui_gcs.core.alarms.alarm_table import AlarmDesk, Finding
+from tui_gcs.core.alarms.alarm_table import AlarmFinding, AlarmTable
 from tui_gcs.core.alarms.causes import BY_ID, CAUSES, RANK
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol.alarms import AlarmLevel, action_words
@@ -16,10 +16,10 @@ class Desk:
     def __init__(self) -> None:
         self.clock = VirtualClock()
         self.events = EventLog(self.clock)
-        self.desk = AlarmDesk(self.clock, self.events)
+        self.desk = AlarmTable(self.clock, self.events)
         self.events.listen(lambda event: self.desk.on_event(event, {}))
 
-    def look(self, *findings: Finding, seconds: float = 0.5) -> None:
+    def look(self, *findings: AlarmFinding, seconds: float = 0.5) -> None:
         """These are wrong for so long."""
         for _ in range(round(seconds / 0.5)):
             self.clock.advance(0.5)
@@ -55,13 +55,13 @@ def desk() -> Desk:
     return Desk()
 
 
-def lost(*vehicles: int) -> list[Finding]:
+def lost(*vehicles: int) -> list[AlarmFinding]:
     """These are lost."""
-    return [Finding("lost", vehicle) for vehicle in vehicles]
+    return [AlarmFinding("lost", vehicle) for vehicle in vehicles]
 
 
 def test_eight_vehicles_with_one_trouble_are_one_alarm(desk: Desk) -> None:
-    desk.look(*(Finding("position", v, "no GPS fix") for v in range(1, 9)), seconds=2.0)
+    desk.look(*(AlarmFinding("position", v, "no GPS fix") for v in range(1, 9)), seconds=2.0)
     assert desk.shown() == ["new position not known: vehicles 1-8  no GPS fix"]
     assert desk.history() == ["alarm: position not known: vehicles 1-8  no GPS fix"]
 
@@ -96,9 +96,9 @@ def test_who_joins_after_the_screen_was_drawn_stays_new(desk: Desk) -> None:
 
 def test_in_a_failsafe_what_is_worse_is_told_all_the_same(desk: Desk) -> None:
     """Seen: a real one on its way home by its battery failsafe lost thrust, and no alarm said so."""
-    desk.look(Finding("failsafe", 4, "RTL: Battery Failsafe"))
+    desk.look(AlarmFinding("failsafe", 4, "RTL: Battery Failsafe"))
     desk.events.say(EventClass.MISSION, "vehicle 4", "Potential Thrust Loss (3)", EMERGENCY)
-    desk.look(Finding("failsafe", 4, "RTL: Battery Failsafe"))
+    desk.look(AlarmFinding("failsafe", 4, "RTL: Battery Failsafe"))
     assert desk.shown() == [
         "new FAILSAFE on board: vehicle 4  RTL: Battery Failsafe",
         "new ALERT: vehicle 4  Potential Thrust Loss (3)",
@@ -106,10 +106,10 @@ def test_in_a_failsafe_what_is_worse_is_told_all_the_same(desk: Desk) -> None:
 
 
 def test_what_follows_from_a_loss_is_not_told_and_comes_back_as_it_was(desk: Desk) -> None:
-    low = Finding("battery-low", 5, "22 %")
+    low = AlarmFinding("battery-low", 5, "22 %")
     desk.look(low, seconds=3.0)
     desk.acknowledge("battery-low")
-    desk.look(*lost(5), low, Finding("stale", 5))
+    desk.look(*lost(5), low, AlarmFinding("stale", 5))
     assert desk.shown() == ["new LOST in the air: vehicle 5"]
     desk.look(*lost(5), seconds=30.0)  # its battery is not even known
     desk.acknowledge("lost")
@@ -118,12 +118,12 @@ def test_what_follows_from_a_loss_is_not_told_and_comes_back_as_it_was(desk: Des
 
 
 def test_another_vehicle_is_not_hidden_by_a_loss(desk: Desk) -> None:
-    desk.look(*lost(5), Finding("battery-low", 6, "22 %"), seconds=3.0)
+    desk.look(*lost(5), AlarmFinding("battery-low", 6, "22 %"), seconds=3.0)
     assert desk.shown() == ["new LOST in the air: vehicle 5", "new battery low: vehicle 6  22 %"]
 
 
 def test_short_trouble_does_not_ring_and_flutter_rings_once(desk: Desk) -> None:
-    weak = Finding("poor-link", 3, "30 %")
+    weak = AlarmFinding("poor-link", 3, "30 %")
     desk.look(weak, seconds=4.0)
     desk.look(seconds=1.0)
     assert desk.shown() == []
@@ -143,8 +143,12 @@ def test_what_comes_back_and_back_is_kept_longer(desk: Desk) -> None:
 
 def test_the_worst_that_holds_comes_first_then_what_is_over_then_what_is_only_to_be_known(desk: Desk) -> None:
     """What was over stood before a critical battery that somebody had seen, an hour ago."""
-    found = [Finding("recording", "station", "disk full"), Finding("outside", 2, "by 4 m"), Finding("hold", 1)]
-    found += [Finding("stop", 4), Finding("link", "radio")]
+    found = [
+        AlarmFinding("recording", "station", "disk full"),
+        AlarmFinding("outside", 2, "by 4 m"),
+        AlarmFinding("hold", 1),
+    ]
+    found += [AlarmFinding("stop", 4), AlarmFinding("link", "radio")]
     desk.look(*found, *lost(9), seconds=2.0)
     desk.look(*found, seconds=3.0)
     desk.acknowledge("stop", "link")
@@ -162,18 +166,18 @@ def test_the_worst_that_holds_comes_first_then_what_is_over_then_what_is_only_to
 
 
 def test_what_to_do_is_for_those_of_whom_it_is_true(desk: Desk) -> None:
-    down = [Finding("battery-critical", v, "9 %, landing", action="it lands") for v in (3, 4)]
+    down = [AlarmFinding("battery-critical", v, "9 %, landing", action="it lands") for v in (3, 4)]
     desk.look(*down, seconds=2.0)
     assert desk.only().action == "it lands"
-    desk.look(*down, Finding("battery-critical", 7, "14 %"), seconds=2.0)
+    desk.look(*down, AlarmFinding("battery-critical", 7, "14 %"), seconds=2.0)
     own = BY_ID["battery-critical"].action
     assert (desk.only().vehicles, desk.only().action) == ((3, 4, 7), f"vehicle 7: {own}")
-    desk.look(Finding("battery-critical", 3, "9 %"), Finding("battery-critical", 7, "14 %"), seconds=4.0)
+    desk.look(AlarmFinding("battery-critical", 3, "9 %"), AlarmFinding("battery-critical", 7, "14 %"), seconds=4.0)
     assert (desk.only().vehicles, desk.only().action) == ((3, 7), own), "it does something else now"
 
 
 def test_an_advisory_goes_by_itself(desk: Desk) -> None:
-    desk.look(Finding("hold", 1), Finding("hold", 2))
+    desk.look(AlarmFinding("hold", 1), AlarmFinding("hold", 2))
     assert desk.shown() == ["acknowledged HOLD: vehicles 1-2"]
     desk.look(seconds=1.0)
     assert desk.shown() == []
@@ -207,15 +211,15 @@ def test_a_minute_is_enough_to_shelve_and_none_is_not(desk: Desk) -> None:
 
 
 def test_a_number_that_changes_rings_no_second_time(desk: Desk) -> None:
-    desk.look(Finding("battery-low", 5, "22 %"), seconds=3.0)
+    desk.look(AlarmFinding("battery-low", 5, "22 %"), seconds=3.0)
     reply = desk.desk.acknowledge("console-1", Acknowledge(raised={"battery-low": desk.only().raised}))
     assert reply.text == "acknowledged: battery low: vehicle 5  22 %"
-    desk.look(Finding("battery-low", 5, "21 %"))
+    desk.look(AlarmFinding("battery-low", 5, "21 %"))
     assert desk.shown() == ["acknowledged battery low: vehicle 5  21 %"]
 
 
 def test_after_a_restart_of_the_station_nothing_is_new_that_was_seen(desk: Desk) -> None:
-    wrong = [*lost(5), Finding("battery-low", 6, "22 %"), Finding("outside", 7, "by 4 m")]
+    wrong = [*lost(5), AlarmFinding("battery-low", 6, "22 %"), AlarmFinding("outside", 7, "by 4 m")]
     desk.look(*wrong, seconds=3.0)
     desk.acknowledge("lost")
     desk.desk.shelve("console-2", Shelve(raised={"outside": desk.only_of("outside").raised}, minutes=5.0))

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from tests.core.rigs.heard import ARMED, Heard
-from tui_gcs.core.alarms.alarm_table import AlarmDesk
+from tui_gcs.core.alarms.alarm_table import AlarmTable
 from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
 
 
@@ -14,7 +14,7 @@ class Watched:
 
     def __init__(self) -> None:
         self.heard = Heard(**ARMED)
-        self.desk = AlarmDesk(self.heard.clock, self.heard.events)
+        self.desk = AlarmTable(self.heard.clock, self.heard.events)
         self.signs = VehicleSigns(self.desk)
         self.vehicle = self.heard.is_at(relative_alt=20_000)
         self.vehicle.battery_pct, self.vehicle.gps_fix = 80.0, 3

@@ -7,7 +7,7 @@ import pytest
 
 from tests.core.rigs.rig import Rig
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.process.state_store import StationMemory
+from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.protocol.flight import Land
@@ -53,7 +53,7 @@ def live_with_a_stranger(rig: MakeRig, tmp_path: Path, kind: int, autopilot: int
     """A LIVE station whose two vehicles fly, and system 50, armed and in the air, in no team."""
     flight = rig(2)
     flight.station.config.kind, flight.station.config.token = Kind.LIVE, ""
-    flight.restart_station(StationMemory(tmp_path / "none.json"))
+    flight.restart_station(StateStore(tmp_path / "none.json"))
     flight.flying().run(5.0)
     for _ in range(10):
         strangers_telemetry(flight, kind, autopilot)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.core.rigs.rig import Rig, toml
-from tui_gcs.core.process.state_store import StationMemory
+from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Intent, Phase
 from tui_gcs.core.scenario.load import parse
@@ -98,6 +98,6 @@ def test_a_layer_outside_the_other_zones_band_is_refused_by_name(rig: MakeRig) -
 def test_a_restarted_station_knows_who_went_over(rig: MakeRig, tmp_path: Path) -> None:
     flight = rig(8).flying()
     assert apply(flight, MOVED).ok
-    StationMemory(tmp_path / "memory.json").remember(flight.station)
-    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    StateStore(tmp_path / "memory.json").remember(flight.station)
+    flight.restart_station(StateStore(tmp_path / "memory.json"))
     assert flight.station.book.members("attack") == (4, 5, 6, 7, 8)

@@ -8,7 +8,7 @@ import pytest
 from tests.core.rigs.rig import scenario, toml
 from tui_gcs.cli.result_table import table
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.judging.referee import Check, Referee
+from tui_gcs.core.judging.referee import Referee, ResultCheck
 from tui_gcs.core.protocol.common import (
     NOWHERE,
     FleetFrame,
@@ -134,7 +134,7 @@ def referee() -> Referee:
     return referee_of(scenario(2))
 
 
-def check(judge: Referee, name: str) -> Check:
+def check(judge: Referee, name: str) -> ResultCheck:
     return next(c for c in judge.result().checks if c.name.endswith(name))
 
 
@@ -158,7 +158,7 @@ def test_separation_is_horizontal_or_vertical(referee: Referee) -> None:
     referee.on_frame(frame(1.0, [(100.0, 200.0, 27.0), (108.0, 200.0, 34.0)]))
     assert check(referee, "separation, x limit").value == pytest.approx(7 / 5), "7 m of height are enough"
     referee.on_frame(frame(1.1, [(100.0, 200.0, 30.0), (108.0, 200.0, 34.0)]))
-    assert check(referee, "separation, x limit") == Check("separation, x limit", False, 0.8, 1.0)
+    assert check(referee, "separation, x limit") == ResultCheck("separation, x limit", False, 0.8, 1.0)
 
 
 @pytest.mark.parametrize(("apart_m", "shown"), [(4.999, 0.99), (4.9, 0.98), (5.0, 1.0), (5.018, 1.0)])
@@ -170,7 +170,7 @@ def test_what_does_not_hold_is_never_rounded_to_where_it_would(referee: Referee,
 
 def test_a_hand_outside_is_a_hundredth_at_least(referee: Referee) -> None:
     referee.on_frame(frame(1.0, [(-0.002, 200.0, 27.0), FAR]))
-    assert check(referee, "outside operating area, m") == Check("outside operating area, m", False, 0.01, 0.0)
+    assert check(referee, "outside operating area, m") == ResultCheck("outside operating area, m", False, 0.01, 0.0)
 
 
 def test_nobody_has_no_bound() -> None:
@@ -198,7 +198,7 @@ def test_landing_anywhere_else_does_count(referee: Referee) -> None:
 
 def test_outside_area_and_band(referee: Referee) -> None:
     referee.on_frame(frame(1.0, [(-3.0, 200.0, 27.0), FAR]))
-    assert check(referee, "outside operating area, m") == Check("outside operating area, m", False, 3.0, 0.0)
+    assert check(referee, "outside operating area, m") == ResultCheck("outside operating area, m", False, 3.0, 0.0)
     assert check(referee, "outside altitude band, m").ok
     referee.on_frame(frame(1.1, [(50.0, 200.0, 18.0), FAR]))
     assert check(referee, "outside altitude band, m").value == pytest.approx(2.0)
@@ -226,7 +226,7 @@ def test_landing_error_and_who_did_not_land(referee: Referee) -> None:
     assert check(referee, "not landed and disarmed").value == 2
     referee.on_frame(frame(2.0, [(45.0, 174.0, 0.0), (45.0, 202.0, 0.0)], armed=False, phase=Phase.GROUND))
     assert check(referee, "not landed and disarmed").ok
-    assert check(referee, "landing error, m") == Check("landing error, m", False, 12.0, 10.0)
+    assert check(referee, "landing error, m") == ResultCheck("landing error, m", False, 12.0, 10.0)
     assert check(referee, "vehicles flown").ok
 
 
@@ -241,7 +241,7 @@ def test_never_on_slot_is_a_failed_check_and_ends_the_measuring(referee: Referee
     for t in range(1, 123):
         referee.on_frame(frame(float(t), [(100.0, 200.0, 27.0), FAR]))
     assert all(measure.done for measure in referee.present())
-    assert check(referee, "home: all on slot, s") == Check(
+    assert check(referee, "home: all on slot, s") == ResultCheck(
         "round 1 home: all on slot, s",
         False,
         None,
@@ -254,7 +254,7 @@ def test_never_on_slot_is_a_failed_check_and_ends_the_measuring(referee: Referee
 def test_on_slot_begins_the_measuring(referee: Referee) -> None:
     referee.on_frame(frame(30.0, [(100.0, 200.0, 27.0), FAR]))
     referee.on_status(status(2))
-    assert check(referee, "home: all on slot, s") == Check("round 1 home: all on slot, s", True, 30.0, 120.0)
+    assert check(referee, "home: all on slot, s") == ResultCheck("round 1 home: all on slot, s", True, 30.0, 120.0)
     result = referee.result().rounds[0]
     assert (result.n, result.worst_idleness_s, result.avg_idleness_s, result.measured_s) == (2, None, None, 0.0)
     assert result.bound_s == pytest.approx(math.pi * 80**2 / (2 * 8 * 30), rel=0.01)
@@ -309,7 +309,7 @@ def test_how_well_slots_are_kept_is_the_scenarios_to_say() -> None:
 
 def test_vetoes_say_for_which_reasons_the_commonest_first(referee: Referee) -> None:
     referee.on_status(status(0, vetoes={"too close": 2, "outside": 40}))
-    assert check(referee, "guard vetoes") == Check("guard vetoes", False, 42.0, 0.0, "outside: 40, too close: 2")
+    assert check(referee, "guard vetoes") == ResultCheck("guard vetoes", False, 42.0, 0.0, "outside: 40, too close: 2")
 
 
 # ---------------------------------------------------------------- why there is no value

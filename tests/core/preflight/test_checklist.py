@@ -13,7 +13,7 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.firmware.failsafes import explain
 from tui_gcs.core.missions.fences import circle
 from tui_gcs.core.plans.model import WAYPOINT, Plan, PlanItem, PlanKind
-from tui_gcs.core.process.state_store import StationMemory
+from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import Phase, RunPhase
@@ -43,7 +43,7 @@ def live(rig: MakeRig, tmp_path: Path, vehicles: int = 2) -> Rig:
     flight = rig(vehicles)
     config = flight.station.config
     config.kind, config.token, config.rehearsals = Kind.LIVE, "", tmp_path / "rehearsals.jsonl"
-    flight.restart_station(StationMemory(tmp_path / "none.json"))
+    flight.restart_station(StateStore(tmp_path / "none.json"))
     flight.ready()
     flight.until(lambda: not any(map(flight.station.readiness.why_not_start, flight.ids)), 60.0, "ready to start")
     return flight
@@ -347,8 +347,8 @@ def test_what_was_acknowledged_and_uploaded_is_known_after_a_restart_of_the_stat
     read(flight)
     acknowledged(flight)
     assert "as uploaded and read back" in lines(flight)["fence"].text
-    StationMemory(tmp_path / "memory.json").remember(flight.station)
-    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    StateStore(tmp_path / "memory.json").remember(flight.station)
+    flight.restart_station(StateStore(tmp_path / "memory.json"))
     flight.ready()
     found = lines(flight)
     assert (found["station-loss"].state, found["mission"].state) == (CheckState.UNKNOWN,) * 2, "they are read anew"

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.core.process.planner_workers import END_S, KEPT_LOG_BYTES, LOOK_GAP_S, MOST_LOG_BYTES, Workers
+from tui_gcs.core.process.planner_workers import END_S, KEPT_LOG_BYTES, LOOK_GAP_S, MOST_LOG_BYTES, PlannerWorkers
 
 
 def test_a_planner_that_prints_without_end_does_not_fill_the_disk(tmp_path: Path) -> None:
     log = tmp_path / "run-planners.log"
-    workers = Workers(tmp_path / "bus", log)
+    workers = PlannerWorkers(tmp_path / "bus", log)
     workers.keep([], 0.0)
     log.write_bytes(b"first words\n")
     with log.open("ab") as worker:
@@ -31,7 +31,7 @@ def test_a_planner_that_prints_without_end_does_not_fill_the_disk(tmp_path: Path
 
 
 def test_planners_that_printed_nothing_yet_are_no_news(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    workers = Workers(tmp_path / "bus", tmp_path / "run-planners.log")
+    workers = PlannerWorkers(tmp_path / "bus", tmp_path / "run-planners.log")
     workers.keep([], 0.0)
     workers.keep([], LOOK_GAP_S)
     assert not caplog.records
@@ -48,12 +48,12 @@ print(os.getpgrp(), flush=True)
 """
 
 
-def group_of(then: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Workers, int]:
+def group_of(then: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[PlannerWorkers, int]:
     """Keeps one worker, a program that starts another one, and the group both are in."""
     module = folder / "forks.py"
     module.write_text(FORKS.format(then=then))
     monkeypatch.setattr("tui_gcs.core.process.planner_workers.command_of", lambda *_: [sys.executable, str(module)])
-    workers = Workers(folder / "bus", folder / "log")
+    workers = PlannerWorkers(folder / "bus", folder / "log")
     workers.keep(["red"], 0.0)
     wait_for(lambda: (folder / "log").read_text().endswith("\n"))
     return workers, int((folder / "log").read_text())

@@ -10,7 +10,7 @@ import msgspec
 import pytest
 
 from tests.core.rigs.rig import Rig, scenario
-from tui_gcs.core.process.state_store import StationMemory
+from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol.common import Phase, RunPhase
 from tui_gcs.core.protocol.plan_limits import MOST_LEARNT_BYTES
 from tui_gcs.core.scenario.model import LinkLoss
@@ -32,9 +32,9 @@ def held(path: Path) -> dict[str, Any]:
 
 def next_station(rig: Rig, path: Path, **changed: Any) -> Station:
     """The station after this one; `changed` is written over what this one leaves."""
-    StationMemory(path).remember(rig.station)
+    StateStore(path).remember(rig.station)
     path.write_text(json.dumps(held(path) | changed))
-    rig.restart_station(StationMemory(path))
+    rig.restart_station(StateStore(path))
     return rig.station
 
 
@@ -99,10 +99,10 @@ def test_revisions_go_on_so_that_no_answer_to_the_last_station_is_taken(rig: Mak
 
 
 def test_the_text_last_flown_can_be_asked_for(rig: MakeRig, path: Path) -> None:
-    assert StationMemory(path).toml == ""
+    assert StateStore(path).toml == ""
     ground = rig(1)
-    StationMemory(path).remember(ground.station)
-    assert StationMemory(path).toml == ground.station.toml
+    StateStore(path).remember(ground.station)
+    assert StateStore(path).toml == ground.station.toml
 
 
 # ---------------------------------------------------------------- what planners learnt
@@ -152,7 +152,7 @@ def test_what_was_cut_short_is_told_as_an_alert_in_one_harmless_line(rig: MakeRi
 
 
 def test_without_a_file_there_was_no_last_run(rig: MakeRig, path: Path) -> None:
-    memory = StationMemory(path)
+    memory = StateStore(path)
     assert memory.lost == ""
     ground = rig(1)
     ground.restart_station(memory)
@@ -161,9 +161,9 @@ def test_without_a_file_there_was_no_last_run(rig: MakeRig, path: Path) -> None:
 
 @pytest.mark.parametrize("missing", sorted(KEYS))
 def test_a_file_of_another_version_is_said_to_be_lost(rig: MakeRig, path: Path, missing: str) -> None:
-    StationMemory(path).remember(rig(1).station)
+    StateStore(path).remember(rig(1).station)
     path.write_text(json.dumps({key: value for key, value in held(path).items() if key != missing}))
-    memory = StationMemory(path)
+    memory = StateStore(path)
     assert (memory.lost, memory.toml) == ("it is not this version's", "")
 
 
@@ -173,7 +173,7 @@ def test_a_file_of_another_version_is_said_to_be_lost(rig: MakeRig, path: Path, 
 )
 def test_what_is_not_even_a_memory_is_said_to_be_lost(path: Path, text: str, why: str) -> None:
     path.write_bytes(text.encode("utf-8", "surrogatepass"))
-    assert StationMemory(path).lost.startswith(why)
+    assert StateStore(path).lost.startswith(why)
 
 
 @pytest.mark.parametrize(
@@ -185,7 +185,7 @@ def test_a_lost_memory_is_told_until_somebody_says_how_to_go_on(
 ) -> None:
     ground = rig(1)
     ground.station.memory_lost, ground.station.executive.run = "why", run
-    StationMemory(path).remember(ground.station)
+    StateStore(path).remember(ground.station)
     assert ground.station.memory_lost == lost
 
 
@@ -196,7 +196,7 @@ def test_what_could_not_be_written_is_tried_again_after_two_seconds(
     rig: MakeRig, path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     ground = rig(1)
-    memory = StationMemory(path / "not.there")
+    memory = StateStore(path / "not.there")
     for step_s, tries in ((0.0, 1), (1.9, 1), (0.2, 2)):
         ground.clock.advance(step_s)
         memory.remember(ground.station)
@@ -207,7 +207,7 @@ def test_what_could_not_be_written_is_tried_again_after_two_seconds(
 
 
 def test_only_what_changed_is_written_again(rig: MakeRig, path: Path) -> None:
-    ground, memory = rig(1), StationMemory(path)
+    ground, memory = rig(1), StateStore(path)
     memory.remember(ground.station)
     path.unlink()
     memory.remember(ground.station)

@@ -13,7 +13,7 @@ from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.preflight.vehicle_checks import plans_on_board
-from tui_gcs.core.process.state_store import StationMemory
+from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.bus import REQUEST
@@ -32,8 +32,8 @@ def killed_in_flight(rig: MakeRig, path: Path) -> Rig:
     flight = rig(3).flying().run(8.0)
     assert flight.ask(m.SwitchRound(index=1)).ok
     flight.run(6.0)
-    StationMemory(path).remember(flight.station)
-    flight.restart_station(StationMemory(path))
+    StateStore(path).remember(flight.station)
+    flight.restart_station(StateStore(path))
     return flight
 
 
@@ -62,8 +62,8 @@ def test_it_remembers_round_teams_and_mission_clock(rig: MakeRig, tmp_path: Path
     layers = {f.vehicle: (f.team, f.layer_m, f.home_m) for f in flight.station.book}
     flight.ask(m.SwitchRound(index=2))
     revision = flight.station.desks["defend"].task.revision  # type: ignore[union-attr]
-    StationMemory(tmp_path / "memory.json").remember(flight.station)
-    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    StateStore(tmp_path / "memory.json").remember(flight.station)
+    flight.restart_station(StateStore(tmp_path / "memory.json"))
     flight.run(5.0)
     assert flight.station.round.name == "round 3"
     assert flight.station.executive.started_s == started
@@ -108,7 +108,7 @@ def test_return_lands_at_the_original_places(rig: MakeRig, tmp_path: Path) -> No
 def test_without_a_memory_the_vehicles_own_home_will_do(rig: MakeRig, tmp_path: Path) -> None:
     """State on disk is gone: nothing is flown until somebody says so; where home is, the autopilot may know."""
     flight = rig(2).flying().run(5.0)
-    flight.restart_station(StationMemory(tmp_path / "never-written.json"))
+    flight.restart_station(StateStore(tmp_path / "never-written.json"))
     flight.run(6.0)
     assert flight.phases() == {Phase.HOLDING}
     reply = flight.ask(m.Return())
@@ -121,7 +121,7 @@ def test_a_memory_that_cannot_be_read_is_as_if_it_were_not(rig: MakeRig, tmp_pat
     path = tmp_path / "memory.json"
     path.write_text(text, encoding="latin-1")
     flight = rig(1).ready()
-    flight.restart_station(StationMemory(path))
+    flight.restart_station(StateStore(path))
     flight.run(3.0)
     assert flight.station.round_index == 0 and set(flight.station.book.flights) == {1}
     assert [a.cause for a in flight.station.alarms.alarms()] == ["memory"], "what it shows is not what was flown"
@@ -133,22 +133,22 @@ def test_a_memory_with_wrong_things_in_it_keeps_no_station_from_its_vehicles(
 ) -> None:
     flight = rig(2).flying()
     path = tmp_path / "memory.json"
-    StationMemory(path).remember(flight.station)
+    StateStore(path).remember(flight.station)
     path.write_text(json.dumps(json.loads(path.read_text()) | {key: [{"x": "y"}]}))
-    flight.restart_station(StationMemory(path))
+    flight.restart_station(StateStore(path))
     flight.run(6.0)
     assert flight.phases() == {Phase.HOLDING}
     alarms = {alarm.cause: alarm for alarm in flight.station.alarms.alarms()}
     assert set(alarms) == {"found", "memory"} and "it is damaged" in alarms["memory"].text
     assert flight.ask(m.Resume()).ok
-    StationMemory(path).remember(flight.station)
+    StateStore(path).remember(flight.station)
     flight.run(6.0)
     assert {a.cause for a in flight.station.alarms.alarms() if a.state != "over"} == set()
 
 
 def test_memory_is_written_only_when_something_changed(rig: MakeRig, tmp_path: Path) -> None:
     path = tmp_path / "memory.json"
-    memory = StationMemory(path)
+    memory = StateStore(path)
     flight = rig(1).ready()
     memory.remember(flight.station)
     held = json.loads(path.read_text())
@@ -164,7 +164,7 @@ def test_memory_is_written_only_when_something_changed(rig: MakeRig, tmp_path: P
 
 def test_a_disk_that_is_full_does_not_hurt_the_flight(rig: MakeRig, tmp_path: Path) -> None:
     flight = rig(1).ready()
-    StationMemory(tmp_path / "no" / "such" / "directory" / "memory.json").remember(flight.station)
+    StateStore(tmp_path / "no" / "such" / "directory" / "memory.json").remember(flight.station)
     flight.run(1.0)
     assert flight.phases() == {Phase.GROUND}
 
@@ -172,7 +172,7 @@ def test_a_disk_that_is_full_does_not_hurt_the_flight(rig: MakeRig, tmp_path: Pa
 def test_what_could_not_be_kept_is_told_and_kept_when_there_is_room(rig: MakeRig, tmp_path: Path) -> None:
     flight = rig(1).ready()
     folder = tmp_path / "later"
-    memory = StationMemory(folder / "memory.json")
+    memory = StateStore(folder / "memory.json")
     memory.remember(flight.station)
     flight.run(1.0)
     (alarm,) = flight.station.alarms.alarms()
@@ -187,9 +187,9 @@ def test_what_could_not_be_kept_is_told_and_kept_when_there_is_room(rig: MakeRig
 
 def test_a_vehicle_in_its_pilots_mode_is_found_but_not_taken(rig: MakeRig, tmp_path: Path) -> None:
     flight = rig(2).flying().run(5.0)
-    StationMemory(tmp_path / "memory.json").remember(flight.station)
+    StateStore(tmp_path / "memory.json").remember(flight.station)
     flight.pilot(2, 5)
-    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    flight.restart_station(StateStore(tmp_path / "memory.json"))
     flight.run(8.0)
     assert (flight.phase(1), flight.phase(2)) == (Phase.HOLDING, Phase.TAKEN_OUT)
     flight.ask(m.Resume())
@@ -203,8 +203,8 @@ def test_a_scenario_may_say_that_a_restarted_station_resumes(rig: MakeRig, tmp_p
     flight = rig(mission=msgspec.structs.replace(whole, link_loss=loss)).flying().run(8.0)
     assert flight.ask(m.Return(vehicles=(1,))).ok
     flight.run(1.0)
-    StationMemory(tmp_path / "memory.json").remember(flight.station)
-    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    StateStore(tmp_path / "memory.json").remember(flight.station)
+    flight.restart_station(StateStore(tmp_path / "memory.json"))
     flight.until(lambda: flight.station.executive.run is RunPhase.RUNNING, 20.0)
     flight.until(lambda: flight.phase(2) is Phase.FLYING, 20.0)
     flight.run(30.0)
@@ -229,8 +229,8 @@ def test_what_was_answered_stays_answered_and_nothing_is_new(rig: MakeRig, tmp_p
     flight.run(6.0)
     raised = {alarm.cause: alarm.raised for alarm in flight.station.alarms.alarms()}
     assert flight.ask(m.Acknowledge(raised=raised)).ok
-    StationMemory(tmp_path / "memory.json").remember(flight.station)
-    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    StateStore(tmp_path / "memory.json").remember(flight.station)
+    flight.restart_station(StateStore(tmp_path / "memory.json"))
     flight.run(20.0)
     lost = next(alarm for alarm in flight.station.alarms.alarms() if alarm.cause == "lost")
     assert (lost.state, lost.vehicles, lost.raised) == ("acknowledged", (2, 3), raised["lost"])
@@ -249,12 +249,12 @@ def test_what_planners_learnt_is_known_to_the_next_stations_workers(rig: MakeRig
     flight = rig(2).flying()
     flight.plan(learnt=b"slow in this wind", snapshot=b"all of it")
     flight.run(0.1)
-    StationMemory(path).remember(flight.station)
-    flight.restart_station(StationMemory(path))
+    StateStore(path).remember(flight.station)
+    flight.restart_station(StateStore(path))
     for _ in range(2):  # the next one may be killed before its planners have said anything
         assert flight.ask(m.GetTask(team="defend")).snapshot == b"slow in this wind", "also when tasks change"
         flight.run(3.0)
-    StationMemory(path).remember(flight.station)
+    StateStore(path).remember(flight.station)
     held = json.loads(path.read_text())
     for damaged in (
         {"defend": "?"},
@@ -266,12 +266,12 @@ def test_what_planners_learnt_is_known_to_the_next_stations_workers(rig: MakeRig
         None,
     ):
         path.write_text(json.dumps(held | {"learnt": damaged}))
-        flight.restart_station(StationMemory(path))
+        flight.restart_station(StateStore(path))
         assert flight.ask(m.GetTask(team="defend")).snapshot == b""
         assert set(flight.station.book.flights) == {1, 2} and flight.station.memory_lost == "", "nothing else is lost"
     del held["learnt"]
     path.write_text(json.dumps(held))
-    flight.restart_station(StationMemory(path))
+    flight.restart_station(StateStore(path))
     assert set(flight.station.book.flights) == {1, 2} and flight.station.memory_lost == "", "of a station of before"
 
 
@@ -282,8 +282,8 @@ def test_what_was_over_and_nobody_saw_is_still_told(rig: MakeRig, tmp_path: Path
     flight.run(6.0)
     silent.clear()
     flight.run(6.0)
-    StationMemory(tmp_path / "memory.json").remember(flight.station)
-    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    StateStore(tmp_path / "memory.json").remember(flight.station)
+    flight.restart_station(StateStore(tmp_path / "memory.json"))
     flight.run(5.0)
     assert [alarm.state for alarm in flight.station.alarms.alarms() if alarm.cause == "lost"] == ["over"]
 
@@ -292,11 +292,11 @@ def test_who_must_be_rebooted_is_remembered_until_it_has_been(rig: MakeRig, tmp_
     flight = rig(2).ready()
     flight.station.fleet.vehicles[1].reboot_first = "airframe changed"
     flight.run(1.0)
-    StationMemory(tmp_path / "memory.json").remember(flight.station)
+    StateStore(tmp_path / "memory.json").remember(flight.station)
     for rebooted in (False, True):
         if rebooted:
             flight.sim._pilots[0].restart(flight.sim._now_us)
-        flight.restart_station(StationMemory(tmp_path / "memory.json"))
+        flight.restart_station(StateStore(tmp_path / "memory.json"))
         flight.run(20.0)
         why = "" if rebooted else "airframe changed: reboot it before it flies"
         assert flight.station.fleet.vehicles[1].no_start == why
@@ -315,8 +315,8 @@ def test_what_was_being_changed_is_told_and_is_not_taken_for_whole(rig: MakeRig,
     ground, path = rig(2).ready(), tmp_path / "memory.json"
     assert change(ground, UploadPlan(vehicles=(1,), kind="mission", items=WAYS)).ok
     ground.run(0.5)
-    StationMemory(path).remember(ground.station)
-    ground.restart_station(StationMemory(path))
+    StateStore(path).remember(ground.station)
+    ground.restart_station(StateStore(path))
     ground.run(12.0)
     book = ground.station.services.missions.book
     assert 0 < book.state(1).total < 120, "the beginning of it"
@@ -326,8 +326,8 @@ def test_what_was_being_changed_is_told_and_is_not_taken_for_whole(rig: MakeRig,
     assert (alarm.vehicles, alarm.state) == ((1,), "new") and told in alarm.text
     found = {one.name: one.text for one in plans_on_board(ground.station, ground.station.fleet.vehicles[1])}
     assert found["mission"] == "mission on board was changed: the station ended while it was changing it"
-    StationMemory(path).remember(ground.station)
-    ground.restart_station(StationMemory(path))
+    StateStore(path).remember(ground.station)
+    ground.restart_station(StateStore(path))
     ground.run(3.0)
     assert not any(text.startswith(told) for text in ground.texts("vehicle 1")), "once"
     assert ground.station.services.missions.book.to_read(1, PlanKind.MISSION), "but it is not forgotten"
@@ -336,21 +336,21 @@ def test_what_was_being_changed_is_told_and_is_not_taken_for_whole(rig: MakeRig,
 def test_a_change_that_was_over_is_not_told(rig: MakeRig, tmp_path: Path) -> None:
     ground, path = rig(1).ready(), tmp_path / "memory.json"
     assert change(ground, SetParams(vehicles=(1,), values={"RTL_ALT": 2500.0})).ok
-    StationMemory(path).remember(ground.station)
+    StateStore(path).remember(ground.station)
     held = json.loads(path.read_text())
     assert held["unfinished"] == [[1, "set RTL_ALT = 2500"]] and held["changing"] == []
     ground.run(1.0)
-    StationMemory(path).remember(ground.station)
+    StateStore(path).remember(ground.station)
     assert json.loads(path.read_text())["unfinished"] == []
 
 
 def test_what_is_to_be_changed_is_written_down_before_that_begins(rig: MakeRig, tmp_path: Path) -> None:
     """As flown: five of 96 parameters had left when the station was killed, and the next one said nothing."""
     ground, path = rig(1).ready(), tmp_path / "memory.json"
-    memory = StationMemory(path)
+    memory = StateStore(path)
     ground.station.requests.tasks.note = lambda: memory.remember(ground.station)
     assert change(ground, SetParams(vehicles=(1,), values={"RTL_ALT": 2500.0})).ok
     assert json.loads(path.read_text())["unfinished"] == [[1, "set RTL_ALT = 2500"]]
-    ground.restart_station(StationMemory(path))
+    ground.restart_station(StateStore(path))
     ground.run(3.0)
     assert any(text.startswith("set RTL_ALT = 2500: cut short") for text in ground.texts("vehicle 1"))

@@ -17,7 +17,7 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.mavlink.dialect import decode
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram
-from tui_gcs.core.process.state_store import StationMemory
+from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import FLEET, PLAN, REQUEST, TASK, MemoryBus
 from tui_gcs.core.protocol.common import Event, FleetFrame, Intent, Phase, Plan, PlannerTask, Reply, RunPhase
@@ -131,7 +131,7 @@ class Rig(LockStep):
             self.step()
         return self.clock.now() - begin_s
 
-    def restart_station(self, memory: StationMemory) -> None:
+    def restart_station(self, memory: StateStore) -> None:
         """`kill -9` and a new station on the same vehicles, links and logs; it knows what `memory` holds."""
         self.link.receive()
         self.link.sent.clear()

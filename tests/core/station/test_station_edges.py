@@ -7,7 +7,7 @@ import msgspec
 import pytest
 
 from tests.core.rigs.rig import SETPOINT, Rig, scenario
-from tui_gcs.core.process.state_store import StationMemory
+from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask, RunPhase
 from tui_gcs.core.station.status import station_status
@@ -31,8 +31,8 @@ def resuming(rig: MakeRig) -> Rig:
 
 
 def restarted(flight: Rig, path: Path) -> Rig:
-    StationMemory(path).remember(flight.station)
-    flight.restart_station(StationMemory(path))
+    StateStore(path).remember(flight.station)
+    flight.restart_station(StateStore(path))
     return flight
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import msgspec
 
 import tui_gcs
-from tui_gcs.core.alarms.alarm_table import AlarmDesk, Finding
+from tui_gcs.core.alarms.alarm_table import AlarmFinding, AlarmTable
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.geometry.zones import bounds
 from tui_gcs.core.protocol import bus as keys
@@ -81,7 +81,7 @@ class FakeStation:
     def __post_init__(self) -> None:
         self.scenario: Scenario = load(SCENARIO_FILE)
         self.clock = VirtualClock()
-        self.desk = AlarmDesk(self.clock, EventLog(self.clock))
+        self.desk = AlarmTable(self.clock, EventLog(self.clock))
         """The real one; what is wrong counts at once, without its delays."""
         self.bus.answer(keys.REQUEST.format(principal="*"), self._answer)
 
@@ -422,15 +422,15 @@ def info_of(row: m.VehicleRow) -> s.VehicleInfo:
     )
 
 
-def findings_of(row: m.VehicleRow) -> list[Finding]:
+def findings_of(row: m.VehicleRow) -> list[AlarmFinding]:
     """What a station would find of a vehicle in a frame."""
     if row.freshness is m.Freshness.LOST and row.armed:
-        return [Finding("lost", row.id)]
-    found = [Finding("stale", row.id)] if row.freshness is m.Freshness.STALE and row.armed else []
-    found += [Finding("identity", row.id, row.problem)] if row.problem else []
+        return [AlarmFinding("lost", row.id)]
+    found = [AlarmFinding("stale", row.id)] if row.freshness is m.Freshness.STALE and row.armed else []
+    found += [AlarmFinding("identity", row.id, row.problem)] if row.problem else []
     if row.armed and row.battery_pct < 25.0:
         word = "critical" if row.battery_pct < 15.0 else "low"
-        found.append(Finding(f"battery-{word}", row.id, f"{row.battery_pct:.0f} %"))
+        found.append(AlarmFinding(f"battery-{word}", row.id, f"{row.battery_pct:.0f} %"))
     return found
 
 

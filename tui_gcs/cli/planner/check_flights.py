@@ -12,7 +12,7 @@ import numpy as np
 
 from tui_gcs.cli.common import read_scenario
 from tui_gcs.core.judging.mission_script import Script, Step
-from tui_gcs.core.judging.referee import Check, Result
+from tui_gcs.core.judging.referee import FlightResult, ResultCheck
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.common import (
     Event,
@@ -121,7 +121,7 @@ def shipped(subject: Subject) -> Iterator[Finding]:
     yield from _idleness(result, whys)
 
 
-def _judged(check: Check, told: str) -> Finding:
+def _judged(check: ResultCheck, told: str) -> Finding:
     value = "--" if check.value is None else f"{check.value:g}"
     text = f"{check.name}: {value} (limit {check.limit:g})"
     return (
@@ -131,7 +131,7 @@ def _judged(check: Check, told: str) -> Finding:
     )
 
 
-def _idleness(result: Result, whys: list[str]) -> Iterator[Finding]:
+def _idleness(result: FlightResult, whys: list[str]) -> Iterator[Finding]:
     """`whys`: why each round was not measured."""
     for r, why in zip(result.rounds, whys, strict=True):
         where = f"{r.round} {r.zone}"

@@ -32,7 +32,7 @@ _STATES: tuple[AlarmState, ...] = ("new", "over", "acknowledged", "shelved")
 
 
 @dataclass(frozen=True)
-class Finding:
+class AlarmFinding:
     """Something that is wrong now."""
 
     cause: str
@@ -78,7 +78,7 @@ class _Member:
         return "acknowledged" if self.acknowledged else "new"
 
 
-class AlarmDesk:
+class AlarmTable:
     """All members; `look` takes what is wrong now, `alarms` tells what to show."""
 
     def __init__(self, clock: Clock, events: EventLog) -> None:
@@ -112,12 +112,12 @@ class AlarmDesk:
         cause = "alert" if event.severity <= ALERT else "report"
         self._told[(cause, subject)] = (event.t_s, event.text)
 
-    def look(self, findings: Iterable[Finding]) -> None:
+    def look(self, findings: Iterable[AlarmFinding]) -> None:
         """Take all that is wrong now: what is not among it is not wrong any more."""
         now = self._clock.now()
         self._end_shelvings(now)
         self._told = {key: told for key, told in self._told.items() if now - told[0] < TOLD_S}
-        found = {key: Finding(*key, text) for key, (_, text) in self._told.items()}
+        found = {key: AlarmFinding(*key, text) for key, (_, text) in self._told.items()}
         found |= {(f.cause, f.subject): f for f in findings}
         hidden = {(effect, subject) for cause, subject in found for effect in BY_ID[cause].hides}
         begun, ended = [], []
@@ -137,7 +137,7 @@ class AlarmDesk:
         self._tell("", begun)
         self._tell("over: ", ended)
 
-    def _is_true(self, member: _Member, finding: Finding, hidden: bool, now: float) -> bool:
+    def _is_true(self, member: _Member, finding: AlarmFinding, hidden: bool, now: float) -> bool:
         """Whether it is raised by this."""
         if member.found_s is None:
             member.found_s = now

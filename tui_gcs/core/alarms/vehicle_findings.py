@@ -6,7 +6,7 @@ Limits have a dead-band: what is up goes only when it is clearly better.
 import math
 from collections.abc import Iterator
 
-from tui_gcs.core.alarms.alarm_table import AlarmDesk, Finding
+from tui_gcs.core.alarms.alarm_table import AlarmFinding, AlarmTable
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.failsafe_texts import is_news
 from tui_gcs.core.mavlink.mode_names import mode_name
@@ -27,32 +27,36 @@ SAID_BEFORE_S, SAID_AFTER_S = 3.0, 3.0
 class VehicleSigns:
     """Judges vehicle by vehicle; keeps what vehicles said of their failsafes as long as these last."""
 
-    def __init__(self, desk: AlarmDesk) -> None:
+    def __init__(self, desk: AlarmTable) -> None:
         """`desk` knows what is up already."""
         self._desk = desk
         self._failsafes: dict[int, tuple[float, str]] = {}
         """By vehicle, since when, and why in its own words."""
 
-    def findings(self, vehicle: Vehicle, now: float, *, in_flight: bool, failed_link: str = "") -> Iterator[Finding]:
+    def findings(
+        self, vehicle: Vehicle, now: float, *, in_flight: bool, failed_link: str = ""
+    ) -> Iterator[AlarmFinding]:
         """All that is wrong with it; `failed_link` names the one link it was heard on, if that has failed."""
         if problem := problem_of(vehicle):
-            yield Finding("identity", vehicle.id, problem)
+            yield AlarmFinding("identity", vehicle.id, problem)
         if not in_flight or vehicle.system_status not in FAILSAFE_STATES:
             self._failsafes.pop(vehicle.id, None)
         if not in_flight:
             return
         freshness = vehicle.freshness(now)
         if freshness is Freshness.LOST:
-            yield Finding("link-lost" if failed_link else "lost", vehicle.id, failed_link)
+            yield AlarmFinding("link-lost" if failed_link else "lost", vehicle.id, failed_link)
         elif freshness is Freshness.STALE:
-            yield Finding("stale", vehicle.id)
+            yield AlarmFinding("stale", vehicle.id)
         if vehicle.system_status in FAILSAFE_STATES:
-            yield Finding("failsafe", vehicle.id, self._failsafe(vehicle, now))
+            yield AlarmFinding("failsafe", vehicle.id, self._failsafe(vehicle, now))
         if vehicle.airborne:
             yield from self._battery(vehicle)
             yield from self._position(vehicle)
             if self.beyond("poor-link", vehicle, vehicle.loss_pct, LOSS_PCT, LOSS_BAND_PCT):
-                yield Finding("poor-link", vehicle.id, f"{10 * round(vehicle.loss_pct / 10)} % of its frames are lost")
+                yield AlarmFinding(
+                    "poor-link", vehicle.id, f"{10 * round(vehicle.loss_pct / 10)} % of its frames are lost"
+                )
 
     def _failsafe(self, vehicle: Vehicle, now: float) -> str:
         """What it does, and why in its own words, if it told; else what its state means."""
@@ -71,21 +75,21 @@ class VehicleSigns:
         """Whether `value` is above its limit; once it is, above a lower one."""
         return value > (limit - band if self._desk.is_up(cause, vehicle.id) else limit)
 
-    def _battery(self, vehicle: Vehicle) -> Iterator[Finding]:
+    def _battery(self, vehicle: Vehicle) -> Iterator[AlarmFinding]:
         charge_pct = vehicle.battery_pct
         if charge_pct != charge_pct:
-            yield Finding("battery-unknown", vehicle.id)
+            yield AlarmFinding("battery-unknown", vehicle.id)
         elif self.beyond("battery-critical", vehicle, -charge_pct, -BATTERY_CRITICAL_PCT, BATTERY_BAND_PCT):
-            yield Finding("battery-critical", vehicle.id, f"{charge_pct:.0f} %")
+            yield AlarmFinding("battery-critical", vehicle.id, f"{charge_pct:.0f} %")
         elif self.beyond("battery-low", vehicle, -charge_pct, -BATTERY_LOW_PCT, BATTERY_BAND_PCT):
-            yield Finding("battery-low", vehicle.id, f"{charge_pct:.0f} %")
+            yield AlarmFinding("battery-low", vehicle.id, f"{charge_pct:.0f} %")
 
-    def _position(self, vehicle: Vehicle) -> Iterator[Finding]:
+    def _position(self, vehicle: Vehicle) -> Iterator[AlarmFinding]:
         if _has_no_fix(vehicle):
-            yield Finding("position", vehicle.id, "no GPS fix")
+            yield AlarmFinding("position", vehicle.id, "no GPS fix")
         elif self.beyond("poor-position", vehicle, vehicle.position_error_m, POOR_POSITION_M, POOR_POSITION_BAND_M):
             error_m = min(vehicle.position_error_m, 999.0)
-            yield Finding("poor-position", vehicle.id, f"±{5 * max(1, round(error_m / 5))} m")
+            yield AlarmFinding("poor-position", vehicle.id, f"±{5 * max(1, round(error_m / 5))} m")
 
 
 def _has_no_fix(vehicle: Vehicle) -> bool:

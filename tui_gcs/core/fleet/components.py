@@ -21,7 +21,7 @@ class Components:
     """Who wants to hear which messages of components other than autopilots."""
 
     def __init__(self) -> None:
-        """Nobody yet. Listeners register before the first frame arrives."""
+        """Nobody yet. BusHandlers register before the first frame arrives."""
         self._listeners: dict[str, list[OnComponent]] = {}
 
     def on(self, name: str, listener: OnComponent) -> None:

@@ -31,7 +31,7 @@ GAP_S = 0.5
 """Pictures come every 0.1 s; so long without one, and a vehicle passes another or a cell unseen."""
 
 
-class Check(msgspec.Struct):
+class ResultCheck(msgspec.Struct):
     """One thing that must hold."""
 
     name: str
@@ -71,12 +71,12 @@ class RoundResult(msgspec.Struct):
     """Vehicles that waited in reserve when all were on their slots."""
 
 
-class Result(msgspec.Struct):
+class FlightResult(msgspec.Struct):
     """A whole flight."""
 
     scenario: str
     seed: int
-    checks: list[Check]
+    checks: list[ResultCheck]
     rounds: list[RoundResult]
     frames: int = 0
     """Pictures of the fleet that were judged."""
@@ -331,10 +331,10 @@ class Referee:
         vertical = row.phase in (Phase.TAKEOFF, Phase.LANDING, Phase.ARMING)
         return vertical and place is not None and math.dist(place[:2], row.position_m[:2]) <= COLUMN_M
 
-    def result(self) -> Result:
+    def result(self) -> FlightResult:
         """The judgement."""
         rounds = [measure.result() for measure in self.measures]
-        return Result(
+        return FlightResult(
             self._scenario.name,
             self._scenario.seed,
             self._checks(rounds),
@@ -344,7 +344,7 @@ class Referee:
             round(self._longest_gap_s, 2),
         )
 
-    def _checks(self, rounds: list[RoundResult]) -> list[Check]:
+    def _checks(self, rounds: list[RoundResult]) -> list[ResultCheck]:
         limits = self._scenario.results
         checks = []
         for measure, r in zip(self.measures, rounds, strict=True):
@@ -389,15 +389,15 @@ def _rounded(value: float) -> float | None:
     return round(value, 2) if math.isfinite(value) else None
 
 
-def _at_most(name: str, value: float | None, limit: float, why: str = "") -> Check:
+def _at_most(name: str, value: float | None, limit: float, why: str = "") -> ResultCheck:
     """`why` there is no value. What does not hold is not rounded to where it would."""
     if value is None:
-        return Check(name, False, None, limit, why)
+        return ResultCheck(name, False, None, limit, why)
     ok = value <= limit + 1e-9
-    return Check(name, ok, round(value, 2) if ok else math.ceil(round(value * 100, 6)) / 100, limit)
+    return ResultCheck(name, ok, round(value, 2) if ok else math.ceil(round(value * 100, 6)) / 100, limit)
 
 
-def _no_vetoes(vetoes: dict[str, int]) -> Check:
+def _no_vetoes(vetoes: dict[str, int]) -> ResultCheck:
     """`vetoes`: how many for which reason; the commonest is told first."""
     check = _at_most("guard vetoes", float(sum(vetoes.values())), 0.0)
     commonest_first = sorted(vetoes.items(), key=lambda reason: (-reason[1], reason[0]))
@@ -405,9 +405,9 @@ def _no_vetoes(vetoes: dict[str, int]) -> Check:
     return check
 
 
-def _at_least(name: str, value: float | None, limit: float) -> Check:
+def _at_least(name: str, value: float | None, limit: float) -> ResultCheck:
     """What does not hold is not rounded to where it would."""
     if value is None:
-        return Check(name, False, None, limit)
+        return ResultCheck(name, False, None, limit)
     ok = value >= limit - 1e-9
-    return Check(name, ok, round(value, 2) if ok else math.floor(round(value * 100, 6)) / 100, limit)
+    return ResultCheck(name, ok, round(value, 2) if ok else math.floor(round(value * 100, 6)) / 100, limit)

@@ -39,7 +39,7 @@ class Meeting:
 
 
 @dataclass(frozen=True)
-class TeamsFinding:
+class TeamSeparationFinding:
     """What is to be said of two teams."""
 
     teams: tuple[str, str]
@@ -47,14 +47,16 @@ class TeamsFinding:
     separation: float
 
 
-def findings(ways: Mapping[str, FlownWays], limits: Limits) -> list[TeamsFinding]:
+def findings(ways: Mapping[str, FlownWays], limits: Limits) -> list[TeamSeparationFinding]:
     """For every two teams, the gravest first, then those who come nearest."""
     pairs = combinations([team for team in ways if ways[team].is_sound], 2)
     found = [each for one, other in pairs for each in _told(one, other, ways[one], ways[other], limits)]
     return sorted(found, key=lambda each: (-each.finding.level, each.separation))
 
 
-def _told(one_name: str, other_name: str, one: FlownWays, other: FlownWays, limits: Limits) -> list[TeamsFinding]:
+def _told(
+    one_name: str, other_name: str, one: FlownWays, other: FlownWays, limits: Limits
+) -> list[TeamSeparationFinding]:
     who, teams, found = f"{one_name} and {other_name}", (one_name, other_name), []
     if (at_once := nearest_at_once(one, other, limits)) is not None:
         text = f"separation {at_once.separation:.2f} x {_where(at_once)}"
@@ -64,11 +66,11 @@ def _told(one_name: str, other_name: str, one: FlownWays, other: FlownWays, limi
         detail += ": the guard would stop them" if at_once.separation < 1.0 else ""
         level = Level.CAUTION if at_once.separation < 1.0 else Level.NOTE
         told = ScenarioFinding(level, f"{who}: {text}", detail)
-        found.append(TeamsFinding(teams, told, at_once.separation))
+        found.append(TeamSeparationFinding(teams, told, at_once.separation))
     if (crossing := tightest_crossing(one, other, limits)) is not None:
         text = f"{who}: ways cross {_where(crossing)}, {crossing.above_m:.1f} m above each other"
         why = f"heights are off by up to {HEIGHT_HELD_M:g} m: the guard will hold who comes while the other is there"
-        found.append(TeamsFinding(teams, ScenarioFinding(Level.CAUTION, text, why), crossing.separation))
+        found.append(TeamSeparationFinding(teams, ScenarioFinding(Level.CAUTION, text, why), crossing.separation))
     return found
 
 

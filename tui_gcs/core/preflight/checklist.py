@@ -17,7 +17,7 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.preflight import fleet_checks as fleet
-from tui_gcs.core.preflight.vehicle_checks import Finding, failsafes, link_quality, plans_on_board, standing
+from tui_gcs.core.preflight.vehicle_checks import CheckFinding, failsafes, link_quality, plans_on_board, standing
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import EventClass, Reply
@@ -37,7 +37,7 @@ from tui_gcs.core.protocol.preflight import (
     refusing,
 )
 from tui_gcs.core.records.event_log import NOTICE, WARNING
-from tui_gcs.core.records.rehearsal_store import RehearsalBook, plan_digest
+from tui_gcs.core.records.rehearsal_store import RehearsalStore, plan_digest
 
 if TYPE_CHECKING:
     from tui_gcs.core.station.station import Station
@@ -65,17 +65,17 @@ class _Accepted:
     """The vehicle's hardware id; "" if it was not known."""
 
 
-Findings = list[tuple[int, Finding]]
+VehicleFindings = list[tuple[int, CheckFinding]]
 """(vehicle, finding)."""
 
 
-class PreflightDesk:
+class PreflightChecklist:
     """What was acknowledged and signed, and the list."""
 
     def __init__(self, station: "Station") -> None:
         """Nobody has said anything."""
         self._station = station
-        self._rehearsals = RehearsalBook(station.config.rehearsals)
+        self._rehearsals = RehearsalStore(station.config.rehearsals)
         self._accepted: dict[tuple[str, int], _Accepted] = {}
         """By check and vehicle."""
         self._signed: tuple[str, int] | None = None
@@ -122,15 +122,15 @@ class PreflightDesk:
         if fleet.is_live(station):
             yield fleet.rehearsal(station, self._rehearsals.newest(self._plan()))
 
-    def _of_places(self, vehicles: tuple[int, ...], findings: Findings) -> Iterator[tuple[int, Finding]]:
+    def _of_places(self, vehicles: tuple[int, ...], findings: VehicleFindings) -> Iterator[tuple[int, CheckFinding]]:
         """Who may start alone, but not beside the others."""
         kept = {vehicle for vehicle, finding in findings if finding.hard}
         alone = tuple(vehicle for vehicle in vehicles if vehicle not in kept)
         for result in self._station.readiness.beside(alone):
             if not result.ok:
-                yield result.vehicle, Finding("place", CheckState.FAIL, result.text, "carry it away", hard=True)
+                yield result.vehicle, CheckFinding("place", CheckState.FAIL, result.text, "carry it away", hard=True)
 
-    def _findings(self, vehicle_id: int) -> Iterator[Finding]:
+    def _findings(self, vehicle_id: int) -> Iterator[CheckFinding]:
         yield from standing(self._station, vehicle_id)
         vehicle = self._station.fleet.vehicles.get(vehicle_id)
         if vehicle is None:
@@ -140,14 +140,14 @@ class PreflightDesk:
             yield from (self._judged(vehicle, finding) for finding in failsafes(self._station, vehicle))
             yield from plans_on_board(self._station, vehicle)
 
-    def _judged(self, vehicle: Vehicle, finding: Finding) -> Finding:
+    def _judged(self, vehicle: Vehicle, finding: CheckFinding) -> CheckFinding:
         """A failsafe, as the operator took it."""
         accepted = self._accepted.get((finding.name, vehicle.id))
         if finding.state is not CheckState.FAIL or accepted is None or accepted.text != finding.text:
             return finding
         if accepted.uid and vehicle.uid and accepted.uid != vehicle.uid:
             return finding
-        return Finding(finding.name, CheckState.ACKNOWLEDGED, finding.text, f"acknowledged by {accepted.operator}")
+        return CheckFinding(finding.name, CheckState.ACKNOWLEDGED, finding.text, f"acknowledged by {accepted.operator}")
 
     def _sign_off(self, operator: str) -> Check:
         if not fleet.is_live(self._station):
@@ -322,9 +322,9 @@ def _name(text: str) -> str:
     return clean(text.strip(), MOST_NAME_CHARS)
 
 
-def _grouped(findings: Iterable[tuple[int, Finding]]) -> Iterator[Check]:
+def _grouped(findings: Iterable[tuple[int, CheckFinding]]) -> Iterator[Check]:
     """One line for the vehicles of which the same is true; many different ones are one line, too."""
-    groups: dict[Finding, list[int]] = {}
+    groups: dict[CheckFinding, list[int]] = {}
     for vehicle, finding in findings:
         groups.setdefault(finding, []).append(vehicle)
     lines: dict[tuple[str, CheckState], list[Check]] = {}

@@ -31,7 +31,7 @@ _UPLOAD = "upload ours, or clear it: `tui-gcs vehicle plan`"
 
 
 @dataclass(frozen=True)
-class Finding:
+class CheckFinding:
     """What is so with one vehicle."""
 
     name: str
@@ -42,7 +42,7 @@ class Finding:
     hard: bool = False
 
 
-def standing(station: "Station", vehicle_id: int) -> Iterator[Finding]:
+def standing(station: "Station", vehicle_id: int) -> Iterator[CheckFinding]:
     """What keeps it on the ground, and cannot be overridden; and what is only to be known. One per check."""
     told: set[str] = set()
     for group in station.readiness.groups(vehicle_id):
@@ -54,17 +54,17 @@ def standing(station: "Station", vehicle_id: int) -> Iterator[Finding]:
             blocking = [reason for reason in reasons if reason.blocks]
             text = "; ".join(dict.fromkeys(reason.text for reason in blocking or reasons))
             state = CheckState.FAIL if blocking else CheckState.WARN
-            yield Finding(name, state, text, TODO[name] if blocking else "", hard=bool(blocking))
+            yield CheckFinding(name, state, text, TODO[name] if blocking else "", hard=bool(blocking))
 
 
-def link_quality(vehicle: Vehicle) -> Iterator[Finding]:
+def link_quality(vehicle: Vehicle) -> Iterator[CheckFinding]:
     """Whether much is lost on the way from it."""
     if vehicle.loss_pct >= BAD_LOSS_PCT:
         text = f"a fifth of its frames or more are lost on {vehicle.link}"
-        yield Finding("links", CheckState.WARN, text, "bring antennas nearer, or give it a second link")
+        yield CheckFinding("links", CheckState.WARN, text, "bring antennas nearer, or give it a second link")
 
 
-def failsafes(station: "Station", vehicle: Vehicle) -> Iterator[Finding]:
+def failsafes(station: "Station", vehicle: Vehicle) -> Iterator[CheckFinding]:
     """What it does by itself: nothing, something dangerous or nobody knows what has to be acknowledged."""
     service = station.services.failsafes
     lines = service.report(vehicle)
@@ -72,61 +72,65 @@ def failsafes(station: "Station", vehicle: Vehicle) -> Iterator[Finding]:
         about = [line for line in lines if line.check == name]
         bad = [line for line in about if line.warning]
         if not service.known(vehicle):
-            yield Finding(name, CheckState.UNKNOWN, "its parameters are not read yet", _READ)
+            yield CheckFinding(name, CheckState.UNKNOWN, "its parameters are not read yet", _READ)
         elif bad:
-            yield Finding(name, CheckState.FAIL, _words(bad), _SET)
+            yield CheckFinding(name, CheckState.FAIL, _words(bad), _SET)
         elif about:
-            yield Finding(name, CheckState.OK, _words(about))
+            yield CheckFinding(name, CheckState.OK, _words(about))
 
 
-def plans_on_board(station: "Station", vehicle: Vehicle) -> Iterator[Finding]:
+def plans_on_board(station: "Station", vehicle: Vehicle) -> Iterator[CheckFinding]:
     """Whether fence, mission and rally points on board are those that this station put there."""
     book = station.services.missions.book
     held = book.state(vehicle.id).held
     yield _fence(held[PlanKind.FENCE])
     for kind in (PlanKind.MISSION, PlanKind.RALLY):
         if book.to_read(vehicle.id, kind):
-            yield Finding("mission", CheckState.UNKNOWN, f"{kind.word} that was uploaded: not read again yet", _READ)
+            yield CheckFinding(
+                "mission", CheckState.UNKNOWN, f"{kind.word} that was uploaded: not read again yet", _READ
+            )
         else:
             yield from _mission(kind, held[kind])
 
 
-def _fence(held: Held) -> Finding:
+def _fence(held: Held) -> CheckFinding:
     if broken := _broken(PlanKind.FENCE, held):
         return broken
     if not held.known or held.plan is None:
-        return Finding("fence", CheckState.UNKNOWN, "not read yet", _READ)
+        return CheckFinding("fence", CheckState.UNKNOWN, "not read yet", _READ)
     count = len(fence_shapes(held.plan.items))
     shapes = f"{count} shape{'s' if count != 1 else ''}"
     if not count:
         text = "no fence on board: nothing but this station keeps it inside"
-        return Finding("fence", CheckState.WARN, text, "upload one: `tui-gcs vehicle plan upload --kind fence`")
+        return CheckFinding("fence", CheckState.WARN, text, "upload one: `tui-gcs vehicle plan upload --kind fence`")
     if held.ours:
-        return Finding("fence", CheckState.OK, f"{shapes}, as uploaded and read back")
-    return Finding("fence", CheckState.FAIL, f"{shapes} on board that this station did not put there", _UPLOAD)
+        return CheckFinding("fence", CheckState.OK, f"{shapes}, as uploaded and read back")
+    return CheckFinding("fence", CheckState.FAIL, f"{shapes} on board that this station did not put there", _UPLOAD)
 
 
-def _mission(kind: PlanKind, held: Held) -> Iterator[Finding]:
+def _mission(kind: PlanKind, held: Held) -> Iterator[CheckFinding]:
     if broken := _broken(kind, held):
         yield broken
     elif held.known and held.plan is not None and held.plan.items:
         yield _whole(kind, held.plan, ours=held.ours)
 
 
-def _whole(kind: PlanKind, plan: Plan, *, ours: bool) -> Finding:
+def _whole(kind: PlanKind, plan: Plan, *, ours: bool) -> CheckFinding:
     count = f"{kind.word} of {len(plan.items)} items"
     if ours:
-        return Finding("mission", CheckState.OK, f"{count}, as uploaded and read back")
-    return Finding("mission", CheckState.WARN, f"{count} that this station did not put there", _UPLOAD)
+        return CheckFinding("mission", CheckState.OK, f"{count}, as uploaded and read back")
+    return CheckFinding("mission", CheckState.WARN, f"{count} that this station did not put there", _UPLOAD)
 
 
-def _broken(kind: PlanKind, held: Held) -> Finding | None:
+def _broken(kind: PlanKind, held: Held) -> CheckFinding | None:
     """What we put there is not there (any more)."""
     name = "fence" if kind is PlanKind.FENCE else "mission"
     if held.partial:
-        return Finding(name, CheckState.FAIL, f"{kind.word}: the upload failed, only its beginning is there", _UPLOAD)
+        return CheckFinding(
+            name, CheckState.FAIL, f"{kind.word}: the upload failed, only its beginning is there", _UPLOAD
+        )
     if held.stale and (held.ours or kind is PlanKind.FENCE):
-        return Finding(name, CheckState.FAIL, f"{kind.word} on board was changed: {held.stale}", _UPLOAD)
+        return CheckFinding(name, CheckState.FAIL, f"{kind.word} on board was changed: {held.stale}", _UPLOAD)
     return None
 
 

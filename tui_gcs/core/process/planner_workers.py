@@ -26,7 +26,7 @@ FIRST_WAIT_S, LONGEST_WAIT_S = 1.0, 30.0
 LIVED_S = 60.0
 END_S = 2.0
 MOST_LOG_BYTES, KEPT_LOG_BYTES, LOOK_GAP_S = 10_000_000, 5_000_000, 1.0
-"""Workers share a log; it is looked at so often, and shortened when it is too long. They append to it."""
+"""PlannerWorkers share a log; it is looked at so often, and shortened when it is too long. They append to it."""
 
 
 @dataclass
@@ -40,7 +40,7 @@ class _Worker:
     """When the next one is started; negative while this one lives."""
 
 
-class Workers:
+class PlannerWorkers:
     """Keeps them. Times are the caller's."""
 
     def __init__(self, bus_socket: Path, log_file: Path, arguments: Sequence[str] = ()) -> None:

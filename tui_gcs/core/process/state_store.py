@@ -33,7 +33,7 @@ KEYS = frozenset({"toml", "run", "round_index", "revision", "task_revision", "st
 """What a whole memory holds."""
 
 
-class StationMemory:
+class StateStore:
     """One small JSON file, replaced atomically when something in it changes."""
 
     def __init__(self, path: Path) -> None:

@@ -26,8 +26,8 @@ from tui_gcs.core.forward.forwarder import Endpoint
 from tui_gcs.core.links import Link, LinkError, open_link
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.signing import SigningError
-from tui_gcs.core.process.planner_workers import Declarations, Workers
-from tui_gcs.core.process.state_store import StationMemory
+from tui_gcs.core.process.planner_workers import Declarations, PlannerWorkers
+from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol.bus import BusError
 from tui_gcs.core.protocol.common import PlannerInfo
 from tui_gcs.core.protocol.zenoh_bus import QueuedBus, ZenohBus, serve
@@ -64,7 +64,7 @@ def run(run_file: Path) -> None:
     setting = json.loads(run_file.read_text())
     kind = Kind(setting["kind"])
     clock = MonotonicClock(setting.get("wall_offset_s"))  # of the whole run: its log goes on, whoever set the clock
-    memory = StationMemory(run_dir / "memory.json")
+    memory = StateStore(run_dir / "memory.json")
     toml, scenario = _scenario(memory, setting)
     _add_dialects(setting.get("dialects", []))
     links = _open_links(setting["links"])
@@ -110,7 +110,7 @@ def run(run_file: Path) -> None:
     given = [argument for info in files for argument in ("--file", info.name, info.sha256, info.file)]
     watched = kind is Kind.SIM and setting.get("watch", False)
     given += ["--watch"] if watched else []
-    workers = Workers(socket_path(kind, run_dir), logs / f"{name}-planners.log", given)
+    workers = PlannerWorkers(socket_path(kind, run_dir), logs / f"{name}-planners.log", given)
     try:
         _loop(station, bus, workers, memory, reader, clock)
     finally:
@@ -123,7 +123,7 @@ def run(run_file: Path) -> None:
         _close(zenoh_bus)
 
 
-def _scenario(memory: StationMemory, setting: dict[str, Any]) -> tuple[str, Scenario]:
+def _scenario(memory: StateStore, setting: dict[str, Any]) -> tuple[str, Scenario]:
     """What was flown last, or what it is started with. Raises `StartError`."""
     try:
         if memory.toml:
@@ -184,8 +184,8 @@ class Receiver:
 def _loop(
     station: Station,
     bus: QueuedBus,
-    workers: Workers,
-    memory: StationMemory,
+    workers: PlannerWorkers,
+    memory: StateStore,
     wake: socket.socket,
     clock: MonotonicClock,
 ) -> None:

@@ -80,7 +80,7 @@ def remember(path: Path, rehearsal: Rehearsal) -> None:
     new.replace(path)
 
 
-class RehearsalBook:
+class RehearsalStore:
     """The newest rehearsals, read again when the file changes."""
 
     def __init__(self, path: Path | None) -> None:

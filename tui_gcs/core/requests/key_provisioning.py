@@ -37,7 +37,7 @@ class _Offer:
     until_s: float
 
 
-class ProvisionDesk:
+class KeyProvisioning:
     """Answers `ProvisionKey` requests."""
 
     def __init__(self, station: "Station") -> None:

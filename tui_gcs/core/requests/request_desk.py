@@ -20,9 +20,9 @@ from tui_gcs.core.protocol.preflight import AcknowledgeCheck, ReadChecks, SignOf
 from tui_gcs.core.protocol.setup import ConfirmStep
 from tui_gcs.core.records.event_log import DEBUG, NOTICE, WARNING
 from tui_gcs.core.records.journal_reader import events_before
-from tui_gcs.core.requests.key_provisioning import ProvisionDesk
+from tui_gcs.core.requests.key_provisioning import KeyProvisioning
 from tui_gcs.core.requests.planner_requests import PlannerRequests
-from tui_gcs.core.requests.service_desk import ServiceDesk
+from tui_gcs.core.requests.service_desk import VehicleTasks
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import Round, Scenario
 from tui_gcs.core.scenario.place_allocation import same_places
@@ -37,14 +37,14 @@ NUDGES_TOLD_S = 5.0
 OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan, m.GetPlanners, m.GetPreviews, m.GetJournal)
 
 
-class RequestDesk:
+class RequestRouter:
     """Answers requests, one at a time."""
 
     def __init__(self, station: "Station") -> None:
         """Serve `station`."""
         self._station = station
-        self._provisioning = ProvisionDesk(station)
-        self._services = ServiceDesk(station)
+        self._provisioning = KeyProvisioning(station)
+        self._services = VehicleTasks(station)
         self.tasks = self._services.tasks
         self.planners = PlannerRequests(station)
         self.in_control = ""

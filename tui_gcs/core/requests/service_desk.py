@@ -17,7 +17,7 @@ from tui_gcs.core.protocol.flight import Flight as FlightRequest
 from tui_gcs.core.protocol.flight import Nudge
 from tui_gcs.core.requests import flight_requests as flight
 from tui_gcs.core.requests.payload_requests import payload_rows, remote_id_rows, traffic_rows
-from tui_gcs.core.requests.tasks import TaskBook
+from tui_gcs.core.requests.tasks import TaskTable
 from tui_gcs.core.requests.vehicle_requests import ServiceActs, param_rows
 from tui_gcs.core.requests.views import on_board, vehicle_info
 from tui_gcs.core.services.parameters.param_values import shown
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 NEVER_HEARD = "never heard"
 
 
-class ServiceDesk:
+class VehicleTasks:
     """Answers at once; what takes time is a task."""
 
     def __init__(self, station: "Station") -> None:
         """Serve `station`."""
         self._station = station
-        self.tasks = TaskBook(station.clock)
+        self.tasks = TaskTable(station.clock)
         self._acts = ServiceActs(station.services, station.firmware, station.speech)
         self._acts.add(flight.FlightActs(station).begin)
 

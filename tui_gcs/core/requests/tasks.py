@@ -94,7 +94,7 @@ class Task:
         return why or ""
 
 
-class TaskBook:
+class TaskTable:
     """The newest tasks."""
 
     def __init__(self, clock: Clock) -> None:

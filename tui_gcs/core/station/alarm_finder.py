@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tui_gcs.core.alarms.alarm_table import AlarmDesk, Finding
+from tui_gcs.core.alarms.alarm_table import AlarmFinding, AlarmTable
 from tui_gcs.core.alarms.causes import WHEN_ON_ITS_WAY
 from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
 from tui_gcs.core.firmware.foreign_command_policy import stop_word
@@ -49,12 +49,12 @@ _ON_ITS_WAY = {"return": "returning", "land": "landing"}
 class AlarmFinder:
     """Looks through the station; what takes long is done for a part of the fleet each time."""
 
-    def __init__(self, station: "Station", desk: AlarmDesk) -> None:
+    def __init__(self, station: "Station", desk: AlarmTable) -> None:
         """`desk` knows what is up already."""
         self._station = station
         self._signs = VehicleSigns(desk)
         self._next_closing_s = -math.inf
-        self._meetings: list[Finding] = []
+        self._meetings: list[AlarmFinding] = []
         self._settled_s = station.clock.now() + SETTLES_S
         self._health: dict[int, dict[Concern, Problem]] = {}
         """By vehicle, the worst of each concern."""
@@ -69,7 +69,7 @@ class AlarmFinder:
         if event.severity <= WARNING:
             self._spoke.add(event.source)
 
-    def findings(self, gap_s: float) -> list[Finding]:
+    def findings(self, gap_s: float) -> list[AlarmFinding]:
         """All that is wrong now; asked every `gap_s`."""
         station = self._station
         now = station.clock.now()
@@ -93,28 +93,30 @@ class AlarmFinder:
 
     # ---------------------------------------------------------------- vehicle by vehicle
 
-    def _absent(self) -> Iterator[Finding]:
+    def _absent(self) -> Iterator[AlarmFinding]:
         """In the air when an earlier start of this station last heard them, and never heard since."""
         if self._station.clock.now() < self._settled_s:
             return
         for flight in self._station.book:
             if flight.phase is not Phase.GROUND and flight.vehicle not in self._station.fleet.vehicles:
-                yield Finding("lost", flight.vehicle)
+                yield AlarmFinding("lost", flight.vehicle)
 
-    def _silence(self, vehicles: list[Vehicle], now: float) -> Iterator[Finding]:
+    def _silence(self, vehicles: list[Vehicle], now: float) -> Iterator[AlarmFinding]:
         """All that were there are silent, and none of them was in flight: those are alarms by themselves."""
         known = [vehicle for vehicle in vehicles if vehicle.confirmed]
         if not known or any(vehicle.freshness(now) is not Freshness.LOST for vehicle in known):
             return
         if not any(self._in_flight(vehicle) for vehicle in known):
             count = len(known)
-            yield Finding("silence", "station", "the one vehicle is LOST" if count == 1 else f"all {count} are LOST")
+            yield AlarmFinding(
+                "silence", "station", "the one vehicle is LOST" if count == 1 else f"all {count} are LOST"
+            )
 
     def _in_flight(self, vehicle: Vehicle) -> bool:
         flight = self._station.book.get(vehicle.id)
         return vehicle.armed or (flight is not None and flight.phase is not Phase.GROUND)
 
-    def _vehicle(self, vehicle: Vehicle, now: float) -> Iterator[Finding]:
+    def _vehicle(self, vehicle: Vehicle, now: float) -> Iterator[AlarmFinding]:
         flight = self._station.book.get(vehicle.id)
         in_flight = self._in_flight(vehicle)
         link = self._station.links.get(vehicle.link)
@@ -128,15 +130,15 @@ class AlarmFinder:
         has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step not in ordered
         if flight is not None and has_left and now >= self._settled_s:
             mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
-            yield Finding("left", vehicle.id, f"{mode}: {flight.left_said}" if flight.left_said else mode)
+            yield AlarmFinding("left", vehicle.id, f"{mode}: {flight.left_said}" if flight.left_said else mode)
         if vehicle.airborne:
             yield from (_fitting(self._noted(finding), does) for finding in self._own_checks(vehicle))
             if (off_m := math.hypot(*self._station.jumps.off(vehicle.id)[:2])) > JUMP_M:
-                yield Finding("position", vehicle.id, f"it jumped by {off_m:.0f} m")
+                yield AlarmFinding("position", vehicle.id, f"it jumped by {off_m:.0f} m")
             if text := self._height(vehicle.id):
-                yield self._noted(Finding("height", vehicle.id, text))
+                yield self._noted(AlarmFinding("height", vehicle.id, text))
         if flight is not None and flight.vetoed:
-            yield Finding("vetoed", vehicle.id, flight.vetoed)
+            yield AlarmFinding("vetoed", vehicle.id, flight.vetoed)
         if flight is not None and flight.phase is Phase.FLYING and not flight.vetoed:
             yield from self._beside(flight, vehicle, now)
 
@@ -150,12 +152,12 @@ class AlarmFinder:
         way, other = ("up", "lower") if up_m > 0.0 else ("down", "higher")
         return f"it jumped {way} by {abs(up_m):.0f} m: it may be so much {other} than it says"
 
-    def _noted(self, finding: Finding) -> Finding:
+    def _noted(self, finding: AlarmFinding) -> AlarmFinding:
         if finding.cause in ("position", "height") and isinstance(finding.subject, int):
             self.in_doubt[finding.subject] = finding.text
         return finding
 
-    def _beside(self, flight: Flight, vehicle: Vehicle, now: float) -> Iterator[Finding]:
+    def _beside(self, flight: Flight, vehicle: Vehicle, now: float) -> Iterator[AlarmFinding]:
         """It is not where its plan has it and others believe it to be. A slow link makes late, too, but not by much.
 
         Who cannot fly as fast as it is asked never gets to its slot: its planner leads it on from where it is.
@@ -168,17 +170,17 @@ class AlarmFinder:
         if flight.joined and self._signs.beyond("beside", vehicle, max(beside, late), 1.0, BESIDE_BAND):
             when = "late" if tracking.lag_s > 0.0 else "early"
             text = f"{beside_m:.0f} m beside its way" if beside >= late else f"{late_s:.1f} s {when}"
-            yield Finding("beside", vehicle.id, text)
+            yield AlarmFinding("beside", vehicle.id, text)
         elif tracking.crawls(now):
             text = f"flies {max(0.0, tracking.made_m_s):.0f} of {tracking.asked_m_s:.0f} m/s"
-            yield Finding("beside", vehicle.id, text)
+            yield AlarmFinding("beside", vehicle.id, text)
 
-    def _own_checks(self, vehicle: Vehicle) -> Iterator[Finding]:
+    def _own_checks(self, vehicle: Vehicle) -> Iterator[AlarmFinding]:
         """What an autopilot says of itself that would keep it on the ground."""
         charge = "" if math.isnan(vehicle.battery_pct) else f"{vehicle.battery_pct:.0f} %"
         for concern, problem in self._health.get(vehicle.id, {}).items():
             text = charge if charge and problem.is_charge else problem.text
-            yield Finding(_CAUSES[concern], vehicle.id, text)
+            yield AlarmFinding(_CAUSES[concern], vehicle.id, text)
 
     def _look_at_health(self, flying: list[Vehicle], gap_s: float) -> None:
         ids = [vehicle.id for vehicle in flying]
@@ -194,16 +196,16 @@ class AlarmFinder:
 
     # ---------------------------------------------------------------- all together
 
-    def _outside(self, flying: list[Vehicle]) -> Iterator[Finding]:
+    def _outside(self, flying: list[Vehicle]) -> Iterator[AlarmFinding]:
         placed = [vehicle for vehicle in flying if vehicle.has_position()]
         if not placed:
             return
         outside_m = self._station.guard.outside_walls_m(np.array([vehicle.position_m for vehicle in placed]))
         for vehicle, far_m in zip(placed, outside_m.tolist(), strict=True):
             if self._signs.beyond("outside", vehicle, far_m, OUTSIDE_M, OUTSIDE_BAND_M):
-                yield Finding("outside", vehicle.id, f"by {max(1.0, far_m):.0f} m")
+                yield AlarmFinding("outside", vehicle.id, f"by {max(1.0, far_m):.0f} m")
 
-    def _close(self) -> Iterator[Finding]:
+    def _close(self) -> Iterator[AlarmFinding]:
         nearest: dict[int, tuple[float, int]] = {}
         for (one, other), level_m in self._station.monitor.take_close().items():
             for vehicle, partner in ((one, other), (other, one)):
@@ -212,9 +214,9 @@ class AlarmFinder:
         for vehicle, (level_m, partner) in nearest.items():
             doubt_m = sum(error_m(known[each]) for each in (vehicle, partner) if each in known)
             doubt = f", known to ±{doubt_m:.0f} m only" if doubt_m > 0.0 else ""
-            yield Finding("separation", vehicle, f"{level_m:.0f} m from {vehicles_words([partner])}{doubt}")
+            yield AlarmFinding("separation", vehicle, f"{level_m:.0f} m from {vehicles_words([partner])}{doubt}")
 
-    def _closing(self, now: float) -> Iterator[Finding]:
+    def _closing(self, now: float) -> Iterator[AlarmFinding]:
         """Foreseen for the whole fleet now and then, and told of until that is done again."""
         if now >= self._next_closing_s:
             self._next_closing_s = now + CLOSING_GAP_S
@@ -222,12 +224,14 @@ class AlarmFinder:
             pairs = [(pair, a, b) for pair in found for a, b in ((pair.one, pair.other), (pair.other, pair.one))]
             first = {vehicle: (pair, other) for pair, vehicle, other in reversed(pairs)}
             self._meetings = [
-                Finding("closing", vehicle, f"{pair.level_m:.0f} m from {vehicles_words([other])} in {pair.in_s:.0f} s")
+                AlarmFinding(
+                    "closing", vehicle, f"{pair.level_m:.0f} m from {vehicles_words([other])} in {pair.in_s:.0f} s"
+                )
                 for vehicle, (pair, other) in sorted(first.items())
             ]
         yield from self._meetings
 
-    def _traffic(self, flying: list[Vehicle], now: float) -> Iterator[Finding]:
+    def _traffic(self, flying: list[Vehicle], now: float) -> Iterator[AlarmFinding]:
         """Heights above mean sea level; where the aircraft's is not known it counts as ours."""
         tracks = [t for t in self._station.services.traffic.tracks() if now - t.seen_s < TRAFFIC_AGE_S]
         placed = [vehicle for vehicle in flying if vehicle.has_position()]
@@ -243,50 +247,50 @@ class AlarmFinder:
                 column = int(np.where(near[row], level_m[row], np.inf).argmin())
                 track = tracks[column]
                 name = track.callsign or f"{track.icao:06X}"
-                yield Finding("traffic", vehicle.id, f"{name} at {level_m[row, column] / 1000:.1f} km")
+                yield AlarmFinding("traffic", vehicle.id, f"{name} at {level_m[row, column] / 1000:.1f} km")
 
-    def _stops(self) -> Iterator[Finding]:
+    def _stops(self) -> Iterator[AlarmFinding]:
         for vehicle, name in self._station.commands.unconfirmed_stops():
-            yield Finding("stop", vehicle, name)
+            yield AlarmFinding("stop", vehicle, name)
 
-    def _teams(self) -> Iterator[Finding]:
+    def _teams(self) -> Iterator[AlarmFinding]:
         for name, desk in self._station.desks.items():
             state = desk.worker_state()
             phases = {flight.phase for flight in self._station.book if flight.team == name}
             if state not in FAILED or not phases & {Phase.FLYING, Phase.HOLDING}:
                 continue
             if state == "quarantined":
-                yield Finding("planner-failed", name, f"{desk.team.planner}: {desk.error}")
+                yield AlarmFinding("planner-failed", name, f"{desk.team.planner}: {desk.error}")
             elif state == "late" and Phase.FLYING in phases:
-                yield Finding("planner-late", name, f"{desk.team.planner} is late")
+                yield AlarmFinding("planner-late", name, f"{desk.team.planner} is late")
             else:
-                yield Finding("planner", name, f"{desk.team.planner} is {state}")
+                yield AlarmFinding("planner", name, f"{desk.team.planner} is {state}")
 
-    def _held(self) -> Iterator[Finding]:
+    def _held(self) -> Iterator[AlarmFinding]:
         run = self._station.executive.run
         held: list[Flight] = self._station.book.in_phase(Phase.HOLDING)
         if run in (RunPhase.RUNNING, RunPhase.RETURNING):
             for flight in held:
                 by_name = run is RunPhase.RETURNING or flight.stays  # who does not go on when all are resumed
-                yield Finding("stays" if by_name else "holds", flight.vehicle)
+                yield AlarmFinding("stays" if by_name else "holds", flight.vehicle)
         elif run is RunPhase.HOLD:
-            yield from (Finding("found" if flight.step == FOUND else "hold", flight.vehicle) for flight in held)
+            yield from (AlarmFinding("found" if flight.step == FOUND else "hold", flight.vehicle) for flight in held)
 
-    def _machines(self) -> Iterator[Finding]:
+    def _machines(self) -> Iterator[AlarmFinding]:
         station = self._station
         if station.memory_lost:
-            yield Finding("memory", "station", station.memory_lost)
+            yield AlarmFinding("memory", "station", station.memory_lost)
         if station.orphaned:
-            yield Finding("supervisor", "station")
+            yield AlarmFinding("supervisor", "station")
         for error in (station.recorder.error, station.journal.error, station.memory_error):
             if error:
-                yield Finding("recording", "station", error)
+                yield AlarmFinding("recording", "station", error)
         for name, link in station.links.items():
             if link.error:
-                yield Finding("link", name, link.error)
+                yield AlarmFinding("link", name, link.error)
         for endpoint in station.config.forward:
             if endpoint.link.error:
-                yield Finding("forward", endpoint.link.name, endpoint.link.error)
+                yield AlarmFinding("forward", endpoint.link.name, endpoint.link.error)
 
 
 def _does(vehicle: Vehicle, flight: Flight | None) -> str:
@@ -297,7 +301,7 @@ def _does(vehicle: Vehicle, flight: Flight | None) -> str:
     return word if word in _ON_ITS_WAY else ""
 
 
-def _fitting(finding: Finding, does: str) -> Finding:
+def _fitting(finding: AlarmFinding, does: str) -> AlarmFinding:
     """As it is to be told of a vehicle that returns or lands already: nobody is to order that again."""
     actions = WHEN_ON_ITS_WAY.get(finding.cause, {})
     if does not in actions:

@@ -23,7 +23,7 @@ ASKED_S = 5.0
 """So long the answer to the question who it is may take."""
 
 
-class Listeners:
+class BusHandlers:
     """Takes what comes, and tells those whom it concerns."""
 
     def __init__(self, station: "Station", own: int) -> None:

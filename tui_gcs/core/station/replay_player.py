@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from tui_gcs.core.alarms.alarm_table import AlarmDesk
+from tui_gcs.core.alarms.alarm_table import AlarmTable
 from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
@@ -107,7 +107,7 @@ class Player:
         self._scenario = _bare_scenario(self.name, _first_place(path))
         self._fleet = Fleet(self._played, self._events, LocalFrame(self._scenario.origin), _NOBODY)
         self._book = FlightBook()
-        self._desk = AlarmDesk(self._played, self._events)
+        self._desk = AlarmTable(self._played, self._events)
         self._signs = VehicleSigns(self._desk)
         self._next_look_s = 0.0
         wall_s, frame = next(self._reader)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import msgspec
 
-from tui_gcs.core.alarms.alarm_table import AlarmDesk
+from tui_gcs.core.alarms.alarm_table import AlarmTable
 from tui_gcs.core.base.clock import Clock, WallWatch, clock_words
 from tui_gcs.core.firmware.command_encoder import Speech
 from tui_gcs.core.firmware.registry import Firmwares
@@ -38,7 +38,7 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.links import Link
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.preflight.checklist import PreflightDesk
+from tui_gcs.core.preflight.checklist import PreflightChecklist
 from tui_gcs.core.preflight.readiness import Readiness
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.bus import Bus
@@ -58,7 +58,7 @@ from tui_gcs.core.rates.rate_controller import RateDesk
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
-from tui_gcs.core.requests.request_desk import RequestDesk
+from tui_gcs.core.requests.request_desk import RequestRouter
 from tui_gcs.core.scenario.model import OperatorId, Round, Scenario, Team
 from tui_gcs.core.services.all_services import Services
 from tui_gcs.core.services.context import Context
@@ -68,7 +68,7 @@ from tui_gcs.core.signing.keystore import KeyStore
 from tui_gcs.core.signing.timestamp_store import TimestampFile
 from tui_gcs.core.signing.trust import TrustBook
 from tui_gcs.core.station.alarm_finder import AlarmFinder
-from tui_gcs.core.station.bus_handlers import Listeners
+from tui_gcs.core.station.bus_handlers import BusHandlers
 from tui_gcs.core.station.fleet_frame import fleet_frame
 from tui_gcs.core.station.reception import Reception
 from tui_gcs.core.station.status import station_status
@@ -144,7 +144,7 @@ class Station:
             clock, self.events, networks, config.keys, config.stamps, heartbeat=lambda: self.door.our_heartbeat()
         )
         self.fleet = Fleet(clock, self.events, frame, own, networks, self.trust)
-        self.alarms = AlarmDesk(clock, self.events)
+        self.alarms = AlarmTable(clock, self.events)
         self.events.listen(lambda event: self.alarms.on_event(event, self.fleet.vehicles))
         self.book = FlightBook()
         self.book.assign(self.scenario, [])
@@ -201,12 +201,12 @@ class Station:
         self.wind = WindBook(self.fleet, clock)
         self.desks: dict[str, TeamDesk] = {}
         self.readiness = Readiness(self)
-        self.preflight = PreflightDesk(self)
+        self.preflight = PreflightChecklist(self)
         self.orphaned = False
         """Whether the process that would start it again is gone."""
         self.memory_lost = self.memory_error = ""
         """Why what the station before this one knew is lost; why what this one knows cannot be kept. "" otherwise."""
-        self.requests = RequestDesk(self)
+        self.requests = RequestRouter(self)
         self.reboots = RebootBook(self.fleet)
         self._alarm_finder = AlarmFinder(self, self.alarms)
         self.events.listen(self._alarm_finder.on_event)
@@ -222,7 +222,7 @@ class Station:
         self._frame_seq = self._status_seq = 0
         self._next_frame_s = self._next_status_s = self._next_heartbeat_s = -math.inf
         self._last_state: object = None
-        Listeners(self, own).listen()
+        BusHandlers(self, own).listen()
         self._make_desks()
         self.new_tasks()
 

@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 import numpy as np
 
 from tui_gcs.core.geometry.zones import bounds, outline_m
-from tui_gcs.core.judging.referee import Check, Result, RoundResult
+from tui_gcs.core.judging.referee import FlightResult, ResultCheck, RoundResult
 from tui_gcs.core.protocol.common import Event
 from tui_gcs.core.protocol.metric_names import all_words, seen_pct
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord, RoundRecord, ZoneRecord
@@ -40,7 +40,7 @@ figure { margin: 0; } figcaption { font-size: 14px; color: #3a444e; }
 
 def page(
     record: FlightRecord,
-    result: Result,
+    result: FlightResult,
     problem: str,
     *,
     conditions: Sequence[tuple[str, str]],
@@ -90,7 +90,7 @@ def _conditions(conditions: Sequence[tuple[str, str]], happened: Sequence[tuple[
     return _table(("flown with", ""), [(escape(a), escape(b)) for a, b in rows]) if rows else ""
 
 
-def _checks(checks: Sequence[Check]) -> str:
+def _checks(checks: Sequence[ResultCheck]) -> str:
     rows = []
     for check in checks:
         mark = '<span class="ok">holds</span>' if check.ok else '<span class="bad">FAILS</span>'
@@ -99,7 +99,7 @@ def _checks(checks: Sequence[Check]) -> str:
     return _table(("", "what", "value", "limit"), rows, numbers=2)
 
 
-def _round(record: FlightRecord, one: RoundRecord, result: Result, happened: Sequence[tuple[float, str]]) -> str:
+def _round(record: FlightRecord, one: RoundRecord, result: FlightResult, happened: Sequence[tuple[float, str]]) -> str:
     rounds = [r for r in result.rounds if r.round == one.round.name or r.round.startswith(f"{one.round.name} ")]
     last_s = max((t for zone in one.zones for t in zone.times_s), default=0.0)
     begin_s = one.begin_s - record.begin_s
@@ -157,7 +157,7 @@ def _counted(one: RoundRecord) -> str:
     return _table(("team", "zone", "what its planner counted last"), rows) if rows else ""
 
 
-def _intruders(result: Result) -> str:
+def _intruders(result: FlightResult) -> str:
     if not result.intruders:
         return ""
     rows = [

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from textual.timer import Timer
 from textual.worker import WorkType
 
-from tui_gcs.core.judging.team_separation import TeamsFinding, findings
+from tui_gcs.core.judging.team_separation import TeamSeparationFinding, findings
 from tui_gcs.core.protocol.common import CancelPreview, GetPreviews, Preview, PreviewResult
 from tui_gcs.core.scenario.model import Limits
 from tui_gcs.screens.common.draft_screen import DraftScreen
@@ -24,7 +24,7 @@ class PlanPreview(DraftScreen):
 
     previews: Mapping[str, PreviewResult] = {}
     """By team; empty while nothing is known."""
-    meetings: Sequence[TeamsFinding] = ()
+    meetings: Sequence[TeamSeparationFinding] = ()
     """Of all teams that are known."""
     asked_s = 0.0
     """Above 0: the question was how many vehicles it takes for this idleness."""

@@ -10,7 +10,7 @@ import pytest
 from sitl.ardupilot.telemetry import BUILDERS
 from tests.core.fleet.integrity.test_position_jump_monitor import alarms, believes
 from tests.core.rigs.rig import Rig
-from tui_gcs.core.process.state_store import StationMemory
+from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
 
@@ -93,9 +93,9 @@ def test_who_jumped_down_returns_on_its_layer(rig: MakeRig) -> None:
 
 def test_the_next_station_compares_with_the_same(rig: MakeRig, tmp_path: Path) -> None:
     flight = rig(2).flying().run(10.0)
-    StationMemory(tmp_path / "memory.json").remember(flight.station)
+    StateStore(tmp_path / "memory.json").remember(flight.station)
     with gps_says(flight, 1, -20.0):
-        flight.restart_station(StationMemory(tmp_path / "memory.json"))
+        flight.restart_station(StateStore(tmp_path / "memory.json"))
         flight.run(12.0)
         assert alarms(flight)["height"] == ((1,), "by its GPS it is 20 m lower than it says")
 
@@ -104,6 +104,6 @@ def test_who_is_found_in_the_air_is_compared_too(rig: MakeRig, tmp_path: Path) -
     flight = rig(2).flying().run(10.0)
     for off_m, told in ((-20.0, False), (-30.0, True)):
         with gps_says(flight, 1, off_m):
-            flight.restart_station(StationMemory(tmp_path / "none.json"))
+            flight.restart_station(StateStore(tmp_path / "none.json"))
             flight.run(12.0)
             assert ("height" in alarms(flight)) is told

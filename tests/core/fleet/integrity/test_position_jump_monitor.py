@@ -11,7 +11,7 @@ from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.fleet.integrity.position_jump_monitor import JumpWatch
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import FOUND
-from tui_gcs.core.process.state_store import StationMemory
+from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase, Vec3
 
@@ -95,8 +95,8 @@ def test_that_it_jumped_is_told_by_the_station_after_this_one_too(rig: MakeRig, 
     flight = rig(2).flying().run(10.0)
     believes(flight, 0, (0.0, 67.0, 0.0))
     flight.run(4.0)
-    StationMemory(tmp_path / "memory.json").remember(flight.station)
-    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    StateStore(tmp_path / "memory.json").remember(flight.station)
+    flight.restart_station(StateStore(tmp_path / "memory.json"))
     flight.run(40.0)
     vehicles, text = alarms(flight)["position"]
     assert vehicles == (1,) and text.startswith("it jumped by ")
@@ -166,9 +166,9 @@ def test_who_holds_already_is_told_to_hold_where_it_is_now(rig: MakeRig) -> None
 
 def test_who_was_found_in_the_air_is_sent_nothing_for_a_jump(rig: MakeRig, tmp_path: Path) -> None:
     flight = rig(2).flying().run(10.0)
-    memory = StationMemory(tmp_path / "memory.json")
+    memory = StateStore(tmp_path / "memory.json")
     memory.remember(flight.station)
-    flight.restart_station(StationMemory(tmp_path / "memory.json"))
+    flight.restart_station(StateStore(tmp_path / "memory.json"))
     flight.run(10.0)
     assert flight.station.book.flights[1].step == FOUND
     believes(flight, 0, (0.0, 30.0, 0.0))
